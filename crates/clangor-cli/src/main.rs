@@ -1,0 +1,3 @@
+//! The program `clangor`.
+
+fn main() {}

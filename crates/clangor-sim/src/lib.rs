@@ -1,0 +1,141 @@
+//! Dynamics: a [`World`] goes in, every contact impulse and the poses come out, as a timeline.
+//!
+//! Two solvers share one log ([`record`]):
+//! * [`spheres`]: exact event-driven motion of spheres, planes, springs and hung spheres;
+//! * [`rigid`]: time-stepped impulses for bodies of any shape (feature `rigid`).
+
+pub mod record;
+#[cfg(feature = "rigid")]
+pub mod rigid;
+pub mod spheres;
+
+use std::ops::ControlFlow;
+
+use clangor::body::{Surface, World};
+use clangor::timeline::TimelineSink;
+
+use record::{RecordSettings, Recorder};
+
+/// Which solver moves the bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Solver {
+    /// `Spheres` where every free body is a sphere that meets only spheres and planes, else `Rigid`.
+    #[default]
+    Auto,
+    /// Exact event-driven spheres.
+    Spheres,
+    /// Time-stepped impulses.
+    Rigid,
+}
+
+/// How to simulate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulationSettings {
+    /// Which solver.
+    pub solver: Solver,
+    /// Simulated time [s].
+    pub duration: f64,
+    /// Step of the time-stepped solver [s]. The sphere solver uses it only to sample lasting contacts for the log.
+    pub time_step: f64,
+    /// What is logged.
+    pub record: RecordSettings,
+    /// Whether bodies at rest may sleep (time-stepped solver).
+    pub sleep: bool,
+}
+
+/// What a simulation did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SimulationReport {
+    /// Impacts that were kept.
+    pub impacts: u64,
+    /// Impacts dropped because they were slower than `v_min`.
+    pub dropped_impacts: u64,
+    /// Contact rows written.
+    pub rows: u64,
+    /// Largest overlap seen [m].
+    pub deepest_overlap: f64,
+    /// Time simulated [s].
+    pub time: f64,
+}
+
+/// Why a simulation failed.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulationError {
+    /// The log could not be written.
+    #[error("the timeline cannot be written: {0}")]
+    Sink(#[from] std::io::Error),
+    /// The sphere solver met a body that it cannot move.
+    #[error("solver = \"spheres\" cannot move body \"{body}\": {reason}; use solver = \"rigid\" or \"auto\"")]
+    NotASphere {
+        /// The body.
+        body: String,
+        /// What it is.
+        reason: &'static str,
+    },
+    /// The time-stepped solver met something that it has not.
+    #[error("solver = \"rigid\" has no {what} (\"{name}\"); use solver = \"spheres\"")]
+    Unsupported {
+        /// The feature.
+        what: &'static str,
+        /// The body or link.
+        name: String,
+    },
+    /// Two bodies overlap at the start.
+    #[error("\"{a}\" and \"{b}\" overlap by {depth:.3e} m at t = 0; move them apart")]
+    StartOverlap {
+        /// First body.
+        a: String,
+        /// Second body.
+        b: String,
+        /// Overlap [m].
+        depth: f64,
+    },
+    /// The state is no longer finite.
+    #[error("the motion of \"{body}\" diverged at t = {time:.6} s")]
+    Diverged {
+        /// The body.
+        body: String,
+        /// When [s].
+        time: f64,
+    },
+    /// Stopped by the caller.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// The solver that `Auto` stands for in a world.
+pub fn choose_solver(world: &World, solver: Solver) -> Solver {
+    let only_spheres = world.bodies.iter().all(|b| !matches!(*b.surface, Surface::Mesh(_)));
+    match solver {
+        Solver::Auto if only_spheres => Solver::Spheres,
+        Solver::Auto => Solver::Rigid,
+        chosen => chosen,
+    }
+}
+
+/// Simulates a world and streams what happens into `sink`.
+///
+/// `progress` is told the simulated time [s] now and then; `Break` stops the run.
+///
+/// # Errors
+/// [`SimulationError`]; rows already given to the sink stay there.
+pub fn simulate(
+    world: &World,
+    settings: &SimulationSettings,
+    sink: &mut dyn TimelineSink,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<SimulationReport, SimulationError> {
+    let mut recorder = Recorder::new(settings.record, sink);
+    match choose_solver(world, settings.solver) {
+        Solver::Spheres => spheres::simulate(world, settings, &mut recorder, progress)?,
+        #[cfg(feature = "rigid")]
+        _ => rigid::simulate(world, settings, &mut recorder, progress)?,
+        #[cfg(not(feature = "rigid"))]
+        _ => {
+            let mesh = world.bodies.iter().find(|b| matches!(*b.surface, Surface::Mesh(_)));
+            let name = mesh.map_or_else(|| "world".into(), |b| b.name.clone());
+            return Err(SimulationError::Unsupported { what: "time-stepped solver in this build", name });
+        }
+    }
+    Ok(recorder.finish(settings.duration)?)
+}

@@ -1,0 +1,155 @@
+//! The bodies of a scene as dynamics and sound see them: placed, weighed, with a surface and a material.
+//!
+//! A [`World`] is what `clangor-sim` simulates: a scene whose files have been read, whose counts have been expanded
+//! and whose shapes have become surfaces.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+
+use crate::geometry::convex::ConvexPart;
+use crate::geometry::tri_mesh::TriMesh;
+use crate::material::Material;
+use crate::pose::{Pose, Track};
+
+/// Index of a body in [`World::bodies`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BodyId(pub u32);
+
+impl BodyId {
+    /// The immovable surroundings, where a contact has no second body.
+    pub const WORLD: BodyId = BodyId(u32::MAX);
+
+    /// Position in [`World::bodies`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// The surface of a body, in the body frame (origin at the centre of mass).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Surface {
+    /// A sphere about the centre of mass.
+    Sphere {
+        /// Radius [m].
+        radius: f64,
+    },
+    /// A half-space, solid where `normal · (x − position) < 0`. Always fixed; the body frame's y axis is the normal.
+    HalfSpace,
+    /// Anything else.
+    Mesh(MeshSurface),
+}
+
+/// A closed triangle surface with what contact and collision need of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshSurface {
+    /// The surface, centre of mass at the origin.
+    pub mesh: TriMesh,
+    /// Mean curvature H = (κ₁+κ₂)/2 at each vertex [1/m], positive where convex: a sphere has 1/R.
+    pub mean_curvature: Vec<f64>,
+    /// Convex parts whose union collides.
+    pub parts: Vec<ConvexPart>,
+    /// Volume [m³].
+    pub volume: f64,
+}
+
+impl Surface {
+    /// Radius of the smallest ball about the centre of mass that holds the body [m]; infinite for a half-space.
+    pub fn bounding_radius(&self) -> f64 {
+        match self {
+            Surface::Sphere { radius } => *radius,
+            Surface::HalfSpace => f64::INFINITY,
+            Surface::Mesh(surface) => surface.mesh.bounding_radius(DVec3::ZERO),
+        }
+    }
+
+    /// Radius of the sphere of equal volume [m]; infinite for a half-space.
+    pub fn equal_volume_radius(&self) -> f64 {
+        match self {
+            Surface::Sphere { radius } => *radius,
+            Surface::HalfSpace => f64::INFINITY,
+            Surface::Mesh(surface) => (0.75 * surface.volume / std::f64::consts::PI).cbrt(),
+        }
+    }
+}
+
+/// What moves a body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// Gravity, contacts and links.
+    Free,
+    /// Nothing.
+    Fixed,
+    /// A prescribed track; contacts do not move it.
+    Keyframed(Track),
+}
+
+/// A body at the start of a simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Name, unique in the world.
+    pub name: String,
+    /// Material.
+    pub material: Material,
+    /// Surface; shared by the copies of a body.
+    pub surface: Arc<Surface>,
+    /// Mass [kg]; infinite for a half-space.
+    pub mass: f64,
+    /// Inertia about the centre of mass in the body frame [kg m²].
+    pub inertia: DMat3,
+    /// Pose at t = 0.
+    pub pose: Pose,
+    /// Velocity of the centre of mass at t = 0 [m/s].
+    pub velocity: DVec3,
+    /// Angular velocity at t = 0 [rad/s], world frame.
+    pub angular_velocity: DVec3,
+    /// What moves it.
+    pub motion: Motion,
+    /// Lower bound of the local contact radius [m], for edges and vertices, where mesh curvature is meaningless.
+    pub edge_radius: f64,
+}
+
+/// A force or constraint between two points.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Link {
+    /// An inextensible, massless rod from a fixed point to the centre of a sphere, which it holds at that distance.
+    Hang {
+        /// The sphere.
+        body: BodyId,
+        /// Where the rod ends [m], world.
+        anchor: DVec3,
+    },
+    /// A linear spring to the centre of mass of `body` from that of another body, or from a fixed point.
+    Spring {
+        /// The body at one end.
+        body: BodyId,
+        /// The other end.
+        to: SpringEnd,
+        /// Length without force [m].
+        rest_length: f64,
+        /// Stiffness [N/m].
+        stiffness: f64,
+        /// Damping along the spring [N s/m].
+        damping: f64,
+    },
+}
+
+/// The far end of a spring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SpringEnd {
+    /// A fixed point [m], world.
+    Point(DVec3),
+    /// The centre of mass of a body.
+    Body(BodyId),
+}
+
+/// Everything that moves or stands still, at t = 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct World {
+    /// The bodies; a [`BodyId`] is an index into them.
+    pub bodies: Vec<Body>,
+    /// Springs and hung spheres.
+    pub links: Vec<Link>,
+    /// Gravity [m/s²].
+    pub gravity: DVec3,
+}

@@ -1,0 +1,71 @@
+//! What a body is made of: elasticity for the contact, losses for the motion, damping and strength for the sound.
+
+/// An isotropic elastic material with the contact and loss coefficients that dynamics and sound need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name as the scene writes it.
+    pub name: String,
+    /// Density ρ [kg/m³].
+    pub density: f64,
+    /// Young's modulus E [Pa].
+    pub youngs_modulus: f64,
+    /// Poisson's ratio ν [-].
+    pub poisson_ratio: f64,
+    /// Coefficient of restitution e [-], 0 to 1.
+    pub restitution: f64,
+    /// Coulomb friction coefficient μ [-].
+    pub friction: f64,
+    /// Rolling loss length [m]: a rolling contact resists with a couple of at most this length times the normal force.
+    pub rolling_loss: f64,
+    /// Internal damping.
+    pub damping: Damping,
+    /// Tensile strength [Pa], if known.
+    pub tensile_strength: Option<f64>,
+    /// Critical energy release rate G_c [J/m²], if known.
+    pub fracture_energy: Option<f64>,
+    /// Where the numbers come from.
+    pub source: String,
+}
+
+/// How fast vibration dies in a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Damping {
+    /// Loss factor η [-], the same at every frequency: T60 = 6 ln 10 / (2π η f).
+    LossFactor(f64),
+    /// Time to decay by 60 dB [s], the same at every frequency.
+    T60(f64),
+}
+
+impl Material {
+    /// Plane-strain compliance (1 − ν²)/E [1/Pa], the body's share of 1/E* in \[PAN\] eq. (8).
+    pub fn contact_compliance(&self) -> f64 {
+        (1.0 - self.poisson_ratio * self.poisson_ratio) / self.youngs_modulus
+    }
+}
+
+/// Coefficients of a touching pair.
+///
+/// Restitution and friction are geometric means, rolling loss is the larger of the two. Materials carry one number
+/// each, so a rule is needed; this one is symmetric, leaves a pair of equals unchanged, and gives 0 if either is 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairCoefficients {
+    /// Coefficient of restitution e [-].
+    pub restitution: f64,
+    /// Coulomb friction coefficient μ [-].
+    pub friction: f64,
+    /// Rolling loss length [m].
+    pub rolling_loss: f64,
+}
+
+impl PairCoefficients {
+    /// Combines two materials.
+    pub fn of(a: &Material, b: &Material) -> Self {
+        // The square root of a square is not always exact: equals must stay bit-equal.
+        let mean = |x: f64, y: f64| if x == y { x } else { (x * y).sqrt() };
+        PairCoefficients {
+            restitution: mean(a.restitution, b.restitution),
+            friction: mean(a.friction, b.friction),
+            rolling_loss: a.rolling_loss.max(b.rolling_loss),
+        }
+    }
+}

@@ -1,9 +1,10 @@
 //! The log: raw solver rows become impacts and a force stream.
 //!
-//! An impact is all impulses of one pair of bodies whose times follow each other by at most [`MERGE_WINDOW`]. Its
-//! speed is the approach speed before its first instant, the maximum over that instant's points; an impact slower than
-//! `v_min` is not one, and its rows join the force stream of resting, sliding and rolling contact. A contact-phase
-//! row that approaches faster than `v_min` starts an impact too. The force stream is written only on request.
+//! An impact is all impulses of one pair of bodies within [`MERGE_WINDOW`] of its first instant. Its speed is the
+//! approach speed before that instant, the maximum over the instant's points. An impact slower than `v_min` is none:
+//! its rows belong to the force stream of resting, sliding and rolling contact, and it never swallows a faster one. A
+//! contact-phase row that approaches faster than `v_min` starts an impact too. The force stream is written only on
+//! request.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +13,7 @@ use clangor::timeline::{ContactKind, ContactRow, PoseRow, TimelineSink};
 
 use crate::SimulationReport;
 
-/// Impulses of a pair that follow each other within this time are one impact [s].
+/// Impulses of a pair within this time of the first are one impact [s].
 pub const MERGE_WINDOW: f64 = 0.5e-3;
 
 /// What is logged.
@@ -20,7 +21,7 @@ pub const MERGE_WINDOW: f64 = 0.5e-3;
 pub struct RecordSettings {
     /// Impacts slower than this relative normal speed are dropped [m/s]; \[PAN\] §4.3 uses 5 cm/s.
     pub v_min: f64,
-    /// Poses per second and body [Hz].
+    /// Poses per second and body [Hz]; 0 for none but those at impacts.
     pub pose_rate: f64,
     /// Every row of the solver is written, not only kept impacts.
     pub raw: bool,
@@ -46,7 +47,7 @@ struct OpenImpact {
     rows: Vec<ContactRow>,
     poses: Vec<PoseRow>,
     speed: f64,
-    last: f64,
+    start: f64,
 }
 
 impl<'a> Recorder<'a> {
@@ -62,33 +63,39 @@ impl<'a> Recorder<'a> {
 
     /// Takes the rows of one impact: one pair of bodies (A and B in the same order in every row), one instant, one
     /// or more points. `poses` are the states of its moving bodies at that instant, before the impulse.
-    pub fn impact(&mut self, rows: &[ContactRow], poses: &[PoseRow]) {
-        let Some(first) = rows.first() else { return };
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn impact(&mut self, rows: &[ContactRow], poses: &[PoseRow]) -> std::io::Result<()> {
+        let Some(first) = rows.first() else { return Ok(()) };
         let speed = rows.iter().map(ContactRow::approach_speed).fold(0.0, f64::max);
         for row in rows {
             self.report.deepest_overlap = self.report.deepest_overlap.max(row.depth);
         }
-        let open = self.open.entry((first.body_a, first.body_b)).or_insert_with(|| OpenImpact {
-            rows: Vec::new(),
-            poses: Vec::new(),
-            speed: 0.0,
-            last: first.time,
-        });
-        if open.rows.is_empty() {
-            open.poses.extend_from_slice(poses);
+        let pair = (first.body_a, first.body_b);
+        let v_min = self.settings.v_min;
+        let joins = self
+            .open
+            .get(&pair)
+            .is_some_and(|o| first.time - o.start <= MERGE_WINDOW && (o.speed >= v_min || speed < v_min));
+        if joins && let Some(open) = self.open.get_mut(&pair) {
+            if first.time == open.start {
+                open.speed = open.speed.max(speed);
+            }
+            open.rows.extend_from_slice(rows);
+            return Ok(());
         }
-        if open.rows.first().is_none_or(|r| r.time == first.time) {
-            open.speed = open.speed.max(speed);
+        let impact = OpenImpact { rows: rows.to_vec(), poses: poses.to_vec(), speed, start: first.time };
+        match self.open.insert(pair, impact) {
+            Some(over) => self.close(over),
+            None => Ok(()),
         }
-        open.last = first.time;
-        open.rows.extend_from_slice(rows);
     }
 
     /// Takes the rows of one pair's lasting contact in one step. Rows that approach faster than `v_min` are an impact.
     pub fn contact(&mut self, rows: &[ContactRow], poses: &[PoseRow]) -> std::io::Result<()> {
         if rows.iter().any(|r| r.kind == ContactKind::Contact && r.approach_speed() > self.settings.v_min) {
-            self.impact(rows, poses);
-            return Ok(());
+            return self.impact(rows, poses);
         }
         for row in rows {
             self.report.deepest_overlap = self.report.deepest_overlap.max(row.depth);
@@ -106,6 +113,11 @@ impl<'a> Recorder<'a> {
         !self.settings.raw
     }
 
+    /// Time between two poses of a body [s]; infinite if none are wanted.
+    pub fn pose_interval(&self) -> f64 {
+        if self.settings.pose_rate > 0.0 { 1.0 / self.settings.pose_rate } else { f64::INFINITY }
+    }
+
     /// Takes a pose at the pose rate.
     pub fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
         self.sink.pose(row)
@@ -114,7 +126,7 @@ impl<'a> Recorder<'a> {
     /// Tells that no row before `time` will follow: closes the impacts that are over.
     pub fn advance(&mut self, time: f64) -> std::io::Result<()> {
         let over: Vec<_> =
-            self.open.iter().filter(|(_, o)| time - o.last > MERGE_WINDOW).map(|(k, _)| *k).collect();
+            self.open.iter().filter(|(_, o)| time - o.start > MERGE_WINDOW).map(|(k, _)| *k).collect();
         let mut closed: Vec<OpenImpact> = over.iter().filter_map(|k| self.open.remove(k)).collect();
         closed.sort_by(|a, b| a.rows[0].time.total_cmp(&b.rows[0].time));
         for impact in closed {
@@ -156,5 +168,58 @@ impl<'a> Recorder<'a> {
     fn write(&mut self, row: &ContactRow) -> std::io::Result<()> {
         self.report.rows += 1;
         self.sink.contact(row)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clangor::glam::DVec3;
+    use clangor::timeline::Timeline;
+
+    use super::*;
+
+    fn row(time: f64, speed: f64) -> ContactRow {
+        ContactRow {
+            time,
+            body_a: BodyId(0),
+            body_b: BodyId::WORLD,
+            kind: ContactKind::Impact,
+            point: DVec3::ZERO,
+            normal: DVec3::Y,
+            impulse_n: speed,
+            impulse_t: DVec3::ZERO,
+            couple: DVec3::ZERO,
+            velocity: DVec3::NEG_Y * speed,
+            depth: 0.0,
+            impact_id: 0,
+        }
+    }
+
+    fn record(rows: &[ContactRow], raw: bool) -> (Timeline, SimulationReport) {
+        let mut timeline = Timeline::default();
+        let mut recorder = Recorder::new(RecordSettings { raw, ..RecordSettings::default() }, &mut timeline);
+        for r in rows {
+            recorder.impact(&[*r], &[]).unwrap();
+            recorder.advance(r.time).unwrap();
+        }
+        let report = recorder.finish(1.0).unwrap();
+        (timeline, report)
+    }
+
+    #[test]
+    fn repeats_within_the_window_are_one_impact_and_keep_their_rows() {
+        let (timeline, report) = record(&[row(0.1, 1.0), row(0.1003, 0.02), row(0.1006, 0.2)], false);
+        let ids: Vec<u64> = timeline.contacts.iter().map(|r| r.impact_id).collect();
+        assert_eq!(ids, [1, 1, 2]);
+        assert_eq!((report.impacts, report.rows), (2, 3));
+    }
+
+    #[test]
+    fn a_slow_touch_does_not_swallow_the_blow_after_it() {
+        let (timeline, report) = record(&[row(0.1, 0.01), row(0.1002, 0.5)], false);
+        assert_eq!(timeline.contacts.len(), 1);
+        assert_eq!((report.impacts, report.dropped_impacts), (1, 1));
+        let (raw, _) = record(&[row(0.1, 0.01), row(0.1002, 0.5)], true);
+        assert_eq!(raw.contacts.iter().map(|r| r.impact_id).collect::<Vec<_>>(), [0, 1]);
     }
 }

@@ -116,15 +116,13 @@ mod tests {
     use super::*;
 
     fn key(time: f64, x: f64, turn: f64) -> Keyframe {
-        Keyframe {
-            time,
-            pose: Pose { position: DVec3::X * x, orientation: DQuat::from_rotation_y(turn) },
-        }
+        Keyframe { time, pose: Pose { position: DVec3::X * x, orientation: DQuat::from_rotation_y(turn) } }
     }
 
     #[test]
     fn track_velocity_is_the_derivative_of_position() {
-        let track = Track::try_new(vec![key(0.0, 0.0, 0.0), key(1.0, 1.0, 0.5), key(3.0, -1.0, 0.1)]).unwrap();
+        let track =
+            Track::try_new(vec![key(0.0, 0.0, 0.0), key(1.0, 1.0, 0.5), key(3.0, -1.0, 0.1)]).unwrap();
         for time in [0.2, 0.9, 1.4, 2.7] {
             let h = 1e-5;
             let difference =

@@ -31,7 +31,9 @@ impl ConvexPart {
     /// The same part in a frame whose origin is at `origin`.
     pub fn relative_to(&self, origin: DVec3) -> Self {
         match self {
-            ConvexPart::Ball { centre, radius } => ConvexPart::Ball { centre: *centre - origin, radius: *radius },
+            ConvexPart::Ball { centre, radius } => {
+                ConvexPart::Ball { centre: *centre - origin, radius: *radius }
+            }
             ConvexPart::Cylinder { centre, axis, radius, half_height } => ConvexPart::Cylinder {
                 centre: *centre - origin,
                 axis: *axis,

@@ -1,0 +1,254 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clangor::glam::DVec3;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Physically based sound of rigid bodies: a scene goes in, the pressure at a listener comes out, in pascals.
+#[derive(Parser)]
+#[command(name = "clangor", version, propagate_version = true)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) global: Global,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// Options of every command.
+#[derive(Args)]
+pub(crate) struct Global {
+    /// Threads to use (default: one per core); the result does not depend on it
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Print nothing but errors
+    #[arg(long, global = true)]
+    pub(crate) quiet: bool,
+    /// Print the result as one JSON object
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// Replace the scene's seed for random placement
+    #[arg(long, global = true, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Simulate a scene (or read a timeline) and write its sound as WAV
+    Render(Render),
+    /// Check a scene and print every error at once
+    Check(Check),
+    /// Simulate a scene and write what happened as a timeline
+    Simulate(Simulate),
+    /// One blow to one body, heard by one listener
+    Strike(Strike),
+    /// Turn what another tool or a person wrote into a timeline
+    Import(Import),
+    /// Turn a scene or a timeline into another tool's file
+    Export(Export),
+    /// Say what is in a timeline, a mesh, a scene or a WAV file
+    Inspect(Inspect),
+    /// Compare with closed forms and published numbers, and write the table
+    Validate(Validate),
+}
+
+#[derive(Args)]
+pub(crate) struct Render {
+    /// A scene (.toml) or a timeline folder (.timeline)
+    pub(crate) input: PathBuf,
+    /// The WAV file to write; several listeners make NAME.LISTENER.wav each
+    #[arg(short, long, value_name = "OUT.wav")]
+    pub(crate) output: Option<PathBuf>,
+    /// A listener instead of the scene's, in metres; repeat for several
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) listener: Vec<DVec3>,
+    /// Keep the simulated timeline here
+    #[arg(long, value_name = "RUN.timeline")]
+    pub(crate) timeline: Option<PathBuf>,
+    /// Samples per second, 8000 to 384000
+    #[arg(long, value_name = "HZ")]
+    pub(crate) sample_rate: Option<u32>,
+    /// Sample format
+    #[arg(long, value_enum)]
+    pub(crate) bits: Option<Bits>,
+    /// Simulated time in seconds, instead of the scene's
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub(crate) duration: Option<f64>,
+    /// Start of the written sound in seconds
+    #[arg(long, value_name = "S", value_parser = nonnegative)]
+    pub(crate) from: Option<f64>,
+    /// End of the written sound in seconds
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub(crate) to: Option<f64>,
+    /// Pressure that a sample of 1 means, in pascals (default 1 for float, 20 for 24-bit)
+    #[arg(long, value_name = "PA", value_parser = positive, conflicts_with = "normalize")]
+    pub(crate) full_scale: Option<f64>,
+    /// Choose the full scale so that the loudest sample has this level
+    #[arg(long, value_name = "DBFS", value_parser = nonpositive, allow_hyphen_values = true)]
+    pub(crate) normalize: Option<f64>,
+    /// Write one more WAV file per body that sounds
+    #[arg(long)]
+    pub(crate) stems: bool,
+    /// Say for each body how much it sounds, by part, and why it is silent
+    #[arg(long)]
+    pub(crate) explain: bool,
+    /// Replace an existing timeline
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Check {
+    /// The scene
+    pub(crate) scene: PathBuf,
+}
+
+#[derive(Args)]
+pub(crate) struct Simulate {
+    /// The scene
+    pub(crate) scene: PathBuf,
+    /// The timeline folder to write (default: the scene's name with .timeline)
+    #[arg(short, long, value_name = "RUN.timeline")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write every impulse of the solver, not only impacts faster than v_min
+    #[arg(long)]
+    pub(crate) raw_log: bool,
+    /// Simulated time in seconds, instead of the scene's
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub(crate) duration: Option<f64>,
+    /// Replace an existing timeline
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Strike {
+    /// A shape (sphere:0.0075, coin, mug …) or a mesh file
+    pub(crate) body: String,
+    /// Material preset
+    #[arg(long, value_name = "NAME")]
+    pub(crate) material: String,
+    /// Impulse in newton seconds
+    #[arg(long, value_name = "JX,JY,JZ", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) impulse: DVec3,
+    /// Struck point on the surface in metres from the centre of mass
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) point: DVec3,
+    /// Listener in metres from the centre of mass
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) listener: DVec3,
+    /// The WAV or CSV file to write
+    #[arg(short, long, value_name = "OUT.wav|OUT.csv")]
+    pub(crate) output: PathBuf,
+    /// Duration of the contact in seconds (default: Hertz against a rigid plane at 1 m/s)
+    #[arg(long, value_name = "TAU", value_parser = positive)]
+    pub(crate) duration: Option<f64>,
+    /// Samples per second, 8000 to 384000
+    #[arg(long, value_name = "HZ", default_value_t = 48_000)]
+    pub(crate) sample_rate: u32,
+    /// Length of the output in seconds
+    #[arg(long, value_name = "S", default_value_t = 0.1, value_parser = positive)]
+    pub(crate) seconds: f64,
+    /// Scale of a mesh file to metres
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) scale: f64,
+}
+
+#[derive(Args)]
+pub(crate) struct Import {
+    #[command(subcommand)]
+    pub(crate) format: ImportFormat,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum ImportFormat {
+    /// A hand-written list of contacts (.jsonl or .csv) between the bodies of a scene
+    Contacts {
+        /// The scene that names the bodies
+        scene: PathBuf,
+        /// The list
+        list: PathBuf,
+        /// The timeline folder to write
+        #[arg(short, long, value_name = "RUN.timeline")]
+        output: PathBuf,
+        /// Replace an existing timeline
+        #[arg(long)]
+        force: bool,
+    },
+}
+
+#[derive(Args)]
+pub(crate) struct Export {
+    #[command(subcommand)]
+    pub(crate) format: ExportFormat,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum ExportFormat {
+    /// The moving bodies as an animated binary glTF file
+    Gltf {
+        /// A scene (.toml) or a timeline folder (.timeline)
+        input: PathBuf,
+        /// The GLB file to write
+        #[arg(short, long, value_name = "OUT.glb")]
+        output: PathBuf,
+        /// Animation keys per second
+        #[arg(long, value_name = "HZ", default_value_t = 120.0, value_parser = positive)]
+        rate: f64,
+    },
+}
+
+#[derive(Args)]
+pub(crate) struct Inspect {
+    /// A timeline folder, a WAV file, a mesh, a shape or a scene
+    pub(crate) file: String,
+}
+
+#[derive(Args)]
+pub(crate) struct Validate {
+    /// Only what takes less than a minute (the default)
+    #[arg(long, conflicts_with = "full")]
+    pub(crate) quick: bool,
+    /// Everything
+    #[arg(long)]
+    pub(crate) full: bool,
+    /// The Markdown table to write
+    #[arg(short, long, value_name = "FILE.md")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+/// Sample formats of a WAV file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Bits {
+    /// 24-bit integers
+    #[value(name = "24")]
+    Integer24,
+    /// 32-bit floating point
+    #[value(name = "32f")]
+    Float32,
+}
+
+fn vector(text: &str) -> Result<DVec3, String> {
+    let numbers = text.split(',').map(|n| finite(n.trim())).collect::<Result<Vec<f64>, String>>()?;
+    match numbers[..] {
+        [x, y, z] => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!("expected three numbers like 1.0,1.8,1.0, found {}", numbers.len())),
+    }
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number"))?;
+    if number.is_finite() { Ok(number) } else { Err(format!("{text} is not a finite number")) }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be greater than 0".into()) })
+}
+
+fn nonnegative(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|n| if n >= 0.0 { Ok(n) } else { Err("must not be negative".into()) })
+}
+
+fn nonpositive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|n| if n <= 0.0 { Ok(n) } else { Err("must not exceed 0 dBFS".into()) })
+}

@@ -1,0 +1,101 @@
+//! What the person at the terminal sees: results, warnings, progress with an estimate, and interruption.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::arguments::Global;
+
+/// Where messages go, and whether the person has asked to stop.
+pub(crate) struct Console {
+    quiet: bool,
+    json: bool,
+    stop: Arc<AtomicBool>,
+}
+
+impl Console {
+    /// Listens for Ctrl-C from now on: the first one asks work to stop, a second one ends the program at once.
+    pub(crate) fn new(global: &Global) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let handled = ctrlc::set_handler(move || {
+            if flag.swap(true, Ordering::SeqCst) {
+                std::process::exit(130);
+            }
+        });
+        if let Err(error) = handled {
+            eprintln!("warning: Ctrl-C will end the program without tidying up: {error}");
+        }
+        Console { quiet: global.quiet, json: global.json, stop }
+    }
+
+    /// Whether results are wanted as JSON.
+    pub(crate) fn wants_json(&self) -> bool {
+        self.json
+    }
+
+    /// A line of the result, unless JSON or silence was asked for.
+    pub(crate) fn say(&self, line: impl std::fmt::Display) {
+        if !self.quiet && !self.json {
+            println!("{line}");
+        }
+    }
+
+    /// A warning, on standard error.
+    pub(crate) fn warn(&self, line: impl std::fmt::Display) {
+        if !self.quiet {
+            eprintln!("warning: {line}");
+        }
+    }
+
+    /// The result as JSON, if asked for.
+    pub(crate) fn json(&self, value: &serde_json::Value) {
+        if self.json {
+            println!("{value}");
+        }
+    }
+
+    /// `Break` once the person has pressed Ctrl-C.
+    pub(crate) fn flow(&self) -> ControlFlow<()> {
+        if self.stop.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// A progress bar over work of `total` seconds of scene time.
+    pub(crate) fn progress(&self, what: &'static str, total: f64) -> Progress<'_> {
+        let bar = ProgressBar::with_draw_target(
+            Some((total * UNITS_PER_SECOND).ceil() as u64),
+            if self.quiet || self.json { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() },
+        );
+        let style = ProgressStyle::with_template("{prefix:>10} {bar:40} {percent:>3} %  {elapsed} (about {eta} left)");
+        if let Ok(style) = style {
+            bar.set_style(style);
+        }
+        bar.set_prefix(what);
+        Progress { bar, console: self }
+    }
+}
+
+/// Resolution of progress bars.
+const UNITS_PER_SECOND: f64 = 1e4;
+
+/// A running progress bar; gone when dropped.
+pub(crate) struct Progress<'a> {
+    bar: ProgressBar,
+    console: &'a Console,
+}
+
+impl Progress<'_> {
+    /// Shows how far the work is [s of scene time]; `Break` if it should stop.
+    pub(crate) fn reached(&self, time: f64) -> ControlFlow<()> {
+        self.bar.set_position((time.max(0.0) * UNITS_PER_SECOND) as u64);
+        self.console.flow()
+    }
+}
+
+impl Drop for Progress<'_> {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

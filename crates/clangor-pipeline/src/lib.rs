@@ -1,1 +1,5 @@
 //! The stages with their files: scene and meshes in, timeline and WAV out.
+
+pub mod atomic_file;
+pub mod levels;
+pub mod wav;

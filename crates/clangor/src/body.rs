@@ -8,6 +8,10 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use crate::geometry::convex::ConvexPart;
+use crate::geometry::curvature::mean_curvature;
+use crate::geometry::mass_properties::MassProperties;
+use crate::geometry::solid::{MeshError, check_solid};
+use crate::geometry::surface_tree::SurfaceTree;
 use crate::geometry::tri_mesh::TriMesh;
 use crate::material::Material;
 use crate::pose::{Pose, Track};
@@ -51,6 +55,42 @@ pub struct MeshSurface {
     pub parts: Vec<ConvexPart>,
     /// Volume [m³].
     pub volume: f64,
+    /// Finds the nearest triangle.
+    tree: SurfaceTree,
+}
+
+impl MeshSurface {
+    /// Moves a closed mesh and the parts that stand for it in collisions to the centre of mass, and prepares what
+    /// contact asks of them. The mass properties are those of unit density in the frame of `mesh`.
+    ///
+    /// # Errors
+    /// [`MeshError`] if the mesh does not bound a solid.
+    pub fn try_new(mesh: TriMesh, parts: Vec<ConvexPart>) -> Result<(Self, MassProperties), MeshError> {
+        let mass = check_solid(&mesh)?.mass;
+        let mesh = mesh.relative_to(mass.centre_of_mass);
+        let parts = parts.iter().map(|p| p.relative_to(mass.centre_of_mass)).collect();
+        let tree = SurfaceTree::new(&mesh);
+        let mean_curvature = mean_curvature(&mesh);
+        Ok((MeshSurface { mesh, mean_curvature, parts, volume: mass.volume, tree }, mass))
+    }
+
+    /// Mean curvature [1/m] at the point of the surface nearest to `point_body`, interpolated between the vertices.
+    pub fn mean_curvature_at(&self, point_body: DVec3) -> f64 {
+        self.tree.nearest(&self.mesh, point_body).map_or(0.0, |nearest| {
+            let corners = self.mesh.triangles[nearest.triangle];
+            (0..3).map(|k| nearest.weights[k] * self.mean_curvature[corners[k] as usize]).sum()
+        })
+    }
+
+    /// Distance of `point_body` from the surface [m], negative inside.
+    pub fn signed_distance(&self, point_body: DVec3) -> f64 {
+        self.tree.signed_distance(&self.mesh, point_body).unwrap_or(f64::INFINITY)
+    }
+
+    /// Whether `point_body` lies inside the solid.
+    pub fn contains(&self, point_body: DVec3) -> bool {
+        self.signed_distance(point_body) < 0.0
+    }
 }
 
 impl Surface {

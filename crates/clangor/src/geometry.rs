@@ -1,5 +1,19 @@
-//! Shapes as surfaces and solids: triangle meshes, mass properties, curvature, convex parts.
+//! Shapes as surfaces and solids.
+//!
+//! * [`tri_mesh`]: triangles; [`topology`]: which triangles share an edge; [`refine`]: smaller triangles;
+//! * [`solid`]: whether a mesh bounds a solid, and what is wrong with it if not;
+//! * [`mass_properties`], [`principal_axes`]: volume, centre of mass, inertia;
+//! * [`curvature`]: mean curvature, which sets the contact time; [`surface_tree`]: nearest point, inside or outside;
+//! * [`convex`], [`hull`]: convex parts, which collide.
 
 pub mod convex;
+pub mod curvature;
+pub mod hull;
 pub mod mass_properties;
+pub mod principal_axes;
+pub mod refine;
+mod self_intersection;
+pub mod solid;
+pub mod surface_tree;
+pub mod topology;
 pub mod tri_mesh;

@@ -20,4 +20,5 @@ pub mod geometry;
 pub mod material;
 pub mod medium;
 pub mod pose;
+pub mod shape;
 pub mod timeline;

@@ -1,0 +1,85 @@
+//! Convex hull of points in space: incremental, quadratic at worst, for the few hundred points of a part.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+
+use super::solid::MeshError;
+use super::tri_mesh::TriMesh;
+
+/// The convex hull as a closed mesh that holds only the points it uses.
+///
+/// Points within 1e-12 of the extent of a face's plane count as on it; points on a face or inside vanish.
+///
+/// # Errors
+/// [`MeshError::NotFinite`], or [`MeshError::NoVolume`] for points that lie in one plane.
+pub fn convex_hull(points: &[DVec3]) -> Result<TriMesh, MeshError> {
+    if let Some(vertex) = points.iter().position(|p| !p.is_finite()) {
+        return Err(MeshError::NotFinite { vertex });
+    }
+    let start = first_tetrahedron(points)?;
+    let extent = points.iter().map(|p| p.distance(points[start[0]])).fold(0.0, f64::max);
+    let margin = 1e-12 * extent;
+    let [a, b, c, d] = start.map(|i| i as u32);
+    let mut faces = vec![[a, b, c], [a, c, d], [a, d, b], [b, d, c]];
+    if height(points, faces[0], points[d as usize]) > 0.0 {
+        faces.iter_mut().for_each(|f| f.swap(1, 2));
+    }
+    for (i, point) in points.iter().enumerate() {
+        if start.contains(&i) {
+            continue;
+        }
+        let (seen, hidden): (Vec<_>, Vec<_>) =
+            faces.iter().partition(|f| height(points, **f, *point) > margin);
+        if seen.is_empty() {
+            continue;
+        }
+        // The rim of the seen faces: their directed edges whose opposite is not theirs.
+        let sides = |f: &[u32; 3]| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])];
+        let edges: HashSet<(u32, u32)> = seen.iter().flat_map(sides).collect();
+        let rim = seen.iter().flat_map(sides).filter(|(u, v)| !edges.contains(&(*v, *u)));
+        faces = hidden.into_iter().chain(rim.map(|(u, v)| [u, v, i as u32])).collect();
+    }
+    Ok(TriMesh { vertices: points.to_vec(), triangles: faces }.weld(0.0))
+}
+
+/// Height of a point above a face [m].
+fn height(points: &[DVec3], face: [u32; 3], point: DVec3) -> f64 {
+    let [a, b, c] = face.map(|i| points[i as usize]);
+    (b - a).cross(c - a).normalize_or_zero().dot(point - a)
+}
+
+/// Four points far from one plane.
+fn first_tetrahedron(points: &[DVec3]) -> Result<[usize; 4], MeshError> {
+    let farthest = |measure: &dyn Fn(DVec3) -> f64| {
+        let best = (0..points.len()).max_by(|i, j| measure(points[*i]).total_cmp(&measure(points[*j])));
+        best.map(|i| (i, measure(points[i])))
+    };
+    let flat = MeshError::NoVolume { volume: 0.0 };
+    let (i, _) = farthest(&|p| -p.x).ok_or(flat.clone())?;
+    let a = points[i];
+    let (j, span) = farthest(&|p| p.distance(a)).ok_or(flat.clone())?;
+    let along = (points[j] - a).normalize_or_zero();
+    let (k, width) = farthest(&|p| (p - a).reject_from_normalized(along).length()).ok_or(flat.clone())?;
+    let normal = along.cross(points[k] - a).normalize_or_zero();
+    let (l, depth) = farthest(&|p| (p - a).dot(normal).abs()).ok_or(flat.clone())?;
+    if span > 0.0 && width > 1e-12 * span && depth > 1e-12 * span { Ok([i, j, k, l]) } else { Err(flat) }
+}
+
+/// Largest height of a vertex above a face of its own surface [m]: 0 for a convex mesh, up to rounding.
+///
+/// Only neighbours across an edge are compared: a closed connected surface that is convex there is convex.
+pub fn concavity(mesh: &TriMesh) -> Result<f64, MeshError> {
+    let topology = super::topology::Topology::try_new(mesh)?;
+    let mut worst = 0.0_f64;
+    for (t, neighbours) in topology.neighbours.iter().enumerate() {
+        let normal = mesh.area_vector(t).normalize_or_zero();
+        let base = mesh.corners(t)[0];
+        for n in neighbours {
+            for corner in mesh.corners(*n as usize) {
+                worst = worst.max((corner - base).dot(normal));
+            }
+        }
+    }
+    Ok(worst)
+}

@@ -1,0 +1,221 @@
+//! Nearest point of a surface, and inside or outside, in logarithmic time.
+//!
+//! A binary tree of axis-parallel boxes over the triangles, split at the median of the centroids. The sign of the
+//! distance comes from the angle-weighted pseudonormal of the nearest face, edge or vertex, which is right for every
+//! closed surface: Bærentzen and Aanæs (2005).
+
+use glam::DVec3;
+
+use super::curvature::vertex_normals;
+use super::topology::Topology;
+use super::tri_mesh::TriMesh;
+
+const LEAF_TRIANGLES: usize = 4;
+
+/// A tree over the triangles of a mesh. It holds no geometry of its own: queries take the mesh that it was built from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceTree {
+    nodes: Vec<Node>,
+    /// Triangles in the order of the leaves.
+    order: Vec<u32>,
+    vertex_normals: Vec<DVec3>,
+    /// Empty for a surface that is not closed, which has no inside.
+    neighbours: Vec<[u32; 3]>,
+}
+
+/// A box, and its triangles `order[start..end]` (leaf) or its children: the next node and `right`.
+#[derive(Clone, Debug, PartialEq)]
+struct Node {
+    low: DVec3,
+    high: DVec3,
+    start: u32,
+    end: u32,
+    /// 0 for a leaf.
+    right: u32,
+}
+
+/// The point of a surface nearest to another point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearestPoint {
+    /// The triangle.
+    pub triangle: usize,
+    /// Weights of its corners; they sum to 1.
+    pub weights: [f64; 3],
+    /// The point [m].
+    pub position: DVec3,
+    /// Distance to it [m].
+    pub distance: f64,
+}
+
+impl SurfaceTree {
+    /// Builds the tree of a mesh whose indices are in range.
+    pub fn new(mesh: &TriMesh) -> Self {
+        let count = mesh.triangles.len();
+        let boxes: Vec<(DVec3, DVec3)> = (0..count).map(|t| bounds_of(mesh.corners(t))).collect();
+        let mut tree = SurfaceTree {
+            nodes: Vec::new(),
+            order: (0..count as u32).collect(),
+            vertex_normals: vertex_normals(mesh),
+            neighbours: Topology::try_new(mesh).map(|t| t.neighbours).unwrap_or_default(),
+        };
+        if count > 0 {
+            tree.build(&boxes, 0, count);
+        }
+        tree
+    }
+
+    fn build(&mut self, boxes: &[(DVec3, DVec3)], start: usize, end: usize) -> u32 {
+        let (low, high) = self.order[start..end]
+            .iter()
+            .map(|t| boxes[*t as usize])
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+            .unwrap_or_default();
+        let index = self.nodes.len();
+        self.nodes.push(Node { low, high, start: start as u32, end: end as u32, right: 0 });
+        if end - start > LEAF_TRIANGLES {
+            let extent = high - low;
+            let axis = if extent.x >= extent.y.max(extent.z) {
+                0
+            } else if extent.y >= extent.z {
+                1
+            } else {
+                2
+            };
+            let middle = (end - start) / 2;
+            let key = |t: u32| boxes[t as usize].0[axis] + boxes[t as usize].1[axis];
+            self.order[start..end]
+                .select_nth_unstable_by(middle, |a, b| key(*a).total_cmp(&key(*b)).then(a.cmp(b)));
+            self.build(boxes, start, start + middle);
+            self.nodes[index].right = self.build(boxes, start + middle, end);
+        }
+        index as u32
+    }
+
+    /// The point of the surface nearest to `point`; `None` without triangles.
+    pub fn nearest(&self, mesh: &TriMesh, point: DVec3) -> Option<NearestPoint> {
+        let mut best: Option<NearestPoint> = None;
+        let mut stack = vec![0_u32];
+        while let Some(index) = stack.pop() {
+            let Some(node) = self.nodes.get(index as usize) else { continue };
+            let limit = best.map_or(f64::INFINITY, |b| b.distance);
+            if box_distance(node, point) >= limit {
+                continue;
+            }
+            if node.right != 0 {
+                let (left, right) = (index + 1, node.right);
+                let near_left = box_distance(&self.nodes[left as usize], point)
+                    <= box_distance(&self.nodes[right as usize], point);
+                stack.extend(if near_left { [right, left] } else { [left, right] });
+                continue;
+            }
+            for t in &self.order[node.start as usize..node.end as usize] {
+                let (weights, position) = nearest_on_triangle(point, mesh.corners(*t as usize));
+                let distance = position.distance(point);
+                if best.is_none_or(|b| distance < b.distance) {
+                    best = Some(NearestPoint { triangle: *t as usize, weights, position, distance });
+                }
+            }
+        }
+        best
+    }
+
+    /// Distance from the surface [m], negative inside; `None` without triangles or where the surface is open.
+    pub fn signed_distance(&self, mesh: &TriMesh, point: DVec3) -> Option<f64> {
+        let nearest = self.nearest(mesh, point)?;
+        let neighbours = self.neighbours.get(nearest.triangle)?;
+        let corners = mesh.triangles[nearest.triangle];
+        let zero = nearest.weights.map(|w| w == 0.0);
+        let normal = match zero {
+            [false, false, false] => mesh.area_vector(nearest.triangle),
+            [false, true, true] => self.vertex_normals[corners[0] as usize],
+            [true, false, true] => self.vertex_normals[corners[1] as usize],
+            [true, true, false] => self.vertex_normals[corners[2] as usize],
+            _ => {
+                let opposite = zero.iter().position(|z| *z).unwrap_or(0);
+                let across = neighbours[(opposite + 1) % 3] as usize;
+                mesh.area_vector(nearest.triangle).normalize() + mesh.area_vector(across).normalize()
+            }
+        };
+        Some(nearest.distance.copysign((point - nearest.position).dot(normal)))
+    }
+
+    /// Calls `visit` with every pair of triangles whose boxes, grown by `margin` [m], overlap, each pair once.
+    pub(super) fn overlapping_pairs(
+        &self,
+        mesh: &TriMesh,
+        margin: f64,
+        visit: &mut dyn FnMut(usize, usize) -> bool,
+    ) {
+        let mut stack = vec![0_u32];
+        for t in 0..mesh.triangles.len() {
+            let (low, high) = bounds_of(mesh.corners(t));
+            let (low, high) = (low - margin, high + margin);
+            let apart = |l: DVec3, h: DVec3| l.cmpgt(high).any() || h.cmplt(low).any();
+            stack.push(0);
+            while let Some(index) = stack.pop() {
+                let node = &self.nodes[index as usize];
+                if apart(node.low, node.high) {
+                    continue;
+                }
+                if node.right != 0 {
+                    stack.extend([index + 1, node.right]);
+                    continue;
+                }
+                for other in &self.order[node.start as usize..node.end as usize] {
+                    let other = *other as usize;
+                    let (l, h) = bounds_of(mesh.corners(other));
+                    if other > t && !apart(l, h) && visit(t, other) {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn bounds_of([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3) {
+    (a.min(b).min(c), a.max(b).max(c))
+}
+
+fn box_distance(node: &Node, point: DVec3) -> f64 {
+    (point - point.clamp(node.low, node.high)).length()
+}
+
+/// Nearest point of a triangle and its weights; a weight is exactly zero off its corner's edges.
+///
+/// Source: Ericson, "Real-Time Collision Detection" (2004), section 5.1.5.
+fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> ([f64; 3], DVec3) {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return ([1.0, 0.0, 0.0], a);
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return ([0.0, 1.0, 0.0], b);
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let v = d1 / (d1 - d3);
+        return ([1.0 - v, v, 0.0], a + ab * v);
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return ([0.0, 0.0, 1.0], c);
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let w = d2 / (d2 - d6);
+        return ([1.0 - w, 0.0, w], a + ac * w);
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return ([0.0, 1.0 - w, w], b + (c - b) * w);
+    }
+    let sum = va + vb + vc;
+    let (v, w) = (vb / sum, vc / sum);
+    ([1.0 - v - w, v, w], a + ab * v + ac * w)
+}

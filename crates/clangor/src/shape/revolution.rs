@@ -1,0 +1,201 @@
+//! Bodies of revolution about y: a profile in the (r, y) half-plane, sampled and turned.
+//!
+//! Rings hold fewer points towards the axis, so that triangles keep their shape; neighbouring rings are laced together
+//! by angle. Every ring has a multiple of four points, which keeps the centre of mass on the axis.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3};
+
+use crate::geometry::convex::ConvexPart;
+use crate::geometry::tri_mesh::TriMesh;
+
+/// A profile: points (r, y) [m], counter-clockwise around the material. It starts and ends on the axis, below and
+/// above, or is a closed loop off the axis.
+#[derive(Clone, Debug)]
+pub(super) struct Profile {
+    points: Vec<DVec2>,
+    closed: bool,
+    edge: f64,
+    /// Largest distance of a chord from its arc [m].
+    sagitta: f64,
+}
+
+impl Profile {
+    /// Starts at a point; pieces are sampled at `edge` [m], and finer where a chord would leave its arc by `sagitta`.
+    pub(super) fn start(point: DVec2, edge: f64, sagitta: f64) -> Self {
+        Profile { points: vec![point], closed: false, edge, sagitta }
+    }
+
+    fn end(&self) -> DVec2 {
+        self.points[self.points.len() - 1]
+    }
+
+    /// A straight piece to a point.
+    pub(super) fn line_to(mut self, r: f64, y: f64) -> Self {
+        let (from, to) = (self.end(), DVec2::new(r, y));
+        let count = (from.distance(to) / self.edge).ceil().max(1.0) as usize;
+        self.points.extend((1..count).map(|k| from + (to - from) * (k as f64 / count as f64)));
+        self.points.push(to);
+        self
+    }
+
+    /// A circular arc about `centre` through `turn` [rad], positive counter-clockwise.
+    pub(super) fn arc(mut self, centre: DVec2, turn: f64) -> Self {
+        let spoke = self.end() - centre;
+        let radius = spoke.length();
+        // A chord of angle 2x leaves its arc by R (1 − cos x).
+        let finest = 2.0 * (1.0 - (self.sagitta / radius).min(1.0)).acos();
+        let count =
+            (turn.abs() * radius / self.edge).max(turn.abs() / finest.min(PI / 3.0)).ceil().max(1.0) as usize;
+        self.points.extend(
+            (1..=count).map(|k| centre + DVec2::from_angle(turn * (k as f64 / count as f64)).rotate(spoke)),
+        );
+        self
+    }
+
+    /// Ends a loop that has come back to its start.
+    pub(super) fn close(mut self) -> Self {
+        self.points.pop();
+        self.closed = true;
+        self
+    }
+
+    /// The surface of revolution.
+    pub(super) fn turn(&self) -> TriMesh {
+        let widest = self.points.iter().map(|p| p.x).fold(0.0, f64::max);
+        let narrowest = self.points.iter().map(|p| p.x).fold(f64::INFINITY, f64::min);
+        // A tube around a wide hole keeps one count: regular rings have smoother curvature.
+        let even = self.closed && widest < 2.0 * narrowest;
+        let rings: Vec<Ring> = self
+            .points
+            .iter()
+            .map(|p| Ring { radius: p.x, y: p.y, turns: self.even_turns(if even { widest } else { p.x }) })
+            .collect();
+        lace(&rings, self.closed)
+    }
+
+    /// Angles of a ring, in turns.
+    pub(super) fn even_turns(&self, radius: f64) -> Vec<f64> {
+        if radius <= 0.0 {
+            return vec![0.0];
+        }
+        let by_edge = TAU * radius / self.edge;
+        let by_sagitta = PI / (1.0 - (self.sagitta / radius).min(1.0)).acos();
+        let count = 4 * ((0.25 * by_edge.max(by_sagitta)).round() as usize).max(2);
+        (0..count).map(|k| k as f64 / count as f64).collect()
+    }
+}
+
+/// Points of equal radius and height at the given angles [turns], from 0 up to below 1.
+#[derive(Clone, Debug)]
+pub(super) struct Ring {
+    pub(super) radius: f64,
+    pub(super) y: f64,
+    pub(super) turns: Vec<f64>,
+}
+
+/// Joins rings into a surface, outward to the right of their order; the first and last are points on the axis, or the
+/// last is joined to the first.
+pub(super) fn lace(rings: &[Ring], closed: bool) -> TriMesh {
+    let mut mesh = TriMesh::default();
+    let mut start = Vec::new();
+    for ring in rings {
+        start.push(mesh.vertices.len() as u32);
+        mesh.vertices.extend(ring.turns.iter().map(|turn| {
+            let (sin, cos) = (TAU * turn).sin_cos();
+            DVec3::new(ring.radius * cos, ring.y, -ring.radius * sin)
+        }));
+    }
+    let pairs = if closed { rings.len() } else { rings.len() - 1 };
+    for below in 0..pairs {
+        let above = (below + 1) % rings.len();
+        lace_pair(&mut mesh, (&rings[below].turns, start[below]), (&rings[above].turns, start[above]));
+    }
+    mesh
+}
+
+/// A band of triangles between two rings, each with its first vertex; the next triangle advances the ring whose next
+/// edge has the smaller middle angle.
+pub(super) fn lace_pair(
+    mesh: &mut TriMesh,
+    (low, low_start): (&[f64], u32),
+    (high, high_start): (&[f64], u32),
+) {
+    let at = |turns: &[f64], k: usize| if k < turns.len() { turns[k] } else { turns[k - turns.len()] + 1.0 };
+    let vertex = |turns: &[f64], start: u32, k: usize| start + (k % turns.len()) as u32;
+    let (mut i, mut k) = (0, 0);
+    loop {
+        // A pole does not advance.
+        let low_done = low.len() == 1 || i == low.len();
+        let high_done = high.len() == 1 || k == high.len();
+        if low_done && high_done {
+            return;
+        }
+        let low_middle = at(low, i) + if low_done { 9.0 } else { at(low, i + 1) };
+        let high_middle = at(high, k) + if high_done { 9.0 } else { at(high, k + 1) };
+        let (a, b) = (vertex(low, low_start, i), vertex(high, high_start, k));
+        // The slack settles ties alike in every quadrant.
+        if low_middle <= high_middle + 1e-12 {
+            mesh.triangles.push([a, vertex(low, low_start, i + 1), b]);
+            i += 1;
+        } else {
+            mesh.triangles.push([a, vertex(high, high_start, k + 1), b]);
+            k += 1;
+        }
+    }
+}
+
+/// A cylinder of full height `height` about the origin.
+pub(super) fn cylinder_profile(radius: f64, height: f64, edge: f64) -> Profile {
+    let half = 0.5 * height;
+    Profile::start(DVec2::new(0.0, -half), edge, f64::INFINITY)
+        .line_to(radius, -half)
+        .line_to(radius, half)
+        .line_to(0.0, half)
+}
+
+/// A torus: the circle of radius `minor` about (major, 0), turned.
+pub(super) fn torus_profile(major: f64, minor: f64, edge: f64) -> Profile {
+    let centre = DVec2::new(major, 0.0);
+    Profile::start(centre + DVec2::new(minor, 0.0), edge, f64::INFINITY).arc(centre, TAU).close()
+}
+
+/// Convex wedges whose union stands for the turned section: a convex polygon of (r, y), cut into `sectors`.
+///
+/// The far side of a wedge has a point halfway, so that it follows the round outside; the near side is a chord, moved
+/// outwards by half of its sagitta, so that it errs equally to both sides.
+pub(super) fn wedges(section: &[DVec2], sectors: usize) -> Vec<ConvexPart> {
+    let step = TAU / sectors as f64;
+    let middle = section.iter().map(|p| p.x).sum::<f64>() / section.len() as f64;
+    let chord = 2.0 / (1.0 + (0.5 * step).cos());
+    let place = |r: f64, y: f64, angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        DVec3::new(r * cos, y, -r * sin)
+    };
+    (0..sectors)
+        .map(|k| {
+            let from = step * k as f64;
+            let mut points = Vec::new();
+            for p in section {
+                if p.x > middle {
+                    points.extend([0.0, 0.5, 1.0].map(|s| place(p.x, p.y, from + s * step)));
+                } else {
+                    points.extend([0.0, 1.0].map(|s| place(p.x * chord, p.y, from + s * step)));
+                }
+            }
+            ConvexPart::Hull(points)
+        })
+        .collect()
+}
+
+/// A torus as drums between sections of the tube, `sectors` of them.
+///
+/// The section is an octagon that crosses the circle: its sides err as much inwards as its corners err outwards.
+pub(super) fn torus_parts(major: f64, minor: f64, sectors: usize) -> Vec<ConvexPart> {
+    let balanced = minor * 2.0 / (1.0 + (PI / 8.0).cos());
+    let corner =
+        |k: usize| DVec2::new(major, 0.0) + DVec2::from_angle(TAU * (k as f64 + 0.5) / 8.0) * balanced;
+    let section: Vec<DVec2> = (0..8).map(corner).collect();
+    wedges(&section, sectors)
+}

@@ -16,9 +16,13 @@
 pub use glam;
 
 pub mod body;
+pub mod contact;
 pub mod geometry;
 pub mod material;
+mod math;
 pub mod medium;
+pub mod model;
 pub mod pose;
 pub mod shape;
+pub mod synthesis;
 pub mod timeline;

@@ -1,0 +1,4 @@
+//! Formulas that more than one module needs.
+
+pub(crate) mod bessel;
+pub(crate) mod triangle_distance;

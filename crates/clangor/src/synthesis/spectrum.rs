@@ -1,0 +1,193 @@
+//! Spectra of clicks on an FFT grid.
+//!
+//! P(ω_k) = (real transfer terms) · (force spectrum) · e^{−iω_k T}: the first two are rational in ω apart from one
+//! cosine, the last is a rotation. Both advance by a constant angle per bin, so neither needs a sine or cosine per bin;
+//! [`LANES`] bins advance together, which the compiler turns into vector instructions.
+
+use super::lowpass;
+use crate::contact::force_profile::ForceProfile;
+use crate::model::sphere_radiation::SphereTransfer;
+
+/// Bins that advance together.
+const LANES: usize = 4;
+
+/// One wave that reaches a receiver: direct, or from the mirrored source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Wave {
+    /// Transfer times velocity change; the delay is not used.
+    pub(super) transfer: SphereTransfer,
+    /// How the force runs.
+    pub(super) profile: ForceProfile,
+    /// Duration τ of the force [s].
+    pub(super) duration: f64,
+    /// When the middle of the collision is heard [s].
+    pub(super) middle: f64,
+}
+
+/// The frequencies of one block length with their gains, padded to whole lanes.
+pub(super) struct Grid {
+    /// Distance of the bins [Hz].
+    pub(super) spacing_hz: f64,
+    /// Bins that are not zero.
+    pub(super) bins: usize,
+    omega: Vec<f64>,
+    gain: Vec<f64>,
+}
+
+impl Grid {
+    /// The grid of a block of `length` samples at `rate` [Hz].
+    pub(super) fn new(length: usize, rate: f64) -> Self {
+        let mut gain = lowpass::gains(length);
+        let bins = gain.len();
+        gain.resize(bins.next_multiple_of(LANES), 0.0);
+        let spacing_hz = rate / length as f64;
+        let omega = (0..gain.len()).map(|k| std::f64::consts::TAU * spacing_hz * k as f64).collect();
+        Grid { spacing_hz, bins, omega, gain }
+    }
+
+    /// An empty spectrum.
+    pub(super) fn spectrum(&self) -> Spectrum {
+        Spectrum { re: vec![0.0; self.omega.len()], im: vec![0.0; self.omega.len()] }
+    }
+
+    /// Gain of the band limit at a bin.
+    pub(super) fn gain(&self, bin: usize) -> f64 {
+        self.gain[bin]
+    }
+
+    /// ∫ p² dt [Pa² s] of a click whose spectrum (before the band limit) is given.
+    pub(super) fn energy(&self, spectrum: &Spectrum) -> f64 {
+        let mut sum = [0.0; LANES];
+        let re = spectrum.re.as_chunks::<LANES>().0;
+        let im = spectrum.im.as_chunks::<LANES>().0;
+        let gain = self.gain.as_chunks::<LANES>().0;
+        for ((re, im), gain) in re.iter().zip(im).zip(gain) {
+            for lane in 0..LANES {
+                sum[lane] += (re[lane] * re[lane] + im[lane] * im[lane]) * (gain[lane] * gain[lane]);
+            }
+        }
+        // Negative frequencies mirror the positive ones; zero frequency stands alone.
+        let zero = spectrum.re[0] * spectrum.re[0];
+        self.spacing_hz * (2.0 * sum.iter().sum::<f64>() - zero)
+    }
+}
+
+/// A spectrum [Pa s] on a [`Grid`], before the band limit.
+pub(super) struct Spectrum {
+    pub(super) re: Vec<f64>,
+    pub(super) im: Vec<f64>,
+}
+
+impl Spectrum {
+    /// Makes it zero.
+    pub(super) fn clear(&mut self) {
+        self.re.fill(0.0);
+        self.im.fill(0.0);
+    }
+
+    /// Adds another spectrum on the same grid.
+    pub(super) fn add(&mut self, other: &Spectrum) {
+        self.re.iter_mut().zip(&other.re).for_each(|(a, b)| *a += b);
+        self.im.iter_mut().zip(&other.im).for_each(|(a, b)| *a += b);
+    }
+
+    /// Adds a wave, with times counted from `origin` [s].
+    pub(super) fn add_wave(&mut self, grid: &Grid, wave: &Wave, origin: f64) {
+        let step = std::f64::consts::TAU * grid.spacing_hz;
+        let delay = Rotation::new(-step * (wave.middle - origin));
+        match wave.profile {
+            ForceProfile::HalfSine => self.add_half_sine(grid, wave, delay),
+            ForceProfile::Gaussian => {
+                self.add_profile(grid, wave, delay, |k| {
+                    wave.profile.centred_spectrum(grid.omega[k], wave.duration)
+                });
+            }
+        }
+    }
+
+    /// Any profile, its spectrum given bin by bin.
+    fn add_profile(&mut self, grid: &Grid, wave: &Wave, mut delay: Rotation, profile: impl Fn(usize) -> f64) {
+        for first in (0..grid.omega.len()).step_by(LANES) {
+            for lane in 0..LANES {
+                let k = first + lane;
+                let (re, im) = wave.transfer.undelayed(grid.omega[k]);
+                let amplitude = profile(k);
+                self.re[k] += amplitude * (re * delay.cos[lane] - im * delay.sin[lane]);
+                self.im[k] += amplitude * (re * delay.sin[lane] + im * delay.cos[lane]);
+            }
+            delay.advance();
+        }
+    }
+
+    /// The half-sine, its cosine by rotation and its denominator multiplied into that of the transfer, so that a bin
+    /// costs one division.
+    fn add_half_sine(&mut self, grid: &Grid, wave: &Wave, mut delay: Rotation) {
+        let step = std::f64::consts::TAU * grid.spacing_hz;
+        let mut half_angle = Rotation::new(0.5 * step * wave.duration);
+        let pole = std::f64::consts::PI / wave.duration;
+        let inverse_pole_square = 1.0 / (pole * pole);
+        let SphereTransfer { real: [a0, a1], imaginary: [b0, b1], denominator: [d0, d1], .. } = wave.transfer;
+
+        // The bin next to ω = π/τ, where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, is computed by the formula that knows.
+        let singular = (pole / step).round();
+        let singular = (singular < grid.omega.len() as f64).then_some(singular as usize);
+        let kept = singular.map(|k| (self.re[k], self.im[k]));
+
+        let omega = grid.omega.as_chunks::<LANES>().0;
+        let re_out = self.re.as_chunks_mut::<LANES>().0;
+        let im_out = self.im.as_chunks_mut::<LANES>().0;
+        for ((omega, re_out), im_out) in omega.iter().zip(re_out).zip(im_out) {
+            for lane in 0..LANES {
+                let w = omega[lane];
+                let square = w * w;
+                let denominator = (1.0 - square * inverse_pole_square) * (d0 + d1 * square * square);
+                let amplitude = half_angle.cos[lane] / denominator;
+                let re = amplitude * (a0 + a1 * square);
+                let im = amplitude * w * (b0 + b1 * square);
+                re_out[lane] += re * delay.cos[lane] - im * delay.sin[lane];
+                im_out[lane] += re * delay.sin[lane] + im * delay.cos[lane];
+            }
+            delay.advance();
+            half_angle.advance();
+        }
+
+        if let (Some(k), Some((re_before, im_before))) = (singular, kept) {
+            let amplitude = wave.profile.centred_spectrum(grid.omega[k], wave.duration);
+            let (re, im) = wave.transfer.undelayed(grid.omega[k]);
+            let (sin, cos) = (delay.angle * k as f64).sin_cos();
+            self.re[k] = re_before + amplitude * (re * cos - im * sin);
+            self.im[k] = im_before + amplitude * (re * sin + im * cos);
+        }
+    }
+}
+
+/// e^{i k angle} for [`LANES`] consecutive k, advanced by a multiplication.
+struct Rotation {
+    angle: f64,
+    cos: [f64; LANES],
+    sin: [f64; LANES],
+    step: (f64, f64),
+}
+
+impl Rotation {
+    fn new(angle: f64) -> Self {
+        let lanes: [(f64, f64); LANES] = std::array::from_fn(|k| (angle * k as f64).sin_cos());
+        let (step_sin, step_cos) = (angle * LANES as f64).sin_cos();
+        Rotation {
+            angle,
+            cos: lanes.map(|(_, cos)| cos),
+            sin: lanes.map(|(sin, _)| sin),
+            step: (step_cos, step_sin),
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&mut self) {
+        let (c, s) = self.step;
+        for lane in 0..LANES {
+            let cos = self.cos[lane] * c - self.sin[lane] * s;
+            self.sin[lane] = self.cos[lane] * s + self.sin[lane] * c;
+            self.cos[lane] = cos;
+        }
+    }
+}

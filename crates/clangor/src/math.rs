@@ -1,4 +1,3 @@
-//! Formulas that more than one module needs.
+//! Special functions that more than one module needs.
 
 pub(crate) mod bessel;
-pub(crate) mod triangle_distance;

@@ -9,10 +9,6 @@ pub fn mean_curvature(surface: &Surface, point_body: DVec3) -> f64 {
     match surface {
         Surface::Sphere { radius } => 1.0 / radius,
         Surface::HalfSpace => 0.0,
-        Surface::Mesh(mesh) => {
-            let distances = mesh.mesh.vertices.iter().map(|v| v.distance_squared(point_body));
-            let nearest = distances.zip(&mesh.mean_curvature).min_by(|a, b| a.0.total_cmp(&b.0));
-            nearest.map_or(0.0, |(_, curvature)| *curvature)
-        }
+        Surface::Mesh(mesh) => mesh.mean_curvature_at(point_body),
     }
 }

@@ -15,7 +15,6 @@ use crate::contact::effective_mass::inverse_effective_mass;
 use crate::contact::force_profile::ForceProfile;
 use crate::contact::hertz::{HertzContact, combined_curvature};
 use crate::contact::local_curvature::mean_curvature;
-use crate::math::triangle_distance::triangle_distance;
 use crate::medium::Medium;
 use crate::model::sphere_radiation::{SphereModel, SphereTransfer};
 
@@ -202,11 +201,7 @@ fn check_point(surface: &Surface, point: DVec3) -> Result<(), StrikeError> {
     let distance = match surface {
         Surface::Sphere { radius } => (point.length() - radius).abs(),
         Surface::HalfSpace => point.y.abs(),
-        Surface::Mesh(mesh) => {
-            let triangles = 0..mesh.mesh.triangles.len();
-            let distances = triangles.map(|i| triangle_distance(point, mesh.mesh.corners(i)));
-            distances.fold(f64::INFINITY, f64::min)
-        }
+        Surface::Mesh(mesh) => mesh.signed_distance(point).abs(),
     };
     if distance > POINT_TOLERANCE * bounding {
         return Err(StrikeError::OffSurface { point, distance, bounding });

@@ -23,6 +23,7 @@ mod math;
 pub mod medium;
 pub mod model;
 pub mod pose;
+pub mod scene;
 pub mod shape;
 pub mod synthesis;
 pub mod timeline;

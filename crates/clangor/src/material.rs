@@ -1,5 +1,7 @@
 //! What a body is made of: elasticity for the contact, losses for the motion, damping and strength for the sound.
 
+pub mod presets;
+
 /// An isotropic elastic material with the contact and loss coefficients that dynamics and sound need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {

@@ -1,0 +1,235 @@
+//! Materials by name. Every number and its source is in `docs/format/materials.md`.
+
+use super::{Damping, Material};
+
+/// A material of the library.
+#[derive(Clone, Copy, Debug)]
+pub struct Preset {
+    /// Name.
+    pub name: &'static str,
+    /// Density ρ [kg/m³].
+    pub density: f64,
+    /// Young's modulus E [Pa].
+    pub youngs_modulus: f64,
+    /// Poisson's ratio ν [-].
+    pub poisson_ratio: f64,
+    /// Coefficient of restitution e [-].
+    pub restitution: f64,
+    /// Coulomb friction coefficient μ [-].
+    pub friction: f64,
+    /// Rolling loss length [m].
+    pub rolling_loss: f64,
+    /// Loss factor η [-].
+    pub loss_factor: f64,
+    /// Tensile strength [Pa].
+    pub tensile_strength: f64,
+    /// Critical energy release rate G_c [J/m²].
+    pub fracture_energy: f64,
+    /// Where the elastic numbers come from.
+    pub source: &'static str,
+}
+
+impl Preset {
+    /// As a material.
+    pub fn material(&self) -> Material {
+        Material {
+            name: self.name.into(),
+            density: self.density,
+            youngs_modulus: self.youngs_modulus,
+            poisson_ratio: self.poisson_ratio,
+            restitution: self.restitution,
+            friction: self.friction,
+            rolling_loss: self.rolling_loss,
+            damping: Damping::LossFactor(self.loss_factor),
+            tensile_strength: Some(self.tensile_strength),
+            fracture_energy: Some(self.fracture_energy),
+            source: self.source.into(),
+        }
+    }
+}
+
+/// `steel`: handbook values of structural steel.
+pub const STEEL: Preset = Preset {
+    name: "steel",
+    density: 7850.0,
+    youngs_modulus: 2.0e11,
+    poisson_ratio: 0.29,
+    restitution: 0.9,
+    friction: 0.3,
+    rolling_loss: 2.0e-5,
+    loss_factor: 3.0e-4,
+    tensile_strength: 5.0e8,
+    fracture_energy: 40000.0,
+    source: "handbook values of structural steel",
+};
+
+/// `copper`: \[PAN\] Table 1, ball bearing and coin.
+pub const COPPER: Preset = Preset {
+    name: "copper",
+    density: 8940.0,
+    youngs_modulus: 1.234e11,
+    poisson_ratio: 0.34,
+    restitution: 0.7,
+    friction: 0.35,
+    rolling_loss: 3.0e-5,
+    loss_factor: 0.002,
+    tensile_strength: 2.2e8,
+    fracture_energy: 50000.0,
+    source: "[PAN] Table 1, ball bearing and coin",
+};
+
+/// `ceramic`: \[PAN\] Table 1, mug and plate.
+pub const CERAMIC: Preset = Preset {
+    name: "ceramic",
+    density: 2700.0,
+    youngs_modulus: 7.2e10,
+    poisson_ratio: 0.19,
+    restitution: 0.7,
+    friction: 0.3,
+    rolling_loss: 5.0e-5,
+    loss_factor: 0.002,
+    tensile_strength: 5.0e7,
+    fracture_energy: 20.0,
+    source: "[PAN] Table 1, mug and plate",
+};
+
+/// `glass`: \[PAN\] Table 1, glass pane.
+pub const GLASS: Preset = Preset {
+    name: "glass",
+    density: 2600.0,
+    youngs_modulus: 6.2e10,
+    poisson_ratio: 0.2,
+    restitution: 0.75,
+    friction: 0.25,
+    rolling_loss: 2.0e-5,
+    loss_factor: 0.001,
+    tensile_strength: 4.5e7,
+    fracture_energy: 8.0,
+    source: "[PAN] Table 1, glass pane",
+};
+
+/// `plastic`: \[PAN\] Table 1, dice.
+pub const PLASTIC: Preset = Preset {
+    name: "plastic",
+    density: 1200.0,
+    youngs_modulus: 2.4e9,
+    poisson_ratio: 0.37,
+    restitution: 0.6,
+    friction: 0.35,
+    rolling_loss: 1.0e-4,
+    loss_factor: 0.03,
+    tensile_strength: 6.0e7,
+    fracture_energy: 1000.0,
+    source: "[PAN] Table 1, dice",
+};
+
+/// `aluminium`: handbook values of wrought alloys.
+pub const ALUMINIUM: Preset = Preset {
+    name: "aluminium",
+    density: 2700.0,
+    youngs_modulus: 7.0e10,
+    poisson_ratio: 0.33,
+    restitution: 0.7,
+    friction: 0.35,
+    rolling_loss: 5.0e-5,
+    loss_factor: 2.0e-4,
+    tensile_strength: 3.0e8,
+    fracture_energy: 10000.0,
+    source: "handbook values of wrought alloys",
+};
+
+/// `brass`: handbook values of CuZn37.
+pub const BRASS: Preset = Preset {
+    name: "brass",
+    density: 8500.0,
+    youngs_modulus: 1.0e11,
+    poisson_ratio: 0.34,
+    restitution: 0.75,
+    friction: 0.35,
+    rolling_loss: 3.0e-5,
+    loss_factor: 5.0e-4,
+    tensile_strength: 3.5e8,
+    fracture_energy: 20000.0,
+    source: "handbook values of CuZn37",
+};
+
+/// `wood`: handbook values of beech and oak along the grain.
+pub const WOOD: Preset = Preset {
+    name: "wood",
+    density: 700.0,
+    youngs_modulus: 1.1e10,
+    poisson_ratio: 0.35,
+    restitution: 0.5,
+    friction: 0.4,
+    rolling_loss: 2.0e-4,
+    loss_factor: 0.01,
+    tensile_strength: 8.0e7,
+    fracture_energy: 1000.0,
+    source: "handbook values of beech and oak along the grain",
+};
+
+/// `granite`: handbook values.
+pub const GRANITE: Preset = Preset {
+    name: "granite",
+    density: 2650.0,
+    youngs_modulus: 6.0e10,
+    poisson_ratio: 0.25,
+    restitution: 0.7,
+    friction: 0.5,
+    rolling_loss: 1.0e-4,
+    loss_factor: 0.005,
+    tensile_strength: 1.0e7,
+    fracture_energy: 80.0,
+    source: "handbook values",
+};
+
+/// `concrete`: handbook values of normal concrete.
+pub const CONCRETE: Preset = Preset {
+    name: "concrete",
+    density: 2400.0,
+    youngs_modulus: 3.0e10,
+    poisson_ratio: 0.2,
+    restitution: 0.5,
+    friction: 0.6,
+    rolling_loss: 2.0e-4,
+    loss_factor: 0.006,
+    tensile_strength: 3.0e6,
+    fracture_energy: 100.0,
+    source: "handbook values of normal concrete",
+};
+
+/// `rubber`: handbook values of filled natural rubber.
+pub const RUBBER: Preset = Preset {
+    name: "rubber",
+    density: 1100.0,
+    youngs_modulus: 5.0e6,
+    poisson_ratio: 0.49,
+    restitution: 0.7,
+    friction: 0.9,
+    rolling_loss: 0.001,
+    loss_factor: 0.1,
+    tensile_strength: 1.5e7,
+    fracture_energy: 10000.0,
+    source: "handbook values of filled natural rubber",
+};
+
+/// Every preset.
+pub const PRESETS: &[Preset] =
+    &[STEEL, COPPER, CERAMIC, GLASS, PLASTIC, ALUMINIUM, BRASS, WOOD, GRANITE, CONCRETE, RUBBER];
+
+/// Second names of presets.
+///
+/// `pan-steel` is what \[PAN\] Table 1 and \[HW\] Table 1 use for steel: the numbers are copper's.
+pub const ALIASES: &[(&str, &str)] = &[("pan-steel", "copper"), ("aluminum", "aluminium")];
+
+/// The preset of a name or alias; the material keeps the name that was asked for.
+pub fn preset(name: &str) -> Option<Material> {
+    let full_name = ALIASES.iter().find(|(alias, _)| *alias == name).map_or(name, |(_, full_name)| full_name);
+    let preset = PRESETS.iter().find(|p| p.name == full_name)?;
+    Some(Material { name: name.to_owned(), ..preset.material() })
+}
+
+/// Names of all presets, then the aliases.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    PRESETS.iter().map(|p| p.name).chain(ALIASES.iter().map(|(alias, _)| *alias))
+}

@@ -1,0 +1,75 @@
+//! Scenes: what the user wrote, as typed data, with every error found at once.
+//!
+//! ```text
+//! text ──► Scene::from_toml ──► Scene ──► instantiate(loader) ──► World
+//!            all errors, each               files read, copies placed,
+//!            with line and remedy           links resolved
+//! ```
+//!
+//! The format is documented in `docs/format/scene.md`. This module reads no files: meshes come from a loader that
+//! the caller supplies.
+
+pub mod body_description;
+mod decode;
+pub mod diagnostic;
+pub mod instantiate;
+pub mod listener;
+mod placement;
+pub mod render_settings;
+pub mod simulation_settings;
+
+use glam::DVec3;
+
+use crate::medium::Medium;
+use body_description::{BodyDescription, HangDescription, PlaneDescription, SpringDescription};
+use diagnostic::{SceneErrors, SceneWarning};
+use listener::Listener;
+use render_settings::RenderSettings;
+use simulation_settings::SimulationSettings;
+
+pub use instantiate::instantiate;
+
+/// Version of the format.
+pub const VERSION: i64 = 1;
+
+/// Most bodies that a scene may have.
+pub const MAX_BODIES: u64 = 100_000;
+
+/// Gravity where a scene names none [m/s²]: the standard acceleration of free fall (CGPM 1901), downwards.
+pub const STANDARD_GRAVITY: DVec3 = DVec3::new(0.0, -9.80665, 0.0);
+
+/// A scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The fluid.
+    pub medium: Medium,
+    /// Gravity [m/s²].
+    pub gravity: DVec3,
+    /// Bodies, in the order of the file.
+    pub bodies: Vec<BodyDescription>,
+    /// Planes.
+    pub planes: Vec<PlaneDescription>,
+    /// Hung spheres.
+    pub hangs: Vec<HangDescription>,
+    /// Springs.
+    pub springs: Vec<SpringDescription>,
+    /// Listeners.
+    pub listeners: Vec<Listener>,
+    /// Dynamics.
+    pub simulation: SimulationSettings,
+    /// Sound.
+    pub render: RenderSettings,
+    /// What is allowed but probably not meant.
+    pub warnings: Vec<SceneWarning>,
+}
+
+impl Scene {
+    /// Reads a scene.
+    ///
+    /// # Errors
+    /// Every error of the text, in its order: TOML syntax, unknown keys, wrong types and ranges, names that stand for
+    /// nothing, settings that exclude each other.
+    pub fn from_toml(text: &str) -> Result<Scene, SceneErrors> {
+        decode::decode(text)
+    }
+}

@@ -1,0 +1,185 @@
+//! What a scene says of its bodies, planes and links, before any mesh is read.
+
+use glam::DVec3;
+
+use super::diagnostic::Place;
+use crate::body::Motion;
+use crate::material::Material;
+use crate::pose::Pose;
+
+/// One `[[body]]`: one body, or many copies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyDescription {
+    /// Name; copies are called `name-1`, `name-2`, ….
+    pub name: String,
+    /// Shape or mesh file.
+    pub geometry: Geometry,
+    /// Factors on all lengths of the geometry: least and greatest. Copies draw theirs uniformly between the two.
+    pub scale: [f64; 2],
+    /// Material.
+    pub material: Material,
+    /// Pose at t = 0; for copies, the orientation only.
+    pub pose: Pose,
+    /// Velocity of the centre of mass [m/s].
+    pub velocity: DVec3,
+    /// Angular velocity [rad/s], world frame.
+    pub angular_velocity: DVec3,
+    /// What moves it.
+    pub motion: Motion,
+    /// Lower bound of the local contact radius [m]; `None`: [`EDGE_RADIUS_RATIO`] of its bounding radius.
+    pub edge_radius: Option<f64>,
+    /// How many, and where.
+    pub copies: Copies,
+    /// Where the body is written.
+    pub place: Place,
+    /// Where its shape or mesh is written.
+    pub geometry_place: Place,
+}
+
+/// Default edge radius as a fraction of the bounding radius.
+pub const EDGE_RADIUS_RATIO: f64 = 0.02;
+
+impl BodyDescription {
+    /// How many bodies this stands for.
+    pub fn count(&self) -> usize {
+        match &self.copies {
+            Copies::One => 1,
+            Copies::At(positions) => positions.len(),
+            Copies::Random(placement) => placement.count,
+        }
+    }
+
+    /// Name of a copy, counted from 0.
+    pub fn copy_name(&self, copy: usize) -> String {
+        match self.copies {
+            Copies::One => self.name.clone(),
+            _ => format!("{}-{}", self.name, copy + 1),
+        }
+    }
+
+    /// The geometry of a copy, counted from 0, at a scale.
+    pub fn reference(&self, copy: usize, scale: f64) -> GeometryReference {
+        let geometry = match &self.geometry {
+            Geometry::Shape(text) => Geometry::Shape(text.replace(COPY_NUMBER, &(copy + 1).to_string())),
+            file => file.clone(),
+        };
+        GeometryReference { geometry, scale }
+    }
+}
+
+/// Stands in a shape for the number of the copy, from 1: `rock:{n}x0.02` gives every copy a seed of its own.
+pub const COPY_NUMBER: &str = "{n}";
+
+/// Where the surface of a body comes from.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Geometry {
+    /// Text of the shape library, such as `coin:0.01213x0.00175@0.0005`.
+    Shape(String),
+    /// Path of a mesh file, relative to the scene file.
+    File(String),
+}
+
+/// The geometry of one body, for whoever builds or reads it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GeometryReference {
+    /// Shape or file.
+    pub geometry: Geometry,
+    /// Factor on all lengths.
+    pub scale: f64,
+}
+
+impl std::fmt::Display for GeometryReference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (Geometry::Shape(text) | Geometry::File(text)) = &self.geometry;
+        if self.scale == 1.0 { write!(f, "{text}") } else { write!(f, "{text} (scale {})", self.scale) }
+    }
+}
+
+/// How many bodies a `[[body]]` stands for, and where they are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Copies {
+    /// One, at the pose of the description.
+    One,
+    /// One at each of these centres of mass [m].
+    At(Vec<DVec3>),
+    /// Scattered at random without touching.
+    Random(RandomPlacement),
+}
+
+/// Copies scattered at random.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RandomPlacement {
+    /// How many.
+    pub count: usize,
+    /// Corners of the box that holds the centres of mass [m].
+    pub region: [DVec3; 2],
+    /// Seed of the positions, orientations, spins and scales.
+    pub seed: u64,
+    /// Every copy has an orientation of its own, uniform over all rotations.
+    pub random_orientation: bool,
+    /// Greatest random angular velocity [rad/s], uniform in the ball of this radius and added to the body's.
+    pub max_spin: f64,
+    /// Where the placement is written.
+    pub place: Place,
+}
+
+/// A `[[plane]]`: solid below, fixed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneDescription {
+    /// Name.
+    pub name: String,
+    /// A point of the plane [m].
+    pub point: DVec3,
+    /// Unit normal, out of the solid.
+    pub normal: DVec3,
+    /// Material.
+    pub material: Material,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// A `[[hang]]`: every sphere of a `[[body]]` on a massless rod.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HangDescription {
+    /// Name of the body, of one copy, or of all copies of a `[[body]]`.
+    pub body: String,
+    /// Where the rod ends.
+    pub anchor: Anchor,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// Where a rod ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anchor {
+    /// At a point [m], world.
+    Point(DVec3),
+    /// At this vector from the starting centre of each sphere [m].
+    Offset(DVec3),
+}
+
+/// A `[[spring]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpringDescription {
+    /// Name of the body at one end.
+    pub body: String,
+    /// The other end.
+    pub to: SpringTarget,
+    /// Length without force [m]; `None`: the distance at t = 0.
+    pub rest_length: Option<f64>,
+    /// Stiffness [N/m].
+    pub stiffness: f64,
+    /// Damping along the spring [N s/m].
+    pub damping: f64,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// The far end of a spring.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SpringTarget {
+    /// A body, by name.
+    Body(String),
+    /// A fixed point [m], world.
+    Point(DVec3),
+}

@@ -1,0 +1,165 @@
+//! From TOML to a [`Scene`]: one decoder per section, errors collected throughout.
+//!
+//! Broken TOML does not hide the other errors: the parser recovers, the rest is decoded, and what may only be an echo
+//! of the broken place (anything on the same lines, missing keys, unknown names) is left out.
+
+mod body;
+mod geometry;
+mod links;
+mod listener;
+mod material;
+mod motion;
+mod reader;
+mod settings;
+mod suggest;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use toml::de::DeTable;
+
+use super::diagnostic::{Doubt, Place, Problem, SceneErrors};
+use super::render_settings::Floor;
+use super::{STANDARD_GRAVITY, Scene, VERSION};
+use crate::body::Motion;
+use reader::{Decoder, Section};
+
+const TOP_KEYS: &[&str] = &[
+    "version",
+    "medium",
+    "gravity",
+    "material",
+    "body",
+    "plane",
+    "hang",
+    "spring",
+    "listener",
+    "simulation",
+    "render",
+];
+
+pub(super) fn decode(text: &str) -> Result<Scene, SceneErrors> {
+    let (tree, syntax_errors) = DeTable::parse_recoverable(text);
+    let mut d = Decoder::new(text);
+    let scene = decode_tree(&mut d, tree.get_ref());
+    if !syntax_errors.is_empty() {
+        keep_certain_errors(&mut d, &syntax_errors);
+    }
+    if d.errors.is_empty() {
+        let mut warnings = d.warnings;
+        warnings.sort_by_key(|w| w.place.order());
+        return Ok(Scene { warnings, ..scene });
+    }
+    d.errors.sort_by_key(|e| e.place.order());
+    Err(SceneErrors(d.errors))
+}
+
+/// Adds the syntax errors, and drops what may follow from them.
+fn keep_certain_errors(d: &mut Decoder<'_>, syntax_errors: &[toml::de::Error]) {
+    let places: Vec<(Place, String)> = syntax_errors
+        .iter()
+        .map(|e| (d.place(e.span().unwrap_or(0..0), ""), e.message().to_owned()))
+        .collect();
+    let broken_lines: BTreeSet<usize> = places.iter().map(|(place, _)| place.line).collect();
+    d.errors.retain(|e| {
+        let echo = matches!(
+            e.problem,
+            Problem::Missing { .. } | Problem::UnknownName { .. } | Problem::Needs { .. }
+        );
+        !echo && e.place.span != (0..0) && !broken_lines.contains(&e.place.line)
+    });
+    for (place, message) in places {
+        d.error(place, Problem::Syntax { message });
+    }
+}
+
+fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
+    let start = d.place(0..0, "");
+    let top = Section::new(d, tree, start, TOP_KEYS);
+    check_version(d, &top);
+    let medium = settings::medium(d, &top);
+    let gravity = top.vector(d, "gravity", "m/s²").unwrap_or(STANDARD_GRAVITY);
+    let simulation = settings::simulation(d, &top);
+    let render = settings::render(d, &top);
+    let materials = material::materials(d, &top);
+    let mut names = Names::default();
+    let bodies = body::bodies(d, &top, &materials, &simulation, medium.sound_speed, &mut names);
+    let planes = body::planes(d, &top, &materials, &mut names);
+    let hangs = links::hangs(d, &top, &bodies);
+    let springs = links::springs(d, &top, &bodies);
+    let listeners = listener::listeners(d, &top);
+    let scene = Scene {
+        medium,
+        gravity,
+        bodies,
+        planes,
+        hangs,
+        springs,
+        listeners,
+        simulation,
+        render,
+        warnings: Vec::new(),
+    };
+    check_listeners(d, &scene);
+    check_silence(d, &scene, &top);
+    scene
+}
+
+fn check_version(d: &mut Decoder<'_>, top: &Section<'_>) {
+    let Some(node) = top.get("version") else {
+        top.missing(d, "version", "version = 1, on the first line");
+        return;
+    };
+    if let Some(found) = node.integer(d, i64::MIN, i64::MAX)
+        && found != VERSION
+    {
+        d.error(node.place(d), Problem::UnsupportedVersion { found });
+    }
+}
+
+fn check_listeners(d: &mut Decoder<'_>, scene: &Scene) {
+    let Floor::Rigid { height: floor } = scene.render.floor else { return };
+    for listener in &scene.listeners {
+        let lowest = listener.track.keys().iter().map(|k| k.pose.position.y).fold(f64::INFINITY, f64::min);
+        if lowest < floor {
+            d.error(listener.place.clone(), Problem::ListenerBelowFloor { height: lowest, floor });
+        }
+    }
+}
+
+/// Warns of scenes that cannot make a sound.
+fn check_silence(d: &mut Decoder<'_>, scene: &Scene, top: &Section<'_>) {
+    if scene.listeners.is_empty() {
+        d.warn(top.place.clone(), Doubt::NoListener);
+    }
+    let moving = |b: &super::body_description::BodyDescription| match &b.motion {
+        Motion::Fixed => false,
+        Motion::Keyframed(track) => !track.is_fixed(),
+        Motion::Free => {
+            scene.gravity.length() > 0.0
+                || b.velocity.length() > 0.0
+                || b.angular_velocity.length() > 0.0
+                || !scene.springs.is_empty()
+        }
+    };
+    let bodies: usize = scene.bodies.iter().map(|b| b.count()).sum();
+    if !scene.bodies.iter().any(moving) {
+        d.warn(top.place.clone(), Doubt::NothingMoves);
+    } else if bodies + scene.planes.len() < 2 {
+        d.warn(top.place.clone(), Doubt::NothingToHit);
+    }
+}
+
+/// Names of bodies and planes, each with the line of its first use.
+#[derive(Default)]
+struct Names {
+    lines: BTreeMap<String, usize>,
+}
+
+impl Names {
+    /// Takes a name, noting an error if it is taken.
+    fn take(&mut self, d: &mut Decoder<'_>, name: &str, place: &Place) {
+        if let Some(first_line) = self.lines.insert(name.to_owned(), place.line) {
+            d.error(place.clone(), Problem::DuplicateName { name: name.to_owned(), first_line });
+        }
+    }
+}

@@ -1,0 +1,311 @@
+//! The lists `[[body]]` and `[[plane]]`.
+
+use glam::{DQuat, DVec3};
+
+use super::material::Materials;
+use super::motion::{body_track, orientation};
+use super::reader::{Decoder, Node, Quantity, Section};
+use super::{Names, geometry};
+use crate::body::Motion;
+use crate::material::{Material, presets};
+use crate::pose::Pose;
+use crate::scene::MAX_BODIES;
+use crate::scene::body_description::{BodyDescription, Copies, PlaneDescription, RandomPlacement};
+use crate::scene::diagnostic::{Doubt, Problem};
+use crate::scene::simulation_settings::SimulationSettings;
+
+pub(super) const KEYS: &[&str] = &[
+    "name",
+    "preset",
+    "shape",
+    "mesh",
+    "scale",
+    "material",
+    "position",
+    "orientation",
+    "velocity",
+    "angular_velocity",
+    "motion",
+    "keyframes",
+    "edge_radius",
+    "positions",
+    "count",
+    "placement",
+];
+pub(super) const PLACEMENT_KEYS: &[&str] = &["region", "seed", "orientation", "max_spin"];
+pub(super) const PLANE_KEYS: &[&str] = &["name", "point", "normal", "material"];
+
+/// A body that a scene may ask for by name.
+#[derive(Clone, Copy)]
+struct BodyPreset {
+    shape: &'static str,
+    position: DVec3,
+    material: &'static presets::Preset,
+}
+
+/// The table of the papers: \[PAN\] §5 prints 1.8 m along x, 0.8 m along z, top at 0.4 m. The thickness of 3 cm and
+/// the wood are ours.
+const PAN_TABLE: BodyPreset =
+    BodyPreset { shape: "box:1.8x0.03x0.8", position: DVec3::new(0.0, 0.385, 0.0), material: &presets::WOOD };
+
+/// Reads `name`, or gives the default, and takes it.
+pub(super) fn name(d: &mut Decoder<'_>, section: &Section<'_>, default: &str, names: &mut Names) -> String {
+    let written = section.get("name");
+    let place = written.as_ref().map_or_else(|| section.place.clone(), |node| node.place(d));
+    let mut name = written.and_then(|node| node.text(d, "a name in quotes")).unwrap_or(default).to_owned();
+    if name.is_empty() {
+        d.error(place.clone(), Problem::EmptyName);
+        default.clone_into(&mut name);
+    }
+    names.take(d, &name, &place);
+    name
+}
+
+pub(super) fn bodies(
+    d: &mut Decoder<'_>,
+    top: &Section<'_>,
+    materials: &Materials,
+    simulation: &SimulationSettings,
+    sound_speed: f64,
+    names: &mut Names,
+) -> Vec<BodyDescription> {
+    let mut bodies = Vec::new();
+    let mut total = 0u64;
+    for (index, section) in top.list(d, "body", KEYS).into_iter().enumerate() {
+        let name = name(d, &section, &format!("body-{}", index + 1), names);
+        let Some(body) = body(d, &section, name, materials, simulation, sound_speed) else { continue };
+        total = total.saturating_add(body.count() as u64);
+        if total > MAX_BODIES {
+            let problem = Problem::TooManyBodies { count: total, limit: MAX_BODIES };
+            d.error(body.place, problem);
+            break;
+        }
+        if body.copies != Copies::One {
+            for copy in 0..body.count() {
+                names.take(d, &body.copy_name(copy), &body.place);
+            }
+        }
+        bodies.push(body);
+    }
+    bodies
+}
+
+fn body(
+    d: &mut Decoder<'_>,
+    section: &Section<'_>,
+    name: String,
+    materials: &Materials,
+    simulation: &SimulationSettings,
+    sound_speed: f64,
+) -> Option<BodyDescription> {
+    let preset = section.choice(d, "preset", &[("pan-table", PAN_TABLE)]);
+    for key in [
+        "shape",
+        "mesh",
+        "scale",
+        "position",
+        "velocity",
+        "angular_velocity",
+        "motion",
+        "keyframes",
+        "positions",
+        "count",
+    ] {
+        section.exclude(d, key, "preset", "`preset`, which sets it");
+    }
+    let copies = copies(d, section, simulation);
+    let several = !matches!(copies, Some(Copies::One));
+    let geometry = geometry::geometry(d, section, preset.map(|p| p.shape), several);
+    let scale = geometry::scale(d, section, several);
+    let material = material(d, section, materials, preset.map(|p| p.material));
+    let position = section.vector(d, "position", "m").or(preset.map(|p| p.position));
+    let orientation = match section.get("orientation") {
+        Some(node) => orientation(d, &node),
+        None => Some(DQuat::IDENTITY),
+    };
+    let motion = if preset.is_some() { Some(Motion::Fixed) } else { motion(d, section) };
+    let velocity = velocity(d, section, "velocity", sound_speed);
+    let angular_velocity = section.vector(d, "angular_velocity", "rad/s");
+    let edge_radius = section.number(d, "edge_radius", Quantity::positive("m"));
+    if !matches!(motion, Some(Motion::Free) | None) {
+        for key in ["velocity", "angular_velocity"] {
+            if let Some(node) = section.get(key) {
+                d.error(node.place(d), Problem::Conflict { key, other: "a motion that is not \"free\"" });
+            }
+        }
+    }
+    let (geometry, geometry_place) = geometry?;
+    let mut pose = Pose { position: position.unwrap_or(DVec3::ZERO), orientation: orientation? };
+    let motion = motion?;
+    if let Motion::Keyframed(track) = &motion {
+        pose = track.sample(0.0).0;
+    }
+    Some(BodyDescription {
+        name,
+        geometry,
+        scale: scale?,
+        material: material?,
+        pose,
+        velocity: velocity.unwrap_or(DVec3::ZERO),
+        angular_velocity: angular_velocity.unwrap_or(DVec3::ZERO),
+        motion,
+        edge_radius,
+        copies: copies?,
+        place: section.place.clone(),
+        geometry_place,
+    })
+}
+
+fn material(
+    d: &mut Decoder<'_>,
+    section: &Section<'_>,
+    materials: &Materials,
+    preset: Option<&presets::Preset>,
+) -> Option<Material> {
+    if let (Some(preset), false) = (preset, section.has("material")) {
+        return Some(preset.material());
+    }
+    if !section.has("material") {
+        section.missing(d, "material", "the name of a material in quotes, such as \"steel\"");
+    }
+    materials.named(d, section, "material")
+}
+
+fn motion(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Motion> {
+    let motion = section.choice(d, "motion", &[("free", false), ("fixed", true)]);
+    let Some(node) = section.get("keyframes") else {
+        return match motion {
+            None if section.has("motion") => None,
+            fixed => Some(if fixed == Some(true) { Motion::Fixed } else { Motion::Free }),
+        };
+    };
+    section.exclude(d, "motion", "keyframes", "`keyframes`");
+    section.exclude(d, "position", "keyframes", "`keyframes`, which hold their own");
+    section.exclude(d, "orientation", "keyframes", "`keyframes`, which hold their own");
+    section.exclude(d, "positions", "keyframes", "`keyframes`");
+    section.exclude(d, "count", "keyframes", "`keyframes`");
+    body_track(d, &node).map(Motion::Keyframed)
+}
+
+fn velocity(d: &mut Decoder<'_>, section: &Section<'_>, key: &str, sound_speed: f64) -> Option<DVec3> {
+    // Faster than this, neither Hertz's law nor a rigid body is near the truth.
+    const USUAL_SPEED: f64 = 100.0;
+    let node = section.get(key)?;
+    let velocity = node.vector(d, "m/s")?;
+    let speed = velocity.length();
+    if speed >= sound_speed {
+        d.error(node.place(d), Problem::Supersonic { speed, sound_speed });
+        return None;
+    }
+    if speed > USUAL_SPEED {
+        d.warn(
+            node.place(d),
+            Doubt::Unusual { what: "a speed", value: speed, unit: "m/s", usual: "0 to 100" },
+        );
+    }
+    Some(velocity)
+}
+
+fn copies(d: &mut Decoder<'_>, section: &Section<'_>, simulation: &SimulationSettings) -> Option<Copies> {
+    section.exclude(d, "positions", "position", "`position`");
+    section.exclude(d, "positions", "count", "`count` and `placement`");
+    section.exclude(d, "count", "position", "`position`; `placement` has a region");
+    if let Some(node) = section.get("positions") {
+        return positions(d, &node).map(Copies::At);
+    }
+    match (section.get("count"), section.get("placement")) {
+        (None, None) => Some(Copies::One),
+        (Some(node), None) => {
+            d.error(node.place(d), Problem::Needs { key: "count", other: "`placement`" });
+            None
+        }
+        (None, Some(node)) => {
+            d.error(node.place(d), Problem::Needs { key: "placement", other: "`count`" });
+            None
+        }
+        (Some(count), Some(node)) => {
+            let count = count.integer(d, 1, MAX_BODIES as i64).map(|count| count as usize);
+            let placement = placement(d, &node, section, simulation);
+            Some(Copies::Random(RandomPlacement { count: count?, ..placement? }))
+        }
+    }
+}
+
+fn positions(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<Vec<DVec3>> {
+    let expected = "an array of at least one position, such as [[0, 0.1, 0], [0, 0.2, 0]]";
+    let nodes = node.elements(d, expected)?;
+    if nodes.is_empty() {
+        d.error(node.place(d), Problem::WrongLength { found: 0, expected: expected.into() });
+        return None;
+    }
+    let read: Vec<Option<DVec3>> = nodes.iter().map(|node| node.vector(d, "m")).collect();
+    read.into_iter().collect()
+}
+
+/// Reads a placement; its count comes from elsewhere.
+fn placement(
+    d: &mut Decoder<'_>,
+    node: &Node<'_>,
+    body: &Section<'_>,
+    simulation: &SimulationSettings,
+) -> Option<RandomPlacement> {
+    let section = node.section(d, PLACEMENT_KEYS)?;
+    let expected = "two corners in m, such as [[-0.1, 0.1, -0.1], [0.1, 0.5, 0.1]]";
+    if !section.has("region") {
+        section.missing(d, "region", expected);
+    }
+    let region = section.get("region").and_then(|node| region(d, &node, expected));
+    let seed = section.integer(d, "seed", 0, i64::MAX).map_or(simulation.seed, |seed| seed as u64);
+    let random_orientation = section.choice(d, "orientation", &[("random", true), ("same", false)]);
+    if random_orientation == Some(true) {
+        body.exclude(d, "orientation", "placement", "a random orientation");
+    }
+    let max_spin = section.number(d, "max_spin", Quantity::non_negative("rad/s"));
+    Some(RandomPlacement {
+        count: 0,
+        region: region?,
+        seed,
+        random_orientation: random_orientation.unwrap_or(false),
+        max_spin: max_spin.unwrap_or(0.0),
+        place: section.place,
+    })
+}
+
+fn region(d: &mut Decoder<'_>, node: &Node<'_>, expected: &str) -> Option<[DVec3; 2]> {
+    let corners = node.elements(d, expected)?;
+    let [low, high] = corners.as_slice() else {
+        d.error(node.place(d), Problem::WrongLength { found: corners.len(), expected: expected.into() });
+        return None;
+    };
+    let (low_place, low, high) = (low.place(d), low.vector(d, "m"), high.vector(d, "m"));
+    let (low, high) = (low?, high?);
+    if low.cmpgt(high).any() {
+        let axis = (0..3).find(|axis| low[*axis] > high[*axis]).unwrap_or(0);
+        let expected = "the least x, y, z first, then the greatest".to_owned();
+        d.error(low_place, Problem::OutOfRange { value: low[axis], expected });
+        return None;
+    }
+    Some([low, high])
+}
+
+pub(super) fn planes(
+    d: &mut Decoder<'_>,
+    top: &Section<'_>,
+    materials: &Materials,
+    names: &mut Names,
+) -> Vec<PlaneDescription> {
+    let mut planes = Vec::new();
+    for (index, section) in top.list(d, "plane", PLANE_KEYS).into_iter().enumerate() {
+        let name = name(d, &section, &format!("plane-{}", index + 1), names);
+        let point = section.vector(d, "point", "m").unwrap_or(DVec3::ZERO);
+        let normal = match section.get("normal") {
+            Some(node) => node.direction(d),
+            None => Some(DVec3::Y),
+        };
+        let material = material(d, &section, materials, None);
+        if let (Some(normal), Some(material)) = (normal, material) {
+            planes.push(PlaneDescription { name, point, normal, material, place: section.place });
+        }
+    }
+    planes
+}

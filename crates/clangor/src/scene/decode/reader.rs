@@ -1,0 +1,415 @@
+//! Reading typed values from the span-keeping TOML tree, collecting every error on the way.
+//!
+//! serde's derive stops at the first error; this goes on. Each reader returns `None` where the value is absent or
+//! wrong, having noted what is wrong, so that the caller can continue with a default that is never used.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::suggest::nearest;
+use crate::scene::diagnostic::{Doubt, Place, Problem, SceneError, SceneWarning};
+
+/// Collects errors and warnings, and knows lines and columns.
+pub(super) struct Decoder<'t> {
+    text: &'t str,
+    line_starts: Vec<usize>,
+    pub(super) errors: Vec<SceneError>,
+    pub(super) warnings: Vec<SceneWarning>,
+}
+
+impl<'t> Decoder<'t> {
+    pub(super) fn new(text: &'t str) -> Self {
+        let after_breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
+        let line_starts = std::iter::once(0).chain(after_breaks).collect();
+        Decoder { text, line_starts, errors: Vec::new(), warnings: Vec::new() }
+    }
+
+    pub(super) fn place(&self, span: Range<usize>, field: impl Into<String>) -> Place {
+        let start = span.start.min(self.text.len());
+        let line = self.line_starts.partition_point(|s| *s <= start);
+        let line_start = self.line_starts[line - 1];
+        // Continuation bytes of UTF-8 are not characters. A span may point into the middle of a character when the
+        // text is not what the parser hoped for, so that this counts bytes and never slices the text.
+        let before = &self.text.as_bytes()[line_start..start];
+        let column = before.iter().filter(|b| (**b & 0xC0) != 0x80).count() + 1;
+        Place { span, line, column, field: field.into() }
+    }
+
+    pub(super) fn error(&mut self, place: Place, problem: Problem) {
+        self.errors.push(SceneError { place, problem });
+    }
+
+    pub(super) fn warn(&mut self, place: Place, doubt: Doubt) {
+        self.warnings.push(SceneWarning { place, doubt });
+    }
+}
+
+/// A quantity: its unit, and the numbers that it may be.
+#[derive(Clone, Copy)]
+pub(super) struct Quantity {
+    unit: &'static str,
+    low: f64,
+    high: f64,
+    low_excluded: bool,
+}
+
+impl Quantity {
+    /// Any finite number.
+    pub(super) const fn any(unit: &'static str) -> Self {
+        Quantity { unit, low: f64::NEG_INFINITY, high: f64::INFINITY, low_excluded: false }
+    }
+
+    /// Above 0.
+    pub(super) const fn positive(unit: &'static str) -> Self {
+        Quantity { unit, low: 0.0, high: f64::INFINITY, low_excluded: true }
+    }
+
+    /// 0 or more.
+    pub(super) const fn non_negative(unit: &'static str) -> Self {
+        Quantity { unit, low: 0.0, high: f64::INFINITY, low_excluded: false }
+    }
+
+    /// Within two bounds, which are allowed.
+    pub(super) const fn between(low: f64, high: f64, unit: &'static str) -> Self {
+        Quantity { unit, low, high, low_excluded: false }
+    }
+
+    /// Above a bound and up to another.
+    pub(super) const fn above(low: f64, high: f64, unit: &'static str) -> Self {
+        Quantity { unit, low, high, low_excluded: true }
+    }
+
+    fn admits(&self, value: f64) -> bool {
+        value <= self.high && if self.low_excluded { value > self.low } else { value >= self.low }
+    }
+
+    /// In words.
+    pub(super) fn expected(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" in {}", self.unit) };
+        let range = match (self.low, self.high, self.low_excluded) {
+            (f64::NEG_INFINITY, f64::INFINITY, _) => String::new(),
+            (low, f64::INFINITY, true) => format!(" above {low}"),
+            (low, f64::INFINITY, false) => format!(" of at least {low}"),
+            (f64::NEG_INFINITY, high, _) => format!(" of at most {high}"),
+            (low, high, true) => format!(" above {low} and up to {high}"),
+            (low, high, false) => format!(" from {low} to {high}"),
+        };
+        format!("a number{unit}{range}")
+    }
+}
+
+/// A value with its span and path; line and column are counted only when asked for.
+#[derive(Clone)]
+pub(super) struct Node<'t> {
+    value: &'t DeValue<'t>,
+    span: Range<usize>,
+    field: String,
+}
+
+impl<'t> Node<'t> {
+    pub(super) fn place(&self, d: &Decoder<'_>) -> Place {
+        d.place(self.span.clone(), self.field.clone())
+    }
+
+    fn wrong_type(&self, d: &mut Decoder<'_>, expected: impl Into<String>) {
+        let problem = Problem::WrongType { found: type_name(self.value), expected: expected.into() };
+        d.error(self.place(d), problem);
+    }
+
+    pub(super) fn is_text(&self) -> bool {
+        self.value.is_str()
+    }
+
+    pub(super) fn is_array(&self) -> bool {
+        self.value.is_array()
+    }
+
+    pub(super) fn text(&self, d: &mut Decoder<'_>, expected: &str) -> Option<&'t str> {
+        let text = self.value.as_str();
+        if text.is_none() {
+            self.wrong_type(d, expected);
+        }
+        text
+    }
+
+    pub(super) fn boolean(&self, d: &mut Decoder<'_>) -> Option<bool> {
+        let flag = self.value.as_bool();
+        if flag.is_none() {
+            self.wrong_type(d, "true or false");
+        }
+        flag
+    }
+
+    pub(super) fn integer(&self, d: &mut Decoder<'_>, low: i64, high: i64) -> Option<i64> {
+        let expected = format!("a whole number from {low} to {high}");
+        let Some(integer) = self.value.as_integer() else {
+            self.wrong_type(d, expected);
+            return None;
+        };
+        let digits = integer.as_str().replace('_', "");
+        match i64::from_str_radix(&digits, integer.radix()) {
+            Ok(value) if (low..=high).contains(&value) => Some(value),
+            Ok(value) => {
+                d.error(self.place(d), Problem::OutOfRange { value: value as f64, expected });
+                None
+            }
+            Err(_) => {
+                d.error(self.place(d), Problem::WrongType { found: "too large a number", expected });
+                None
+            }
+        }
+    }
+
+    pub(super) fn number(&self, d: &mut Decoder<'_>, quantity: Quantity) -> Option<f64> {
+        if !matches!(self.value, DeValue::Float(_) | DeValue::Integer(_)) {
+            self.wrong_type(d, quantity.expected());
+            return None;
+        }
+        // Digits beyond the range of the type count as infinite.
+        let value = self.peek_number().unwrap_or(f64::INFINITY);
+        if !value.is_finite() {
+            d.error(self.place(d), Problem::NotFinite { expected: quantity.expected() });
+        } else if !quantity.admits(value) {
+            d.error(self.place(d), Problem::OutOfRange { value, expected: quantity.expected() });
+        } else {
+            return Some(value);
+        }
+        None
+    }
+
+    /// The number that is here, without judging it.
+    pub(super) fn peek_number(&self) -> Option<f64> {
+        match self.value {
+            DeValue::Float(float) => float.as_str().replace('_', "").parse().ok(),
+            DeValue::Integer(integer) => {
+                i64::from_str_radix(&integer.as_str().replace('_', ""), integer.radix())
+                    .ok()
+                    .map(|i| i as f64)
+            }
+            _ => None,
+        }
+    }
+
+    pub(super) fn elements(&self, d: &mut Decoder<'_>, expected: &str) -> Option<Vec<Node<'t>>> {
+        let Some(array) = self.value.as_array() else {
+            self.wrong_type(d, expected);
+            return None;
+        };
+        let node = |(i, value): (usize, &'t Spanned<DeValue<'t>>)| Node {
+            value: value.get_ref(),
+            span: value.span(),
+            field: format!("{}[{i}]", self.field),
+        };
+        Some(array.iter().enumerate().map(node).collect())
+    }
+
+    /// An array of as many numbers as there are places in `N`.
+    pub(super) fn numbers<const N: usize>(
+        &self,
+        d: &mut Decoder<'_>,
+        quantity: Quantity,
+    ) -> Option<[f64; N]> {
+        let unit = if quantity.unit.is_empty() { "" } else { " in " };
+        let expected = format!("an array of {N} numbers{unit}{}", quantity.unit);
+        let elements = self.elements(d, &expected)?;
+        if elements.len() != N {
+            d.error(self.place(d), Problem::WrongLength { found: elements.len(), expected });
+            return None;
+        }
+        // Every element is read before any is refused.
+        let read: Vec<Option<f64>> = elements.iter().map(|e| e.number(d, quantity)).collect();
+        let mut numbers = [0.0; N];
+        for (slot, value) in numbers.iter_mut().zip(read) {
+            *slot = value?;
+        }
+        Some(numbers)
+    }
+
+    pub(super) fn vector(&self, d: &mut Decoder<'_>, unit: &'static str) -> Option<DVec3> {
+        self.numbers::<3>(d, Quantity::any(unit)).map(DVec3::from_array)
+    }
+
+    /// A vector of any length but 0, as a unit vector.
+    pub(super) fn direction(&self, d: &mut Decoder<'_>) -> Option<DVec3> {
+        let vector = self.vector(d, "")?;
+        // Scaled first, so that neither tiny nor huge components underflow or overflow when squared.
+        let scaled = vector / vector.abs().max_element();
+        let unit = scaled.try_normalize();
+        if unit.is_none() {
+            d.error(
+                self.place(d),
+                Problem::NoDirection { expected: "a vector that is not zero, such as [0, 1, 0]" },
+            );
+        }
+        unit
+    }
+
+    /// One of a list of words.
+    pub(super) fn choice<T: Copy>(
+        &self,
+        d: &mut Decoder<'_>,
+        what: &'static str,
+        words: &[(&str, T)],
+    ) -> Option<T> {
+        let names: Vec<String> = words.iter().map(|(word, _)| format!("\"{word}\"")).collect();
+        let text = self.text(d, &format!("one of {}", names.join(", ")))?;
+        let found = words.iter().find(|(word, _)| *word == text).map(|(_, value)| *value);
+        if found.is_none() {
+            d.error(
+                self.place(d),
+                Problem::UnknownName {
+                    what,
+                    name: text.to_owned(),
+                    nearest: nearest(text, words.iter().map(|(word, _)| *word)),
+                    known: words.iter().map(|(word, _)| (*word).to_owned()).collect(),
+                },
+            );
+        }
+        found
+    }
+
+    /// A table whose keys are all among `keys`.
+    pub(super) fn section(&self, d: &mut Decoder<'_>, keys: &'static [&'static str]) -> Option<Section<'t>> {
+        let Some(table) = self.value.as_table() else {
+            let expected = match self.field.rsplit_once(']') {
+                // An element of a list of tables.
+                Some((_, "")) => "a table, such as { ... }".to_owned(),
+                _ => format!("a table, such as {{ {} = ... }}", keys.first().unwrap_or(&"key")),
+            };
+            self.wrong_type(d, expected);
+            return None;
+        };
+        Some(Section::new(d, table, self.place(d), keys))
+    }
+}
+
+/// A table whose keys have been checked.
+pub(super) struct Section<'t> {
+    table: &'t DeTable<'t>,
+    pub(super) place: Place,
+    /// Keys that an unknown key was probably meant to be: they are not missing, only misspelt.
+    misspelt: Vec<String>,
+}
+
+impl<'t> Section<'t> {
+    pub(super) fn new(
+        d: &mut Decoder<'_>,
+        table: &'t DeTable<'t>,
+        place: Place,
+        keys: &'static [&'static str],
+    ) -> Self {
+        let mut section = Section { table, place, misspelt: Vec::new() };
+        for (key, _) in table.iter() {
+            let name: &str = key.get_ref();
+            if !keys.contains(&name) {
+                let place = d.place(key.span(), section.path(name));
+                let nearest = nearest(name, keys.iter().copied());
+                section.misspelt.extend(nearest.clone());
+                d.error(place, Problem::UnknownKey { key: name.to_owned(), nearest, accepted: keys });
+            }
+        }
+        section
+    }
+
+    /// A table whose keys are names that the user chooses.
+    pub(super) fn of_names(d: &mut Decoder<'_>, node: &Node<'t>) -> Vec<(&'t str, Node<'t>)> {
+        let Some(table) = node.value.as_table() else {
+            node.wrong_type(d, "a table of tables, such as [material.NAME]");
+            return Vec::new();
+        };
+        let section = Section { table, place: node.place(d), misspelt: Vec::new() };
+        table.iter().filter_map(|(key, _)| Some((&**key.get_ref(), section.get(key.get_ref())?))).collect()
+    }
+
+    fn path(&self, key: &str) -> String {
+        if self.place.field.is_empty() { key.to_owned() } else { format!("{}.{key}", self.place.field) }
+    }
+
+    pub(super) fn get(&self, key: &str) -> Option<Node<'t>> {
+        let (_, value) = self.table.iter().find(|(k, _)| &**k.get_ref() == key)?;
+        Some(Node { value: value.get_ref(), span: value.span(), field: self.path(key) })
+    }
+
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.table.iter().any(|(k, _)| &**k.get_ref() == key)
+    }
+
+    pub(super) fn missing(&self, d: &mut Decoder<'_>, key: &'static str, expected: impl Into<String>) {
+        if !self.misspelt.iter().any(|misspelt| misspelt == key) {
+            d.error(self.place.clone(), Problem::Missing { key, expected: expected.into() });
+        }
+    }
+
+    /// Notes a conflict at `key` if both it and `other` are there.
+    pub(super) fn exclude(
+        &self,
+        d: &mut Decoder<'_>,
+        key: &'static str,
+        other: &'static str,
+        words: &'static str,
+    ) {
+        if self.has(other)
+            && let Some(node) = self.get(key)
+        {
+            d.error(node.place(d), Problem::Conflict { key, other: words });
+        }
+    }
+
+    pub(super) fn number(&self, d: &mut Decoder<'_>, key: &str, quantity: Quantity) -> Option<f64> {
+        self.get(key)?.number(d, quantity)
+    }
+
+    pub(super) fn vector(&self, d: &mut Decoder<'_>, key: &str, unit: &'static str) -> Option<DVec3> {
+        self.get(key)?.vector(d, unit)
+    }
+
+    pub(super) fn text(&self, d: &mut Decoder<'_>, key: &str, expected: &str) -> Option<&'t str> {
+        self.get(key)?.text(d, expected)
+    }
+
+    pub(super) fn boolean(&self, d: &mut Decoder<'_>, key: &str) -> Option<bool> {
+        self.get(key)?.boolean(d)
+    }
+
+    pub(super) fn integer(&self, d: &mut Decoder<'_>, key: &str, low: i64, high: i64) -> Option<i64> {
+        self.get(key)?.integer(d, low, high)
+    }
+
+    pub(super) fn choice<T: Copy>(
+        &self,
+        d: &mut Decoder<'_>,
+        key: &'static str,
+        words: &[(&str, T)],
+    ) -> Option<T> {
+        self.get(key)?.choice(d, key, words)
+    }
+
+    /// The tables of a `[[key]]` list.
+    pub(super) fn list(
+        &self,
+        d: &mut Decoder<'_>,
+        key: &'static str,
+        keys: &'static [&'static str],
+    ) -> Vec<Section<'t>> {
+        let Some(node) = self.get(key) else { return Vec::new() };
+        let Some(elements) = node.elements(d, &format!("a list of tables: [[{key}]]")) else {
+            return Vec::new();
+        };
+        elements.iter().filter_map(|e| e.section(d, keys)).collect()
+    }
+}
+
+fn type_name(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "text",
+        DeValue::Integer(_) => "a whole number",
+        DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date or time",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}

@@ -1,0 +1,153 @@
+//! The sections `[medium]`, `[simulation]` and `[render]`.
+
+use super::reader::{Decoder, Quantity, Section};
+use crate::medium::Medium;
+use crate::scene::diagnostic::{Doubt, Problem};
+use crate::scene::render_settings::{
+    Compressor, Floor, Level, Pulse, Radiation, RenderSettings, SampleFormat,
+};
+use crate::scene::simulation_settings::{SimulationSettings, SolverChoice};
+
+pub(super) const MEDIUM_KEYS: &[&str] = &["density", "sound_speed", "temperature"];
+
+pub(super) fn medium(d: &mut Decoder<'_>, top: &Section<'_>) -> Medium {
+    let Some(section) = top.get("medium").and_then(|node| node.section(d, MEDIUM_KEYS)) else {
+        return Medium::AIR;
+    };
+    let density = section.number(d, "density", Quantity::above(0.0, 1e5, "kg/m³"));
+    let sound_speed = section.number(d, "sound_speed", Quantity::between(10.0, 2e4, "m/s"));
+    let temperature = section.number(d, "temperature", Quantity::between(-100.0, 200.0, "°C"));
+    let exclusive = "`density` and `sound_speed`, which it sets";
+    if section.has("density") {
+        section.exclude(d, "temperature", "density", exclusive);
+    } else {
+        section.exclude(d, "temperature", "sound_speed", exclusive);
+    }
+    if let Some(temperature) = temperature {
+        return Medium::dry_air(temperature);
+    }
+    Medium {
+        density: density.unwrap_or(Medium::AIR.density),
+        sound_speed: sound_speed.unwrap_or(Medium::AIR.sound_speed),
+    }
+}
+
+pub(super) const SIMULATION_KEYS: &[&str] =
+    &["solver", "duration", "time_step", "v_min", "pose_rate", "seed", "sleep"];
+
+pub(super) fn simulation(d: &mut Decoder<'_>, top: &Section<'_>) -> SimulationSettings {
+    let default = SimulationSettings::default();
+    let Some(section) = top.get("simulation").and_then(|node| node.section(d, SIMULATION_KEYS)) else {
+        return default;
+    };
+    let solvers =
+        [("auto", SolverChoice::Auto), ("spheres", SolverChoice::Spheres), ("rigid", SolverChoice::Rigid)];
+    let settings = SimulationSettings {
+        solver: section.choice(d, "solver", &solvers).unwrap_or(default.solver),
+        duration: section
+            .number(d, "duration", Quantity::above(0.0, 3600.0, "s"))
+            .unwrap_or(default.duration),
+        time_step: section
+            .number(d, "time_step", Quantity::between(1e-6, 0.01, "s"))
+            .unwrap_or(default.time_step),
+        v_min: section.number(d, "v_min", Quantity::non_negative("m/s")).unwrap_or(default.v_min),
+        pose_rate: section
+            .number(d, "pose_rate", Quantity::above(0.0, 1e5, "Hz"))
+            .unwrap_or(default.pose_rate),
+        seed: section.integer(d, "seed", 0, i64::MAX).map_or(default.seed, |seed| seed as u64),
+        sleep: section.boolean(d, "sleep").unwrap_or(default.sleep),
+    };
+    // Above a millisecond a body dropped from a table moves by its own thickness in a step.
+    if settings.time_step > 1e-3
+        && let Some(node) = section.get("time_step")
+    {
+        let value = settings.time_step;
+        d.warn(
+            node.place(d),
+            Doubt::Unusual { what: "a time step", value, unit: "s", usual: "0.000025 to 0.001" },
+        );
+    }
+    settings
+}
+
+pub(super) const RENDER_KEYS: &[&str] = &[
+    "sample_rate",
+    "bits",
+    "full_scale",
+    "normalize",
+    "floor",
+    "floor_height",
+    "pulse",
+    "radiation",
+    "chain_onset",
+    "max_frequency",
+    "compressor",
+];
+pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];
+
+pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
+    let default = RenderSettings::default();
+    let Some(section) = top.get("render").and_then(|node| node.section(d, RENDER_KEYS)) else {
+        return default;
+    };
+    let sample_rate =
+        section.integer(d, "sample_rate", 8000, 384_000).map_or(default.sample_rate, |rate| rate as u32);
+    let nyquist = f64::from(sample_rate) / 2.0;
+    if sample_rate < 44_100
+        && let Some(node) = section.get("sample_rate")
+    {
+        d.warn(node.place(d), Doubt::CutBand { nyquist });
+    }
+    let formats = [("32f", SampleFormat::Float32), ("24", SampleFormat::Int24)];
+    let pulses = [("half-sine", Pulse::HalfSine), ("gaussian", Pulse::Gaussian)];
+    let radiations = [("exact", Radiation::Exact), ("compact", Radiation::Compact)];
+    RenderSettings {
+        sample_rate,
+        bits: section.choice(d, "bits", &formats).unwrap_or(default.bits),
+        level: level(d, &section),
+        floor: floor(d, &section),
+        pulse: section.choice(d, "pulse", &pulses).unwrap_or(default.pulse),
+        radiation: section.choice(d, "radiation", &radiations).unwrap_or(default.radiation),
+        chain_onset: section.boolean(d, "chain_onset").unwrap_or(default.chain_onset),
+        max_frequency: section.number(d, "max_frequency", Quantity::above(0.0, nyquist, "Hz")),
+        compressor: compressor(d, &section),
+    }
+}
+
+fn level(d: &mut Decoder<'_>, section: &Section<'_>) -> Level {
+    section.exclude(d, "normalize", "full_scale", "`full_scale`");
+    let full_scale = section.number(d, "full_scale", Quantity::positive("Pa"));
+    let normalize = section.number(d, "normalize", Quantity::between(-120.0, 0.0, "dBFS"));
+    full_scale.map(Level::FullScale).or(normalize.map(Level::Normalize)).unwrap_or(Level::Default)
+}
+
+fn floor(d: &mut Decoder<'_>, section: &Section<'_>) -> Floor {
+    let rigid = section.choice(d, "floor", &[("rigid", true), ("none", false)]);
+    let height = section.number(d, "floor_height", Quantity::any("m"));
+    if let Some(node) = section.get("floor_height")
+        && (rigid == Some(false) || !section.has("floor"))
+    {
+        d.error(node.place(d), Problem::Needs { key: "floor_height", other: "floor = \"rigid\"" });
+    }
+    match rigid {
+        Some(true) => Floor::Rigid { height: height.unwrap_or(0.0) },
+        _ => Floor::None,
+    }
+}
+
+fn compressor(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Compressor> {
+    let section = section.get("compressor")?.section(d, COMPRESSOR_KEYS)?;
+    let default = Compressor::default();
+    let time = Quantity::between(0.0, 10.0, "s");
+    Some(Compressor {
+        threshold_db: section
+            .number(d, "threshold_db", Quantity::between(-120.0, 0.0, "dB"))
+            .unwrap_or(default.threshold_db),
+        ratio: section.number(d, "ratio", Quantity::between(1.0, 100.0, "")).unwrap_or(default.ratio),
+        attack: section.number(d, "attack", time).unwrap_or(default.attack),
+        release: section.number(d, "release", time).unwrap_or(default.release),
+        makeup_db: section
+            .number(d, "makeup_db", Quantity::between(-60.0, 60.0, "dB"))
+            .unwrap_or(default.makeup_db),
+    })
+}

@@ -1,0 +1,207 @@
+//! From a [`Scene`] to a [`World`]: geometry is loaded, copies are placed, links find their bodies.
+//!
+//! Order of bodies: those of the file with their copies, then the planes. A scattered copy depends on the seed and on
+//! what is not scattered, then on the copies before it.
+
+mod copies;
+mod listeners;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::body_description::{
+    Anchor, BodyDescription, Copies, GeometryReference, PlaneDescription, SpringTarget,
+};
+use super::diagnostic::{Doubt, Place, Problem, SceneError, SceneErrors, SceneWarning};
+use super::{MAX_BODIES, Scene};
+use crate::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use crate::geometry::mass_properties::MassProperties;
+use crate::pose::Pose;
+
+/// A body's geometry, as the loader returns it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadedGeometry {
+    /// The surface, centre of mass at the origin, scaled.
+    pub surface: Arc<Surface>,
+    /// Mass properties of unit density, scaled.
+    pub mass: MassProperties,
+    /// What the user should know about it.
+    pub warnings: Vec<String>,
+}
+
+/// Why geometry cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{reason}; {remedy}")]
+pub struct GeometryError {
+    /// Why.
+    pub reason: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// Builds a shape or reads a mesh file.
+pub type Loader<'a> = dyn FnMut(&GeometryReference) -> Result<LoadedGeometry, GeometryError> + 'a;
+
+/// A world, and what is doubtful about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instance {
+    /// The world.
+    pub world: World,
+    /// Allowed but probably not meant; those of the scene are not repeated.
+    pub warnings: Vec<SceneWarning>,
+}
+
+/// Instantiates a scene.
+///
+/// `load` is asked once for each distinct geometry; spheres never need it.
+///
+/// # Errors
+/// Everything that is wrong with the geometry, the placement, the links and the listeners, in the order of the file.
+pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, SceneErrors> {
+    let mut builder = Builder::default();
+    let total = scene.bodies.iter().fold(0u64, |sum, b| sum.saturating_add(b.count() as u64));
+    if total > MAX_BODIES {
+        let place = scene.bodies.first().map(|b| b.place.clone()).unwrap_or_default();
+        builder.error(place, Problem::TooManyBodies { count: total, limit: MAX_BODIES });
+        return Err(SceneErrors(builder.errors));
+    }
+    let drafts = copies::draft(scene, load, &mut builder);
+    let planes: Vec<Body> = scene.planes.iter().map(plane).collect();
+    let bodies = copies::place(scene, drafts, &planes, &mut builder);
+    if builder.errors.is_empty() {
+        let mut world = World { bodies, links: Vec::new(), gravity: scene.gravity };
+        world.bodies.extend(planes);
+        link(scene, &mut world, &mut builder);
+        listeners::check(scene, &world, &mut builder);
+        if builder.errors.is_empty() {
+            return Ok(Instance { world, warnings: builder.warnings });
+        }
+    }
+    builder.errors.sort_by_key(|e| e.place.order());
+    Err(SceneErrors(builder.errors))
+}
+
+/// Collects errors and warnings.
+#[derive(Default)]
+struct Builder {
+    errors: Vec<SceneError>,
+    warnings: Vec<SceneWarning>,
+}
+
+impl Builder {
+    fn error(&mut self, place: Place, problem: Problem) {
+        self.errors.push(SceneError { place, problem });
+    }
+
+    fn warn(&mut self, place: Place, doubt: Doubt) {
+        let warning = SceneWarning { place, doubt };
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+    }
+}
+
+fn plane(description: &PlaneDescription) -> Body {
+    Body {
+        name: description.name.clone(),
+        material: description.material.clone(),
+        surface: Arc::new(Surface::HalfSpace),
+        mass: f64::INFINITY,
+        inertia: DMat3::from_diagonal(DVec3::INFINITY),
+        pose: Pose {
+            position: description.point,
+            orientation: DQuat::from_rotation_arc(DVec3::Y, description.normal),
+        },
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+        motion: Motion::Fixed,
+        edge_radius: 0.0,
+    }
+}
+
+/// Bodies of the world by name, and groups of copies by the name of their `[[body]]`.
+fn names(scene: &Scene) -> BTreeMap<String, Vec<BodyId>> {
+    let mut names: BTreeMap<String, Vec<BodyId>> = BTreeMap::new();
+    let mut next = 0;
+    for description in &scene.bodies {
+        for copy in 0..description.count() {
+            if description.copies != Copies::One {
+                names.entry(description.copy_name(copy)).or_default().push(BodyId(next));
+            }
+            names.entry(description.name.clone()).or_default().push(BodyId(next));
+            next += 1;
+        }
+    }
+    names
+}
+
+fn link(scene: &Scene, world: &mut World, builder: &mut Builder) {
+    let names = names(scene);
+    let none = Vec::new();
+    for hang in &scene.hangs {
+        for id in names.get(&hang.body).unwrap_or(&none) {
+            let body = &world.bodies[id.index()];
+            let centre = body.pose.position;
+            let anchor = match hang.anchor {
+                Anchor::Point(point) => point,
+                Anchor::Offset(offset) => centre + offset,
+            };
+            match refuse_hang(body, anchor) {
+                Some(problem) => builder.error(hang.place.clone(), problem),
+                None => world.links.push(Link::Hang { body: *id, anchor }),
+            }
+        }
+    }
+    for spring in &scene.springs {
+        let Some(body) = names.get(&spring.body).and_then(|ids| ids.first()).copied() else { continue };
+        let (to, end) = match &spring.to {
+            SpringTarget::Point(point) => (SpringEnd::Point(*point), *point),
+            SpringTarget::Body(name) => {
+                let Some(other) = names.get(name).and_then(|ids| ids.first()).copied() else { continue };
+                (SpringEnd::Body(other), world.bodies[other.index()].pose.position)
+            }
+        };
+        let centre = world.bodies[body.index()].pose.position;
+        if to == SpringEnd::Body(body) {
+            let problem =
+                bad_link(&world.bodies[body.index()], "is at both ends of the spring", "name two bodies");
+            builder.error(spring.place.clone(), problem);
+            continue;
+        }
+        world.links.push(Link::Spring {
+            body,
+            to,
+            rest_length: spring.rest_length.unwrap_or((end - centre).length()),
+            stiffness: spring.stiffness,
+            damping: spring.damping,
+        });
+    }
+}
+
+fn refuse_hang(body: &Body, anchor: DVec3) -> Option<Problem> {
+    if !matches!(*body.surface, Surface::Sphere { .. }) {
+        return Some(bad_link(
+            body,
+            "is not a sphere, and only spheres hang",
+            "give it shape = \"sphere:R\"",
+        ));
+    }
+    if body.motion != Motion::Free {
+        return Some(bad_link(body, "is not free to swing", "set motion = \"free\""));
+    }
+    if (anchor - body.pose.position).length() == 0.0 {
+        return Some(bad_link(body, "has its centre at the anchor", "move the anchor away from the centre"));
+    }
+    None
+}
+
+fn bad_link(body: &Body, reason: &'static str, remedy: &'static str) -> Problem {
+    Problem::BadLink { body: body.name.clone(), reason, remedy }
+}
+
+/// Edge radius of a body of this description.
+fn edge_radius(description: &BodyDescription, surface: &Surface) -> f64 {
+    description.edge_radius.unwrap_or(super::body_description::EDGE_RADIUS_RATIO * surface.bounding_radius())
+}

@@ -1,0 +1,70 @@
+//! Listeners against the bodies of a world: none may be inside one, none should be out of earshot.
+
+use glam::DVec3;
+
+use super::Builder;
+use crate::body::{Body, MeshSurface, Surface, World};
+use crate::scene::Scene;
+use crate::scene::diagnostic::{Doubt, Problem};
+
+/// A listener further than this from every body is doubted [m]: a click of 1 Pa at 10 cm is 60 dB down.
+const EARSHOT: f64 = 100.0;
+
+/// Checks every receiver at every keyframe against the bodies as they start.
+pub(super) fn check(scene: &Scene, world: &World, builder: &mut Builder) {
+    for listener in &scene.listeners {
+        let mut nearest = f64::INFINITY;
+        let mut inside: Option<(&Body, f64)> = None;
+        for key in listener.track.keys() {
+            for receiver in listener.receivers() {
+                let point = key.pose.world_from_body(receiver);
+                for body in &world.bodies {
+                    let depth = depth(body, point);
+                    if depth > 0.0 && inside.is_none_or(|(_, deepest)| depth > deepest) {
+                        inside = Some((body, depth));
+                    }
+                    if !matches!(*body.surface, Surface::HalfSpace) {
+                        let gap = (point - body.pose.position).length() - body.surface.bounding_radius();
+                        nearest = nearest.min(gap.max(0.0));
+                    }
+                }
+            }
+        }
+        if let Some((body, depth)) = inside {
+            let problem = Problem::ListenerInside { body: body.name.clone(), depth };
+            builder.error(listener.place.clone(), problem);
+        }
+        if nearest.is_finite() && nearest > EARSHOT {
+            builder.warn(listener.place.clone(), Doubt::FarListener { distance: nearest });
+        }
+    }
+}
+
+/// How deep a point is inside a body [m]; 0 or less outside.
+fn depth(body: &Body, point: DVec3) -> f64 {
+    let local = body.pose.body_from_world(point);
+    match &*body.surface {
+        Surface::Sphere { radius } => radius - local.length(),
+        Surface::HalfSpace => -local.y,
+        Surface::Mesh(surface) => {
+            if local.length() >= surface.mesh.bounding_radius(DVec3::ZERO)
+                || winding_number(surface, local) < 0.5
+            {
+                return 0.0;
+            }
+            let vertices = surface.mesh.vertices.iter();
+            vertices.map(|v| (*v - local).length()).fold(f64::INFINITY, f64::min)
+        }
+    }
+}
+
+/// How often the surface winds round a point: 1 inside, 0 outside (van Oosterom and Strackee 1983).
+fn winding_number(surface: &MeshSurface, point: DVec3) -> f64 {
+    let solid_angle = |triangle: usize| {
+        let [a, b, c] = surface.mesh.corners(triangle).map(|corner| corner - point);
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
+        let volume = a.dot(b.cross(c));
+        2.0 * volume.atan2(la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb)
+    };
+    (0..surface.mesh.triangles.len()).map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
+}

@@ -1,0 +1,60 @@
+//! Listeners: points, or pairs of points, where pressure is wanted; standing or moving.
+//!
+//! A listener's frame has x to its right, y up and −z ahead, as a camera's.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::diagnostic::Place;
+use crate::pose::Track;
+
+/// One `[[listener]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Listener {
+    /// Name.
+    pub name: String,
+    /// Position and orientation over time; `position` is the midpoint of a pair.
+    pub track: Track,
+    /// Distance between the two receivers of a pair [m]; `None`: one receiver.
+    pub spacing: Option<f64>,
+    /// Where it is written.
+    pub place: Place,
+}
+
+impl Listener {
+    /// The receivers in the listener's frame [m]: one at the origin, or left and right.
+    pub fn receivers(&self) -> Vec<DVec3> {
+        match self.spacing {
+            None => vec![DVec3::ZERO],
+            Some(spacing) => vec![DVec3::X * (-0.5 * spacing), DVec3::X * (0.5 * spacing)],
+        }
+    }
+}
+
+/// The rotation that turns −z to `facing` and keeps y as far up as it can; `None` if `facing` is vertical.
+pub fn look_along(facing: DVec3) -> Option<DQuat> {
+    // Within 1e-6 rad of the vertical, left and right are decided by rounding.
+    const MIN_HORIZONTAL: f64 = 1e-6;
+    let ahead = facing.try_normalize()?;
+    let right = ahead.cross(DVec3::Y);
+    if right.length() < MIN_HORIZONTAL {
+        return None;
+    }
+    let right = right.normalize();
+    Some(DQuat::from_mat3(&DMat3::from_cols(right, right.cross(ahead), -ahead)).normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn right_is_on_the_right() {
+        let facing = DVec3::new(1.0, -0.5, 0.0);
+        let turn = look_along(facing).unwrap();
+        // Looking along +x with y up, +z is on the right. Residuals seen: 2e-16.
+        assert!((turn * DVec3::X - DVec3::Z).length() < 1e-14);
+        assert!((turn * DVec3::NEG_Z - facing.normalize()).length() < 1e-14);
+        assert!(look_along(DVec3::Y).is_none());
+        assert!(look_along(DVec3::ZERO).is_none());
+    }
+}

@@ -1,0 +1,111 @@
+//! What a scene asks of the rendering: format of the file, reflection of the floor, sound model of a click.
+
+/// The `[render]` section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Sample rate [Hz], 8000 to 384 000.
+    pub sample_rate: u32,
+    /// Format of a sample.
+    pub bits: SampleFormat,
+    /// What full scale means.
+    pub level: Level,
+    /// Reflecting floor.
+    pub floor: Floor,
+    /// Time profile of a contact force.
+    pub pulse: Pulse,
+    /// Sound field of an accelerated sphere.
+    pub radiation: Radiation,
+    /// Impulses that one instant sends through a chain of touching bodies sound one after the other.
+    pub chain_onset: bool,
+    /// Highest frequency rendered [Hz]; `None`: what the sample rate holds.
+    pub max_frequency: Option<f64>,
+    /// Dynamic range compression, after which the file is no longer pressure.
+    pub compressor: Option<Compressor>,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        RenderSettings {
+            sample_rate: 48_000,
+            bits: SampleFormat::Float32,
+            level: Level::Default,
+            floor: Floor::None,
+            pulse: Pulse::HalfSine,
+            radiation: Radiation::Exact,
+            chain_onset: true,
+            max_frequency: None,
+            compressor: None,
+        }
+    }
+}
+
+/// Format of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleFormat {
+    /// 32-bit float.
+    Float32,
+    /// 24-bit integer.
+    Int24,
+}
+
+/// How pressure maps to samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Level {
+    /// The program's default of the sample format: 1 Pa for float, 20 Pa for integers.
+    Default,
+    /// This pressure is full scale [Pa].
+    FullScale(f64),
+    /// The peak is brought to this level [dBFS], 0 or less.
+    Normalize(f64),
+}
+
+/// A floor that reflects sound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Floor {
+    /// None: free field.
+    None,
+    /// Rigid, horizontal, infinite.
+    Rigid {
+        /// Its height y [m].
+        height: f64,
+    },
+}
+
+/// Time profile of a contact force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pulse {
+    /// Half-sine, \[PAN\] eq. (7).
+    HalfSine,
+    /// Gaussian, \[HW\] eq. (9), normalised.
+    Gaussian,
+}
+
+/// Sound field of an accelerated sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Radiation {
+    /// Exact at every frequency and distance.
+    Exact,
+    /// The compact dipole of \[HW\] eq. (1).
+    Compact,
+}
+
+/// A compressor: above the threshold, `ratio` decibels in give one decibel out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compressor {
+    /// Threshold [dB re full scale], 0 or less.
+    pub threshold_db: f64,
+    /// Ratio [-], 1 or more.
+    pub ratio: f64,
+    /// Attack time [s].
+    pub attack: f64,
+    /// Release time [s].
+    pub release: f64,
+    /// Gain after compression [dB].
+    pub makeup_db: f64,
+}
+
+impl Default for Compressor {
+    fn default() -> Self {
+        Compressor { threshold_db: -20.0, ratio: 4.0, attack: 0.002, release: 0.1, makeup_db: 0.0 }
+    }
+}

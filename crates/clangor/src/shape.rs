@@ -5,11 +5,15 @@
 //! [`text`] has the grammar and the sizes of bare names.
 
 mod cuboid;
+mod key;
+mod mug;
+mod planar;
 mod random;
 mod revolution;
 mod rock;
 mod sphere;
 pub mod text;
+mod vessel;
 
 use std::f64::consts::PI;
 
@@ -73,6 +77,32 @@ pub enum Form {
         /// Radius of the ball of equal volume.
         radius: f64,
     },
+    /// A regular prism about y.
+    Prism {
+        /// Number of sides.
+        sides: u32,
+        /// Radius of the circle through the corners.
+        radius: f64,
+        /// Full height.
+        height: f64,
+    },
+    /// A flat convex splinter in the plane of x and z.
+    Shard {
+        /// Which splinter.
+        seed: u64,
+        /// Longer axis of the ellipse through its corners; the thickness is 8 % of it.
+        size: f64,
+    },
+    /// A bowl, 148 mm wide, on the plane y = 0.
+    Bowl,
+    /// A plate, 260 mm wide, on the plane y = 0.
+    Plate,
+    /// A mug with a handle towards +x, 98 mm high, on the plane y = 0.
+    Mug,
+    /// A wineglass, 142 mm high, on the plane y = 0.
+    Wineglass,
+    /// A key in the plane of x and z, 53 mm long; the hole is about y at the origin.
+    Key,
 }
 
 /// A shape and the edge length of its mesh.
@@ -150,6 +180,18 @@ impl Shape {
             Form::Die { size, round } => cuboid::die_mesh(size, round, edge),
             Form::Cylinder { radius, height } => revolution::cylinder_profile(radius, height, edge).turn(),
             Form::Torus { major, minor } => revolution::torus_profile(major, minor, edge).turn(),
+            Form::Prism { sides, radius, height } => {
+                planar::thicken(&planar::polygon_mesh(&planar::regular(sides, radius), edge), height, edge)
+            }
+            Form::Shard { seed, size } => {
+                let flat = planar::polygon_mesh(&planar::shard_outline(seed, size), edge);
+                planar::thicken(&flat, planar::SHARD_THICKNESS * size, edge)
+            }
+            Form::Bowl => vessel::bowl_profile(edge).turn(),
+            Form::Plate => vessel::plate_profile(edge).turn(),
+            Form::Mug => mug::mug_mesh(edge),
+            Form::Wineglass => vessel::wineglass_profile(edge).turn(),
+            Form::Key => key::key_mesh(edge),
             Form::Rock { .. } => refine_to_edge(self.hull.as_ref().unwrap_or(&TriMesh::default()), edge),
         }
     }
@@ -175,6 +217,17 @@ impl Shape {
                 half_height: 0.5 * height,
             }],
             Form::Torus { major, minor } => revolution::torus_parts(major, minor, RING_SECTORS),
+            Form::Prism { sides, radius, height } => {
+                vec![planar::slab(&planar::regular(sides, radius), height)]
+            }
+            Form::Shard { seed, size } => {
+                vec![planar::slab(&planar::shard_outline(seed, size), planar::SHARD_THICKNESS * size)]
+            }
+            Form::Bowl => vessel::bowl_parts(),
+            Form::Plate => vessel::plate_parts(),
+            Form::Mug => mug::mug_parts(),
+            Form::Wineglass => vessel::wineglass_parts(),
+            Form::Key => key::key_parts(),
             Form::Rock { .. } => {
                 self.hull.iter().map(|hull| ConvexPart::Hull(hull.vertices.clone())).collect()
             }
@@ -234,5 +287,11 @@ fn default_edge(form: &Form) -> f64 {
         Form::Cylinder { radius, height } => (radius / 24.0).max(height / 100.0),
         Form::Torus { minor, major } => (0.25 * minor).max(major / 60.0),
         Form::Rock { radius, .. } => radius / 8.0,
+        Form::Prism { radius, height, .. } => (radius / 12.0).max(height / 40.0),
+        Form::Shard { size, .. } => size / 24.0,
+        Form::Bowl | Form::Mug => 0.0035,
+        Form::Plate => 0.005,
+        Form::Wineglass => 0.0025,
+        Form::Key => 0.0006,
     }
 }

@@ -3,7 +3,7 @@
 use clangor::geometry::solid::check_solid;
 use clangor::shape::Shape;
 
-const SHAPES: [&str; 15] = [
+const SHAPES: [&str; 24] = [
     "sphere:0.0075",
     "ellipsoid:0.02x0.01x0.015",
     "ellipsoid:0.02x0.002x0.002",
@@ -17,6 +17,15 @@ const SHAPES: [&str; 15] = [
     "ring",
     "rock:7x0.03",
     "rock:18446744073709551615x0.01",
+    "prism:3x0.01x0.03",
+    "prism:64x0.01x0.003",
+    "shard:1x0.04",
+    "shard:2x0.04",
+    "bowl",
+    "plate",
+    "mug",
+    "wineglass",
+    "key",
     "tile",
     "pane",
 ];

@@ -124,3 +124,10 @@ impl Defects {
         Ok(())
     }
 }
+
+/// Edges with a triangle on one side only, in that triangle's direction, in order of triangle and corner.
+pub fn boundary_edges(mesh: &TriMesh) -> Vec<(u32, u32)> {
+    let sides = |t: &[u32; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])];
+    let all: std::collections::HashSet<(u32, u32)> = mesh.triangles.iter().flat_map(sides).collect();
+    mesh.triangles.iter().flat_map(sides).filter(|(a, b)| !all.contains(&(*b, *a))).collect()
+}

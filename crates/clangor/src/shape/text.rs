@@ -11,6 +11,13 @@
 //! | `torus:Rxr` | radius of the circle, radius of the tube | |
 //! | `ring` | | key ring: torus of 18 mm × 1.65 mm |
 //! | `rock:SEEDxR` | convex stone, radius of the ball of equal volume | |
+//! | `prism:NxRxH` | regular polygon with N corners at radius R, full height | |
+//! | `shard:SEEDxSIZE` | flat convex splinter, thickness 8 % of its size | |
+//! | `bowl` | | 148 mm wide, 62 mm high, walls of 5.5 mm |
+//! | `plate` | | 260 mm wide, 4.5 mm thick |
+//! | `mug` | | 84 mm wide, 98 mm high, walls of 5 mm, a handle |
+//! | `wineglass` | | 142 mm high, walls of 1.5 mm |
+//! | `key` | | 53 mm long, 1.8 mm thick, a hole of 8 mm to hang it by |
 //! | `tile` | | 100 × 8 × 100 mm |
 //! | `pane` | | 400 × 4 × 400 mm |
 //!
@@ -85,7 +92,7 @@ const fn entry(name: &'static str, expected: &'static str, example: &'static str
     Entry { name, expected, example }
 }
 
-const ENTRIES: [Entry; 11] = [
+const ENTRIES: [Entry; 18] = [
     entry("sphere", "a radius or nothing", "sphere:0.0075"),
     entry("ellipsoid", "three semi-axes AxBxC", "ellipsoid:0.02x0.01x0.015"),
     entry("box", "three full edges XxYxZ", "box:0.1x0.05x0.2"),
@@ -95,6 +102,13 @@ const ENTRIES: [Entry; 11] = [
     entry("torus", "Rxr, the circle and the tube", "torus:0.03x0.01"),
     entry("ring", "no sizes", "ring"),
     entry("rock", "SEEDxRADIUS with a whole number as seed", "rock:7x0.03"),
+    entry("prism", "SIDESxRADIUSxHEIGHT", "prism:6x0.01x0.03"),
+    entry("shard", "SEEDxSIZE with a whole number as seed", "shard:3x0.04"),
+    entry("bowl", "no sizes", "bowl"),
+    entry("plate", "no sizes", "plate"),
+    entry("mug", "no sizes", "mug"),
+    entry("wineglass", "no sizes", "wineglass"),
+    entry("key", "no sizes", "key"),
     entry("tile", "no sizes", "tile"),
     entry("pane", "no sizes", "pane"),
 ];
@@ -139,6 +153,15 @@ fn form_of(name: &str, fields: &[&str], numbers: &[f64]) -> Option<Form> {
         ("torus", [major, minor]) => Form::Torus { major: *major, minor: *minor },
         ("ring", []) => Form::Torus { major: 0.018, minor: 0.00165 },
         ("rock", [_, radius]) => Form::Rock { seed: fields.first()?.parse().ok()?, radius: *radius },
+        ("prism", [_, radius, height]) => {
+            Form::Prism { sides: fields.first()?.parse().ok()?, radius: *radius, height: *height }
+        }
+        ("shard", [_, size]) => Form::Shard { seed: fields.first()?.parse().ok()?, size: *size },
+        ("bowl", []) => Form::Bowl,
+        ("plate", []) => Form::Plate,
+        ("mug", []) => Form::Mug,
+        ("wineglass", []) => Form::Wineglass,
+        ("key", []) => Form::Key,
         ("tile", []) => Form::Box { edges: DVec3::new(0.1, 0.008, 0.1) },
         ("pane", []) => Form::Box { edges: DVec3::new(0.4, 0.004, 0.4) },
         _ => return None,
@@ -172,6 +195,17 @@ pub(super) fn check_form(form: &Form) -> Result<(), ShapeError> {
             size("the radius", radius)?;
             size("the height", height)
         }
+        Form::Prism { sides, radius, height } => {
+            size("the radius", radius)?;
+            size("the height", height)?;
+            if (3..=64).contains(&sides) {
+                return Ok(());
+            }
+            let limit = "from 3 to 64".to_owned();
+            Err(ShapeError::Value { what: "the number of sides", value: f64::from(sides), limit })
+        }
+        Form::Shard { size: full, .. } => size("the size", full),
+        Form::Bowl | Form::Plate | Form::Mug | Form::Wineglass | Form::Key => Ok(()),
         Form::Torus { major, minor } => {
             size("the radius of the circle", major)?;
             size("the radius of the tube", minor)?;
@@ -214,6 +248,13 @@ impl fmt::Display for Shape {
             Form::Cylinder { radius, height } => write!(f, "cylinder:{radius}x{height}"),
             Form::Torus { major, minor } => write!(f, "torus:{major}x{minor}"),
             Form::Rock { seed, radius } => write!(f, "rock:{seed}x{radius}"),
+            Form::Prism { sides, radius, height } => write!(f, "prism:{sides}x{radius}x{height}"),
+            Form::Shard { seed, size } => write!(f, "shard:{seed}x{size}"),
+            Form::Bowl => f.write_str("bowl"),
+            Form::Plate => f.write_str("plate"),
+            Form::Mug => f.write_str("mug"),
+            Form::Wineglass => f.write_str("wineglass"),
+            Form::Key => f.write_str("key"),
         }?;
         write!(f, "@{}", self.edge())
     }

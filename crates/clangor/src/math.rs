@@ -1,3 +1,4 @@
-//! Special functions that more than one module needs.
+//! Mathematics that more than one module needs.
 
 pub(crate) mod bessel;
+pub(crate) mod random;

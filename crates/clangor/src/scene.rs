@@ -17,6 +17,7 @@ pub mod listener;
 mod placement;
 pub mod render_settings;
 pub mod simulation_settings;
+mod suggest;
 
 use glam::DVec3;
 

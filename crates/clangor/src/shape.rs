@@ -8,7 +8,6 @@ mod cuboid;
 mod key;
 mod mug;
 mod planar;
-mod random;
 mod revolution;
 mod rock;
 mod sphere;

@@ -113,8 +113,8 @@ pub struct RandomPlacement {
     pub count: usize,
     /// Corners of the box that holds the centres of mass [m].
     pub region: [DVec3; 2],
-    /// Seed of the positions, orientations, spins and scales.
-    pub seed: u64,
+    /// Seed of the positions, orientations, spins and scales; `None`: the simulation's.
+    pub seed: Option<u64>,
     /// Every copy has an orientation of its own, uniform over all rotations.
     pub random_orientation: bool,
     /// Greatest random angular velocity [rad/s], uniform in the ball of this radius and added to the body's.

@@ -11,7 +11,6 @@ mod material;
 mod motion;
 mod reader;
 mod settings;
-mod suggest;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -82,7 +81,7 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
     let render = settings::render(d, &top);
     let materials = material::materials(d, &top);
     let mut names = Names::default();
-    let bodies = body::bodies(d, &top, &materials, &simulation, medium.sound_speed, &mut names);
+    let bodies = body::bodies(d, &top, &materials, medium.sound_speed, &mut names);
     let planes = body::planes(d, &top, &materials, &mut names);
     let hangs = links::hangs(d, &top, &bodies);
     let springs = links::springs(d, &top, &bodies);

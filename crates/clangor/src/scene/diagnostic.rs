@@ -6,6 +6,9 @@
 use std::fmt;
 use std::ops::Range;
 
+use super::suggest::nearest;
+use crate::shape::ShapeError;
+
 /// Where in a scene something stands.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
@@ -174,7 +177,10 @@ pub enum Problem {
         /// The version.
         found: i64,
     },
-    /// A shape that cannot be built, or a file that cannot be used.
+    /// A shape that the library does not make.
+    #[error(transparent)]
+    Shape(ShapeError),
+    /// Geometry that its loader refuses.
     #[error("`{reference}` cannot be used: {reason}")]
     Geometry {
         /// The shape or file.
@@ -283,6 +289,7 @@ impl Problem {
             Problem::Conflict { key, other } => format!("keep either `{key}` or {other}"),
             Problem::Needs { key, other } => format!("add {other}, or delete `{key}`"),
             Problem::UnsupportedVersion { .. } => "write version = 1, or use a newer program".into(),
+            Problem::Shape(error) => shape_remedy(error),
             Problem::Geometry { remedy, .. } => remedy.clone(),
             Problem::NoDirection { expected } => format!("write {expected}"),
             Problem::UnorderedKeyframes { .. } => {
@@ -301,6 +308,20 @@ impl Problem {
             Problem::DoesNotFit { .. } => "enlarge the region, or lower `count` or `scale`".into(),
             Problem::BadLink { remedy, .. } => (*remedy).into(),
         }
+    }
+}
+
+/// What to write instead of a bad shape.
+fn shape_remedy(error: &ShapeError) -> String {
+    match error {
+        ShapeError::UnknownName { name, known } => match nearest(name, known.split(", ")) {
+            Some(nearest) => format!("did you mean `{nearest}`?"),
+            None => "write one of these names".into(),
+        },
+        ShapeError::Sizes { example, .. } => format!("write sizes in metres, as in \"{example}\""),
+        ShapeError::Value { limit, .. } => format!("write a size in metres that is {limit}"),
+        ShapeError::Edge { .. } => "choose another edge length after @, or leave it out".into(),
+        ShapeError::Mesh(_) => "change the sizes of the shape".into(),
     }
 }
 

@@ -4,6 +4,7 @@
 //! what is not scattered, then on the copies before it.
 
 mod copies;
+mod geometry;
 mod listeners;
 
 use std::collections::BTreeMap;
@@ -19,6 +20,8 @@ use super::{MAX_BODIES, Scene};
 use crate::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use crate::geometry::mass_properties::MassProperties;
 use crate::pose::Pose;
+
+pub use geometry::{load_shape, references};
 
 /// A body's geometry, as the loader returns it.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +58,7 @@ pub struct Instance {
 
 /// Instantiates a scene.
 ///
-/// `load` is asked once for each distinct geometry; spheres never need it.
+/// `load` is asked once for each distinct geometry, in the order of [`references`]; [`load_shape`] does for shapes.
 ///
 /// # Errors
 /// Everything that is wrong with the geometry, the placement, the links and the listeners, in the order of the file.

@@ -3,13 +3,15 @@
 //! Random sequential addition: a centre is drawn uniformly in the region and kept if the copy's bounding ball is clear
 //! of everything placed before it. Bounding balls are enough because the copies fall and mix anyway; they jam at
 //! about 38 % of the volume, so a region should be several times larger than its balls.
-//! What stands there is taken as a ball, a half-space, or the box around its mesh, turned with it.
+//! What stands there keeps its true surface, so that coins may start inside a bowl.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
 use crate::body::{Body, Surface};
+use crate::math::random::SplitMix;
 use crate::pose::Pose;
 
 /// Draws per copy before the region counts as full.
@@ -18,106 +20,70 @@ const MAX_DRAWS: usize = 2000;
 /// Gap kept between bounding balls, as a fraction of the copy's radius.
 const CLEARANCE: f64 = 1e-3;
 
-/// SplitMix64 (Steele, Lea and Flood 2014): a 64-bit generator with a period of 2⁶⁴ whose every seed is good.
-pub(super) struct SplitMix64 {
-    state: u64,
+/// Uniform in a box.
+fn in_box(random: &mut SplitMix, [low, high]: [DVec3; 2]) -> DVec3 {
+    let x = random.uniform(low.x, high.x);
+    let y = random.uniform(low.y, high.y);
+    let z = random.uniform(low.z, high.z);
+    DVec3::new(x, y, z)
 }
 
-impl SplitMix64 {
-    pub(super) fn new(seed: u64) -> Self {
-        SplitMix64 { state: seed }
-    }
-
-    fn next(&mut self) -> u64 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Uniform between two numbers.
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// Uniform in a box.
-    fn in_box(&mut self, [low, high]: [DVec3; 2]) -> DVec3 {
-        let x = self.between(low.x, high.x);
-        let y = self.between(low.y, high.y);
-        let z = self.between(low.z, high.z);
-        DVec3::new(x, y, z)
-    }
-
-    /// Uniform in the unit ball, by rejection.
-    pub(super) fn in_ball(&mut self) -> DVec3 {
-        loop {
-            let point = self.in_box([DVec3::NEG_ONE, DVec3::ONE]);
-            if point.length_squared() <= 1.0 {
-                return point;
-            }
+/// Uniform in the unit ball, by rejection.
+pub(super) fn in_ball(random: &mut SplitMix) -> DVec3 {
+    loop {
+        let point = in_box(random, [DVec3::NEG_ONE, DVec3::ONE]);
+        if point.length_squared() <= 1.0 {
+            return point;
         }
-    }
-
-    /// A point of the unit disc other than its centre, and its squared radius.
-    fn in_disc(&mut self) -> (f64, f64, f64) {
-        loop {
-            let (x, y) = (self.between(-1.0, 1.0), self.between(-1.0, 1.0));
-            let squared = x * x + y * y;
-            if squared > 0.0 && squared <= 1.0 {
-                return (x, y, squared);
-            }
-        }
-    }
-
-    /// Uniform over all rotations (Marsaglia 1972), without trigonometry, so that every machine draws the same bits.
-    pub(super) fn rotation(&mut self) -> DQuat {
-        let (x, y, s) = self.in_disc();
-        let (z, w, t) = self.in_disc();
-        let root = ((1.0 - s) / t).sqrt();
-        DQuat::from_xyzw(x, y, z * root, w * root).normalize()
     }
 }
 
-/// Something that copies must not touch.
-pub(super) enum Obstacle {
-    /// A ball: centre, radius [m].
-    Ball(DVec3, f64),
-    /// A half-space: point, unit normal out of the solid.
-    HalfSpace(DVec3, DVec3),
-    /// A box in a body frame: pose, least and greatest corner [m].
-    Box(Pose, DVec3, DVec3),
+/// A point of the unit disc other than its centre, and its squared radius.
+fn in_disc(random: &mut SplitMix) -> (f64, f64, f64) {
+    loop {
+        let (x, y) = (random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0));
+        let squared = x * x + y * y;
+        if squared > 0.0 && squared <= 1.0 {
+            return (x, y, squared);
+        }
+    }
+}
+
+/// Uniform over all rotations (Marsaglia 1972), without trigonometry, so that every machine draws the same bits.
+pub(super) fn rotation(random: &mut SplitMix) -> DQuat {
+    let (x, y, s) = in_disc(random);
+    let (z, w, t) = in_disc(random);
+    let root = ((1.0 - s) / t).sqrt();
+    DQuat::from_xyzw(x, y, z * root, w * root).normalize()
+}
+
+/// A body that copies must not touch.
+pub(super) struct Obstacle {
+    surface: Arc<Surface>,
+    pose: Pose,
+    bounding_radius: f64,
 }
 
 impl Obstacle {
-    /// What a placed body occupies.
+    /// A placed body.
     pub(super) fn of(body: &Body) -> Self {
-        match &*body.surface {
-            Surface::Sphere { radius } => Obstacle::Ball(body.pose.position, *radius),
-            Surface::HalfSpace => Obstacle::HalfSpace(body.pose.position, body.pose.orientation * DVec3::Y),
-            Surface::Mesh(surface) => {
-                let vertices = &surface.mesh.vertices;
-                let low = vertices.iter().fold(DVec3::INFINITY, |low, v| low.min(*v));
-                let high = vertices.iter().fold(DVec3::NEG_INFINITY, |high, v| high.max(*v));
-                Obstacle::Box(body.pose, low, high)
-            }
+        Obstacle {
+            surface: Arc::clone(&body.surface),
+            pose: body.pose,
+            bounding_radius: body.surface.bounding_radius(),
         }
     }
 
-    /// Distance from a point to the surface [m], negative inside a ball or half-space, 0 in a box.
-    fn distance(&self, point: DVec3) -> f64 {
-        match self {
-            Obstacle::Ball(centre, radius) => (point - *centre).length() - radius,
-            Obstacle::HalfSpace(on_plane, normal) => (point - *on_plane).dot(*normal),
-            Obstacle::Box(pose, low, high) => {
-                let local = pose.body_from_world(point);
-                (local - local.clamp(*low, *high)).length()
-            }
+    /// Whether a ball is clear of the body.
+    fn clears(&self, centre: DVec3, radius: f64) -> bool {
+        let local = self.pose.body_from_world(centre);
+        if local.length() >= self.bounding_radius + radius {
+            return true;
+        }
+        match &*self.surface {
+            Surface::Sphere { .. } => false,
+            Surface::HalfSpace => local.y >= radius,
+            Surface::Mesh(surface) => surface.signed_distance(local) >= radius,
         }
     }
 }
@@ -137,14 +103,9 @@ impl Packing {
     }
 
     /// Finds a centre in the region for a ball and takes it; `None` if the region counts as full.
-    pub(super) fn place(
-        &mut self,
-        region: [DVec3; 2],
-        radius: f64,
-        random: &mut SplitMix64,
-    ) -> Option<DVec3> {
+    pub(super) fn place(&mut self, region: [DVec3; 2], radius: f64, random: &mut SplitMix) -> Option<DVec3> {
         for _ in 0..MAX_DRAWS {
-            let centre = random.in_box(region);
+            let centre = in_box(random, region);
             if self.is_free(centre, radius) {
                 self.cells.entry(self.cell_of(centre)).or_default().push((centre, radius));
                 return Some(centre);
@@ -155,7 +116,7 @@ impl Packing {
 
     fn is_free(&self, centre: DVec3, radius: f64) -> bool {
         let reach = radius * (1.0 + CLEARANCE);
-        if self.obstacles.iter().any(|o| o.distance(centre) < reach) {
+        if !self.obstacles.iter().all(|o| o.clears(centre, reach)) {
             return false;
         }
         let [x, y, z] = self.cell_of(centre);
@@ -177,9 +138,13 @@ mod tests {
 
     #[test]
     fn placed_balls_keep_apart_and_a_full_region_is_refused() {
-        let floor = Obstacle::HalfSpace(DVec3::ZERO, DVec3::Y);
-        let mut packing = Packing::new(vec![floor, Obstacle::Ball(DVec3::ZERO, 0.3)], 0.05);
-        let mut random = SplitMix64::new(7);
+        let obstacle = |surface: Surface| {
+            let bounding_radius = surface.bounding_radius();
+            Obstacle { surface: Arc::new(surface), pose: Pose::IDENTITY, bounding_radius }
+        };
+        let obstacles = vec![obstacle(Surface::HalfSpace), obstacle(Surface::Sphere { radius: 0.3 })];
+        let mut packing = Packing::new(obstacles, 0.05);
+        let mut random = SplitMix::new(7);
         let region = [DVec3::new(-0.5, 0.0, -0.5), DVec3::new(0.5, 0.6, 0.5)];
         let mut placed: Vec<(DVec3, f64)> = Vec::new();
         let mut radii = [0.05, 0.02].into_iter().cycle();
@@ -199,8 +164,8 @@ mod tests {
 
     #[test]
     fn rotations_have_no_preferred_direction() {
-        let mut random = SplitMix64::new(1);
-        let mean = (0..20_000).map(|_| random.rotation() * DVec3::X).sum::<DVec3>() / 20_000.0;
+        let mut random = SplitMix::new(1);
+        let mean = (0..20_000).map(|_| rotation(&mut random) * DVec3::X).sum::<DVec3>() / 20_000.0;
         // Standard deviation of each component: 1/√(3·20000) = 0.0041. Seen: 0.005.
         assert!(mean.length() < 0.02, "{mean}");
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::random::SplitMix;
+use crate::math::random::SplitMix;
 use crate::geometry::hull::convex_hull;
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::solid::MeshError;

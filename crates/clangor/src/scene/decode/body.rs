@@ -12,7 +12,6 @@ use crate::pose::Pose;
 use crate::scene::MAX_BODIES;
 use crate::scene::body_description::{BodyDescription, Copies, PlaneDescription, RandomPlacement};
 use crate::scene::diagnostic::{Doubt, Problem};
-use crate::scene::simulation_settings::SimulationSettings;
 
 pub(super) const KEYS: &[&str] = &[
     "name",
@@ -65,7 +64,6 @@ pub(super) fn bodies(
     d: &mut Decoder<'_>,
     top: &Section<'_>,
     materials: &Materials,
-    simulation: &SimulationSettings,
     sound_speed: f64,
     names: &mut Names,
 ) -> Vec<BodyDescription> {
@@ -73,7 +71,7 @@ pub(super) fn bodies(
     let mut total = 0u64;
     for (index, section) in top.list(d, "body", KEYS).into_iter().enumerate() {
         let name = name(d, &section, &format!("body-{}", index + 1), names);
-        let Some(body) = body(d, &section, name, materials, simulation, sound_speed) else { continue };
+        let Some(body) = body(d, &section, name, materials, sound_speed) else { continue };
         total = total.saturating_add(body.count() as u64);
         if total > MAX_BODIES {
             let problem = Problem::TooManyBodies { count: total, limit: MAX_BODIES };
@@ -95,7 +93,6 @@ fn body(
     section: &Section<'_>,
     name: String,
     materials: &Materials,
-    simulation: &SimulationSettings,
     sound_speed: f64,
 ) -> Option<BodyDescription> {
     let preset = section.choice(d, "preset", &[("pan-table", PAN_TABLE)]);
@@ -113,7 +110,7 @@ fn body(
     ] {
         section.exclude(d, key, "preset", "`preset`, which sets it");
     }
-    let copies = copies(d, section, simulation);
+    let copies = copies(d, section);
     let several = !matches!(copies, Some(Copies::One));
     let geometry = geometry::geometry(d, section, preset.map(|p| p.shape), several);
     let scale = geometry::scale(d, section, several);
@@ -206,7 +203,7 @@ fn velocity(d: &mut Decoder<'_>, section: &Section<'_>, key: &str, sound_speed: 
     Some(velocity)
 }
 
-fn copies(d: &mut Decoder<'_>, section: &Section<'_>, simulation: &SimulationSettings) -> Option<Copies> {
+fn copies(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Copies> {
     section.exclude(d, "positions", "position", "`position`");
     section.exclude(d, "positions", "count", "`count` and `placement`");
     section.exclude(d, "count", "position", "`position`; `placement` has a region");
@@ -225,7 +222,7 @@ fn copies(d: &mut Decoder<'_>, section: &Section<'_>, simulation: &SimulationSet
         }
         (Some(count), Some(node)) => {
             let count = count.integer(d, 1, MAX_BODIES as i64).map(|count| count as usize);
-            let placement = placement(d, &node, section, simulation);
+            let placement = placement(d, &node, section);
             Some(Copies::Random(RandomPlacement { count: count?, ..placement? }))
         }
     }
@@ -243,19 +240,14 @@ fn positions(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<Vec<DVec3>> {
 }
 
 /// Reads a placement; its count comes from elsewhere.
-fn placement(
-    d: &mut Decoder<'_>,
-    node: &Node<'_>,
-    body: &Section<'_>,
-    simulation: &SimulationSettings,
-) -> Option<RandomPlacement> {
+fn placement(d: &mut Decoder<'_>, node: &Node<'_>, body: &Section<'_>) -> Option<RandomPlacement> {
     let section = node.section(d, PLACEMENT_KEYS)?;
     let expected = "two corners in m, such as [[-0.1, 0.1, -0.1], [0.1, 0.5, 0.1]]";
     if !section.has("region") {
         section.missing(d, "region", expected);
     }
     let region = section.get("region").and_then(|node| region(d, &node, expected));
-    let seed = section.integer(d, "seed", 0, i64::MAX).map_or(simulation.seed, |seed| seed as u64);
+    let seed = section.integer(d, "seed", 0, i64::MAX).map(|seed| seed as u64);
     let random_orientation = section.choice(d, "orientation", &[("random", true), ("same", false)]);
     if random_orientation == Some(true) {
         body.exclude(d, "orientation", "placement", "a random orientation");

@@ -3,6 +3,7 @@
 use super::reader::{Decoder, Quantity, Section};
 use crate::scene::body_description::{COPY_NUMBER, Geometry};
 use crate::scene::diagnostic::{Place, Problem};
+use crate::shape::Shape;
 
 const SCALE: Quantity = Quantity::above(0.0, 1e6, "");
 
@@ -21,6 +22,11 @@ pub(super) fn geometry(
         let text = node.text(d, "a shape in quotes, such as \"sphere:0.0075\"")?;
         if text.contains(COPY_NUMBER) && !several {
             d.error(node.place(d), Problem::Needs { key: COPY_NUMBER, other: "`count` or `positions`" });
+            return None;
+        }
+        // Any copy will do: its number is a seed.
+        if let Err(error) = Shape::parse(&text.replace(COPY_NUMBER, "1")) {
+            d.error(node.place(d), Problem::Shape(error));
             return None;
         }
         return Some((Geometry::Shape(text.to_owned()), node.place(d)));

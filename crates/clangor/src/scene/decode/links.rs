@@ -1,11 +1,11 @@
 //! The lists `[[hang]]` and `[[spring]]`.
 
 use super::reader::{Decoder, Quantity, Section};
-use super::suggest::nearest;
 use crate::scene::body_description::{
     Anchor, BodyDescription, Copies, HangDescription, SpringDescription, SpringTarget,
 };
 use crate::scene::diagnostic::Problem;
+use crate::scene::suggest::nearest;
 
 pub(super) const HANG_KEYS: &[&str] = &["body", "anchor", "offset"];
 

@@ -1,9 +1,9 @@
 //! The sections `[material.NAME]`: a material of the user's own, or a preset with some numbers changed.
 
 use super::reader::{Decoder, Node, Quantity, Section};
-use super::suggest::nearest;
 use crate::material::{Damping, Material, presets};
 use crate::scene::diagnostic::{Doubt, Problem};
+use crate::scene::suggest::nearest;
 
 pub(super) const KEYS: &[&str] = &[
     "base",

@@ -9,8 +9,8 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::suggest::nearest;
 use crate::scene::diagnostic::{Doubt, Place, Problem, SceneError, SceneWarning};
+use crate::scene::suggest::nearest;
 
 /// Collects errors and warnings, and knows lines and columns.
 pub(super) struct Decoder<'t> {

@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::{DQuat, DVec3};
 
 use super::{Builder, GeometryError, LoadedGeometry, Loader, edge_radius};
-use crate::body::{Body, Surface};
-use crate::geometry::mass_properties::MassProperties;
+use crate::body::Body;
+use crate::math::random::SplitMix;
 use crate::pose::Pose;
 use crate::scene::Scene;
-use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, RandomPlacement};
+use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference};
 use crate::scene::diagnostic::{Doubt, Problem};
-use crate::scene::placement::{Obstacle, Packing, SplitMix64};
+use crate::scene::placement::{Obstacle, Packing, in_ball, rotation};
 
 /// A body that may still want a place.
 pub(super) struct Draft<'s> {
@@ -20,9 +20,42 @@ pub(super) struct Draft<'s> {
     body: Body,
 }
 
-/// Random numbers of one copy: independent of how many draws its neighbours took.
-fn random_of(placement: &RandomPlacement, copy: usize) -> SplitMix64 {
-    SplitMix64::new(placement.seed ^ (copy as u64 + 1).wrapping_mul(0xD1B5_4A32_D192_ED03))
+/// What one copy draws for itself.
+pub(super) struct Variation {
+    /// Its geometry.
+    pub(super) reference: GeometryReference,
+    /// Its orientation, if random.
+    orientation: Option<DQuat>,
+    /// Its random angular velocity [rad/s].
+    spin: DVec3,
+}
+
+/// The draws of a copy, counted from 0. They do not depend on how many its neighbours took.
+pub(super) fn variation(scene: &Scene, description: &BodyDescription, copy: usize) -> Variation {
+    let seed = seed(scene, description) ^ (copy as u64 + 1).wrapping_mul(0xD1B5_4A32_D192_ED03);
+    let mut random = SplitMix::new(seed);
+    let [least, greatest] = description.scale;
+    let reference = description.reference(copy, random.uniform(least, greatest));
+    let (rotation, spin) = (rotation(&mut random), in_ball(&mut random));
+    match &description.copies {
+        Copies::Random(placement) => Variation {
+            reference,
+            orientation: placement.random_orientation.then_some(rotation),
+            spin: spin * placement.max_spin,
+        },
+        _ => Variation { reference, orientation: None, spin: DVec3::ZERO },
+    }
+}
+
+/// Seed of a `[[body]]`: its own or the scene's, with the name mixed in (FNV-1a), so that two do not draw alike.
+fn seed(scene: &Scene, description: &BodyDescription) -> u64 {
+    let own = match &description.copies {
+        Copies::Random(placement) => placement.seed,
+        _ => None,
+    };
+    let mix = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3);
+    let name = description.name.bytes().fold(0xCBF2_9CE4_8422_2325, mix);
+    own.unwrap_or(scene.simulation.seed) ^ name
 }
 
 /// Loads every body; scattered ones are not placed yet.
@@ -31,27 +64,15 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, builder: &mut B
     let mut drafts = Vec::new();
     for description in &scene.bodies {
         for copy in 0..description.count() {
-            let mut pose = description.pose;
-            let mut angular_velocity = description.angular_velocity;
-            let mut random = SplitMix64::new(scene.simulation.seed ^ copy as u64);
-            match &description.copies {
-                Copies::One => {}
-                Copies::At(positions) => pose = Pose { position: positions[copy], ..pose },
-                Copies::Random(placement) => {
-                    random = random_of(placement, copy);
-                    let (rotation, spin) = (random.rotation(), random.in_ball());
-                    if placement.random_orientation {
-                        pose.orientation = rotation;
-                    }
-                    angular_velocity += spin * placement.max_spin;
-                }
-            }
-            let [least, greatest] = description.scale;
-            let reference = description.reference(copy, random.between(least, greatest));
-            let key = (reference.geometry.clone(), reference.scale.to_bits());
-            let geometry =
-                loaded.entry(key).or_insert_with(|| geometry(description, &reference, load, builder));
+            let Variation { reference, orientation, spin } = variation(scene, description, copy);
+            let geometry = loaded
+                .entry(reference.key())
+                .or_insert_with(|| geometry(description, &reference, load, builder));
             let Some(geometry) = geometry else { continue };
+            let mut pose = description.pose;
+            if let Copies::At(positions) = &description.copies {
+                pose.position = positions[copy];
+            }
             let density = description.material.density;
             let body = Body {
                 name: description.copy_name(copy),
@@ -59,9 +80,9 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, builder: &mut B
                 surface: Arc::clone(&geometry.surface),
                 mass: density * geometry.mass.volume,
                 inertia: geometry.mass.inertia * density,
-                pose,
+                pose: Pose { orientation: orientation.unwrap_or(pose.orientation), ..pose },
                 velocity: description.velocity,
-                angular_velocity,
+                angular_velocity: description.angular_velocity + spin,
                 motion: description.motion.clone(),
                 edge_radius: edge_radius(description, &geometry.surface),
             };
@@ -79,11 +100,7 @@ fn geometry(
     builder: &mut Builder,
 ) -> Option<LoadedGeometry> {
     let place = || description.geometry_place.clone();
-    let loaded = match sphere(reference) {
-        Some(sphere) => Ok(sphere),
-        None => load(reference),
-    };
-    let loaded = match loaded {
+    let loaded = match load(reference) {
         Ok(loaded) => loaded,
         Err(GeometryError { reason, remedy }) => {
             builder.error(place(), Problem::Geometry { reference: reference.to_string(), reason, remedy });
@@ -113,23 +130,6 @@ const MAX_RADIUS: f64 = 1e3;
 const USUAL_MIN_RADIUS: f64 = 0.5e-3;
 const USUAL_MAX_RADIUS: f64 = 10.0;
 
-/// The geometry of `sphere:R`, in closed form.
-fn sphere(reference: &GeometryReference) -> Option<LoadedGeometry> {
-    let Geometry::Shape(text) = &reference.geometry else { return None };
-    let radius: f64 = text.strip_prefix("sphere:")?.parse().ok()?;
-    let radius = radius * reference.scale;
-    if !(radius.is_finite() && radius > 0.0) {
-        return None;
-    }
-    let volume = 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius;
-    let inertia = DMat3::from_diagonal(DVec3::splat(0.4 * volume * radius * radius));
-    Some(LoadedGeometry {
-        surface: Arc::new(Surface::Sphere { radius }),
-        mass: MassProperties { volume, centre_of_mass: DVec3::ZERO, inertia },
-        warnings: Vec::new(),
-    })
-}
-
 /// Gives every scattered body a place.
 pub(super) fn place(
     scene: &Scene,
@@ -145,10 +145,7 @@ pub(super) fn place(
     let mut bodies: Vec<Body> = Vec::with_capacity(drafts.len() + planes.len());
     let mut drafts = drafts.into_iter().peekable();
     for description in &scene.bodies {
-        let mut random = match &description.copies {
-            Copies::Random(placement) => SplitMix64::new(placement.seed),
-            _ => SplitMix64::new(0),
-        };
+        let mut random = SplitMix::new(seed(scene, description));
         let mut placed = 0;
         while let Some(draft) = drafts.next_if(|d| std::ptr::eq(d.description, description)) {
             let mut body = draft.body;

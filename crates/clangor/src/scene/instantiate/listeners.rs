@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Builder;
-use crate::body::{Body, MeshSurface, Surface, World};
+use crate::body::{Body, Surface, World};
 use crate::scene::Scene;
 use crate::scene::diagnostic::{Doubt, Problem};
 
@@ -46,25 +46,6 @@ fn depth(body: &Body, point: DVec3) -> f64 {
     match &*body.surface {
         Surface::Sphere { radius } => radius - local.length(),
         Surface::HalfSpace => -local.y,
-        Surface::Mesh(surface) => {
-            if local.length() >= surface.mesh.bounding_radius(DVec3::ZERO)
-                || winding_number(surface, local) < 0.5
-            {
-                return 0.0;
-            }
-            let vertices = surface.mesh.vertices.iter();
-            vertices.map(|v| (*v - local).length()).fold(f64::INFINITY, f64::min)
-        }
+        Surface::Mesh(surface) => -surface.signed_distance(local),
     }
-}
-
-/// How often the surface winds round a point: 1 inside, 0 outside (van Oosterom and Strackee 1983).
-fn winding_number(surface: &MeshSurface, point: DVec3) -> f64 {
-    let solid_angle = |triangle: usize| {
-        let [a, b, c] = surface.mesh.corners(triangle).map(|corner| corner - point);
-        let (la, lb, lc) = (a.length(), b.length(), c.length());
-        let volume = a.dot(b.cross(c));
-        2.0 * volume.atan2(la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb)
-    };
-    (0..surface.mesh.triangles.len()).map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
 }

@@ -1,10 +1,10 @@
-//! Reproducible random numbers for shapes made from a seed.
+//! Reproducible random numbers: shapes and placements made from a seed.
 
 /// SplitMix64: Steele, Lea, Flood (2014), "Fast splittable pseudorandom number generators".
-pub(super) struct SplitMix(u64);
+pub(crate) struct SplitMix(u64);
 
 impl SplitMix {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         SplitMix(seed)
     }
 
@@ -17,7 +17,7 @@ impl SplitMix {
     }
 
     /// Uniform in [low, high).
-    pub(super) fn uniform(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.next() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
     }
 }

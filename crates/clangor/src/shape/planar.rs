@@ -4,7 +4,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::random::SplitMix;
+use crate::math::random::SplitMix;
 use super::revolution::lace_pair;
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::topology::boundary_edges;

@@ -24,7 +24,7 @@ pub mod renderer;
 mod spectrum;
 pub mod strike;
 
-pub use click::Click;
+pub use click::{Click, clicks_of};
 pub use listener::Listener;
 pub use overlap_add::OverlapAdd;
 pub use renderer::{BlockJob, RenderReport, RenderSettings, RenderedBlock, Renderer};

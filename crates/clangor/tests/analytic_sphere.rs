@@ -1,50 +1,21 @@
 //! A struck sphere against the exact field, reached by another route: outgoing spherical Hankel functions in complex
 //! arithmetic, and the force's spectrum by quadrature of the force.
 
-use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
+mod ball;
 
-use clangor::body::{Body, Motion, Surface};
+use std::f64::consts::{PI, TAU};
+
+use ball::pan_steel_ball;
 use clangor::contact::force_profile::ForceProfile;
-use clangor::glam::{DMat3, DVec3};
-use clangor::material::{Damping, Material};
+use clangor::glam::DVec3;
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
-use clangor::pose::Pose;
 use clangor::synthesis::SampleRate;
 use clangor::synthesis::strike::{Strike, StrikeSound, strike};
 use realfft::num_complex::Complex64;
 
 const RHO: f64 = 1.2041;
 const C: f64 = 343.2;
-
-fn ball(radius: f64) -> Body {
-    let mass = 7850.0 * 4.0 / 3.0 * PI * radius.powi(3);
-    Body {
-        name: "ball".into(),
-        material: Material {
-            name: "steel".into(),
-            density: 7850.0,
-            youngs_modulus: 200e9,
-            poisson_ratio: 0.29,
-            restitution: 0.9,
-            friction: 0.2,
-            rolling_loss: 0.0,
-            damping: Damping::LossFactor(1e-3),
-            tensile_strength: None,
-            fracture_energy: None,
-            source: "test".into(),
-        },
-        surface: Arc::new(Surface::Sphere { radius }),
-        mass,
-        inertia: DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius)),
-        pose: Pose::IDENTITY,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        edge_radius: 0.0,
-    }
-}
 
 /// P/A of the sphere: p = Z h₁⁽²⁾(kr) cosθ with ∂p/∂r = −ρ A cosθ at r = a.
 fn exact_transfer(frequency: f64, radius: f64, distance: f64, cosine: f64) -> Complex64 {
@@ -114,7 +85,7 @@ fn blow(radius: f64, listener: DVec3, tau: f64, rate: u32) -> Strike {
 fn struck_sphere_has_the_exact_spectrum_from_100_hz_to_20_khz() {
     let direction = DVec3::new(0.3, 0.8, -0.4).normalize();
     for radius in [0.002, 0.0075, 0.02, 0.1] {
-        let body = ball(radius);
+        let body = pan_steel_ball(radius, DVec3::ZERO);
         for tau in [30e-6, 120e-6, 300e-6] {
             for distance in [1.2 * radius, 3.0 * radius, 1.0, 10.0] {
                 let listener = direction * distance;
@@ -125,8 +96,7 @@ fn struck_sphere_has_the_exact_spectrum_from_100_hz_to_20_khz() {
                 let error = relative_error(&sound, 100.0, 20_000.0, |f| {
                     velocity * exact_transfer(f, radius, distance, cosine) * integrated_half_sine(f, tau)
                 });
-                println!("R {radius} tau {tau:.0e} r {distance:.4}: {error:.1e}");
-                // Largest residual seen: see below.
+                // Largest residual seen: 1.0e-7, the quadrature of the force (2 mm, 300 µs); 2e-9 at 30 µs.
                 assert!(error < 1e-6, "R = {radius} m, tau = {tau} s, r = {distance} m: {error:e}");
             }
         }

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::SynthesisError;
-use crate::body::BodyId;
-use crate::contact::force_profile::ForceProfile;
+use crate::body::{Body, BodyId};
+use crate::contact::{ForceProfile, ImpactPulse};
 
 /// A sphere at `centre` that gains `velocity_change` over `duration`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,4 +46,22 @@ impl Click {
             None => Ok(()),
         }
     }
+}
+
+/// The clicks of an impact: one for each body that it moves.
+pub fn clicks_of(pulse: &ImpactPulse, bodies: &[Body]) -> impl Iterator<Item = Click> {
+    let ImpactPulse { onset, duration, profile, .. } = *pulse;
+    let shares = pulse.bodies.into_iter().flatten();
+    shares.filter_map(move |share| {
+        let body = bodies.get(share.body.index())?;
+        Some(Click {
+            body: share.body,
+            time: onset,
+            duration,
+            profile,
+            centre: share.pose.position,
+            radius: body.surface.equal_volume_radius(),
+            velocity_change: share.velocity_change,
+        })
+    })
 }

@@ -1,0 +1,352 @@
+//! Rows of a timeline become force pulses: one per impact, with what it does to each body.
+//!
+//! All points of a merged impact share one duration τ, from the mean point and normal, weighted by normal impulse, the
+//! curvatures weighted likewise, and the approach speed before the first instant, the largest of its points. Impulses
+//! are summed exactly: Σj and Σ (x − x_com) × j.
+//!
+//! A body that contacts cannot move (fixed, keyframed, half-space, world) radiates nothing; its stiffness and curvature
+//! count. The world, which has no material, is a rigid plane.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::ContactError;
+use super::chain_onset::delay_chains;
+use super::effective_mass::{body_inverse_effective_mass, inverse_mass};
+use super::force_profile::ForceProfile;
+use super::hertz::{HertzContact, combined_curvature};
+use super::local_curvature::mean_curvature;
+use super::pose_history::PoseHistory;
+use crate::body::{Body, BodyId};
+use crate::material::Material;
+use crate::pose::Pose;
+use crate::timeline::{ContactKind, ContactRow};
+
+/// How impacts become forces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactSettings {
+    /// Impacts slower than this are silent [m/s]; \[PAN\] §4.3 uses 5 cm/s.
+    pub v_min: f64,
+    /// How the force runs.
+    pub profile: ForceProfile,
+    /// Whether blows travel along touching chains ([`chain_onset`](super::chain_onset)).
+    pub chain_onset: bool,
+}
+
+impl Default for ContactSettings {
+    fn default() -> Self {
+        ContactSettings { v_min: 0.05, profile: ForceProfile::HalfSine, chain_onset: true }
+    }
+}
+
+/// The force of one impact over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImpactPulse {
+    /// Number of the impact in the timeline; 0 for a row that stands alone.
+    pub impact_id: u64,
+    /// First instant in the timeline [s].
+    pub time: f64,
+    /// When the force begins [s]: `time`, or later inside a chain.
+    pub onset: f64,
+    /// Duration τ [s].
+    pub duration: f64,
+    /// How the force runs.
+    pub profile: ForceProfile,
+    /// Approach speed V along the normal [m/s].
+    pub speed: f64,
+    /// Effective mass m [kg].
+    pub effective_mass: f64,
+    /// Combined radius r [m].
+    pub radius: f64,
+    /// Mean point [m, world].
+    pub point: DVec3,
+    /// Mean unit normal, from B to A.
+    pub normal: DVec3,
+    /// What it does to A and B; `None` for a body that it cannot move.
+    pub bodies: [Option<BodyPulse>; 2],
+    /// The points: place [m, world] and impulse on A [N s].
+    pub points: Vec<(DVec3, DVec3)>,
+}
+
+/// One body's share of an impact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyPulse {
+    /// The body.
+    pub body: BodyId,
+    /// Its pose at the impact.
+    pub pose: Pose,
+    /// Σj [N s], world.
+    pub impulse: DVec3,
+    /// Σj/M [m/s], world.
+    pub velocity_change: DVec3,
+    /// Σ (x − x_com) × j + couples [N m s], world, about the centre of mass.
+    pub angular_impulse: DVec3,
+    /// τ c_R / L: duration over the time in which a Rayleigh wave crosses the body. Below 1 the body does not move as a
+    /// whole during the impact, and the click of a rigid body is an upper bound.
+    pub transit_ratio: f64,
+}
+
+/// What became of the impacts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactReport {
+    /// Impacts that sound.
+    pub pulses: u64,
+    /// Impacts slower than v_min.
+    pub slow: u64,
+    /// Impacts without a normal impulse.
+    pub without_impulse: u64,
+    /// Impacts between bodies that cannot move.
+    pub immovable: u64,
+    /// Pulses whose onset a chain delayed.
+    pub delayed: u64,
+    /// The same for each body.
+    pub bodies: Vec<BodyContacts>,
+}
+
+/// What became of the impacts of one body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyContacts {
+    /// Impacts that sound.
+    pub pulses: u64,
+    /// Impacts slower than v_min.
+    pub slow: u64,
+    /// Impacts without a normal impulse.
+    pub without_impulse: u64,
+    /// Pulses shorter than the body's elastic transit time.
+    pub shorter_than_transit: u64,
+    /// Smallest τ c_R / L; infinite without pulses.
+    pub smallest_transit_ratio: f64,
+}
+
+impl Default for BodyContacts {
+    fn default() -> Self {
+        BodyContacts {
+            pulses: 0,
+            slow: 0,
+            without_impulse: 0,
+            shorter_than_transit: 0,
+            smallest_transit_ratio: f64::INFINITY,
+        }
+    }
+}
+
+impl ContactReport {
+    /// Adds the report of another stretch of the same timeline.
+    pub fn merge(&mut self, other: &ContactReport) {
+        self.pulses += other.pulses;
+        self.slow += other.slow;
+        self.without_impulse += other.without_impulse;
+        self.immovable += other.immovable;
+        self.delayed += other.delayed;
+        self.bodies.resize(self.bodies.len().max(other.bodies.len()), BodyContacts::default());
+        for (sum, body) in self.bodies.iter_mut().zip(&other.bodies) {
+            sum.pulses += body.pulses;
+            sum.slow += body.slow;
+            sum.without_impulse += body.without_impulse;
+            sum.shorter_than_transit += body.shorter_than_transit;
+            sum.smallest_transit_ratio = sum.smallest_transit_ratio.min(body.smallest_transit_ratio);
+        }
+    }
+}
+
+/// Turns the impacts among `rows` into pulses, in order of time; rows of other kinds are left alone.
+///
+/// `rows` hold whole impacts in order of time: rows with the same impact id, or single rows of kind
+/// [`ContactKind::Impact`] with id 0. A long timeline may be given in stretches, and the reports merged.
+///
+/// # Errors
+/// Unknown bodies, numbers that are not finite, bodies without mass or stiffness.
+pub fn impact_pulses(
+    bodies: &[Body],
+    rows: &[ContactRow],
+    poses: &PoseHistory,
+    settings: &ContactSettings,
+) -> Result<(Vec<ImpactPulse>, ContactReport), ContactError> {
+    let mut report =
+        ContactReport { bodies: vec![BodyContacts::default(); bodies.len()], ..Default::default() };
+    let mut pulses = Vec::new();
+    for impact in whole_impacts(rows) {
+        for row in &impact {
+            check_row(bodies, row)?;
+        }
+        let outcome = pulse(bodies, &impact, poses, settings)?;
+        for id in [impact[0].body_a, impact[0].body_b] {
+            if let Some(counts) = report.bodies.get_mut(id.index()) {
+                count(counts, &outcome, id);
+            }
+        }
+        match outcome {
+            Ok(pulse) => pulses.push(pulse),
+            Err(Silence::Slow) => report.slow += 1,
+            Err(Silence::WithoutImpulse) => report.without_impulse += 1,
+            Err(Silence::Immovable) => report.immovable += 1,
+        }
+    }
+    pulses.sort_by(|a, b| a.time.total_cmp(&b.time));
+    report.pulses = pulses.len() as u64;
+    if settings.chain_onset {
+        report.delayed = delay_chains(&mut pulses);
+    }
+    Ok((pulses, report))
+}
+
+/// Why an impact makes no sound.
+#[derive(Clone, Copy, Debug)]
+enum Silence {
+    Slow,
+    WithoutImpulse,
+    Immovable,
+}
+
+/// Counts an impact for one of its bodies.
+fn count(counts: &mut BodyContacts, outcome: &Result<ImpactPulse, Silence>, body: BodyId) {
+    match outcome {
+        Ok(pulse) => {
+            counts.pulses += 1;
+            if let Some(share) = pulse.bodies.iter().flatten().find(|share| share.body == body) {
+                counts.shorter_than_transit += u64::from(share.transit_ratio < 1.0);
+                counts.smallest_transit_ratio = counts.smallest_transit_ratio.min(share.transit_ratio);
+            }
+        }
+        Err(Silence::Slow) => counts.slow += 1,
+        Err(Silence::WithoutImpulse) => counts.without_impulse += 1,
+        Err(Silence::Immovable) => {}
+    }
+}
+
+/// Groups rows by impact, in order of each impact's first row.
+fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
+    let mut impacts: Vec<Vec<ContactRow>> = Vec::new();
+    let mut place: BTreeMap<u64, usize> = BTreeMap::new();
+    for row in rows {
+        match (row.kind, row.impact_id) {
+            (ContactKind::Impact, 0) => impacts.push(vec![*row]),
+            (_, 0) => {}
+            (_, id) => {
+                let index = *place.entry(id).or_insert_with(|| {
+                    impacts.push(Vec::new());
+                    impacts.len() - 1
+                });
+                impacts[index].push(*row);
+            }
+        }
+    }
+    impacts
+}
+
+/// Refuses rows of unknown bodies and numbers that are not finite.
+fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), ContactError> {
+    for id in [row.body_a, row.body_b] {
+        if id != BodyId::WORLD && id.index() >= bodies.len() {
+            return Err(ContactError::UnknownBody {
+                what: "contact",
+                body: id.0,
+                bodies: bodies.len(),
+                time: row.time,
+            });
+        }
+    }
+    let vectors = [row.point, row.normal, row.impulse_t, row.couple, row.velocity];
+    let finite = row.time.is_finite() && row.impulse_n.is_finite() && vectors.iter().all(|v| v.is_finite());
+    if finite {
+        Ok(())
+    } else {
+        Err(ContactError::NotFinite { what: "contact", body: row.body_a.0, time: row.time })
+    }
+}
+
+/// The pulse of the rows of one impact, or why it is silent.
+fn pulse(
+    bodies: &[Body],
+    rows: &[ContactRow],
+    poses: &PoseHistory,
+    settings: &ContactSettings,
+) -> Result<Result<ImpactPulse, Silence>, ContactError> {
+    let ids = [rows[0].body_a, rows[0].body_b];
+    let pair = ids.map(|id| (id != BodyId::WORLD).then(|| &bodies[id.index()]));
+    let time = rows.iter().map(|r| r.time).fold(f64::INFINITY, f64::min);
+    let first_instant = rows.iter().filter(|r| r.time == time);
+    let speed = first_instant.map(ContactRow::approach_speed).fold(0.0, f64::max);
+    if pair.iter().flatten().all(|body| inverse_mass(body) == 0.0) {
+        return Ok(Err(Silence::Immovable));
+    }
+    if speed < settings.v_min || speed == 0.0 {
+        return Ok(Err(Silence::Slow));
+    }
+    let total: f64 = rows.iter().map(|r| r.impulse_n).sum();
+    let normal = rows.iter().map(|r| r.normal * r.impulse_n).sum::<DVec3>().try_normalize();
+    let Some(normal) = normal.filter(|_| total > 0.0) else {
+        return Ok(Err(Silence::WithoutImpulse));
+    };
+    let weight = |row: &ContactRow| row.impulse_n / total;
+    let point: DVec3 = rows.iter().map(|r| r.point * weight(r)).sum();
+
+    let body_poses = [0, 1].map(|i| match pair[i] {
+        Some(_) => poses.at(ids[i], time),
+        None => Pose::IDENTITY,
+    });
+    let curvature_of = |i: usize| match pair[i] {
+        Some(body) => rows
+            .iter()
+            .map(|r| weight(r) * mean_curvature(&body.surface, body_poses[i].body_from_world(r.point)))
+            .sum(),
+        None => 0.0,
+    };
+    let size = pair.iter().flatten().map(|body| body.surface.bounding_radius()).fold(f64::INFINITY, f64::min);
+    let contact = HertzContact {
+        inverse_mass: (0..2)
+            .filter_map(|i| {
+                pair[i].map(|body| body_inverse_effective_mass(body, &body_poses[i], point, normal))
+            })
+            .sum(),
+        curvature: combined_curvature(
+            [curvature_of(0), curvature_of(1)],
+            pair.map(|body| body.map_or(0.0, |b| b.edge_radius)),
+            size,
+        ),
+        compliance: pair.iter().flatten().map(|body| body.material.contact_compliance()).sum(),
+        speed,
+    };
+    let duration = contact.duration();
+    if !(duration > 0.0 && duration.is_finite()) {
+        return Err(ContactError::NoDuration { body: ids[0].0, time, duration });
+    }
+
+    let share = |i: usize| {
+        let body = pair[i].filter(|body| inverse_mass(body) > 0.0)?;
+        let sign = if i == 0 { 1.0 } else { -1.0 };
+        let impulse: DVec3 = rows.iter().map(|r| sign * r.impulse()).sum();
+        let centre = body_poses[i].position;
+        let turn = |r: &ContactRow| sign * ((r.point - centre).cross(r.impulse()) + r.couple);
+        Some(BodyPulse {
+            body: ids[i],
+            pose: body_poses[i],
+            impulse,
+            velocity_change: impulse * inverse_mass(body),
+            angular_impulse: rows.iter().map(turn).sum(),
+            transit_ratio: duration * rayleigh_speed(&body.material) / (2.0 * body.surface.bounding_radius()),
+        })
+    };
+    Ok(Ok(ImpactPulse {
+        impact_id: rows[0].impact_id,
+        time,
+        onset: time,
+        duration,
+        profile: settings.profile,
+        speed,
+        effective_mass: 1.0 / contact.inverse_mass,
+        radius: 1.0 / contact.curvature,
+        point,
+        normal,
+        bodies: [share(0), share(1)],
+        points: rows.iter().map(|r| (r.point, r.impulse())).collect(),
+    }))
+}
+
+/// Speed of Rayleigh waves [m/s], Viktorov's approximation c_s (0.87 + 1.12 ν)/(1 + ν), good to 0.5 %.
+fn rayleigh_speed(material: &Material) -> f64 {
+    let nu = material.poisson_ratio;
+    let shear = (0.5 * material.youngs_modulus / (material.density * (1.0 + nu))).sqrt();
+    shear * (0.87 + 1.12 * nu) / (1.0 + nu)
+}

@@ -1,0 +1,49 @@
+//! Balls and planes for tests of contact and sound.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use clangor::body::{Body, Motion, Surface};
+use clangor::glam::{DMat3, DVec3};
+use clangor::material::{Damping, Material};
+use clangor::pose::Pose;
+
+/// A material with only what contact needs.
+pub(crate) fn material(name: &str, density: f64, youngs_modulus: f64, poisson_ratio: f64) -> Material {
+    Material {
+        name: name.into(),
+        density,
+        youngs_modulus,
+        poisson_ratio,
+        restitution: 1.0,
+        friction: 0.0,
+        rolling_loss: 0.0,
+        damping: Damping::LossFactor(1e-3),
+        tensile_strength: None,
+        fracture_energy: None,
+        source: "test".into(),
+    }
+}
+
+/// A free ball at rest.
+pub(crate) fn ball(material: Material, radius: f64, position: DVec3) -> Body {
+    let mass = material.density * 4.0 / 3.0 * PI * radius.powi(3);
+    Body {
+        name: "ball".into(),
+        material,
+        surface: Arc::new(Surface::Sphere { radius }),
+        mass,
+        inertia: DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius)),
+        pose: Pose::at(position),
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+        motion: Motion::Free,
+        edge_radius: 0.02 * radius,
+    }
+}
+
+/// A free ball of the material that \[PAN\] Table 1 prints for its ball bearing.
+#[allow(dead_code, reason = "not every test that shares this file needs it")]
+pub(crate) fn pan_steel_ball(radius: f64, position: DVec3) -> Body {
+    ball(material("pan-steel", 8940.0, 123.4e9, 0.34), radius, position)
+}

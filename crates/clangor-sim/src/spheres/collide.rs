@@ -1,0 +1,270 @@
+//! From a meeting to impulses: the cluster of everything that touches, resolved and logged.
+
+use clangor::body::BodyId;
+use clangor::material::PairCoefficients;
+use clangor::timeline::{ContactKind, ContactRow, PoseRow};
+use glam::DVec3;
+
+use super::engine::{Engine, Partner};
+use super::grid::NONE;
+use super::impact::{self, Blow, Member, Slow, Touch};
+use super::{CONTACT_TIME, QUICK_HITS, TIE, TOUCH};
+use crate::record::Recorder;
+
+/// What is behind a member of a cluster.
+#[derive(Clone, Copy, Debug)]
+enum Who {
+    Ball(usize),
+    Plane(usize),
+}
+
+/// A cluster of touching balls and planes at one instant.
+#[derive(Default)]
+struct Cluster {
+    who: Vec<Who>,
+    members: Vec<Member>,
+    positions: Vec<DVec3>,
+    touches: Vec<Touch>,
+}
+
+impl Engine<'_> {
+    /// Resolves the meeting of a ball with its partner and everything that they touch.
+    pub(super) fn collide(
+        &mut self,
+        ball: usize,
+        partner: Partner,
+        recorder: &mut Recorder<'_>,
+    ) -> std::io::Result<()> {
+        let mut cluster = Cluster::default();
+        self.join(&mut cluster, ball);
+        let other = match partner {
+            Partner::Ball(other) => self.join(&mut cluster, other),
+            Partner::Plane(plane) => self.join_plane(&mut cluster, plane),
+        };
+        self.touch(&mut cluster, 0, other);
+        let mut grown = 0;
+        while grown < cluster.who.len() {
+            if let Who::Ball(ball) = cluster.who[grown]
+                && self.traits[ball].free
+            {
+                self.grow(&mut cluster, grown, ball);
+            }
+            grown += 1;
+        }
+        let before: Vec<(DVec3, DVec3)> = cluster.members.iter().map(|m| (m.velocity, m.omega)).collect();
+        let blows = impact::reflect(&mut cluster.members, &cluster.touches);
+        self.log_blows(&cluster, &blows, &before, recorder)?;
+        for (member, who) in cluster.members.iter().zip(&cluster.who) {
+            let &Who::Ball(ball) = who else { continue };
+            self.member_of[ball] = NONE;
+            if member.moved {
+                self.bring_forward(ball);
+                self.balls[ball].velocity = member.velocity;
+                self.spins[ball].omega = member.omega;
+                let (last, quick) = self.hits[ball];
+                let quick = if self.now - last < 0.5 * CONTACT_TIME { quick + 1 } else { 0 };
+                self.hits[ball] = (self.now, quick);
+                self.settle(ball, None);
+            }
+        }
+        let mut again = true;
+        for (member, who) in cluster.members.iter().zip(&cluster.who) {
+            let &Who::Ball(moved) = who else { continue };
+            if member.moved {
+                self.predict(moved);
+                again &= moved != ball;
+            }
+        }
+        if again {
+            self.predict(ball);
+        }
+        Ok(())
+    }
+
+    /// Makes a ball a member.
+    fn join(&mut self, cluster: &mut Cluster, ball: usize) -> usize {
+        let (position, velocity) = self.balls[ball].at(self.now);
+        let traits = &self.traits[ball];
+        let spin = &self.spins[ball];
+        self.member_of[ball] = cluster.who.len() as u32;
+        cluster.who.push(Who::Ball(ball));
+        cluster.positions.push(position);
+        cluster.members.push(Member {
+            velocity,
+            omega: spin.omega + spin.alpha * (self.now - self.balls[ball].time),
+            inverse_mass: traits.inverse_mass,
+            inverse_inertia: traits.inverse_inertia,
+            rod: DVec3::ZERO,
+            rod_impulse: DVec3::ZERO,
+            moved: false,
+        });
+        cluster.who.len() - 1
+    }
+
+    /// Makes a plane a member; each ball has its own copy of it.
+    fn join_plane(&self, cluster: &mut Cluster, plane: usize) -> usize {
+        cluster.who.push(Who::Plane(plane));
+        cluster.positions.push(DVec3::ZERO);
+        cluster.members.push(Member {
+            velocity: DVec3::ZERO,
+            omega: DVec3::ZERO,
+            inverse_mass: 0.0,
+            inverse_inertia: 0.0,
+            rod: DVec3::ZERO,
+            rod_impulse: DVec3::ZERO,
+            moved: false,
+        });
+        cluster.who.len() - 1
+    }
+
+    /// Adds what touches a member, or will within [`TIE`].
+    fn grow(&mut self, cluster: &mut Cluster, member: usize, ball: usize) {
+        let (x, v) = (cluster.positions[member], cluster.members[member].velocity);
+        let radius = self.balls[ball].radius;
+        for plane in 0..self.planes.len() {
+            let p = &self.planes[plane];
+            let gap = p.normal.dot(x) - p.offset - radius;
+            let known = |t: &Touch| t.a == member && matches!(cluster.who[t.b], Who::Plane(q) if q == plane);
+            if gap <= TOUCH + TIE * (-p.normal.dot(v)).max(0.0) && !cluster.touches.iter().any(known) {
+                let other = self.join_plane(cluster, plane);
+                self.touch(cluster, member, other);
+            }
+        }
+        let mut near = Vec::new();
+        self.for_each_near(ball, |other, record| {
+            let (y, w) = record.at(self.now);
+            let reach = radius + record.radius;
+            let d = x - y;
+            let distance_squared = d.length_squared();
+            // A first test without roots: nothing moves faster than 1e5 m/s here.
+            let far = reach + TOUCH + 1e5 * TIE;
+            if distance_squared < far * far {
+                let distance = distance_squared.sqrt();
+                let closing = (-d.dot(v - w) / distance).max(0.0);
+                if distance - reach <= TOUCH + TIE * closing {
+                    near.push(other);
+                }
+            }
+        });
+        for other in near {
+            let known = self.member_of[other];
+            let theirs = if known == NONE { self.join(cluster, other) } else { known as usize };
+            let met = |t: &Touch| (t.a, t.b) == (member, theirs) || (t.a, t.b) == (theirs, member);
+            if !cluster.touches.iter().any(met) {
+                self.touch(cluster, member, theirs);
+            }
+        }
+    }
+
+    /// Adds the touch of two members; the one with the lower body index is its first.
+    fn touch(&self, cluster: &mut Cluster, one: usize, two: usize) {
+        let body = |member: usize| self.body_of(cluster.who[member]);
+        let plane_last = matches!(cluster.who[two], Who::Plane(_)) || body(one) < body(two);
+        let (a, b) = if plane_last { (one, two) } else { (two, one) };
+        let (Who::Ball(ball_a), who_b) = (cluster.who[a], cluster.who[b]) else { return };
+        let (normal, arm_b, pressing, when_slow) = match who_b {
+            Who::Plane(plane) => {
+                let normal = self.planes[plane].normal;
+                (normal, DVec3::ZERO, -normal.dot(self.world.gravity), Slow::Stay)
+            }
+            Who::Ball(ball_b) => {
+                let offset = cluster.positions[a] - cluster.positions[b];
+                let normal = offset.normalize_or(DVec3::Y);
+                let pull = self.balls[ball_a].acceleration - self.balls[ball_b].acceleration;
+                (normal, normal * self.balls[ball_b].radius, -normal.dot(pull), Slow::Hop)
+            }
+        };
+        let materials = &self.world.bodies;
+        let mut coefficients =
+            PairCoefficients::of(&materials[body(a).index()].material, &materials[body(b).index()].material);
+        let quick = |who: Who| match who {
+            Who::Ball(ball) => {
+                let (last, count) = self.hits[ball];
+                !self.traits[ball].free || count >= QUICK_HITS && self.now - last < 0.5 * CONTACT_TIME
+            }
+            Who::Plane(_) => true,
+        };
+        if quick(cluster.who[a]) && quick(cluster.who[b]) {
+            coefficients.restitution = 1.0;
+        }
+        cluster.touches.push(Touch {
+            a,
+            b,
+            normal,
+            arm_a: normal * -self.balls[ball_a].radius,
+            arm_b,
+            coefficients,
+            slow: 0.5 * pressing.max(0.0) * CONTACT_TIME,
+            when_slow,
+        });
+    }
+
+    fn body_of(&self, who: Who) -> BodyId {
+        BodyId(match who {
+            Who::Ball(ball) => self.traits[ball].body,
+            Who::Plane(plane) => self.planes[plane].body,
+        })
+    }
+
+    /// Hands the rows of each touch to the recorder.
+    fn log_blows(
+        &self,
+        cluster: &Cluster,
+        blows: &[Blow],
+        before: &[(DVec3, DVec3)],
+        recorder: &mut Recorder<'_>,
+    ) -> std::io::Result<()> {
+        let (mut rows, mut poses) = (Vec::new(), Vec::new());
+        for (index, touch) in cluster.touches.iter().enumerate() {
+            rows.clear();
+            poses.clear();
+            let radius_a = touch.arm_a.length();
+            let depth = match cluster.who[touch.b] {
+                Who::Plane(plane) => {
+                    let plane = &self.planes[plane];
+                    radius_a - (plane.normal.dot(cluster.positions[touch.a]) - plane.offset)
+                }
+                Who::Ball(_) => {
+                    let distance = cluster.positions[touch.a].distance(cluster.positions[touch.b]);
+                    radius_a + touch.arm_b.length() - distance
+                }
+            };
+            for blow in blows.iter().filter(|b| b.touch == index) {
+                rows.push(ContactRow {
+                    time: self.now,
+                    body_a: self.body_of(cluster.who[touch.a]),
+                    body_b: self.body_of(cluster.who[touch.b]),
+                    kind: ContactKind::Impact,
+                    point: cluster.positions[touch.a] + touch.arm_a,
+                    normal: touch.normal,
+                    impulse_n: blow.normal,
+                    impulse_t: blow.tangential,
+                    couple: DVec3::ZERO,
+                    velocity: blow.velocity,
+                    depth,
+                    impact_id: 0,
+                });
+            }
+            if rows.is_empty() {
+                continue;
+            }
+            for member in [touch.a, touch.b] {
+                if let Who::Ball(ball) = cluster.who[member]
+                    && self.traits[ball].free
+                {
+                    let s = self.now - self.balls[ball].time;
+                    poses.push(PoseRow {
+                        time: self.now,
+                        body: BodyId(self.traits[ball].body),
+                        position: cluster.positions[member],
+                        orientation: self.spins[ball].after(s).0,
+                        velocity: before[member].0,
+                        angular_velocity: before[member].1,
+                    });
+                }
+            }
+            recorder.impact(&rows, &poses)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,412 @@
+//! The event loop: predictions, cells, phases.
+
+use std::ops::ControlFlow;
+
+use clangor::body::World;
+use clangor::material::PairCoefficients;
+use glam::DVec3;
+
+use super::approach::{Approach, fall, meet, meet_plane, meet_uniform};
+use super::ball::{Ball, Course, Spin, Traits};
+use super::grid::{Grid, NONE, NOWHERE};
+use super::log::Pending;
+use super::schedule::Schedule;
+use super::setup::{self, Plane};
+use super::support::{self, End, Ground, Phase};
+use super::{BEAT, TOUCH};
+use crate::record::Recorder;
+use crate::{SimulationError, SimulationSettings};
+
+/// Marks a partner that is a plane.
+const PLANE: u32 = 1 << 31;
+/// Marks a search to be taken up again.
+const SEARCH: u32 = u32::MAX - 1;
+/// Events without any progress of time, per ball, before the run is given up.
+const STALL: u64 = 10_000;
+
+/// What a ball will do next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Next {
+    /// When it meets its partner [s].
+    contact: f64,
+    /// Ball, or plane with [`PLANE`], or [`SEARCH`], or [`NONE`].
+    partner: u32,
+    /// Generation of the partner for which this holds.
+    generation: u32,
+    /// When it leaves its cell [s].
+    crossing: f64,
+    /// When its phase of motion ends [s].
+    phase_end: f64,
+}
+
+/// Partner of an impact.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Partner {
+    /// A ball.
+    Ball(usize),
+    /// A plane.
+    Plane(usize),
+}
+
+/// The state of a simulation.
+pub(super) struct Engine<'w> {
+    pub(super) world: &'w World,
+    pub(super) now: f64,
+    pub(super) balls: Vec<Ball>,
+    pub(super) spins: Vec<Spin>,
+    pub(super) traits: Vec<Traits>,
+    pub(super) planes: Vec<Plane>,
+    pub(super) grid: Grid,
+    pub(super) wide: Vec<u32>,
+    /// The moving balls in the order of their bodies.
+    pub(super) by_body: Vec<u32>,
+    /// Phases of the balls in lasting contact.
+    pub(super) phases: Vec<Option<Box<Phase>>>,
+    /// Time of the last hit of each ball [s], and how many came in quick succession.
+    pub(super) hits: Vec<(f64, u32)>,
+    /// Member index of each ball in the cluster at hand, or [`NONE`].
+    pub(super) member_of: Vec<u32>,
+    /// Impulses of lasting contacts since the last sample, if they are logged.
+    pub(super) pending: Option<Vec<Pending>>,
+    next: Vec<Next>,
+    schedule: Schedule,
+}
+
+impl<'w> Engine<'w> {
+    /// The start of a world.
+    pub(super) fn new(world: &'w World, recorder: &Recorder<'_>) -> Result<Self, SimulationError> {
+        let start = setup::start(world)?;
+        let count = start.balls.len();
+        let never = Next {
+            contact: f64::INFINITY,
+            partner: NONE,
+            generation: 0,
+            crossing: f64::INFINITY,
+            phase_end: f64::INFINITY,
+        };
+        let mut by_body: Vec<u32> = (0..count as u32).filter(|&b| start.traits[b as usize].free).collect();
+        by_body.sort_by_key(|&ball| start.traits[ball as usize].body);
+        let mut engine = Engine {
+            by_body,
+            world,
+            now: 0.0,
+            balls: start.balls,
+            spins: start.spins,
+            traits: start.traits,
+            planes: start.planes,
+            grid: start.grid,
+            wide: start.wide,
+            phases: (0..count).map(|_| None).collect(),
+            hits: vec![(f64::NEG_INFINITY, 0); count],
+            member_of: vec![NONE; count],
+            pending: (!recorder.ignores_slow_contacts()).then(|| vec![Pending::default(); count]),
+            next: vec![never; count],
+            schedule: Schedule::new(count),
+        };
+        engine.check_overlaps()?;
+        for ball in 0..count {
+            if engine.traits[ball].free {
+                engine.settle(ball, None);
+            }
+        }
+        for ball in 0..count {
+            engine.predict(ball);
+        }
+        Ok(engine)
+    }
+
+    fn check_overlaps(&self) -> Result<(), SimulationError> {
+        for (i, ball) in self.balls.iter().enumerate().filter(|(i, _)| self.traits[*i].free) {
+            for plane in &self.planes {
+                let depth = ball.radius - (plane.normal.dot(ball.position) - plane.offset);
+                setup::check_overlap(self.world, self.traits[i].body, plane.body, depth, ball.radius)?;
+            }
+            let mut found = Ok(());
+            self.for_each_near(i, |j, other| {
+                let depth = ball.radius + other.radius - ball.position.distance(other.position);
+                let smaller = ball.radius.min(other.radius);
+                if found.is_ok() {
+                    found = setup::check_overlap(
+                        self.world,
+                        self.traits[i].body,
+                        self.traits[j].body,
+                        depth,
+                        smaller,
+                    );
+                }
+            });
+            found?;
+        }
+        Ok(())
+    }
+
+    /// Runs to the end of the settings' duration.
+    pub(super) fn run(
+        mut self,
+        settings: &SimulationSettings,
+        recorder: &mut Recorder<'_>,
+        progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Result<(), SimulationError> {
+        let pose_rate = settings.record.pose_rate;
+        let sample = |k: u64, step: f64| if step > 0.0 { k as f64 * step } else { f64::INFINITY };
+        let pose_time = |k: u64| if pose_rate > 0.0 { k as f64 / pose_rate } else { f64::INFINITY };
+        let step = if self.pending.is_some() { settings.time_step } else { 0.0 };
+        let (mut poses, mut steps, mut beats, mut stalled) = (0, 1, 1, 0);
+        loop {
+            let (pose_at, step_at, beat_at) = (pose_time(poses), sample(steps, step), sample(beats, BEAT));
+            let stop = pose_at.min(step_at).min(beat_at).min(settings.duration);
+            let (time, ball) = self.schedule.first();
+            if time <= stop {
+                stalled = if time > self.now { 0 } else { stalled + 1 };
+                if !self.balls[ball].velocity.is_finite() || stalled > STALL + 100 * self.balls.len() as u64 {
+                    let body = &self.world.bodies[self.traits[ball].body as usize];
+                    return Err(SimulationError::Diverged { body: body.name.clone(), time: self.now });
+                }
+                self.now = self.now.max(time);
+                self.happen(ball, recorder)?;
+                continue;
+            }
+            self.now = stop;
+            if stop >= pose_at {
+                self.write_poses(recorder)?;
+                poses += 1;
+            }
+            if stop >= step_at {
+                self.write_lasting(recorder)?;
+                steps += 1;
+            }
+            if stop >= beat_at {
+                recorder.advance(self.now)?;
+                if progress(self.now).is_break() {
+                    return Err(SimulationError::Interrupted);
+                }
+                beats += 1;
+            }
+            if stop >= settings.duration {
+                self.write_lasting(recorder)?;
+                return Ok(());
+            }
+        }
+    }
+
+    /// Lets the next event of a ball happen.
+    fn happen(&mut self, ball: usize, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
+        let next = self.next[ball];
+        if next.phase_end <= next.contact && next.phase_end <= next.crossing {
+            self.bring_forward(ball);
+            let ended = self.phases[ball].as_deref().and_then(|p| Some((p.reactions.first()?.ground, p.end)));
+            self.settle(ball, ended);
+            self.predict(ball);
+        } else if next.crossing < next.contact {
+            self.cross(ball);
+        } else if next.partner == SEARCH {
+            self.predict(ball);
+        } else if next.partner & PLANE != 0 {
+            self.collide(ball, Partner::Plane((next.partner & !PLANE) as usize), recorder)?;
+        } else if self.balls[next.partner as usize].generation == next.generation {
+            self.collide(ball, Partner::Ball(next.partner as usize), recorder)?;
+        } else {
+            self.predict(ball);
+        }
+        Ok(())
+    }
+
+    /// Takes the state of a ball at the present time as its new reference.
+    pub(super) fn bring_forward(&mut self, ball: usize) {
+        self.bank(ball);
+        let record = &mut self.balls[ball];
+        let spin = &mut self.spins[ball];
+        let (position, velocity) = record.at(self.now);
+        (spin.orientation, spin.omega) = spin.after(self.now - record.time);
+        (record.position, record.velocity, record.time) = (position, velocity, self.now);
+    }
+
+    /// Starts a new phase of motion at the present time, from a state that has been brought forward.
+    pub(super) fn settle(&mut self, ball: usize, ended: Option<(Ground, End)>) {
+        let (record, spin, traits) = (&mut self.balls[ball], &mut self.spins[ball], &self.traits[ball]);
+        let mut state = support::State {
+            radius: record.radius,
+            mass: traits.mass,
+            inertia: 1.0 / traits.inverse_inertia,
+            velocity: record.velocity,
+            omega: spin.omega,
+            gravity: self.world.gravity,
+        };
+        if let Some((ground, end)) = ended {
+            support::finish(&mut state, &ground, end);
+        }
+        let mut grounds = Vec::new();
+        for (index, plane) in self.planes.iter().enumerate() {
+            let gap = plane.normal.dot(record.position) - plane.offset - record.radius;
+            if gap <= TOUCH && support::in_touch(plane.normal.dot(record.velocity)) {
+                let bodies = &self.world.bodies;
+                let pair = PairCoefficients::of(
+                    &bodies[traits.body as usize].material,
+                    &bodies[plane.body as usize].material,
+                );
+                grounds.push(Ground {
+                    plane: index,
+                    normal: plane.normal,
+                    friction: pair.friction,
+                    rolling_loss: pair.rolling_loss,
+                });
+            }
+        }
+        let phase = support::phase(&mut state, &grounds);
+        (record.velocity, spin.omega) = (state.velocity, state.omega);
+        (record.acceleration, spin.alpha) = (phase.acceleration, phase.alpha);
+        record.generation = record.generation.wrapping_add(1);
+        self.next[ball].phase_end = self.now + phase.duration;
+        let flies = phase.reactions.is_empty();
+        record.course = if flies { Course::Ballistic } else { Course::Steady };
+        self.phases[ball] = (!flies).then(|| Box::new(phase));
+    }
+
+    /// Whether a lasting contact holds a ball on a plane.
+    fn rests_on(&self, ball: usize, plane: usize) -> bool {
+        let phase = self.phases[ball].as_deref();
+        phase.is_some_and(|p| p.reactions.iter().any(|r| r.ground.plane == plane))
+    }
+
+    /// Calls `act` with every other ball in the cells about a ball.
+    #[inline]
+    pub(super) fn for_each_near(&self, ball: usize, mut act: impl FnMut(usize, &Ball)) {
+        let record = &self.balls[ball];
+        if record.bucket == NOWHERE {
+            for (other, near) in self.balls.iter().enumerate().filter(|(other, _)| *other != ball) {
+                act(other, near);
+            }
+            return;
+        }
+        for bucket in self.grid.around(record.cell) {
+            let mut other = self.grid.head(bucket);
+            while other != NONE {
+                let near = &self.balls[other as usize];
+                if other as usize != ball {
+                    act(other as usize, near);
+                }
+                other = near.next;
+            }
+        }
+        for &other in &self.wide {
+            act(other as usize, &self.balls[other as usize]);
+        }
+    }
+
+    /// Searches the next event of a ball anew.
+    pub(super) fn predict(&mut self, ball: usize) {
+        if !self.traits[ball].free {
+            return;
+        }
+        let record = self.balls[ball].clone();
+        let mut best = Next {
+            contact: f64::INFINITY,
+            partner: NONE,
+            generation: 0,
+            crossing: f64::INFINITY,
+            phase_end: self.next[ball].phase_end,
+        };
+        let (position, velocity) = record.at(self.now);
+        let supported = record.course == Course::Steady;
+        for (index, plane) in self.planes.iter().enumerate() {
+            if supported && self.rests_on(ball, index) {
+                continue;
+            }
+            let gap = plane.normal.dot(position) - plane.offset - record.radius;
+            let fall = meet_plane(gap, plane.normal.dot(velocity), plane.normal.dot(record.acceleration));
+            if let Some(s) = fall
+                && self.now + s < best.contact
+            {
+                best.contact = self.now + s;
+                best.partner = PLANE | index as u32;
+            }
+        }
+        self.for_each_near(ball, |other, near| {
+            self.consider(&record, position, velocity, other, near, &mut best);
+        });
+        self.next[ball] = best;
+        self.watch_cell(ball, position, velocity);
+    }
+
+    /// Takes the meeting with another ball if it is the earliest so far.
+    #[inline]
+    fn consider(&self, record: &Ball, x: DVec3, v: DVec3, other: usize, near: &Ball, best: &mut Next) {
+        let (y, w) = near.at(self.now);
+        let (d, w) = (x - y, v - w);
+        let reach = record.radius + near.radius;
+        if record.course == Course::Ballistic && near.course == Course::Ballistic {
+            if let Some(s) = meet_uniform(d, w, reach)
+                && self.now + s < best.contact
+            {
+                best.contact = self.now + s;
+                best.partner = other as u32;
+                best.generation = near.generation;
+            }
+            return;
+        }
+        let a = record.acceleration - near.acceleration;
+        let horizon = best.contact.min(best.phase_end).min(self.next[other].phase_end) - self.now;
+        let gap_at = |s: f64| {
+            let offset = d + (w + a * (0.5 * s)) * s;
+            let distance = offset.length();
+            (distance - reach, offset.dot(w + a * s) / distance)
+        };
+        let (s, partner) = match meet(gap_at, a.length(), horizon) {
+            Approach::Never => return,
+            Approach::At(s) => (s, other as u32),
+            Approach::Unclear(s) => (s, SEARCH),
+        };
+        if self.now + s < best.contact {
+            best.contact = self.now + s;
+            best.partner = partner;
+            best.generation = near.generation;
+        }
+    }
+
+    /// Finds when a ball leaves its cell, and enters its next event into the schedule.
+    fn watch_cell(&mut self, ball: usize, position: DVec3, velocity: DVec3) {
+        let record = &mut self.balls[ball];
+        let edge = self.grid.edge();
+        let mut leaves = f64::INFINITY;
+        if record.bucket != NOWHERE && edge.is_finite() {
+            for axis in 0..3 {
+                let (x, v, a) = (position[axis], velocity[axis], record.acceleration[axis]);
+                let low = f64::from(record.cell[axis]) * edge;
+                for (side, gap, v, a) in [(0, x - low, v, a), (1, low + edge - x, -v, -a)] {
+                    if let Some(s) = fall(gap.max(0.0), v, a)
+                        && s < leaves
+                    {
+                        leaves = s;
+                        record.exit = (2 * axis + side) as u8;
+                    }
+                }
+            }
+        }
+        let next = &mut self.next[ball];
+        next.crossing = self.now + leaves;
+        self.schedule.set(ball, next.contact.min(next.crossing).min(next.phase_end));
+    }
+
+    /// Moves a ball to the neighbouring cell and looks at what has come near.
+    fn cross(&mut self, ball: usize) {
+        let exit = self.balls[ball].exit;
+        self.grid.remove(&mut self.balls, ball);
+        self.balls[ball].cell[usize::from(exit / 2)] += if exit % 2 == 1 { 1 } else { -1 };
+        self.grid.insert(&mut self.balls, ball);
+        let record = self.balls[ball].clone();
+        let (position, velocity) = record.at(self.now);
+        let mut best = self.next[ball];
+        for bucket in self.grid.ahead(record.cell, exit) {
+            let mut other = self.grid.head(bucket);
+            while other != NONE {
+                let near = &self.balls[other as usize];
+                if other as usize != ball {
+                    self.consider(&record, position, velocity, other as usize, near, &mut best);
+                }
+                other = near.next;
+            }
+        }
+        self.next[ball] = best;
+        self.watch_cell(ball, position, velocity);
+    }
+}

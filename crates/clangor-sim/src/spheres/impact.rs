@@ -1,0 +1,299 @@
+//! Impacts: everything that touches at one instant, by generalized reflections (Smith, Kaufman, Vouga, Tamstorf and
+//! Grinspun 2012, "Reflections on simultaneous impact").
+//!
+//! Of all contacts of a touching cluster only those that approach now are solved together: λ ≥ 0 is the inelastic
+//! impulse of least kinetic energy, M Δv = Nᵀλ with 0 ≤ λ ⊥ N v ≥ 0, and each contact gets (1 + e) λ. Others may
+//! approach after that; the round is repeated until none does. One problem for the whole cluster would spread the
+//! energy over a Newton's cradle; pair by pair, the outcome would depend on the order of a symmetric break.
+//!
+//! Friction follows in each round: the tangential impulse that would stop the slip (2/7 of the momentum of a sliding
+//! solid ball), cut to the Coulomb cone μ (1 + e) λ. Impulses act on hung balls through the mobility
+//! (1 − d dᵀ)/m, d the direction of the rod, which takes up the rest.
+
+use clangor::material::PairCoefficients;
+use glam::DVec3;
+
+use super::QUIET_SPEED;
+
+/// Rounds of reflections after which the cluster is stopped without restitution.
+const MAX_ROUNDS: usize = 500;
+/// Sweeps of the iterations inside a round.
+const MAX_SWEEPS: usize = 500;
+/// Relative change at which they end.
+const CONVERGED: f64 = 1e-15;
+
+/// A ball (or plane) of a cluster.
+#[derive(Clone, Debug)]
+pub(super) struct Member {
+    /// Velocity of the centre [m/s].
+    pub(super) velocity: DVec3,
+    /// Angular velocity [rad/s].
+    pub(super) omega: DVec3,
+    /// 1/m [1/kg]; 0 for what contacts do not move.
+    pub(super) inverse_mass: f64,
+    /// 1/I [1/(kg m²)].
+    pub(super) inverse_inertia: f64,
+    /// Unit vector along the rod that holds it, or zero.
+    pub(super) rod: DVec3,
+    /// Impulse that the rod has added [N s].
+    pub(super) rod_impulse: DVec3,
+    /// Whether an impulse has acted on it.
+    pub(super) moved: bool,
+}
+
+/// Two members in touch.
+#[derive(Clone, Debug)]
+pub(super) struct Touch {
+    /// First member.
+    pub(super) a: usize,
+    /// Second member.
+    pub(super) b: usize,
+    /// From b to a.
+    pub(super) normal: DVec3,
+    /// From the centre of a to the point [m].
+    pub(super) arm_a: DVec3,
+    /// From the centre of b to the point [m]; of no meaning if b does not move.
+    pub(super) arm_b: DVec3,
+    /// e, μ of the pair.
+    pub(super) coefficients: PairCoefficients,
+    /// Rebounds slower than this [m/s] are lasting contact.
+    pub(super) slow: f64,
+    /// What becomes of a slow rebound.
+    pub(super) when_slow: Slow,
+}
+
+/// The end of an inelastic sequence of bounces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Slow {
+    /// The normal velocity becomes zero: a plane then supports the ball.
+    Stay,
+    /// The rebound is as fast as `slow`, if the approach was: contacts that cannot be supported follow each other
+    /// after CONTACT_TIME, not ever faster.
+    Hop,
+}
+
+/// Impulse of one touch in one round.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blow {
+    /// Index of the touch.
+    pub(super) touch: usize,
+    /// Normal impulse on a [N s].
+    pub(super) normal: f64,
+    /// Tangential impulse on a [N s].
+    pub(super) tangential: DVec3,
+    /// Velocity of a relative to b at the point before the round [m/s].
+    pub(super) velocity: DVec3,
+}
+
+impl Member {
+    fn mobility(&self, impulse: DVec3) -> DVec3 {
+        (impulse - self.rod * self.rod.dot(impulse)) * self.inverse_mass
+    }
+
+    fn push(&mut self, impulse: DVec3, arm: DVec3) {
+        self.velocity += self.mobility(impulse);
+        self.omega += arm.cross(impulse) * self.inverse_inertia;
+    }
+}
+
+impl Touch {
+    fn velocity(&self, members: &[Member]) -> DVec3 {
+        let (a, b) = (&members[self.a], &members[self.b]);
+        a.velocity + a.omega.cross(self.arm_a) - b.velocity - b.omega.cross(self.arm_b)
+    }
+
+    fn normal_speed(&self, members: &[Member]) -> f64 {
+        self.normal.dot(members[self.a].velocity - members[self.b].velocity)
+    }
+
+    fn push(&self, members: &mut [Member], impulse: DVec3) {
+        members[self.a].push(impulse, self.arm_a);
+        members[self.b].push(-impulse, self.arm_b);
+    }
+
+    /// Change of normal speed of this touch per unit impulse of another.
+    fn coupling(&self, other: &Touch, members: &[Member]) -> f64 {
+        let mut sum = 0.0;
+        for (mine, sign) in [(self.a, 1.0), (self.b, -1.0)] {
+            for (theirs, other_sign) in [(other.a, 1.0), (other.b, -1.0)] {
+                if mine == theirs {
+                    sum += sign * other_sign * self.normal.dot(members[mine].mobility(other.normal));
+                }
+            }
+        }
+        sum
+    }
+
+    fn restitution(&self, approach: f64) -> f64 {
+        let e = self.coefficients.restitution;
+        if e * approach >= self.slow {
+            return e;
+        }
+        match self.when_slow {
+            Slow::Stay => 0.0,
+            Slow::Hop => (self.slow / approach).clamp(e, 1.0),
+        }
+    }
+}
+
+/// Resolves a cluster: velocities of the members change, the impulses are returned in the order in which they act.
+pub(super) fn reflect(members: &mut [Member], touches: &[Touch]) -> Vec<Blow> {
+    let mut blows = Vec::new();
+    for round in 0..=MAX_ROUNDS {
+        let last = round == MAX_ROUNDS;
+        let mut active: Vec<usize> = (0..touches.len())
+            .filter(|&k| touches[k].normal_speed(members) < -0.5 * QUIET_SPEED)
+            .filter(|&k| touches[k].coupling(&touches[k], members) > 0.0)
+            .collect();
+        if active.is_empty() {
+            break;
+        }
+        if last {
+            active =
+                (0..touches.len()).filter(|&k| touches[k].coupling(&touches[k], members) > 0.0).collect();
+        }
+        let speeds: Vec<f64> = active.iter().map(|&k| touches[k].normal_speed(members)).collect();
+        let lambda = least_energy(&active, &speeds, touches, members);
+        let mut restitution: Vec<f64> = active
+            .iter()
+            .zip(&speeds)
+            .map(|(&k, v)| if last { 0.0 } else { touches[k].restitution(v.abs()) })
+            .collect();
+        // Unequal e may feed energy from one contact into another; the smallest of them never does.
+        let least = restitution.iter().copied().fold(1.0, f64::min);
+        if restitution.iter().any(|&e| e != least)
+            && gains_energy(&active, &lambda, &restitution, touches, members)
+        {
+            restitution.fill(least);
+        }
+        let first = blows.len();
+        for (k, &touch) in active.iter().enumerate() {
+            let normal = lambda[k] * (1.0 + restitution[k]);
+            let velocity = touches[touch].velocity(members);
+            blows.push(Blow { touch, normal, tangential: DVec3::ZERO, velocity });
+        }
+        for blow in &blows[first..] {
+            let touch = &touches[blow.touch];
+            touch.push(members, touch.normal * blow.normal);
+        }
+        rub(&mut blows[first..], touches, members);
+        let settled = blows[first..].iter().all(|b| b.normal == 0.0);
+        blows.retain(|b| b.normal > 0.0);
+        if settled {
+            break;
+        }
+    }
+    for blow in &blows {
+        let touch = &touches[blow.touch];
+        let impulse = touch.normal * blow.normal + blow.tangential;
+        for (member, impulse) in [(touch.a, impulse), (touch.b, -impulse)] {
+            let member = &mut members[member];
+            member.moved |= member.inverse_mass > 0.0;
+            member.rod_impulse -= member.rod * member.rod.dot(impulse);
+        }
+    }
+    blows
+}
+
+/// λ ≥ 0 with 0 ≤ λ ⊥ v + A λ ≥ 0: Gauss–Seidel finds which contacts act, elimination makes their impulses exact.
+fn least_energy(active: &[usize], speeds: &[f64], touches: &[Touch], members: &[Member]) -> Vec<f64> {
+    let n = active.len();
+    let matrix: Vec<f64> =
+        (0..n * n).map(|at| touches[active[at / n]].coupling(&touches[active[at % n]], members)).collect();
+    if n == 1 {
+        return vec![(-speeds[0] / matrix[0]).max(0.0)];
+    }
+    let mut lambda = vec![0.0_f64; n];
+    for _ in 0..MAX_SWEEPS {
+        let (mut change, mut size) = (0.0_f64, 0.0_f64);
+        for k in 0..n {
+            let row = &matrix[k * n..(k + 1) * n];
+            let speed = speeds[k] + row.iter().zip(&lambda).map(|(a, l)| a * l).sum::<f64>();
+            let next = (lambda[k] - speed / row[k]).max(0.0);
+            change = change.max((next - lambda[k]).abs());
+            size = size.max(next);
+            lambda[k] = next;
+        }
+        if change <= CONVERGED * size {
+            break;
+        }
+    }
+    polish(&matrix, speeds, &lambda).unwrap_or(lambda)
+}
+
+/// Solves the equations of the acting contacts directly; `None` if they are redundant or the set was not right yet.
+fn polish(matrix: &[f64], speeds: &[f64], guess: &[f64]) -> Option<Vec<f64>> {
+    let n = speeds.len();
+    let acting: Vec<usize> = (0..n).filter(|&k| guess[k] > 0.0).collect();
+    let m = acting.len();
+    // [A | −v], eliminated without pivoting: A is symmetric and positive definite unless contacts are redundant.
+    let mut rows: Vec<Vec<f64>> = acting
+        .iter()
+        .map(|&k| acting.iter().map(|&l| matrix[k * n + l]).chain([-speeds[k]]).collect())
+        .collect();
+    for k in 0..m {
+        if rows[k][k] <= 1e-10 * matrix[acting[k] * n + acting[k]] {
+            return None;
+        }
+        let pivot = rows[k].clone();
+        for row in rows.iter_mut().skip(k + 1) {
+            let factor = row[k] / pivot[k];
+            for (x, p) in row.iter_mut().zip(&pivot).skip(k) {
+                *x -= factor * p;
+            }
+        }
+    }
+    let mut exact = vec![0.0; n];
+    for k in (0..m).rev() {
+        let known: f64 = (k + 1..m).map(|l| rows[k][l] * exact[acting[l]]).sum();
+        exact[acting[k]] = (rows[k][m] - known) / rows[k][k];
+    }
+    let scale = speeds.iter().fold(0.0_f64, |s, v| s.max(v.abs()));
+    let parting = (0..n).all(|k| {
+        let speed = speeds[k] + (0..n).map(|l| matrix[k * n + l] * exact[l]).sum::<f64>();
+        speed >= -1e-9 * scale
+    });
+    (parting && exact.iter().all(|&l| l >= 0.0)).then_some(exact)
+}
+
+fn gains_energy(active: &[usize], lambda: &[f64], e: &[f64], touches: &[Touch], members: &[Member]) -> bool {
+    let mut gain = 0.0;
+    for (k, &touch) in active.iter().enumerate() {
+        let change: f64 = (0..active.len())
+            .map(|l| touches[touch].coupling(&touches[active[l]], members) * lambda[l] * (1.0 + e[l]))
+            .sum();
+        gain += lambda[k] * (1.0 + e[k]) * (touches[touch].normal_speed(members) + 0.5 * change);
+    }
+    gain > 0.0
+}
+
+/// Friction of one round: least kinetic energy within the Coulomb cones of the normal impulses.
+fn rub(blows: &mut [Blow], touches: &[Touch], members: &mut [Member]) {
+    for _ in 0..MAX_SWEEPS {
+        let (mut change, mut size) = (0.0_f64, 0.0_f64);
+        for blow in blows.iter_mut() {
+            let touch = &touches[blow.touch];
+            let limit = touch.coefficients.friction * blow.normal;
+            if limit == 0.0 {
+                continue;
+            }
+            let (a, b) = (&members[touch.a], &members[touch.b]);
+            let response = a.inverse_mass
+                + b.inverse_mass
+                + a.inverse_inertia * touch.arm_a.length_squared()
+                + b.inverse_inertia * touch.arm_b.length_squared();
+            let velocity = touch.velocity(members);
+            let slip = velocity - touch.normal * touch.normal.dot(velocity);
+            let wanted = blow.tangential - slip / response;
+            let next = wanted.clamp_length_max(limit);
+            let step = next - blow.tangential;
+            touch.push(members, step);
+            blow.tangential = next;
+            change = change.max(step.length());
+            size = size.max(limit);
+        }
+        if change <= CONVERGED * size || blows.len() == 1 {
+            break;
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! From a [`World`] to balls and planes: what the solver accepts, and in what order it keeps it.
+
+use std::sync::Arc;
+
+use clangor::body::{Body, Link, Motion, Surface, World};
+use glam::DVec3;
+
+use super::ball::{Ball, Course, Spin, Traits};
+use super::grid::{Grid, NONE, NOWHERE};
+use crate::SimulationError;
+
+/// An overlap up to this fraction of the smaller radius is a rounding of the scene's numbers.
+const TOLERATED_OVERLAP: f64 = 1e-4;
+/// Balls this much wider than the median one are kept out of the grid and compared with every ball.
+const WIDE: f64 = 3.0;
+/// Balls per cell that the width of the cells aims at.
+const BALLS_PER_CELL: f64 = 0.5;
+
+/// A fixed half-space.
+#[derive(Clone, Debug)]
+pub(super) struct Plane {
+    /// Index in the world's bodies.
+    pub(super) body: u32,
+    /// Outward normal.
+    pub(super) normal: DVec3,
+    /// n·x of its surface [m].
+    pub(super) offset: f64,
+}
+
+/// Everything at t = 0.
+pub(super) struct Start {
+    pub(super) balls: Vec<Ball>,
+    pub(super) spins: Vec<Spin>,
+    pub(super) traits: Vec<Traits>,
+    pub(super) planes: Vec<Plane>,
+    pub(super) grid: Grid,
+    /// Balls that are in no cell.
+    pub(super) wide: Vec<u32>,
+}
+
+/// Sorts a world into balls and planes.
+pub(super) fn start(world: &World) -> Result<Start, SimulationError> {
+    let refuse = |body: &Body, reason| SimulationError::NotASphere { body: body.name.clone(), reason };
+    let mut spheres: Vec<(usize, f64)> = Vec::new();
+    let mut planes = Vec::new();
+    for (index, body) in world.bodies.iter().enumerate() {
+        let finite = body.pose.position.is_finite()
+            && body.pose.orientation.is_finite()
+            && body.velocity.is_finite()
+            && body.angular_velocity.is_finite();
+        if !finite {
+            return Err(SimulationError::Diverged { body: body.name.clone(), time: 0.0 });
+        }
+        match (Arc::as_ref(&body.surface), &body.motion) {
+            (Surface::Mesh(_), _) => return Err(refuse(body, "it is neither a sphere nor a plane")),
+            (_, Motion::Keyframed(track)) if !track.is_fixed() => {
+                return Err(refuse(body, "it moves by keyframes"));
+            }
+            (Surface::HalfSpace, Motion::Free) => return Err(refuse(body, "a half-space cannot be free")),
+            (Surface::HalfSpace, _) => {
+                let normal = body.pose.orientation.normalize() * DVec3::Y;
+                let offset = normal.dot(body.pose.position);
+                planes.push(Plane { body: index as u32, normal, offset });
+            }
+            (Surface::Sphere { radius }, motion) => {
+                let inertia = body.inertia.x_axis.x;
+                if !(*radius > 0.0 && radius.is_finite()) {
+                    return Err(refuse(body, "its radius is not a positive number"));
+                }
+                let weighs = |x: f64| x > 0.0 && x.is_finite();
+                if *motion == Motion::Free && !(weighs(body.mass) && weighs(inertia)) {
+                    return Err(refuse(body, "its mass or inertia is not a positive number"));
+                }
+                spheres.push((index, *radius));
+            }
+        }
+    }
+    if let Some(Link::Hang { body, .. } | Link::Spring { body, .. }) = world.links.first() {
+        return Err(refuse(&world.bodies[body.index()], "it hangs or is held by a spring"));
+    }
+    Ok(place(world, spheres, planes))
+}
+
+/// Chooses the cells, and keeps the balls in the order of their cells, so that neighbours in space are neighbours in
+/// memory.
+fn place(world: &World, mut spheres: Vec<(usize, f64)>, planes: Vec<Plane>) -> Start {
+    let position = |index: usize| world.bodies[index].pose.position;
+    let mut radii: Vec<f64> = spheres.iter().map(|s| s.1).collect();
+    radii.sort_by(f64::total_cmp);
+    let widest = radii.get(radii.len() / 2).map_or(0.0, |median| WIDE * median);
+    let (mut low, mut high, mut inside, mut broadest) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0, 0.0_f64);
+    for &(index, radius) in spheres.iter().filter(|s| s.1 <= widest) {
+        low = low.min(position(index) - radius);
+        high = high.max(position(index) + radius);
+        inside += 1;
+        broadest = broadest.max(radius);
+    }
+    // A handful is compared all with all.
+    let edge = if inside <= 12 {
+        f64::INFINITY
+    } else {
+        let volume: f64 = (high - low).to_array().iter().product();
+        let roomy = (volume * BALLS_PER_CELL / f64::from(inside)).cbrt();
+        (2.0 * broadest * (1.0 + 1e-9)).max(roomy)
+    };
+    if inside == 0 {
+        (low, high) = (DVec3::ZERO, DVec3::ZERO);
+    }
+    let mut grid = Grid::new(edge, low, high, spheres.len());
+    spheres.sort_by_key(|&(index, _)| (interleave(grid.cell_of(position(index) - low)), index));
+
+    let (mut balls, mut spins, mut traits, mut wide) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for &(index, radius) in &spheres {
+        let body = &world.bodies[index];
+        let free = body.motion == Motion::Free;
+        let moving = |v: DVec3| if free { v } else { DVec3::ZERO };
+        balls.push(Ball {
+            position: body.pose.position,
+            velocity: moving(body.velocity),
+            time: 0.0,
+            radius,
+            acceleration: moving(world.gravity),
+            generation: 0,
+            next: NONE,
+            previous: NONE,
+            bucket: NOWHERE,
+            cell: grid.cell_of(body.pose.position),
+            exit: 0,
+            course: if free { Course::Ballistic } else { Course::Steady },
+        });
+        spins.push(Spin {
+            orientation: body.pose.orientation.normalize(),
+            omega: moving(body.angular_velocity),
+            alpha: DVec3::ZERO,
+        });
+        traits.push(Traits {
+            body: index as u32,
+            free,
+            mass: body.mass,
+            inverse_mass: if free { 1.0 / body.mass } else { 0.0 },
+            inverse_inertia: if free { 1.0 / body.inertia.x_axis.x } else { 0.0 },
+        });
+    }
+    for ball in 0..balls.len() {
+        if balls[ball].radius <= widest {
+            grid.insert(&mut balls, ball);
+        } else {
+            wide.push(ball as u32);
+        }
+    }
+    Start { balls, spins, traits, planes, grid, wide }
+}
+
+/// Z-order of a cell: bits of the three coordinates in turn.
+fn interleave(cell: [i32; 3]) -> u64 {
+    let spread =
+        |x: i32| (0..20).fold(0_u64, |code, bit| code | (((x.max(0) as u64) >> bit & 1) << (3 * bit)));
+    spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2
+}
+
+/// Refuses an overlap that is more than rounding.
+pub(super) fn check_overlap(
+    world: &World,
+    a: u32,
+    b: u32,
+    depth: f64,
+    smaller: f64,
+) -> Result<(), SimulationError> {
+    if depth <= TOLERATED_OVERLAP * smaller {
+        return Ok(());
+    }
+    let name = |body: u32| world.bodies[body as usize].name.clone();
+    Err(SimulationError::StartOverlap { a: name(a.min(b)), b: name(a.max(b)), depth })
+}

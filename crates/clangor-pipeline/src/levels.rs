@@ -1,11 +1,11 @@
-//! How loud a pressure signal is: peak and RMS [Pa], dB SPL re 20 µPa, and loudness in LUFS (EBU R 128).
+//! How loud a pressure signal is: peak and RMS \[Pa\], dB SPL re 20 µPa, and loudness in LUFS (EBU R 128).
 //!
 //! Levels in dB SPL are of pressure; LUFS refers to a file's full scale, as a player sees it. Every channel counts as a
 //! front loudspeaker.
 
 use ebur128::{Channel, EbuR128, Mode};
 
-/// Pressure of 0 dB SPL [Pa].
+/// Pressure of 0 dB SPL \[Pa\].
 pub const REFERENCE_PRESSURE: f64 = 20e-6;
 
 /// Level of a pressure in dB SPL; `None` for silence.
@@ -16,11 +16,11 @@ pub fn db_spl(pressure: f64) -> Option<f64> {
 /// Levels of one channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChannelLevels {
-    /// Largest magnitude of a sample [Pa].
+    /// Largest magnitude of a sample \[Pa\].
     pub peak: f64,
     /// Frame at which the peak is first reached.
     pub peak_frame: u64,
-    /// Root mean square over the whole signal [Pa].
+    /// Root mean square over the whole signal \[Pa\].
     pub rms: f64,
 }
 
@@ -31,7 +31,7 @@ pub struct Levels {
     pub frames: u64,
     /// Each channel.
     pub channels: Vec<ChannelLevels>,
-    /// Integrated loudness [LUFS] re full scale; `None` where it is undefined: less than 0.4 s, silence under the gate
+    /// Integrated loudness \[LUFS\] re full scale; `None` where it is undefined: less than 0.4 s, silence under the gate
     /// of −70 LUFS, or more channels than the standard's meter takes.
     pub loudness: Option<f64>,
 }
@@ -47,7 +47,7 @@ pub struct LevelMeter {
 }
 
 impl LevelMeter {
-    /// A meter for interleaved pressure of this many channels at `sample_rate` [Hz] and `full_scale` [Pa].
+    /// A meter for interleaved pressure of this many channels at `sample_rate` \[Hz\] and `full_scale` \[Pa\].
     pub fn new(channels: u16, sample_rate: u32, full_scale: f64) -> Self {
         let count = usize::from(channels);
         // The histogram keeps memory constant for any length.
@@ -68,7 +68,7 @@ impl LevelMeter {
         }
     }
 
-    /// Takes whole frames of pressure [Pa].
+    /// Takes whole frames of pressure \[Pa\].
     ///
     /// # Panics
     /// If `pressure` does not hold whole frames.
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// Two seconds of a sine [Pa].
+    /// Two seconds of a sine \[Pa\].
     fn sine(rate: u32, frequency: f64, amplitude: f64, channels: usize) -> Vec<f32> {
         let sample = |i: u32| (amplitude * (TAU * frequency * f64::from(i) / f64::from(rate)).sin()) as f32;
         (0..2 * rate).flat_map(|i| std::iter::repeat_n(sample(i), channels)).collect()

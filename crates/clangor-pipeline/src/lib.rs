@@ -2,4 +2,6 @@
 
 pub mod atomic_file;
 pub mod levels;
+pub mod mesh_reader;
+pub mod timeline_file;
 pub mod wav;

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 use crate::atomic_file::OutputError;
 
-/// Sample rates that can be written [Hz].
+/// Sample rates that can be written \[Hz\].
 pub const SAMPLE_RATES: std::ops::RangeInclusive<u32> = 8_000..=384_000;
 
 /// How samples are stored.
@@ -54,13 +54,13 @@ pub enum Meaning {
 /// A WAV file to write.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WavSpec {
-    /// Sample rate [Hz], within [`SAMPLE_RATES`].
+    /// Sample rate \[Hz\], within [`SAMPLE_RATES`].
     pub sample_rate: u32,
     /// Channels: one per receiver.
     pub channels: u16,
     /// How samples are stored.
     pub format: SampleFormat,
-    /// Pressure of a sample of 1.0 [Pa].
+    /// Pressure of a sample of 1.0 \[Pa\].
     pub full_scale: f64,
     /// What the samples are.
     pub meaning: Meaning,
@@ -69,7 +69,7 @@ pub struct WavSpec {
 }
 
 impl WavSpec {
-    /// Full scale where none is chosen [Pa]: samples of a float file are pascals; 20 Pa (120 dB SPL) fits PCM.
+    /// Full scale where none is chosen \[Pa\]: samples of a float file are pascals; 20 Pa (120 dB SPL) fits PCM.
     pub fn default_full_scale(format: SampleFormat) -> f64 {
         match format {
             SampleFormat::Float32 => 1.0,
@@ -93,7 +93,7 @@ const COMMENT_PRESSURE: &str = "sound pressure, a sample of 1.0 is ";
 const COMMENT_PROCESSED: &str =
     "dynamics were compressed, no longer sound pressure; before, a sample of 1.0 was ";
 
-/// Full scale [Pa] from a comment that [`WavSpec::comment`] wrote; `None` for foreign and for processed files.
+/// Full scale \[Pa\] from a comment that [`WavSpec::comment`] wrote; `None` for foreign and for processed files.
 fn full_scale_in(comment: &str) -> Option<f64> {
     let number = comment.strip_prefix(COMMENT_PRESSURE)?.split(" Pa").next()?;
     number.parse().ok().filter(|f: &f64| f.is_finite() && *f > 0.0)
@@ -105,7 +105,7 @@ pub enum WavError {
     /// The rate is outside [`SAMPLE_RATES`].
     #[error("a sample rate of {rate} Hz cannot be written; choose 8000 to 384000 Hz")]
     SampleRate {
-        /// The rate [Hz].
+        /// The rate \[Hz\].
         rate: u32,
     },
     /// No channel, or more than a frame can hold.
@@ -119,7 +119,7 @@ pub enum WavError {
     /// Full scale must be a positive number.
     #[error("full scale must be a positive pressure, not {full_scale} Pa")]
     FullScale {
-        /// The pressure [Pa].
+        /// The pressure \[Pa\].
         full_scale: f64,
     },
     /// A block that does not hold whole frames.
@@ -156,7 +156,7 @@ pub enum WavError {
     Malformed {
         /// The file.
         path: PathBuf,
-        /// Where [bytes].
+        /// Where \[bytes\].
         at: u64,
         /// What is wrong.
         reason: &'static str,

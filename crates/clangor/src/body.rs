@@ -74,6 +74,13 @@ impl MeshSurface {
         Ok((MeshSurface { mesh, mean_curvature, parts, volume: mass.volume, tree }, mass))
     }
 
+    /// A surface as a timeline stores it: centred, with one curvature [1/m] per vertex and the volume [m³], and without
+    /// the parts that only collisions need.
+    pub fn restored(mesh: TriMesh, mean_curvature: Vec<f64>, volume: f64) -> Self {
+        let tree = SurfaceTree::new(&mesh);
+        MeshSurface { mesh, mean_curvature, parts: Vec::new(), volume, tree }
+    }
+
     /// Mean curvature [1/m] at the point of the surface nearest to `point_body`, interpolated between the vertices.
     pub fn mean_curvature_at(&self, point_body: DVec3) -> f64 {
         self.tree.nearest(&self.mesh, point_body).map_or(0.0, |nearest| {

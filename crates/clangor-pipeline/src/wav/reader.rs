@@ -37,7 +37,7 @@ impl WavEncoding {
 /// What the header of a WAV file says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WavInfo {
-    /// Sample rate [Hz].
+    /// Sample rate \[Hz\].
     pub sample_rate: u32,
     /// Channels.
     pub channels: u16,
@@ -47,12 +47,12 @@ pub struct WavInfo {
     pub frames: u64,
     /// The comment, if any.
     pub comment: Option<String>,
-    /// Pressure of a sample of 1.0 [Pa], if the comment says so.
+    /// Pressure of a sample of 1.0 \[Pa\], if the comment says so.
     pub full_scale: Option<f64>,
 }
 
 impl WavInfo {
-    /// Length [s].
+    /// Length \[s\].
     pub fn duration(&self) -> f64 {
         self.frames as f64 / f64::from(self.sample_rate)
     }

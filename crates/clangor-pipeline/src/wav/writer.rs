@@ -73,7 +73,7 @@ impl WavWriter {
         Ok(writer)
     }
 
-    /// Appends pressures [Pa], interleaved: whole frames of one value per channel.
+    /// Appends pressures \[Pa\], interleaved: whole frames of one value per channel.
     ///
     /// # Errors
     /// [`WavError::NotFinite`] names the first sample that is NaN or infinite; nothing of the block is written then.

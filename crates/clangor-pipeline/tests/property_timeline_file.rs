@@ -1,0 +1,380 @@
+//! Timelines on disk: what is written comes back, what is damaged is refused by name, what is unfinished leaves nothing.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clangor::body::{Body, BodyId, Link, MeshSurface, Motion, SpringEnd, Surface, World};
+use clangor::geometry::tri_mesh::TriMesh;
+use clangor::material::{Damping, Material};
+use clangor::medium::Medium;
+use clangor::pose::{Keyframe, Pose, Track};
+use clangor::timeline::{ContactKind, ContactRow, PoseRow, Timeline, TimelineSink};
+use clangor_pipeline::timeline_file::{
+    Origin, RowProblem, TimelineError, TimelineHeader, TimelineReader, TimelineWriter,
+};
+use glam::{DMat3, DQuat, DVec3};
+use proptest::prelude::*;
+use tempfile::TempDir;
+
+fn material(damping: Damping) -> Material {
+    Material {
+        name: "steel".into(),
+        density: 7850.0,
+        youngs_modulus: 200e9,
+        poisson_ratio: 0.29,
+        restitution: 0.1 + 0.2,
+        friction: 0.3,
+        rolling_loss: 5e-5,
+        damping,
+        tensile_strength: None,
+        fracture_energy: Some(1.0 / 3.0),
+        source: "a \"book\"\n(1999)".into(),
+    }
+}
+
+fn tetrahedron() -> MeshSurface {
+    let vertices = vec![DVec3::X * 0.1, DVec3::Y / 3.0, DVec3::Z, DVec3::splat(-1e-3)];
+    let mesh = TriMesh { vertices, triangles: vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]] };
+    MeshSurface::restored(mesh, vec![0.1, -2.0, 1.0 / 7.0, 4.0], 0.1 + 0.7)
+}
+
+fn header() -> TimelineHeader {
+    let body = |name: &str, surface: &Arc<Surface>, motion| Body {
+        name: name.into(),
+        material: material(Damping::T60(0.3)),
+        surface: Arc::clone(surface),
+        mass: 0.1,
+        inertia: DMat3::from_cols_array(&[1.0, 0.2, 0.3, 0.2, 2.0, 0.6, 0.3, 0.6, 3.0]) * 1e-7,
+        pose: Pose { position: DVec3::new(0.1, 0.2, 0.3), orientation: DQuat::from_rotation_y(0.3) },
+        velocity: DVec3::new(1e-300, -0.0, 5e-324),
+        angular_velocity: DVec3::X * std::f64::consts::PI,
+        motion,
+        edge_radius: 2e-4,
+    };
+    let key = |time, x| Keyframe { time, pose: Pose::at(DVec3::X * x) };
+    let track = Track::try_new(vec![key(-0.1, 0.0), key(0.3, 1.0)]).unwrap();
+    let rock = Arc::new(Surface::Mesh(tetrahedron()));
+    let ball = Arc::new(Surface::Sphere { radius: 0.0075 });
+    let mut bodies = vec![
+        body("rock 1", &rock, Motion::Free),
+        body("rock 2", &rock, Motion::Keyframed(track)),
+        body("équal", &Arc::new((*rock).clone()), Motion::Fixed),
+        body("ball", &ball, Motion::Free),
+        body("floor", &Arc::new(Surface::HalfSpace), Motion::Fixed),
+    ];
+    bodies[3].material = material(Damping::LossFactor(1e-4));
+    bodies[4].mass = f64::INFINITY;
+    bodies[4].inertia = DMat3::from_diagonal(DVec3::INFINITY);
+    let spring = |to| Link::Spring { body: BodyId(0), to, rest_length: 0.1, stiffness: 3.3, damping: 0.0 };
+    let links = vec![
+        Link::Hang { body: BodyId(3), anchor: DVec3::Y },
+        spring(SpringEnd::Point(DVec3::ONE)),
+        spring(SpringEnd::Body(BodyId(3))),
+    ];
+    TimelineHeader {
+        world: World { bodies, links, gravity: DVec3::new(0.0, -9.81, 0.0) },
+        medium: Medium { density: 1.2, sound_speed: 340.1 },
+        origin: Origin {
+            solver: "rigid".into(),
+            time_step: 1e-4,
+            duration: 2.0,
+            v_min: 0.05,
+            pose_rate: 1000.0,
+            raw_log: true,
+            sleep: false,
+            seed: u64::MAX,
+        },
+        scene: Some("version = 1\n".into()),
+    }
+}
+
+/// A vector that 32 bits hold exactly.
+fn vector() -> impl Strategy<Value = DVec3> {
+    prop::array::uniform3(prop::num::f32::NORMAL | prop::num::f32::ZERO | prop::num::f32::SUBNORMAL)
+        .prop_map(|v| DVec3::from(v.map(f64::from)))
+}
+
+fn scalar() -> impl Strategy<Value = f64> {
+    prop::num::f32::NORMAL.prop_map(f64::from)
+}
+
+fn contact() -> impl Strategy<Value = ContactRow> {
+    let bodies = (0u32..5, prop_oneof![0u32..5, Just(u32::MAX)]);
+    let kind = (0u8..5).prop_map(|code| ContactKind::from_code(code).unwrap());
+    let axis =
+        prop_oneof![Just(DVec3::X), Just(-DVec3::Y), Just(DVec3::new(0.6f32.into(), 0.0, 0.8f32.into()))];
+    ((0.0..1e-4), bodies, kind, axis, scalar(), prop::array::uniform4(vector()), scalar(), any::<u64>())
+        .prop_map(
+            |(
+                time,
+                (a, b),
+                kind,
+                normal,
+                impulse_n,
+                [point, impulse_t, couple, velocity],
+                depth,
+                impact_id,
+            )| {
+                ContactRow {
+                    time,
+                    body_a: BodyId(a),
+                    body_b: BodyId(b),
+                    kind,
+                    point,
+                    normal,
+                    impulse_n,
+                    impulse_t,
+                    couple,
+                    velocity,
+                    depth,
+                    impact_id,
+                }
+            },
+        )
+}
+
+fn pose() -> impl Strategy<Value = PoseRow> {
+    ((0.0..1e-4), 0u32..5, prop::array::uniform3(vector()), 0.0..6.0f64).prop_map(
+        |(time, body, [p, v, w], angle)| {
+            let q = DQuat::from_rotation_z(angle).to_array().map(|x| f64::from(x as f32));
+            PoseRow {
+                time,
+                body: BodyId(body),
+                position: p,
+                orientation: DQuat::from_array(q),
+                velocity: v,
+                angular_velocity: w,
+            }
+        },
+    )
+}
+
+fn write(
+    path: &Path,
+    header: &TimelineHeader,
+    timeline: &Timeline,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let mut writer = TimelineWriter::create(path, header, true)?;
+    for row in &timeline.contacts {
+        writer.contact(row)?;
+    }
+    for row in &timeline.poses {
+        writer.pose(row)?;
+    }
+    let summary = writer.finish()?;
+    assert_eq!(summary.contacts, timeline.contacts.len() as u64);
+    assert_eq!(summary.poses, timeline.poses.len() as u64);
+    Ok(())
+}
+
+fn row(time: f64) -> ContactRow {
+    ContactRow {
+        time,
+        body_a: BodyId(0),
+        body_b: BodyId::WORLD,
+        kind: ContactKind::Contact,
+        point: DVec3::ONE,
+        normal: DVec3::Y,
+        impulse_n: 1.0,
+        impulse_t: DVec3::ZERO,
+        couple: DVec3::ZERO,
+        velocity: DVec3::ZERO,
+        depth: 0.0,
+        impact_id: 0,
+    }
+}
+
+/// A finished timeline of a few thousand rows.
+fn example() -> (TempDir, PathBuf, Timeline) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.timeline");
+    let contacts =
+        (0..3000).map(|i| ContactRow { depth: f64::from(i), ..row(f64::from(i / 7) * 1e-4) }).collect();
+    let poses = (0..50)
+        .map(|i| PoseRow {
+            time: f64::from(i) * 1e-3,
+            body: BodyId(1),
+            position: DVec3::X * f64::from(i),
+            orientation: DQuat::IDENTITY,
+            velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+        })
+        .collect();
+    let timeline = Timeline { contacts, poses };
+    write(&path, &header(), &timeline).unwrap();
+    (folder, path, timeline)
+}
+
+/// Reads everything there is.
+fn read(path: &Path) -> Result<Timeline, TimelineError> {
+    TimelineReader::open(path)?.read_all()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn rows_come_back_bit_exact(
+        contacts in prop::collection::vec(contact(), 0..2500),
+        poses in prop::collection::vec(pose(), 0..100),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.timeline");
+        write(&path, &header(), &Timeline { contacts: contacts.clone(), poses: poses.clone() }).unwrap();
+        let reader = TimelineReader::open(&path).unwrap();
+        prop_assert_eq!(reader.contacts().unwrap().collect::<Result<Vec<_>, _>>().unwrap(), contacts);
+        prop_assert_eq!(reader.poses().unwrap().collect::<Result<Vec<_>, _>>().unwrap(), poses);
+        prop_assert!(read(&path).unwrap().contacts.is_sorted_by_key(|r| r.time));
+    }
+}
+
+#[test]
+fn world_comes_back_bit_exact() {
+    let (_folder, path, timeline) = example();
+    let reader = TimelineReader::open(&path).unwrap();
+    assert_eq!(reader.header(), &header());
+    assert_eq!(reader.program(), concat!("clangor ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(reader.rows().contacts, 3000);
+    assert_eq!(read(&path).unwrap(), timeline);
+    // Equal surfaces are stored once, and shared by the bodies that are read.
+    assert_eq!(fs::read_dir(path.join("meshes")).unwrap().count(), 1);
+    let bodies = &reader.header().world.bodies;
+    assert!(Arc::ptr_eq(&bodies[0].surface, &bodies[2].surface));
+    // Minus zero and the smallest number are themselves.
+    assert!(bodies[0].velocity.y.is_sign_negative() && bodies[0].velocity.z > 0.0);
+}
+
+#[test]
+fn unfinished_timeline_leaves_what_was_there() {
+    let (folder, path, timeline) = example();
+    let mut writer = TimelineWriter::create(&path, &header(), true).unwrap();
+    writer.contact(&row(0.0)).unwrap();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    drop(writer);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    assert_eq!(read(&path).unwrap(), timeline);
+    let again = TimelineWriter::create(&path, &header(), false).err().unwrap();
+    assert!(again.to_string().contains("--force"), "{again}");
+    write(&path, &header(), &Timeline::default()).unwrap();
+    assert_eq!(read(&path).unwrap(), Timeline::default());
+}
+
+#[test]
+fn impossible_rows_are_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.timeline");
+    let good = row(1.0);
+    let wrong = [
+        (ContactRow { body_a: BodyId(5), ..good }, "body_a is 5, but there are 5 bodies"),
+        (ContactRow { body_a: BodyId::WORLD, ..good }, "body_a is 4294967295"),
+        (ContactRow { normal: DVec3::Y * 1.1, ..good }, "normal has length 1.1"),
+        (ContactRow { normal: DVec3::NAN, ..good }, "normal has length NaN"),
+        (ContactRow { impulse_n: f64::NAN, ..good }, "impulse_n is NaN"),
+        (ContactRow { depth: 1e39, ..good }, "depth is 1"),
+        (ContactRow { time: f64::INFINITY, ..good }, "t is inf"),
+        (ContactRow { time: 0.999, ..good }, "time 0.999 s comes after 1 s"),
+    ];
+    for (bad, expected) in wrong {
+        let error =
+            write(&path, &header(), &Timeline { contacts: vec![good, bad], poses: vec![] }).unwrap_err();
+        let message = error.to_string();
+        assert!(message.contains("contacts.parquet, row 1: ") && message.contains(expected), "{message}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+    // Within the window of a merged impact order is free, and a link needs no normal.
+    let earlier = ContactRow { time: 0.9995, ..good };
+    let link = ContactRow { kind: ContactKind::Constraint, normal: DVec3::ZERO, ..good };
+    write(&path, &header(), &Timeline { contacts: vec![good, earlier, link], poses: vec![] }).unwrap();
+    let mut bad_header = header();
+    bad_header.world.gravity.y = f64::NAN;
+    assert!(matches!(TimelineWriter::create(&path, &bad_header, true), Err(TimelineError::Json { .. })));
+}
+
+#[test]
+fn damaged_tables_are_refused_by_name() {
+    let (_folder, path, _) = example();
+    for table in ["contacts.parquet", "poses.parquet"] {
+        let file = path.join(table);
+        let good = fs::read(&file).unwrap();
+        for length in [0, 3, 100, good.len() / 2, good.len() - 1] {
+            fs::write(&file, &good[..length]).unwrap();
+            let message = read(&path).unwrap_err().to_string();
+            assert!(message.contains(table) && message.contains("again"), "{message}");
+        }
+        fs::remove_file(&file).unwrap();
+        assert!(matches!(read(&path), Err(TimelineError::Missing { .. })));
+        fs::write(&file, &good).unwrap();
+        read(&path).unwrap();
+    }
+    // A table of another run, and a table of other columns.
+    let (_other_folder, other, _) = example();
+    write(&other, &header(), &Timeline { contacts: vec![row(0.0)], poses: vec![] }).unwrap();
+    fs::copy(other.join("contacts.parquet"), path.join("contacts.parquet")).unwrap();
+    assert!(matches!(read(&path), Err(TimelineError::RowCount { promised: 3000, found: 1, .. })));
+    fs::copy(other.join("poses.parquet"), path.join("contacts.parquet")).unwrap();
+    assert!(matches!(read(&path), Err(TimelineError::MissingColumn { column: "body_a", .. })));
+}
+
+#[test]
+fn tampered_description_is_refused_by_field() {
+    let (_folder, path, _) = example();
+    let file = path.join("timeline.json");
+    let good = fs::read_to_string(&file).unwrap();
+    let cases = [
+        ("\"version\": 1", "\"version\": 2", "has format version 2; this program reads version 1"),
+        ("clangor timeline", "other timeline", "format is \"other timeline\""),
+        ("\"mass\": 0.1", "\"mass\": -0.1", "bodies[0].mass is -0.1, not positive"),
+        ("\"mass\": 0.1", "\"mass\": null", "line 41, column 18: expected a number or \"infinity\""),
+        ("\"mass\": 0.1", "\"weight\": 0.1", "unknown field `weight`"),
+        ("\"poisson_ratio\": 0.29", "\"poisson_ratio\": 0.6", "material.poisson_ratio is 0.6"),
+        ("\"rock 2\"", "\"rock 1\"", "bodies[1].name \"rock 1\" is not unique"),
+        ("\"time\": 0.3", "\"time\": -0.3", "bodies[1].motion has no keys, or times that do not increase"),
+        ("\"contact_rows\": 3000", "\"contact_rows\": 3001", "contacts.parquet has 3000 rows"),
+        ("\"radius\": 0.0075", "\"radius\": 0", "radius is 0, not positive"),
+        ("\"sound_speed\": 340.1", "\"sound_speed\": 1e999", "number out of range"),
+        ("\"hash\": \"", "\"hash\": \"../", "is not 32 hexadecimal digits"),
+        ("\"body\": 3", "\"body\": 9", "links[0].body is 9, but there are 5 bodies"),
+    ];
+    for (from, to, expected) in cases {
+        assert!(good.contains(from), "{from}");
+        fs::write(&file, good.replacen(from, to, 1)).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        assert!(message.contains(expected), "{from} -> {to}: {message}");
+    }
+    fs::write(&file, &good[..good.len() - 2]).unwrap();
+    assert!(matches!(read(&path), Err(TimelineError::Json { .. })));
+    // Fewer bodies than the rows name.
+    let bodies = good.find("\"name\": \"rock 2\"").unwrap();
+    let start = good[..bodies].rfind('{').unwrap();
+    let links = good.find("\"links\"").unwrap();
+    let cut = format!("{} ], {}", good[..start].trim_end().trim_end_matches(','), &good[links..]);
+    let cut = cut.replace("\"body\": 3", "\"body\": 0");
+    fs::write(&file, cut).unwrap();
+    let error = read(&path).unwrap_err();
+    let expected = RowProblem::Body { column: "body", body: 1, bodies: 1 };
+    assert!(matches!(&error, TimelineError::Row { row: 0, problem, .. } if *problem == expected), "{error}");
+}
+
+#[test]
+fn damaged_mesh_is_refused_by_hash() {
+    let (_folder, path, _) = example();
+    let mesh = fs::read_dir(path.join("meshes")).unwrap().next().unwrap().unwrap().path();
+    let mut bytes = fs::read(&mesh).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    fs::write(&mesh, bytes).unwrap();
+    assert!(matches!(read(&path), Err(TimelineError::MeshHash { .. })));
+    fs::remove_file(&mesh).unwrap();
+    assert!(matches!(read(&path), Err(TimelineError::Missing { .. })));
+}
+
+#[test]
+fn places_that_are_no_timeline_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(matches!(read(&folder.path().join("none")), Err(TimelineError::Missing { .. })));
+    assert!(matches!(read(folder.path()), Err(TimelineError::Missing { .. })));
+    let file = folder.path().join("a.timeline");
+    fs::write(&file, "no folder").unwrap();
+    assert!(read(&file).is_err());
+    assert!(TimelineWriter::create(&file, &header(), true).is_err());
+}

@@ -48,22 +48,22 @@ impl Preset {
     }
 }
 
-/// `steel`: handbook values of structural steel.
+/// `steel`: Gere and Timoshenko, structural steel.
 pub const STEEL: Preset = Preset {
     name: "steel",
     density: 7850.0,
     youngs_modulus: 2.0e11,
     poisson_ratio: 0.29,
     restitution: 0.9,
-    friction: 0.3,
-    rolling_loss: 2.0e-5,
+    friction: 0.4,
+    rolling_loss: 5.0e-5,
     loss_factor: 3.0e-4,
-    tensile_strength: 5.0e8,
-    fracture_energy: 40000.0,
-    source: "handbook values of structural steel",
+    tensile_strength: 4.0e8,
+    fracture_energy: 11000.0,
+    source: "Gere and Timoshenko, structural steel",
 };
 
-/// `copper`: \[PAN\] Table 1, ball bearing and coin.
+/// `copper`: \[PAN\] Table 1, ball bearing, coin, key.
 pub const COPPER: Preset = Preset {
     name: "copper",
     density: 8940.0,
@@ -71,26 +71,26 @@ pub const COPPER: Preset = Preset {
     poisson_ratio: 0.34,
     restitution: 0.7,
     friction: 0.35,
-    rolling_loss: 3.0e-5,
+    rolling_loss: 5.0e-5,
     loss_factor: 0.002,
     tensile_strength: 2.2e8,
-    fracture_energy: 50000.0,
-    source: "[PAN] Table 1, ball bearing and coin",
+    fracture_energy: 26000.0,
+    source: "[PAN] Table 1, ball bearing, coin, key",
 };
 
-/// `ceramic`: \[PAN\] Table 1, mug and plate.
+/// `ceramic`: \[PAN\] Table 1, bowl, mug, plate.
 pub const CERAMIC: Preset = Preset {
     name: "ceramic",
     density: 2700.0,
     youngs_modulus: 7.2e10,
     poisson_ratio: 0.19,
     restitution: 0.7,
-    friction: 0.3,
+    friction: 0.35,
     rolling_loss: 5.0e-5,
     loss_factor: 0.002,
     tensile_strength: 5.0e7,
-    fracture_energy: 20.0,
-    source: "[PAN] Table 1, mug and plate",
+    fracture_energy: 13.0,
+    source: "[PAN] Table 1, bowl, mug, plate",
 };
 
 /// `glass`: \[PAN\] Table 1, glass pane.
@@ -100,11 +100,11 @@ pub const GLASS: Preset = Preset {
     youngs_modulus: 6.2e10,
     poisson_ratio: 0.2,
     restitution: 0.75,
-    friction: 0.25,
-    rolling_loss: 2.0e-5,
+    friction: 0.4,
+    rolling_loss: 5.0e-5,
     loss_factor: 0.001,
-    tensile_strength: 4.5e7,
-    fracture_energy: 8.0,
+    tensile_strength: 7.0e7,
+    fracture_energy: 8.9,
     source: "[PAN] Table 1, glass pane",
 };
 
@@ -118,60 +118,60 @@ pub const PLASTIC: Preset = Preset {
     friction: 0.35,
     rolling_loss: 1.0e-4,
     loss_factor: 0.03,
-    tensile_strength: 6.0e7,
-    fracture_energy: 1000.0,
+    tensile_strength: 7.0e7,
+    fracture_energy: 1200.0,
     source: "[PAN] Table 1, dice",
 };
 
-/// `aluminium`: handbook values of wrought alloys.
+/// `aluminium`: Gere and Timoshenko, alloy 6061-T6.
 pub const ALUMINIUM: Preset = Preset {
     name: "aluminium",
     density: 2700.0,
     youngs_modulus: 7.0e10,
     poisson_ratio: 0.33,
     restitution: 0.7,
-    friction: 0.35,
+    friction: 0.4,
     rolling_loss: 5.0e-5,
-    loss_factor: 2.0e-4,
-    tensile_strength: 3.0e8,
-    fracture_energy: 10000.0,
-    source: "handbook values of wrought alloys",
+    loss_factor: 1.0e-4,
+    tensile_strength: 3.1e8,
+    fracture_energy: 5600.0,
+    source: "Gere and Timoshenko, alloy 6061-T6",
 };
 
-/// `brass`: handbook values of CuZn37.
+/// `brass`: Gere and Timoshenko, brass.
 pub const BRASS: Preset = Preset {
     name: "brass",
     density: 8500.0,
     youngs_modulus: 1.0e11,
     poisson_ratio: 0.34,
     restitution: 0.75,
-    friction: 0.35,
-    rolling_loss: 3.0e-5,
+    friction: 0.4,
+    rolling_loss: 5.0e-5,
     loss_factor: 5.0e-4,
     tensile_strength: 3.5e8,
-    fracture_energy: 20000.0,
-    source: "handbook values of CuZn37",
+    fracture_energy: 14000.0,
+    source: "Gere and Timoshenko, brass",
 };
 
-/// `wood`: handbook values of beech and oak along the grain.
+/// `wood`: Young et al., oak along the grain.
 pub const WOOD: Preset = Preset {
     name: "wood",
-    density: 700.0,
-    youngs_modulus: 1.1e10,
+    density: 680.0,
+    youngs_modulus: 1.24e10,
     poisson_ratio: 0.35,
     restitution: 0.5,
     friction: 0.4,
     rolling_loss: 2.0e-4,
     loss_factor: 0.01,
-    tensile_strength: 8.0e7,
-    fracture_energy: 1000.0,
-    source: "handbook values of beech and oak along the grain",
+    tensile_strength: 7.8e7,
+    fracture_energy: 500.0,
+    source: "Young et al., oak along the grain",
 };
 
-/// `granite`: handbook values.
+/// `granite`: Gere and Timoshenko, granite.
 pub const GRANITE: Preset = Preset {
     name: "granite",
-    density: 2650.0,
+    density: 2700.0,
     youngs_modulus: 6.0e10,
     poisson_ratio: 0.25,
     restitution: 0.7,
@@ -179,14 +179,14 @@ pub const GRANITE: Preset = Preset {
     rolling_loss: 1.0e-4,
     loss_factor: 0.005,
     tensile_strength: 1.0e7,
-    fracture_energy: 80.0,
-    source: "handbook values",
+    fracture_energy: 12.0,
+    source: "Gere and Timoshenko, granite",
 };
 
-/// `concrete`: handbook values of normal concrete.
+/// `concrete`: Gere and Timoshenko, plain concrete.
 pub const CONCRETE: Preset = Preset {
     name: "concrete",
-    density: 2400.0,
+    density: 2300.0,
     youngs_modulus: 3.0e10,
     poisson_ratio: 0.2,
     restitution: 0.5,
@@ -194,15 +194,15 @@ pub const CONCRETE: Preset = Preset {
     rolling_loss: 2.0e-4,
     loss_factor: 0.006,
     tensile_strength: 3.0e6,
-    fracture_energy: 100.0,
-    source: "handbook values of normal concrete",
+    fracture_energy: 45.0,
+    source: "Gere and Timoshenko, plain concrete",
 };
 
-/// `rubber`: handbook values of filled natural rubber.
+/// `rubber`: Gere and Timoshenko, rubber.
 pub const RUBBER: Preset = Preset {
     name: "rubber",
     density: 1100.0,
-    youngs_modulus: 5.0e6,
+    youngs_modulus: 3.0e6,
     poisson_ratio: 0.49,
     restitution: 0.7,
     friction: 0.9,
@@ -210,7 +210,7 @@ pub const RUBBER: Preset = Preset {
     loss_factor: 0.1,
     tensile_strength: 1.5e7,
     fracture_energy: 10000.0,
-    source: "handbook values of filled natural rubber",
+    source: "Gere and Timoshenko, rubber",
 };
 
 /// Every preset.

@@ -18,8 +18,10 @@ pub struct BodyDescription {
     pub scale: [f64; 2],
     /// Material.
     pub material: Material,
-    /// Pose at t = 0; for copies, the orientation only.
+    /// Pose at t = 0; for copies, the orientation only. `position` is the centre of mass, or what `placed_by` says.
     pub pose: Pose,
+    /// Which point of the body is at `pose.position`.
+    pub placed_by: PlacedBy,
     /// Velocity of the centre of mass [m/s].
     pub velocity: DVec3,
     /// Angular velocity [rad/s], world frame.
@@ -34,6 +36,15 @@ pub struct BodyDescription {
     pub place: Place,
     /// Where its shape or mesh is written.
     pub geometry_place: Place,
+}
+
+/// The point of a body that its position names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlacedBy {
+    /// Its centre of mass.
+    CentreOfMass,
+    /// The origin of its shape or mesh file.
+    Origin,
 }
 
 /// Default edge radius as a fraction of the bounding radius.

@@ -28,7 +28,7 @@ pub use geometry::{load_shape, references};
 pub struct LoadedGeometry {
     /// The surface, centre of mass at the origin, scaled.
     pub surface: Arc<Surface>,
-    /// Mass properties of unit density, scaled.
+    /// Mass properties of unit density, scaled, in the frame of the shape or file.
     pub mass: MassProperties,
     /// What the user should know about it.
     pub warnings: Vec<String>,

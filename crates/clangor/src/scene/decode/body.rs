@@ -10,7 +10,7 @@ use crate::body::Motion;
 use crate::material::{Material, presets};
 use crate::pose::Pose;
 use crate::scene::MAX_BODIES;
-use crate::scene::body_description::{BodyDescription, Copies, PlaneDescription, RandomPlacement};
+use crate::scene::body_description::{BodyDescription, Copies, PlacedBy, PlaneDescription, RandomPlacement};
 use crate::scene::diagnostic::{Doubt, Problem};
 
 pub(super) const KEYS: &[&str] = &[
@@ -21,6 +21,7 @@ pub(super) const KEYS: &[&str] = &[
     "scale",
     "material",
     "position",
+    "origin",
     "orientation",
     "velocity",
     "angular_velocity",
@@ -101,12 +102,15 @@ fn body(
         "mesh",
         "scale",
         "position",
+        "origin",
+        "orientation",
         "velocity",
         "angular_velocity",
         "motion",
         "keyframes",
         "positions",
         "count",
+        "placement",
     ] {
         section.exclude(d, key, "preset", "`preset`, which sets it");
     }
@@ -115,7 +119,10 @@ fn body(
     let geometry = geometry::geometry(d, section, preset.map(|p| p.shape), several);
     let scale = geometry::scale(d, section, several);
     let material = material(d, section, materials, preset.map(|p| p.material));
-    let position = section.vector(d, "position", "m").or(preset.map(|p| p.position));
+    section.exclude(d, "origin", "position", "`position`");
+    let origin = section.vector(d, "origin", "m");
+    let position = section.vector(d, "position", "m").or(preset.map(|p| p.position)).or(origin);
+    let placed_by = if origin.is_some() { PlacedBy::Origin } else { PlacedBy::CentreOfMass };
     let orientation = match section.get("orientation") {
         Some(node) => orientation(d, &node),
         None => Some(DQuat::IDENTITY),
@@ -143,6 +150,7 @@ fn body(
         scale: scale?,
         material: material?,
         pose,
+        placed_by,
         velocity: velocity.unwrap_or(DVec3::ZERO),
         angular_velocity: angular_velocity.unwrap_or(DVec3::ZERO),
         motion,
@@ -178,6 +186,7 @@ fn motion(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Motion> {
     };
     section.exclude(d, "motion", "keyframes", "`keyframes`");
     section.exclude(d, "position", "keyframes", "`keyframes`, which hold their own");
+    section.exclude(d, "origin", "keyframes", "`keyframes`, which hold their own");
     section.exclude(d, "orientation", "keyframes", "`keyframes`, which hold their own");
     section.exclude(d, "positions", "keyframes", "`keyframes`");
     section.exclude(d, "count", "keyframes", "`keyframes`");
@@ -204,9 +213,11 @@ fn velocity(d: &mut Decoder<'_>, section: &Section<'_>, key: &str, sound_speed: 
 }
 
 fn copies(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Copies> {
-    section.exclude(d, "positions", "position", "`position`");
+    for key in ["positions", "count"] {
+        section.exclude(d, "position", key, "the positions of copies");
+        section.exclude(d, "origin", key, "the positions of copies");
+    }
     section.exclude(d, "positions", "count", "`count` and `placement`");
-    section.exclude(d, "count", "position", "`position`; `placement` has a region");
     if let Some(node) = section.get("positions") {
         return positions(d, &node).map(Copies::At);
     }

@@ -8,9 +8,8 @@ use glam::{DQuat, DVec3};
 use super::{Builder, GeometryError, LoadedGeometry, Loader, edge_radius};
 use crate::body::Body;
 use crate::math::random::SplitMix;
-use crate::pose::Pose;
 use crate::scene::Scene;
-use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference};
+use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, PlacedBy};
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::placement::{Obstacle, Packing, in_ball, rotation};
 
@@ -73,6 +72,10 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, builder: &mut B
             if let Copies::At(positions) = &description.copies {
                 pose.position = positions[copy];
             }
+            pose.orientation = orientation.unwrap_or(pose.orientation);
+            if description.placed_by == PlacedBy::Origin {
+                pose.position += pose.orientation * geometry.mass.centre_of_mass;
+            }
             let density = description.material.density;
             let body = Body {
                 name: description.copy_name(copy),
@@ -80,7 +83,7 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, builder: &mut B
                 surface: Arc::clone(&geometry.surface),
                 mass: density * geometry.mass.volume,
                 inertia: geometry.mass.inertia * density,
-                pose: Pose { orientation: orientation.unwrap_or(pose.orientation), ..pose },
+                pose,
                 velocity: description.velocity,
                 angular_velocity: description.angular_velocity + spin,
                 motion: description.motion.clone(),

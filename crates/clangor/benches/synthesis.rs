@@ -75,7 +75,8 @@ fn render(clicks: &[Click], floor: Floor) -> f64 {
 fn main() {
     for (name, radius) in [("7.5 mm", 0.0075), ("3 cm", 0.03), ("12 cm", 0.12)] {
         let clicks = clicks(radius);
-        for (floor_name, floor) in [("no floor", Floor::None), ("rigid floor", Floor::Rigid { height: 0.0 })] {
+        for (floor_name, floor) in [("no floor", Floor::None), ("rigid floor", Floor::Rigid { height: 0.0 })]
+        {
             let best = (0..7).map(|_| render(&clicks, floor)).fold(f64::INFINITY, f64::min);
             let per_wave = best / (clicks.len() * 2) as f64;
             println!(

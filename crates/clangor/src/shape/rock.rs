@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use crate::math::random::SplitMix;
 use crate::geometry::hull::convex_hull;
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::solid::MeshError;
 use crate::geometry::tri_mesh::TriMesh;
+use crate::math::random::SplitMix;
 
 const POINTS: usize = 60;
 

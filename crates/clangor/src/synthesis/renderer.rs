@@ -263,7 +263,7 @@ impl Renderer {
 
 /// Samples between the starts of neighbouring blocks.
 fn hop(length: usize) -> i64 {
-    (length as i64 / 4).min(SPAN)
+    (length as i64 / 8).min(SPAN)
 }
 
 /// Shortest block that holds a click of so many samples wherever it begins.

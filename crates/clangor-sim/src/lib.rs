@@ -80,6 +80,22 @@ pub enum SimulationError {
         /// The body or link.
         name: String,
     },
+    /// A body cannot be simulated.
+    #[error("body \"{body}\" {reason}")]
+    BadBody {
+        /// The body.
+        body: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A number of the settings makes no sense.
+    #[error("{setting} = {value:e} is not possible")]
+    BadSetting {
+        /// Which number.
+        setting: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// Two bodies overlap at the start.
     #[error("\"{a}\" and \"{b}\" overlap by {depth:.3e} m at t = 0; move them apart")]
     StartOverlap {

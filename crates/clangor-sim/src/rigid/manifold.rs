@@ -1,0 +1,322 @@
+//! The contact manifold of two convex parts: where they touch, or will.
+//!
+//! A manifold has one unit normal n, from B to A, and points with their gaps measured along n. Against a half-space
+//! it is every vertex near the plane; for two balls the closed form; else the closest points of the cores (GJK, EPA
+//! where they overlap), to which the face of one part clipped by the prism of the other's is added. At most nine
+//! points are kept: the deepest and the extremes in eight directions that are fixed in the reference body, so that
+//! the choice does not flicker from step to step.
+
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
+use parry3d_f64::math::Pose as ParryPose;
+use parry3d_f64::query::details::contact_support_map_support_map_with_params as closest_points;
+use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
+use parry3d_f64::shape::SupportMap;
+
+use super::clip::clip;
+use super::shape::{Part, PartShape};
+
+/// Directions in which extreme points are kept.
+const DIRECTIONS: usize = 8;
+/// Turns the directions off the symmetry axes of common shapes [rad].
+const FIRST_DIRECTION: f64 = 0.1234;
+/// A face takes part in a manifold if its normal is within acos of this of the contact's.
+const FACING: f64 = 0.7;
+/// A cylinder's cap (or side) takes part if the normal is this near to (or perpendicular to) the axis.
+const CAP_FACING: f64 = 0.98;
+const SIDE_FACING: f64 = 0.05;
+/// Corners that stand for the rim of a cap against a hull.
+const CAP_CORNERS: usize = 16;
+/// The distance query looks this much farther than asked [m].
+const QUERY_MARGIN: f64 = 1e-4;
+
+/// A part in the world.
+pub(super) struct Placed<'a> {
+    pub(super) part: &'a Part,
+    pub(super) position: DVec3,
+    pub(super) orientation: DQuat,
+}
+
+impl<'a> Placed<'a> {
+    /// A part of a body with this pose.
+    pub(super) fn new(part: &'a Part, position: DVec3, orientation: DQuat) -> Self {
+        Placed {
+            part,
+            position: position + orientation * part.centre,
+            orientation: orientation * part.rotation,
+        }
+    }
+
+    /// Outermost point of the core along a world direction.
+    fn support(&self, direction: DVec3) -> DVec3 {
+        let local = self.part.local_support_point(self.orientation.inverse() * direction);
+        self.position + self.orientation * local
+    }
+}
+
+/// Points of A and B that face each other, and their gap along the normal [m], negative if they overlap.
+#[derive(Clone, Copy)]
+pub(super) struct ManifoldPoint {
+    pub(super) on_a: DVec3,
+    pub(super) on_b: DVec3,
+    pub(super) gap: f64,
+}
+
+/// How far two parts are apart.
+pub(super) struct Separation {
+    /// Distance along `normal` [m]; a lower bound where there are no points.
+    pub(super) gap: f64,
+    /// Unit vector from B to A; zero where the query failed far away.
+    pub(super) normal: DVec3,
+    /// Whether the normal belongs to a face of A, and so turns with A.
+    pub(super) normal_of_a: bool,
+}
+
+/// Buffers of [`manifold`].
+#[derive(Default)]
+pub(super) struct ManifoldScratch {
+    face_a: Vec<DVec3>,
+    face_b: Vec<DVec3>,
+    clipped: Vec<DVec3>,
+    spare: Vec<DVec3>,
+    kept: Vec<ManifoldPoint>,
+    simplex: Option<VoronoiSimplex>,
+}
+
+/// Two unit vectors that complete n to a right-handed frame.
+pub(super) fn tangents(normal: DVec3) -> (DVec3, DVec3) {
+    let start = if normal.x.abs() < 0.6 { DVec3::X } else { DVec3::Y };
+    let t1 = (start - normal * start.dot(normal)).normalize();
+    (t1, normal.cross(t1))
+}
+
+/// Puts the points of A and B with a gap below `prediction` [m] into `points`.
+///
+/// `axis` is the normal found last time, or zero: where it still separates the parts, nothing else is done. A
+/// half-space must be B.
+pub(super) fn manifold(
+    a: &Placed<'_>,
+    b: &Placed<'_>,
+    prediction: f64,
+    axis: DVec3,
+    points: &mut Vec<ManifoldPoint>,
+    scratch: &mut ManifoldScratch,
+) -> Separation {
+    points.clear();
+    match (&a.part.shape, &b.part.shape) {
+        (_, PartShape::HalfSpace) => half_space(a, b, prediction, points, scratch),
+        (PartShape::Ball { radius: ra }, PartShape::Ball { radius: rb }) => {
+            let between = a.position - b.position;
+            let normal = between.try_normalize().unwrap_or(DVec3::Y);
+            let gap = between.length() - ra - rb;
+            if gap < prediction {
+                let (on_a, on_b) = (a.position - normal * *ra, b.position + normal * *rb);
+                points.push(ManifoldPoint { on_a, on_b, gap });
+            }
+            Separation { gap, normal, normal_of_a: false }
+        }
+        _ => convex(a, b, prediction, axis, points, scratch),
+    }
+}
+
+fn half_space(
+    a: &Placed<'_>,
+    b: &Placed<'_>,
+    prediction: f64,
+    points: &mut Vec<ManifoldPoint>,
+    scratch: &mut ManifoldScratch,
+) -> Separation {
+    let normal = b.orientation * DVec3::Y;
+    let mut least = f64::INFINITY;
+    let mut meet = |on_a: DVec3| {
+        let gap = normal.dot(on_a - b.position);
+        least = least.min(gap);
+        if gap < prediction {
+            points.push(ManifoldPoint { on_a, on_b: on_a - normal * gap, gap });
+        }
+    };
+    match &a.part.shape {
+        PartShape::Ball { radius } => meet(a.position - normal * *radius),
+        PartShape::Cylinder { radius, half_height } => {
+            let down = a.orientation.inverse() * -normal;
+            for corner in rim_points(*radius, *half_height, down) {
+                meet(a.position + a.orientation * corner);
+            }
+        }
+        PartShape::Hull(hull) => {
+            for vertex in &hull.vertices {
+                meet(a.position + a.orientation * *vertex);
+            }
+        }
+        PartShape::HalfSpace => {}
+    }
+    reduce(points, normal, a.orientation, scratch);
+    Separation { gap: least, normal, normal_of_a: false }
+}
+
+/// The outermost rim point of a cylinder along a direction, three more of that cap, and the far end of its side line.
+fn rim_points(radius: f64, half_height: f64, direction: DVec3) -> [DVec3; 5] {
+    let across = direction.x.hypot(direction.y);
+    // Flat on its cap to 1e-5 every rim point is as good: a fixed choice does not wander.
+    let (c, s) = if across < 1e-5 { (1.0, 0.0) } else { (direction.x / across, direction.y / across) };
+    let z = half_height.copysign(direction.z);
+    [(c, s, z), (-s, c, z), (-c, -s, z), (s, -c, z), (c, s, -z)]
+        .map(|(x, y, z)| DVec3::new(x * radius, y * radius, z))
+}
+
+fn convex(
+    a: &Placed<'_>,
+    b: &Placed<'_>,
+    prediction: f64,
+    axis: DVec3,
+    points: &mut Vec<ManifoldPoint>,
+    scratch: &mut ManifoldScratch,
+) -> Separation {
+    let (ra, rb) = (a.part.rounding(b.part), b.part.rounding(a.part));
+    if axis != DVec3::ZERO {
+        let gap = (a.support(-axis) - b.support(axis)).dot(axis) - ra - rb;
+        if gap > prediction {
+            return Separation { gap, normal: axis, normal_of_a: false };
+        }
+    }
+    let far = prediction + QUERY_MARGIN;
+    let to_a = a.orientation.inverse();
+    let b_from_a =
+        ParryPose { rotation: to_a * b.orientation, translation: to_a * (b.position - a.position) };
+    let start = (axis != DVec3::ZERO).then(|| to_a * -axis);
+    let simplex = scratch.simplex.get_or_insert_with(VoronoiSimplex::new);
+    let (on_a, on_b, normal) = match closest_points(&b_from_a, a.part, b.part, far + ra + rb, simplex, start)
+    {
+        GJKResult::ClosestPoints(on_a, on_b, outward) => {
+            (a.position + a.orientation * on_a, a.position + a.orientation * on_b, a.orientation * -outward)
+        }
+        GJKResult::NoIntersection(direction) => {
+            return Separation { gap: far, normal: a.orientation * -direction, normal_of_a: false };
+        }
+        _ => return Separation { gap: far, normal: DVec3::ZERO, normal_of_a: false },
+    };
+    if !normal.is_finite() || normal.length_squared() < 0.5 {
+        return Separation { gap: far, normal: DVec3::ZERO, normal_of_a: false };
+    }
+    let gap = (on_a - on_b).dot(normal) - ra - rb;
+    if gap > prediction {
+        return Separation { gap, normal, normal_of_a: false };
+    }
+    let normal_of_a = face_points(a, b, normal, ra + rb, prediction, points, scratch);
+    for point in points.iter_mut() {
+        point.on_a -= normal * ra;
+        point.on_b += normal * rb;
+    }
+    reduce(points, normal, if normal_of_a { a.orientation } else { b.orientation }, scratch);
+    // A clip that misses the closest points (an edge on an edge) must not hide them.
+    if !points.iter().any(|p| p.gap < gap + 1e-6) {
+        points.push(ManifoldPoint { on_a: on_a - normal * ra, on_b: on_b + normal * rb, gap });
+    }
+    Separation { gap, normal, normal_of_a }
+}
+
+/// Clips the faces that look at each other; true if the reference face is one of A.
+fn face_points(
+    a: &Placed<'_>,
+    b: &Placed<'_>,
+    normal: DVec3,
+    rounding: f64,
+    prediction: f64,
+    points: &mut Vec<ManifoldPoint>,
+    scratch: &mut ManifoldScratch,
+) -> bool {
+    let plane_a = support_face(a, -normal, &mut scratch.face_a);
+    let plane_b = support_face(b, normal, &mut scratch.face_b);
+    let (count_a, count_b) = (scratch.face_a.len(), scratch.face_b.len());
+    if count_a < 2 || count_b < 2 {
+        return false;
+    }
+    let facing_a = plane_a.map_or(-1.0, |f| -f.dot(normal));
+    let facing_b = plane_b.map_or(-1.0, |f| f.dot(normal));
+    // Near equals B wins, so that noise does not swap the reference.
+    let of_a = count_a > 2 && (count_b == 2 || facing_a > facing_b + 1e-3);
+    let (reference, incident, plane, outward) = match (of_a, plane_a, plane_b) {
+        (true, Some(plane), _) => (&scratch.face_a, &scratch.face_b, plane, -normal),
+        (false, _, Some(plane)) if count_b > 2 => (&scratch.face_b, &scratch.face_a, plane, normal),
+        _ => return false,
+    };
+    clip(incident, reference, outward, &mut scratch.clipped, &mut scratch.spare);
+    let slope = plane.dot(outward);
+    for &point in &scratch.clipped {
+        let height = (point - reference[0]).dot(plane) / slope;
+        let foot = point - outward * height;
+        let gap = height - rounding;
+        if gap < prediction {
+            let (on_a, on_b) = if of_a { (foot, point) } else { (point, foot) };
+            points.push(ManifoldPoint { on_a, on_b, gap });
+        }
+    }
+    of_a
+}
+
+/// The face (or the side line of a cylinder) that looks along a world direction, counter-clockwise from outside, and
+/// its normal.
+fn support_face(placed: &Placed<'_>, direction: DVec3, out: &mut Vec<DVec3>) -> Option<DVec3> {
+    out.clear();
+    let local = placed.orientation.inverse() * direction;
+    let world = |v: DVec3| placed.position + placed.orientation * v;
+    match &placed.part.shape {
+        PartShape::Hull(hull) => {
+            let face =
+                hull.faces.iter().max_by(|f, g| f.normal.dot(local).total_cmp(&g.normal.dot(local)))?;
+            if face.normal.dot(local) < FACING {
+                return None;
+            }
+            out.extend(face.corners.iter().map(|&i| world(hull.vertices[i as usize])));
+            Some(placed.orientation * face.normal)
+        }
+        PartShape::Cylinder { radius, half_height } => {
+            let across = local.x.hypot(local.y);
+            if local.z.abs() > CAP_FACING {
+                let first = if across > 1e-6 { local.y.atan2(local.x) } else { 0.0 };
+                let z = half_height.copysign(local.z);
+                out.extend((0..CAP_CORNERS).map(|k| {
+                    let angle = first + k as f64 * TAU / CAP_CORNERS as f64 * local.z.signum();
+                    world(DVec3::new(radius * angle.cos(), radius * angle.sin(), z))
+                }));
+                return Some(placed.orientation * DVec3::new(0.0, 0.0, local.z.signum()));
+            }
+            if local.z.abs() < SIDE_FACING {
+                let (x, y) = (local.x / across * radius, local.y / across * radius);
+                out.extend([world(DVec3::new(x, y, *half_height)), world(DVec3::new(x, y, -half_height))]);
+            }
+            None
+        }
+        PartShape::Ball { .. } | PartShape::HalfSpace => None,
+    }
+}
+
+/// Keeps the deepest point and the extremes in directions fixed to `frame`.
+fn reduce(points: &mut Vec<ManifoldPoint>, normal: DVec3, frame: DQuat, scratch: &mut ManifoldScratch) {
+    if points.len() <= DIRECTIONS {
+        return;
+    }
+    let (t1, t2) = tangents(frame.inverse() * normal);
+    let (t1, t2) = (frame * t1, frame * t2);
+    let mut chosen = [usize::MAX; DIRECTIONS + 1];
+    chosen[DIRECTIONS] =
+        (0..points.len()).min_by(|&i, &j| points[i].gap.total_cmp(&points[j].gap)).unwrap_or(0);
+    for (k, slot) in chosen[..DIRECTIONS].iter_mut().enumerate() {
+        let angle = k as f64 * TAU / DIRECTIONS as f64 + FIRST_DIRECTION;
+        let direction = t1 * angle.cos() + t2 * angle.sin();
+        let reach = |i: usize| points[i].on_b.dot(direction);
+        *slot = (0..points.len()).max_by(|&i, &j| reach(i).total_cmp(&reach(j))).unwrap_or(0);
+    }
+    chosen.sort_unstable();
+    let kept = &mut scratch.kept;
+    kept.clear();
+    let mut last = usize::MAX;
+    for i in chosen {
+        if i != last {
+            kept.push(points[i]);
+        }
+        last = i;
+    }
+    points.clone_from(kept);
+}

@@ -1,0 +1,324 @@
+//! A pair of parts that may touch, and how its contact points are kept from step to step.
+//!
+//! A manifold is found once and then carried: its points are anchors in both bodies, re-measured every step, and found
+//! anew after [`DRIFT`] of relative travel (every step where a surface is curved, as the point of contact wanders).
+//! Impulses of the last step move to the nearest new anchors, which starts the contact phase near its answer. A pair
+//! that is farther apart than it can travel is skipped until it has travelled that far.
+
+use clangor::material::PairCoefficients;
+use glam::{DQuat, DVec3};
+
+use super::manifold::{ManifoldPoint, ManifoldScratch, Placed, Separation, manifold};
+use super::shape::Shape;
+use super::state::BodyState;
+
+/// Relative travel after which a manifold is found anew [m].
+const DRIFT: f64 = 5e-6;
+/// Overlap that is left alone [m].
+pub(super) const SLOP: f64 = 2e-6;
+/// A manifold looks this many times farther than a pair can move in a step.
+const FORESIGHT: f64 = 1.5;
+/// An anchor inherits the impulse of an old one within this fraction of the smaller radius.
+const INHERIT: f64 = 0.05;
+
+/// Which parts of which bodies; orders the pairs.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct PairKey {
+    pub(super) a: u32,
+    pub(super) b: u32,
+    pub(super) part_a: u16,
+    pub(super) part_b: u16,
+}
+
+/// One carried contact point.
+#[derive(Clone, Copy, Default)]
+pub(super) struct ContactPoint {
+    anchor_a: DVec3,
+    anchor_b: DVec3,
+    /// Arms from the centres of mass [m], world, and the gap [m], at the pair's reference time, gravity left out.
+    pub(super) arm_a: DVec3,
+    pub(super) arm_b: DVec3,
+    pub(super) gap: f64,
+    /// Impulse on A in the contact phase of the last step [N s].
+    pub(super) impulse_n: f64,
+    pub(super) impulse_t: DVec3,
+}
+
+/// Two parts that may touch.
+pub(super) struct Pair {
+    pub(super) key: PairKey,
+    pub(super) coefficients: PairCoefficients,
+    /// From B to A.
+    pub(super) normal: DVec3,
+    pub(super) points: Vec<ContactPoint>,
+    /// When in the step the points were measured [s].
+    pub(super) reference: f64,
+    /// Whether there are points.
+    pub(super) live: bool,
+    /// Impacts in this step.
+    pub(super) hits: u32,
+    /// Counts the changes of its bodies' motion, so that predictions made before can be told.
+    pub(super) stamp: u32,
+    /// Refinements of the predicted impact since then.
+    pub(super) refinements: u32,
+    /// The exact manifold at the predicted impact.
+    pub(super) exact: ExactManifold,
+    curved: bool,
+    axis: DVec3,
+    normal_in_owner: DVec3,
+    normal_of_a: bool,
+    /// Distance that the pair is known to be apart beyond its foresight [m].
+    slack: f64,
+    /// Travel since the manifold was found [m].
+    travel: f64,
+}
+
+/// A manifold at one instant of the step.
+#[derive(Default)]
+pub(super) struct ExactManifold {
+    pub(super) time: f64,
+    pub(super) normal: DVec3,
+    pub(super) points: Vec<ManifoldPoint>,
+}
+
+/// What the geometry needs to know of the step.
+#[derive(Clone, Copy)]
+pub(super) struct Step {
+    /// Start [s].
+    pub(super) time: f64,
+    /// Length [s].
+    pub(super) length: f64,
+    /// Gravity [m/s²].
+    pub(super) gravity: DVec3,
+}
+
+impl Pair {
+    pub(super) fn new(
+        key: PairKey,
+        coefficients: PairCoefficients,
+        a: &BodyState,
+        b: &BodyState,
+        shapes: &[Shape],
+    ) -> Self {
+        let part_a = &shapes[a.shape].parts[usize::from(key.part_a)];
+        let part_b = &shapes[b.shape].parts[usize::from(key.part_b)];
+        Pair {
+            key,
+            coefficients,
+            normal: DVec3::Y,
+            points: Vec::new(),
+            reference: 0.0,
+            live: false,
+            hits: 0,
+            stamp: 0,
+            refinements: 0,
+            exact: ExactManifold::default(),
+            curved: part_a.is_curved() || part_b.is_curved(),
+            axis: DVec3::ZERO,
+            normal_in_owner: DVec3::Y,
+            normal_of_a: false,
+            slack: -1.0,
+            travel: f64::INFINITY,
+        }
+    }
+
+    /// Bodies of the pair.
+    pub(super) fn bodies<'a>(&self, bodies: &'a [BodyState]) -> (&'a BodyState, &'a BodyState) {
+        (&bodies[self.key.a as usize], &bodies[self.key.b as usize])
+    }
+
+    /// Bound on the distance [m] by which the gap can change in a step.
+    fn reach(&self, a: &BodyState, b: &BodyState, step: &Step) -> f64 {
+        ((a.velocity - b.velocity).length() + a.spin_speed() + b.spin_speed()) * step.length
+    }
+
+    /// How far a manifold has to look [m].
+    fn foresight(&self, reach: f64, step: &Step) -> f64 {
+        FORESIGHT * (reach + 2.0 * step.gravity.length() * step.length * step.length) + SLOP
+    }
+
+    /// Brings the points to the middle of a new step.
+    pub(super) fn begin_step(
+        &mut self,
+        bodies: &[BodyState],
+        shapes: &[Shape],
+        step: &Step,
+        scratch: &mut PairScratch,
+    ) {
+        let (a, b) = self.bodies(bodies);
+        if !a.is_moving() && !b.is_moving() {
+            return;
+        }
+        self.hits = 0;
+        self.stamp = 0;
+        self.refinements = 0;
+        let reach = self.reach(a, b, step);
+        self.travel += reach;
+        if self.slack > reach {
+            self.slack -= reach;
+            return;
+        }
+        self.update(bodies, shapes, step, 0.5 * step.length, reach, scratch);
+    }
+
+    /// Brings the points to time `t` of the step after an impulse on one of its bodies.
+    pub(super) fn after_impulse(
+        &mut self,
+        bodies: &[BodyState],
+        shapes: &[Shape],
+        step: &Step,
+        t: f64,
+        scratch: &mut PairScratch,
+    ) {
+        let (a, b) = self.bodies(bodies);
+        self.stamp += 1;
+        self.refinements = 0;
+        let reach = self.reach(a, b, step);
+        self.travel += reach;
+        if !self.live && self.slack > reach {
+            self.slack -= reach;
+            return;
+        }
+        self.update(bodies, shapes, step, t, reach, scratch);
+    }
+
+    fn update(
+        &mut self,
+        bodies: &[BodyState],
+        shapes: &[Shape],
+        step: &Step,
+        t: f64,
+        reach: f64,
+        scratch: &mut PairScratch,
+    ) {
+        if !self.live || self.curved || self.travel > DRIFT {
+            self.find(bodies, shapes, step, t, reach, scratch);
+        }
+        if self.live {
+            self.measure(bodies, step, t);
+        }
+    }
+
+    /// Measures arms and gaps of the carried points at time `t` of the step, gravity left out.
+    pub(super) fn measure(&mut self, bodies: &[BodyState], step: &Step, t: f64) {
+        let (a, b) = self.bodies(bodies);
+        let (xa, qa) = a.weightless_pose(step.time, step.length, t);
+        let (xb, qb) = b.weightless_pose(step.time, step.length, t);
+        self.reference = t;
+        self.normal = if self.normal_of_a { qa } else { qb } * self.normal_in_owner;
+        for point in &mut self.points {
+            let (on_a, on_b) = (xa + qa * point.anchor_a, xb + qb * point.anchor_b);
+            point.gap = (on_a - on_b).dot(self.normal);
+            let middle = (on_a + on_b) * 0.5;
+            point.arm_a = middle - xa;
+            point.arm_b = middle - xb;
+        }
+    }
+
+    fn find(
+        &mut self,
+        bodies: &[BodyState],
+        shapes: &[Shape],
+        step: &Step,
+        t: f64,
+        reach: f64,
+        scratch: &mut PairScratch,
+    ) {
+        let (a, b) = self.bodies(bodies);
+        let (xa, qa) = a.weightless_pose(step.time, step.length, t);
+        let (xb, qb) = b.weightless_pose(step.time, step.length, t);
+        let foresight = self.foresight(reach, step);
+        let (placed_a, placed_b) = self.placed(shapes, (a, xa, qa), (b, xb, qb));
+        let found = &mut scratch.found;
+        let looked = foresight + 4.0 * DRIFT;
+        let Separation { gap, normal, normal_of_a } =
+            manifold(&placed_a, &placed_b, looked, self.axis, found, &mut scratch.manifold);
+        self.axis = normal;
+        self.travel = 0.0;
+        if found.is_empty() {
+            self.slack = (gap - foresight).max(0.0);
+            self.points.clear();
+            self.live = false;
+            return;
+        }
+        self.live = true;
+        // A slack left over from before would freeze the old gaps.
+        self.slack = -1.0;
+        self.normal_of_a = normal_of_a;
+        self.normal_in_owner = if normal_of_a { qa } else { qb }.inverse() * normal;
+        let size = match (a.radius.is_finite(), b.radius.is_finite()) {
+            (true, true) => a.radius.min(b.radius),
+            (true, false) => a.radius,
+            _ => b.radius,
+        };
+        std::mem::swap(&mut self.points, &mut scratch.old);
+        self.points.clear();
+        let old = &scratch.old;
+        let mut used = 0_u64;
+        for point in found.iter() {
+            let (anchor_a, anchor_b) = (qa.inverse() * (point.on_a - xa), qb.inverse() * (point.on_b - xb));
+            let mut carried = ContactPoint { anchor_a, anchor_b, ..ContactPoint::default() };
+            let mut nearest = (INHERIT * size).powi(2);
+            let mut heir = None;
+            for (i, o) in old.iter().enumerate().filter(|(i, _)| used >> i & 1 == 0) {
+                let distance =
+                    (o.anchor_a - anchor_a).length_squared().min((o.anchor_b - anchor_b).length_squared());
+                if distance < nearest {
+                    (nearest, heir) = (distance, Some(i));
+                }
+            }
+            // A lone point that rolls on stays the same contact however far its anchors moved.
+            if heir.is_none() && old.len() == 1 && found.len() == 1 {
+                heir = Some(0);
+            }
+            if let Some(i) = heir {
+                used |= 1 << i;
+                carried.impulse_n = old[i].impulse_n;
+                carried.impulse_t = old[i].impulse_t;
+            }
+            self.points.push(carried);
+        }
+    }
+
+    /// Finds the manifold at `t` of the step exactly, gravity included, into [`Pair::exact`].
+    pub(super) fn find_exactly(
+        &mut self,
+        bodies: &[BodyState],
+        shapes: &[Shape],
+        step: &Step,
+        t: f64,
+        scratch: &mut PairScratch,
+    ) {
+        let (a, b) = self.bodies(bodies);
+        let fall = 0.5 * t * t;
+        let (xa, qa) = a.weightless_pose(step.time, step.length, t);
+        let (xb, qb) = b.weightless_pose(step.time, step.length, t);
+        let (xa, xb) = (xa + a.gravity(step.gravity) * fall, xb + b.gravity(step.gravity) * fall);
+        let foresight = self.foresight(self.reach(a, b, step), step);
+        let (placed_a, placed_b) = self.placed(shapes, (a, xa, qa), (b, xb, qb));
+        let found =
+            manifold(&placed_a, &placed_b, foresight, self.axis, &mut scratch.found, &mut scratch.manifold);
+        self.exact.time = t;
+        self.exact.normal = found.normal;
+        self.exact.points.clone_from(&scratch.found);
+    }
+
+    fn placed<'a>(
+        &self,
+        shapes: &'a [Shape],
+        (a, xa, qa): (&BodyState, DVec3, DQuat),
+        (b, xb, qb): (&BodyState, DVec3, DQuat),
+    ) -> (Placed<'a>, Placed<'a>) {
+        let part_a = &shapes[a.shape].parts[usize::from(self.key.part_a)];
+        let part_b = &shapes[b.shape].parts[usize::from(self.key.part_b)];
+        (Placed::new(part_a, xa, qa), Placed::new(part_b, xb, qb))
+    }
+}
+
+/// Buffers of the pairs.
+#[derive(Default)]
+pub(super) struct PairScratch {
+    found: Vec<ManifoldPoint>,
+    old: Vec<ContactPoint>,
+    manifold: ManifoldScratch,
+}

@@ -1,0 +1,214 @@
+//! What collides: the convex parts of a body with their full faces and support points.
+//!
+//! Hulls keep every vertex of a face, because a manifold cut down to four vertices lets a coin of 64 sides rock for
+//! ever. Balls, cylinders and half-spaces stay exact. Not here: mass and inertia, which come with the body.
+
+use clangor::body::Surface;
+use clangor::geometry::convex::ConvexPart;
+use glam::{DQuat, DVec3};
+use parry3d_f64::shape::{ConvexPolyhedron, SupportMap};
+
+/// Hulls and cylinders are rounded by this radius where they meet each other [m].
+///
+/// It keeps the distance query away from overlap, where it is slower and less exact. Bodies so rest 10 µm apart.
+pub(super) const SKIN: f64 = 5e-6;
+
+/// A hull thinner than this fraction of its size has no usable inside.
+const FLAT: f64 = 1e-6;
+
+/// One convex piece in its own frame.
+pub(super) enum PartShape {
+    Hull(Hull),
+    /// Smooth side, axis z, centred.
+    Cylinder {
+        radius: f64,
+        half_height: f64,
+    },
+    Ball {
+        radius: f64,
+    },
+    /// Solid where y < 0.
+    HalfSpace,
+}
+
+/// A convex polyhedron.
+pub(super) struct Hull {
+    pub(super) vertices: Vec<DVec3>,
+    pub(super) faces: Vec<Face>,
+}
+
+/// A face: outward normal, and vertex indices counter-clockwise seen from outside.
+pub(super) struct Face {
+    pub(super) normal: DVec3,
+    pub(super) corners: Vec<u32>,
+}
+
+/// A convex piece placed in the frame of its body.
+pub(super) struct Part {
+    pub(super) shape: PartShape,
+    /// Origin of the part's frame in the body frame, also the centre of its bounding ball [m].
+    pub(super) centre: DVec3,
+    /// Rotation from the part's frame to the body frame.
+    pub(super) rotation: DQuat,
+    /// Radius of the bounding ball [m].
+    pub(super) radius: f64,
+}
+
+/// The parts of a body and the ball about its centre of mass that holds them.
+pub(super) struct Shape {
+    pub(super) parts: Vec<Part>,
+    pub(super) radius: f64,
+    pub(super) half_space: bool,
+}
+
+impl Shape {
+    /// The parts of a surface; `Err` says what is wrong with it.
+    pub(super) fn try_new(surface: &Surface) -> Result<Self, &'static str> {
+        let parts = match surface {
+            Surface::Sphere { radius } => {
+                vec![Part::try_new(&ConvexPart::Ball { centre: DVec3::ZERO, radius: *radius })?]
+            }
+            Surface::HalfSpace => vec![Part {
+                shape: PartShape::HalfSpace,
+                centre: DVec3::ZERO,
+                rotation: DQuat::IDENTITY,
+                radius: f64::INFINITY,
+            }],
+            Surface::Mesh(mesh) => mesh.parts.iter().map(Part::try_new).collect::<Result<_, _>>()?,
+        };
+        if parts.is_empty() {
+            return Err("has no convex parts");
+        }
+        if parts.len() > usize::from(u16::MAX) {
+            return Err("has more than 65535 convex parts");
+        }
+        let radius = parts.iter().map(|p| p.centre.length() + p.radius).fold(0.0, f64::max);
+        Ok(Shape { parts, radius, half_space: matches!(surface, Surface::HalfSpace) })
+    }
+}
+
+impl Part {
+    fn try_new(part: &ConvexPart) -> Result<Self, &'static str> {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        match part {
+            ConvexPart::Ball { centre, radius } => {
+                if !positive(*radius) || !centre.is_finite() {
+                    return Err("has a ball without a positive radius");
+                }
+                let shape = PartShape::Ball { radius: *radius };
+                Ok(Part { shape, centre: *centre, rotation: DQuat::IDENTITY, radius: *radius })
+            }
+            ConvexPart::Cylinder { centre, axis, radius, half_height } => {
+                let axis = axis.try_normalize().ok_or("has a cylinder without an axis")?;
+                if !positive(*radius) || !positive(*half_height) || !centre.is_finite() {
+                    return Err("has a cylinder without positive radius and height");
+                }
+                Ok(Part {
+                    shape: PartShape::Cylinder { radius: *radius, half_height: *half_height },
+                    centre: *centre,
+                    rotation: DQuat::from_rotation_arc(DVec3::Z, axis),
+                    radius: radius.hypot(*half_height),
+                })
+            }
+            ConvexPart::Hull(points) => {
+                let (hull, centre) = Hull::try_new(points)?;
+                let radius = hull.vertices.iter().map(|v| v.length()).fold(0.0, f64::max);
+                Ok(Part { shape: PartShape::Hull(hull), centre, rotation: DQuat::IDENTITY, radius })
+            }
+        }
+    }
+
+    /// Whether the point of contact wanders over the surface while the body turns.
+    pub(super) fn is_curved(&self) -> bool {
+        matches!(self.shape, PartShape::Ball { .. } | PartShape::Cylinder { .. })
+    }
+
+    /// Radius [m] by which the core that the distance query sees is rounded when it meets `other`.
+    pub(super) fn rounding(&self, other: &Part) -> f64 {
+        match (&self.shape, &other.shape) {
+            (PartShape::Ball { radius }, _) => *radius,
+            (_, PartShape::Ball { .. } | PartShape::HalfSpace) => 0.0,
+            _ => SKIN,
+        }
+    }
+}
+
+impl SupportMap for Part {
+    fn local_support_point(&self, direction: DVec3) -> DVec3 {
+        match &self.shape {
+            PartShape::Hull(hull) => {
+                let (mut best, mut support) = (f64::NEG_INFINITY, DVec3::ZERO);
+                for vertex in &hull.vertices {
+                    let height = vertex.dot(direction);
+                    if height > best {
+                        (best, support) = (height, *vertex);
+                    }
+                }
+                support
+            }
+            PartShape::Cylinder { radius, half_height } => {
+                let across = direction.x.hypot(direction.y);
+                let z = half_height.copysign(direction.z);
+                if across < 1e-300 {
+                    DVec3::new(*radius, 0.0, z)
+                } else {
+                    DVec3::new(direction.x / across * radius, direction.y / across * radius, z)
+                }
+            }
+            PartShape::Ball { .. } | PartShape::HalfSpace => DVec3::ZERO,
+        }
+    }
+}
+
+impl Hull {
+    /// The hull of points, about its centre; and that centre.
+    fn try_new(points: &[DVec3]) -> Result<(Self, DVec3), &'static str> {
+        if !points.iter().all(|p| p.is_finite()) {
+            return Err("has a hull with a point that is not finite");
+        }
+        if !has_volume(points) {
+            return Err("has a flat convex hull");
+        }
+        let polyhedron = ConvexPolyhedron::from_convex_hull(points).ok_or("has a degenerate convex hull")?;
+        let all = polyhedron.points();
+        let corners_of = polyhedron.vertices_adj_to_face();
+        let centre = all.iter().sum::<DVec3>() / all.len() as f64;
+        let mut faces = Vec::new();
+        for face in polyhedron.faces() {
+            let first = face.first_vertex_or_edge as usize;
+            let mut corners = corners_of[first..first + face.num_vertices_or_edges as usize].to_vec();
+            let area: DVec3 = (0..corners.len())
+                .map(|i| {
+                    let next = corners[(i + 1) % corners.len()];
+                    (all[corners[i] as usize] - centre).cross(all[next as usize] - centre)
+                })
+                .sum();
+            let Some(outward) = area.try_normalize() else { continue };
+            // The winding of merged faces is not promised: the centre is inside, so it decides.
+            let outside = outward.dot(all[corners[0] as usize] - centre) > 0.0;
+            if !outside {
+                corners.reverse();
+            }
+            faces.push(Face { normal: if outside { outward } else { -outward }, corners });
+        }
+        if faces.len() < 4 {
+            return Err("has a degenerate convex hull");
+        }
+        Ok((Hull { vertices: all.iter().map(|v| *v - centre).collect(), faces }, centre))
+    }
+}
+
+/// Whether points span a volume: the thickness of their hull against its length.
+fn has_volume(points: &[DVec3]) -> bool {
+    let Some(&first) = points.first() else { return false };
+    let farthest = |measure: &dyn Fn(DVec3) -> f64| {
+        points.iter().copied().max_by(|p, q| measure(*p).total_cmp(&measure(*q))).unwrap_or(first)
+    };
+    let along = farthest(&|p| (p - first).length()) - first;
+    let Some(axis) = along.try_normalize() else { return false };
+    let across = farthest(&|p| (p - first).cross(axis).length()) - first;
+    let Some(normal) = axis.cross(across).try_normalize() else { return false };
+    let height = |p: DVec3| (p - first).dot(normal).abs();
+    height(farthest(&|p| height(p))) > FLAT * along.length()
+        && across.cross(axis).length() > FLAT * along.length()
+}

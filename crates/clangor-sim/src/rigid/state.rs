@@ -1,0 +1,338 @@
+//! The state of a body inside a step.
+//!
+//! A step of length Δt starts at t = 0. Between impulses a body flies freely through the pose (x_m, q_m) that it has,
+//! or would have, at the middle of the step:
+//!
+//! `x(t) = x_m + u (t − Δt/2) + g t²/2`,  `v(t) = u + g t`,  `q(t) =` torque-free rotation of q_m by `t − Δt/2`.
+//!
+//! Gravity is thus outside (x_m, u), so a resting body has x_m where it lies and u = 0. An impulse at t* is applied at
+//! the exact pose of t*, and the new flight is carried back to the middle: [`BodyState::redirect`]. After the collision
+//! phase u becomes the velocity at the end of the step by `u += g Δt`, and the contact phase acts at (x_m, q_m).
+
+use clangor::body::{Body, Motion};
+use clangor::pose::Track;
+use glam::{DMat3, DQuat, DVec3};
+
+use super::flight::{angular_velocity, turn};
+
+/// Inertias that differ by less than this fraction are equal.
+const ISOTROPY: f64 = 1e-12;
+
+/// What moves a body.
+pub(super) enum Drive {
+    Free,
+    Fixed,
+    Keyframed(Track),
+}
+
+/// A body as it flies through a step.
+pub(super) struct BodyState {
+    pub(super) drive: Drive,
+    pub(super) shape: usize,
+    /// Radius of the ball about the centre of mass that holds the body [m].
+    pub(super) radius: f64,
+    pub(super) mass: f64,
+    inverse_inertia: DMat3,
+    isotropic: bool,
+
+    /// Pose at the start of the step.
+    pub(super) position: DVec3,
+    pub(super) orientation: DQuat,
+    /// u in the collision phase, the velocity at the end of the step after it [m/s].
+    pub(super) velocity: DVec3,
+    /// About the centre of mass, world [N m s].
+    pub(super) momentum: DVec3,
+    /// Pose at the middle of the step, and what follows from it.
+    pub(super) mid_position: DVec3,
+    pub(super) mid_orientation: DQuat,
+    pub(super) angular_velocity: DVec3,
+    pub(super) world_inverse_inertia: DMat3,
+
+    /// Time of the last impulse in this step [s].
+    pub(super) last_hit: f64,
+    /// Distance that its surface may have moved since the broad phase [m].
+    pub(super) moved: f64,
+    /// Distance that the broad phase allowed [m].
+    pub(super) margin: f64,
+    pub(super) asleep: bool,
+    /// How long it has been slow [s].
+    pub(super) quiet: f64,
+    /// Bodies that fell asleep together wake together.
+    pub(super) island: usize,
+}
+
+/// A body at one instant of a step.
+#[derive(Clone, Copy)]
+pub(super) struct Instant {
+    pub(super) position: DVec3,
+    pub(super) orientation: DQuat,
+    pub(super) velocity: DVec3,
+    pub(super) angular_velocity: DVec3,
+    pub(super) momentum: DVec3,
+    pub(super) inverse_mass: f64,
+    pub(super) inverse_inertia: DMat3,
+}
+
+impl Instant {
+    /// Velocity of the material point at `arm` from the centre of mass.
+    pub(super) fn velocity_at(&self, arm: DVec3) -> DVec3 {
+        self.velocity + self.angular_velocity.cross(arm)
+    }
+
+    /// 1/m felt along `direction` at `arm`.
+    pub(super) fn inverse_mass_at(&self, arm: DVec3, direction: DVec3) -> f64 {
+        let lever = arm.cross(direction);
+        self.inverse_mass + lever.dot(self.inverse_inertia * lever)
+    }
+
+    /// Applies an impulse at `arm`.
+    pub(super) fn push(&mut self, arm: DVec3, impulse: DVec3) {
+        self.velocity += impulse * self.inverse_mass;
+        self.angular_velocity += self.inverse_inertia * arm.cross(impulse);
+    }
+}
+
+impl BodyState {
+    /// A body at t = 0; `Err` says what is wrong with it.
+    pub(super) fn try_new(body: &Body, shape: usize, radius: f64) -> Result<Self, &'static str> {
+        let drive = match &body.motion {
+            Motion::Free => Drive::Free,
+            Motion::Fixed => Drive::Fixed,
+            Motion::Keyframed(track) => Drive::Keyframed(track.clone()),
+        };
+        let free = matches!(drive, Drive::Free);
+        let inverse_inertia = if free { body.inertia.inverse() } else { DMat3::ZERO };
+        if free {
+            let definite = body.inertia.determinant() > 0.0
+                && body.inertia.to_cols_array().iter().all(|x| x.is_finite())
+                && (0..3).all(|i| body.inertia.col(i)[i] > 0.0);
+            if !(body.mass > 0.0 && body.mass.is_finite()) {
+                return Err("has no positive mass");
+            }
+            if !definite || !inverse_inertia.is_finite() {
+                return Err("has no positive inertia");
+            }
+            if !radius.is_finite() {
+                return Err("is a half-space that is not fixed");
+            }
+        } else if !radius.is_finite() && !matches!(drive, Drive::Fixed) {
+            return Err("is a half-space that is not fixed");
+        }
+        let pose = match &drive {
+            Drive::Keyframed(track) => track.sample(0.0).0,
+            _ => body.pose,
+        };
+        if !pose.position.is_finite() || !(pose.orientation.length() - 1.0).abs().le(&1e-6) {
+            return Err("has no proper pose");
+        }
+        let orientation = pose.orientation.normalize();
+        let trace = body.inertia.col(0).x + body.inertia.col(1).y + body.inertia.col(2).z;
+        let deviation = body.inertia - DMat3::from_diagonal(DVec3::splat(trace / 3.0));
+        let isotropic = deviation.to_cols_array().iter().all(|d| d.abs() <= ISOTROPY * trace);
+        let to_body = orientation.inverse() * body.angular_velocity;
+        Ok(BodyState {
+            momentum: if free { orientation * (body.inertia * to_body) } else { DVec3::ZERO },
+            velocity: if free { body.velocity } else { DVec3::ZERO },
+            angular_velocity: if free { body.angular_velocity } else { DVec3::ZERO },
+            drive,
+            shape,
+            radius,
+            mass: body.mass,
+            inverse_inertia,
+            isotropic,
+            position: pose.position,
+            orientation,
+            mid_position: pose.position,
+            mid_orientation: orientation,
+            world_inverse_inertia: DMat3::ZERO,
+            last_hit: 0.0,
+            moved: 0.0,
+            margin: 0.0,
+            asleep: false,
+            quiet: 0.0,
+            island: usize::MAX,
+        })
+    }
+
+    pub(super) fn is_free(&self) -> bool {
+        matches!(self.drive, Drive::Free)
+    }
+
+    /// Whether its pose may ever change.
+    pub(super) fn can_move(&self) -> bool {
+        match &self.drive {
+            Drive::Free => true,
+            Drive::Fixed => false,
+            Drive::Keyframed(track) => !track.is_fixed(),
+        }
+    }
+
+    /// Whether impulses and gravity move it now.
+    pub(super) fn is_awake(&self) -> bool {
+        self.is_free() && !self.asleep
+    }
+
+    /// Whether its pose changes in this step.
+    pub(super) fn is_moving(&self) -> bool {
+        !self.asleep && self.can_move()
+    }
+
+    pub(super) fn inverse_mass(&self) -> f64 {
+        if self.is_awake() { 1.0 / self.mass } else { 0.0 }
+    }
+
+    /// `gravity` if it falls, else zero.
+    pub(super) fn gravity(&self, gravity: DVec3) -> DVec3 {
+        if self.is_awake() { gravity } else { DVec3::ZERO }
+    }
+
+    /// Bound on the speed of any point of it [m/s].
+    pub(super) fn surface_speed(&self) -> f64 {
+        self.velocity.length() + self.spin_speed()
+    }
+
+    /// Bound on the speed of any point of it due to rotation [m/s].
+    pub(super) fn spin_speed(&self) -> f64 {
+        if self.radius.is_finite() { self.angular_velocity.length() * self.radius } else { 0.0 }
+    }
+
+    /// Kinetic energy at the start of the step [J].
+    pub(super) fn kinetic_energy(&self) -> f64 {
+        if !self.is_free() {
+            return 0.0;
+        }
+        let spin = angular_velocity(self.orientation, self.momentum, &self.inverse_inertia);
+        0.5 * self.mass * self.velocity.length_squared() + 0.5 * self.momentum.dot(spin)
+    }
+
+    /// Angular velocity at the start of the step [rad/s].
+    pub(super) fn start_angular_velocity(&self) -> DVec3 {
+        match &self.drive {
+            Drive::Free => angular_velocity(self.orientation, self.momentum, &self.inverse_inertia),
+            _ => self.angular_velocity,
+        }
+    }
+
+    /// Prepares the middle of the step that starts at `time`.
+    pub(super) fn begin_step(&mut self, time: f64, step: f64) {
+        self.last_hit = 0.0;
+        match &self.drive {
+            Drive::Free if !self.asleep => {
+                self.mid_position = self.position + self.velocity * (0.5 * step);
+                self.mid_orientation = self.turned(self.orientation, 0.5 * step);
+                self.refresh_middle();
+            }
+            Drive::Keyframed(track) => {
+                let (pose, velocity, spin) = track.sample(time + 0.5 * step);
+                (self.mid_position, self.mid_orientation) = (pose.position, pose.orientation);
+                (self.velocity, self.angular_velocity) = (velocity, spin);
+            }
+            _ => {}
+        }
+        if self.is_moving() {
+            self.moved += self.surface_speed() * step;
+        }
+    }
+
+    /// Moves to the end of the step. The velocity is now that of the end.
+    pub(super) fn end_step(&mut self, time: f64, step: f64) {
+        match &self.drive {
+            Drive::Free if !self.asleep => {
+                self.position = self.mid_position + self.velocity * (0.5 * step);
+                self.orientation = self.turned(self.mid_orientation, 0.5 * step);
+            }
+            Drive::Keyframed(track) => {
+                let (pose, velocity, spin) = track.sample(time + step);
+                (self.position, self.orientation) = (pose.position, pose.orientation);
+                (self.velocity, self.angular_velocity) = (velocity, spin);
+            }
+            _ => {}
+        }
+    }
+
+    /// Recomputes what follows from the middle orientation and the angular momentum.
+    pub(super) fn refresh_middle(&mut self) {
+        let rotation = DMat3::from_quat(self.mid_orientation);
+        self.world_inverse_inertia = rotation * self.inverse_inertia * rotation.transpose();
+        self.angular_velocity = self.world_inverse_inertia * self.momentum;
+    }
+
+    /// Pose at `t` of the step, gravity left out.
+    pub(super) fn weightless_pose(&self, time: f64, step: f64, t: f64) -> (DVec3, DQuat) {
+        let from_middle = t - 0.5 * step;
+        match &self.drive {
+            _ if from_middle == 0.0 => (self.mid_position, self.mid_orientation),
+            Drive::Free if !self.asleep => (
+                self.mid_position + self.velocity * from_middle,
+                self.turned(self.mid_orientation, from_middle),
+            ),
+            Drive::Keyframed(track) => {
+                let pose = track.sample(time + t).0;
+                (pose.position, pose.orientation)
+            }
+            _ => (self.mid_position, self.mid_orientation),
+        }
+    }
+
+    /// The body at `t` of the step, exactly.
+    pub(super) fn at(&self, time: f64, step: f64, t: f64, gravity: DVec3) -> Instant {
+        let (mut position, orientation) = self.weightless_pose(time, step, t);
+        let mut instant = Instant {
+            position,
+            orientation,
+            velocity: self.velocity,
+            angular_velocity: self.angular_velocity,
+            momentum: self.momentum,
+            inverse_mass: 0.0,
+            inverse_inertia: DMat3::ZERO,
+        };
+        match &self.drive {
+            Drive::Free if !self.asleep => {
+                position += gravity * (0.5 * t * t);
+                let rotation = DMat3::from_quat(orientation);
+                instant.position = position;
+                instant.velocity += gravity * t;
+                instant.inverse_mass = 1.0 / self.mass;
+                instant.inverse_inertia = rotation * self.inverse_inertia * rotation.transpose();
+                instant.angular_velocity = instant.inverse_inertia * self.momentum;
+            }
+            Drive::Keyframed(track) => {
+                (_, instant.velocity, instant.angular_velocity) = track.sample(time + t);
+            }
+            _ => {}
+        }
+        instant
+    }
+
+    /// Continues from `instant`, the state right after an impulse at `t`.
+    pub(super) fn redirect(&mut self, step: f64, t: f64, instant: &Instant, gravity: DVec3) {
+        let to_middle = 0.5 * step - t;
+        self.velocity = instant.velocity - gravity * t;
+        self.momentum = instant.momentum;
+        self.mid_position = instant.position + self.velocity * to_middle - gravity * (0.5 * t * t);
+        self.mid_orientation = self.turned(instant.orientation, to_middle);
+        self.refresh_middle();
+        self.last_hit = t;
+    }
+
+    /// Falls asleep: whatever moved stops.
+    pub(super) fn stop(&mut self) {
+        self.velocity = DVec3::ZERO;
+        self.momentum = DVec3::ZERO;
+        self.angular_velocity = DVec3::ZERO;
+        (self.mid_position, self.mid_orientation) = (self.position, self.orientation);
+        let rotation = DMat3::from_quat(self.orientation);
+        self.world_inverse_inertia = rotation * self.inverse_inertia * rotation.transpose();
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.position.is_finite()
+            && self.orientation.is_finite()
+            && self.velocity.is_finite()
+            && self.momentum.is_finite()
+    }
+
+    fn turned(&self, orientation: DQuat, duration: f64) -> DQuat {
+        turn(orientation, self.momentum, &self.inverse_inertia, self.isotropic, duration)
+    }
+}

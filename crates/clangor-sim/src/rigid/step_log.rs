@@ -1,0 +1,134 @@
+//! What one step did: its impulses with their exact arms, in groups of one pair and one instant.
+
+use std::ops::Range;
+
+use clangor::body::BodyId;
+use clangor::timeline::{ContactKind, ContactRow, PoseRow};
+use glam::DVec3;
+
+use super::state::Instant;
+
+/// One impulse and the arms at which it acted, about the centres of mass.
+///
+/// The momentum of A changes by `row.impulse()`, its angular momentum about the centre of mass by
+/// `arm_a × row.impulse() + row.couple`; those of B by the opposite impulse and couple with `arm_b`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impulse {
+    /// The row as the timeline gets it.
+    pub row: ContactRow,
+    /// From the centre of mass of A to the point [m].
+    pub arm_a: DVec3,
+    /// From the centre of mass of B to the point [m].
+    pub arm_b: DVec3,
+}
+
+impl Impulse {
+    /// An impulse on A at a (point, normal, depth), as (normal, tangential, couple), with the velocity before.
+    pub(super) fn between(
+        (a, arm_a): (u32, DVec3),
+        (b, arm_b): (u32, DVec3),
+        kind: ContactKind,
+        time: f64,
+        (point, normal, depth): (DVec3, DVec3, f64),
+        (impulse_n, impulse_t, couple): (f64, DVec3, DVec3),
+        velocity: DVec3,
+    ) -> Self {
+        let row = ContactRow {
+            time,
+            body_a: BodyId(a),
+            body_b: BodyId(b),
+            kind,
+            point,
+            normal,
+            impulse_n,
+            impulse_t,
+            couple,
+            velocity,
+            depth,
+            impact_id: 0,
+        };
+        Impulse { row, arm_a, arm_b }
+    }
+}
+
+/// The impulses of one pair at one instant, and the poses of its moving bodies before them.
+pub(super) struct Group {
+    pub(super) kind: ContactKind,
+    pub(super) rows: Range<usize>,
+    pub(super) poses: Range<usize>,
+}
+
+/// The impulses of one step.
+#[derive(Default)]
+pub struct StepLog {
+    impulses: Vec<Impulse>,
+    rows: Vec<ContactRow>,
+    poses: Vec<PoseRow>,
+    groups: Vec<Group>,
+    skip_slower: Option<f64>,
+}
+
+impl StepLog {
+    /// A log of every impulse.
+    pub fn new() -> Self {
+        StepLog::default()
+    }
+
+    /// A log without the rows of lasting contacts that approach slower than `speed` [m/s].
+    pub fn without_slow_contacts(speed: f64) -> Self {
+        StepLog { skip_slower: Some(speed), ..StepLog::default() }
+    }
+
+    /// The impulses of the last step.
+    pub fn impulses(&self) -> &[Impulse] {
+        &self.impulses
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.impulses.clear();
+        self.rows.clear();
+        self.poses.clear();
+        self.groups.clear();
+    }
+
+    /// The approach speed [m/s] below which contact rows are not wanted.
+    pub(super) fn skips_slower(&self) -> Option<f64> {
+        self.skip_slower
+    }
+
+    pub(super) fn begin(&mut self, kind: ContactKind) {
+        self.groups.push(Group {
+            kind,
+            rows: self.rows.len()..self.rows.len(),
+            poses: self.poses.len()..self.poses.len(),
+        });
+    }
+
+    pub(super) fn pose(&mut self, time: f64, body: usize, instant: &Instant) {
+        self.poses.push(PoseRow {
+            time,
+            body: BodyId(body as u32),
+            position: instant.position,
+            orientation: instant.orientation,
+            velocity: instant.velocity,
+            angular_velocity: instant.angular_velocity,
+        });
+    }
+
+    pub(super) fn impulse(&mut self, impulse: Impulse) {
+        self.impulses.push(impulse);
+        self.rows.push(impulse.row);
+    }
+
+    pub(super) fn end(&mut self) {
+        if let Some(group) = self.groups.last_mut() {
+            group.rows.end = self.rows.len();
+            group.poses.end = self.poses.len();
+        }
+    }
+
+    /// Kind, rows and poses of each group, in the order in which they happened.
+    pub(super) fn groups(&self) -> impl Iterator<Item = (ContactKind, &[ContactRow], &[PoseRow])> {
+        self.groups.iter().map(|g| (g.kind, &self.rows[g.rows.clone()], &self.poses[g.poses.clone()]))
+    }
+}

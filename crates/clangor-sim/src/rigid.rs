@@ -244,8 +244,8 @@ impl RigidWorld {
         if self.sleep {
             sleep::watch(&mut self.bodies, step.length);
             if self.steps.is_multiple_of(SLEEP_CHECK) {
-                let now = self.time();
-                sleep::settle(&mut self.bodies, &self.pairs, &self.restless, now, log);
+                let next = Step { time: self.time(), ..step };
+                sleep::settle(&mut self.bodies, &self.pairs, &self.restless, &next, log);
             }
         }
         if self.steps.is_multiple_of(ORDER_CHECK) {

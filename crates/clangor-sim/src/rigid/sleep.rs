@@ -1,6 +1,6 @@
 //! Sleep: bodies that have lain still together are not simulated until something touches them.
 //!
-//! Bodies that press on each other form an island. It falls asleep when every body of it has been slower than
+//! Bodies that touch form an island. It falls asleep when every body of it has been slower than
 //! [`SLEEP_SPEED`] for [`SLEEP_TIME`]; the momentum that is left is taken away and logged, so that the balance holds.
 //! Touching one body of an island wakes all of it.
 
@@ -30,14 +30,17 @@ pub(super) fn settle(
     bodies: &mut [BodyState],
     pairs: &[Pair],
     restless: &[bool],
-    time: f64,
+    step: &Step,
     log: &mut StepLog,
 ) {
+    // Twice the distance at which slow bodies wake each other: else two islands could do so in turns for ever.
+    let fall = step.gravity.length() * step.length * step.length;
+    let near = 2.0 * (SLOP + 2.0 * SLEEP_SPEED * step.length + fall);
     let mut parent: Vec<usize> = (0..bodies.len()).collect();
     for pair in pairs.iter().filter(|p| p.live) {
         let (a, b) = (pair.key.a as usize, pair.key.b as usize);
         let both_free = bodies[a].is_free() && bodies[b].is_free();
-        if both_free && pair.points.iter().any(|p| p.impulse_n > 0.0) {
+        if both_free && pair.points.iter().any(|p| p.impulse_n > 0.0 || p.gap < near) {
             let (a, b) = (root(&mut parent, a), root(&mut parent, b));
             parent[a.max(b)] = a.min(b);
         }
@@ -48,16 +51,15 @@ pub(super) fn settle(
         let quiet = if restless[i] { 0.0 } else { bodies[i].quiet };
         shortest[island] = shortest[island].min(quiet);
     }
-    for i in 0..bodies.len() {
+    for (i, body) in bodies.iter_mut().enumerate() {
         let island = root(&mut parent, i);
-        if !bodies[i].is_awake() || shortest[island] <= SLEEP_TIME {
+        if !body.is_awake() || shortest[island] <= SLEEP_TIME {
             continue;
         }
-        let body = &mut bodies[i];
         body.asleep = true;
         body.island = island;
         let row = ContactRow {
-            time,
+            time: step.time,
             body_a: BodyId(i as u32),
             body_b: BodyId::WORLD,
             kind: ContactKind::Sleep,

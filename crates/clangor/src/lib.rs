@@ -22,6 +22,7 @@ pub mod material;
 mod math;
 pub mod medium;
 pub mod model;
+pub mod output;
 pub mod pose;
 pub mod scene;
 pub mod shape;

@@ -40,6 +40,12 @@ pub enum SynthesisError {
         /// The rate asked for [Hz].
         hz: u32,
     },
+    /// A band limit that is not positive.
+    #[error("a highest frequency of {hz} Hz leaves nothing to hear")]
+    MaxFrequency {
+        /// The frequency asked for [Hz].
+        hz: f64,
+    },
     /// A listener without receivers.
     #[error("listener \"{listener}\" has no receivers")]
     NoReceivers {

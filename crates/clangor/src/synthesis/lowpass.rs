@@ -5,15 +5,17 @@
 //! x = (f − 0.45 rate) / (rate/30). So its impulse response is the sinc of the 0.45-rate low-pass times the spectrum of
 //! that window: below 3e-10 of its peak from [`REACH`] samples (1.8 ms at 48 kHz) on, and falling.
 //!
+//! A lower band limit moves the same transition down.
+//!
 //! A window in time, the usual design, bounds the response exactly and the stop band not; here it is the other way
 //! round, because the spectra live on an FFT grid where a stop band that is not zero would alias.
 
 use crate::math::bessel::bessel_i0;
 
 /// Half-amplitude frequency over the sample rate.
-const CENTRE: f64 = 0.45;
+pub(super) const CENTRE: f64 = 0.45;
 /// Half the width of the transition over the sample rate.
-const HALF_WIDTH: f64 = 1.0 / 30.0;
+pub(super) const HALF_WIDTH: f64 = 1.0 / 30.0;
 /// Kaiser's β: the window's spectrum has side lobes of −138 dB.
 const BETA: f64 = 18.0;
 
@@ -21,8 +23,10 @@ const BETA: f64 = 18.0;
 pub const REACH: usize = 88;
 
 /// Gains at the frequencies k · rate / `fft_length`, from k = 0 up to the last one that is not zero.
-pub(super) fn gains(fft_length: usize) -> Vec<f64> {
-    let place = |k: usize| (k as f64 / fft_length as f64 - CENTRE) / HALF_WIDTH;
+///
+/// `centre`: half-amplitude frequency over the sample rate, [`CENTRE`] or less.
+pub(super) fn gains(fft_length: usize, centre: f64) -> Vec<f64> {
+    let place = |k: usize| (k as f64 / fft_length as f64 - centre) / HALF_WIDTH;
     let first_zero = (0..).find(|k| place(*k) >= 1.0).unwrap_or(0);
     let mut gains = vec![1.0; first_zero];
     let total = 2.0 * BETA.sinh() / BETA;
@@ -61,7 +65,7 @@ mod tests {
     #[test]
     fn passes_the_audio_band_and_stops_before_nyquist() {
         for n in [256, 480, 4096] {
-            let gains = gains(n);
+            let gains = gains(n, CENTRE);
             let rate = 48_000.0;
             let frequency = |k: usize| k as f64 * rate / n as f64;
             assert!(gains.windows(2).all(|w| w[0] >= w[1]));
@@ -85,7 +89,7 @@ mod tests {
     #[test]
     fn impulse_response_is_short() {
         let n = 4096;
-        let gains = gains(n);
+        let gains = gains(n, CENTRE);
         let response = |sample: usize| {
             let angle = std::f64::consts::TAU * sample as f64 / n as f64;
             let sum: f64 =

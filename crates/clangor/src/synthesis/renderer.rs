@@ -43,6 +43,8 @@ pub struct RenderSettings {
     pub floor: Floor,
     /// Field of an accelerated sphere.
     pub sphere_model: SphereModel,
+    /// Highest frequency that is rendered in full [Hz]; by default what the sample rate holds.
+    pub max_frequency: Option<f64>,
 }
 
 /// What was heard, and what could not be.
@@ -102,6 +104,9 @@ impl Renderer {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         if !positive(density) || !positive(sound_speed) {
             return Err(SynthesisError::BadMedium { density, sound_speed });
+        }
+        if let Some(hz) = settings.max_frequency.filter(|hz| !positive(*hz)) {
+            return Err(SynthesisError::MaxFrequency { hz });
         }
         if listener.receivers.is_empty() {
             return Err(SynthesisError::NoReceivers { listener: listener.name.clone() });
@@ -253,7 +258,7 @@ impl Renderer {
         }
         self.tables.entry(length).or_insert_with(|| {
             let inverse = self.planner.plan_fft_inverse(length);
-            Arc::new(BlockTables { grid: Grid::new(length, rate), inverse })
+            Arc::new(BlockTables { grid: Grid::new(length, rate, self.settings.max_frequency), inverse })
         });
         let key = BlockKey { first, length, receiver };
         self.pending.entry(key).or_default().push(HeardClick { body: click.body, direct, reflected });

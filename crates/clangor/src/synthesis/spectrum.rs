@@ -35,9 +35,10 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The grid of a block of `length` samples at `rate` [Hz].
-    pub(super) fn new(length: usize, rate: f64) -> Self {
-        let mut gain = lowpass::gains(length);
+    /// The grid of a block of `length` samples at `rate` [Hz], with all sound up to `max_frequency` [Hz].
+    pub(super) fn new(length: usize, rate: f64, max_frequency: Option<f64>) -> Self {
+        let limit = max_frequency.map_or(lowpass::CENTRE, |f| f / rate + lowpass::HALF_WIDTH);
+        let mut gain = lowpass::gains(length, limit.min(lowpass::CENTRE));
         let bins = gain.len();
         gain.resize(bins.next_multiple_of(LANES), 0.0);
         let spacing_hz = rate / length as f64;

@@ -171,6 +171,7 @@ pub fn strike(body: &Body, strike: &Strike) -> Result<StrikeSound, StrikeError> 
         medium: strike.medium,
         floor: Floor::None,
         sphere_model: strike.sphere_model,
+        max_frequency: None,
     };
     // The band limit rings for as long after the sound as before it.
     let died_away = distance / strike.medium.sound_speed

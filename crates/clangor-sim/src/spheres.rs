@@ -17,12 +17,14 @@
 //! Piles that rest on each other are thus safe but slow here; the time-stepped solver is for them.
 
 mod approach;
+mod arc;
 mod ball;
 mod collide;
 mod engine;
 mod grid;
 mod impact;
 mod log;
+mod predict;
 mod schedule;
 mod setup;
 mod support;

@@ -13,6 +13,8 @@ pub(super) enum Course {
     Ballistic,
     /// Some other constant acceleration: fixed, resting, sliding, rolling.
     Steady,
+    /// The arc of a ball on rods or springs.
+    Arc,
 }
 
 /// What the search for contacts reads of a ball: two cache lines.

@@ -5,6 +5,7 @@ use clangor::material::PairCoefficients;
 use clangor::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
+use super::ball::Course;
 use super::engine::{Engine, Partner};
 use super::grid::NONE;
 use super::impact::{self, Blow, Member, Slow, Touch};
@@ -54,24 +55,42 @@ impl Engine<'_> {
         let before: Vec<(DVec3, DVec3)> = cluster.members.iter().map(|m| (m.velocity, m.omega)).collect();
         let blows = impact::reflect(&mut cluster.members, &cluster.touches);
         self.log_blows(&cluster, &blows, &before, recorder)?;
+        let mut shaken = Vec::new();
         for (member, who) in cluster.members.iter().zip(&cluster.who) {
             let &Who::Ball(ball) = who else { continue };
             self.member_of[ball] = NONE;
             if member.moved {
-                self.bring_forward(ball);
+                match self.seats[ball] {
+                    Some((island, _)) => self.bring_island_forward(island),
+                    None => self.bring_forward(ball),
+                }
                 self.balls[ball].velocity = member.velocity;
                 self.spins[ball].omega = member.omega;
                 let (last, quick) = self.hits[ball];
                 let quick = if self.now - last < 0.5 * CONTACT_TIME { quick + 1 } else { 0 };
                 self.hits[ball] = (self.now, quick);
-                self.settle(ball, None);
+                match self.seats[ball] {
+                    None => self.settle(ball, None),
+                    Some((island, place)) => {
+                        self.log_rods(island, place, member.rod_impulse, recorder)?;
+                        shaken.push(island);
+                    }
+                }
             }
+        }
+        shaken.sort_unstable();
+        shaken.dedup();
+        for island in shaken {
+            self.launch(island);
         }
         let mut again = true;
         for (member, who) in cluster.members.iter().zip(&cluster.who) {
             let &Who::Ball(moved) = who else { continue };
             if member.moved {
-                self.predict(moved);
+                match self.seats[moved] {
+                    Some((island, _)) => self.predict_island(island),
+                    None => self.predict(moved),
+                }
                 again &= moved != ball;
             }
         }
@@ -83,9 +102,12 @@ impl Engine<'_> {
 
     /// Makes a ball a member.
     fn join(&mut self, cluster: &mut Cluster, ball: usize) -> usize {
-        let (position, velocity) = self.balls[ball].at(self.now);
+        let (position, velocity) = self.state(ball, self.now);
         let traits = &self.traits[ball];
         let spin = &self.spins[ball];
+        let seat = self.seats[ball];
+        let held =
+            seat.map_or([DVec3::ZERO; 2], |(island, place)| self.islands[island].held(place, position));
         self.member_of[ball] = cluster.who.len() as u32;
         cluster.who.push(Who::Ball(ball));
         cluster.positions.push(position);
@@ -94,7 +116,7 @@ impl Engine<'_> {
             omega: spin.omega + spin.alpha * (self.now - self.balls[ball].time),
             inverse_mass: traits.inverse_mass,
             inverse_inertia: traits.inverse_inertia,
-            rod: DVec3::ZERO,
+            held,
             rod_impulse: DVec3::ZERO,
             moved: false,
         });
@@ -110,7 +132,7 @@ impl Engine<'_> {
             omega: DVec3::ZERO,
             inverse_mass: 0.0,
             inverse_inertia: 0.0,
-            rod: DVec3::ZERO,
+            held: [DVec3::ZERO; 2],
             rod_impulse: DVec3::ZERO,
             moved: false,
         });
@@ -132,7 +154,8 @@ impl Engine<'_> {
         }
         let mut near = Vec::new();
         self.for_each_near(ball, |other, record| {
-            let (y, w) = record.at(self.now);
+            let (y, w) =
+                if record.course == Course::Arc { self.state(other, self.now) } else { record.at(self.now) };
             let reach = radius + record.radius;
             let d = x - y;
             let distance_squared = d.length_squared();
@@ -165,12 +188,16 @@ impl Engine<'_> {
         let (normal, arm_b, pressing, when_slow) = match who_b {
             Who::Plane(plane) => {
                 let normal = self.planes[plane].normal;
-                (normal, DVec3::ZERO, -normal.dot(self.world.gravity), Slow::Stay)
+                if self.balls[ball_a].course == Course::Arc {
+                    (normal, DVec3::ZERO, -normal.dot(self.acceleration(ball_a)), Slow::Hop)
+                } else {
+                    (normal, DVec3::ZERO, -normal.dot(self.world.gravity), Slow::Stay)
+                }
             }
             Who::Ball(ball_b) => {
                 let offset = cluster.positions[a] - cluster.positions[b];
                 let normal = offset.normalize_or(DVec3::Y);
-                let pull = self.balls[ball_a].acceleration - self.balls[ball_b].acceleration;
+                let pull = self.acceleration(ball_a) - self.acceleration(ball_b);
                 (normal, normal * self.balls[ball_b].radius, -normal.dot(pull), Slow::Hop)
             }
         };

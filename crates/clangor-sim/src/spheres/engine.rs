@@ -1,4 +1,4 @@
-//! The event loop: predictions, cells, phases.
+//! The event loop, and the phases of motion between events.
 
 use std::ops::ControlFlow;
 
@@ -6,7 +6,7 @@ use clangor::body::World;
 use clangor::material::PairCoefficients;
 use glam::DVec3;
 
-use super::approach::{Approach, fall, meet, meet_plane, meet_uniform};
+use super::arc::Island;
 use super::ball::{Ball, Course, Spin, Traits};
 use super::grid::{Grid, NONE, NOWHERE};
 use super::log::Pending;
@@ -18,9 +18,9 @@ use crate::record::Recorder;
 use crate::{SimulationError, SimulationSettings};
 
 /// Marks a partner that is a plane.
-const PLANE: u32 = 1 << 31;
+pub(super) const PLANE: u32 = 1 << 31;
 /// Marks a search to be taken up again.
-const SEARCH: u32 = u32::MAX - 1;
+pub(super) const SEARCH: u32 = u32::MAX - 1;
 /// Events without any progress of time, per ball, before the run is given up.
 const STALL: u64 = 10_000;
 
@@ -28,16 +28,25 @@ const STALL: u64 = 10_000;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Next {
     /// When it meets its partner [s].
-    contact: f64,
+    pub(super) contact: f64,
     /// Ball, or plane with [`PLANE`], or [`SEARCH`], or [`NONE`].
-    partner: u32,
+    pub(super) partner: u32,
     /// Generation of the partner for which this holds.
-    generation: u32,
+    pub(super) generation: u32,
     /// When it leaves its cell [s].
-    crossing: f64,
+    pub(super) crossing: f64,
     /// When its phase of motion ends [s].
-    phase_end: f64,
+    pub(super) phase_end: f64,
 }
+
+/// No event at all.
+pub(super) const NEVER: Next = Next {
+    contact: f64::INFINITY,
+    partner: NONE,
+    generation: 0,
+    crossing: f64::INFINITY,
+    phase_end: f64::INFINITY,
+};
 
 /// Partner of an impact.
 #[derive(Clone, Copy, Debug)]
@@ -68,8 +77,14 @@ pub(super) struct Engine<'w> {
     pub(super) member_of: Vec<u32>,
     /// Impulses of lasting contacts since the last sample, if they are logged.
     pub(super) pending: Option<Vec<Pending>>,
-    next: Vec<Next>,
-    schedule: Schedule,
+    /// Balls on rods and springs.
+    pub(super) islands: Vec<Island>,
+    /// Island of each ball and its place there.
+    pub(super) seats: Vec<Option<(usize, usize)>>,
+    /// What each ball will do next.
+    pub(super) next: Vec<Next>,
+    /// Which ball is first.
+    pub(super) schedule: Schedule,
 }
 
 impl<'w> Engine<'w> {
@@ -77,13 +92,6 @@ impl<'w> Engine<'w> {
     pub(super) fn new(world: &'w World, recorder: &Recorder<'_>) -> Result<Self, SimulationError> {
         let start = setup::start(world)?;
         let count = start.balls.len();
-        let never = Next {
-            contact: f64::INFINITY,
-            partner: NONE,
-            generation: 0,
-            crossing: f64::INFINITY,
-            phase_end: f64::INFINITY,
-        };
         let mut by_body: Vec<u32> = (0..count as u32).filter(|&b| start.traits[b as usize].free).collect();
         by_body.sort_by_key(|&ball| start.traits[ball as usize].body);
         let mut engine = Engine {
@@ -100,14 +108,19 @@ impl<'w> Engine<'w> {
             hits: vec![(f64::NEG_INFINITY, 0); count],
             member_of: vec![NONE; count],
             pending: (!recorder.ignores_slow_contacts()).then(|| vec![Pending::default(); count]),
-            next: vec![never; count],
+            islands: start.islands,
+            seats: start.seats,
+            next: vec![NEVER; count],
             schedule: Schedule::new(count),
         };
         engine.check_overlaps()?;
         for ball in 0..count {
-            if engine.traits[ball].free {
+            if engine.traits[ball].free && engine.seats[ball].is_none() {
                 engine.settle(ball, None);
             }
+        }
+        for island in 0..engine.islands.len() {
+            engine.launch(island);
         }
         for ball in 0..count {
             engine.predict(ball);
@@ -193,6 +206,12 @@ impl<'w> Engine<'w> {
     fn happen(&mut self, ball: usize, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
         let next = self.next[ball];
         if next.phase_end <= next.contact && next.phase_end <= next.crossing {
+            if let Some((island, _)) = self.seats[ball] {
+                self.bring_island_forward(island);
+                self.launch(island);
+                self.predict_island(island);
+                return Ok(());
+            }
             self.bring_forward(ball);
             let ended = self.phases[ball].as_deref().and_then(|p| Some((p.reactions.first()?.ground, p.end)));
             self.settle(ball, ended);
@@ -215,10 +234,64 @@ impl<'w> Engine<'w> {
     pub(super) fn bring_forward(&mut self, ball: usize) {
         self.bank(ball);
         let record = &mut self.balls[ball];
+        if record.time == self.now {
+            return;
+        }
         let spin = &mut self.spins[ball];
-        let (position, velocity) = record.at(self.now);
+        let (position, velocity) = match self.seats[ball] {
+            Some((island, place)) => self.islands[island].arcs[place].at(self.now),
+            None => record.at(self.now),
+        };
         (spin.orientation, spin.omega) = spin.after(self.now - record.time);
         (record.position, record.velocity, record.time) = (position, velocity, self.now);
+    }
+
+    /// Takes the states of the balls of an island at the present time as their new references.
+    pub(super) fn bring_island_forward(&mut self, island: usize) {
+        self.bank_links(island);
+        for place in 0..self.islands[island].balls.len() {
+            self.bring_forward(self.islands[island].balls[place]);
+        }
+    }
+
+    /// Starts a new segment of the arcs of an island, whose balls have been brought forward.
+    pub(super) fn launch(&mut self, island: usize) {
+        let Engine { islands, balls, spins, next, now, .. } = self;
+        let island = &mut islands[island];
+        let (mut x, mut v): (Vec<_>, Vec<_>) =
+            island.balls.iter().map(|&ball| (balls[ball].position, balls[ball].velocity)).unzip();
+        island.launch(*now, &mut x, &mut v);
+        for (place, &ball) in island.balls.iter().enumerate() {
+            let record = &mut balls[ball];
+            (record.position, record.velocity) = (x[place], v[place]);
+            record.course = Course::Arc;
+            record.generation = record.generation.wrapping_add(1);
+            spins[ball].alpha = DVec3::ZERO;
+            next[ball].phase_end = island.end();
+        }
+    }
+
+    /// Searches the next events of all balls of an island anew.
+    pub(super) fn predict_island(&mut self, island: usize) {
+        for place in 0..self.islands[island].balls.len() {
+            self.predict(self.islands[island].balls[place]);
+        }
+    }
+
+    /// Centre and velocity of a ball.
+    pub(super) fn state(&self, ball: usize, time: f64) -> (DVec3, DVec3) {
+        match self.seats[ball] {
+            Some((island, place)) => self.islands[island].arcs[place].at(time),
+            None => self.balls[ball].at(time),
+        }
+    }
+
+    /// Acceleration of a ball at the present time [m/s²].
+    pub(super) fn acceleration(&self, ball: usize) -> DVec3 {
+        match self.seats[ball] {
+            Some((island, place)) => self.islands[island].arcs[place].acceleration(self.now),
+            None => self.balls[ball].acceleration,
+        }
     }
 
     /// Starts a new phase of motion at the present time, from a state that has been brought forward.
@@ -263,7 +336,7 @@ impl<'w> Engine<'w> {
     }
 
     /// Whether a lasting contact holds a ball on a plane.
-    fn rests_on(&self, ball: usize, plane: usize) -> bool {
+    pub(super) fn rests_on(&self, ball: usize, plane: usize) -> bool {
         let phase = self.phases[ball].as_deref();
         phase.is_some_and(|p| p.reactions.iter().any(|r| r.ground.plane == plane))
     }
@@ -291,122 +364,5 @@ impl<'w> Engine<'w> {
         for &other in &self.wide {
             act(other as usize, &self.balls[other as usize]);
         }
-    }
-
-    /// Searches the next event of a ball anew.
-    pub(super) fn predict(&mut self, ball: usize) {
-        if !self.traits[ball].free {
-            return;
-        }
-        let record = self.balls[ball].clone();
-        let mut best = Next {
-            contact: f64::INFINITY,
-            partner: NONE,
-            generation: 0,
-            crossing: f64::INFINITY,
-            phase_end: self.next[ball].phase_end,
-        };
-        let (position, velocity) = record.at(self.now);
-        let supported = record.course == Course::Steady;
-        for (index, plane) in self.planes.iter().enumerate() {
-            if supported && self.rests_on(ball, index) {
-                continue;
-            }
-            let gap = plane.normal.dot(position) - plane.offset - record.radius;
-            let fall = meet_plane(gap, plane.normal.dot(velocity), plane.normal.dot(record.acceleration));
-            if let Some(s) = fall
-                && self.now + s < best.contact
-            {
-                best.contact = self.now + s;
-                best.partner = PLANE | index as u32;
-            }
-        }
-        self.for_each_near(ball, |other, near| {
-            self.consider(&record, position, velocity, other, near, &mut best);
-        });
-        self.next[ball] = best;
-        self.watch_cell(ball, position, velocity);
-    }
-
-    /// Takes the meeting with another ball if it is the earliest so far.
-    #[inline]
-    fn consider(&self, record: &Ball, x: DVec3, v: DVec3, other: usize, near: &Ball, best: &mut Next) {
-        let (y, w) = near.at(self.now);
-        let (d, w) = (x - y, v - w);
-        let reach = record.radius + near.radius;
-        if record.course == Course::Ballistic && near.course == Course::Ballistic {
-            if let Some(s) = meet_uniform(d, w, reach)
-                && self.now + s < best.contact
-            {
-                best.contact = self.now + s;
-                best.partner = other as u32;
-                best.generation = near.generation;
-            }
-            return;
-        }
-        let a = record.acceleration - near.acceleration;
-        let horizon = best.contact.min(best.phase_end).min(self.next[other].phase_end) - self.now;
-        let gap_at = |s: f64| {
-            let offset = d + (w + a * (0.5 * s)) * s;
-            let distance = offset.length();
-            (distance - reach, offset.dot(w + a * s) / distance)
-        };
-        let (s, partner) = match meet(gap_at, a.length(), horizon) {
-            Approach::Never => return,
-            Approach::At(s) => (s, other as u32),
-            Approach::Unclear(s) => (s, SEARCH),
-        };
-        if self.now + s < best.contact {
-            best.contact = self.now + s;
-            best.partner = partner;
-            best.generation = near.generation;
-        }
-    }
-
-    /// Finds when a ball leaves its cell, and enters its next event into the schedule.
-    fn watch_cell(&mut self, ball: usize, position: DVec3, velocity: DVec3) {
-        let record = &mut self.balls[ball];
-        let edge = self.grid.edge();
-        let mut leaves = f64::INFINITY;
-        if record.bucket != NOWHERE && edge.is_finite() {
-            for axis in 0..3 {
-                let (x, v, a) = (position[axis], velocity[axis], record.acceleration[axis]);
-                let low = f64::from(record.cell[axis]) * edge;
-                for (side, gap, v, a) in [(0, x - low, v, a), (1, low + edge - x, -v, -a)] {
-                    if let Some(s) = fall(gap.max(0.0), v, a)
-                        && s < leaves
-                    {
-                        leaves = s;
-                        record.exit = (2 * axis + side) as u8;
-                    }
-                }
-            }
-        }
-        let next = &mut self.next[ball];
-        next.crossing = self.now + leaves;
-        self.schedule.set(ball, next.contact.min(next.crossing).min(next.phase_end));
-    }
-
-    /// Moves a ball to the neighbouring cell and looks at what has come near.
-    fn cross(&mut self, ball: usize) {
-        let exit = self.balls[ball].exit;
-        self.grid.remove(&mut self.balls, ball);
-        self.balls[ball].cell[usize::from(exit / 2)] += if exit % 2 == 1 { 1 } else { -1 };
-        self.grid.insert(&mut self.balls, ball);
-        let record = self.balls[ball].clone();
-        let (position, velocity) = record.at(self.now);
-        let mut best = self.next[ball];
-        for bucket in self.grid.ahead(record.cell, exit) {
-            let mut other = self.grid.head(bucket);
-            while other != NONE {
-                let near = &self.balls[other as usize];
-                if other as usize != ball {
-                    self.consider(&record, position, velocity, other as usize, near, &mut best);
-                }
-                other = near.next;
-            }
-        }
-        self.next[ball] = best;
-        self.watch_cell(ball, position, velocity);
     }
 }

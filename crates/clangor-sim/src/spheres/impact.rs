@@ -8,7 +8,7 @@
 //!
 //! Friction follows in each round: the tangential impulse that would stop the slip (2/7 of the momentum of a sliding
 //! solid ball), cut to the Coulomb cone μ (1 + e) λ. Impulses act on hung balls through the mobility
-//! (1 − d dᵀ)/m, d the direction of the rod, which takes up the rest.
+//! (1 − Σ d dᵀ)/m, d the directions of their rods, which take up the rest.
 
 use clangor::material::PairCoefficients;
 use glam::DVec3;
@@ -33,9 +33,9 @@ pub(super) struct Member {
     pub(super) inverse_mass: f64,
     /// 1/I [1/(kg m²)].
     pub(super) inverse_inertia: f64,
-    /// Unit vector along the rod that holds it, or zero.
-    pub(super) rod: DVec3,
-    /// Impulse that the rod has added [N s].
+    /// Orthonormal directions in which rods hold it; zero where there is none.
+    pub(super) held: [DVec3; 2],
+    /// Impulse that the rods have added [N s].
     pub(super) rod_impulse: DVec3,
     /// Whether an impulse has acted on it.
     pub(super) moved: bool,
@@ -87,7 +87,11 @@ pub(super) struct Blow {
 
 impl Member {
     fn mobility(&self, impulse: DVec3) -> DVec3 {
-        (impulse - self.rod * self.rod.dot(impulse)) * self.inverse_mass
+        (impulse - self.along_rods(impulse)) * self.inverse_mass
+    }
+
+    fn along_rods(&self, impulse: DVec3) -> DVec3 {
+        self.held[0] * self.held[0].dot(impulse) + self.held[1] * self.held[1].dot(impulse)
     }
 
     fn push(&mut self, impulse: DVec3, arm: DVec3) {
@@ -189,7 +193,7 @@ pub(super) fn reflect(members: &mut [Member], touches: &[Touch]) -> Vec<Blow> {
         for (member, impulse) in [(touch.a, impulse), (touch.b, -impulse)] {
             let member = &mut members[member];
             member.moved |= member.inverse_mass > 0.0;
-            member.rod_impulse -= member.rod * member.rod.dot(impulse);
+            member.rod_impulse -= member.along_rods(impulse);
         }
     }
     blows

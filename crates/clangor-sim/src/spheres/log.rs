@@ -4,6 +4,7 @@ use clangor::body::BodyId;
 use clangor::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
+use super::arc::Far;
 use super::engine::Engine;
 use crate::SimulationError;
 use crate::record::Recorder;
@@ -11,14 +12,31 @@ use crate::record::Recorder;
 /// Impulses of a ball's lasting contacts since the last sample.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pending {
-    rows: Vec<ContactRow>,
+    /// Plane (or [`LINK`] + number of the link in the island) and row.
+    rows: Vec<(usize, ContactRow)>,
     /// Until when they are summed [s].
     until: f64,
+}
+
+/// Marks a row of a spring or rod.
+const LINK: usize = 1 << 32;
+
+impl Pending {
+    fn row(&mut self, key: usize, new: impl FnOnce() -> ContactRow) -> &mut ContactRow {
+        let at = self.rows.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
+            self.rows.push((key, new()));
+            self.rows.len() - 1
+        });
+        &mut self.rows[at].1
+    }
 }
 
 impl Engine<'_> {
     /// Adds the impulses of the present phase up to now.
     pub(super) fn bank(&mut self, ball: usize) {
+        if self.seats[ball].is_some() {
+            return;
+        }
         let Some(pending) = self.pending.as_mut().map(|all| &mut all[ball]) else { return };
         let span = self.now - std::mem::replace(&mut pending.until, self.now);
         let Some(phase) = self.phases[ball].as_deref().filter(|_| span > 0.0) else { return };
@@ -28,24 +46,10 @@ impl Engine<'_> {
         for reaction in &phase.reactions {
             let plane = &self.planes[reaction.ground.plane];
             let (normal, body_b) = (plane.normal, BodyId(plane.body));
-            let at = pending.rows.iter().position(|row| row.body_b == body_b).unwrap_or_else(|| {
-                pending.rows.push(ContactRow {
-                    time: self.now,
-                    body_a: BodyId(self.traits[ball].body),
-                    body_b,
-                    kind: ContactKind::Contact,
-                    point: DVec3::ZERO,
-                    normal,
-                    impulse_n: 0.0,
-                    impulse_t: DVec3::ZERO,
-                    couple: DVec3::ZERO,
-                    velocity: DVec3::ZERO,
-                    depth: 0.0,
-                    impact_id: 0,
-                });
-                pending.rows.len() - 1
-            });
-            let row = &mut pending.rows[at];
+            let body_a = BodyId(self.traits[ball].body);
+            let row = pending
+                .row(reaction.ground.plane, || empty_row(ContactKind::Contact, body_a, body_b, normal));
+            row.time = self.now;
             row.impulse_n += reaction.normal * span;
             row.impulse_t += reaction.tangential * span;
             row.couple += reaction.couple * span;
@@ -55,13 +59,96 @@ impl Engine<'_> {
         }
     }
 
+    /// Adds the impulses of the springs and rods of an island up to now.
+    ///
+    /// A spring between two balls becomes two rows against the world, each at the centre of its ball: a link has no
+    /// torque about it, and the far centre has moved in between.
+    pub(super) fn bank_links(&mut self, index: usize) {
+        let Some(pending) = self.pending.as_mut() else { return };
+        let island = &self.islands[index];
+        let since = island.balls.first().map_or(self.now, |&ball| pending[ball].until);
+        for &ball in &island.balls {
+            pending[ball].until = self.now;
+        }
+        if since >= self.now {
+            return;
+        }
+        let (by_springs, by_rods) = island.impulses(since, self.now);
+        let mut add = |place: usize, key: usize, far: DVec3, far_body: BodyId, impulse: DVec3| {
+            let ball = island.balls[place];
+            let (position, velocity) = island.arcs[place].at(self.now);
+            let body_a = BodyId(self.traits[ball].body);
+            let normal = (position - far).normalize_or(DVec3::Y);
+            let row = pending[ball]
+                .row(LINK + key, || empty_row(ContactKind::Constraint, body_a, far_body, normal));
+            let whole = row.impulse() + impulse;
+            row.normal = normal;
+            row.impulse_n = whole.dot(normal);
+            row.impulse_t = whole - normal * row.impulse_n;
+            (row.time, row.point, row.velocity) = (self.now, position, velocity);
+        };
+        for (key, (spring, impulse)) in island.springs.iter().zip(by_springs).enumerate() {
+            let near = island.arcs[spring.ball].at(self.now).0;
+            let far = match spring.to {
+                Far::Point(point) => point,
+                Far::Ball(other) => {
+                    add(other, key, near, spring.far_body, -impulse);
+                    island.arcs[other].at(self.now).0
+                }
+            };
+            add(spring.ball, key, far, spring.far_body, impulse);
+        }
+        for (key, (rod, impulse)) in island.rods.iter().zip(by_rods).enumerate() {
+            add(rod.ball, island.springs.len() + key, rod.anchor, BodyId::WORLD, impulse);
+        }
+    }
+
+    /// Writes what the rods of a ball have added to an impact.
+    pub(super) fn log_rods(
+        &self,
+        island: usize,
+        place: usize,
+        impulse: DVec3,
+        recorder: &mut Recorder<'_>,
+    ) -> std::io::Result<()> {
+        if self.pending.is_none() || impulse == DVec3::ZERO {
+            return Ok(());
+        }
+        let island = &self.islands[island];
+        let record = &self.balls[island.balls[place]];
+        let mut rest = impulse;
+        let rods: Vec<_> = island.rods.iter().filter(|r| r.ball == place).collect();
+        for (k, rod) in rods.iter().enumerate() {
+            let normal = (record.position - rod.anchor).normalize_or(DVec3::Y);
+            // The part that the other rod cannot take; the last one takes what is left.
+            let share = match rods.get(k + 1) {
+                Some(other) => {
+                    let e = (record.position - other.anchor).normalize_or(DVec3::Y);
+                    let across = normal - e * e.dot(normal);
+                    normal * (across.dot(rest) / across.length_squared().max(1e-12))
+                }
+                None => rest,
+            };
+            rest -= share;
+            let body = BodyId(self.traits[island.balls[place]].body);
+            let mut row = empty_row(ContactKind::Constraint, body, BodyId::WORLD, normal);
+            (row.time, row.point, row.velocity) = (self.now, record.position, record.velocity);
+            row.impulse_n = share.dot(normal);
+            row.impulse_t = share - normal * row.impulse_n;
+            recorder.contact(&[row], &[])?;
+        }
+        Ok(())
+    }
+
     /// Writes the impulses of lasting contacts since the last sample.
     pub(super) fn write_lasting(&mut self, recorder: &mut Recorder<'_>) -> Result<(), SimulationError> {
+        if self.pending.is_some() {
+            (0..self.islands.len()).for_each(|island| self.bank_links(island));
+        }
         for ball in 0..self.balls.len() {
             self.bank(ball);
             let Some(pending) = self.pending.as_mut().map(|all| &mut all[ball]) else { return Ok(()) };
-            for mut row in pending.rows.drain(..) {
-                row.time = self.now;
+            for (_, row) in pending.rows.drain(..) {
                 recorder.contact(&[row], &[])?;
             }
         }
@@ -72,7 +159,7 @@ impl Engine<'_> {
     pub(super) fn write_poses(&self, recorder: &mut Recorder<'_>) -> Result<(), SimulationError> {
         for &ball in &self.by_body {
             let (record, spin) = (&self.balls[ball as usize], &self.spins[ball as usize]);
-            let (position, velocity) = record.at(self.now);
+            let (position, velocity) = self.state(ball as usize, self.now);
             let (orientation, angular_velocity) = spin.after(self.now - record.time);
             recorder.pose(&PoseRow {
                 time: self.now,
@@ -84,5 +171,22 @@ impl Engine<'_> {
             })?;
         }
         Ok(())
+    }
+}
+
+fn empty_row(kind: ContactKind, body_a: BodyId, body_b: BodyId, normal: DVec3) -> ContactRow {
+    ContactRow {
+        time: 0.0,
+        body_a,
+        body_b,
+        kind,
+        point: DVec3::ZERO,
+        normal,
+        impulse_n: 0.0,
+        impulse_t: DVec3::ZERO,
+        couple: DVec3::ZERO,
+        velocity: DVec3::ZERO,
+        depth: 0.0,
+        impact_id: 0,
     }
 }

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use clangor::body::{Body, Link, Motion, Surface, World};
+use clangor::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use glam::DVec3;
 
+use super::arc::{Far, Island, Rod, Spring};
 use super::ball::{Ball, Course, Spin, Traits};
 use super::grid::{Grid, NONE, NOWHERE};
 use crate::SimulationError;
@@ -36,6 +37,10 @@ pub(super) struct Start {
     pub(super) grid: Grid,
     /// Balls that are in no cell.
     pub(super) wide: Vec<u32>,
+    /// Balls on rods and springs, together with those that springs join to them.
+    pub(super) islands: Vec<Island>,
+    /// Island of each ball and its place there.
+    pub(super) seats: Vec<Option<(usize, usize)>>,
 }
 
 /// Sorts a world into balls and planes.
@@ -75,10 +80,9 @@ pub(super) fn start(world: &World) -> Result<Start, SimulationError> {
             }
         }
     }
-    if let Some(Link::Hang { body, .. } | Link::Spring { body, .. }) = world.links.first() {
-        return Err(refuse(&world.bodies[body.index()], "it hangs or is held by a spring"));
-    }
-    Ok(place(world, spheres, planes))
+    let mut start = place(world, spheres, planes);
+    tie(world, &mut start)?;
+    Ok(start)
 }
 
 /// Chooses the cells, and keeps the balls in the order of their cells, so that neighbours in space are neighbours in
@@ -148,7 +152,109 @@ fn place(world: &World, mut spheres: Vec<(usize, f64)>, planes: Vec<Plane>) -> S
             wide.push(ball as u32);
         }
     }
-    Start { balls, spins, traits, planes, grid, wide }
+    let seats = vec![None; balls.len()];
+    Start { balls, spins, traits, planes, grid, wide, islands: Vec::new(), seats }
+}
+
+/// Gathers linked balls into islands.
+fn tie(world: &World, start: &mut Start) -> Result<(), SimulationError> {
+    let mut ball_of = vec![None; world.bodies.len()];
+    for (ball, traits) in start.traits.iter().enumerate().filter(|(_, t)| t.free) {
+        ball_of[traits.body as usize] = Some(ball);
+    }
+    let refuse = |body: BodyId, reason| {
+        let name = world.bodies[body.index()].name.clone();
+        Err(SimulationError::NotASphere { body: name, reason })
+    };
+    // Islands are the components of the graph of springs; the lowest ball stands for its island.
+    let mut root: Vec<usize> = (0..start.balls.len()).collect();
+    let find = |root: &[usize], mut ball: usize| {
+        while root[ball] != ball {
+            ball = root[ball];
+        }
+        ball
+    };
+    let mut linked = vec![false; start.balls.len()];
+    for link in &world.links {
+        let (body, other) = match *link {
+            Link::Hang { body, .. } => (body, None),
+            Link::Spring { body, to: SpringEnd::Point(_), .. } => (body, None),
+            Link::Spring { body, to: SpringEnd::Body(other), .. } => (body, Some(other)),
+        };
+        let balls: Vec<usize> =
+            [Some(body), other].into_iter().flatten().filter_map(|b| ball_of[b.index()]).collect();
+        for &ball in &balls {
+            linked[ball] = true;
+        }
+        if let [one, two] = balls[..] {
+            let (one, two) = (find(&root, one), find(&root, two));
+            root[one.max(two)] = one.min(two);
+        }
+    }
+    for ball in (0..start.balls.len()).filter(|&b| linked[b]) {
+        let first = find(&root, ball);
+        let island = match start.seats[first] {
+            Some((island, _)) => island,
+            None => {
+                start.islands.push(Island::new(Vec::new(), Vec::new(), world.gravity));
+                start.islands.len() - 1
+            }
+        };
+        let members = &mut start.islands[island];
+        start.seats[ball] = Some((island, members.balls.len()));
+        members.balls.push(ball);
+        members.masses.push(start.traits[ball].mass);
+    }
+    let seat = |body: BodyId| ball_of[body.index()].and_then(|ball| start.seats[ball]);
+    for link in &world.links {
+        match *link {
+            Link::Hang { body, anchor } => {
+                let Some((island, ball)) = seat(body) else {
+                    return refuse(body, "it hangs, but it is not a free sphere");
+                };
+                let length = world.bodies[body.index()].pose.position.distance(anchor);
+                let rods = &mut start.islands[island].rods;
+                if !(length > 0.0 && length.is_finite()) {
+                    return refuse(body, "the rod on which it hangs has no length");
+                }
+                if rods.iter().filter(|r| r.ball == ball).count() == 2 {
+                    return refuse(body, "it hangs on more than two rods");
+                }
+                rods.push(Rod { ball, anchor, length });
+            }
+            Link::Spring { body, to, rest_length, stiffness, damping } => {
+                if ![rest_length, stiffness, damping].iter().all(|x| *x >= 0.0 && x.is_finite()) {
+                    return refuse(body, "its spring has a negative or infinite coefficient");
+                }
+                let far = match to {
+                    SpringEnd::Point(point) => (None, Far::Point(point), BodyId::WORLD),
+                    SpringEnd::Body(other) => {
+                        (seat(other), Far::Point(world.bodies[other.index()].pose.position), other)
+                    }
+                };
+                let (island, ball, to, far_body) = match (seat(body), far) {
+                    (Some((island, ball)), (Some((_, other)), ..)) => {
+                        (island, ball, Far::Ball(other), BodyId::WORLD)
+                    }
+                    (Some((island, ball)), (None, point, far_body)) => (island, ball, point, far_body),
+                    // The free ball is at the far end.
+                    (None, (Some((island, ball)), ..)) => {
+                        (island, ball, Far::Point(world.bodies[body.index()].pose.position), body)
+                    }
+                    (None, (None, ..)) => continue,
+                };
+                start.islands[island].springs.push(Spring {
+                    ball,
+                    to,
+                    far_body,
+                    rest_length,
+                    stiffness,
+                    damping,
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Z-order of a cell: bits of the three coordinates in turn.

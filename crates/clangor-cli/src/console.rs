@@ -50,6 +50,13 @@ impl Console {
         }
     }
 
+    /// A message that says itself what it is, on standard error.
+    pub(crate) fn note(&self, text: impl std::fmt::Display) {
+        if !self.quiet {
+            eprintln!("{text}");
+        }
+    }
+
     /// The result as JSON, if asked for.
     pub(crate) fn json(&self, value: &serde_json::Value) {
         if self.json {
@@ -68,7 +75,9 @@ impl Console {
             Some((total * UNITS_PER_SECOND).ceil() as u64),
             if self.quiet || self.json { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() },
         );
-        let style = ProgressStyle::with_template("{prefix:>10} {bar:40} {percent:>3} %  {elapsed} (about {eta} left)");
+        let style = ProgressStyle::with_template(
+            "{prefix:>10} {bar:40} {percent:>3} %  {elapsed} (about {eta} left)",
+        );
         if let Ok(style) = style {
             bar.set_style(style);
         }

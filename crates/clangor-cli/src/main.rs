@@ -1,3 +1,44 @@
 //! The program `clangor`.
+//!
+//! A command calls one stage of `clangor_pipeline` after the other: load, simulate, render. What goes wrong comes back
+//! as a [`Failure`] and is printed once, here.
 
-fn main() {}
+mod arguments;
+mod command;
+mod console;
+mod diagnostics;
+mod failure;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+use console::Console;
+use failure::Failure;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let console = Console::new(&arguments.global);
+    let global = &arguments.global;
+    let threads = global.threads.map_or(0, usize::from);
+    let done = clangor_pipeline::with_threads(threads, || match &arguments.command {
+        Command::Render(options) => command::render::run(options, global, &console),
+        Command::Check(options) => command::check::run(options, global, &console),
+        Command::Simulate(options) => command::simulate::run(options, global, &console),
+        Command::Strike(options) => command::strike::run(options, &console),
+        Command::Inspect(options) => command::inspect::run(options, &console),
+        Command::Validate(options) => command::validate::run(options, &console),
+    });
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Interrupted) => {
+            eprintln!("interrupted; nothing was written");
+            ExitCode::from(130)
+        }
+        Err(Failure::Error(message)) => {
+            eprintln!("{}", message.trim_end());
+            ExitCode::FAILURE
+        }
+    }
+}

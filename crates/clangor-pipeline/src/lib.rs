@@ -2,6 +2,19 @@
 
 pub mod atomic_file;
 pub mod levels;
+pub mod load;
 pub mod mesh_reader;
+pub mod render;
+pub mod simulate;
 pub mod timeline_file;
+pub mod validate;
 pub mod wav;
+
+/// Runs `work` on a pool of `threads` threads; 0 means one per core. The result of no stage depends on it.
+pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool.install(work),
+        // Without threads of its own the work runs on the global pool, more slowly at worst.
+        Err(_) => work(),
+    }
+}

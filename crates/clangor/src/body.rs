@@ -81,6 +81,16 @@ impl MeshSurface {
         MeshSurface { mesh, mean_curvature, parts: Vec::new(), volume, tree }
     }
 
+    /// The same surface with all lengths multiplied by `factor`.
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.mesh.vertices.iter_mut().for_each(|v| *v *= factor);
+        self.mean_curvature.iter_mut().for_each(|h| *h /= factor);
+        self.parts = self.parts.iter().map(|p| p.scaled(factor)).collect();
+        self.volume *= factor.powi(3);
+        self.tree = SurfaceTree::new(&self.mesh);
+        self
+    }
+
     /// Mean curvature [1/m] at the point of the surface nearest to `point_body`, interpolated between the vertices.
     pub fn mean_curvature_at(&self, point_body: DVec3) -> f64 {
         self.tree.nearest(&self.mesh, point_body).map_or(0.0, |nearest| {
@@ -101,6 +111,15 @@ impl MeshSurface {
 }
 
 impl Surface {
+    /// The same surface with all lengths multiplied by `factor`.
+    pub fn scaled(self, factor: f64) -> Self {
+        match self {
+            Surface::Sphere { radius } => Surface::Sphere { radius: radius * factor },
+            Surface::HalfSpace => Surface::HalfSpace,
+            Surface::Mesh(surface) => Surface::Mesh(surface.scaled(factor)),
+        }
+    }
+
     /// Radius of the smallest ball about the centre of mass that holds the body [m]; infinite for a half-space.
     pub fn bounding_radius(&self) -> f64 {
         match self {

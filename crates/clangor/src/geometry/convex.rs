@@ -28,6 +28,22 @@ pub enum ConvexPart {
 }
 
 impl ConvexPart {
+    /// The same part with all lengths multiplied by `factor`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        match self {
+            ConvexPart::Ball { centre, radius } => {
+                ConvexPart::Ball { centre: *centre * factor, radius: *radius * factor }
+            }
+            ConvexPart::Cylinder { centre, axis, radius, half_height } => ConvexPart::Cylinder {
+                centre: *centre * factor,
+                axis: *axis,
+                radius: *radius * factor,
+                half_height: *half_height * factor,
+            },
+            ConvexPart::Hull(points) => ConvexPart::Hull(points.iter().map(|p| *p * factor).collect()),
+        }
+    }
+
     /// The same part in a frame whose origin is at `origin`.
     pub fn relative_to(&self, origin: DVec3) -> Self {
         match self {

@@ -21,6 +21,22 @@ pub struct MassProperties {
 }
 
 impl MassProperties {
+    /// Those of a sphere about the origin.
+    pub fn of_sphere(radius: f64) -> Self {
+        let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+        let inertia = DMat3::from_diagonal(DVec3::splat(0.4 * volume * radius * radius));
+        MassProperties { volume, centre_of_mass: DVec3::ZERO, inertia }
+    }
+
+    /// Those of the same solid with all lengths multiplied by `factor`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        MassProperties {
+            volume: self.volume * factor.powi(3),
+            centre_of_mass: self.centre_of_mass * factor,
+            inertia: self.inertia * factor.powi(5),
+        }
+    }
+
     /// Integrates over the solid that a closed surface bounds; whether it is closed, see
     /// [`check_solid`](super::solid::check_solid).
     ///

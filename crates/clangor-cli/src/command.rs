@@ -1,0 +1,53 @@
+//! One module per command, and what they share: how a scene is loaded, and how a seed is replaced.
+
+pub(crate) mod check;
+pub(crate) mod inspect;
+pub(crate) mod render;
+pub(crate) mod simulate;
+pub(crate) mod strike;
+pub(crate) mod validate;
+
+use std::path::Path;
+
+use clangor::scene::Scene;
+use clangor::scene::body_description::Copies;
+use clangor_pipeline::load::{LoadedScene, load_scene};
+
+use crate::arguments::Global;
+use crate::console::Console;
+use crate::diagnostics::draw_warning;
+use crate::failure::Failure;
+
+/// Loads a scene and prints its warnings; `adjust` changes what the command line overrides.
+fn load(
+    path: &Path,
+    global: &Global,
+    adjust: &dyn Fn(&mut Scene),
+    console: &Console,
+) -> Result<LoadedScene, Failure> {
+    let loaded = load_scene(path, &|scene| {
+        if let Some(seed) = global.seed {
+            reseed(scene, seed);
+        }
+        adjust(scene);
+    })?;
+    for warning in &loaded.warnings {
+        console.note(draw_warning(path, &loaded.text, warning));
+    }
+    Ok(loaded)
+}
+
+/// Draws every random placement of a scene from a new seed.
+fn reseed(scene: &mut Scene, seed: u64) {
+    scene.simulation.seed = seed;
+    for body in &mut scene.bodies {
+        if let Copies::Random(placement) = &mut body.copies {
+            placement.seed = None;
+        }
+    }
+}
+
+/// Whether a path names a timeline folder and not a scene.
+fn is_timeline(path: &Path) -> bool {
+    path.is_dir() || path.extension().is_some_and(|e| e == "timeline")
+}

@@ -1,0 +1,169 @@
+//! What a rendering tells: files with their levels, what was not heard, and each body's share.
+
+use clangor::body::{Body, BodyId, Motion, Surface};
+use clangor_pipeline::levels::db_spl;
+use clangor_pipeline::render::{RenderSummary, RenderedFile};
+use serde_json::json;
+
+use crate::console::Console;
+
+/// One line per file, and what was left out.
+pub(super) fn say(console: &Console, bodies: &[Body], summary: &RenderSummary) {
+    for file in &summary.files {
+        let (peak, rms) = loudest(file);
+        console.say(format_args!(
+            "{}: peak {peak:.4e} Pa ({} dB SPL), RMS {rms:.4e} Pa ({} dB SPL), {} LUFS, full scale {} Pa",
+            file.path.display(),
+            decibels(peak),
+            decibels(rms),
+            file.levels.loudness.map_or("n/a".into(), |l| format!("{l:.1}")),
+            file.full_scale,
+        ));
+        if file.clipped_samples > 0 {
+            console.warn(format_args!(
+                "{}: {} samples exceed full scale and were clipped; raise --full-scale or use --bits 32f",
+                file.path.display(),
+                file.clipped_samples
+            ));
+        }
+        if peak == 0.0 && file.stem.is_none() {
+            console.warn(format_args!("{} is silent; --explain says why", file.path.display()));
+        }
+    }
+    for (report, file) in summary.listeners.iter().zip(summary.files.iter().filter(|f| f.stem.is_none())) {
+        if let Some((_, body, time)) = report.first_inside {
+            console.warn(format_args!(
+                "listener \"{}\" was inside the sphere that stands for a body at {} clicks, which were left out; the \
+                 first was of \"{}\" at {time:.4} s; move the listener away",
+                file.listener,
+                report.receiver_inside,
+                bodies[body.index()].name
+            ));
+        }
+        if report.below_floor > 0 {
+            console.warn(format_args!(
+                "{} clicks of bodies whose centre was below the rigid floor were left out; lower `floor_height`",
+                report.below_floor
+            ));
+        }
+    }
+}
+
+/// A table of bodies: share of the energy, impacts, and why a body is silent.
+pub(super) fn explain(console: &Console, bodies: &[Body], summary: &RenderSummary) {
+    let contacts = &summary.contacts;
+    console.say(format_args!(
+        "impacts: {} sound, {} slower than v_min, {} without normal impulse, {} between bodies that cannot move",
+        contacts.pulses, contacts.slow, contacts.without_impulse, contacts.immovable
+    ));
+    console.say(format_args!(
+        "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  remark",
+        "body", "part", "dB of all", "clicks", "too slow", "τc/L"
+    ));
+    let total: f64 = summary.energies.values().sum();
+    for (index, body) in bodies.iter().enumerate() {
+        let energy = energy(summary, index);
+        let counts = contacts.bodies.get(index).copied().unwrap_or_default();
+        let share =
+            if energy > 0.0 { format!("{:.1}", 10.0 * (energy / total).log10()) } else { "−∞".into() };
+        let transit = counts.smallest_transit_ratio;
+        console.say(format_args!(
+            "{:24} {:12} {share:>10} {:>8} {:>8} {:>8}  {}",
+            body.name,
+            "acceleration",
+            counts.pulses,
+            counts.slow,
+            if transit.is_finite() { format!("{transit:.2}") } else { "–".into() },
+            remark(body, energy, summary, index)
+        ));
+    }
+}
+
+/// Why a body is silent, or what to know about its sound.
+fn remark(body: &Body, energy: f64, summary: &RenderSummary, index: usize) -> &'static str {
+    let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
+    if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
+        "silent: it does not move, and nothing but acceleration sounds yet"
+    } else if body.motion != Motion::Free {
+        "silent: keyframes move it, not blows"
+    } else if energy > 0.0 && counts.shorter_than_transit > 0 {
+        "some blows are shorter than a wave takes to cross it (τc/L < 1): its click is an upper bound"
+    } else if energy > 0.0 && !matches!(*body.surface, Surface::Sphere { .. }) {
+        "as the sphere of equal volume"
+    } else if energy > 0.0 {
+        "exact"
+    } else if counts.pulses > 0 {
+        "silent: its clicks fall outside the written time, or the listener was inside it"
+    } else if counts.slow > 0 {
+        "silent: every touch was slower than v_min"
+    } else {
+        "silent: nothing touched it"
+    }
+}
+
+/// The result as JSON.
+pub(super) fn print_json(console: &Console, bodies: &[Body], summary: &RenderSummary) {
+    if !console.wants_json() {
+        return;
+    }
+    let files: Vec<_> = summary
+        .files
+        .iter()
+        .map(|file| {
+            let (peak, rms) = loudest(file);
+            json!({
+                "path": file.path,
+                "listener": file.listener,
+                "stem": file.stem.map(|id| bodies[id.index()].name.clone()),
+                "frames": file.levels.frames,
+                "full_scale_pa": file.full_scale,
+                "peak_pa": peak,
+                "rms_pa": rms,
+                "peak_db_spl": db_spl(peak),
+                "rms_db_spl": db_spl(rms),
+                "loudness_lufs": file.levels.loudness,
+                "clipped_samples": file.clipped_samples,
+            })
+        })
+        .collect();
+    let bodies: Vec<_> = bodies
+        .iter()
+        .enumerate()
+        .map(|(index, body)| {
+            let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
+            json!({
+                "name": body.name,
+                "acceleration_energy_pa2_s": energy(summary, index),
+                "clicks": counts.pulses,
+                "impacts_slower_than_v_min": counts.slow,
+            })
+        })
+        .collect();
+    let contacts = &summary.contacts;
+    console.json(&json!({
+        "files": files,
+        "bodies": bodies,
+        "impacts": {
+            "sounding": contacts.pulses,
+            "slower_than_v_min": contacts.slow,
+            "without_impulse": contacts.without_impulse,
+            "immovable": contacts.immovable,
+            "delayed_in_chains": contacts.delayed,
+        },
+    }));
+}
+
+/// Largest peak and RMS of the channels [Pa].
+fn loudest(file: &RenderedFile) -> (f64, f64) {
+    let channels = &file.levels.channels;
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    (largest(&mut channels.iter().map(|c| c.peak)), largest(&mut channels.iter().map(|c| c.rms)))
+}
+
+fn energy(summary: &RenderSummary, index: usize) -> f64 {
+    summary.energies.get(&BodyId(index as u32)).copied().unwrap_or(0.0)
+}
+
+fn decibels(pressure: f64) -> String {
+    db_spl(pressure).map_or("−∞".into(), |db| format!("{db:.1}"))
+}

@@ -1,0 +1,50 @@
+//! `clangor simulate`: dynamics only.
+
+use clangor_pipeline::simulate::simulate_to_folder;
+use clangor_sim::SimulationReport;
+use serde_json::json;
+
+use super::load;
+use crate::arguments::{Global, Simulate};
+use crate::console::Console;
+use crate::failure::Failure;
+
+pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Result<(), Failure> {
+    let adjust = |scene: &mut clangor::scene::Scene| {
+        scene.simulation.duration = options.duration.unwrap_or(scene.simulation.duration);
+    };
+    let loaded = load(&options.scene, global, &adjust, console)?;
+    let output = options.output.clone().unwrap_or_else(|| options.scene.with_extension("timeline"));
+    let progress = console.progress("simulate", loaded.scene.simulation.duration);
+    let (_, report, rows) =
+        simulate_to_folder(&loaded, options.raw_log, &output, options.force, &mut |t| progress.reached(t))?;
+    drop(progress);
+    say_simulated(console, &report);
+    console.say(format_args!(
+        "{}: {} contact rows, {} pose rows",
+        output.display(),
+        rows.contacts,
+        rows.poses
+    ));
+    console.json(&json!({
+        "timeline": output,
+        "impacts": report.impacts,
+        "dropped_impacts": report.dropped_impacts,
+        "contact_rows": rows.contacts,
+        "pose_rows": rows.poses,
+        "deepest_overlap_m": report.deepest_overlap,
+        "simulated_s": report.time,
+    }));
+    Ok(())
+}
+
+/// One line about a simulation.
+pub(super) fn say_simulated(console: &Console, report: &SimulationReport) {
+    console.say(format_args!(
+        "simulated {} s: {} impacts, {} more slower than v_min, deepest overlap {:.2} µm",
+        report.time,
+        report.impacts,
+        report.dropped_impacts,
+        report.deepest_overlap * 1e6
+    ));
+}

@@ -1,0 +1,45 @@
+//! Why a command ended without its result.
+
+use std::fmt::Display;
+
+use clangor_pipeline::load::LoadError;
+use clangor_pipeline::render::RenderError;
+use clangor_pipeline::simulate::SimulateError;
+
+use crate::diagnostics::draw_errors;
+
+/// The end of a command that has no result.
+pub(crate) enum Failure {
+    /// Something is wrong; the text says what, where, and what to do.
+    Error(String),
+    /// The person pressed Ctrl-C.
+    Interrupted,
+}
+
+impl Failure {
+    /// A failure that is told in one line.
+    pub(crate) fn new(error: impl Display) -> Self {
+        Failure::Error(format!("error: {error}"))
+    }
+}
+
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Self {
+        match error {
+            LoadError::Scene { path, text, errors } => Failure::Error(draw_errors(&path, &text, &errors)),
+            other => Failure::new(other),
+        }
+    }
+}
+
+impl From<SimulateError> for Failure {
+    fn from(error: SimulateError) -> Self {
+        if error.is_interruption() { Failure::Interrupted } else { Failure::new(error) }
+    }
+}
+
+impl From<RenderError> for Failure {
+    fn from(error: RenderError) -> Self {
+        if matches!(error, RenderError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
+    }
+}

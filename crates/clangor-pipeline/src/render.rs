@@ -1,0 +1,366 @@
+//! Impacts become sound at listeners, and sound becomes WAV files.
+//!
+//! ```text
+//! impacts ─► force pulses ─► clicks ─► one pass per listener and stem ─► WAV, levels, energies
+//! ```
+//!
+//! A pass streams: blocks are rendered on all threads, added in a fixed order, and written as soon as they are complete.
+//! Normalising takes a pass of its own to find the peak, so that memory stays flat however long the sound is.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use clangor::body::{Body, BodyId};
+use clangor::contact::{ContactError, ContactReport, ContactSettings, PoseHistory, impact_pulses};
+use clangor::synthesis::click::clicks_of;
+use clangor::synthesis::{
+    Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SynthesisError,
+};
+use clangor::timeline::Timeline;
+use rayon::prelude::*;
+
+use crate::levels::{LevelMeter, Levels};
+use crate::timeline_file::{TimelineError, TimelineReader};
+use crate::wav::{Meaning, SampleFormat, WavError, WavSpec, WavWriter};
+
+/// Why nothing was rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The contacts cannot be turned into forces.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// The sound cannot be synthesised.
+    #[error(transparent)]
+    Synthesis(#[from] SynthesisError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Wav(#[from] WavError),
+    /// There is nobody to render for.
+    #[error("there is no listener; add a [[listener]] to the scene, or use --listener X,Y,Z")]
+    NoListener,
+    /// Nothing between start and end.
+    #[error("the sound would end at {to} s, not after its start at {from} s")]
+    NothingToWrite {
+        /// Start [s].
+        from: f64,
+        /// End [s].
+        to: f64,
+    },
+    /// Stopped by the caller.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// What full scale of a file is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FullScale {
+    /// This pressure [Pa].
+    Pascals(f64),
+    /// Whatever brings the loudest sample of a listener to this level [dBFS].
+    Peak(f64),
+}
+
+/// How to render, and what to write.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// Who listens.
+    pub listeners: Vec<Listener>,
+    /// Impacts to forces.
+    pub contact: ContactSettings,
+    /// Forces to pressure; `start` is the time of the first sample written [s].
+    pub synthesis: RenderSettings,
+    /// End of the sound [s].
+    pub to: f64,
+    /// Format of a sample.
+    pub format: SampleFormat,
+    /// What full scale means.
+    pub full_scale: FullScale,
+    /// Also a file for each body that sounds.
+    pub stems: bool,
+    /// A line for the comment of the files.
+    pub note: String,
+}
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderedFile {
+    /// Where.
+    pub path: PathBuf,
+    /// Who heard it.
+    pub listener: String,
+    /// The body of a stem.
+    pub stem: Option<BodyId>,
+    /// Pressure of a sample of 1 [Pa].
+    pub full_scale: f64,
+    /// How loud it is.
+    pub levels: Levels,
+    /// Samples beyond full scale (24-bit only).
+    pub clipped_samples: u64,
+}
+
+/// What a rendering did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RenderSummary {
+    /// The files, in order of listener; a mix before its stems.
+    pub files: Vec<RenderedFile>,
+    /// What became of the impacts.
+    pub contacts: ContactReport,
+    /// What each listener could not hear.
+    pub listeners: Vec<RenderReport>,
+    /// Sum of ∫ p² dt over all receivers [Pa² s] by body.
+    pub energies: BTreeMap<BodyId, f64>,
+}
+
+/// Renders the impacts of a timeline for every listener into `output`.
+///
+/// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`.
+/// `progress` is told the time that has been rendered, all passes together [s].
+///
+/// # Errors
+/// [`RenderError`]; a file appears only once it is complete.
+pub fn render(
+    bodies: &[Body],
+    timeline: &Timeline,
+    options: &RenderOptions,
+    output: &Path,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<RenderSummary, RenderError> {
+    if options.listeners.is_empty() {
+        return Err(RenderError::NoListener);
+    }
+    let from = options.synthesis.start;
+    if options.to <= from {
+        return Err(RenderError::NothingToWrite { from, to: options.to });
+    }
+    let poses = PoseHistory::try_new(bodies, &timeline.poses)?;
+    let (pulses, contacts) = impact_pulses(bodies, &timeline.contacts, &poses, &options.contact)?;
+    let mut clicks: Vec<Click> = pulses.iter().flat_map(|p| clicks_of(p, bodies)).collect();
+    clicks.sort_by(|a, b| a.time.total_cmp(&b.time));
+
+    let mut summary = RenderSummary { contacts, ..RenderSummary::default() };
+    let mut done = 0.0;
+    for listener in &options.listeners {
+        let mut stems = vec![None];
+        if options.stems {
+            let sounding: std::collections::BTreeSet<BodyId> = clicks.iter().map(|c| c.body).collect();
+            stems.extend(sounding.into_iter().map(Some));
+        }
+        let mut full_scale = None;
+        for stem in stems {
+            let own: Vec<Click>;
+            let heard = match stem {
+                None => &clicks[..],
+                Some(body) => {
+                    own = clicks.iter().filter(|c| c.body == body).copied().collect();
+                    &own
+                }
+            };
+            let mut pass =
+                Pass { listener, options, clicks: heard, done: &mut done, progress: &mut *progress };
+            // Stems keep the full scale of their mix, so that they add up to it.
+            let scale = match full_scale {
+                Some(scale) => scale,
+                None => pass.full_scale()?,
+            };
+            full_scale = Some(scale);
+            let path = file_name(output, options, listener, stem.map(|id| bodies[id.index()].name.as_str()));
+            let (file, report, energies) = pass.write(&path, scale)?;
+            if stem.is_none() {
+                summary.listeners.push(report);
+                for (body, energy) in energies {
+                    *summary.energies.entry(body).or_default() += energy;
+                }
+            }
+            summary.files.push(RenderedFile { stem, ..file });
+        }
+    }
+    Ok(summary)
+}
+
+/// `output`, with the listener's name if there are several, and the stem's.
+fn file_name(output: &Path, options: &RenderOptions, listener: &Listener, stem: Option<&str>) -> PathBuf {
+    let mut name = output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    // A name may hold anything; a file name may not.
+    let safe = |text: &str| text.replace(|c: char| !(c.is_alphanumeric() || "-_ ".contains(c)), "_");
+    if options.listeners.len() > 1 {
+        name = format!("{name}.{}", safe(&listener.name));
+    }
+    if let Some(stem) = stem {
+        name = format!("{name}.{}.acceleration", safe(stem));
+    }
+    match output.extension() {
+        Some(extension) => output.with_file_name(format!("{name}.{}", extension.to_string_lossy())),
+        None => output.with_file_name(name),
+    }
+}
+
+/// One listener, one selection of clicks.
+struct Pass<'a> {
+    listener: &'a Listener,
+    options: &'a RenderOptions,
+    clicks: &'a [Click],
+    /// Time rendered by earlier passes [s].
+    done: &'a mut f64,
+    progress: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
+}
+
+impl Pass<'_> {
+    /// Pressure of a sample of 1 [Pa].
+    fn full_scale(&mut self) -> Result<f64, RenderError> {
+        match self.options.full_scale {
+            FullScale::Pascals(pressure) => Ok(pressure),
+            FullScale::Peak(level) => {
+                let mut peak = 0.0f32;
+                self.stream(&mut |samples| {
+                    peak = samples.iter().fold(peak, |m, p| m.max(p.abs()));
+                    Ok(())
+                })?;
+                // Silence has no peak to normalise.
+                let peak = if peak > 0.0 { f64::from(peak) } else { 1.0 };
+                Ok(peak / 10f64.powf(level / 20.0))
+            }
+        }
+    }
+
+    /// Renders into a file.
+    fn write(
+        &mut self,
+        path: &Path,
+        full_scale: f64,
+    ) -> Result<(RenderedFile, RenderReport, BTreeMap<BodyId, f64>), RenderError> {
+        let sample_rate = self.options.synthesis.sample_rate.hz();
+        let channels = self.listener.receivers.len() as u16;
+        let spec = WavSpec {
+            sample_rate,
+            channels,
+            format: self.options.format,
+            full_scale,
+            meaning: Meaning::Pressure,
+            note: format!("{}; listener \"{}\"", self.options.note, self.listener.name),
+        };
+        let mut file = WavWriter::create(path, spec)?;
+        let mut meter = LevelMeter::new(channels, sample_rate, full_scale);
+        let (report, energies) = self.stream(&mut |samples| {
+            meter.add(samples);
+            file.write(samples)
+        })?;
+        let summary = file.finish()?;
+        let rendered = RenderedFile {
+            path: path.into(),
+            listener: self.listener.name.clone(),
+            stem: None,
+            full_scale,
+            levels: meter.levels(),
+            clipped_samples: summary.clipped_samples,
+        };
+        Ok((rendered, report, energies))
+    }
+
+    /// Renders and hands over the pressure [Pa], interleaved, a stretch at a time.
+    fn stream(
+        &mut self,
+        sink: &mut dyn FnMut(&[f32]) -> Result<(), WavError>,
+    ) -> Result<(RenderReport, BTreeMap<BodyId, f64>), RenderError> {
+        let settings = &self.options.synthesis;
+        let rate = settings.sample_rate.as_f64();
+        let total = ((self.options.to - settings.start) * rate).round() as i64;
+        let mut renderer = Renderer::new(self.listener, settings)?;
+        let mut signal = OverlapAdd::new(self.listener.receivers.len(), 0);
+        let quiet_before = earliest_from(self.clicks);
+        for (index, click) in self.clicks.iter().enumerate() {
+            if click.time > self.options.to {
+                break;
+            }
+            renderer.push(click)?;
+            let next = quiet_before.get(index + 1).copied().unwrap_or(f64::INFINITY);
+            if next.is_finite() {
+                let jobs = renderer.take_ready(next);
+                if !jobs.is_empty() {
+                    let blocks: Vec<_> = jobs.par_iter().map(|job| job.render()).collect();
+                    blocks.iter().for_each(|block| signal.add(block));
+                    hand_over(&mut signal, renderer.complete_until().min(total), sink)?;
+                    let reached = signal.first() as f64 / rate;
+                    if (self.progress)(*self.done + reached).is_break() {
+                        return Err(RenderError::Interrupted);
+                    }
+                }
+            }
+        }
+        for jobs in renderer.take_all().chunks(BLOCKS_AT_ONCE) {
+            let blocks: Vec<_> = jobs.par_iter().map(|job| job.render()).collect();
+            blocks.iter().for_each(|block| signal.add(block));
+            if (self.progress)(*self.done).is_break() {
+                return Err(RenderError::Interrupted);
+            }
+        }
+        while signal.first() < total {
+            let end = (signal.first() + FRAMES_AT_ONCE).min(total);
+            hand_over(&mut signal, end, sink)?;
+        }
+        *self.done += total as f64 / rate;
+        Ok((renderer.report().clone(), signal.energies().clone()))
+    }
+}
+
+/// Blocks rendered between two looks at whether to stop.
+const BLOCKS_AT_ONCE: usize = 256;
+/// Frames handed over at once.
+const FRAMES_AT_ONCE: i64 = 1 << 18;
+
+/// For each click, the earliest time at which the force of it or of a later one acts [s].
+fn earliest_from(clicks: &[Click]) -> Vec<f64> {
+    let mut earliest = vec![f64::INFINITY; clicks.len()];
+    let mut least = f64::INFINITY;
+    for (slot, click) in earliest.iter_mut().zip(clicks).rev() {
+        least = least.min(click.time + click.profile.extent(click.duration).0);
+        *slot = least;
+    }
+    earliest
+}
+
+/// Takes the samples before `end` and passes them on, interleaved.
+fn hand_over(
+    signal: &mut OverlapAdd,
+    end: i64,
+    sink: &mut dyn FnMut(&[f32]) -> Result<(), WavError>,
+) -> Result<(), WavError> {
+    if end <= signal.first() {
+        return Ok(());
+    }
+    let channels = signal.take_until(end);
+    let frames = channels.first().map_or(0, Vec::len);
+    let mut interleaved = Vec::with_capacity(frames * channels.len());
+    for frame in 0..frames {
+        interleaved.extend(channels.iter().map(|c| c[frame] as f32));
+    }
+    sink(&interleaved)
+}
+
+/// The impacts of a timeline folder and the poses of their bodies at them, leaving the rest on the disk.
+///
+/// # Errors
+/// [`TimelineError`] for rows that cannot be read.
+pub fn read_impacts(reader: &TimelineReader) -> Result<Timeline, TimelineError> {
+    let mut timeline = Timeline::default();
+    for row in reader.contacts()? {
+        let row = row?;
+        if row.impact_id != 0 {
+            timeline.contacts.push(row);
+        }
+    }
+    timeline.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let times: Vec<f64> = timeline.contacts.iter().map(|r| r.time).collect();
+    // A pose at an impact has its very time; where there is none, its neighbours at the pose rate are needed.
+    let margin =
+        if reader.header().origin.pose_rate > 0.0 { 1.5 / reader.header().origin.pose_rate } else { 0.0 };
+    for row in reader.poses()? {
+        let row = row?;
+        let after = times.partition_point(|t| *t < row.time - margin);
+        if times.get(after).is_some_and(|t| *t <= row.time + margin) {
+            timeline.poses.push(row);
+        }
+    }
+    timeline.poses.sort_by(|a, b| a.time.total_cmp(&b.time));
+    Ok(timeline)
+}

@@ -1,0 +1,151 @@
+//! A world is set in motion; what happens goes to memory, to a timeline folder, or to both.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use clangor::scene::Scene;
+use clangor::scene::simulation_settings::SolverChoice;
+use clangor::timeline::{ContactRow, PoseRow, Timeline, TimelineSink};
+use clangor_sim::record::RecordSettings;
+use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, Solver, choose_solver};
+
+use crate::load::LoadedScene;
+use crate::timeline_file::{Origin, TimelineError, TimelineHeader, TimelineSummary, TimelineWriter};
+
+/// Why a simulation gave no timeline.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulateError {
+    /// The motion could not be computed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The timeline could not be written.
+    #[error(transparent)]
+    Timeline(#[from] TimelineError),
+}
+
+impl SimulateError {
+    /// Whether the caller asked to stop.
+    pub fn is_interruption(&self) -> bool {
+        matches!(self, SimulateError::Simulation(SimulationError::Interrupted))
+    }
+}
+
+/// What a scene asks of the dynamics, for the solver.
+pub fn simulation_settings(scene: &Scene, raw_log: bool) -> SimulationSettings {
+    let simulation = &scene.simulation;
+    SimulationSettings {
+        solver: match simulation.solver {
+            SolverChoice::Auto => Solver::Auto,
+            SolverChoice::Spheres => Solver::Spheres,
+            SolverChoice::Rigid => Solver::Rigid,
+        },
+        duration: simulation.duration,
+        time_step: simulation.time_step,
+        record: RecordSettings { v_min: simulation.v_min, pose_rate: simulation.pose_rate, raw: raw_log },
+        sleep: simulation.sleep,
+    }
+}
+
+/// Simulates a scene for its sound: the impacts, and where their bodies were.
+///
+/// # Errors
+/// [`SimulateError`].
+pub fn simulate_impacts(
+    loaded: &LoadedScene,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<(Timeline, SimulationReport), SimulateError> {
+    let mut settings = simulation_settings(&loaded.scene, false);
+    settings.record.pose_rate = 0.0;
+    let mut impacts = ImpactLog::default();
+    let report = clangor_sim::simulate(&loaded.world, &settings, &mut impacts, progress)?;
+    Ok((impacts.timeline, report))
+}
+
+/// Simulates a scene into a timeline folder, and keeps its impacts in memory.
+///
+/// # Errors
+/// [`SimulateError`]; no folder is left then.
+pub fn simulate_to_folder(
+    loaded: &LoadedScene,
+    raw_log: bool,
+    path: &Path,
+    replace: bool,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<(Timeline, SimulationReport, TimelineSummary), SimulateError> {
+    let settings = simulation_settings(&loaded.scene, raw_log);
+    let solver = choose_solver(&loaded.world, settings.solver);
+    let header = TimelineHeader {
+        world: loaded.world.clone(),
+        medium: loaded.scene.medium,
+        origin: Origin::of_simulation(&settings, solver, loaded.scene.simulation.seed),
+        scene: Some(loaded.text.clone()),
+    };
+    let mut both =
+        Both { folder: TimelineWriter::create(path, &header, replace)?, impacts: ImpactLog::default() };
+    let report = clangor_sim::simulate(&loaded.world, &settings, &mut both, progress)?;
+    let summary = both.folder.finish()?;
+    Ok((both.impacts.timeline, report, summary))
+}
+
+/// Keeps impacts and the poses at them, so that memory follows what is heard and not what moves.
+#[derive(Default)]
+struct ImpactLog {
+    timeline: Timeline,
+    /// Poses since the last impact; those of the next one are among them.
+    recent: Vec<PoseRow>,
+}
+
+impl TimelineSink for ImpactLog {
+    fn contact(&mut self, row: &ContactRow) -> std::io::Result<()> {
+        if row.impact_id != 0 {
+            let takes_part = |p: &PoseRow| p.time <= row.time && [row.body_a, row.body_b].contains(&p.body);
+            // The recorder gives an impact's poses right before its rows.
+            let poses: Vec<PoseRow> = latest_of_each(self.recent.drain(..).filter(takes_part));
+            self.timeline.poses.extend(poses);
+            self.timeline.contacts.push(*row);
+        }
+        Ok(())
+    }
+
+    fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
+        // Poses at the pose rate that no impact follows are of no use.
+        if self.recent.len() >= RECENT_POSES {
+            self.recent.drain(..RECENT_POSES / 2);
+        }
+        self.recent.push(*row);
+        Ok(())
+    }
+}
+
+/// Poses that wait for their impact: more than an impact has bodies.
+const RECENT_POSES: usize = 64;
+
+/// The last row of each body.
+fn latest_of_each(rows: impl Iterator<Item = PoseRow>) -> Vec<PoseRow> {
+    let mut latest: Vec<PoseRow> = Vec::new();
+    for row in rows {
+        match latest.iter_mut().find(|r: &&mut PoseRow| r.body == row.body) {
+            Some(older) => *older = row,
+            None => latest.push(row),
+        }
+    }
+    latest
+}
+
+/// A timeline folder and the impacts in memory.
+struct Both {
+    folder: TimelineWriter,
+    impacts: ImpactLog,
+}
+
+impl TimelineSink for Both {
+    fn contact(&mut self, row: &ContactRow) -> std::io::Result<()> {
+        self.folder.contact(row)?;
+        self.impacts.contact(row)
+    }
+
+    fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
+        self.folder.pose(row)?;
+        self.impacts.pose(row)
+    }
+}

@@ -1,0 +1,111 @@
+//! The whole path, from the text of a scene to a WAV file, against free fall, Hertz and the exact field.
+
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use clangor::contact::ContactSettings;
+use clangor::glam::DVec3;
+use clangor::medium::Medium;
+use clangor::model::sphere_radiation::SphereModel;
+use clangor::synthesis::listener::Floor;
+use clangor::synthesis::{Listener, RenderSettings, SampleRate};
+
+use super::radiation::exact_spectrum;
+use super::{Check, Extent, Fault, Outcome, Validation};
+use crate::load::scene_from_text;
+use crate::render::{FullScale, RenderOptions, render};
+use crate::simulate::simulate_impacts;
+use crate::wav::{SampleFormat, WavReader};
+
+const SCENE: &str = r#"
+version = 1
+gravity = [0.0, -9.81, 0.0]
+[material.hard]
+density = 7850.0
+youngs_modulus = 200e9
+poisson_ratio = 0.29
+restitution = 0.7
+friction = 0.0
+rolling_loss = 0.0
+loss_factor = 0.001
+[[body]]
+name = "ball"
+shape = "sphere:0.0075"
+material = "hard"
+position = [0.0, 1.0075, 0.0]
+[[plane]]
+name = "floor"
+material = "hard"
+[[listener]]
+name = "ear"
+position = [0.3, 0.4, 0.2]
+[simulation]
+duration = 0.6
+"#;
+
+pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
+    let samples = first_click()?;
+    let (radius, density, modulus, poisson) = (0.0075_f64, 7850.0_f64, 200e9_f64, 0.29_f64);
+    let speed = (2.0_f64 * 9.81).sqrt();
+    let mass = density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let stiffness = 0.5 * modulus / (1.0 - poisson * poisson);
+    let duration = 2.87 * (mass * mass / (radius * stiffness * stiffness * speed)).powf(0.2);
+    let listener = DVec3::new(0.3, 0.4 - radius, 0.2);
+    let (mut error, mut norm) = (0.0, 0.0);
+    for k in 0..200 {
+        let omega = TAU * (100.0 + 19_900.0 * f64::from(k) / 199.0);
+        let (mut re, mut im) = (0.0, 0.0);
+        for (i, pressure) in samples.iter().enumerate() {
+            let (sin, cos) = (omega * i as f64 / 48_000.0).sin_cos();
+            re += f64::from(*pressure) * cos / 48_000.0;
+            im -= f64::from(*pressure) * sin / 48_000.0;
+        }
+        let (a, b) = exact_spectrum(omega, radius, duration, listener);
+        // The blow comes when free fall ends, and turns v into −0.7 v.
+        let (sin, cos) = (omega * speed / 9.81).sin_cos();
+        let exact = ((a * cos + b * sin) * 1.7 * speed, (b * cos - a * sin) * 1.7 * speed);
+        error += (re - exact.0).powi(2) + (im - exact.1).powi(2);
+        norm += exact.0.powi(2) + exact.1.powi(2);
+    }
+    table.checks.push(Check {
+        section: "From scene to WAV",
+        quantity: "steel ball dropped 1 m, e = 0.7: spectrum of the first click in the file, 100 Hz–20 kHz"
+            .into(),
+        reference: "free fall, Hertz, h₁⁽²⁾ (relative L2)",
+        error: f64::sqrt(error / norm),
+        bar: 1e-4,
+        unit: "",
+    });
+    Ok(())
+}
+
+/// Samples [Pa] of the file that holds the first click.
+fn first_click() -> Result<Vec<f32>, Fault> {
+    let loaded = scene_from_text(Path::new("validation.toml"), SCENE.into(), &|_| ())?;
+    let go_on = |_: f64| ControlFlow::Continue(());
+    let (timeline, _) = simulate_impacts(&loaded, &mut { go_on })?;
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("drop.wav");
+    let options = RenderOptions {
+        listeners: vec![Listener::fixed("ear", DVec3::new(0.3, 0.4, 0.2))],
+        contact: ContactSettings::default(),
+        synthesis: RenderSettings {
+            sample_rate: SampleRate::HZ_48000,
+            start: 0.0,
+            medium: Medium::AIR,
+            floor: Floor::None,
+            sphere_model: SphereModel::Exact,
+        },
+        to: 0.6,
+        format: SampleFormat::Float32,
+        full_scale: FullScale::Pascals(1.0),
+        stems: false,
+        note: String::new(),
+    };
+    render(&loaded.world.bodies, &timeline, &options, &file, &mut { go_on })?;
+    let mut reader = WavReader::open(&file)?;
+    let mut samples = Vec::new();
+    while reader.read(&mut samples, 1 << 16)? > 0 {}
+    Ok(samples)
+}

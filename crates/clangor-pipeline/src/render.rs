@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 
 use clangor::body::{Body, BodyId};
 use clangor::contact::{ContactError, ContactReport, ContactSettings, PoseHistory, impact_pulses};
+use clangor::output::compressor::Compressor;
+use clangor::scene::render_settings::Compressor as CompressorSettings;
 use clangor::synthesis::click::clicks_of;
 use clangor::synthesis::{
     Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SynthesisError,
@@ -76,6 +78,8 @@ pub struct RenderOptions {
     pub format: SampleFormat,
     /// What full scale means.
     pub full_scale: FullScale,
+    /// Dynamic range compression, after which a file is no longer pressure.
+    pub compressor: Option<CompressorSettings>,
     /// Also a file for each body that sounds.
     pub stems: bool,
     /// A line for the comment of the files.
@@ -212,7 +216,7 @@ impl Pass<'_> {
             FullScale::Pascals(pressure) => Ok(pressure),
             FullScale::Peak(level) => {
                 let mut peak = 0.0f32;
-                self.stream(&mut |samples| {
+                self.stream(None, &mut |samples| {
                     peak = samples.iter().fold(peak, |m, p| m.max(p.abs()));
                     Ok(())
                 })?;
@@ -236,12 +240,14 @@ impl Pass<'_> {
             channels,
             format: self.options.format,
             full_scale,
-            meaning: Meaning::Pressure,
+            meaning: if self.options.compressor.is_some() { Meaning::Processed } else { Meaning::Pressure },
             note: format!("{}; listener \"{}\"", self.options.note, self.listener.name),
         };
         let mut file = WavWriter::create(path, spec)?;
         let mut meter = LevelMeter::new(channels, sample_rate, full_scale);
-        let (report, energies) = self.stream(&mut |samples| {
+        let rate = self.options.synthesis.sample_rate.as_f64();
+        let compressor = self.options.compressor.as_ref().map(|c| Compressor::new(c, rate, full_scale));
+        let (report, energies) = self.stream(compressor, &mut |samples| {
             meter.add(samples);
             file.write(samples)
         })?;
@@ -260,6 +266,7 @@ impl Pass<'_> {
     /// Renders and hands over the pressure [Pa], interleaved, a stretch at a time.
     fn stream(
         &mut self,
+        mut compressor: Option<Compressor>,
         sink: &mut dyn FnMut(&[f32]) -> Result<(), WavError>,
     ) -> Result<(RenderReport, BTreeMap<BodyId, f64>), RenderError> {
         let settings = &self.options.synthesis;
@@ -279,7 +286,7 @@ impl Pass<'_> {
                 if !jobs.is_empty() {
                     let blocks: Vec<_> = jobs.par_iter().map(|job| job.render()).collect();
                     blocks.iter().for_each(|block| signal.add(block));
-                    hand_over(&mut signal, renderer.complete_until().min(total), sink)?;
+                    hand_over(&mut signal, renderer.complete_until().min(total), &mut compressor, sink)?;
                     let reached = signal.first() as f64 / rate;
                     if (self.progress)(*self.done + reached).is_break() {
                         return Err(RenderError::Interrupted);
@@ -296,7 +303,7 @@ impl Pass<'_> {
         }
         while signal.first() < total {
             let end = (signal.first() + FRAMES_AT_ONCE).min(total);
-            hand_over(&mut signal, end, sink)?;
+            hand_over(&mut signal, end, &mut compressor, sink)?;
         }
         *self.done += total as f64 / rate;
         Ok((renderer.report().clone(), signal.energies().clone()))
@@ -319,16 +326,20 @@ fn earliest_from(clicks: &[Click]) -> Vec<f64> {
     earliest
 }
 
-/// Takes the samples before `end` and passes them on, interleaved.
+/// Takes the samples before `end`, compresses them if asked to, and passes them on, interleaved.
 fn hand_over(
     signal: &mut OverlapAdd,
     end: i64,
+    compressor: &mut Option<Compressor>,
     sink: &mut dyn FnMut(&[f32]) -> Result<(), WavError>,
 ) -> Result<(), WavError> {
     if end <= signal.first() {
         return Ok(());
     }
-    let channels = signal.take_until(end);
+    let mut channels = signal.take_until(end);
+    if let Some(compressor) = compressor {
+        compressor.process(&mut channels);
+    }
     let frames = channels.first().map_or(0, Vec::len);
     let mut interleaved = Vec::with_capacity(frames * channels.len());
     for frame in 0..frames {

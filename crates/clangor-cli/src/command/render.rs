@@ -161,6 +161,7 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
                 scene_render::Floor::None => Floor::None,
                 scene_render::Floor::Rigid { height } => Floor::Rigid { height },
             },
+            max_frequency: settings.max_frequency,
             sphere_model: match settings.radiation {
                 scene_render::Radiation::Exact => SphereModel::Exact,
                 scene_render::Radiation::Compact => SphereModel::CompactDipole,
@@ -169,6 +170,7 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
         to: options.to.unwrap_or(source.duration),
         format,
         full_scale,
+        compressor: settings.compressor,
         stems: options.stems,
         note: options.input.display().to_string(),
     })

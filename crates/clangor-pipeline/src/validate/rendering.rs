@@ -36,6 +36,7 @@ fn settings(rate: u32, floor: Floor) -> Result<RenderSettings, Fault> {
         medium: Medium::AIR,
         floor,
         sphere_model: SphereModel::Exact,
+        max_frequency: None,
     })
 }
 

@@ -96,10 +96,12 @@ fn first_click() -> Result<Vec<f32>, Fault> {
             medium: Medium::AIR,
             floor: Floor::None,
             sphere_model: SphereModel::Exact,
+            max_frequency: None,
         },
         to: 0.6,
         format: SampleFormat::Float32,
         full_scale: FullScale::Pascals(1.0),
+        compressor: None,
         stems: false,
         note: String::new(),
     };

@@ -162,3 +162,61 @@ impl Names {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DOCUMENT: &str = include_str!("../../../../docs/format/scene.md");
+
+    /// Keys in the first column of the tables under a heading.
+    fn documented(heading: &str) -> Vec<&'static str> {
+        let start = DOCUMENT.find(&format!("{heading}\n")).unwrap_or_else(|| panic!("no heading {heading}"));
+        let rest = &DOCUMENT[start + heading.len()..];
+        let end = rest.find("\n#").unwrap_or(rest.len());
+        rest[..end]
+            .lines()
+            .filter_map(|line| line.strip_prefix("| `")?.split_once("` |").map(|(k, _)| k))
+            .collect()
+    }
+
+    #[test]
+    fn every_key_is_documented_and_every_documented_key_exists() {
+        let sections: &[(&str, &[&[&str]])] = &[
+            ("## Top level", &[TOP_KEYS]),
+            ("## Medium", &[settings::MEDIUM_KEYS]),
+            ("## Materials", &[material::KEYS]),
+            ("## Bodies", &[body::KEYS]),
+            ("### Orientation", &[motion::ORIENTATION_KEYS]),
+            ("### Keyframes", &[motion::KEYFRAME_KEYS]),
+            ("### Random placement", &[body::PLACEMENT_KEYS]),
+            ("## Planes", &[body::PLANE_KEYS]),
+            ("## Hung spheres", &[links::HANG_KEYS]),
+            ("## Springs", &[links::SPRING_KEYS]),
+            ("## Listeners", &[listener::KEYS, listener::KEYFRAME_KEYS]),
+            ("## Simulation", &[settings::SIMULATION_KEYS]),
+            ("## Render", &[settings::RENDER_KEYS, settings::COMPRESSOR_KEYS]),
+        ];
+        for (heading, keys) in sections {
+            let mut accepted: Vec<&str> = keys.iter().flat_map(|keys| keys.iter().copied()).collect();
+            let mut written = documented(heading);
+            accepted.sort_unstable();
+            written.sort_unstable();
+            assert_eq!(accepted, written, "{heading}");
+        }
+    }
+
+    #[test]
+    fn the_examples_of_the_document_decode() {
+        let examples: Vec<&str> =
+            DOCUMENT.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+        assert!(examples.len() >= 9);
+        for example in examples {
+            let text =
+                if example.contains("version") { example.into() } else { format!("version = 1\n{example}") };
+            let scene = decode(&text).unwrap_or_else(|e| panic!("{example}\n{e}"));
+            // A fragment may lack a listener; a scene with bodies has no excuse.
+            assert!(scene.bodies.is_empty() || scene.warnings.is_empty(), "{example}\n{:?}", scene.warnings);
+        }
+    }
+}

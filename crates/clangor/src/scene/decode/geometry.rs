@@ -44,7 +44,7 @@ pub(super) fn geometry(
         }
         return Some((Geometry::File(path.to_owned()), node.place(d)));
     }
-    if !section.has("preset") {
+    if !section.mentions("preset") && !section.mentions("mesh") {
         section.missing(d, "shape", "a shape in quotes, such as \"sphere:0.0075\", or `mesh`");
     }
     None

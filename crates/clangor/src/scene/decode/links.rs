@@ -23,7 +23,7 @@ pub(super) fn hangs(
         section.exclude(d, "offset", "anchor", "`anchor`");
         let anchor = section.vector(d, "anchor", "m").map(Anchor::Point);
         let offset = section.vector(d, "offset", "m").map(Anchor::Offset);
-        if !section.has("anchor") && !section.has("offset") {
+        if !section.mentions("offset") && !section.has("anchor") {
             section.missing(d, "anchor", "an array of 3 numbers in m, or `offset`");
         }
         if let (Some(body), Some(anchor)) = (body, anchor.or(offset)) {

@@ -28,7 +28,7 @@ pub(super) fn listeners(d: &mut Decoder<'_>, top: &Section<'_>) -> Vec<Listener>
         section.exclude(d, "facing", "keyframes", "`keyframes`, which hold their own");
         let preset = section.choice(d, "preset", &[("pan-microphone", PAN_MICROPHONE)]);
         let position = section.vector(d, "position", "m").or(preset);
-        if !["position", "preset", "keyframes"].iter().any(|key| section.has(key)) {
+        if !["position", "preset", "keyframes"].iter().any(|key| section.mentions(key)) {
             section.missing(d, "position", "an array of 3 numbers in m, or `keyframes`, or `preset`");
         }
         let track = match section.get("keyframes") {

@@ -79,7 +79,7 @@ impl Materials {
 fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str) -> Option<Material> {
     let section = node.section(d, KEYS)?;
     let base = base(d, &section);
-    let has_base = section.has("base");
+    let has_base = section.mentions("base");
     let required = |d: &mut Decoder<'_>, key: &'static str, quantity: Quantity, from_base: Option<f64>| {
         if !section.has(key) && !has_base {
             section.missing(d, key, format!("{}, or base = \"PRESET\"", quantity.expected()));
@@ -92,7 +92,7 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str) -> Option<Material
     let restitution = required(d, "restitution", RESTITUTION, base.as_ref().map(|b| b.restitution));
     let friction = required(d, "friction", FRICTION, base.as_ref().map(|b| b.friction));
     let damping = damping(d, &section).or(base.as_ref().map(|b| b.damping));
-    if damping.is_none() && !has_base && !section.has("loss_factor") && !section.has("t60") {
+    if !has_base && !section.mentions("t60") {
         section.missing(d, "loss_factor", format!("{}, or t60 in s", LOSS_FACTOR.expected()));
     }
     let rolling_loss = section.number(d, "rolling_loss", Quantity::between(0.0, 1.0, "m"));

@@ -16,26 +16,39 @@ use crate::scene::suggest::nearest;
 pub(super) struct Decoder<'t> {
     text: &'t str,
     line_starts: Vec<usize>,
+    /// Continuation bytes of UTF-8 before each block of [`BLOCK`] bytes: a column is then found in constant time,
+    /// however long the line.
+    continuations: Vec<usize>,
     pub(super) errors: Vec<SceneError>,
     pub(super) warnings: Vec<SceneWarning>,
 }
+
+const BLOCK: usize = 1024;
 
 impl<'t> Decoder<'t> {
     pub(super) fn new(text: &'t str) -> Self {
         let after_breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
         let line_starts = std::iter::once(0).chain(after_breaks).collect();
-        Decoder { text, line_starts, errors: Vec::new(), warnings: Vec::new() }
+        let mut continuations = vec![0];
+        for block in text.as_bytes().chunks(BLOCK) {
+            continuations.push(continuations[continuations.len() - 1] + count_continuations(block));
+        }
+        Decoder { text, line_starts, continuations, errors: Vec::new(), warnings: Vec::new() }
     }
 
     pub(super) fn place(&self, span: Range<usize>, field: impl Into<String>) -> Place {
         let start = span.start.min(self.text.len());
         let line = self.line_starts.partition_point(|s| *s <= start);
         let line_start = self.line_starts[line - 1];
-        // Continuation bytes of UTF-8 are not characters. A span may point into the middle of a character when the
-        // text is not what the parser hoped for, so that this counts bytes and never slices the text.
-        let before = &self.text.as_bytes()[line_start..start];
-        let column = before.iter().filter(|b| (**b & 0xC0) != 0x80).count() + 1;
+        let column = self.characters_before(start) - self.characters_before(line_start) + 1;
         Place { span, line, column, field: field.into() }
+    }
+
+    /// Characters that begin before a byte, which may be in the middle of one.
+    fn characters_before(&self, byte: usize) -> usize {
+        let block = byte / BLOCK;
+        let rest = &self.text.as_bytes()[block * BLOCK..byte];
+        byte - self.continuations[block] - count_continuations(rest)
     }
 
     pub(super) fn error(&mut self, place: Place, problem: Problem) {
@@ -45,6 +58,10 @@ impl<'t> Decoder<'t> {
     pub(super) fn warn(&mut self, place: Place, doubt: Doubt) {
         self.warnings.push(SceneWarning { place, doubt });
     }
+}
+
+fn count_continuations(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|b| (**b & 0xC0) == 0x80).count()
 }
 
 /// A quantity: its unit, and the numbers that it may be.
@@ -337,8 +354,13 @@ impl<'t> Section<'t> {
         self.table.iter().any(|(k, _)| &**k.get_ref() == key)
     }
 
+    /// Whether a key is there, if only misspelt.
+    pub(super) fn mentions(&self, key: &str) -> bool {
+        self.has(key) || self.misspelt.iter().any(|misspelt| misspelt == key)
+    }
+
     pub(super) fn missing(&self, d: &mut Decoder<'_>, key: &'static str, expected: impl Into<String>) {
-        if !self.misspelt.iter().any(|misspelt| misspelt == key) {
+        if !self.mentions(key) {
             d.error(self.place.clone(), Problem::Missing { key, expected: expected.into() });
         }
     }

@@ -138,6 +138,8 @@ impl Spectrum {
         let re_out = self.re.as_chunks_mut::<LANES>().0;
         let im_out = self.im.as_chunks_mut::<LANES>().0;
         for ((omega, re_out), im_out) in omega.iter().zip(re_out).zip(im_out) {
+            // Sums first, stores after: only then does the compiler see that the lanes are independent.
+            let (mut re_sum, mut im_sum) = (*re_out, *im_out);
             for lane in 0..LANES {
                 let w = omega[lane];
                 let square = w * w;
@@ -145,9 +147,10 @@ impl Spectrum {
                 let amplitude = half_angle.cos[lane] / denominator;
                 let re = amplitude * (a0 + a1 * square);
                 let im = amplitude * w * (b0 + b1 * square);
-                re_out[lane] += re * delay.cos[lane] - im * delay.sin[lane];
-                im_out[lane] += re * delay.sin[lane] + im * delay.cos[lane];
+                re_sum[lane] += re * delay.cos[lane] - im * delay.sin[lane];
+                im_sum[lane] += re * delay.sin[lane] + im * delay.cos[lane];
             }
+            (*re_out, *im_out) = (re_sum, im_sum);
             delay.advance();
             half_angle.advance();
         }
@@ -172,23 +175,20 @@ struct Rotation {
 
 impl Rotation {
     fn new(angle: f64) -> Self {
-        let lanes: [(f64, f64); LANES] = std::array::from_fn(|k| (angle * k as f64).sin_cos());
-        let (step_sin, step_cos) = (angle * LANES as f64).sin_cos();
-        Rotation {
-            angle,
-            cos: lanes.map(|(_, cos)| cos),
-            sin: lanes.map(|(sin, _)| sin),
-            step: (step_cos, step_sin),
-        }
+        let (s1, c1) = angle.sin_cos();
+        let (s2, c2) = (2.0 * angle).sin_cos();
+        let (c3, s3) = (c1 * c2 - s1 * s2, s1 * c2 + c1 * s2);
+        let (c4, s4) = (c2 * c2 - s2 * s2, 2.0 * s2 * c2);
+        Rotation { angle, cos: [1.0, c1, c2, c3], sin: [0.0, s1, s2, s3], step: (c4, s4) }
     }
 
     #[inline(always)]
     fn advance(&mut self) {
         let (c, s) = self.step;
+        let (cos, sin) = (self.cos, self.sin);
         for lane in 0..LANES {
-            let cos = self.cos[lane] * c - self.sin[lane] * s;
-            self.sin[lane] = self.cos[lane] * s + self.sin[lane] * c;
-            self.cos[lane] = cos;
+            self.cos[lane] = cos[lane] * c - sin[lane] * s;
+            self.sin[lane] = cos[lane] * s + sin[lane] * c;
         }
     }
 }

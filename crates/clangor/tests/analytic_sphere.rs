@@ -1,11 +1,11 @@
 //! A struck sphere against the exact field, reached by another route: outgoing spherical Hankel functions in complex
 //! arithmetic, and the force's spectrum by quadrature of the force.
 
-mod ball;
+mod bodies;
 
 use std::f64::consts::{PI, TAU};
 
-use ball::pan_steel_ball;
+use bodies::pan_steel_ball;
 use clangor::contact::force_profile::ForceProfile;
 use clangor::glam::DVec3;
 use clangor::medium::Medium;

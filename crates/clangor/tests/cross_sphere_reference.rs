@@ -2,12 +2,12 @@
 //!
 //! Runs where `CLANGOR_SHARED` names that folder and `python3` has NumPy.
 
-mod ball;
+mod bodies;
 
 use std::f64::consts::TAU;
 use std::process::Command;
 
-use ball::pan_steel_ball;
+use bodies::pan_steel_ball;
 use clangor::contact::ForceProfile;
 use clangor::glam::DVec3;
 use clangor::medium::Medium;

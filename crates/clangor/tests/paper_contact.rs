@@ -1,8 +1,8 @@
 //! Numbers that the papers print about contact.
 
-mod ball;
+mod bodies;
 
-use ball::pan_steel_ball;
+use bodies::pan_steel_ball;
 use clangor::body::{Body, BodyId};
 use clangor::contact::{ContactSettings, PoseHistory, impact_pulses};
 use clangor::glam::DVec3;

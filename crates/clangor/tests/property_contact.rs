@@ -1,15 +1,16 @@
 //! What must hold for any impact: momentum, symmetry, the bounds of Hertz's formula, the order of chains.
 
-mod ball;
+mod bodies;
 
 use std::sync::Arc;
 
-use ball::{ball, material, pan_steel_ball};
+use bodies::{ball, cube, material, pan_steel_ball};
 use clangor::body::{Body, BodyId, Motion, Surface};
 use clangor::contact::{
     ContactError, ContactReport, ContactSettings, ImpactPulse, PoseHistory, impact_pulses,
 };
 use clangor::glam::{DQuat, DVec3};
+use clangor::pose::Pose;
 use clangor::timeline::{ContactKind, ContactRow, PoseRow};
 
 fn row(
@@ -91,6 +92,23 @@ fn exchanging_the_bodies_changes_only_signs() {
 }
 
 #[test]
+fn eccentric_blow_feels_less_mass_however_the_body_is_turned() {
+    let (edge, offset) = (0.02, 0.007);
+    let turn = DQuat::from_scaled_axis(DVec3::new(0.4, -1.0, 0.7));
+    let centre = DVec3::new(0.5, 0.2, -0.3);
+    let body = Body { pose: Pose { position: centre, orientation: turn }, ..cube(edge) };
+    let (point, normal) = (turn * DVec3::new(offset, -0.5 * edge, 0.0) + centre, turn * DVec3::Y);
+    let (mass, inertia) = (body.mass, body.mass * edge * edge / 6.0);
+    let (pulses, _) = pulses(&[body], &[row(0, u32::MAX, point, normal, 1.0, 0.02, 1)]);
+    // [PAN] eq. (9) with I = M edge²/6. Residual seen: 4e-16.
+    let expected = 1.0 / (1.0 / mass + offset * offset / inertia);
+    assert!((pulses[0].effective_mass / expected - 1.0).abs() < 1e-12);
+    // The torque is about the axis normal to arm and normal: 0.02 N s times the offset. Residual seen: 5e-20.
+    let torque = pulses[0].bodies[0].unwrap().angular_impulse;
+    assert!((torque - turn * DVec3::Z * (0.02 * offset)).length() < 1e-17);
+}
+
+#[test]
 fn floor_radiates_nothing_but_softens_the_contact() {
     let bodies = ball_and_floor();
     let on = |other| pulses(&bodies, &[row(0, other, DVec3::ZERO, DVec3::Y, 1.0, 0.06, 1)]).0.remove(0);
@@ -145,7 +163,7 @@ fn blow_travels_along_a_touching_chain() {
 #[test]
 fn impacts_of_one_instant_that_share_only_the_floor_are_no_chain() {
     let [ball, floor] = ball_and_floor();
-    let other = Body { pose: clangor::pose::Pose::at(DVec3::X), ..ball.clone() };
+    let other = Body { pose: Pose::at(DVec3::X), ..ball.clone() };
     let bodies = [ball, floor, other];
     let rows = [row(0, 1, DVec3::ZERO, DVec3::Y, 1.0, 0.06, 1), row(2, 1, DVec3::X, DVec3::Y, 1.0, 0.06, 2)];
     assert_eq!(pulses(&bodies, &rows).1.delayed, 0);

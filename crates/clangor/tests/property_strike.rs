@@ -1,13 +1,12 @@
 //! What `strike` must hold for any body: default duration, output times, refusals.
 
-mod ball;
+mod bodies;
 
 use std::sync::Arc;
 
-use ball::pan_steel_ball;
-use clangor::body::{Body, MeshSurface, Motion, Surface};
+use bodies::{cube, pan_steel_ball};
+use clangor::body::{Body, Motion, Surface};
 use clangor::contact::ForceProfile;
-use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::{DMat3, DVec3};
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
@@ -25,26 +24,6 @@ fn blow(radius: f64) -> Strike {
         seconds: None,
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
-    }
-}
-
-/// A cube about the origin.
-fn cube(edge: f64) -> Body {
-    let ball = pan_steel_ball(0.01, DVec3::ZERO);
-    let corner = |i: u32| {
-        let side = |bit: u32| if i >> bit & 1 == 1 { 0.5 * edge } else { -0.5 * edge };
-        DVec3::new(side(0), side(1), side(2))
-    };
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-    let mesh = TriMesh { vertices: (0..8).map(corner).collect(), triangles };
-    let (surface, mass) = MeshSurface::try_new(mesh, Vec::new()).unwrap();
-    let density = ball.material.density;
-    Body {
-        surface: Arc::new(Surface::Mesh(surface)),
-        mass: density * mass.volume,
-        inertia: mass.inertia * density,
-        ..ball
     }
 }
 

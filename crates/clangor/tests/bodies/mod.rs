@@ -1,9 +1,10 @@
-//! Balls and planes for tests of contact and sound.
+//! Balls and cubes for tests of contact and sound.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use clangor::body::{Body, Motion, Surface};
+use clangor::body::{Body, MeshSurface, Motion, Surface};
+use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::{DMat3, DVec3};
 use clangor::material::{Damping, Material};
 use clangor::pose::Pose;
@@ -46,4 +47,25 @@ pub(crate) fn ball(material: Material, radius: f64, position: DVec3) -> Body {
 #[allow(dead_code, reason = "not every test that shares this file needs it")]
 pub(crate) fn pan_steel_ball(radius: f64, position: DVec3) -> Body {
     ball(material("pan-steel", 8940.0, 123.4e9, 0.34), radius, position)
+}
+
+/// A free cube about the origin, of the same material.
+#[allow(dead_code, reason = "not every test that shares this file needs it")]
+pub(crate) fn cube(edge: f64) -> Body {
+    let ball = pan_steel_ball(0.01, DVec3::ZERO);
+    let corner = |i: u32| {
+        let side = |bit: u32| if i >> bit & 1 == 1 { 0.5 * edge } else { -0.5 * edge };
+        DVec3::new(side(0), side(1), side(2))
+    };
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    let mesh = TriMesh { vertices: (0..8).map(corner).collect(), triangles };
+    let (surface, mass) = MeshSurface::try_new(mesh, Vec::new()).unwrap();
+    let density = ball.material.density;
+    Body {
+        surface: Arc::new(Surface::Mesh(surface)),
+        mass: density * mass.volume,
+        inertia: mass.inertia * density,
+        ..ball
+    }
 }

@@ -8,7 +8,8 @@
 //! ```
 //!
 //! The folder is enough to render without the scene. Rows are streamed both ways, so that memory does not grow with
-//! their number. Times are `f64`, other numbers `f32`: a position at 1 m is good to 60 nm. The format is specified in
+//! their number. Times are `f64`, other numbers `f32`: a position at 1 m is good to 60 nm; lasting contacts of a raw log
+//! are rounded to half a micrometre and the like (`resolution.rs`). The format is specified in
 //! `docs/format/timeline.md`.
 //!
 //! Convex parts are not stored: they serve collision, and a timeline is what remains after it.
@@ -16,6 +17,7 @@
 mod columns;
 mod description;
 mod reader;
+mod resolution;
 mod surface_file;
 mod table;
 mod writer;

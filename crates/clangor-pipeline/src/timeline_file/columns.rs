@@ -4,7 +4,7 @@ use clangor::body::BodyId;
 use clangor::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::{DQuat, DVec3};
 
-use super::RowProblem;
+use super::{RowProblem, resolution};
 
 /// A column of a table of `R`.
 pub(super) struct Column<R> {
@@ -30,6 +30,8 @@ pub(super) trait TableRow: Copy + 'static {
     const BLANK: Self;
     /// Time \[s\].
     fn time(&self) -> f64;
+    /// The row as the file keeps it, before rounding to 32 bits.
+    fn stored(&self) -> Self;
     /// What columns alone cannot check.
     fn check(&self, bodies: usize) -> Result<(), RowProblem>;
 }
@@ -97,6 +99,10 @@ impl TableRow for ContactRow {
         self.time
     }
 
+    fn stored(&self) -> Self {
+        resolution::stored(self)
+    }
+
     fn check(&self, bodies: usize) -> Result<(), RowProblem> {
         if self.body_a.index() >= bodies {
             return Err(RowProblem::Body { column: "body_a", body: self.body_a.0, bodies });
@@ -144,6 +150,10 @@ impl TableRow for PoseRow {
 
     fn time(&self) -> f64 {
         self.time
+    }
+
+    fn stored(&self) -> Self {
+        *self
     }
 
     fn check(&self, bodies: usize) -> Result<(), RowProblem> {

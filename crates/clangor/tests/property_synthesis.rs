@@ -298,6 +298,21 @@ fn body_below_the_floor_is_counted_and_silent() {
 }
 
 #[test]
+fn clicks_that_end_before_the_start_are_not_rendered() {
+    let full = settings(48_000, Floor::None);
+    let late = RenderSettings { start: 1.0, ..full };
+    let mut renderer = Renderer::new(&microphone(), &late).unwrap();
+    renderer.push(&click()).unwrap();
+    assert_eq!(renderer.take_all().len(), 0);
+    // One that is heard across the start keeps its end.
+    let across = RenderSettings { start: 662.0 / 48_000.0, ..full };
+    let (whole, end) = (render(&[click()], &full), render(&[click()], &across));
+    // Residual seen: 1.3e-10.
+    let error = difference(&end, &whole[662..]);
+    assert!(error < 1e-9, "{error:e}");
+}
+
+#[test]
 fn bad_input_is_an_error() {
     let free = settings(48_000, Floor::None);
     let push = |click: Click| Renderer::new(&microphone(), &free).unwrap().push(&click);

@@ -128,7 +128,8 @@ impl Renderer {
         })
     }
 
-    /// Takes a click. The order of calls is the order of summation: keep it for the same bits.
+    /// Takes a click. The order of calls is the order of summation: keep it for the same bits. Clicks that have died
+    /// away before sample 0 are not rendered.
     ///
     /// # Errors
     /// Numbers that are not finite, a click too long for any block or too late for its block, a moving receiver that
@@ -255,6 +256,9 @@ impl Renderer {
         let first = ((heard - self.settings.start) * rate / hop as f64).floor() as i64 * hop;
         if first < self.handed_out {
             return Err(SynthesisError::Late { body: click.body, time: click.time });
+        }
+        if first - REACH as i64 + length as i64 <= 0 {
+            return Ok(());
         }
         self.tables.entry(length).or_insert_with(|| {
             let inverse = self.planner.plan_fft_inverse(length);

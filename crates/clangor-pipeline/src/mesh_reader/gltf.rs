@@ -176,13 +176,16 @@ fn load(buffer: &Buffer, index: usize, binary: &[u8], folder: &Path) -> Result<V
     };
     let fault = |reason: String| MeshFault::Buffer { uri: uri.chars().take(60).collect(), reason };
     if let Some(data) = uri.strip_prefix("data:") {
-        let (_, text) = data.split_once(";base64,").ok_or_else(|| fault("only base64 data are read".into()))?;
+        let (_, text) =
+            data.split_once(";base64,").ok_or_else(|| fault("only base64 data are read".into()))?;
         return base64(text).ok_or_else(|| fault("the base64 data are broken".into()));
     }
     let path = percent_decoded(uri);
     let relative = Path::new(&path);
     // A mesh from a stranger must not reach outside its folder.
-    if uri.contains("://") || relative.components().any(|c| !matches!(c, Component::Normal(_) | Component::CurDir)) {
+    if uri.contains("://")
+        || relative.components().any(|c| !matches!(c, Component::Normal(_) | Component::CurDir))
+    {
         return Err(fault("only files in the folder of the mesh are read".into()));
     }
     fs::read(folder.join(relative)).map_err(|e| fault(e.to_string()))
@@ -339,7 +342,8 @@ fn records<'a>(
     kinds: &[u32],
 ) -> Result<(u32, impl Iterator<Item = &'a [u8]> + use<'a>), MeshFault> {
     let syntax = |reason| MeshFault::Syntax { reason };
-    let accessor = document.accessors.get(index).ok_or(syntax("a primitive names an accessor that does not exist"))?;
+    let accessor =
+        document.accessors.get(index).ok_or(syntax("a primitive names an accessor that does not exist"))?;
     if accessor.sparse.is_some() {
         return Err(syntax("sparse accessors are not read; export the mesh without them"));
     }

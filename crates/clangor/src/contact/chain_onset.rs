@@ -1,54 +1,113 @@
-//! The order in which a touching chain feels a blow.
+//! How long a blow takes to travel along a chain of touching or nearly touching bodies.
 //!
-//! Dynamics solves the impacts of a touching chain at one instant. Sounded at one instant, the two equal and opposite
-//! impulses on each middle body would cancel and only the ends would click. In a real chain the force of contact k
-//! peaks about τ/2 after that of contact k − 1, because each ball must be compressed before it pushes on.
+//! Dynamics passes a blow along a touching chain in no time. Sounded so, the two equal and opposite impulses on each
+//! middle body would cancel and only the ends would click. In a real chain the force of contact k peaks about τ/2 after
+//! that of contact k − 1, because each body must be pushed before it can push on. Here
 //!
-//! Impacts of exactly equal time that share movable bodies are one chain. The one that approached fastest comes first,
-//! the earliest recorded of equals; the others follow breadth-first, each half a duration of its predecessor later.
+//! * an impact that would not have happened (less than half of its approach speed) without one that began less than τ/2
+//!   before it on one of its bodies begins τ/2 after that one;
+//! * impacts of the same instant that did not approach yet follow breadth-first, each τ/2 of its predecessor later.
+//!   Where the timeline does not tell who approached, the fastest comes first, the earliest recorded of equals.
+//!
+//! So a gap between the bodies goes over smoothly from none to one that is wider than the pulse, two balls struck at the
+//! same time sound at the same time, and delays never outlast the chain.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::pulses::ImpactPulse;
 use crate::body::BodyId;
 
+/// Below this share of its speed an impact owes its approach to those before it.
+const OWN_APPROACH: f64 = 0.5;
+
 /// Delays onsets along chains; `pulses` are in order of time. Returns how many were delayed.
 pub fn delay_chains(pulses: &mut [ImpactPulse]) -> u64 {
-    pulses.chunk_by_mut(|a, b| a.time == b.time).map(delay_instant).sum()
+    let mut recent: BTreeMap<BodyId, Vec<usize>> = BTreeMap::new();
+    let mut first = 0;
+    while first < pulses.len() {
+        let time = pulses[first].time;
+        let count = pulses[first..].iter().take_while(|pulse| pulse.time == time).count();
+        let instant = first..first + count;
+        recent.values_mut().for_each(|earlier| earlier.retain(|j| passed_on(&pulses[*j]) > time));
+        recent.retain(|_, earlier| !earlier.is_empty());
+        order_instant(pulses, instant.clone(), &recent);
+        for index in instant {
+            for body in bodies_of(&pulses[index]) {
+                recent.entry(body).or_default().push(index);
+            }
+        }
+        first += count;
+    }
+    pulses.iter().filter(|pulse| pulse.onset > pulse.time).count() as u64
 }
 
-/// Delays the chains of one instant.
-fn delay_instant(pulses: &mut [ImpactPulse]) -> u64 {
-    if pulses.len() < 2 {
-        return 0;
-    }
+/// When a blow has pushed its bodies far enough for them to push on [s].
+fn passed_on(pulse: &ImpactPulse) -> f64 {
+    pulse.onset + 0.5 * pulse.duration
+}
+
+/// The movable bodies of an impact.
+fn bodies_of(pulse: &ImpactPulse) -> impl Iterator<Item = BodyId> + use<> {
+    pulse.bodies.map(|share| share.map(|share| share.body)).into_iter().flatten()
+}
+
+/// Sets the onsets of the impacts of one instant, given the impacts that still push each body.
+fn order_instant(
+    pulses: &mut [ImpactPulse],
+    instant: std::ops::Range<usize>,
+    recent: &BTreeMap<BodyId, Vec<usize>>,
+) {
     let mut touching: BTreeMap<BodyId, Vec<usize>> = BTreeMap::new();
-    for (index, pulse) in pulses.iter().enumerate() {
-        for body in pulse.bodies.iter().flatten() {
-            touching.entry(body.body).or_default().push(index);
+    for index in instant.clone() {
+        for body in bodies_of(&pulses[index]) {
+            touching.entry(body).or_default().push(index);
         }
     }
-    let mut by_speed: Vec<usize> = (0..pulses.len()).collect();
-    by_speed.sort_by(|a, b| pulses[*b].speed.total_cmp(&pulses[*a].speed));
-    let mut reached = vec![false; pulses.len()];
-    let mut delayed = 0;
-    for first in by_speed {
-        if std::mem::replace(&mut reached[first], true) {
+    let mut reached = vec![false; instant.len()];
+    let mut front = VecDeque::new();
+    for index in instant.clone() {
+        let pushing = bodies_of(&pulses[index]).filter_map(|body| recent.get(&body)).flatten();
+        let earlier: BTreeSet<usize> = pushing.copied().collect();
+        let own = own_approach(pulses, index, &earlier);
+        let waits = earlier.iter().map(|j| passed_on(&pulses[*j])).fold(f64::NEG_INFINITY, f64::max);
+        let by_itself = own.is_some_and(|own| own >= OWN_APPROACH * pulses[index].speed);
+        if !by_itself && waits > pulses[index].time {
+            pulses[index].onset = waits;
+        } else if !by_itself {
             continue;
         }
-        let mut front = VecDeque::from([first]);
+        reached[index - instant.start] = true;
+        front.push_back(index);
+    }
+    let mut by_speed: Vec<usize> = instant.clone().collect();
+    by_speed.sort_by(|a, b| pulses[*b].speed.total_cmp(&pulses[*a].speed));
+    for fastest in by_speed {
         while let Some(index) = front.pop_front() {
-            let onset = pulses[index].onset + 0.5 * pulses[index].duration;
-            for body in pulses[index].bodies.clone().iter().flatten() {
-                for &next in &touching[&body.body] {
-                    if !std::mem::replace(&mut reached[next], true) {
-                        pulses[next].onset = onset;
-                        delayed += 1;
-                        front.push_back(next);
-                    }
+            let onset = passed_on(&pulses[index]);
+            for next in bodies_of(&pulses[index]).filter_map(|body| touching.get(&body)).flatten() {
+                if !std::mem::replace(&mut reached[next - instant.start], true) {
+                    pulses[*next].onset = onset;
+                    front.push_back(*next);
                 }
             }
         }
+        if !std::mem::replace(&mut reached[fastest - instant.start], true) {
+            front.push_back(fastest);
+        }
     }
-    delayed
+}
+
+/// Approach speed [m/s] that an impact would have had without `earlier` ones; `None` where the timeline does not tell.
+fn own_approach(pulses: &[ImpactPulse], index: usize, earlier: &BTreeSet<usize>) -> Option<f64> {
+    let pulse = &pulses[index];
+    let mut velocity = pulse.velocity_before?;
+    for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
+        let Some(share) = share else { continue };
+        let arm = pulse.point - share.pose.position;
+        let pushes = earlier.iter().flat_map(|j| pulses[*j].bodies.iter().flatten());
+        for push in pushes.filter(|push| push.body == share.body) {
+            velocity -= sign * (push.velocity_change + push.angular_velocity_change.cross(arm));
+        }
+    }
+    Some(-velocity.dot(pulse.normal))
 }

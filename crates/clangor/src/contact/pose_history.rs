@@ -1,5 +1,7 @@
 //! Where bodies were: the pose rows of a timeline, looked up by body and time.
 
+use glam::DVec3;
+
 use super::ContactError;
 use crate::body::{Body, BodyId, Motion};
 use crate::pose::{Pose, Track};
@@ -15,7 +17,16 @@ pub struct PoseHistory {
 enum BodyPoses {
     Prescribed(Track),
     /// In order of time, at least one.
-    Recorded(Vec<(f64, Pose)>),
+    Recorded(Vec<State>),
+}
+
+/// State of a body at an instant.
+#[derive(Clone, Copy, Debug)]
+struct State {
+    time: f64,
+    pose: Pose,
+    velocity: DVec3,
+    angular_velocity: DVec3,
 }
 
 impl PoseHistory {
@@ -24,9 +35,15 @@ impl PoseHistory {
     /// # Errors
     /// Rows of unknown bodies or with numbers that are not finite.
     pub fn try_new(bodies: &[Body], rows: &[PoseRow]) -> Result<Self, ContactError> {
-        let mut recorded: Vec<Vec<(f64, Pose)>> = bodies.iter().map(|b| vec![(0.0, b.pose)]).collect();
+        let start = |body: &Body| State {
+            time: 0.0,
+            pose: body.pose,
+            velocity: body.velocity,
+            angular_velocity: body.angular_velocity,
+        };
+        let mut recorded: Vec<Vec<State>> = bodies.iter().map(|body| vec![start(body)]).collect();
         for row in rows {
-            let poses = recorded.get_mut(row.body.index()).ok_or(ContactError::UnknownBody {
+            let states = recorded.get_mut(row.body.index()).ok_or(ContactError::UnknownBody {
                 what: "pose",
                 body: row.body.0,
                 bodies: bodies.len(),
@@ -35,13 +52,18 @@ impl PoseHistory {
             if !(row.time.is_finite() && row.position.is_finite() && row.orientation.is_finite()) {
                 return Err(ContactError::NotFinite { what: "pose", body: row.body.0, time: row.time });
             }
-            poses.push((row.time, Pose { position: row.position, orientation: row.orientation }));
+            states.push(State {
+                time: row.time,
+                pose: Pose { position: row.position, orientation: row.orientation },
+                velocity: row.velocity,
+                angular_velocity: row.angular_velocity,
+            });
         }
-        let order = |(body, mut poses): (&Body, Vec<(f64, Pose)>)| match &body.motion {
+        let order = |(body, mut states): (&Body, Vec<State>)| match &body.motion {
             Motion::Keyframed(track) => BodyPoses::Prescribed(track.clone()),
             _ => {
-                poses.sort_by(|a, b| a.0.total_cmp(&b.0));
-                BodyPoses::Recorded(poses)
+                states.sort_by(|a, b| a.time.total_cmp(&b.time));
+                BodyPoses::Recorded(states)
             }
         };
         Ok(PoseHistory { bodies: bodies.iter().zip(recorded).map(order).collect() })
@@ -53,19 +75,36 @@ impl PoseHistory {
     /// Straight, because the recorded velocities are those before an impact and say nothing about after it; at a pose
     /// rate of 1 kHz free fall is 1 µm off.
     pub fn at(&self, body: BodyId, time: f64) -> Pose {
-        let poses = match &self.bodies[body.index()] {
+        let states = match &self.bodies[body.index()] {
             BodyPoses::Prescribed(track) => return track.sample(time).0,
-            BodyPoses::Recorded(poses) => poses,
+            BodyPoses::Recorded(states) => states,
         };
-        let next = poses.partition_point(|(t, _)| *t <= time);
-        if next == 0 || next == poses.len() || poses[next - 1].0 == time {
-            return poses[next.max(1) - 1].1;
+        let next = states.partition_point(|state| state.time <= time);
+        if next == 0 || next == states.len() || states[next - 1].time == time {
+            return states[next.max(1) - 1].pose;
         }
-        let ((t0, p0), (t1, p1)) = (poses[next - 1], poses[next]);
-        let s = (time - t0) / (t1 - t0);
+        let (before, after) = (states[next - 1], states[next]);
+        let s = (time - before.time) / (after.time - before.time);
         Pose {
-            position: p0.position.lerp(p1.position, s),
-            orientation: p0.orientation.slerp(p1.orientation, s).normalize(),
+            position: before.pose.position.lerp(after.pose.position, s),
+            orientation: before.pose.orientation.slerp(after.pose.orientation, s).normalize(),
         }
+    }
+
+    /// Velocity [m/s] of the point of a body that is at `point` [m, world] at a time [s]; `None` unless there is a row
+    /// of that very time. Rows at an impact tell the state before everything that happens at that instant.
+    pub fn velocity_at(&self, body: BodyId, point: DVec3, time: f64) -> Option<DVec3> {
+        let (pose, velocity, angular_velocity) = match &self.bodies[body.index()] {
+            BodyPoses::Prescribed(track) => track.sample(time),
+            BodyPoses::Recorded(states) => {
+                let next = states.partition_point(|state| state.time <= time);
+                let state = states.get(next.checked_sub(1)?)?;
+                if state.time != time {
+                    return None;
+                }
+                (state.pose, state.velocity, state.angular_velocity)
+            }
+        };
+        Some(velocity + angular_velocity.cross(point - pose.position))
     }
 }

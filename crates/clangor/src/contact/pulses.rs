@@ -13,12 +13,12 @@ use glam::DVec3;
 
 use super::ContactError;
 use super::chain_onset::delay_chains;
-use super::effective_mass::{body_inverse_effective_mass, inverse_mass};
+use super::effective_mass::{angular_velocity_change, body_inverse_effective_mass, inverse_mass};
 use super::force_profile::ForceProfile;
 use super::hertz::{HertzContact, combined_curvature};
 use super::local_curvature::mean_curvature;
 use super::pose_history::PoseHistory;
-use crate::body::{Body, BodyId};
+use crate::body::{Body, BodyId, Motion};
 use crate::material::Material;
 use crate::pose::Pose;
 use crate::timeline::{ContactKind, ContactRow};
@@ -30,7 +30,7 @@ pub struct ContactSettings {
     pub v_min: f64,
     /// How the force runs.
     pub profile: ForceProfile,
-    /// Whether blows travel along touching chains ([`chain_onset`](super::chain_onset)).
+    /// Whether blows take time to travel along chains ([`chain_onset`](super::chain_onset)).
     pub chain_onset: bool,
 }
 
@@ -63,6 +63,9 @@ pub struct ImpactPulse {
     pub point: DVec3,
     /// Mean unit normal, from B to A.
     pub normal: DVec3,
+    /// Velocity of A relative to B at the mean point before anything happened at that instant [m/s], where the
+    /// timeline has the poses of that instant. In a touching chain only the first contact approaches then.
+    pub velocity_before: Option<DVec3>,
     /// What it does to A and B; `None` for a body that it cannot move.
     pub bodies: [Option<BodyPulse>; 2],
     /// The points: place [m, world] and impulse on A [N s].
@@ -82,6 +85,8 @@ pub struct BodyPulse {
     pub velocity_change: DVec3,
     /// Σ (x − x_com) × j + couples [N m s], world, about the centre of mass.
     pub angular_impulse: DVec3,
+    /// I⁻¹ of that [rad/s], world.
+    pub angular_velocity_change: DVec3,
     /// τ c_R / L: duration over the time in which a Rayleigh wave crosses the body. Below 1 the body does not move as a
     /// whole during the impact, and the click of a rigid body is an upper bound.
     pub transit_ratio: f64,
@@ -319,14 +324,22 @@ fn pulse(
         let impulse: DVec3 = rows.iter().map(|r| sign * r.impulse()).sum();
         let centre = body_poses[i].position;
         let turn = |r: &ContactRow| sign * ((r.point - centre).cross(r.impulse()) + r.couple);
+        let angular_impulse = rows.iter().map(turn).sum();
         Some(BodyPulse {
             body: ids[i],
             pose: body_poses[i],
             impulse,
             velocity_change: impulse * inverse_mass(body),
-            angular_impulse: rows.iter().map(turn).sum(),
+            angular_impulse,
+            angular_velocity_change: angular_velocity_change(body, &body_poses[i], angular_impulse),
             transit_ratio: duration * rayleigh_speed(&body.material) / (2.0 * body.surface.bounding_radius()),
         })
+    };
+    let velocity_of = |i: usize| match pair[i] {
+        Some(body) if inverse_mass(body) > 0.0 || matches!(body.motion, Motion::Keyframed(_)) => {
+            poses.velocity_at(ids[i], point, time)
+        }
+        _ => Some(DVec3::ZERO),
     };
     Ok(Ok(ImpactPulse {
         impact_id: rows[0].impact_id,
@@ -339,6 +352,7 @@ fn pulse(
         radius: 1.0 / contact.curvature,
         point,
         normal,
+        velocity_before: velocity_of(0).zip(velocity_of(1)).map(|(a, b)| a - b),
         bodies: [share(0), share(1)],
         points: rows.iter().map(|r| (r.point, r.impulse())).collect(),
     }))

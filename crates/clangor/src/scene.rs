@@ -71,6 +71,27 @@ impl Scene {
     /// Every error of the text, in its order: TOML syntax, unknown keys, wrong types and ranges, names that stand for
     /// nothing, settings that exclude each other.
     pub fn from_toml(text: &str) -> Result<Scene, SceneErrors> {
-        decode::decode(text)
+        match decode::decode(text) {
+            (scene, errors) if errors.is_empty() => Ok(scene),
+            (_, errors) => Err(SceneErrors(errors)),
+        }
+    }
+
+    /// As [`from_toml`](Self::from_toml); if there are errors, the mesh files are loaded too, so that missing and bad ones
+    /// are reported with the rest.
+    ///
+    /// # Errors
+    /// As `from_toml`, and those of the files beside them.
+    pub fn from_toml_with_files(
+        text: &str,
+        load: &mut instantiate::Loader<'_>,
+    ) -> Result<Scene, SceneErrors> {
+        let (scene, mut errors) = decode::decode(text);
+        if errors.is_empty() {
+            return Ok(scene);
+        }
+        errors.extend(instantiate::file_errors(&scene, load));
+        errors.sort_by_key(|e| e.place.order());
+        Err(SceneErrors(errors))
     }
 }

@@ -4,9 +4,11 @@ use std::f64::consts::PI;
 
 use clangor::body::{BodyId, Link, Motion, SpringEnd, Surface, World};
 use clangor::glam::DVec3;
+use clangor::pose::{Pose, Track};
 use clangor::scene::body_description::{Geometry, GeometryReference};
-use clangor::scene::diagnostic::{Doubt, SceneErrors};
+use clangor::scene::diagnostic::{Doubt, Place, SceneErrors};
 use clangor::scene::instantiate::{GeometryError, LoadedGeometry, load_shape, references};
+use clangor::scene::listener::Listener;
 use clangor::scene::{Scene, instantiate};
 
 fn decode(text: &str) -> Scene {
@@ -240,6 +242,35 @@ fn loader_errors_stand_at_the_key() {
     assert_eq!(asked, ["sphere:0.01", "lost.obj", "torn.stl (scale 0.001)"]);
     assert!(
         refusal("[[body]]\nmesh = \"a.obj\"\nmaterial = \"wood\"").contains("no mesh files can be read here")
+    );
+}
+
+#[test]
+fn bad_files_are_reported_beside_the_errors_of_the_text() {
+    let text = format!(
+        "version = 1\n{BALL}velocty = 1\n[[body]]\nmesh = \"lost.obj\"\nmaterial = \"wood\"\nscale = -1\n\
+                        [[body]]\nmesh = \"lost.obj\"\nmaterial = \"wood\""
+    );
+    let SceneErrors(errors) = Scene::from_toml_with_files(&text, &mut load_shape).unwrap_err();
+    let fields: Vec<&str> = errors.iter().map(|e| e.place.field.as_str()).collect();
+    // A body that cannot be read is not loaded.
+    assert_eq!(fields, ["body[0].velocty", "body[1].scale", "body[2].mesh"]);
+}
+
+#[test]
+fn a_listener_that_is_added_later_is_checked_too() {
+    let mut scene = decode(&format!("[render]\nfloor = \"rigid\"\n{BALL}position = [0, 1, 0]"));
+    scene.listeners.push(Listener {
+        name: "added".into(),
+        track: Track::fixed(Pose::at(DVec3::new(0.0, -1.0, 0.0))),
+        spacing: None,
+        place: Place { field: "--listener".into(), ..Place::default() },
+    });
+    let SceneErrors(errors) = instantiate(&scene, &mut load_shape).unwrap_err();
+    assert!(
+        errors[0].to_string().starts_with("--listener: the listener at height -1 m is below"),
+        "{}",
+        errors[0]
     );
 }
 

@@ -16,8 +16,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use toml::de::DeTable;
 
-use super::diagnostic::{Doubt, Place, Problem, SceneErrors};
-use super::render_settings::Floor;
+use super::diagnostic::{Doubt, Place, Problem, SceneError};
+use super::listener::below_floor;
 use super::{STANDARD_GRAVITY, Scene, VERSION};
 use crate::body::Motion;
 use reader::{Decoder, Section};
@@ -36,20 +36,17 @@ const TOP_KEYS: &[&str] = &[
     "render",
 ];
 
-pub(super) fn decode(text: &str) -> Result<Scene, SceneErrors> {
+/// What could be read of a scene, and every error.
+pub(super) fn decode(text: &str) -> (Scene, Vec<SceneError>) {
     let (tree, syntax_errors) = DeTable::parse_recoverable(text);
     let mut d = Decoder::new(text);
     let scene = decode_tree(&mut d, tree.get_ref());
     if !syntax_errors.is_empty() {
         keep_certain_errors(&mut d, &syntax_errors);
     }
-    if d.errors.is_empty() {
-        let mut warnings = d.warnings;
-        warnings.sort_by_key(|w| w.place.order());
-        return Ok(Scene { warnings, ..scene });
-    }
     d.errors.sort_by_key(|e| e.place.order());
-    Err(SceneErrors(d.errors))
+    d.warnings.sort_by_key(|w| w.place.order());
+    (Scene { warnings: d.warnings, ..scene }, d.errors)
 }
 
 /// Adds the syntax errors, and drops what may follow from them.
@@ -98,7 +95,7 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
         render,
         warnings: Vec::new(),
     };
-    check_listeners(d, &scene);
+    d.errors.extend(below_floor(&scene.listeners, scene.render.floor));
     check_silence(d, &scene, &top);
     scene
 }
@@ -112,16 +109,6 @@ fn check_version(d: &mut Decoder<'_>, top: &Section<'_>) {
         && found != VERSION
     {
         d.error(node.place(d), Problem::UnsupportedVersion { found });
-    }
-}
-
-fn check_listeners(d: &mut Decoder<'_>, scene: &Scene) {
-    let Floor::Rigid { height: floor } = scene.render.floor else { return };
-    for listener in &scene.listeners {
-        let lowest = listener.track.keys().iter().map(|k| k.pose.position.y).fold(f64::INFINITY, f64::min);
-        if lowest < floor {
-            d.error(listener.place.clone(), Problem::ListenerBelowFloor { height: lowest, floor });
-        }
     }
 }
 
@@ -214,7 +201,7 @@ mod tests {
         for example in examples {
             let text =
                 if example.contains("version") { example.into() } else { format!("version = 1\n{example}") };
-            let scene = decode(&text).unwrap_or_else(|e| panic!("{example}\n{e}"));
+            let scene = Scene::from_toml(&text).unwrap_or_else(|e| panic!("{example}\n{e}"));
             // A fragment may lack a listener; a scene with bodies has no excuse.
             assert!(scene.bodies.is_empty() || scene.warnings.is_empty(), "{example}\n{:?}", scene.warnings);
         }

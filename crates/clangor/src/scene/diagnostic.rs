@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::suggest::nearest;
 use crate::shape::ShapeError;
 
-/// Where in a scene something stands.
+/// Where in a scene something stands. What does not come from a text, such as a listener of the command line, has line 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// Bytes of the text.
@@ -31,8 +31,11 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}", self.line, self.column)?;
-        if self.field.is_empty() { Ok(()) } else { write!(f, ": {}", self.field) }
+        match (self.line, self.field.as_str()) {
+            (0, field) => write!(f, "{field}"),
+            (line, "") => write!(f, "{line}:{}", self.column),
+            (line, field) => write!(f, "{line}:{}: {field}", self.column),
+        }
     }
 }
 

@@ -13,9 +13,10 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::body_description::{
-    Anchor, BodyDescription, Copies, GeometryReference, PlaneDescription, SpringTarget,
+    Anchor, BodyDescription, Copies, Geometry, GeometryReference, PlaneDescription, SpringTarget,
 };
 use super::diagnostic::{Doubt, Place, Problem, SceneError, SceneErrors, SceneWarning};
+use super::listener::below_floor;
 use super::{MAX_BODIES, Scene};
 use crate::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use crate::geometry::mass_properties::MassProperties;
@@ -70,6 +71,7 @@ pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, Sce
         builder.error(place, Problem::TooManyBodies { count: total, limit: MAX_BODIES });
         return Err(SceneErrors(builder.errors));
     }
+    builder.errors.extend(below_floor(&scene.listeners, scene.render.floor));
     let drafts = copies::draft(scene, load, &mut builder);
     let planes: Vec<Body> = scene.planes.iter().map(plane).collect();
     let bodies = copies::place(scene, drafts, &planes, &mut builder);
@@ -84,6 +86,15 @@ pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, Sce
     }
     builder.errors.sort_by_key(|e| e.place.order());
     Err(SceneErrors(builder.errors))
+}
+
+/// The errors of a scene's mesh files alone; its shapes were checked where they were read.
+pub(super) fn file_errors(scene: &Scene, load: &mut Loader<'_>) -> Vec<SceneError> {
+    let mut builder = Builder::default();
+    let is_file = |b: &&BodyDescription| matches!(b.geometry, Geometry::File(_));
+    let bodies = scene.bodies.iter().filter(is_file).cloned().collect();
+    copies::draft(&Scene { bodies, ..scene.clone() }, load, &mut builder);
+    builder.errors
 }
 
 /// Collects errors and warnings.

@@ -4,7 +4,8 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::diagnostic::Place;
+use super::diagnostic::{Place, Problem, SceneError};
+use super::render_settings::Floor;
 use crate::pose::Track;
 
 /// One `[[listener]]`.
@@ -28,6 +29,20 @@ impl Listener {
             Some(spacing) => vec![DVec3::X * (-0.5 * spacing), DVec3::X * (0.5 * spacing)],
         }
     }
+}
+
+/// An error for each listener that is ever below the rigid floor.
+pub(super) fn below_floor(listeners: &[Listener], floor: Floor) -> Vec<SceneError> {
+    let Floor::Rigid { height: floor } = floor else { return Vec::new() };
+    let mut errors = Vec::new();
+    for listener in listeners {
+        let height = listener.track.keys().iter().map(|k| k.pose.position.y).fold(f64::INFINITY, f64::min);
+        if height < floor {
+            let problem = Problem::ListenerBelowFloor { height, floor };
+            errors.push(SceneError { place: listener.place.clone(), problem });
+        }
+    }
+    errors
 }
 
 /// The rotation that turns −z to `facing` and keeps y as far up as it can; `None` if `facing` is vertical.

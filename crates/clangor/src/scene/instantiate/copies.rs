@@ -67,7 +67,8 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, builder: &mut B
             let geometry = loaded
                 .entry(reference.key())
                 .or_insert_with(|| geometry(description, &reference, load, builder));
-            let Some(geometry) = geometry else { continue };
+            // One error for a file, however many copies or scales of it are asked for.
+            let Some(geometry) = geometry else { break };
             let mut pose = description.pose;
             if let Copies::At(positions) = &description.copies {
                 pose.position = positions[copy];

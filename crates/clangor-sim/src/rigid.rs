@@ -237,14 +237,15 @@ impl RigidWorld {
             spring.pull(&mut self.bodies, &step, log);
         }
         self.sweeps += u64::from(self.contact.run(&mut self.bodies, &mut self.pairs, &step, log));
-        for body in &mut self.bodies {
-            body.end_step(step.time, step.length);
-        }
         self.steps += 1;
+        let end = self.time();
+        for body in &mut self.bodies {
+            body.end_step(end, step.length);
+        }
         if self.sleep {
             sleep::watch(&mut self.bodies, step.length);
             if self.steps.is_multiple_of(SLEEP_CHECK) {
-                let next = Step { time: self.time(), ..step };
+                let next = Step { time: end, ..step };
                 sleep::settle(&mut self.bodies, &self.pairs, &self.restless, &next, log);
             }
         }

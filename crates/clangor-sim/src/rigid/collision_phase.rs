@@ -30,15 +30,17 @@ const TIE: f64 = 1e-10;
 /// A predicted time is exact when a refinement moves it by less [s].
 const EXACT: f64 = 1e-11;
 /// Refinements of one prediction at most.
-const MAX_REFINEMENTS: u32 = 12;
+const MAX_REFINEMENTS: u32 = 30;
 /// Points of a pair that touch within this time belong to the impact [s].
 const TOGETHER: f64 = 1e-7;
 /// And those within this distance [m].
 const TOUCHING: f64 = 1e-9;
-/// Impacts of one pair in one step after which restitution is dropped, so that a step ends.
-pub(super) const MAX_HITS: u32 = 12;
+/// Impacts of one pair in one step after which restitution is dropped, and after which the contact phase takes over,
+/// so that a step ends.
+const ELASTIC_HITS: u32 = 12;
+pub(super) const MAX_HITS: u32 = 60;
 /// Rounds of reflections in one block; the last ones are without restitution.
-const MAX_ROUNDS: u32 = 2 * MAX_HITS;
+const MAX_ROUNDS: u32 = 2 * ELASTIC_HITS;
 /// Gauss-Seidel sweeps of a block, and the velocity correction, relative to the approach, that ends them.
 const MAX_SWEEPS: u32 = 400;
 const CONVERGED: f64 = 1e-14;
@@ -211,7 +213,17 @@ impl CollisionPhase {
         }
         if let Some((time, speed)) = first {
             self.heap.push(Candidate { time, speed, pair: index, stamp: pair.stamp, exact: false });
+        } else if pair.rolls_on_rim {
+            self.probe_end(index, pair, step);
         }
+    }
+
+    /// Looks again from the end of the step. The lowest point of a tilting cylinder runs round its rim, which no point
+    /// known now foretells; but its height is concave in time, so the end tells whether there is a root, and Newton's
+    /// method finds it from there.
+    fn probe_end(&mut self, index: usize, pair: &Pair, step: &Step) {
+        let end = Candidate { time: step.length, speed: 0.0, pair: index, stamp: pair.stamp, exact: false };
+        self.heap.push(end);
     }
 
     /// Finds the manifold at the predicted instant and predicts again from there.
@@ -228,7 +240,9 @@ impl CollisionPhase {
         let now_a = a.at(step.time, step.length, candidate.time, a.gravity(step.gravity));
         let now_b = b.at(step.time, step.length, candidate.time, b.gravity(step.gravity));
         let mut first: Option<(f64, f64)> = None;
-        for point in &pair.exact.points {
+        // On a rim only the lowest point, the first one, is on the curve whose root is sought.
+        let relevant = if pair.rolls_on_rim { 1 } else { usize::MAX };
+        for point in pair.exact.points.iter().take(relevant) {
             let middle = (point.on_a + point.on_b) * 0.5;
             let speed = (now_a.velocity_at(middle - now_a.position)
                 - now_b.velocity_at(middle - now_b.position))
@@ -251,7 +265,13 @@ impl CollisionPhase {
                 first = Some((delay, approach));
             }
         }
-        let Some((delay, speed)) = first else { return };
+        let Some((delay, speed)) = first else {
+            if pair.rolls_on_rim && candidate.time < step.length {
+                let pair = &scene.pairs[candidate.pair];
+                self.probe_end(candidate.pair, pair, &step);
+            }
+            return;
+        };
         let exact = delay.abs() <= EXACT || pair.refinements >= MAX_REFINEMENTS;
         let time = if exact { candidate.time } else { candidate.time + delay };
         if time < step.length {
@@ -363,7 +383,7 @@ impl CollisionPhase {
                 if approach <= rest || point.gap > TOUCHING + TOGETHER * approach {
                     continue;
                 }
-                let spent = pair.hits >= MAX_HITS || round >= MAX_HITS;
+                let spent = pair.hits >= ELASTIC_HITS || round >= ELASTIC_HITS;
                 let ramp = ((approach - rest) / rest).clamp(0.0, 1.0);
                 let restitution = if spent { 0.0 } else { pair.coefficients.restitution * ramp };
                 self.block.push(BlockPoint {
@@ -425,6 +445,7 @@ impl CollisionPhase {
     /// Gives the actors the sums of the impulses, so that the balance of momentum is exact, and logs them.
     fn apply_and_log(&mut self, scene: &mut Scene<'_>, time: f64) {
         let block = &mut self.block;
+        block.retain(|p| p.impulse_n > 0.0);
         block.sort_by_key(|p| (scene.pairs[p.pair].key.a, scene.pairs[p.pair].key.b));
         let mut k = 0;
         while k < block.len() {

@@ -19,9 +19,12 @@ use super::state::{BodyState, Instant};
 use super::step_log::{Impulse, StepLog};
 
 /// Fraction of an overlap that is pushed out per step.
-const PUSH_FRACTION: f64 = 0.05;
+const PUSH_FRACTION: f64 = 0.2;
 /// Speed of that push at most [m/s].
 const PUSH_SPEED: f64 = 5e-3;
+/// The same for a contact that rolls or slides in fast: fractions of the overlap and of its approach speed.
+const FAST_PUSH_FRACTION: f64 = 1.0;
+const FAST_PUSH: f64 = 0.2;
 /// Points that part faster than this are out of reach [m/s].
 const PARTING: f64 = 0.05;
 /// Sweeps end when no velocity changes by more than this fraction of g Δt.
@@ -188,14 +191,24 @@ impl ContactPhase {
                     continue;
                 }
                 let target = if gap > 0.0 {
-                    -2.0 * gap / step.length
+                    // The rim ahead of the lowest point must not bear before that one may be pushed out.
+                    let ahead = if pair.rolls_on_rim && k > 0 { SLOP } else { 0.0 };
+                    -2.0 * (gap + ahead) / step.length
                 } else {
-                    (PUSH_FRACTION * (-gap - SLOP).max(0.0) / step.length).min(PUSH_SPEED)
+                    let overlap = (-gap - SLOP).max(0.0);
+                    let slow = (PUSH_FRACTION * overlap / step.length).min(PUSH_SPEED);
+                    slow.max((FAST_PUSH_FRACTION * overlap / step.length).min(-FAST_PUSH * speed))
                 };
                 let inverse_mass = |along: DVec3, across: DVec3| {
                     (mover_a.inverse_mass + mover_b.inverse_mass) * along.dot(across)
                         + point.arm_a.cross(along).dot(mover_a.inverse_inertia * point.arm_a.cross(across))
                         + point.arm_b.cross(along).dot(mover_b.inverse_inertia * point.arm_b.cross(across))
+                };
+                // The rim curves up from its lowest point, which so sinks unless it is lifted by as much.
+                let target = if pair.rolls_on_rim && k == 0 && pair.hits == 0 {
+                    target + pair.rim_lift
+                } else {
+                    target
                 };
                 self.rows.push(Row {
                     a,
@@ -219,7 +232,7 @@ impl ContactPhase {
                     impulse: [point.impulse_n, point.impulse_t.dot(t1), point.impulse_t.dot(t2)],
                     couple: DVec3::ZERO,
                     before,
-                    gap,
+                    gap: point.gap,
                 });
             }
         }

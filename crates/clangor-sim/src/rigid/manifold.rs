@@ -3,10 +3,10 @@
 //! A manifold has one unit normal n, from B to A, and points with their gaps measured along n. Against a half-space
 //! it is every vertex near the plane; for two balls the closed form; else the closest points of the cores (GJK, EPA
 //! where they overlap), to which the face of one part clipped by the prism of the other's is added. At most nine
-//! points are kept: the deepest and the extremes in eight directions that are fixed in the reference body, so that
-//! the choice does not flicker from step to step.
+//! points are kept of a slow pair: the deepest and the extremes in eight directions that are fixed in the reference
+//! body, so that the choice does not flicker from step to step. A fast pair keeps all, as any of them may strike next.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use glam::{DQuat, DVec3};
 use parry3d_f64::math::Pose as ParryPose;
@@ -28,6 +28,10 @@ const CAP_FACING: f64 = 0.98;
 const SIDE_FACING: f64 = 0.05;
 /// Corners that stand for the rim of a cap against a hull.
 const CAP_CORNERS: usize = 16;
+/// Angles [rad] from the lowest rim point of the others that are kept, to both sides: of a slow cylinder, and of a fast
+/// one, whose lowest point may run round the rim within a step, most often a little way.
+const SLOW_RIM: &[f64] = &[0.5 * PI, PI];
+const FAST_RIM: &[f64] = &[0.04, 0.1, 0.18, 0.3, 0.45, 0.7, 1.1, 1.6, 2.3, PI];
 /// The distance query looks this much farther than asked [m].
 const QUERY_MARGIN: f64 = 1e-4;
 
@@ -93,19 +97,20 @@ pub(super) fn tangents(normal: DVec3) -> (DVec3, DVec3) {
 
 /// Puts the points of A and B with a gap below `prediction` [m] into `points`.
 ///
-/// `axis` is the normal found last time, or zero: where it still separates the parts, nothing else is done. A
-/// half-space must be B.
+/// `axis` is the normal found last time, or zero: where it still separates the parts, nothing else is done. Points are
+/// thinned unless the pair is `fast`. A half-space must be B.
 pub(super) fn manifold(
     a: &Placed<'_>,
     b: &Placed<'_>,
     prediction: f64,
+    fast: bool,
     axis: DVec3,
     points: &mut Vec<ManifoldPoint>,
     scratch: &mut ManifoldScratch,
 ) -> Separation {
     points.clear();
     match (&a.part.shape, &b.part.shape) {
-        (_, PartShape::HalfSpace) => half_space(a, b, prediction, points, scratch),
+        (_, PartShape::HalfSpace) => half_space(a, b, prediction, fast, points, scratch),
         (PartShape::Ball { radius: ra }, PartShape::Ball { radius: rb }) => {
             let between = a.position - b.position;
             let normal = between.try_normalize().unwrap_or(DVec3::Y);
@@ -116,7 +121,7 @@ pub(super) fn manifold(
             }
             Separation { gap, normal, normal_of_a: false }
         }
-        _ => convex(a, b, prediction, axis, points, scratch),
+        _ => convex(a, b, prediction, fast, axis, points, scratch),
     }
 }
 
@@ -124,6 +129,7 @@ fn half_space(
     a: &Placed<'_>,
     b: &Placed<'_>,
     prediction: f64,
+    fast: bool,
     points: &mut Vec<ManifoldPoint>,
     scratch: &mut ManifoldScratch,
 ) -> Separation {
@@ -140,9 +146,8 @@ fn half_space(
         PartShape::Ball { radius } => meet(a.position - normal * *radius),
         PartShape::Cylinder { radius, half_height } => {
             let down = a.orientation.inverse() * -normal;
-            for corner in rim_points(*radius, *half_height, down) {
-                meet(a.position + a.orientation * corner);
-            }
+            let angles = if fast { FAST_RIM } else { SLOW_RIM };
+            rim_points(*radius, *half_height, down, angles, |p| meet(a.position + a.orientation * p));
         }
         PartShape::Hull(hull) => {
             for vertex in &hull.vertices {
@@ -151,24 +156,32 @@ fn half_space(
         }
         PartShape::HalfSpace => {}
     }
-    reduce(points, normal, a.orientation, scratch);
+    if !fast {
+        reduce(points, normal, a.orientation, scratch);
+    }
     Separation { gap: least, normal, normal_of_a: false }
 }
 
-/// The outermost rim point of a cylinder along a direction, three more of that cap, and the far end of its side line.
-fn rim_points(radius: f64, half_height: f64, direction: DVec3) -> [DVec3; 5] {
+/// The outermost rim point of a cylinder along a direction, the far end of its side line, and the points of that rim
+/// at these angles to both sides.
+fn rim_points(radius: f64, half_height: f64, direction: DVec3, angles: &[f64], mut each: impl FnMut(DVec3)) {
     let across = direction.x.hypot(direction.y);
     // Flat on its cap to 1e-5 every rim point is as good: a fixed choice does not wander.
     let (c, s) = if across < 1e-5 { (1.0, 0.0) } else { (direction.x / across, direction.y / across) };
     let z = half_height.copysign(direction.z);
-    [(c, s, z), (-s, c, z), (-c, -s, z), (s, -c, z), (c, s, -z)]
-        .map(|(x, y, z)| DVec3::new(x * radius, y * radius, z))
+    each(DVec3::new(c * radius, s * radius, z));
+    each(DVec3::new(c * radius, s * radius, -z));
+    for angle in angles.iter().flat_map(|&a| [a, -a]).filter(|&a| a != -PI) {
+        let (sin, cos) = angle.sin_cos();
+        each(DVec3::new((c * cos - s * sin) * radius, (s * cos + c * sin) * radius, z));
+    }
 }
 
 fn convex(
     a: &Placed<'_>,
     b: &Placed<'_>,
     prediction: f64,
+    fast: bool,
     axis: DVec3,
     points: &mut Vec<ManifoldPoint>,
     scratch: &mut ManifoldScratch,
@@ -199,6 +212,10 @@ fn convex(
     if !normal.is_finite() || normal.length_squared() < 0.5 {
         return Separation { gap: far, normal: DVec3::ZERO, normal_of_a: false };
     }
+    let (normal, on_a, on_b) = match (on_a - on_b).dot(normal) {
+        core if core < 0.0 => least_overlap(a, b, normal, on_a, on_b),
+        _ => (normal, on_a, on_b),
+    };
     let gap = (on_a - on_b).dot(normal) - ra - rb;
     if gap > prediction {
         return Separation { gap, normal, normal_of_a: false };
@@ -208,12 +225,42 @@ fn convex(
         point.on_a -= normal * ra;
         point.on_b += normal * rb;
     }
-    reduce(points, normal, if normal_of_a { a.orientation } else { b.orientation }, scratch);
+    if !fast {
+        reduce(points, normal, if normal_of_a { a.orientation } else { b.orientation }, scratch);
+    }
     // A clip that misses the closest points (an edge on an edge) must not hide them.
     if !points.iter().any(|p| p.gap < gap + 1e-6) {
         points.push(ManifoldPoint { on_a: on_a - normal * ra, on_b: on_b + normal * rb, gap });
     }
     Separation { gap, normal, normal_of_a }
+}
+
+/// The direction of least overlap among the one found and the face normals. Where hulls lie parallel the expanding
+/// polytope may stop at a direction that is none.
+fn least_overlap(
+    a: &Placed<'_>,
+    b: &Placed<'_>,
+    found: DVec3,
+    on_a: DVec3,
+    on_b: DVec3,
+) -> (DVec3, DVec3, DVec3) {
+    let gap = |normal: DVec3| (a.support(-normal) - b.support(normal)).dot(normal);
+    let faces = |placed: &Placed<'_>, sign: f64| -> Vec<DVec3> {
+        let PartShape::Hull(hull) = &placed.part.shape else { return Vec::new() };
+        hull.faces.iter().map(|f| placed.orientation * f.normal * sign).collect()
+    };
+    let mut best = (gap(found), found);
+    for normal in faces(a, -1.0).into_iter().chain(faces(b, 1.0)) {
+        let gap = gap(normal);
+        if gap > best.0 + 1e-12 {
+            best = (gap, normal);
+        }
+    }
+    if best.1 == found {
+        return (found, on_a, on_b);
+    }
+    let deepest = a.support(-best.1);
+    (best.1, deepest, deepest - best.1 * best.0)
 }
 
 /// Clips the faces that look at each other; true if the reference face is one of A.

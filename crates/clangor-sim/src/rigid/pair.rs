@@ -14,6 +14,10 @@ use super::state::BodyState;
 
 /// Relative travel after which a manifold is found anew [m].
 const DRIFT: f64 = 5e-6;
+/// Angle by which the lowest rim point of a cylinder may run round in a step before more of the rim is kept [rad].
+const SWING: f64 = 0.025;
+/// A larger swing than this is no rolling [rad].
+const MOST_SWING: f64 = 0.5;
 /// Overlap that is left alone [m].
 pub(super) const SLOP: f64 = 2e-6;
 /// A manifold looks this many times farther than a pair can move in a step.
@@ -63,6 +67,10 @@ pub(super) struct Pair {
     pub(super) refinements: u32,
     /// The exact manifold at the predicted impact.
     pub(super) exact: ExactManifold,
+    /// Whether the lowest point runs round a rim: a cylinder on a half-space, whose gap is concave in time.
+    pub(super) rolls_on_rim: bool,
+    /// Normal velocity [m/s] that the lowest rim point must have now for the lowest point to be as high in a step.
+    pub(super) rim_lift: f64,
     curved: bool,
     axis: DVec3,
     normal_in_owner: DVec3,
@@ -113,6 +121,8 @@ impl Pair {
             stamp: 0,
             refinements: 0,
             exact: ExactManifold::default(),
+            rim_lift: 0.0,
+            rolls_on_rim: part_a.cylinder_radius() > 0.0 && shapes[b.shape].half_space,
             curved: part_a.is_curved() || part_b.is_curved(),
             axis: DVec3::ZERO,
             normal_in_owner: DVec3::Y,
@@ -229,10 +239,19 @@ impl Pair {
         let (xb, qb) = b.weightless_pose(step.time, step.length, t);
         let foresight = self.foresight(reach, step);
         let (placed_a, placed_b) = self.placed(shapes, (a, xa, qa), (b, xb, qb));
+        let fast = if self.rolls_on_rim {
+            let (swing, slope) = rim_swing(a, &placed_a, qb * DVec3::Y, step.length);
+            let swing_taken = swing.min(MOST_SWING);
+            let radius = placed_a.part.cylinder_radius();
+            self.rim_lift = 0.5 * radius * slope * swing_taken * swing_taken / step.length;
+            swing > SWING
+        } else {
+            reach > DRIFT
+        };
         let found = &mut scratch.found;
         let looked = foresight + 4.0 * DRIFT;
         let Separation { gap, normal, normal_of_a } =
-            manifold(&placed_a, &placed_b, looked, self.axis, found, &mut scratch.manifold);
+            manifold(&placed_a, &placed_b, looked, fast, self.axis, found, &mut scratch.manifold);
         self.axis = normal;
         self.travel = 0.0;
         if found.is_empty() {
@@ -254,25 +273,29 @@ impl Pair {
         std::mem::swap(&mut self.points, &mut scratch.old);
         self.points.clear();
         let old = &scratch.old;
-        let mut used = 0_u64;
+        let used = &mut scratch.used;
+        used.clear();
+        used.resize(old.len(), false);
         for point in found.iter() {
             let (anchor_a, anchor_b) = (qa.inverse() * (point.on_a - xa), qb.inverse() * (point.on_b - xb));
             let mut carried = ContactPoint { anchor_a, anchor_b, ..ContactPoint::default() };
             let mut nearest = (INHERIT * size).powi(2);
             let mut heir = None;
-            for (i, o) in old.iter().enumerate().filter(|(i, _)| used >> i & 1 == 0) {
+            for (i, o) in old.iter().enumerate().filter(|(i, _)| !used[*i]) {
                 let distance =
                     (o.anchor_a - anchor_a).length_squared().min((o.anchor_b - anchor_b).length_squared());
                 if distance < nearest {
                     (nearest, heir) = (distance, Some(i));
                 }
             }
-            // A lone point that rolls on stays the same contact however far its anchors moved.
-            if heir.is_none() && old.len() == 1 && found.len() == 1 {
+            // A point that rolls on stays the same contact however far its anchors moved: a lone one, and the first of
+            // a rim, which is the lowest.
+            let lone = old.len() == 1 && found.len() == 1;
+            if lone || (self.rolls_on_rim && fast && self.points.is_empty() && !old.is_empty()) {
                 heir = Some(0);
             }
             if let Some(i) = heir {
-                used |= 1 << i;
+                used[i] = true;
                 carried.impulse_n = old[i].impulse_n;
                 carried.impulse_t = old[i].impulse_t;
             }
@@ -296,8 +319,15 @@ impl Pair {
         let (xa, xb) = (xa + a.gravity(step.gravity) * fall, xb + b.gravity(step.gravity) * fall);
         let foresight = self.foresight(self.reach(a, b, step), step);
         let (placed_a, placed_b) = self.placed(shapes, (a, xa, qa), (b, xb, qb));
-        let found =
-            manifold(&placed_a, &placed_b, foresight, self.axis, &mut scratch.found, &mut scratch.manifold);
+        let found = manifold(
+            &placed_a,
+            &placed_b,
+            foresight,
+            true,
+            self.axis,
+            &mut scratch.found,
+            &mut scratch.manifold,
+        );
         self.exact.time = t;
         self.exact.normal = found.normal;
         self.exact.points.clone_from(&scratch.found);
@@ -315,10 +345,22 @@ impl Pair {
     }
 }
 
+/// How far the lowest rim point of a cylinder on a half-space runs round the rim in a step [rad], and the slope of the
+/// cylinder's axis to the normal.
+fn rim_swing(body: &BodyState, cylinder: &Placed<'_>, normal: DVec3, step: f64) -> (f64, f64) {
+    let axis = cylinder.orientation * DVec3::Z;
+    let across = axis.cross(normal);
+    let slope = across.length();
+    // The rate of the normal, seen from the body, across the plane of axis and normal.
+    let rate = body.angular_velocity.cross(normal).dot(across) / slope.max(1e-9);
+    (rate.abs() / slope.max(1e-9) * step, slope)
+}
+
 /// Buffers of the pairs.
 #[derive(Default)]
 pub(super) struct PairScratch {
     found: Vec<ManifoldPoint>,
     old: Vec<ContactPoint>,
+    used: Vec<bool>,
     manifold: ManifoldScratch,
 }

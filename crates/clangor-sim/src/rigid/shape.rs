@@ -123,6 +123,11 @@ impl Part {
         matches!(self.shape, PartShape::Ball { .. } | PartShape::Cylinder { .. })
     }
 
+    /// Radius of a cylinder [m]; 0 for other parts.
+    pub(super) fn cylinder_radius(&self) -> f64 {
+        if let PartShape::Cylinder { radius, .. } = self.shape { radius } else { 0.0 }
+    }
+
     /// Radius [m] by which the core that the distance query sees is rounded when it meets `other`.
     pub(super) fn rounding(&self, other: &Part) -> f64 {
         match (&self.shape, &other.shape) {

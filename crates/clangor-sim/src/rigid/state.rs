@@ -234,15 +234,15 @@ impl BodyState {
         }
     }
 
-    /// Moves to the end of the step. The velocity is now that of the end.
-    pub(super) fn end_step(&mut self, time: f64, step: f64) {
+    /// Moves to the end of the step, at `end` [s]. The velocity is now that of the end.
+    pub(super) fn end_step(&mut self, end: f64, step: f64) {
         match &self.drive {
             Drive::Free if !self.asleep => {
                 self.position = self.mid_position + self.velocity * (0.5 * step);
                 self.orientation = self.turned(self.mid_orientation, 0.5 * step);
             }
             Drive::Keyframed(track) => {
-                let (pose, velocity, spin) = track.sample(time + step);
+                let (pose, velocity, spin) = track.sample(end);
                 (self.position, self.orientation) = (pose.position, pose.orientation);
                 (self.velocity, self.angular_velocity) = (velocity, spin);
             }

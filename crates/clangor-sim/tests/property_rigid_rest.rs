@@ -1,0 +1,180 @@
+//! Dropped bodies come to rest and are silent from then on.
+//!
+//! A body rests once its surface has been slower than 2 cm/s for 50 ms. From 0.5 s after that no contact may approach
+//! faster than 5 cm/s, the threshold of what is heard.
+
+#[path = "scenes/rigid.rs"]
+#[allow(dead_code)]
+mod scenes;
+
+use clangor::body::{Body, BodyId, World};
+use clangor::glam::DVec3;
+use clangor::material::Material;
+use clangor_sim::rigid::{RigidWorld, StepLog};
+
+use scenes::{
+    Random, bowl, cuboid, cylinder, die, floor, key, material, mug, prism, ring, rock, rock_pile, shard,
+    solid, world,
+};
+
+const TIME_STEP: f64 = 2.5e-4;
+const RESTING: f64 = 0.02;
+const LOUD: f64 = 0.05;
+
+/// The ten shapes, and how long each may take to rest [s]: those with round edges roll.
+fn shapes(material: &Material, seed: u64) -> Vec<(Body, f64)> {
+    vec![
+        (solid("coin of 64 sides", material, &[prism(64, 0.01213, 0.000875)]), 4.0),
+        (cylinder(material, 0.01213, 0.000875), 15.0),
+        (solid("die", material, &[die(0.008, 0.0008)]), 4.0),
+        (solid("hexagonal prism", material, &[prism(6, 0.010, 0.003)]), 4.0),
+        (solid("rock", material, &[rock(seed, 20, 0.015)]), 4.0),
+        (solid("shard", material, &[shard(seed, 0.02, 0.004)]), 4.0),
+        (solid("ring", material, &ring(0.012, 0.0025, 24, 8)), 15.0),
+        (solid("bowl", material, &bowl()), 15.0),
+        (solid("key", material, &key()), 4.0),
+        (solid("mug", material, &mug()), 15.0),
+    ]
+}
+
+/// What a drop did.
+struct Drop {
+    rest: Option<f64>,
+    loud_after: usize,
+    overlap: f64,
+    /// Surface speed at the end [m/s].
+    speed: f64,
+}
+
+fn drop(body: &Body, material: &Material, seed: u64, limit: f64) -> Drop {
+    let mut random = Random(seed * 7919 + 1);
+    let mut body = body.clone();
+    let radius = body.surface.bounding_radius();
+    body.pose.position = DVec3::Y * (0.1 + radius);
+    body.pose.orientation = random.orientation();
+    body.velocity = DVec3::new(random.signed(), 0.0, random.signed()) * 0.2;
+    body.angular_velocity = DVec3::new(random.signed(), random.signed(), random.signed()) * 20.0;
+    let mut rigid = RigidWorld::try_new(&world(vec![floor(material), body]), TIME_STEP, true).unwrap();
+    let mut log = StepLog::new();
+    let id = BodyId(1);
+    let mut result = Drop { rest: None, loud_after: 0, overlap: 0.0, speed: 0.0 };
+    let mut slow_since = None;
+    while rigid.time() < result.rest.map_or(limit, |t| t + 1.5) {
+        rigid.step(&mut log).unwrap();
+        let now = rigid.time();
+        for impulse in log.impulses() {
+            result.overlap = result.overlap.max(impulse.row.depth);
+            if result.rest.is_some_and(|t| now > t + 0.5) && impulse.row.approach_speed() > LOUD {
+                result.loud_after += 1;
+            }
+        }
+        result.speed = rigid.surface_speed(id);
+        if result.speed >= RESTING {
+            slow_since = None;
+        } else {
+            let since = *slow_since.get_or_insert(now);
+            if now - since > 0.05 && result.rest.is_none() {
+                result.rest = Some(since);
+            }
+        }
+    }
+    result
+}
+
+/// Drops every shape with these seeds and checks rest, silence and overlap.
+fn drop_all(seeds: std::ops::Range<u64>) {
+    let material = material(2500.0, 0.3, 0.5, 2e-4);
+    let mut failures = Vec::new();
+    for seed in seeds {
+        for (body, limit) in shapes(&material, seed + 1) {
+            let d = drop(&body, &material, seed + 1, limit);
+            let rest = d.rest.unwrap_or(f64::INFINITY);
+            let line = format!(
+                "{:18} seed {seed}: rest {rest:.2} s, loud after {}, overlap {:.1} um, last speed {:.1e} m/s",
+                body.name,
+                d.loud_after,
+                d.overlap * 1e6,
+                d.speed
+            );
+            println!("{line}");
+            // Seen: rest after 1.7 s at most, 3 s for the smooth coin and 5 s for the bowl; overlap 3.5 um, and 9.4 um of
+            // the smooth coin in the few steps in which it falls flat and its contact races round the rim.
+            let allowed = if body.name == "cylinder" { 1e-5 } else { 5e-6 };
+            if rest > limit || d.loud_after > 0 || d.overlap > allowed {
+                failures.push(line);
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn a_hundred_dropped_shapes_come_to_rest_and_stay_silent() {
+    drop_all(0..10);
+}
+
+/// Impulses that are heard from `from` to `to` [s], and the deepest overlap after `from` [m].
+fn loud_between(world: &World, time_step: f64, sleep: bool, from: f64, to: f64) -> (usize, f64) {
+    let mut rigid = RigidWorld::try_new(world, time_step, sleep).unwrap();
+    let mut log = StepLog::new();
+    let (mut loud, mut overlap) = (0, 0.0_f64);
+    while rigid.time() < to {
+        rigid.step(&mut log).unwrap();
+        if rigid.time() > from {
+            loud += log.impulses().iter().filter(|i| i.row.approach_speed() > LOUD).count();
+            overlap = overlap.max(rigid.deepest_overlap());
+        }
+    }
+    (loud, overlap)
+}
+
+#[test]
+fn a_pile_of_a_hundred_rocks_falls_silent() {
+    let material = material(2650.0, 0.4, 0.5, 5e-5);
+    for sleep in [true, false] {
+        let (loud, overlap) =
+            loud_between(&rock_pile(100, 0.08, &material, 2024), TIME_STEP, sleep, 1.5, 2.0);
+        println!("sleep {sleep}: {loud} loud, overlap {:.1} um", overlap * 1e6);
+        // Overlap seen: ?
+        assert!(loud == 0 && overlap < 5e-6, "{loud} loud, overlap {overlap:e} m");
+    }
+}
+
+/// A tower of boxes neither sinks nor speaks, also under a heavy load.
+#[test]
+fn a_stack_of_twenty_boxes_stands() {
+    for (count, load) in [(20, 1.0), (10, 100.0)] {
+        let material = material(1000.0, 0.4, 0.5, 0.0);
+        let half = 0.008;
+        let mut bodies = vec![floor(&material)];
+        for i in 0..count {
+            let mut b = solid("box", &material, &[cuboid(DVec3::splat(half))]);
+            // Hulls touch at a distance of 10 um.
+            b.pose.position = DVec3::Y * (half + i as f64 * (2.0 * half + 1e-5));
+            if i + 1 == count {
+                b.mass *= load;
+                b.inertia *= load;
+            }
+            bodies.push(b);
+        }
+        let world = world(bodies);
+        let mut rigid = RigidWorld::try_new(&world, 1e-4, false).unwrap();
+        let mut log = StepLog::new();
+        let (mut loud, mut overlap) = (0, 0.0_f64);
+        for _ in 0..20_000 {
+            rigid.step(&mut log).unwrap();
+            loud += log.impulses().iter().filter(|i| i.row.approach_speed() > LOUD).count();
+            overlap = overlap.max(rigid.deepest_overlap());
+        }
+        let top = BodyId(count);
+        let sink = world.bodies[count as usize].pose.position.y - rigid.pose(top).position.y;
+        println!(
+            "{count} boxes, load {load}: {loud} loud, sink {:.1} um, overlap {:.1} um, kinetic energy {:.1e} J",
+            sink * 1e6,
+            overlap * 1e6,
+            rigid.kinetic_energy()
+        );
+        // Seen: ?
+        assert!(loud == 0 && sink.abs() < 2e-4 && overlap < 5e-6);
+    }
+}

@@ -4,8 +4,8 @@
 //! middle body would cancel and only the ends would click. In a real chain the force of contact k peaks about τ/2 after
 //! that of contact k − 1, because each body must be pushed before it can push on. Here
 //!
-//! * an impact that would not have happened (less than half of its approach speed) without one that began less than τ/2
-//!   before it on one of its bodies begins τ/2 after that one;
+//! * an impact that owes more than half of its approach speed to others that began less than τ/2 before it on one of its
+//!   bodies begins τ/2 after the one to which it owes most;
 //! * impacts of the same instant that did not approach yet follow breadth-first, each τ/2 of its predecessor later.
 //!   Where the timeline does not tell who approached, the fastest comes first, the earliest recorded of equals.
 //!
@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use super::pulses::ImpactPulse;
 use crate::body::BodyId;
 
-/// Below this share of its speed an impact owes its approach to those before it.
+/// An impact that would approach at less than this share of its speed without those before it owes it to them.
 const OWN_APPROACH: f64 = 0.5;
 
 /// Delays onsets along chains; `pulses` are in order of time. Returns how many were delayed.
@@ -68,13 +68,17 @@ fn order_instant(
     for index in instant.clone() {
         let pushing = bodies_of(&pulses[index]).filter_map(|body| recent.get(&body)).flatten();
         let earlier: BTreeSet<usize> = pushing.copied().collect();
-        let own = own_approach(pulses, index, &earlier);
-        let waits = earlier.iter().map(|j| passed_on(&pulses[*j])).fold(f64::NEG_INFINITY, f64::max);
-        let by_itself = own.is_some_and(|own| own >= OWN_APPROACH * pulses[index].speed);
-        if !by_itself && waits > pulses[index].time {
-            pulses[index].onset = waits;
-        } else if !by_itself {
-            continue;
+        let pulse = &pulses[index];
+        let given: Vec<(f64, usize)> =
+            earlier.iter().map(|j| (approach_given(pulse, &pulses[*j]), *j)).collect();
+        let before = pulse.velocity_before.map(|velocity| -velocity.dot(pulse.normal));
+        // A lone impact approached as its row says; one of several may have been pushed at the same instant.
+        let before = before.or((instant.len() == 1).then_some(pulse.speed));
+        let own = before.map(|speed| speed - given.iter().map(|(speed, _)| speed).sum::<f64>());
+        if own.is_none_or(|own| own < OWN_APPROACH * pulse.speed) {
+            let strongest = given.iter().max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(speed, _)| *speed > 0.0);
+            let Some((_, cause)) = strongest else { continue };
+            pulses[index].onset = passed_on(&pulses[*cause]);
         }
         reached[index - instant.start] = true;
         front.push_back(index);
@@ -97,17 +101,16 @@ fn order_instant(
     }
 }
 
-/// Approach speed [m/s] that an impact would have had without `earlier` ones; `None` where the timeline does not tell.
-fn own_approach(pulses: &[ImpactPulse], index: usize, earlier: &BTreeSet<usize>) -> Option<f64> {
-    let pulse = &pulses[index];
-    let mut velocity = pulse.velocity_before?;
+/// What an earlier impact added to the approach speed of a later one [m/s].
+fn approach_given(pulse: &ImpactPulse, earlier: &ImpactPulse) -> f64 {
+    let mut given = 0.0;
     for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
         let Some(share) = share else { continue };
         let arm = pulse.point - share.pose.position;
-        let pushes = earlier.iter().flat_map(|j| pulses[*j].bodies.iter().flatten());
-        for push in pushes.filter(|push| push.body == share.body) {
-            velocity -= sign * (push.velocity_change + push.angular_velocity_change.cross(arm));
+        for push in earlier.bodies.iter().flatten().filter(|push| push.body == share.body) {
+            let velocity = push.velocity_change + push.angular_velocity_change.cross(arm);
+            given -= sign * velocity.dot(pulse.normal);
         }
     }
-    Some(-velocity.dot(pulse.normal))
+    given
 }

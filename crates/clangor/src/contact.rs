@@ -28,7 +28,7 @@ pub enum ContactError {
         body: u32,
         /// Number of bodies.
         bodies: usize,
-        /// When [s].
+        /// When \[s\].
         time: f64,
     },
     /// A number that is not finite.
@@ -38,7 +38,7 @@ pub enum ContactError {
         what: &'static str,
         /// First body of the row.
         body: u32,
-        /// When [s].
+        /// When \[s\].
         time: f64,
     },
     /// Hertz's formula gives no positive, finite duration.
@@ -49,9 +49,9 @@ pub enum ContactError {
     NoDuration {
         /// First body of the row.
         body: u32,
-        /// When [s].
+        /// When \[s\].
         time: f64,
-        /// Duration found [s].
+        /// Duration found \[s\].
         duration: f64,
     },
 }

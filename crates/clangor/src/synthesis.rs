@@ -5,7 +5,7 @@
 //! block, and one inverse FFT per block gives the samples, which overlap-add to the signal:
 //!
 //! ```text
-//! clicks ─► Renderer::push ─► Renderer::take_ready ─► BlockJob::render ─► OverlapAdd::add ─► samples [Pa]
+//! clicks ─► Renderer::push ─► Renderer::take_ready ─► BlockJob::render ─► OverlapAdd::add ─► samples \[Pa\]
 //!           delays, blocks     whole spans of time    pure: any thread    in order
 //! ```
 //!
@@ -37,13 +37,13 @@ pub enum SynthesisError {
     /// A sample rate outside the range that is supported.
     #[error("a sample rate of {hz} Hz is outside {min} to {max} Hz", min = SampleRate::MIN_HZ, max = SampleRate::MAX_HZ)]
     SampleRate {
-        /// The rate asked for [Hz].
+        /// The rate asked for \[Hz\].
         hz: u32,
     },
     /// A band limit that is not positive.
     #[error("a highest frequency of {hz} Hz leaves nothing to hear")]
     MaxFrequency {
-        /// The frequency asked for [Hz].
+        /// The frequency asked for \[Hz\].
         hz: f64,
     },
     /// A listener without receivers.
@@ -60,11 +60,11 @@ pub enum SynthesisError {
     BelowFloor {
         /// The listener.
         listener: String,
-        /// Height of the receiver [m].
+        /// Height of the receiver \[m\].
         y: f64,
-        /// Height of the floor [m].
+        /// Height of the floor \[m\].
         floor: f64,
-        /// When [s].
+        /// When \[s\].
         time: f64,
     },
     /// A number that is not finite, or not positive where it must be.
@@ -76,7 +76,7 @@ pub enum SynthesisError {
         value: f64,
         /// The body that clicks.
         body: BodyId,
-        /// When [s].
+        /// When \[s\].
         time: f64,
     },
     /// The medium cannot carry sound.
@@ -92,7 +92,7 @@ pub enum SynthesisError {
     Late {
         /// The body that clicks.
         body: BodyId,
-        /// When [s].
+        /// When \[s\].
         time: f64,
     },
     /// A click too long for the longest block.
@@ -104,11 +104,11 @@ pub enum SynthesisError {
     TooLong {
         /// The body that clicks.
         body: BodyId,
-        /// When [s].
+        /// When \[s\].
         time: f64,
-        /// How long [s].
+        /// How long \[s\].
         seconds: f64,
-        /// Radius of its sphere [m].
+        /// Radius of its sphere \[m\].
         radius: f64,
     },
 }
@@ -118,9 +118,9 @@ pub enum SynthesisError {
 pub struct SampleRate(u32);
 
 impl SampleRate {
-    /// Lowest rate [Hz].
+    /// Lowest rate \[Hz\].
     pub const MIN_HZ: u32 = 8_000;
-    /// Highest rate [Hz].
+    /// Highest rate \[Hz\].
     pub const MAX_HZ: u32 = 384_000;
     /// 48 kHz.
     pub const HZ_48000: SampleRate = SampleRate(48_000);
@@ -134,12 +134,12 @@ impl SampleRate {
         supported.then_some(SampleRate(hz)).ok_or(SynthesisError::SampleRate { hz })
     }
 
-    /// The rate [Hz].
+    /// The rate \[Hz\].
     pub fn hz(self) -> u32 {
         self.0
     }
 
-    /// The rate [Hz] as a real number.
+    /// The rate \[Hz\] as a real number.
     pub fn as_f64(self) -> f64 {
         f64::from(self.0)
     }

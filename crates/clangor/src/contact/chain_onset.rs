@@ -41,7 +41,7 @@ pub fn delay_chains(pulses: &mut [ImpactPulse]) -> u64 {
     pulses.iter().filter(|pulse| pulse.onset > pulse.time).count() as u64
 }
 
-/// When a blow has pushed its bodies far enough for them to push on [s].
+/// When a blow has pushed its bodies far enough for them to push on \[s\].
 fn passed_on(pulse: &ImpactPulse) -> f64 {
     pulse.onset + 0.5 * pulse.duration
 }

@@ -15,14 +15,14 @@ pub fn inverse_mass(body: &Body) -> f64 {
 ///
 /// * `inverse_mass`: 1/M [1/kg].
 /// * `inertia`: inertia about the centre of mass [kg m²].
-/// * `arm`: contact point from the centre of mass [m].
+/// * `arm`: contact point from the centre of mass \[m\].
 /// * `normal`: unit contact normal; all in the same axes.
 pub fn inverse_effective_mass(inverse_mass: f64, inertia: DMat3, arm: DVec3, normal: DVec3) -> f64 {
     let lever = arm.cross(normal);
     inverse_mass + lever.dot(inertia.inverse() * lever)
 }
 
-/// 1/mᵢ [1/kg] of `body` at `pose`, touched at `point` [m, world] along the unit `normal` [world]; 0 for a body that
+/// 1/mᵢ [1/kg] of `body` at `pose`, touched at `point` \[m, world\] along the unit `normal` \[world\]; 0 for a body that
 /// contacts cannot move.
 pub fn body_inverse_effective_mass(body: &Body, pose: &Pose, point: DVec3, normal: DVec3) -> f64 {
     let inverse_mass = inverse_mass(body);

@@ -18,7 +18,7 @@ pub enum ForceProfile {
 }
 
 impl ForceProfile {
-    /// S(t) [1/s] at `time` after the onset [s], for a duration τ [s].
+    /// S(t) [1/s] at `time` after the onset \[s\], for a duration τ \[s\].
     pub fn value(self, time: f64, duration: f64) -> f64 {
         match self {
             ForceProfile::HalfSine if (0.0..=duration).contains(&time) => {
@@ -52,14 +52,14 @@ impl ForceProfile {
         }
     }
 
-    /// Real and imaginary part of Ŝ(ω) [-] at `omega` [rad/s], for a duration τ [s].
+    /// Real and imaginary part of Ŝ(ω) [-] at `omega` [rad/s], for a duration τ \[s\].
     pub fn spectrum(self, omega: f64, duration: f64) -> (f64, f64) {
         let amplitude = self.centred_spectrum(omega, duration);
         let (sin, cos) = (-0.5 * omega * duration).sin_cos();
         (amplitude * cos, amplitude * sin)
     }
 
-    /// Times after the onset [s] between which the force acts; the Gaussian is below 1e-11 of its peak outside.
+    /// Times after the onset \[s\] between which the force acts; the Gaussian is below 1e-11 of its peak outside.
     pub fn extent(self, duration: f64) -> (f64, f64) {
         match self {
             ForceProfile::HalfSine => (0.0, duration),

@@ -26,7 +26,7 @@ pub struct HertzContact {
 }
 
 impl HertzContact {
-    /// Duration τ [s]. All four numbers must be positive and finite.
+    /// Duration τ \[s\]. All four numbers must be positive and finite.
     pub fn duration(&self) -> f64 {
         let HertzContact { inverse_mass, curvature, compliance, speed } = *self;
         2.87 * (curvature * compliance * compliance / (inverse_mass * inverse_mass * speed)).powf(0.2)
@@ -36,8 +36,8 @@ impl HertzContact {
 /// Combined curvature 1/r [1/m] of two surfaces.
 ///
 /// * `curvatures`: mean curvature of each surface at the contact [1/m], 0 for a plane, negative where hollow.
-/// * `edge_radii`: lower bound of each surface's radius of curvature [m], 0 for none.
-/// * `size`: upper bound of the combined radius [m], the size of the smaller body; infinite for none.
+/// * `edge_radii`: lower bound of each surface's radius of curvature \[m\], 0 for none.
+/// * `size`: upper bound of the combined radius \[m\], the size of the smaller body; infinite for none.
 pub fn combined_curvature(curvatures: [f64; 2], edge_radii: [f64; 2], size: f64) -> f64 {
     let bounded = |i: usize| curvatures[i].min(1.0 / edge_radii[i]);
     (bounded(0) + bounded(1)).max(1.0 / size)

@@ -69,7 +69,7 @@ impl PoseHistory {
         Ok(PoseHistory { bodies: bodies.iter().zip(recorded).map(order).collect() })
     }
 
-    /// Pose of a body at a time [s]: a row of that very time if there is one (of several, the last given), else
+    /// Pose of a body at a time \[s\]: a row of that very time if there is one (of several, the last given), else
     /// between its neighbours on a straight line and the shortest rotation, else the nearest.
     ///
     /// Straight, because the recorded velocities are those before an impact and say nothing about after it; at a pose
@@ -91,7 +91,7 @@ impl PoseHistory {
         }
     }
 
-    /// Velocity [m/s] of the point of a body that is at `point` [m, world] at a time [s]; `None` unless there is a row
+    /// Velocity [m/s] of the point of a body that is at `point` [m, world] at a time \[s\]; `None` unless there is a row
     /// of that very time. Rows at an impact tell the state before everything that happens at that instant.
     pub fn velocity_at(&self, body: BodyId, point: DVec3, time: f64) -> Option<DVec3> {
         let (pose, velocity, angular_velocity) = match &self.bodies[body.index()] {

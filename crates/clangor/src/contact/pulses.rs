@@ -45,19 +45,19 @@ impl Default for ContactSettings {
 pub struct ImpactPulse {
     /// Number of the impact in the timeline; 0 for a row that stands alone.
     pub impact_id: u64,
-    /// First instant in the timeline [s].
+    /// First instant in the timeline \[s\].
     pub time: f64,
-    /// When the force begins [s]: `time`, or later inside a chain.
+    /// When the force begins \[s\]: `time`, or later inside a chain.
     pub onset: f64,
-    /// Duration τ [s].
+    /// Duration τ \[s\].
     pub duration: f64,
     /// How the force runs.
     pub profile: ForceProfile,
     /// Approach speed V along the normal [m/s].
     pub speed: f64,
-    /// Effective mass m [kg].
+    /// Effective mass m \[kg\].
     pub effective_mass: f64,
-    /// Combined radius r [m].
+    /// Combined radius r \[m\].
     pub radius: f64,
     /// Mean point [m, world].
     pub point: DVec3,

@@ -25,7 +25,7 @@ pub enum SphereModel {
     CompactDipole,
 }
 
-/// Transfer from acceleration [m/s²] to pressure [Pa] at one point, as a rational function of ω and a delay:
+/// Transfer from acceleration [m/s²] to pressure \[Pa\] at one point, as a rational function of ω and a delay:
 ///
 /// `P/A = [a₀ + a₁ω² + iω (b₀ + b₁ω²)] / (d₀ + d₁ω⁴) · e^{−iω delay}`
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,12 +36,12 @@ pub struct SphereTransfer {
     pub imaginary: [f64; 2],
     /// d₀, d₁ of the denominator, which is positive at every ω.
     pub denominator: [f64; 2],
-    /// Time from the acceleration to the first sound [s].
+    /// Time from the acceleration to the first sound \[s\].
     pub delay: f64,
 }
 
 impl SphereTransfer {
-    /// The transfer of a sphere of `radius` a [m] to a point at `distance` r ≥ a [m] from its centre, `cosine` of the
+    /// The transfer of a sphere of `radius` a \[m\] to a point at `distance` r ≥ a \[m\] from its centre, `cosine` of the
     /// angle between acceleration and direction to the point.
     ///
     /// With D = 2W² − ω² + 2iWω the denominator is |D|² = 4W⁴ + ω⁴ and the numerator (iω/(cr) + 1/r²) D*.
@@ -86,7 +86,7 @@ impl SphereTransfer {
         (re * cos - im * sin, re * sin + im * cos)
     }
 
-    /// Time in which the ringing after the acceleration falls by the factor e^−`folds` [s].
+    /// Time in which the ringing after the acceleration falls by the factor e^−`folds` \[s\].
     pub fn decay_time(medium: &Medium, radius: f64, folds: f64) -> f64 {
         folds * radius / medium.sound_speed
     }

@@ -18,7 +18,7 @@ pub struct Compressor {
 }
 
 impl Compressor {
-    /// A compressor for a signal at `sample_rate` [Hz] whose full scale is `full_scale` [Pa].
+    /// A compressor for a signal at `sample_rate` \[Hz\] whose full scale is `full_scale` \[Pa\].
     pub fn new(settings: &render_settings::Compressor, sample_rate: f64, full_scale: f64) -> Self {
         // Share of the distance to the static gain that is left after one sample; a time of 0 leaves none.
         let left = |time: f64| (-1.0 / (time * sample_rate)).exp();
@@ -41,7 +41,7 @@ impl Compressor {
         }
     }
 
-    /// Gain factor for a frame whose largest magnitude is `peak` [Pa].
+    /// Gain factor for a frame whose largest magnitude is `peak` \[Pa\].
     fn next_gain(&mut self, peak: f64) -> f64 {
         let render_settings::Compressor { threshold_db, ratio, makeup_db, .. } = self.settings;
         // Silence has no level; −∞ dB is below every threshold.

@@ -11,15 +11,15 @@ use crate::contact::{ForceProfile, ImpactPulse};
 pub struct Click {
     /// Which body; energies are summed by it.
     pub body: BodyId,
-    /// Onset of the force [s].
+    /// Onset of the force \[s\].
     pub time: f64,
-    /// Duration τ of the force [s].
+    /// Duration τ of the force \[s\].
     pub duration: f64,
     /// How the force runs over that time.
     pub profile: ForceProfile,
-    /// Centre of the sphere at the onset [m], world.
+    /// Centre of the sphere at the onset \[m\], world.
     pub centre: DVec3,
-    /// Radius of the sphere [m].
+    /// Radius of the sphere \[m\].
     pub radius: f64,
     /// Σj/M [m/s], world.
     pub velocity_change: DVec3,

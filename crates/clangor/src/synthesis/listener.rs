@@ -12,7 +12,7 @@ pub struct Listener {
     pub name: String,
     /// Where the group is over time.
     pub track: Track,
-    /// Receivers [m] in the frame of the track.
+    /// Receivers \[m\] in the frame of the track.
     pub receivers: Vec<DVec3>,
 }
 
@@ -22,7 +22,7 @@ impl Listener {
         Listener { name: name.into(), track, receivers: vec![DVec3::ZERO] }
     }
 
-    /// Two receivers `spacing` [m] apart along the track's x axis; the first, left, is on the negative side.
+    /// Two receivers `spacing` \[m\] apart along the track's x axis; the first, left, is on the negative side.
     pub fn spaced_pair(name: impl Into<String>, track: Track, spacing: f64) -> Self {
         let half = DVec3::X * (0.5 * spacing);
         Listener { name: name.into(), track, receivers: vec![-half, half] }
@@ -33,14 +33,14 @@ impl Listener {
         Listener::mono(name, Track::fixed(Pose::at(position)))
     }
 
-    /// Position of a receiver [m, world] at a time [s].
+    /// Position of a receiver [m, world] at a time \[s\].
     pub fn receiver_position(&self, receiver: usize, time: f64) -> DVec3 {
         self.track.sample(time).0.world_from_body(self.receivers[receiver])
     }
 
-    /// When and where the wavefront that leaves a sphere's surface at `time` [s] reaches a receiver.
+    /// When and where the wavefront that leaves a sphere's surface at `time` \[s\] reaches a receiver.
     ///
-    /// The sphere has its `centre` [m, world] and `radius` [m]. Solves t = time + (|x(t) − centre| − radius)/c for the
+    /// The sphere has its `centre` [m, world] and `radius` \[m\]. Solves t = time + (|x(t) − centre| − radius)/c for the
     /// moving receiver x(t) and returns (t, x(t)).
     pub(super) fn arrival(
         &self,
@@ -89,18 +89,18 @@ pub enum Floor {
     /// Free space.
     #[default]
     None,
-    /// The plane y = `height` [m] reflects everything.
+    /// The plane y = `height` \[m\] reflects everything.
     ///
     /// Exact for the wave of each body: a source mirrored in the plane, its acceleration mirrored with it. The wave
     /// that returns from the floor is not scattered once more by the body.
     Rigid {
-        /// Height of the plane [m].
+        /// Height of the plane \[m\].
         height: f64,
     },
 }
 
 impl Floor {
-    /// Position [m] and vector of a source mirrored in the floor.
+    /// Position \[m\] and vector of a source mirrored in the floor.
     pub(super) fn mirrored(self, position: DVec3, vector: DVec3) -> Option<(DVec3, DVec3)> {
         match self {
             Floor::None => None,
@@ -110,7 +110,7 @@ impl Floor {
         }
     }
 
-    /// Refuses a receiver [m] that is below the floor at a time [s].
+    /// Refuses a receiver \[m\] that is below the floor at a time \[s\].
     pub(super) fn check(self, listener: &Listener, position: DVec3, time: f64) -> Result<(), SynthesisError> {
         match self {
             Floor::Rigid { height } if position.y < height => Err(SynthesisError::BelowFloor {

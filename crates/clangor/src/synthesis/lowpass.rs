@@ -19,7 +19,7 @@ pub(super) const HALF_WIDTH: f64 = 1.0 / 30.0;
 /// Kaiser's β: the window's spectrum has side lobes of −138 dB.
 const BETA: f64 = 18.0;
 
-/// Half-length of the impulse response [samples]: √(β² + π²) / (2π · half-width) = 87.2.
+/// Half-length of the impulse response \[samples\]: √(β² + π²) / (2π · half-width) = 87.2.
 pub const REACH: usize = 88;
 
 /// Gains at the frequencies k · rate / `fft_length`, from k = 0 up to the last one that is not zero.

@@ -37,7 +37,7 @@ impl OverlapAdd {
         channel[at..].iter_mut().zip(samples).for_each(|(sum, sample)| *sum += sample);
     }
 
-    /// Takes the samples [Pa] from the first one held up to `end`, one vector per receiver; silence where no block is.
+    /// Takes the samples \[Pa\] from the first one held up to `end`, one vector per receiver; silence where no block is.
     pub fn take_until(&mut self, end: i64) -> Vec<Vec<f64>> {
         let count = (end - self.first).max(0) as usize;
         self.first = self.first.max(end);

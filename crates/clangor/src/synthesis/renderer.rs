@@ -23,9 +23,9 @@ use crate::model::sphere_radiation::{SphereModel, SphereTransfer};
 
 /// Blocks are handed out in whole spans of this many samples, so that their order never depends on when.
 const SPAN: i64 = 1 << 16;
-/// Shortest block [samples].
+/// Shortest block \[samples\].
 const MIN_LENGTH: usize = 256;
-/// Longest block [samples]: 11 s at 384 kHz.
+/// Longest block \[samples\]: 11 s at 384 kHz.
 const MAX_LENGTH: usize = 1 << 22;
 /// Ringing is followed until it has fallen by e^−23 = 1e-10.
 const DECAY_FOLDS: f64 = 23.0;
@@ -35,7 +35,7 @@ const DECAY_FOLDS: f64 = 23.0;
 pub struct RenderSettings {
     /// Samples per second.
     pub sample_rate: SampleRate,
-    /// Time of sample 0 [s].
+    /// Time of sample 0 \[s\].
     pub start: f64,
     /// What carries the sound.
     pub medium: Medium,
@@ -43,7 +43,7 @@ pub struct RenderSettings {
     pub floor: Floor,
     /// Field of an accelerated sphere.
     pub sphere_model: SphereModel,
-    /// Highest frequency that is rendered in full [Hz]; by default what the sample rate holds.
+    /// Highest frequency that is rendered in full \[Hz\]; by default what the sample rate holds.
     pub max_frequency: Option<f64>,
 }
 
@@ -54,7 +54,7 @@ pub struct RenderReport {
     pub clicks: u64,
     /// Clicks left out at a receiver because it was inside the sphere that stands for the body.
     pub receiver_inside: u64,
-    /// The first of them: receiver, body, time of the click [s].
+    /// The first of them: receiver, body, time of the click \[s\].
     pub first_inside: Option<(usize, BodyId, f64)>,
     /// Clicks left out because the body's centre was below the rigid floor.
     pub below_floor: u64,
@@ -170,7 +170,7 @@ impl Renderer {
 
     /// Blocks to which no later click can belong, in order; empty until a whole span of time is complete.
     ///
-    /// `time` [s]: no force of a click pushed later acts before it.
+    /// `time` \[s\]: no force of a click pushed later acts before it.
     pub fn take_ready(&mut self, time: f64) -> Vec<BlockJob> {
         let sample = (time - self.settings.start) * self.settings.sample_rate.as_f64();
         let span = (sample / SPAN as f64).floor() as i64;
@@ -286,7 +286,7 @@ fn block_length(samples: f64) -> Option<usize> {
 /// A block to be rendered: pure data.
 pub struct BlockJob {
     key: BlockKey,
-    /// Time of the first sample of the buffer [s].
+    /// Time of the first sample of the buffer \[s\].
     origin: f64,
     clicks: Vec<HeardClick>,
     tables: Arc<BlockTables>,
@@ -299,7 +299,7 @@ pub struct RenderedBlock {
     pub receiver: usize,
     /// Index of the first sample; may be negative.
     pub first_sample: i64,
-    /// Pressure [Pa].
+    /// Pressure \[Pa\].
     pub samples: Vec<f64>,
     /// ∫ p² dt [Pa² s] of each click by itself, with the body that made it.
     pub energies: Vec<(BodyId, f64)>,

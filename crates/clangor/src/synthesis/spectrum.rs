@@ -18,15 +18,15 @@ pub(super) struct Wave {
     pub(super) transfer: SphereTransfer,
     /// How the force runs.
     pub(super) profile: ForceProfile,
-    /// Duration τ of the force [s].
+    /// Duration τ of the force \[s\].
     pub(super) duration: f64,
-    /// When the middle of the collision is heard [s].
+    /// When the middle of the collision is heard \[s\].
     pub(super) middle: f64,
 }
 
 /// The frequencies of one block length with their gains, padded to whole lanes.
 pub(super) struct Grid {
-    /// Distance of the bins [Hz].
+    /// Distance of the bins \[Hz\].
     pub(super) spacing_hz: f64,
     /// Bins that are not zero.
     pub(super) bins: usize,
@@ -35,7 +35,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The grid of a block of `length` samples at `rate` [Hz], with all sound up to `max_frequency` [Hz].
+    /// The grid of a block of `length` samples at `rate` \[Hz\], with all sound up to `max_frequency` \[Hz\].
     pub(super) fn new(length: usize, rate: f64, max_frequency: Option<f64>) -> Self {
         let limit = max_frequency.map_or(lowpass::CENTRE, |f| f / rate + lowpass::HALF_WIDTH);
         let mut gain = lowpass::gains(length, limit.min(lowpass::CENTRE));
@@ -92,7 +92,7 @@ impl Spectrum {
         self.im.iter_mut().zip(&other.im).for_each(|(a, b)| *a += b);
     }
 
-    /// Adds a wave, with times counted from `origin` [s].
+    /// Adds a wave, with times counted from `origin` \[s\].
     pub(super) fn add_wave(&mut self, grid: &Grid, wave: &Wave, origin: f64) {
         let step = std::f64::consts::TAU * grid.spacing_hz;
         let delay = Rotation::new(-step * (wave.middle - origin));

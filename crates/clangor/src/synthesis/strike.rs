@@ -18,7 +18,7 @@ use crate::contact::local_curvature::mean_curvature;
 use crate::medium::Medium;
 use crate::model::sphere_radiation::{SphereModel, SphereTransfer};
 
-/// Output before the first contact [s].
+/// Output before the first contact \[s\].
 pub const LEAD: f64 = 2e-3;
 /// Approach speed behind the default duration [m/s].
 pub const DEFAULT_SPEED: f64 = 1.0;
@@ -34,13 +34,13 @@ pub struct Strike {
     pub point: DVec3,
     /// Where it is heard [m, from the centre of mass].
     pub listener: DVec3,
-    /// Duration τ [s]; by default that of a collision with a rigid plane at 1 m/s along the impulse.
+    /// Duration τ \[s\]; by default that of a collision with a rigid plane at 1 m/s along the impulse.
     pub duration: Option<f64>,
     /// How the force runs.
     pub profile: ForceProfile,
     /// Samples per second.
     pub sample_rate: SampleRate,
-    /// End of the output [s]; by default when the sound has died away.
+    /// End of the output \[s\]; by default when the sound has died away.
     pub seconds: Option<f64>,
     /// What carries the sound.
     pub medium: Medium,
@@ -51,15 +51,15 @@ pub struct Strike {
 /// The sound of a [`Strike`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrikeSound {
-    /// Time of each sample [s].
+    /// Time of each sample \[s\].
     pub times: Vec<f64>,
-    /// Pressure [Pa].
+    /// Pressure \[Pa\].
     pub pressures: Vec<f64>,
-    /// Duration τ of the force [s].
+    /// Duration τ of the force \[s\].
     pub duration: f64,
     /// Jump in velocity of the centre of mass [m/s].
     pub velocity_change: DVec3,
-    /// Radius of the sphere that stands for the body [m].
+    /// Radius of the sphere that stands for the body \[m\].
     pub radius: f64,
 }
 
@@ -77,11 +77,11 @@ pub enum StrikeError {
         "the point {point} m is {distance:.4e} m off the surface, more than 2 % of the bounding radius {bounding} m"
     )]
     OffSurface {
-        /// The point [m].
+        /// The point \[m\].
         point: DVec3,
-        /// Its distance from the surface [m].
+        /// Its distance from the surface \[m\].
         distance: f64,
-        /// Bounding radius of the body [m].
+        /// Bounding radius of the body \[m\].
         bounding: f64,
     },
     /// No impulse and no duration.
@@ -92,21 +92,21 @@ pub enum StrikeError {
         "the body cannot be struck: its mass is {mass} kg and the sphere of its volume has radius {radius} m"
     )]
     Immovable {
-        /// Mass [kg].
+        /// Mass \[kg\].
         mass: f64,
-        /// Radius of the sphere of equal volume [m].
+        /// Radius of the sphere of equal volume \[m\].
         radius: f64,
     },
     /// A duration that is not positive.
     #[error("the contact lasts {duration} s; it must be longer than 0")]
     Duration {
-        /// Duration [s].
+        /// Duration \[s\].
         duration: f64,
     },
     /// An output that ends before it begins.
     #[error("the output ends at {seconds} s, before it begins at −0.002 s")]
     Seconds {
-        /// End of the output [s].
+        /// End of the output \[s\].
         seconds: f64,
     },
     /// The listener is inside the body's sphere.
@@ -114,9 +114,9 @@ pub enum StrikeError {
         "the listener is {distance} m from the centre of mass, inside the sphere of radius {radius} m that sounds"
     )]
     ListenerInside {
-        /// Distance from the centre of mass [m].
+        /// Distance from the centre of mass \[m\].
         distance: f64,
-        /// Radius of the sphere [m].
+        /// Radius of the sphere \[m\].
         radius: f64,
     },
     /// The sound cannot be synthesised.
@@ -210,7 +210,7 @@ fn check_point(surface: &Surface, point: DVec3) -> Result<(), StrikeError> {
     Ok(())
 }
 
-/// Hertz duration [s] of a collision with a rigid plane at 1 m/s whose normal is the impulse.
+/// Hertz duration \[s\] of a collision with a rigid plane at 1 m/s whose normal is the impulse.
 fn default_duration(body: &Body, impulse: DVec3, point: DVec3) -> Result<f64, StrikeError> {
     let normal = impulse.try_normalize().ok_or(StrikeError::NoImpulse)?;
     let curvature = mean_curvature(&body.surface, point);

@@ -99,7 +99,12 @@ fn numbers_out_of_range() {
     );
     refuse(
         "version = 1\n[material.lead]\nbase = \"copper\"\ndensity = -11340",
-        &[("4:11", "material.lead.density", "-11340 is out of range", "a number in kg/m³ above 0")],
+        &[(
+            "4:11",
+            "material.lead.density",
+            "-11340 is out of range",
+            "a number in kg/m³ from 0.001 to 100000",
+        )],
     );
     refuse(
         "version = 1\n[material.m]\nbase = \"steel\"\npoisson_ratio = 0.5\nrestitution = 1.5\nfriction = -0.1\nt60 = 0",
@@ -107,36 +112,43 @@ fn numbers_out_of_range() {
             ("4:17", "material.m.poisson_ratio", "0.5 is out of range", "from -0.999 to 0.4999"),
             ("5:15", "material.m.restitution", "1.5 is out of range", "from 0 to 1"),
             ("6:12", "material.m.friction", "-0.1 is out of range", "from 0 to 10"),
-            ("7:7", "material.m.t60", "0 is out of range", "in s above 0"),
+            ("7:7", "material.m.t60", "0 is out of range", "in s from 1e-6 to 10000"),
         ],
     );
     refuse(
         "version = 1\n[render]\nsample_rate = 4000\nmax_frequency = 30000",
         &[
             ("3:15", "render.sample_rate", "4000 is out of range", "from 8000 to 384000"),
-            ("4:17", "render.max_frequency", "30000 is out of range", "up to 24000"),
+            ("4:17", "render.max_frequency", "30000 is out of range", "from 100 to 24000"),
         ],
     );
     refuse(
         "version = 1\n[simulation]\nduration = 0\nseed = -1\ntime_step = 1",
         &[
-            ("3:12", "simulation.duration", "0 is out of range", "above 0 and up to 3600"),
+            ("3:12", "simulation.duration", "0 is out of range", "from 0.001 to 3600"),
             ("4:8", "simulation.seed", "-1 is out of range", "from 0"),
-            ("5:13", "simulation.time_step", "1 is out of range", "from 0.000001 to 0.01"),
+            ("5:13", "simulation.time_step", "1 is out of range", "from 1e-6 to 0.01"),
         ],
+    );
+    refuse(
+        &ball("position = [1e200, 0, 0]"),
+        &[("5:13", "body[0].position[0]", "1e200 is out of range", "from -100000 to 100000")],
     );
     refuse(
         &ball("velocity = [400, 0, 0]"),
         &[("5:12", "body[0].velocity", "not slower than sound", "a lower speed")],
     );
-    refuse(&ball("edge_radius = 0.0"), &[("5:15", "body[0].edge_radius", "out of range", "above 0")]);
+    refuse(
+        &ball("edge_radius = 0.0"),
+        &[("5:15", "body[0].edge_radius", "out of range", "a number in m from 1e-9")],
+    );
     refuse(
         "version = 1\n[simulation]\nseed = 99999999999999999999",
         &[("3:8", "simulation.seed", "too large", "a whole number")],
     );
     refuse(
         "version = 1\n[simulation]\nv_min = 1e999",
-        &[("3:9", "simulation.v_min", "not a finite number", "at least 0")],
+        &[("3:9", "simulation.v_min", "not a finite number", "from 0 to 1000")],
     );
 }
 

@@ -122,7 +122,7 @@ pub enum Problem {
         expected: String,
     },
     /// A number outside its range.
-    #[error("{value} is out of range")]
+    #[error("{} is out of range", readable(*value))]
     OutOfRange {
         /// The number.
         value: f64,
@@ -222,7 +222,7 @@ pub enum Problem {
         limit: u64,
     },
     /// Something as fast as sound.
-    #[error("{speed} m/s is not slower than sound ({sound_speed} m/s)")]
+    #[error("{} m/s is not slower than sound ({sound_speed} m/s)", readable(*speed))]
     Supersonic {
         /// Speed [m/s].
         speed: f64,
@@ -345,7 +345,13 @@ fn syntax_remedy(message: &str) -> &'static str {
     }
 }
 
-/// The first dozen names of a list.
+/// A number without a train of zeros.
+pub(super) fn readable(value: f64) -> String {
+    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite();
+    if plain { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// The first names of a list.
 fn abridged(names: &[String]) -> String {
     const SHOWN: usize = 20;
     let shown = names.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ");
@@ -371,7 +377,7 @@ impl fmt::Display for SceneWarning {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Doubt {
     /// A number outside what is usual.
-    #[error("{what} of {value} {unit} is unusual (usually {usual}); check the unit")]
+    #[error("{what} of {} {unit} is unusual (usually {usual}); check the unit", readable(*value))]
     Unusual {
         /// What the number is.
         what: &'static str,
@@ -395,7 +401,8 @@ pub enum Doubt {
     NothingToHit,
     /// A listener out of earshot.
     #[error(
-        "the nearest body is {distance:.0} m away, so next to nothing is heard; move the listener closer"
+        "the nearest body is {} m away, so next to nothing is heard; move the listener closer",
+        readable(distance.round())
     )]
     FarListener {
         /// Distance to the nearest body [m].

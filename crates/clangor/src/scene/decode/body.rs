@@ -130,7 +130,7 @@ fn body(
     let motion = if preset.is_some() { Some(Motion::Fixed) } else { motion(d, section) };
     let velocity = velocity(d, section, "velocity", sound_speed);
     let angular_velocity = section.vector(d, "angular_velocity", "rad/s");
-    let edge_radius = section.number(d, "edge_radius", Quantity::positive("m"));
+    let edge_radius = section.number(d, "edge_radius", Quantity::between(1e-9, 1e3, "m"));
     if !matches!(motion, Some(Motion::Free) | None) {
         for key in ["velocity", "angular_velocity"] {
             if let Some(node) = section.get(key) {
@@ -263,7 +263,7 @@ fn placement(d: &mut Decoder<'_>, node: &Node<'_>, body: &Section<'_>) -> Option
     if random_orientation == Some(true) {
         body.exclude(d, "orientation", "placement", "a random orientation");
     }
-    let max_spin = section.number(d, "max_spin", Quantity::non_negative("rad/s"));
+    let max_spin = section.number(d, "max_spin", Quantity::between(0.0, 1e5, "rad/s"));
     Some(RandomPlacement {
         count: 0,
         region: region?,

@@ -53,15 +53,15 @@ pub(super) fn springs(
         for (key, expected) in [
             ("body", "the name of a body in quotes"),
             ("to", "the name of a body, or a point as an array of 3 numbers in m"),
-            ("stiffness", "a number in N/m above 0"),
+            ("stiffness", "a number in N/m"),
         ] {
             if !section.has(key) {
                 section.missing(d, key, expected);
             }
         }
-        let stiffness = section.number(d, "stiffness", Quantity::positive("N/m"));
-        let damping = section.number(d, "damping", Quantity::non_negative("N s/m")).unwrap_or(0.0);
-        let rest_length = section.number(d, "rest_length", Quantity::non_negative("m"));
+        let stiffness = section.number(d, "stiffness", Quantity::between(1e-9, 1e12, "N/m"));
+        let damping = section.number(d, "damping", Quantity::between(0.0, 1e12, "N s/m")).unwrap_or(0.0);
+        let rest_length = section.number(d, "rest_length", Quantity::between(0.0, 1e5, "m"));
         if let (Some(body), Some(to), Some(stiffness)) = (body, to, stiffness) {
             let place = section.place.clone();
             springs.push(SpringDescription { body, to, rest_length, stiffness, damping, place });

@@ -21,7 +21,7 @@ pub(super) fn listeners(d: &mut Decoder<'_>, top: &Section<'_>) -> Vec<Listener>
     let mut listeners = Vec::new();
     for (index, section) in top.list(d, "listener", KEYS).into_iter().enumerate() {
         let name = body::name(d, &section, &format!("listener-{}", index + 1), &mut names);
-        let spacing = section.number(d, "spacing", Quantity::above(0.0, 100.0, "m"));
+        let spacing = section.number(d, "spacing", Quantity::between(1e-4, 100.0, "m"));
         section.exclude(d, "keyframes", "position", "`position`");
         section.exclude(d, "keyframes", "preset", "`preset`");
         section.exclude(d, "position", "preset", "`preset`");

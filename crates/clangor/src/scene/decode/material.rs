@@ -20,13 +20,13 @@ pub(super) const KEYS: &[&str] = &[
     "source",
 ];
 
-const DENSITY: Quantity = Quantity::above(0.0, 1e5, "kg/m³");
-const MODULUS: Quantity = Quantity::above(0.0, 1e13, "Pa");
+const DENSITY: Quantity = Quantity::between(1e-3, 1e5, "kg/m³");
+const MODULUS: Quantity = Quantity::between(1.0, 1e13, "Pa");
 // The open interval of isotropic elasticity, a hair inside: at 0.5 a body is incompressible.
 const POISSON: Quantity = Quantity::between(-0.999, 0.4999, "");
 const RESTITUTION: Quantity = Quantity::between(0.0, 1.0, "");
 const FRICTION: Quantity = Quantity::between(0.0, 10.0, "");
-const LOSS_FACTOR: Quantity = Quantity::above(0.0, 1.0, "");
+const LOSS_FACTOR: Quantity = Quantity::between(1e-9, 1.0, "");
 
 /// Materials of the scene, by name; presets are found behind them.
 pub(super) struct Materials {
@@ -96,8 +96,8 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str) -> Option<Material
         section.missing(d, "loss_factor", format!("{}, or t60 in s", LOSS_FACTOR.expected()));
     }
     let rolling_loss = section.number(d, "rolling_loss", Quantity::between(0.0, 1.0, "m"));
-    let tensile_strength = section.number(d, "tensile_strength", Quantity::positive("Pa"));
-    let fracture_energy = section.number(d, "fracture_energy", Quantity::positive("J/m²"));
+    let tensile_strength = section.number(d, "tensile_strength", Quantity::between(1.0, 1e13, "Pa"));
+    let fracture_energy = section.number(d, "fracture_energy", Quantity::between(1e-6, 1e9, "J/m²"));
     let source = section.text(d, "source", "text in quotes");
     doubt(d, &section, "density", "a density", "kg/m³", [1.0, 23_000.0], "1 to 23000");
     doubt(
@@ -146,7 +146,7 @@ fn base(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Material> {
 fn damping(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Damping> {
     section.exclude(d, "t60", "loss_factor", "`loss_factor`");
     let loss_factor = section.number(d, "loss_factor", LOSS_FACTOR).map(Damping::LossFactor);
-    let t60 = section.number(d, "t60", Quantity::above(0.0, 1000.0, "s")).map(Damping::T60);
+    let t60 = section.number(d, "t60", Quantity::between(1e-6, 1e4, "s")).map(Damping::T60);
     loss_factor.or(t60)
 }
 

@@ -30,7 +30,7 @@ pub(super) fn orientation(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<DQuat>
         }
     }
     let axis = section.get("axis").and_then(|node| node.direction(d));
-    let degrees = section.number(d, "degrees", Quantity::any("degrees"));
+    let degrees = section.number(d, "degrees", Quantity::between(-1e6, 1e6, "degrees"));
     Some(DQuat::from_axis_angle(axis?, degrees?.to_radians()))
 }
 
@@ -82,7 +82,7 @@ fn keyframe(
             section.missing(d, key, expected);
         }
     }
-    let time = section.number(d, "time", Quantity::any("s"));
+    let time = section.number(d, "time", Quantity::between(-1e5, 1e5, "s"));
     let position: Option<DVec3> = section.vector(d, "position", "m");
     let orientation = orient(d, &section);
     Some(Keyframe { time: time?, pose: Pose { position: position?, orientation: orientation? } })

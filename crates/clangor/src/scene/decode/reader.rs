@@ -9,7 +9,7 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::scene::diagnostic::{Doubt, Place, Problem, SceneError, SceneWarning};
+use crate::scene::diagnostic::{Doubt, Place, Problem, SceneError, SceneWarning, readable};
 use crate::scene::suggest::nearest;
 
 /// Collects errors and warnings, and knows lines and columns.
@@ -74,19 +74,14 @@ pub(super) struct Quantity {
 }
 
 impl Quantity {
+    /// A component of a vector: what keeps squares and cubes of lengths far from overflow.
+    pub(super) const fn coordinate(unit: &'static str) -> Self {
+        Quantity::between(-1e5, 1e5, unit)
+    }
+
     /// Any finite number.
     pub(super) const fn any(unit: &'static str) -> Self {
         Quantity { unit, low: f64::NEG_INFINITY, high: f64::INFINITY, low_excluded: false }
-    }
-
-    /// Above 0.
-    pub(super) const fn positive(unit: &'static str) -> Self {
-        Quantity { unit, low: 0.0, high: f64::INFINITY, low_excluded: true }
-    }
-
-    /// 0 or more.
-    pub(super) const fn non_negative(unit: &'static str) -> Self {
-        Quantity { unit, low: 0.0, high: f64::INFINITY, low_excluded: false }
     }
 
     /// Within two bounds, which are allowed.
@@ -106,13 +101,12 @@ impl Quantity {
     /// In words.
     pub(super) fn expected(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" in {}", self.unit) };
-        let range = match (self.low, self.high, self.low_excluded) {
-            (f64::NEG_INFINITY, f64::INFINITY, _) => String::new(),
-            (low, f64::INFINITY, true) => format!(" above {low}"),
-            (low, f64::INFINITY, false) => format!(" of at least {low}"),
-            (f64::NEG_INFINITY, high, _) => format!(" of at most {high}"),
-            (low, high, true) => format!(" above {low} and up to {high}"),
-            (low, high, false) => format!(" from {low} to {high}"),
+        let range = match (self.low, self.high) {
+            (f64::NEG_INFINITY, f64::INFINITY) => String::new(),
+            (low, high) if self.low_excluded => {
+                format!(" above {} and up to {}", readable(low), readable(high))
+            }
+            (low, high) => format!(" from {} to {}", readable(low), readable(high)),
         };
         format!("a number{unit}{range}")
     }
@@ -246,12 +240,12 @@ impl<'t> Node<'t> {
     }
 
     pub(super) fn vector(&self, d: &mut Decoder<'_>, unit: &'static str) -> Option<DVec3> {
-        self.numbers::<3>(d, Quantity::any(unit)).map(DVec3::from_array)
+        self.numbers::<3>(d, Quantity::coordinate(unit)).map(DVec3::from_array)
     }
 
     /// A vector of any length but 0, as a unit vector.
     pub(super) fn direction(&self, d: &mut Decoder<'_>) -> Option<DVec3> {
-        let vector = self.vector(d, "")?;
+        let vector = DVec3::from_array(self.numbers::<3>(d, Quantity::any(""))?);
         // Scaled first, so that neither tiny nor huge components underflow or overflow when squared.
         let scaled = vector / vector.abs().max_element();
         let unit = scaled.try_normalize();

@@ -14,7 +14,7 @@ pub(super) fn medium(d: &mut Decoder<'_>, top: &Section<'_>) -> Medium {
     let Some(section) = top.get("medium").and_then(|node| node.section(d, MEDIUM_KEYS)) else {
         return Medium::AIR;
     };
-    let density = section.number(d, "density", Quantity::above(0.0, 1e5, "kg/m³"));
+    let density = section.number(d, "density", Quantity::between(1e-6, 1e5, "kg/m³"));
     let sound_speed = section.number(d, "sound_speed", Quantity::between(10.0, 2e4, "m/s"));
     let temperature = section.number(d, "temperature", Quantity::between(-100.0, 200.0, "°C"));
     let exclusive = "`density` and `sound_speed`, which it sets";
@@ -45,14 +45,14 @@ pub(super) fn simulation(d: &mut Decoder<'_>, top: &Section<'_>) -> SimulationSe
     let settings = SimulationSettings {
         solver: section.choice(d, "solver", &solvers).unwrap_or(default.solver),
         duration: section
-            .number(d, "duration", Quantity::above(0.0, 3600.0, "s"))
+            .number(d, "duration", Quantity::between(1e-3, 3600.0, "s"))
             .unwrap_or(default.duration),
         time_step: section
             .number(d, "time_step", Quantity::between(1e-6, 0.01, "s"))
             .unwrap_or(default.time_step),
-        v_min: section.number(d, "v_min", Quantity::non_negative("m/s")).unwrap_or(default.v_min),
+        v_min: section.number(d, "v_min", Quantity::between(0.0, 1e3, "m/s")).unwrap_or(default.v_min),
         pose_rate: section
-            .number(d, "pose_rate", Quantity::above(0.0, 1e5, "Hz"))
+            .number(d, "pose_rate", Quantity::between(1.0, 1e5, "Hz"))
             .unwrap_or(default.pose_rate),
         seed: section.integer(d, "seed", 0, i64::MAX).map_or(default.seed, |seed| seed as u64),
         sleep: section.boolean(d, "sleep").unwrap_or(default.sleep),
@@ -109,21 +109,21 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
         pulse: section.choice(d, "pulse", &pulses).unwrap_or(default.pulse),
         radiation: section.choice(d, "radiation", &radiations).unwrap_or(default.radiation),
         chain_onset: section.boolean(d, "chain_onset").unwrap_or(default.chain_onset),
-        max_frequency: section.number(d, "max_frequency", Quantity::above(0.0, nyquist, "Hz")),
+        max_frequency: section.number(d, "max_frequency", Quantity::between(100.0, nyquist, "Hz")),
         compressor: compressor(d, &section),
     }
 }
 
 fn level(d: &mut Decoder<'_>, section: &Section<'_>) -> Level {
     section.exclude(d, "normalize", "full_scale", "`full_scale`");
-    let full_scale = section.number(d, "full_scale", Quantity::positive("Pa"));
+    let full_scale = section.number(d, "full_scale", Quantity::between(1e-9, 1e9, "Pa"));
     let normalize = section.number(d, "normalize", Quantity::between(-120.0, 0.0, "dBFS"));
     full_scale.map(Level::FullScale).or(normalize.map(Level::Normalize)).unwrap_or(Level::Default)
 }
 
 fn floor(d: &mut Decoder<'_>, section: &Section<'_>) -> Floor {
     let rigid = section.choice(d, "floor", &[("rigid", true), ("none", false)]);
-    let height = section.number(d, "floor_height", Quantity::any("m"));
+    let height = section.number(d, "floor_height", Quantity::coordinate("m"));
     if let Some(node) = section.get("floor_height")
         && (rigid == Some(false) || !section.has("floor"))
     {

@@ -78,7 +78,8 @@ pub(super) fn meet(mut gap_at: impl FnMut(f64) -> (f64, f64), bound: f64, horizo
         // The lower bound's root: never beyond the first contact.
         let step = 2.0 * gap.max(0.0) / ((rate * rate + 2.0 * bound * gap.max(0.0)).sqrt() - rate);
         if gap <= TOUCH {
-            if rate < -QUIET_SPEED {
+            // What is left of a lasting contact is not hit again at once.
+            if rate < -QUIET_SPEED.max(0.5 * bound * CONTACT_TIME) || s > 0.0 && rate < -QUIET_SPEED {
                 return Approach::At(s + step);
             }
             if bound <= QUIET_ACCELERATION && rate <= QUIET_SPEED {

@@ -12,6 +12,9 @@ use super::impact::{self, Blow, Member, Slow, Touch};
 use super::{CONTACT_TIME, QUICK_HITS, TIE, TOUCH};
 use crate::record::Recorder;
 
+/// In a pile, approaches up to so many times the slowest bounce are stopped: 1 cm/s on Earth, inaudible.
+const HUSH: f64 = 40.0;
+
 /// What is behind a member of a cluster.
 #[derive(Clone, Copy, Debug)]
 enum Who {
@@ -53,7 +56,13 @@ impl Engine<'_> {
             grown += 1;
         }
         let before: Vec<(DVec3, DVec3)> = cluster.members.iter().map(|m| (m.velocity, m.omega)).collect();
-        let blows = impact::reflect(&mut cluster.members, &cluster.touches);
+        let piled = |who: &Who| matches!(*who, Who::Ball(ball) if self.is_hit_incessantly(ball, 1.5));
+        let hush = match cluster.touches.len() {
+            0 | 1 => 0.0,
+            _ if cluster.who.iter().any(piled) => HUSH * self.slow_speed(),
+            _ => 0.0,
+        };
+        let blows = impact::reflect(&mut cluster.members, &cluster.touches, hush);
         self.log_blows(&cluster, &blows, &before, recorder)?;
         let mut shaken = Vec::new();
         for (member, who) in cluster.members.iter().zip(&cluster.who) {
@@ -67,7 +76,7 @@ impl Engine<'_> {
                 self.balls[ball].velocity = member.velocity;
                 self.spins[ball].omega = member.omega;
                 let (last, quick) = self.hits[ball];
-                let quick = if self.now - last < 0.5 * CONTACT_TIME { quick + 1 } else { 0 };
+                let quick = if self.now - last < 1.5 * CONTACT_TIME { quick + 1 } else { 0 };
                 self.hits[ball] = (self.now, quick);
                 match self.seats[ball] {
                     None => self.settle(ball, None),
@@ -98,6 +107,13 @@ impl Engine<'_> {
             self.predict(ball);
         }
         Ok(())
+    }
+
+    /// Whether a ball has been hit [`QUICK_HITS`] times in a row at intervals of at most 1.5 CONTACT_TIME, the last
+    /// time not longer ago than a multiple of it.
+    fn is_hit_incessantly(&self, ball: usize, within: f64) -> bool {
+        let (last, count) = self.hits[ball];
+        count >= QUICK_HITS && self.now - last < within * CONTACT_TIME
     }
 
     /// Makes a ball a member.
@@ -143,11 +159,14 @@ impl Engine<'_> {
     fn grow(&mut self, cluster: &mut Cluster, member: usize, ball: usize) {
         let (x, v) = (cluster.positions[member], cluster.members[member].velocity);
         let radius = self.balls[ball].radius;
+        // Whoever is hit incessantly is in a pile, whose hops are then brought to one beat.
+        let crowded = self.is_hit_incessantly(ball, 1.5);
+        let touch = if crowded { TOUCH + self.slow_speed() * CONTACT_TIME } else { TOUCH };
         for plane in 0..self.planes.len() {
             let p = &self.planes[plane];
             let gap = p.normal.dot(x) - p.offset - radius;
             let known = |t: &Touch| t.a == member && matches!(cluster.who[t.b], Who::Plane(q) if q == plane);
-            if gap <= TOUCH + TIE * (-p.normal.dot(v)).max(0.0) && !cluster.touches.iter().any(known) {
+            if gap <= touch + TIE * (-p.normal.dot(v)).max(0.0) && !cluster.touches.iter().any(known) {
                 let other = self.join_plane(cluster, plane);
                 self.touch(cluster, member, other);
             }
@@ -160,11 +179,11 @@ impl Engine<'_> {
             let d = x - y;
             let distance_squared = d.length_squared();
             // A first test without roots: nothing moves faster than 1e5 m/s here.
-            let far = reach + TOUCH + 1e5 * TIE;
+            let far = reach + touch + 1e5 * TIE;
             if distance_squared < far * far {
                 let distance = distance_squared.sqrt();
                 let closing = (-d.dot(v - w) / distance).max(0.0);
-                if distance - reach <= TOUCH + TIE * closing {
+                if distance - reach <= touch + TIE * closing {
                     near.push(other);
                 }
             }
@@ -185,6 +204,7 @@ impl Engine<'_> {
         let plane_last = matches!(cluster.who[two], Who::Plane(_)) || body(one) < body(two);
         let (a, b) = if plane_last { (one, two) } else { (two, one) };
         let (Who::Ball(ball_a), who_b) = (cluster.who[a], cluster.who[b]) else { return };
+        let mut depth = 0.0;
         let (normal, arm_b, pressing, when_slow) = match who_b {
             Who::Plane(plane) => {
                 let normal = self.planes[plane].normal;
@@ -197,6 +217,7 @@ impl Engine<'_> {
             Who::Ball(ball_b) => {
                 let offset = cluster.positions[a] - cluster.positions[b];
                 let normal = offset.normalize_or(DVec3::Y);
+                depth = self.balls[ball_a].radius + self.balls[ball_b].radius - offset.length();
                 let pull = self.acceleration(ball_a) - self.acceleration(ball_b);
                 (normal, normal * self.balls[ball_b].radius, -normal.dot(pull), Slow::Hop)
             }
@@ -204,16 +225,14 @@ impl Engine<'_> {
         let materials = &self.world.bodies;
         let mut coefficients =
             PairCoefficients::of(&materials[body(a).index()].material, &materials[body(b).index()].material);
-        let quick = |who: Who| match who {
-            Who::Ball(ball) => {
-                let (last, count) = self.hits[ball];
-                !self.traits[ball].free || count >= QUICK_HITS && self.now - last < 0.5 * CONTACT_TIME
-            }
+        let tireless = |who: Who| match who {
+            Who::Ball(ball) => !self.traits[ball].free || self.is_hit_incessantly(ball, 0.5),
             Who::Plane(_) => true,
         };
-        if quick(cluster.who[a]) && quick(cluster.who[b]) {
+        if self.world.gravity == DVec3::ZERO && tireless(cluster.who[a]) && tireless(cluster.who[b]) {
             coefficients.restitution = 1.0;
         }
+        let slow = 0.5 * pressing.max(0.0) * CONTACT_TIME;
         cluster.touches.push(Touch {
             a,
             b,
@@ -221,8 +240,9 @@ impl Engine<'_> {
             arm_a: normal * -self.balls[ball_a].radius,
             arm_b,
             coefficients,
-            slow: 0.5 * pressing.max(0.0) * CONTACT_TIME,
+            slow,
             when_slow,
+            lift: if depth > TOUCH { self.slow_speed().min(depth / CONTACT_TIME) } else { 0.0 },
         });
     }
 

@@ -13,7 +13,7 @@ use super::log::Pending;
 use super::schedule::Schedule;
 use super::setup::{self, Plane};
 use super::support::{self, End, Ground, Phase};
-use super::{BEAT, TOUCH};
+use super::{BEAT, CONTACT_TIME, TOUCH};
 use crate::record::Recorder;
 use crate::{SimulationError, SimulationSettings};
 
@@ -284,6 +284,11 @@ impl<'w> Engine<'w> {
             Some((island, place)) => self.islands[island].arcs[place].at(time),
             None => self.balls[ball].at(time),
         }
+    }
+
+    /// Speed of the shortest bounces on a level plane [m/s].
+    pub(super) fn slow_speed(&self) -> f64 {
+        0.5 * self.world.gravity.length() * CONTACT_TIME
     }
 
     /// Acceleration of a ball at the present time [m/s²].

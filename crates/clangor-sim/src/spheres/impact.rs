@@ -17,10 +17,15 @@ use super::QUIET_SPEED;
 
 /// Rounds of reflections after which the cluster is stopped without restitution.
 const MAX_ROUNDS: usize = 500;
+/// Approach, relative to that of the first round, that is stopped without restitution: the end of an infinite sequence
+/// of ever weaker rounds, as where three balls with e < 1 touch in a row.
+const FADED: f64 = 1e-8;
 /// Sweeps of the iterations inside a round.
-const MAX_SWEEPS: usize = 500;
+const MAX_SWEEPS: usize = 200;
+/// Sweeps for a crowd that is brought to a stop: what is left is stopped in its next beat.
+const HUSH_SWEEPS: usize = 30;
 /// Relative change at which they end.
-const CONVERGED: f64 = 1e-15;
+const CONVERGED: f64 = 1e-14;
 
 /// A ball (or plane) of a cluster.
 #[derive(Clone, Debug)]
@@ -60,6 +65,8 @@ pub(super) struct Touch {
     pub(super) slow: f64,
     /// What becomes of a slow rebound.
     pub(super) when_slow: Slow,
+    /// Speed at which the two must part at least [m/s]: it makes good what a lasting contact has sunk.
+    pub(super) lift: f64,
 }
 
 /// The end of an inelastic sequence of bounces.
@@ -141,10 +148,12 @@ impl Touch {
 }
 
 /// Resolves a cluster: velocities of the members change, the impulses are returned in the order in which they act.
-pub(super) fn reflect(members: &mut [Member], touches: &[Touch]) -> Vec<Blow> {
+///
+/// Where nothing approaches faster than `hush` [m/s], that speed is lost at once.
+pub(super) fn reflect(members: &mut [Member], touches: &[Touch], hush: f64) -> Vec<Blow> {
     let mut blows = Vec::new();
+    let (mut last, mut first_speed) = (false, 0.0);
     for round in 0..=MAX_ROUNDS {
-        let last = round == MAX_ROUNDS;
         let mut active: Vec<usize> = (0..touches.len())
             .filter(|&k| touches[k].normal_speed(members) < -0.5 * QUIET_SPEED)
             .filter(|&k| touches[k].coupling(&touches[k], members) > 0.0)
@@ -152,12 +161,18 @@ pub(super) fn reflect(members: &mut [Member], touches: &[Touch]) -> Vec<Blow> {
         if active.is_empty() {
             break;
         }
+        let fastest = active.iter().map(|&k| -touches[k].normal_speed(members)).fold(0.0, f64::max);
+        if round == 0 {
+            first_speed = fastest;
+        }
+        last |= round == MAX_ROUNDS || fastest <= FADED * first_speed || fastest <= hush;
         if last {
             active =
                 (0..touches.len()).filter(|&k| touches[k].coupling(&touches[k], members) > 0.0).collect();
         }
         let speeds: Vec<f64> = active.iter().map(|&k| touches[k].normal_speed(members)).collect();
-        let lambda = least_energy(&active, &speeds, touches, members);
+        let sweeps = if last { HUSH_SWEEPS } else { MAX_SWEEPS };
+        let lambda = least_energy(&active, &speeds, touches, members, sweeps);
         let mut restitution: Vec<f64> = active
             .iter()
             .zip(&speeds)
@@ -183,9 +198,12 @@ pub(super) fn reflect(members: &mut [Member], touches: &[Touch]) -> Vec<Blow> {
         rub(&mut blows[first..], touches, members);
         let settled = blows[first..].iter().all(|b| b.normal == 0.0);
         blows.retain(|b| b.normal > 0.0);
-        if settled {
+        if settled || last {
             break;
         }
+    }
+    if touches.iter().any(|t| t.lift > 0.0) {
+        lift(members, touches, &mut blows);
     }
     for blow in &blows {
         let touch = &touches[blow.touch];
@@ -199,8 +217,35 @@ pub(super) fn reflect(members: &mut [Member], touches: &[Touch]) -> Vec<Blow> {
     blows
 }
 
+/// Parts what has sunk into each other while it was pressed together; nothing else may approach by that.
+fn lift(members: &mut [Member], touches: &[Touch], blows: &mut Vec<Blow>) {
+    let active: Vec<usize> =
+        (0..touches.len()).filter(|&k| touches[k].coupling(&touches[k], members) > 0.0).collect();
+    let speeds: Vec<f64> =
+        active.iter().map(|&k| touches[k].normal_speed(members) - touches[k].lift).collect();
+    if speeds.iter().all(|&v| v >= 0.0) {
+        return;
+    }
+    let lambda = least_energy(&active, &speeds, touches, members, HUSH_SWEEPS);
+    let first = blows.len();
+    for (&touch, &normal) in active.iter().zip(&lambda).filter(|(_, l)| **l > 0.0) {
+        let velocity = touches[touch].velocity(members);
+        blows.push(Blow { touch, normal, tangential: DVec3::ZERO, velocity });
+    }
+    for blow in &blows[first..] {
+        let touch = &touches[blow.touch];
+        touch.push(members, touch.normal * blow.normal);
+    }
+}
+
 /// λ ≥ 0 with 0 ≤ λ ⊥ v + A λ ≥ 0: Gauss–Seidel finds which contacts act, elimination makes their impulses exact.
-fn least_energy(active: &[usize], speeds: &[f64], touches: &[Touch], members: &[Member]) -> Vec<f64> {
+fn least_energy(
+    active: &[usize],
+    speeds: &[f64],
+    touches: &[Touch],
+    members: &[Member],
+    sweeps: usize,
+) -> Vec<f64> {
     let n = active.len();
     let matrix: Vec<f64> =
         (0..n * n).map(|at| touches[active[at / n]].coupling(&touches[active[at % n]], members)).collect();
@@ -208,7 +253,7 @@ fn least_energy(active: &[usize], speeds: &[f64], touches: &[Touch], members: &[
         return vec![(-speeds[0] / matrix[0]).max(0.0)];
     }
     let mut lambda = vec![0.0_f64; n];
-    for _ in 0..MAX_SWEEPS {
+    for _ in 0..sweeps {
         let (mut change, mut size) = (0.0_f64, 0.0_f64);
         for k in 0..n {
             let row = &matrix[k * n..(k + 1) * n];
@@ -294,7 +339,8 @@ fn rub(blows: &mut [Blow], touches: &[Touch], members: &mut [Member]) {
             touch.push(members, step);
             blow.tangential = next;
             change = change.max(step.length());
-            size = size.max(limit);
+            // Impulses cannot be known better than the velocities that they change.
+            size = size.max(limit).max(0.1 * velocity.length() / response);
         }
         if change <= CONVERGED * size || blows.len() == 1 {
             break;

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::CONTACT_TIME;
 use super::approach::{Approach, fall, meet, meet_plane, meet_uniform};
 use super::ball::{Ball, Course};
 use super::engine::{Engine, NEVER, Next, PLANE, SEARCH};
@@ -71,9 +72,14 @@ impl Engine<'_> {
         if seeker.course == Course::Ballistic && near.course == Course::Ballistic {
             let (y, w) = near.at(self.now);
             let (d, w) = (seeker.position - y, seeker.velocity - w);
-            if let Some(s) = meet_uniform(d, w, reach)
+            if let Some(mut s) = meet_uniform(d, w, reach)
                 && self.now + s < best.contact
             {
+                // What a pile could not resolve just now is not tried again at once.
+                let just_hit = self.hits[seeker.ball].0 == self.now && self.hits[other].0 == self.now;
+                if s == 0.0 && just_hit && w.length() < self.slow_speed() {
+                    s = CONTACT_TIME;
+                }
                 best.contact = self.now + s;
                 best.partner = other as u32;
                 best.generation = near.generation;

@@ -137,7 +137,7 @@ pub(super) fn finish(state: &mut State, ground: &Ground, end: End) {
     let n = ground.normal;
     match end {
         End::Open => {}
-        End::Slip => roll(state, n),
+        End::Slip => roll(state, n, state.omega.dot(n)),
         End::Speed => {
             state.velocity = DVec3::ZERO;
             state.omega = n * state.omega.dot(n);
@@ -146,8 +146,8 @@ pub(super) fn finish(state: &mut State, ground: &Ground, end: End) {
     }
 }
 
-fn roll(state: &mut State, n: DVec3) {
-    state.omega = n * state.omega.dot(n) + n.cross(state.velocity) / state.radius;
+fn roll(state: &mut State, n: DVec3, spin: f64) {
+    state.omega = n * spin + n.cross(state.velocity) / state.radius;
 }
 
 /// A speed that loses `loss` along its direction while `drive` acts: direction of the loss, duration, whether the
@@ -205,7 +205,8 @@ fn on_one(state: &mut State, ground: Ground) -> Phase {
         duration = slowing.duration;
         end = if slowing.stops { End::Slip } else { End::Open };
     } else {
-        roll(state, n);
+        let spin = if spin.abs() * r <= STOPPED + 1e-12 * reach { 0.0 } else { spin };
+        roll(state, n, spin);
         let speed = state.velocity.length();
         let longest = ground.friction * r * (1.0 + beta);
         let loss = ground.rolling_loss.min(longest) * g_n / r;

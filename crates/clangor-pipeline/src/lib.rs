@@ -1,6 +1,7 @@
 //! The stages with their files: scene and meshes in, timeline and WAV out.
 
 pub mod atomic_file;
+pub mod contact_list;
 pub mod glb;
 pub mod levels;
 pub mod load;

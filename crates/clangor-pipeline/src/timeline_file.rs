@@ -16,6 +16,7 @@
 
 mod columns;
 mod description;
+mod hash;
 mod reader;
 mod resolution;
 mod surface_file;
@@ -216,13 +217,17 @@ pub enum TimelineError {
         /// What is wrong there.
         fault: MeshFault,
     },
-    /// A mesh is not the one that was written.
-    #[error("{path} has changed since it was written (hash {found}); simulate or import the timeline again")]
-    MeshHash {
-        /// The mesh file.
+    /// A file is not the one that was written.
+    #[error(
+        "{path} has changed since it was written: its hash is {found}, timeline.json says {expected}; restore it, or remove the hash of an edited table from timeline.json"
+    )]
+    Changed {
+        /// The file.
         path: PathBuf,
         /// The hash of its content.
         found: String,
+        /// The hash that it should have.
+        expected: String,
     },
 }
 

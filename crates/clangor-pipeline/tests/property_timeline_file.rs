@@ -325,9 +325,33 @@ fn impossible_rows_are_not_written() {
     assert!(matches!(TimelineWriter::create(&path, &bad_header, true), Err(TimelineError::Json { .. })));
 }
 
+/// Lets tables be changed, as one who edits them does.
+fn forget_hashes(path: &Path) {
+    let file = path.join("timeline.json");
+    let text = fs::read_to_string(&file).unwrap();
+    let mut description: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for table in ["contacts", "poses"] {
+        description[table].as_object_mut().unwrap().remove("hash").unwrap();
+    }
+    fs::write(&file, description.to_string()).unwrap();
+}
+
+#[test]
+fn changed_tables_are_refused() {
+    let (_folder, path, _) = example();
+    let file = path.join("contacts.parquet");
+    let mut bytes = fs::read(&file).unwrap();
+    // A value, not the structure: the decoder alone would not notice.
+    bytes[200] ^= 1;
+    fs::write(&file, bytes).unwrap();
+    let message = read(&path).unwrap_err().to_string();
+    assert!(message.contains("contacts.parquet has changed since it was written"), "{message}");
+}
+
 #[test]
 fn damaged_tables_are_refused_by_name() {
     let (_folder, path, _) = example();
+    forget_hashes(&path);
     for table in ["contacts.parquet", "poses.parquet"] {
         let file = path.join(table);
         let good = fs::read(&file).unwrap();
@@ -350,6 +374,9 @@ fn damaged_tables_are_refused_by_name() {
     assert!(matches!(read(&path), Err(TimelineError::MissingColumn { column: "body_a", .. })));
 }
 
+/// The beginning of the hash of a mesh, as the file is indented.
+const MESH_HASH: &str = "\"mesh\": {\n          \"hash\": \"";
+
 #[test]
 fn tampered_description_is_refused_by_field() {
     let (_folder, path, _) = example();
@@ -359,15 +386,16 @@ fn tampered_description_is_refused_by_field() {
         ("\"version\": 1", "\"version\": 2", "has format version 2; this program reads version 1"),
         ("clangor timeline", "other timeline", "format is \"other timeline\""),
         ("\"mass\": 0.1", "\"mass\": -0.1", "bodies[0].mass is -0.1, not positive"),
-        ("\"mass\": 0.1", "\"mass\": null", "line 41, column 18: expected a number or \"infinity\""),
+        ("\"mass\": 0.1", "\"mass\": null", "line 47, column 18: expected a number or \"infinity\""),
         ("\"mass\": 0.1", "\"weight\": 0.1", "unknown field `weight`"),
         ("\"poisson_ratio\": 0.29", "\"poisson_ratio\": 0.6", "material.poisson_ratio is 0.6"),
         ("\"rock 2\"", "\"rock 1\"", "bodies[1].name \"rock 1\" is not unique"),
         ("\"time\": 0.3", "\"time\": -0.3", "bodies[1].motion has no keys, or times that do not increase"),
-        ("\"contact_rows\": 3000", "\"contact_rows\": 3001", "contacts.parquet has 3000 rows"),
+        ("\"rows\": 3000", "\"rows\": 3001", "contacts.parquet has 3000 rows"),
         ("\"radius\": 0.0075", "\"radius\": 0", "radius is 0, not positive"),
         ("\"sound_speed\": 340.1", "\"sound_speed\": 1e999", "number out of range"),
-        ("\"hash\": \"", "\"hash\": \"../", "is not 32 hexadecimal digits"),
+        ("\"hash\": \"", "\"hash\": \"0", "contacts.parquet has changed since it was written"),
+        (MESH_HASH, "\"mesh\": {\n          \"hash\": \"../", "is not 32 hexadecimal digits"),
         ("\"body\": 3", "\"body\": 9", "links[0].body is 9, but there are 5 bodies"),
     ];
     for (from, to, expected) in cases {
@@ -397,7 +425,7 @@ fn damaged_mesh_is_refused_by_hash() {
     let mut bytes = fs::read(&mesh).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     fs::write(&mesh, bytes).unwrap();
-    assert!(matches!(read(&path), Err(TimelineError::MeshHash { .. })));
+    assert!(matches!(read(&path), Err(TimelineError::Changed { .. })));
     fs::remove_file(&mesh).unwrap();
     assert!(matches!(read(&path), Err(TimelineError::Missing { .. })));
 }
@@ -411,4 +439,39 @@ fn places_that_are_no_timeline_are_refused() {
     fs::write(&file, "no folder").unwrap();
     assert!(read(&file).is_err());
     assert!(TimelineWriter::create(&file, &header(), true).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn damaged_bytes_are_rows_or_an_error(
+        edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+        at_end: bool,
+    ) {
+        let (path, good) = damage_target();
+        let mut bytes = good.clone();
+        for (index, byte) in edits {
+            // Half of the cases hit the footer, where the structure is.
+            let span = if at_end { bytes.len().min(900) } else { bytes.len() };
+            let start = bytes.len() - span;
+            bytes[start + index.index(span)] = byte;
+        }
+        fs::write(path.join("contacts.parquet"), bytes).unwrap();
+        if let Ok(timeline) = read(path) {
+            prop_assert!(timeline.contacts.iter().all(|r| r.time.is_finite() && r.point.is_finite()));
+        }
+    }
+}
+
+/// A timeline to damage, shared by the cases, and the good bytes of its contacts.
+fn damage_target() -> &'static (PathBuf, Vec<u8>) {
+    static TARGET: std::sync::OnceLock<(TempDir, (PathBuf, Vec<u8>))> = std::sync::OnceLock::new();
+    let make = || {
+        let (folder, path, _) = example();
+        forget_hashes(&path);
+        let good = fs::read(path.join("contacts.parquet")).unwrap();
+        (folder, (path, good))
+    };
+    &TARGET.get_or_init(make).1
 }

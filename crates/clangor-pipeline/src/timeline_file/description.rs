@@ -14,7 +14,7 @@ use clangor::pose::{Keyframe, Pose, Track};
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::{FORMAT_VERSION, MESH_FOLDER, Origin, TimelineError, TimelineHeader, surface_file};
+use super::{FORMAT_VERSION, MESH_FOLDER, Origin, TimelineError, TimelineHeader, hash, surface_file};
 
 /// What the description of a timeline says, its meshes not yet read.
 #[derive(Serialize, Deserialize)]
@@ -24,8 +24,8 @@ pub(super) struct Description {
     version: u64,
     pub(super) program: String,
     units: Units,
-    pub(super) contact_rows: u64,
-    pub(super) pose_rows: u64,
+    pub(super) contacts: TableFields,
+    pub(super) poses: TableFields,
     origin: OriginFields,
     medium: MediumFields,
     gravity: [f64; 3],
@@ -34,6 +34,16 @@ pub(super) struct Description {
     links: Vec<LinkFields>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     scene: Option<String>,
+}
+
+/// What a table must hold.
+#[derive(Clone, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TableFields {
+    pub(super) rows: u64,
+    /// XXH3-128 of the file; left out by programs that do not compute it, and by whoever edits the table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) hash: Option<String>,
 }
 
 const FORMAT_NAME: &str = "clangor timeline";
@@ -190,10 +200,10 @@ pub(super) fn describe(header: &TimelineHeader) -> (Description, BTreeMap<String
                 let known = hashed.iter().rev().find(|(a, _)| *a == address).map(|(_, hash)| hash.clone());
                 let hash = known.unwrap_or_else(|| {
                     let bytes = surface_file::to_bytes(surface);
-                    let hash = surface_file::hash(&bytes);
-                    files.insert(hash.clone(), bytes);
-                    hashed.push((address, hash.clone()));
-                    hash
+                    let name = hash::of(&bytes);
+                    files.insert(name.clone(), bytes);
+                    hashed.push((address, name.clone()));
+                    name
                 });
                 SurfaceFields::Mesh { hash, volume: surface.volume }
             }
@@ -206,8 +216,8 @@ pub(super) fn describe(header: &TimelineHeader) -> (Description, BTreeMap<String
         version: FORMAT_VERSION.into(),
         program: concat!("clangor ", env!("CARGO_PKG_VERSION")).into(),
         units: Units { length: "m".into(), mass: "kg".into(), time: "s".into(), angle: "rad".into() },
-        contact_rows: 0,
-        pose_rows: 0,
+        contacts: TableFields::default(),
+        poses: TableFields::default(),
         origin: OriginFields {
             solver: origin.solver.clone(),
             time_step: origin.time_step,

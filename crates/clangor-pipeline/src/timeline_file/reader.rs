@@ -9,6 +9,7 @@ use super::columns::TableRow;
 use super::table::TableReader;
 use super::{
     CONTACTS_FILE, DESCRIPTION_FILE, POSES_FILE, TimelineError, TimelineHeader, TimelineSummary, description,
+    hash,
 };
 
 /// A timeline on disk. Opening reads its description and meshes; rows are read by the iterators.
@@ -21,18 +22,20 @@ pub struct TimelineReader {
 }
 
 impl TimelineReader {
-    /// Opens the folder and checks everything but the rows.
+    /// Opens the folder and checks everything but the values in the rows.
     ///
     /// # Errors
     /// [`TimelineError`] names the file and the place in it.
     pub fn open(folder: &Path) -> Result<Self, TimelineError> {
         let path = folder.join(DESCRIPTION_FILE);
-        let text = fs::read(&path).map_err(|source| match source.kind() {
-            std::io::ErrorKind::NotFound => TimelineError::Missing { path: path.clone() },
-            _ => TimelineError::Io { action: "read", path: path.clone(), source },
-        })?;
+        let text = fs::read(&path).map_err(|source| hash::read_error(&path, source))?;
         let (description, header) = description::read(&path, &text, folder)?;
-        let rows = TimelineSummary { contacts: description.contact_rows, poses: description.pose_rows };
+        let rows = TimelineSummary { contacts: description.contacts.rows, poses: description.poses.rows };
+        for (name, table) in [(CONTACTS_FILE, &description.contacts), (POSES_FILE, &description.poses)] {
+            if let Some(hash) = &table.hash {
+                hash::check_file(&folder.join(name), hash)?;
+            }
+        }
         let reader = TimelineReader { folder: folder.into(), header, program: description.program, rows };
         // Both tables must at least begin and end well.
         let _ = reader.contacts()?;

@@ -1,15 +1,13 @@
 //! Mesh surfaces as binary PLY: positions and mean curvature in `f64`, so that they come back bit by bit.
 //!
-//! A file is named after the XXH3-128 hash of its content, which finds duplicates and accidental damage. It is no
-//! protection against forgery.
+//! A file is named after the hash of its content.
 
 use std::fs;
 use std::path::Path;
 
 use clangor::body::MeshSurface;
-use twox_hash::XxHash3_128;
 
-use super::TimelineError;
+use super::{TimelineError, hash};
 use crate::mesh_reader::{Located, MeshFault, ply};
 
 /// Name of the vertex property that holds the mean curvature [1/m].
@@ -21,21 +19,10 @@ pub(super) fn to_bytes(surface: &MeshSurface) -> Vec<u8> {
     ply::to_bytes(&surface.mesh, CURVATURE, &surface.mean_curvature, comment)
 }
 
-/// The hash of a file's content, 32 hexadecimal digits.
-pub(super) fn hash(bytes: &[u8]) -> String {
-    format!("{:032x}", XxHash3_128::oneshot(bytes))
-}
-
 /// Reads the surface with this hash and volume [m³].
 pub(super) fn read(path: &Path, expected_hash: &str, volume: f64) -> Result<MeshSurface, TimelineError> {
-    let bytes = fs::read(path).map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => TimelineError::Missing { path: path.into() },
-        _ => TimelineError::Io { action: "read", path: path.into(), source },
-    })?;
-    let found = hash(&bytes);
-    if found != expected_hash {
-        return Err(TimelineError::MeshHash { path: path.into(), found });
-    }
+    let bytes = fs::read(path).map_err(|source| hash::read_error(path, source))?;
+    hash::check(path, &hash::of(&bytes), expected_hash)?;
     let mesh_error = |l: Located| TimelineError::Mesh { path: path.into(), place: l.place, fault: l.fault };
     let ply = ply::parse(&bytes, Some(CURVATURE)).map_err(mesh_error)?;
     let fault = if ply.mesh.triangles.is_empty() {

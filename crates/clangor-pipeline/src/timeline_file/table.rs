@@ -6,6 +6,7 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,6 +21,8 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnPath, Type};
 
 use super::columns::{Column, Field, TableRow};
+use super::description::TableFields;
+use super::hash::{HashedFile, read_error};
 use super::{RowProblem, TimelineError};
 
 /// Rows of a row group: 64 MB of columns, few enough to keep in memory and enough to compress well.
@@ -59,7 +62,7 @@ impl Order {
 /// Writes a table.
 pub(super) struct TableWriter<R: TableRow> {
     path: PathBuf,
-    file: SerializedFileWriter<BufWriter<File>>,
+    file: SerializedFileWriter<BufWriter<HashedFile>>,
     columns: Vec<Column<R>>,
     block: Vec<R>,
     values: Vec<Values>,
@@ -91,8 +94,12 @@ impl<R: TableRow> TableWriter<R> {
         }
         let schema = Arc::new(schema(&columns).map_err(|e| parquet_error(path, &e))?);
         let file = File::create_new(path).map_err(|e| write_error(path, e))?;
-        let file = SerializedFileWriter::new(BufWriter::new(file), schema, Arc::new(properties.build()))
-            .map_err(|e| parquet_error(path, &e))?;
+        let file = SerializedFileWriter::new(
+            BufWriter::new(HashedFile::new(file)),
+            schema,
+            Arc::new(properties.build()),
+        )
+        .map_err(|e| parquet_error(path, &e))?;
         let values = columns.iter().map(|c| empty(&c.field)).collect();
         let order = Order { latest: f64::NEG_INFINITY, slack };
         let block = Vec::with_capacity(BLOCK_ROWS);
@@ -124,16 +131,16 @@ impl<R: TableRow> TableWriter<R> {
         Ok(())
     }
 
-    /// Writes what is left and synchronises the file; returns the number of rows.
-    pub(super) fn finish(mut self) -> Result<u64, TimelineError> {
+    /// Writes what is left and synchronises the file.
+    pub(super) fn finish(mut self) -> Result<TableFields, TimelineError> {
         self.turn_block()?;
         if self.grouped > 0 {
             self.write_group()?;
         }
         let out = self.file.into_inner().map_err(|e| parquet_error(&self.path, &e))?;
         let file = out.into_inner().map_err(|e| write_error(&self.path, e.into_error()))?;
-        file.sync_all().map_err(|e| write_error(&self.path, e))?;
-        Ok(self.rows)
+        let hash = file.finish().map_err(|e| write_error(&self.path, e))?;
+        Ok(TableFields { rows: self.rows, hash: Some(hash) })
     }
 
     /// Moves the block of rows into the columns.
@@ -287,10 +294,11 @@ struct Scratch {
 impl<R: TableRow> TableReader<R> {
     /// Opens the file and checks its columns and number of rows.
     pub(super) fn open(path: &Path, promised: u64, bodies: usize, slack: f64) -> Result<Self, TimelineError> {
-        let file = File::open(path).map_err(|source| match source.kind() {
-            std::io::ErrorKind::NotFound => TimelineError::Missing { path: path.into() },
-            _ => TimelineError::Io { action: "read", path: path.into(), source },
-        })?;
+        guarded(path, || Self::open_unguarded(path, promised, bodies, slack))
+    }
+
+    fn open_unguarded(path: &Path, promised: u64, bodies: usize, slack: f64) -> Result<Self, TimelineError> {
+        let file = File::open(path).map_err(|source| read_error(path, source))?;
         let file = SerializedFileReader::new(file).map_err(|e| parquet_error(path, &e))?;
         let metadata = file.metadata().file_metadata();
         let in_file = metadata.schema_descr();
@@ -340,7 +348,8 @@ impl<R: TableRow> TableReader<R> {
 
     /// Reads the next rows; none at the end and after an error.
     pub(super) fn next_block(&mut self) -> Result<(), TimelineError> {
-        let result = self.read_block();
+        let path = self.path.clone();
+        let result = guarded(&path, || self.read_block());
         if result.is_err() {
             self.block.clear();
         }
@@ -383,6 +392,15 @@ impl<R: TableRow> TableReader<R> {
         self.group += 1;
         Ok(())
     }
+}
+
+/// Turns a panic of the decoder into an error: it has assertions that damaged tables without a hash can break. What it
+/// was reading is not used again.
+fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, TimelineError>) -> Result<T, TimelineError> {
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
+        let reason = "its structure contradicts itself".into();
+        Err(TimelineError::Parquet { path: path.into(), reason })
+    })
 }
 
 /// What can go wrong with a column of a block.

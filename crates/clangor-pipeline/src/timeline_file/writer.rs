@@ -63,12 +63,13 @@ impl TimelineWriter {
     pub fn finish(mut self) -> Result<TimelineSummary, TimelineError> {
         let contacts = self.contacts.finish()?;
         let poses = self.poses.finish()?;
-        self.description.contact_rows = contacts;
-        self.description.pose_rows = poses;
+        let summary = TimelineSummary { contacts: contacts.rows, poses: poses.rows };
+        self.description.contacts = contacts;
+        self.description.poses = poses;
         let path = self.folder.path().join(DESCRIPTION_FILE);
         write_synchronised(&path, &to_json(&self.description, &path)?)?;
         self.folder.commit()?;
-        Ok(TimelineSummary { contacts, poses })
+        Ok(summary)
     }
 }
 

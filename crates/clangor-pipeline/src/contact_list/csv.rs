@@ -1,0 +1,157 @@
+//! Comma-separated values with a header. Values may stand in double quotes, within which a comma is no separator and
+//! two quotes are one.
+
+use super::{Entry, LineFault, Parsed};
+
+/// Where a value of a column goes.
+#[derive(Clone, Copy, PartialEq)]
+enum Column {
+    Time,
+    BodyA,
+    BodyB,
+    Kind,
+    Point(usize),
+    Normal(usize),
+    ImpulseN,
+    ImpulseT(usize),
+    Couple(usize),
+    Velocity(usize),
+    Speed,
+    Depth,
+    ImpactId,
+}
+
+const COLUMNS: [(&str, Column); 23] = [
+    ("t", Column::Time),
+    ("body_a", Column::BodyA),
+    ("body_b", Column::BodyB),
+    ("kind", Column::Kind),
+    ("point_x", Column::Point(0)),
+    ("point_y", Column::Point(1)),
+    ("point_z", Column::Point(2)),
+    ("normal_x", Column::Normal(0)),
+    ("normal_y", Column::Normal(1)),
+    ("normal_z", Column::Normal(2)),
+    ("impulse_n", Column::ImpulseN),
+    ("impulse_t_x", Column::ImpulseT(0)),
+    ("impulse_t_y", Column::ImpulseT(1)),
+    ("impulse_t_z", Column::ImpulseT(2)),
+    ("couple_x", Column::Couple(0)),
+    ("couple_y", Column::Couple(1)),
+    ("couple_z", Column::Couple(2)),
+    ("velocity_x", Column::Velocity(0)),
+    ("velocity_y", Column::Velocity(1)),
+    ("velocity_z", Column::Velocity(2)),
+    ("speed", Column::Speed),
+    ("depth", Column::Depth),
+    ("impact_id", Column::ImpactId),
+];
+
+pub(super) fn parse(text: &str) -> Parsed {
+    let mut header: Option<Vec<(&'static str, Column)>> = None;
+    let mut entries = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let number = index + 1;
+        if line.trim().is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let values = split(line).map_err(|fault| (number, fault))?;
+        match &header {
+            None => header = Some(parse_header(&values).map_err(|fault| (number, fault))?),
+            Some(columns) => {
+                entries.push((number, parse_entry(columns, &values).map_err(|fault| (number, fault))?));
+            }
+        }
+    }
+    Ok(entries)
+}
+
+fn parse_header(names: &[String]) -> Result<Vec<(&'static str, Column)>, LineFault> {
+    let mut columns: Vec<(&'static str, Column)> = Vec::new();
+    for name in names {
+        let known = COLUMNS.iter().find(|(known, _)| known == name);
+        let (name, column) = *known.ok_or_else(|| LineFault::Unknown { name: name.clone() })?;
+        if columns.iter().any(|(_, c)| *c == column) {
+            return Err(LineFault::Twice { name: name.into() });
+        }
+        columns.push((name, column));
+    }
+    Ok(columns)
+}
+
+fn parse_entry(columns: &[(&'static str, Column)], values: &[String]) -> Result<Entry, LineFault> {
+    if values.len() != columns.len() {
+        return Err(LineFault::Width { values: values.len(), columns: columns.len() });
+    }
+    let mut entry = Entry::default();
+    for ((name, column), text) in columns.iter().zip(values) {
+        // An empty value is one left out.
+        if text.is_empty() {
+            continue;
+        }
+        let wrong = || LineFault::NotANumber { column: name, text: text.clone() };
+        let number = || text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(wrong);
+        match *column {
+            Column::Time => entry.t = Some(number()?),
+            Column::BodyA => entry.body_a = Some(text.clone()),
+            Column::BodyB => entry.body_b = Some(text.clone()),
+            Column::Kind => entry.kind = Some(text.clone()),
+            Column::Point(axis) => entry.point[axis] = Some(number()?),
+            Column::Normal(axis) => entry.normal[axis] = Some(number()?),
+            Column::ImpulseN => entry.impulse_n = Some(number()?),
+            Column::ImpulseT(axis) => entry.impulse_t[axis] = Some(number()?),
+            Column::Couple(axis) => entry.couple[axis] = Some(number()?),
+            Column::Velocity(axis) => entry.velocity[axis] = Some(number()?),
+            Column::Speed => entry.speed = Some(number()?),
+            Column::Depth => entry.depth = Some(number()?),
+            Column::ImpactId => entry.impact_id = Some(text.parse().map_err(|_| wrong())?),
+        }
+    }
+    Ok(entry)
+}
+
+/// The values of a line, spaces around them removed.
+fn split(line: &str) -> Result<Vec<String>, LineFault> {
+    let syntax = |at: usize, reason: &str| LineFault::Syntax { column: at + 1, reason: reason.into() };
+    let mut values = Vec::new();
+    let mut rest = line;
+    loop {
+        let trimmed = rest.trim_start();
+        let at = line.len() - trimmed.len();
+        if let Some(quoted) = trimmed.strip_prefix('"') {
+            let (value, after) = unquote(quoted).ok_or_else(|| syntax(at, "the quote is not closed"))?;
+            values.push(value);
+            let after = after.trim_start();
+            if after.is_empty() {
+                return Ok(values);
+            }
+            let place = line.len() - after.len();
+            rest = after
+                .strip_prefix(',')
+                .ok_or_else(|| syntax(place, "a comma is expected after the quote"))?;
+        } else if let Some((value, after)) = trimmed.split_once(',') {
+            values.push(value.trim_end().into());
+            rest = after;
+        } else {
+            values.push(trimmed.trim_end().into());
+            return Ok(values);
+        }
+    }
+}
+
+/// The value up to the closing quote, and what follows it.
+fn unquote(text: &str) -> Option<(String, &str)> {
+    let mut value = String::new();
+    let mut rest = text;
+    loop {
+        let (part, after) = rest.split_once('"')?;
+        value.push_str(part);
+        match after.strip_prefix('"') {
+            Some(after) => {
+                value.push('"');
+                rest = after;
+            }
+            None => return Some((value, after)),
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! JSON lines: one object per line, vectors as lists of three numbers, bodies as names or numbers.
+
+use serde::Deserialize;
+
+use super::{Entry, LineFault, Parsed};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Fields {
+    t: f64,
+    body_a: BodyField,
+    body_b: Option<BodyField>,
+    kind: Option<String>,
+    point: [f64; 3],
+    normal: [f64; 3],
+    impulse_n: f64,
+    impulse_t: Option<[f64; 3]>,
+    couple: Option<[f64; 3]>,
+    velocity: Option<[f64; 3]>,
+    speed: Option<f64>,
+    depth: Option<f64>,
+    impact_id: Option<u64>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected the name or the number of a body")]
+enum BodyField {
+    Number(u32),
+    Name(String),
+}
+
+impl From<BodyField> for String {
+    fn from(field: BodyField) -> Self {
+        match field {
+            BodyField::Number(number) => number.to_string(),
+            BodyField::Name(name) => name,
+        }
+    }
+}
+
+pub(super) fn parse(text: &str) -> Parsed {
+    let mut entries = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        if line.trim().is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let fields = serde_json::from_str(line).map_err(|e| (index + 1, fault(&e)))?;
+        entries.push((index + 1, entry(fields)));
+    }
+    Ok(entries)
+}
+
+fn entry(fields: Fields) -> Entry {
+    let vector = |v: Option<[f64; 3]>| v.map_or([None; 3], |v| v.map(Some));
+    Entry {
+        t: Some(fields.t),
+        body_a: Some(fields.body_a.into()),
+        body_b: fields.body_b.map(String::from),
+        kind: fields.kind,
+        point: fields.point.map(Some),
+        normal: fields.normal.map(Some),
+        impulse_n: Some(fields.impulse_n),
+        impulse_t: vector(fields.impulse_t),
+        couple: vector(fields.couple),
+        velocity: vector(fields.velocity),
+        speed: fields.speed,
+        depth: fields.depth,
+        impact_id: fields.impact_id,
+    }
+}
+
+fn fault(error: &serde_json::Error) -> LineFault {
+    // The line that serde_json counts is always the first; ours is told by the caller.
+    let text = error.to_string();
+    let reason = text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason).into();
+    LineFault::Syntax { column: error.column(), reason }
+}

@@ -3,7 +3,11 @@
 //! Two solvers share one log ([`record`]):
 //! * [`spheres`]: exact event-driven motion of spheres, planes, springs and hung spheres;
 //! * [`rigid`]: time-stepped impulses for bodies of any shape (feature `rigid`).
+//!
+//! [`decompose`] (feature `rigid`) finds the convex parts of a mesh from a file.
 
+#[cfg(feature = "rigid")]
+pub mod decompose;
 pub mod record;
 #[cfg(feature = "rigid")]
 pub mod rigid;

@@ -197,14 +197,15 @@ impl Shape {
 
     /// The convex parts whose union collides, in the frame of the mesh.
     ///
-    /// Spheres, boxes, sharp dice, cylinders and rocks are exact. The others are off by at most:
-    /// ellipsoid 1 % of its largest semi-axis inside; die 4 % of its rounding inside; torus 1 % of its outer radius.
+    /// Spheres, boxes, sharp dice, cylinders, rocks, prisms and shards are exact. The surface of the others is off by
+    /// at most, measured by `tests/property_shape_meshes.rs`: ellipsoid 0.9 % of the largest semi-axis; die 3.4 % of
+    /// its rounding; torus 0.8 % of its outer radius; bowl 1.1 mm, plate 0.4 mm, mug 0.6 mm, wineglass 1 mm, key ring
+    /// and key 0.1 mm.
     pub fn parts(&self) -> Vec<ConvexPart> {
         match self.form {
             Form::Sphere { radius } => vec![ConvexPart::Ball { centre: DVec3::ZERO, radius }],
             Form::Ellipsoid { semi_axes } => {
-                let ball = sphere::divided_icosahedron(4).vertices;
-                vec![ConvexPart::Hull(ball.into_iter().map(|v| v * semi_axes).collect())]
+                vec![ConvexPart::Hull(sphere::ellipsoid_hull(semi_axes))]
             }
             Form::Box { edges } => vec![ConvexPart::Hull(cuboid::box_corners(edges))],
             Form::Die { size, round: 0.0 } => vec![ConvexPart::Hull(cuboid::box_corners(DVec3::splat(size)))],

@@ -144,23 +144,27 @@ pub(super) fn check_numbers(mesh: &TriMesh) -> Result<(), MeshError> {
 ///
 /// # Errors
 /// The first [`MeshError`] found: numbers, then triangles without area, then coincident vertices (before open edges,
-/// because welding is the remedy for both), then edges, orientation and volume, and crossings last.
+/// because welding is the remedy for both), then edges, then the orientation and volume of a single component, then
+/// crossings, then the orientation of several components.
 pub fn check_solid(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
     check_numbers(mesh)?;
     check_triangles(mesh)?;
     check_duplicates(mesh)?;
     let topology = Topology::try_new(mesh)?;
     let (components, piece) = topology.components();
-    let mass = if components == 1 {
-        MassProperties::of(mesh)?
-    } else {
-        check_nesting(mesh, components, &piece)?;
-        MassProperties::of(mesh)?
-    };
+    // A single inverted surface is told apart from a crossing one before its triangles are compared.
+    let single = if components == 1 { Some(MassProperties::of(mesh)?) } else { None };
     let tree = SurfaceTree::new(mesh);
     if let Some(crossing) = first_self_intersection(mesh, &topology, &tree) {
         return Err(crossing);
     }
+    let mass = match single {
+        Some(mass) => mass,
+        None => {
+            check_nesting(mesh, components, &piece)?;
+            MassProperties::of(mesh)?
+        }
+    };
     Ok(SolidReport { mass, components, area: mesh.area() })
 }
 

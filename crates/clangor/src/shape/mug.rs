@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::revolution::{Profile, Ring, lace, turned_hull, wedges};
+use super::revolution::{Profile, Ring, balance, lace, turned_hull, wedges};
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::tri_mesh::TriMesh;
 
@@ -126,6 +126,11 @@ fn bow(angle: f64) -> (DVec3, DVec3) {
     (centre, DVec3::new(-tangent.y, tangent.x, 0.0))
 }
 
+/// 0 where the section is the rectangle of a root, 1 where it is an ellipse.
+fn roundness(angle: f64) -> f64 {
+    (2.0 * angle.cos()).clamp(0.0, 1.0)
+}
+
 /// The tube between the two holes. Its section turns from the rectangle of the root into an ellipse.
 fn add_handle(mesh: &mut TriMesh, [lower, upper]: &[Hole; 2], edge: f64) {
     let border = lower.border();
@@ -139,7 +144,7 @@ fn add_handle(mesh: &mut TriMesh, [lower, upper]: &[Hole; 2], edge: f64) {
         } else {
             let angle = PI * step as f64 / steps as f64 - FRAC_PI_2;
             let (centre, inward) = bow(angle);
-            let roundness = (angle.cos() / 0.5).min(1.0);
+            let roundness = roundness(angle);
             let start = mesh.vertices.len() as u32;
             mesh.vertices.extend(border.iter().map(|(a, b)| {
                 let square = DVec2::new(2.0 * *a as f64 / across - 1.0, 2.0 * *b as f64 / rows - 1.0);
@@ -169,10 +174,18 @@ pub(super) fn mug_parts() -> Vec<ConvexPart> {
     let mut parts = wedges(&far, &near, 24);
     parts.push(turned_hull(&[DVec2::new(RADIUS, 0.0), DVec2::new(RADIUS, FLOOR)]));
     let section = |step: usize| {
-        let (centre, inward) = bow(PI * step as f64 / PIECES as f64 - FRAC_PI_2);
+        let angle = PI * step as f64 / PIECES as f64 - FRAC_PI_2;
+        let (mut centre, inward) = bow(angle);
+        if step.is_multiple_of(PIECES) {
+            // The root reaches into the wall, which is round.
+            centre.x -= 0.5 * WALL;
+        }
         (0..8).map(move |k| {
-            let (sin, cos) = (TAU * (k as f64 + 0.5) / 8.0).sin_cos();
-            centre + DVec3::Z * (sin * HANDLE[0]) + inward * (cos * HANDLE[1])
+            // Corners and middles of the sides of the root's rectangle, or points of the ellipse.
+            let round = DVec2::from_angle(TAU * f64::from(k) / 8.0);
+            let square = round / round.abs().max_element();
+            let p = square.lerp(round * balance(PI / 8.0), roundness(angle));
+            centre - DVec3::Z * (p.x * HANDLE[0]) + inward * (p.y * HANDLE[1])
         })
     };
     parts.extend((0..PIECES).map(|k| ConvexPart::Hull(section(k).chain(section(k + 1)).collect())));

@@ -214,12 +214,12 @@ pub(super) fn on_ring(p: DVec2, angle: f64) -> DVec3 {
 
 /// A torus as drums between sections of the tube, `sectors` of them.
 ///
-/// The section is an octagon whose sides err as much inwards as its corners err outwards.
+/// The section is a dodecagon whose sides err as much inwards as its corners err outwards.
 pub(super) fn torus_parts(major: f64, minor: f64, sectors: usize) -> Vec<ConvexPart> {
     let corner = |k: usize| {
-        let spoke = DVec2::from_angle(TAU * (k as f64 + 0.5) / 8.0);
-        DVec2::new(major, 0.0) + spoke * minor * balance(PI / 8.0)
+        let spoke = DVec2::from_angle(TAU * (k as f64 + 0.5) / 12.0);
+        DVec2::new(major, 0.0) + spoke * minor * balance(PI / 12.0)
     };
-    let (far, near): (Vec<DVec2>, Vec<DVec2>) = (0..8).map(corner).partition(|p| p.x > major);
+    let (far, near): (Vec<DVec2>, Vec<DVec2>) = (0..12).map(corner).partition(|p| p.x > major);
     wedges(&far, &near, sectors)
 }

@@ -13,6 +13,14 @@ pub(super) fn ellipsoid_mesh(semi_axes: DVec3, edge: f64) -> TriMesh {
     mesh
 }
 
+/// 162 points whose hull errs by at most 0.9 % of the largest semi-axis, to both sides.
+pub(super) fn ellipsoid_hull(semi_axes: DVec3) -> Vec<DVec3> {
+    let ball = divided_icosahedron(4);
+    let depth = |t| ball.area_vector(t).normalize().dot(ball.corners(t)[0]);
+    let deepest = (0..ball.triangles.len()).map(depth).fold(1.0, f64::min);
+    ball.vertices.iter().map(|v| *v * semi_axes * (2.0 / (1.0 + deepest))).collect()
+}
+
 /// A unit sphere from an icosahedron with every edge divided into `divisions`.
 ///
 /// Face points go out to the sphere from the plane grid; neighbours along an edge share its points.

@@ -3,6 +3,8 @@
 //! Their sides are spheres and cones, so that volume and curvature are known in closed form. The bowl and the plate
 //! have about the volume that the pulse time scales in \[PAN\] Table 1 imply (160 cm³, 230 to 280 cm³).
 
+use std::f64::consts::FRAC_PI_4;
+
 use glam::{DVec2, DVec3};
 
 use super::revolution::{Profile, balance, turned_hull, wedges};
@@ -68,17 +70,23 @@ impl Shell {
         for row in 0..rows {
             let k = row as f64;
             let mut far = [0.0, 0.5, 1.0].map(|s| self.at(self.outer, along(low_outer, k + s))).to_vec();
-            let near = [0.0, 1.0].map(|s| self.at(near_radius, along(low_inner, k + s)));
+            let mut near = [0.0, 1.0].map(|s| self.at(near_radius, along(low_inner, k + s))).to_vec();
             if row + 1 == rows {
-                // The round rim, to its top.
-                let thickness = self.outer - self.inner;
+                // The rim ends along the spheres, which rise at the angle from straight down.
                 let middle = self.at(0.5 * (self.inner + self.outer), self.rim);
-                far.push(middle + DVec2::from_angle(self.rim) * 0.4 * thickness);
+                let [out, top, within] = half_round(middle, self.rim, 0.5 * (self.outer - self.inner));
+                far.extend([out, top]);
+                near.push(within);
             }
             parts.extend(wedges(&far, &near, sectors));
         }
         (parts, [self.at(self.outer, low_outer), self.at(self.inner, low_inner)])
     }
+}
+
+/// Three points of a round rim about `middle` that ends in the given direction [rad], beside its two ends.
+fn half_round(middle: DVec2, direction: f64, radius: f64) -> [DVec2; 3] {
+    [-FRAC_PI_4, 0.0, FRAC_PI_4].map(|turn| middle + DVec2::from_angle(direction + turn) * radius)
 }
 
 pub(super) fn bowl_profile(edge: f64) -> Profile {
@@ -156,8 +164,12 @@ pub(super) fn plate_profile(edge: f64) -> Profile {
 
 pub(super) fn plate_parts() -> Vec<ConvexPart> {
     let [below, rim_below, middle, rim_top, top] = plate_corners();
-    let tip = middle + (rim_below - below).normalize() * 0.45 * PLATE[0];
-    let mut parts = wedges(&[below, rim_below, tip, rim_top], &[top], 24);
+    let along = (rim_below - below).to_angle();
+    // The wedges reach a little into the flat middle, whose border is round, along their own upper side.
+    let overlap = top - 0.03 * (rim_top - top);
+    let mut far = vec![below, rim_below, rim_top];
+    far.extend(half_round(middle, along, 0.5 * PLATE[0]));
+    let mut parts = wedges(&far, &[overlap], 24);
     parts.push(turned_hull(&[below, top]));
     parts
 }

@@ -1,0 +1,230 @@
+//! Convex parts of a mesh that a scene reads from a file, by approximate convex decomposition.
+//!
+//! A mesh that is convex, or close to it, is its own hull. Any other is cut into voxels and the voxels into clusters (V-HACD: Mamou, "Volumetric
+//! hierarchical approximate convex decomposition", Game Engine Gems 3, 2016; the implementation is parry's); the part is
+//! the hull of the surface within each cluster. What the parts miss or add is measured, not assumed.
+
+use std::f64::consts::PI;
+
+use clangor::geometry::convex::ConvexPart;
+use clangor::geometry::hull::convex_hull;
+use clangor::geometry::mass_properties::MassProperties;
+use clangor::geometry::parts_fit::measure_parts;
+use clangor::geometry::solid::MeshError;
+use clangor::geometry::surface_tree::SurfaceTree;
+use clangor::geometry::tri_mesh::TriMesh;
+use clangor::glam::{DVec2, DVec3};
+use parry3d_f64::transformation::try_convex_hull;
+use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
+use parry3d_f64::transformation::voxelization::FillMode;
+
+/// Where one hull adds more of the volume than this it is not even measured.
+const MOST_ADDED_BY_ONE_HULL: f64 = 0.3;
+
+/// How fine to decompose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DecomposeSettings {
+    /// Voxels along the longest side.
+    pub resolution: u32,
+    /// Most parts; the decomposition halves, so that powers of two fit best.
+    pub most_parts: u32,
+    /// One hull is good enough where it adds less than this share of the volume, or nowhere leaves the surface by
+    /// this share of the diagonal: shallow hollows, such as the pips of a die, are filled.
+    pub tolerance: f64,
+    /// Most points per part.
+    pub most_points: usize,
+    /// Volume that a part may add by convexity, as a share of the whole, before it is cut again.
+    pub concavity: f64,
+}
+
+impl Default for DecomposeSettings {
+    fn default() -> Self {
+        DecomposeSettings {
+            resolution: 100,
+            tolerance: 0.03,
+            most_parts: 128,
+            most_points: 160,
+            concavity: 0.001,
+        }
+    }
+}
+
+/// Convex parts and how well they stand for the mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decomposition {
+    /// The parts, in the frame of the mesh.
+    pub parts: Vec<ConvexPart>,
+    /// Largest distance between the surface and that of the parts' union [m].
+    pub surface_error: f64,
+    /// Volume of the union over that of the mesh, minus 1.
+    pub volume_error: f64,
+}
+
+/// Why a mesh has no convex parts.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DecomposeError {
+    /// The mesh is no solid.
+    #[error("the mesh cannot be decomposed: {0}")]
+    Mesh(#[from] MeshError),
+    /// The decomposition came back empty.
+    #[error(
+        "the mesh has no convex parts at {resolution} voxels along its longest side; raise the resolution"
+    )]
+    NoParts {
+        /// Voxels along the longest side.
+        resolution: u32,
+    },
+}
+
+/// Convex parts of a closed mesh.
+///
+/// # Errors
+/// [`DecomposeError`] if the mesh is not closed or nothing came of it.
+pub fn convex_parts(mesh: &TriMesh, settings: DecomposeSettings) -> Result<Decomposition, DecomposeError> {
+    let volume = MassProperties::of(mesh)?.volume;
+    let hull = thin_out(&mesh.vertices, settings.most_points);
+    // Measuring is slow where the hull is far off, and that shows in its volume.
+    let added = convex_hull(&hull).map_or(f64::INFINITY, |hull| union_volume(&[hull]) / volume - 1.0);
+    if added < MOST_ADDED_BY_ONE_HULL
+        && let Some(whole) = measured(mesh, volume, &[hull])?
+        && (added < settings.tolerance || whole.surface_error < 0.3 * settings.tolerance * mesh.diagonal())
+    {
+        return Ok(whole);
+    }
+    let clusters = voxel_clusters(mesh, settings);
+    measured(mesh, volume, &clusters)?.ok_or(DecomposeError::NoParts { resolution: settings.resolution })
+}
+
+/// The hulls of groups of points, compared with the mesh; `None` if all of them are flat.
+fn measured(
+    mesh: &TriMesh,
+    volume: f64,
+    groups: &[Vec<DVec3>],
+) -> Result<Option<Decomposition>, DecomposeError> {
+    let solids: Vec<TriMesh> = groups.iter().filter_map(|points| convex_hull(points).ok()).collect();
+    if solids.is_empty() {
+        return Ok(None);
+    }
+    let parts: Vec<ConvexPart> = solids.iter().map(|s| ConvexPart::Hull(s.vertices.clone())).collect();
+    let surface_error = measure_parts(mesh, &parts, mesh.diagonal() / 60.0)?.worst();
+    let volume_error = union_volume(&solids) / volume - 1.0;
+    Ok(Some(Decomposition { parts, surface_error, volume_error }))
+}
+
+/// The points of each cluster of voxels.
+fn voxel_clusters(mesh: &TriMesh, settings: DecomposeSettings) -> Vec<Vec<DVec3>> {
+    let parameters = VHACDParameters {
+        resolution: settings.resolution,
+        max_convex_hulls: settings.most_parts,
+        concavity: settings.concavity,
+        fill_mode: FillMode::FloodFill { detect_cavities: false },
+        ..VHACDParameters::default()
+    };
+    let clusters = VHACD::decompose(&parameters, &mesh.vertices, &mesh.triangles, true);
+    let tree = SurfaceTree::new(mesh);
+    let surface_points = clusters.compute_primitive_intersections(&mesh.vertices, &mesh.triangles);
+    let mut points_of = Vec::new();
+    for (cluster, mut points) in clusters.voxel_parts().iter().zip(surface_points) {
+        // Where a cut runs through the inside, the part ends in whole voxels, so that parts meet.
+        let half = 0.5 * cluster.scale;
+        for voxel in cluster.voxels().iter().filter(|v| v.is_on_surface) {
+            let centre = cluster.get_voxel_point(voxel);
+            let inside = tree.signed_distance(mesh, centre).is_some_and(|d| d < -half * 3.0_f64.sqrt());
+            if inside {
+                let corner = |k: u32| {
+                    DVec3::from_array([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half } else { -half }))
+                };
+                points.extend((0..8).map(|k| centre + corner(k)));
+            }
+        }
+        points_of.push(thin_out(&points, settings.most_points));
+    }
+    points_of
+}
+
+/// At most `most` points whose hull is close to that of all: the farthest in evenly spread directions, then, one by
+/// one, the point that is farthest outside the hull so far.
+fn thin_out(points: &[DVec3], most: usize) -> Vec<DVec3> {
+    // Points without volume have no hull; they are dropped later.
+    let points = try_convex_hull(points).map_or_else(|_| points.to_vec(), |(corners, _)| corners);
+    if points.len() <= most {
+        return points;
+    }
+    let directions = most / 2;
+    let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
+    let mut chosen: Vec<usize> = (0..directions)
+        .filter_map(|k| {
+            let y = 1.0 - (2 * k + 1) as f64 / directions as f64;
+            let (sin, cos) = (golden_angle * k as f64).sin_cos();
+            let level = (1.0 - y * y).sqrt();
+            let direction = DVec3::new(level * cos, y, level * sin);
+            let height = |i: &usize| direction.dot(points[*i]);
+            (0..points.len()).max_by(|i, j| height(i).total_cmp(&height(j)))
+        })
+        .collect();
+    chosen.sort_unstable();
+    chosen.dedup();
+    let mut kept: Vec<DVec3> = chosen.into_iter().map(|i| points[i]).collect();
+    while kept.len() < most {
+        let Ok(hull) = convex_hull(&kept) else { break };
+        let planes: Vec<(DVec3, f64)> = (0..hull.triangles.len())
+            .map(|t| {
+                let normal = hull.area_vector(t).normalize();
+                (normal, normal.dot(hull.corners(t)[0]))
+            })
+            .collect();
+        let outside = |p: DVec3| planes.iter().map(|(n, d)| n.dot(p) - d).fold(f64::NEG_INFINITY, f64::max);
+        let farthest = points.iter().map(|p| (outside(*p), *p)).max_by(|a, b| a.0.total_cmp(&b.0));
+        match farthest {
+            Some((height, point)) if height > 1e-6 * hull.diagonal() => kept.push(point),
+            _ => break,
+        }
+    }
+    kept
+}
+
+/// Volume of the union of convex bodies [m³]: exact lengths along parallel lines, the midpoint rule across them.
+fn union_volume(solids: &[TriMesh]) -> f64 {
+    const LINES: usize = 200;
+    let bounds: Vec<(DVec3, DVec3)> = solids.iter().map(TriMesh::bounds).collect();
+    let (low, high) = bounds.iter().copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
+    let step = DVec2::new(high.y - low.y, high.z - low.z) / LINES as f64;
+    let mut sum = 0.0;
+    for row in 0..LINES {
+        for column in 0..LINES {
+            let y = low.y + step.x * (row as f64 + 0.5);
+            let z = low.z + step.y * (column as f64 + 0.5);
+            let mut spans: Vec<(f64, f64)> = solids
+                .iter()
+                .zip(&bounds)
+                .filter(|(_, (l, h))| (l.y..h.y).contains(&y) && (l.z..h.z).contains(&z))
+                .filter_map(|(solid, _)| span_along_x(solid, y, z))
+                .collect();
+            spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut end = f64::NEG_INFINITY;
+            for (from, to) in spans {
+                sum += (to - from.max(end)).max(0.0);
+                end = end.max(to);
+            }
+        }
+    }
+    sum * step.x * step.y
+}
+
+/// Where the line of given y and z runs inside a convex body.
+fn span_along_x(solid: &TriMesh, y: f64, z: f64) -> Option<(f64, f64)> {
+    let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
+    for t in 0..solid.triangles.len() {
+        let normal = solid.area_vector(t);
+        let [corner, ..] = solid.corners(t);
+        let room = normal.dot(corner) - normal.y * y - normal.z * z;
+        if normal.x > 0.0 {
+            to = to.min(room / normal.x);
+        } else if normal.x < 0.0 {
+            from = from.max(room / normal.x);
+        } else if room < 0.0 {
+            return None;
+        }
+    }
+    (from < to).then_some((from, to))
+}

@@ -54,7 +54,7 @@ impl Default for DecomposeSettings {
 pub struct Decomposition {
     /// The parts, in the frame of the mesh.
     pub parts: Vec<ConvexPart>,
-    /// Largest distance between the surface and that of the parts' union [m].
+    /// Largest distance between the surface and that of the parts' union \[m\].
     pub surface_error: f64,
     /// Volume of the union over that of the mesh, minus 1.
     pub volume_error: f64,

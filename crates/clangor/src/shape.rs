@@ -30,7 +30,7 @@ pub use text::ShapeError;
 /// Sectors into which a ring is cut for collisions.
 const RING_SECTORS: usize = 24;
 
-/// What a shape is, with its sizes [m].
+/// What a shape is, with its sizes \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
     /// A sphere.
@@ -122,7 +122,7 @@ impl Shape {
         text::parse(text)
     }
 
-    /// A shape of a form; without an `edge` [m] the mesh has the form's own.
+    /// A shape of a form; without an `edge` \[m\] the mesh has the form's own.
     ///
     /// # Errors
     /// [`ShapeError`] for sizes that are not finite, not positive or do not fit together, an edge longer than the
@@ -140,7 +140,7 @@ impl Shape {
         }
     }
 
-    /// The same shape with another edge length [m].
+    /// The same shape with another edge length \[m\].
     ///
     /// # Errors
     /// [`ShapeError::Edge`] as in [`try_new`](Self::try_new).
@@ -155,12 +155,12 @@ impl Shape {
         &self.form
     }
 
-    /// Edge length of the mesh [m]: edges are about this long or, where the shape demands it, shorter.
+    /// Edge length of the mesh \[m\]: edges are about this long or, where the shape demands it, shorter.
     pub fn edge(&self) -> f64 {
         self.edge
     }
 
-    /// Radius [m] if the shape is a sphere, which dynamics and sound treat exactly.
+    /// Radius \[m\] if the shape is a sphere, which dynamics and sound treat exactly.
     pub fn sphere_radius(&self) -> Option<f64> {
         match self.form {
             Form::Sphere { radius } => Some(radius),
@@ -277,7 +277,7 @@ impl Shape {
     }
 }
 
-/// Edge length [m] that gives a few thousand triangles.
+/// Edge length \[m\] that gives a few thousand triangles.
 fn default_edge(form: &Form) -> f64 {
     match *form {
         Form::Sphere { radius } => radius / 12.0,

@@ -5,25 +5,25 @@ use glam::DVec3;
 /// A convex piece of a body, in the frame of the shape that made it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ConvexPart {
-    /// A ball: centre and radius [m].
+    /// A ball: centre and radius \[m\].
     Ball {
-        /// Centre [m].
+        /// Centre \[m\].
         centre: DVec3,
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
     },
     /// A right circular cylinder with smooth side.
     Cylinder {
-        /// Centre [m].
+        /// Centre \[m\].
         centre: DVec3,
         /// Unit vector along the axis.
         axis: DVec3,
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
-        /// Half of the height [m].
+        /// Half of the height \[m\].
         half_height: f64,
     },
-    /// The convex hull of points [m].
+    /// The convex hull of points \[m\].
     Hull(Vec<DVec3>),
 }
 

@@ -43,7 +43,7 @@ pub fn convex_hull(points: &[DVec3]) -> Result<TriMesh, MeshError> {
     Ok(TriMesh { vertices: points.to_vec(), triangles: faces }.weld(0.0))
 }
 
-/// Height of a point above a face [m].
+/// Height of a point above a face \[m\].
 fn height(points: &[DVec3], face: [u32; 3], point: DVec3) -> f64 {
     let [a, b, c] = face.map(|i| points[i as usize]);
     (b - a).cross(c - a).normalize_or_zero().dot(point - a)
@@ -66,7 +66,7 @@ fn first_tetrahedron(points: &[DVec3]) -> Result<[usize; 4], MeshError> {
     if span > 0.0 && width > 1e-12 * span && depth > 1e-12 * span { Ok([i, j, k, l]) } else { Err(flat) }
 }
 
-/// Largest height of a vertex above a face of its own surface [m]: 0 for a convex mesh, up to rounding.
+/// Largest height of a vertex above a face of its own surface \[m\]: 0 for a convex mesh, up to rounding.
 ///
 /// Only neighbours across an edge are compared: a closed connected surface that is convex there is convex.
 pub fn concavity(mesh: &TriMesh) -> Result<f64, MeshError> {

@@ -12,11 +12,11 @@ use super::tri_mesh::TriMesh;
 /// Mass properties of a solid of unit density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
-    /// Volume [m³].
+    /// Volume \[m³\].
     pub volume: f64,
-    /// Centre of mass [m].
+    /// Centre of mass \[m\].
     pub centre_of_mass: DVec3,
-    /// Inertia tensor about the centre of mass, per unit density [m⁵].
+    /// Inertia tensor about the centre of mass, per unit density \[m⁵\].
     pub inertia: DMat3,
 }
 

@@ -14,20 +14,20 @@ use super::tri_mesh::TriMesh;
 /// Distances between a surface and the union of its convex parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PartsFit {
-    /// Largest height of the union above the surface [m]: contacts come early by this much.
+    /// Largest height of the union above the surface \[m\]: contacts come early by this much.
     pub outside: f64,
-    /// Largest depth of the union below the surface [m]: contacts come late by this much.
+    /// Largest depth of the union below the surface \[m\]: contacts come late by this much.
     pub inside: f64,
 }
 
 impl PartsFit {
-    /// The larger of the two [m].
+    /// The larger of the two \[m\].
     pub fn worst(&self) -> f64 {
         self.outside.max(self.inside)
     }
 }
 
-/// Measures parts against the closed surface that they stand for, on samples `spacing` [m] apart.
+/// Measures parts against the closed surface that they stand for, on samples `spacing` \[m\] apart.
 ///
 /// The union's boundary is sampled and its distance to the surface taken; vertices and centroids of the surface that
 /// no part holds count with their distance to the nearest part. Both distances are exact, so the result is a lower
@@ -90,7 +90,7 @@ impl Solid {
         })
     }
 
-    /// Whether a point is inside or at most `slack` [m] outside.
+    /// Whether a point is inside or at most `slack` \[m\] outside.
     fn contains(&self, point: DVec3, slack: f64) -> bool {
         match self {
             Solid::Hull { planes, low, high, .. } => {
@@ -102,7 +102,7 @@ impl Solid {
         }
     }
 
-    /// Distance of a point outside [m].
+    /// Distance of a point outside \[m\].
     fn distance(&self, point: DVec3) -> f64 {
         match self {
             Solid::Ball { centre, radius } => point.distance(*centre) - radius,
@@ -116,7 +116,7 @@ impl Solid {
         }
     }
 
-    /// The smaller of `best` and the distance of a point outside [m].
+    /// The smaller of `best` and the distance of a point outside \[m\].
     fn distance_below(&self, point: DVec3, best: f64) -> f64 {
         match self {
             Solid::Hull { low, high, .. } if point.distance(point.clamp(*low, *high)) >= best => best,
@@ -124,7 +124,7 @@ impl Solid {
         }
     }
 
-    /// Points of the surface and the outward normals there, about `spacing` [m] apart.
+    /// Points of the surface and the outward normals there, about `spacing` \[m\] apart.
     fn surface_samples(&self, spacing: f64) -> Vec<(DVec3, DVec3)> {
         match self {
             Solid::Ball { centre, radius } => {

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::tri_mesh::TriMesh;
 
-/// Splits edges until none is longer than `edge` [m].
+/// Splits edges until none is longer than `edge` \[m\].
 pub fn refine_to_edge(mesh: &TriMesh, edge: f64) -> TriMesh {
     let mut mesh = mesh.clone();
     loop {
@@ -65,7 +65,7 @@ fn side(mesh: &TriMesh, triangle: usize, k: usize) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-/// Number and length [m] of the longest edge. Ties go by vertex number, so that two neighbours agree on them.
+/// Number and length \[m\] of the longest edge. Ties go by vertex number, so that two neighbours agree on them.
 fn longest_edge(mesh: &TriMesh, triangle: usize) -> (usize, f64) {
     let length = |k: usize| {
         let (a, b) = side(mesh, triangle, k);

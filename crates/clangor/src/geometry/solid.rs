@@ -12,7 +12,7 @@ use super::surface_tree::SurfaceTree;
 use super::topology::Topology;
 use super::tri_mesh::TriMesh;
 
-/// What is wrong with a mesh. Positions are in the frame of the mesh [m].
+/// What is wrong with a mesh. Positions are in the frame of the mesh \[m\].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// Nothing to bound a solid.
@@ -83,7 +83,7 @@ pub enum MeshError {
     /// The surface faces inwards.
     #[error("the surface near {position} faces inwards (volume {volume:.3e} m³); flip the triangles")]
     Inverted {
-        /// Signed volume [m³].
+        /// Signed volume \[m³\].
         volume: f64,
         /// Where.
         position: DVec3,
@@ -91,7 +91,7 @@ pub enum MeshError {
     /// The surface encloses nothing.
     #[error("the mesh encloses no volume ({volume:.3e} m³)")]
     NoVolume {
-        /// Signed volume [m³].
+        /// Signed volume \[m³\].
         volume: f64,
     },
     /// A component lies inside another and is no cavity.
@@ -119,7 +119,7 @@ pub struct SolidReport {
     pub mass: MassProperties,
     /// Number of connected components, cavities included.
     pub components: usize,
-    /// Area [m²].
+    /// Area \[m²\].
     pub area: f64,
 }
 

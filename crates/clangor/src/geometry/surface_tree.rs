@@ -41,9 +41,9 @@ pub struct NearestPoint {
     pub triangle: usize,
     /// Weights of its corners; they sum to 1.
     pub weights: [f64; 3],
-    /// The point [m].
+    /// The point \[m\].
     pub position: DVec3,
-    /// Distance to it [m].
+    /// Distance to it \[m\].
     pub distance: f64,
 }
 
@@ -119,7 +119,7 @@ impl SurfaceTree {
         best
     }
 
-    /// Distance from the surface [m], negative inside; `None` without triangles or where the surface is open.
+    /// Distance from the surface \[m\], negative inside; `None` without triangles or where the surface is open.
     pub fn signed_distance(&self, mesh: &TriMesh, point: DVec3) -> Option<f64> {
         let nearest = self.nearest(mesh, point)?;
         let neighbours = self.neighbours.get(nearest.triangle)?;
@@ -139,7 +139,7 @@ impl SurfaceTree {
         Some(nearest.distance.copysign((point - nearest.position).dot(normal)))
     }
 
-    /// Calls `visit` with every pair of triangles whose boxes, grown by `margin` [m], overlap, each pair once.
+    /// Calls `visit` with every pair of triangles whose boxes, grown by `margin` \[m\], overlap, each pair once.
     pub(super) fn overlapping_pairs(
         &self,
         mesh: &TriMesh,

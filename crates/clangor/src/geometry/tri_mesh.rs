@@ -7,7 +7,7 @@ use glam::DVec3;
 /// A triangle mesh; triangles wind counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriMesh {
-    /// Vertex positions [m].
+    /// Vertex positions \[m\].
     pub vertices: Vec<DVec3>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
@@ -19,35 +19,35 @@ impl TriMesh {
         self.triangles[triangle].map(|i| self.vertices[i as usize])
     }
 
-    /// Area vector of a triangle: its area [m²] along its outward normal.
+    /// Area vector of a triangle: its area \[m²\] along its outward normal.
     pub fn area_vector(&self, triangle: usize) -> DVec3 {
         let [a, b, c] = self.corners(triangle);
         0.5 * (b - a).cross(c - a)
     }
 
-    /// Centroid of a triangle [m].
+    /// Centroid of a triangle \[m\].
     pub fn centroid(&self, triangle: usize) -> DVec3 {
         let [a, b, c] = self.corners(triangle);
         a + ((b - a) + (c - a)) / 3.0
     }
 
-    /// Area of the surface [m²].
+    /// Area of the surface \[m²\].
     pub fn area(&self) -> f64 {
         (0..self.triangles.len()).map(|t| self.area_vector(t).length()).sum()
     }
 
-    /// Largest distance of a vertex from `centre` [m].
+    /// Largest distance of a vertex from `centre` \[m\].
     pub fn bounding_radius(&self, centre: DVec3) -> f64 {
         self.vertices.iter().map(|v| (*v - centre).length()).fold(0.0, f64::max)
     }
 
-    /// Corners of the smallest axis-parallel box that holds the vertices [m]; both zero without vertices.
+    /// Corners of the smallest axis-parallel box that holds the vertices \[m\]; both zero without vertices.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let Some(first) = self.vertices.first() else { return (DVec3::ZERO, DVec3::ZERO) };
         self.vertices.iter().fold((*first, *first), |(low, high), v| (low.min(*v), high.max(*v)))
     }
 
-    /// Length of the diagonal of [`bounds`](Self::bounds) [m].
+    /// Length of the diagonal of [`bounds`](Self::bounds) \[m\].
     pub fn diagonal(&self) -> f64 {
         let (low, high) = self.bounds();
         (high - low).length()
@@ -59,7 +59,7 @@ impl TriMesh {
         TriMesh { vertices, triangles: self.triangles.clone() }
     }
 
-    /// Merges vertices closer than `tolerance` [m] to an earlier one, and drops the triangles that this collapses and
+    /// Merges vertices closer than `tolerance` \[m\] to an earlier one, and drops the triangles that this collapses and
     /// the vertices that no triangle uses.
     ///
     /// Files often hold one vertex per corner (STL always does), which leaves every edge open. A vertex merges with

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::geometry::tri_mesh::TriMesh;
 
-/// A box with full edges `edges` [m] about the origin, triangles with legs of at most `edge` [m].
+/// A box with full edges `edges` \[m\] about the origin, triangles with legs of at most `edge` \[m\].
 pub(super) fn box_mesh(edges: DVec3, edge: f64) -> TriMesh {
     let grid = edges.to_array().map(|length| steps(-0.5 * length, 0.5 * length, edge));
     sewn_faces(&grid)
@@ -18,7 +18,7 @@ pub(super) fn box_corners(edges: DVec3) -> Vec<DVec3> {
     box_mesh(edges, f64::INFINITY).vertices
 }
 
-/// A cube of full edge `size` whose edges and corners have the radius `round` [m].
+/// A cube of full edge `size` whose edges and corners have the radius `round` \[m\].
 pub(super) fn die_mesh(size: f64, round: f64, edge: f64) -> TriMesh {
     let flat = 0.5 * size - round;
     let bends = ((FRAC_PI_4 * round / edge).ceil() as usize).max(2);

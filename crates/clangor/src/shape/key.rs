@@ -16,7 +16,7 @@ const BOW: f64 = 0.011;
 const HOLE: f64 = 0.004;
 const BLADE_HALF_WIDTH: f64 = 0.00375;
 
-/// The blade beyond the bow: x, lower edge, upper edge [mm].
+/// The blade beyond the bow: x, lower edge, upper edge \[mm\].
 const BLADE: [[f64; 3]; 12] = [
     [13.0, -3.75, 3.75],
     [15.0, -2.4, 3.75],

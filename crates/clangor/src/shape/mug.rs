@@ -17,11 +17,11 @@ const RADIUS: f64 = 0.042;
 const HEIGHT: f64 = 0.098;
 const WALL: f64 = 0.005;
 const FLOOR: f64 = 0.007;
-/// Heights of the middles of the handle's roots [m].
+/// Heights of the middles of the handle's roots \[m\].
 const ROOTS: [f64; 2] = [0.024, 0.074];
-/// Half width (along z) and half thickness of the handle [m].
+/// Half width (along z) and half thickness of the handle \[m\].
 const HANDLE: [f64; 2] = [0.006, 0.004];
-/// How far the middle of the handle stands out [m].
+/// How far the middle of the handle stands out \[m\].
 const REACH: f64 = 0.028;
 
 /// The cup without its handle.

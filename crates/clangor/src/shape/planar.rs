@@ -10,7 +10,7 @@ use crate::geometry::topology::boundary_edges;
 use crate::geometry::tri_mesh::TriMesh;
 use crate::math::random::SplitMix;
 
-/// Places a point of the plane at height `y` [m].
+/// Places a point of the plane at height `y` \[m\].
 pub(super) fn place(point: DVec2, y: f64) -> DVec3 {
     DVec3::new(point.x, y, -point.y)
 }
@@ -98,7 +98,7 @@ pub(super) fn regular(sides: u32, radius: f64) -> Vec<DVec2> {
 /// A splinter of a pane: thickness over size.
 pub(super) const SHARD_THICKNESS: f64 = 0.08;
 
-/// Outline of a convex splinter with 4 to 7 corners on an ellipse of the given longer axis [m].
+/// Outline of a convex splinter with 4 to 7 corners on an ellipse of the given longer axis \[m\].
 pub(super) fn shard_outline(seed: u64, size: f64) -> Vec<DVec2> {
     let mut random = SplitMix::new(seed);
     let count = 4 + (random.uniform(0.0, 4.0) as usize).min(3);

@@ -10,19 +10,19 @@ use glam::{DVec2, DVec3};
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::tri_mesh::TriMesh;
 
-/// A profile: points (r, y) [m], counter-clockwise around the material. It starts and ends on the axis, below and
+/// A profile: points (r, y) \[m\], counter-clockwise around the material. It starts and ends on the axis, below and
 /// above, or is a closed loop off the axis.
 #[derive(Clone, Debug)]
 pub(super) struct Profile {
     points: Vec<DVec2>,
     closed: bool,
     edge: f64,
-    /// Largest distance of a chord from its arc [m].
+    /// Largest distance of a chord from its arc \[m\].
     sagitta: f64,
 }
 
 impl Profile {
-    /// Starts at a point; pieces are sampled at `edge` [m], and finer where a chord would leave its arc by `sagitta`.
+    /// Starts at a point; pieces are sampled at `edge` \[m\], and finer where a chord would leave its arc by `sagitta`.
     pub(super) fn start(point: DVec2, edge: f64, sagitta: f64) -> Self {
         Profile { points: vec![point], closed: false, edge, sagitta }
     }
@@ -94,7 +94,7 @@ impl Profile {
     }
 }
 
-/// Points of equal radius and height at the given angles [turns], from 0 up to below 1.
+/// Points of equal radius and height at the given angles \[turns\], from 0 up to below 1.
 #[derive(Clone, Debug)]
 pub(super) struct Ring {
     pub(super) radius: f64,
@@ -190,7 +190,7 @@ pub(super) fn wedges(far: &[DVec2], near: &[DVec2], sectors: usize) -> Vec<Conve
         .collect()
 }
 
-/// Factor on the radius of a chord of half angle `half` [rad] that makes it err as much inwards as outwards.
+/// Factor on the radius of a chord of half angle `half` \[rad\] that makes it err as much inwards as outwards.
 pub(super) fn balance(half: f64) -> f64 {
     2.0 / (1.0 + half.cos())
 }
@@ -206,7 +206,7 @@ pub(super) fn turned_hull(circles: &[DVec2]) -> ConvexPart {
     ConvexPart::Hull(circles.iter().flat_map(ring).collect())
 }
 
-/// The point (r, y) of a profile, turned by `angle` [rad] about y.
+/// The point (r, y) of a profile, turned by `angle` \[rad\] about y.
 pub(super) fn on_ring(p: DVec2, angle: f64) -> DVec3 {
     let (sin, cos) = angle.sin_cos();
     DVec3::new(p.x * cos, p.y, -p.x * sin)

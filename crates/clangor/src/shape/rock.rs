@@ -10,7 +10,7 @@ use crate::math::random::SplitMix;
 
 const POINTS: usize = 60;
 
-/// The stone of a seed with the volume of a ball of radius `radius` [m], its centre of mass at the origin.
+/// The stone of a seed with the volume of a ball of radius `radius` \[m\], its centre of mass at the origin.
 ///
 /// Points follow a golden spiral, each pushed by up to a third of the spacing and in or out by up to 12 %; the axes
 /// are squeezed to between 0.65 and 1.

@@ -34,7 +34,7 @@ use crate::geometry::solid::MeshError;
 /// Meshes larger than this are refused.
 pub const MOST_TRIANGLES: f64 = 2e6;
 
-/// Sizes outside this range [m] are taken for a mistake in the unit.
+/// Sizes outside this range \[m\] are taken for a mistake in the unit.
 const SIZE_RANGE: [f64; 2] = [1e-6, 1e3];
 
 /// Why a shape was refused.
@@ -63,7 +63,7 @@ pub enum ShapeError {
     Value {
         /// Which size.
         what: &'static str,
-        /// Its value [m] (or a number).
+        /// Its value \[m\] (or a number).
         value: f64,
         /// What it must be.
         limit: String,
@@ -71,7 +71,7 @@ pub enum ShapeError {
     /// The edge length does not fit the shape.
     #[error("mesh edge @{edge}: {reason}")]
     Edge {
-        /// The edge length [m].
+        /// The edge length \[m\].
         edge: f64,
         /// What is wrong with it.
         reason: String,

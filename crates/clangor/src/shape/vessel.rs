@@ -12,17 +12,17 @@ use crate::geometry::convex::ConvexPart;
 
 /// A shell between two spheres about (0, `centre`), open above, on a solid base with a flat floor inside.
 pub(super) struct Shell {
-    /// Height of the centre of the spheres [m].
+    /// Height of the centre of the spheres \[m\].
     centre: f64,
-    /// Radius of the inner sphere [m].
+    /// Radius of the inner sphere \[m\].
     inner: f64,
-    /// Radius of the outer sphere [m].
+    /// Radius of the outer sphere \[m\].
     outer: f64,
-    /// Radius of the base where it meets the outer sphere [m].
+    /// Radius of the base where it meets the outer sphere \[m\].
     base: f64,
-    /// Radius of the floor inside [m].
+    /// Radius of the floor inside \[m\].
     floor: f64,
-    /// Angle of the rim from straight down [rad].
+    /// Angle of the rim from straight down \[rad\].
     rim: f64,
 }
 
@@ -84,7 +84,7 @@ impl Shell {
     }
 }
 
-/// Three points of a round rim about `middle` that ends in the given direction [rad], beside its two ends.
+/// Three points of a round rim about `middle` that ends in the given direction \[rad\], beside its two ends.
 fn half_round(middle: DVec2, direction: f64, radius: f64) -> [DVec2; 3] {
     [-FRAC_PI_4, 0.0, FRAC_PI_4].map(|turn| middle + DVec2::from_angle(direction + turn) * radius)
 }
@@ -102,7 +102,7 @@ pub(super) fn bowl_parts() -> Vec<ConvexPart> {
     parts
 }
 
-/// Foot of the glass: radius, thickness at the edge, height where the stem begins [m].
+/// Foot of the glass: radius, thickness at the edge, height where the stem begins \[m\].
 const FOOT: [f64; 3] = [0.034, 0.0024, 0.0065];
 
 pub(super) fn wineglass_profile(edge: f64) -> Profile {
@@ -135,7 +135,7 @@ pub(super) fn wineglass_parts() -> Vec<ConvexPart> {
     parts
 }
 
-/// A plate 26 cm wide: thickness, radius of the flat middle, radius and height of the middle of the round edge [m].
+/// A plate 26 cm wide: thickness, radius of the flat middle, radius and height of the middle of the round edge \[m\].
 const PLATE: [f64; 4] = [0.0045, 0.080, 0.12775, 0.0200];
 
 /// Underside corner, underside of the edge, middle of the edge, top of the edge, top corner of a plate's section.

@@ -42,6 +42,10 @@ pub(crate) enum Command {
     Simulate(Simulate),
     /// One blow to one body, heard by one listener
     Strike(Strike),
+    /// Turn what another tool or a person wrote into a timeline
+    Import(Import),
+    /// Turn a scene or a timeline into another tool's file
+    Export(Export),
     /// Say what is in a timeline, a mesh, a scene or a WAV file
     Inspect(Inspect),
     /// Compare with closed forms and published numbers, and write the table
@@ -148,6 +152,50 @@ pub(crate) struct Strike {
     /// Scale of a mesh file to metres
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     pub(crate) scale: f64,
+}
+
+#[derive(Args)]
+pub(crate) struct Import {
+    #[command(subcommand)]
+    pub(crate) format: ImportFormat,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum ImportFormat {
+    /// A hand-written list of contacts (.jsonl or .csv) between the bodies of a scene
+    Contacts {
+        /// The scene that names the bodies
+        scene: PathBuf,
+        /// The list
+        list: PathBuf,
+        /// The timeline folder to write
+        #[arg(short, long, value_name = "RUN.timeline")]
+        output: PathBuf,
+        /// Replace an existing timeline
+        #[arg(long)]
+        force: bool,
+    },
+}
+
+#[derive(Args)]
+pub(crate) struct Export {
+    #[command(subcommand)]
+    pub(crate) format: ExportFormat,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum ExportFormat {
+    /// The moving bodies as an animated binary glTF file
+    Gltf {
+        /// A scene (.toml) or a timeline folder (.timeline)
+        input: PathBuf,
+        /// The GLB file to write
+        #[arg(short, long, value_name = "OUT.glb")]
+        output: PathBuf,
+        /// Animation keys per second
+        #[arg(long, value_name = "HZ", default_value_t = 120.0, value_parser = positive)]
+        rate: f64,
+    },
 }
 
 #[derive(Args)]

@@ -1,6 +1,8 @@
 //! One module per command, and what they share: how a scene is loaded, and how a seed is replaced.
 
 pub(crate) mod check;
+pub(crate) mod export;
+pub(crate) mod import;
 pub(crate) mod inspect;
 pub(crate) mod render;
 pub(crate) mod simulate;

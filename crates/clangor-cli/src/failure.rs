@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use clangor_pipeline::exchange::ExchangeError;
 use clangor_pipeline::load::LoadError;
 use clangor_pipeline::render::RenderError;
 use clangor_pipeline::simulate::SimulateError;
@@ -41,5 +42,11 @@ impl From<SimulateError> for Failure {
 impl From<RenderError> for Failure {
     fn from(error: RenderError) -> Self {
         if matches!(error, RenderError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
+    }
+}
+
+impl From<ExchangeError> for Failure {
+    fn from(error: ExchangeError) -> Self {
+        if error.is_interruption() { Failure::Interrupted } else { Failure::new(error) }
     }
 }

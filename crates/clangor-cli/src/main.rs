@@ -27,6 +27,8 @@ fn main() -> ExitCode {
         Command::Check(options) => command::check::run(options, global, &console),
         Command::Simulate(options) => command::simulate::run(options, global, &console),
         Command::Strike(options) => command::strike::run(options, &console),
+        Command::Import(options) => command::import::run(options, global, &console),
+        Command::Export(options) => command::export::run(options, global, &console),
         Command::Inspect(options) => command::inspect::run(options, &console),
         Command::Validate(options) => command::validate::run(options, &console),
     });

@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use crate::atomic_file::{OutputError, write_atomically};
 use crate::timeline_file::TimelineError;
 
-/// Pictures per second where none are chosen \[Hz\].
+/// Pictures per second where none are chosen [Hz].
 pub const DEFAULT_RATE: f64 = 120.0;
 
 /// Why a GLB file could not be written.

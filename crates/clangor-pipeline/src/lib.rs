@@ -2,6 +2,7 @@
 
 pub mod atomic_file;
 pub mod contact_list;
+pub mod exchange;
 pub mod glb;
 pub mod levels;
 pub mod load;

@@ -1,15 +1,22 @@
 //! A scene file becomes a world: its text is decoded, its shapes are built, its mesh files are read.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clangor::body::World;
+use clangor::body::{MeshSurface, Surface, World};
+use clangor::geometry::solid::{MeshError, check_solid};
+use clangor::geometry::tri_mesh::TriMesh;
+use clangor::glam::DVec3;
 use clangor::scene::body_description::{Geometry, GeometryReference};
 use clangor::scene::diagnostic::{SceneErrors, SceneWarning};
-use clangor::scene::instantiate::{GeometryError, LoadedGeometry};
+use clangor::scene::instantiate::{GeometryError, LoadedGeometry, load_shape, references};
 use clangor::scene::{Scene, instantiate};
-use clangor::shape::Shape;
+use clangor_sim::decompose::{DecomposeSettings, convex_parts};
+use rayon::prelude::*;
+
+use crate::mesh_reader::read_mesh;
 
 /// A scene with everything that its file refers to.
 #[derive(Clone, Debug)]
@@ -80,10 +87,17 @@ pub fn scene_from_text(
     adjust: &dyn Fn(&mut Scene),
 ) -> Result<LoadedScene, LoadError> {
     let refuse = |text: &str, errors| LoadError::Scene { path: path.into(), text: text.into(), errors };
-    let mut scene = Scene::from_toml(&text).map_err(|e| refuse(&text, e))?;
-    adjust(&mut scene);
     let folder = path.parent().unwrap_or(Path::new(""));
-    let instance = instantiate(&scene, &mut |r| load_geometry(folder, r)).map_err(|e| refuse(&text, e))?;
+    let mut scene = Scene::from_toml_with_files(&text, &mut |r| load_geometry(folder, r))
+        .map_err(|e| refuse(&text, e))?;
+    adjust(&mut scene);
+    let loaded: BTreeMap<String, Result<LoadedGeometry, GeometryError>> =
+        references(&scene).into_par_iter().map(|r| (r.to_string(), load_geometry(folder, &r))).collect();
+    let mut find = |r: &GeometryReference| match loaded.get(&r.to_string()) {
+        Some(found) => found.clone(),
+        None => load_geometry(folder, r),
+    };
+    let instance = instantiate(&scene, &mut find).map_err(|e| refuse(&text, e))?;
     let warnings = scene.warnings.iter().cloned().chain(instance.warnings).collect();
     Ok(LoadedScene { path: path.into(), text, world: instance.world, scene, warnings })
 }
@@ -107,23 +121,53 @@ pub fn geometry_reference(text: &str, scale: f64) -> GeometryReference {
 /// [`GeometryError`] with what to do.
 pub fn load_geometry(folder: &Path, reference: &GeometryReference) -> Result<LoadedGeometry, GeometryError> {
     match &reference.geometry {
-        Geometry::Shape(text) => load_shape(text, reference.scale),
-        Geometry::File(file) => Err(GeometryError {
-            reason: format!("{} mesh", folder.join(file).display()),
-            remedy: String::new(),
-        }),
+        Geometry::Shape(_) => load_shape(reference),
+        Geometry::File(file) => load_mesh(&folder.join(file), reference.scale),
     }
 }
 
-fn load_shape(text: &str, scale: f64) -> Result<LoadedGeometry, GeometryError> {
-    let shape = Shape::parse(text).map_err(|e| GeometryError {
+/// Vertices closer than this fraction of a mesh's diagonal are one: files often repeat them for each triangle.
+const WELD_TOLERANCE: f64 = 1e-9;
+
+fn load_mesh(path: &Path, scale: f64) -> Result<LoadedGeometry, GeometryError> {
+    let mesh = read_mesh(path).map_err(|e| GeometryError {
         reason: e.to_string(),
-        remedy: "correct the shape; docs/format/scene.md lists them".into(),
+        remedy: "correct the path, or export the mesh again".into(),
     })?;
-    let (surface, mass) = shape.surface().map_err(|e| GeometryError {
+    let mesh = mesh.weld(WELD_TOLERANCE * mesh.diagonal());
+    let not_solid = |e: MeshError| GeometryError {
         reason: e.to_string(),
-        remedy: "choose another edge length with @EDGE".into(),
+        remedy: "a body needs one closed surface, wound outwards: repair the mesh".into(),
+    };
+    // The check comes first: decomposing a surface that bounds nothing would say less.
+    check_solid(&mesh).map_err(not_solid)?;
+    let decomposition = convex_parts(&mesh, DecomposeSettings::default()).map_err(|e| GeometryError {
+        reason: e.to_string(),
+        remedy: "simplify the mesh, or build the body from the shape library".into(),
     })?;
-    let (surface, mass) = (surface.scaled(scale), mass.scaled(scale));
-    Ok(LoadedGeometry { surface: Arc::new(surface), mass, warnings: Vec::new() })
+    let mut warnings = Vec::new();
+    let deviation = decomposition.surface_error / mesh.bounding_radius(mesh_middle(&mesh));
+    if deviation > DOUBTFUL_DEVIATION {
+        warnings.push(format!(
+            "collisions see {} convex parts that are up to {:.2e} m ({:.1} % of its size) off the surface",
+            decomposition.parts.len(),
+            decomposition.surface_error * scale,
+            deviation * 100.0
+        ));
+    }
+    let (surface, mass) = MeshSurface::try_new(mesh, decomposition.parts).map_err(not_solid)?;
+    Ok(LoadedGeometry {
+        surface: Arc::new(Surface::Mesh(surface).scaled(scale)),
+        mass: mass.scaled(scale),
+        warnings,
+    })
+}
+
+/// Collision parts further off the surface than this fraction of the body's size are told.
+const DOUBTFUL_DEVIATION: f64 = 0.01;
+
+/// Middle of the bounding box.
+fn mesh_middle(mesh: &TriMesh) -> DVec3 {
+    let (low, high) = mesh.bounds();
+    0.5 * (low + high)
 }

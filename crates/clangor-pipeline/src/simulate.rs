@@ -4,10 +4,9 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use clangor::scene::Scene;
-use clangor::scene::simulation_settings::SolverChoice;
 use clangor::timeline::{ContactRow, PoseRow, Timeline, TimelineSink};
 use clangor_sim::record::RecordSettings;
-use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, Solver, choose_solver};
+use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, choose_solver};
 
 use crate::load::LoadedScene;
 use crate::timeline_file::{Origin, TimelineError, TimelineHeader, TimelineSummary, TimelineWriter};
@@ -34,11 +33,7 @@ impl SimulateError {
 pub fn simulation_settings(scene: &Scene, raw_log: bool) -> SimulationSettings {
     let simulation = &scene.simulation;
     SimulationSettings {
-        solver: match simulation.solver {
-            SolverChoice::Auto => Solver::Auto,
-            SolverChoice::Spheres => Solver::Spheres,
-            SolverChoice::Rigid => Solver::Rigid,
-        },
+        solver: simulation.solver,
         duration: simulation.duration,
         time_step: simulation.time_step,
         record: RecordSettings { v_min: simulation.v_min, pose_rate: simulation.pose_rate, raw: raw_log },

@@ -12,7 +12,6 @@ use clangor::geometry::mass_properties::MassProperties;
 use clangor::geometry::parts_fit::measure_parts;
 use clangor::geometry::solid::MeshError;
 use clangor::geometry::surface_tree::SurfaceTree;
-use clangor::geometry::topology::Topology;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::{DVec2, DVec3};
 use parry3d_f64::transformation::try_convex_hull;
@@ -67,18 +66,6 @@ pub enum DecomposeError {
     /// The mesh is no solid.
     #[error("the mesh cannot be decomposed: {0}")]
     Mesh(#[from] MeshError),
-    /// A setting is out of range.
-    #[error("{what} is {value}, but must be from {least} to {most}")]
-    Setting {
-        /// Which.
-        what: &'static str,
-        /// Its value.
-        value: usize,
-        /// Smallest allowed.
-        least: usize,
-        /// Largest allowed.
-        most: usize,
-    },
     /// The decomposition came back empty.
     #[error(
         "the mesh has no convex parts at {resolution} voxels along its longest side; raise the resolution"
@@ -92,20 +79,9 @@ pub enum DecomposeError {
 /// Convex parts of a closed mesh.
 ///
 /// # Errors
-/// [`DecomposeError`] if the mesh is not closed, a setting is out of range, or nothing came of it.
+/// [`DecomposeError`] if the mesh is not closed or nothing came of it.
 pub fn convex_parts(mesh: &TriMesh, settings: DecomposeSettings) -> Result<Decomposition, DecomposeError> {
-    let ranges = [
-        ("resolution", settings.resolution as usize, 8, 400),
-        ("most_parts", settings.most_parts as usize, 1, 1024),
-        ("most_points", settings.most_points, 8, 10_000),
-    ];
-    for (what, value, least, most) in ranges {
-        if !(least..=most).contains(&value) {
-            return Err(DecomposeError::Setting { what, value, least, most });
-        }
-    }
     let volume = MassProperties::of(mesh)?.volume;
-    Topology::try_new(mesh)?;
     let hull = thin_out(&mesh.vertices, settings.most_points);
     // Measuring is slow where the hull is far off, and that shows in its volume.
     let added = convex_hull(&hull).map_or(f64::INFINITY, |hull| union_volume(&[hull]) / volume - 1.0);

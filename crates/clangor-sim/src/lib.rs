@@ -16,21 +16,10 @@ pub mod spheres;
 use std::ops::ControlFlow;
 
 use clangor::body::{Surface, World};
+pub use clangor::scene::simulation_settings::SolverChoice as Solver;
 use clangor::timeline::TimelineSink;
 
 use record::{RecordSettings, Recorder};
-
-/// Which solver moves the bodies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Solver {
-    /// `Spheres` where every free body is a sphere that meets only spheres and planes, else `Rigid`.
-    #[default]
-    Auto,
-    /// Exact event-driven spheres.
-    Spheres,
-    /// Time-stepped impulses.
-    Rigid,
-}
 
 /// How to simulate.
 #[derive(Clone, Debug, PartialEq)]

@@ -44,7 +44,7 @@ use crate::{SimulationError, SimulationSettings};
 use broad_phase::Neighbours;
 use collision_phase::{CollisionPhase, Scene};
 use contact_phase::ContactPhase;
-use pair::{Pair, PairKey, PairScratch, Step};
+use pair::{Pair, PairScratch, Step};
 use shape::Shape;
 use spring::Spring;
 use state::BodyState;
@@ -188,23 +188,10 @@ impl RigidWorld {
         self.bodies[body.index()].asleep
     }
 
-    /// Deepest overlap of any two bodies now \[m\], 0 if none. Every pair that is near is looked at anew.
-    pub fn deepest_overlap(&mut self) -> f64 {
-        self.deepest_pair().map_or(0.0, |(depth, _)| depth)
-    }
-
-    fn deepest_pair(&mut self) -> Option<(f64, PairKey)> {
-        let still = Step { time: self.time(), length: 0.0, gravity: DVec3::ZERO };
-        self.bodies.iter_mut().for_each(BodyState::hold);
-        let mut deepest: Option<(f64, PairKey)> = None;
-        for pair in &mut self.pairs {
-            pair.find_exactly(&self.bodies, &self.shapes, &still, 0.0, &mut self.scratch);
-            let depth = pair.exact.points.iter().map(|p| -p.gap).fold(0.0, f64::max);
-            if depth > deepest.map_or(0.0, |d| d.0) {
-                deepest = Some((depth, pair.key));
-            }
-        }
-        deepest
+    /// Deepest overlap of any two bodies in the last step [m], 0 if none.
+    pub fn deepest_overlap(&self) -> f64 {
+        let points = self.pairs.iter().filter(|p| p.live && p.hits == 0).flat_map(|p| &p.points);
+        points.map(|p| -p.gap).fold(0.0, f64::max)
     }
 
     /// Sweeps of the contact phase so far, a measure of the work.
@@ -296,8 +283,17 @@ impl RigidWorld {
     }
 
     fn refuse_overlaps(&mut self) -> Result<(), SimulationError> {
-        match self.deepest_pair() {
-            Some((depth, key)) if depth > START_OVERLAP => Err(SimulationError::StartOverlap {
+        let still = Step { time: 0.0, length: 0.0, gravity: DVec3::ZERO };
+        let mut deepest = (START_OVERLAP, None);
+        for pair in &mut self.pairs {
+            pair.find_exactly(&self.bodies, &self.shapes, &still, 0.0, &mut self.scratch);
+            let depth = pair.exact.points.iter().map(|p| -p.gap).fold(0.0, f64::max);
+            if depth > deepest.0 {
+                deepest = (depth, Some(pair.key));
+            }
+        }
+        match deepest {
+            (depth, Some(key)) => Err(SimulationError::StartOverlap {
                 a: self.names[key.a as usize].clone(),
                 b: self.names[key.b as usize].clone(),
                 depth,

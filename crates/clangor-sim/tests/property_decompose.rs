@@ -76,19 +76,6 @@ fn an_open_mesh_is_refused() {
     assert!(matches!(refused, Err(DecomposeError::Mesh(_))));
 }
 
-#[test]
-fn settings_out_of_range_are_refused() {
-    let mesh = Shape::parse("key@0.002").unwrap().mesh();
-    let usual = DecomposeSettings::default();
-    for bad in [
-        DecomposeSettings { resolution: 0, ..usual },
-        DecomposeSettings { most_parts: 0, ..usual },
-        DecomposeSettings { most_points: 3, ..usual },
-    ] {
-        assert!(matches!(convex_parts(&mesh, bad), Err(DecomposeError::Setting { .. })));
-    }
-}
-
 /// Reads the v and f lines of an OBJ file.
 fn read_obj(text: &str) -> TriMesh {
     let mut mesh = TriMesh::default();

@@ -92,7 +92,7 @@ pub enum Form {
         /// Longer axis of the ellipse through its corners; the thickness is 8 % of it.
         size: f64,
     },
-    /// A bowl, 145 mm wide, on the plane y = 0.
+    /// A bowl, 148 mm wide, on the plane y = 0.
     Bowl,
     /// A plate, 260 mm wide, on the plane y = 0.
     Plate,

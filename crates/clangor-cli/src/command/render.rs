@@ -1,12 +1,10 @@
 //! `clangor render`: from a scene or a timeline to a WAV file.
 
 use clangor::body::{Body, Surface};
-use clangor::contact::{ContactSettings, ForceProfile};
+use clangor::contact::ContactSettings;
 use clangor::medium::Medium;
-use clangor::model::sphere_radiation::SphereModel;
 use clangor::scene::Scene;
 use clangor::scene::render_settings as scene_render;
-use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate};
 use clangor::timeline::Timeline;
 use clangor_pipeline::render::{FullScale, RenderOptions, read_impacts, render};
@@ -147,25 +145,16 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
         listeners,
         contact: ContactSettings {
             v_min: source.v_min,
-            profile: match settings.pulse {
-                scene_render::Pulse::HalfSine => ForceProfile::HalfSine,
-                scene_render::Pulse::Gaussian => ForceProfile::Gaussian,
-            },
+            profile: settings.pulse,
             chain_onset: settings.chain_onset,
         },
         synthesis: RenderSettings {
             sample_rate: SampleRate::try_new(sample_rate).map_err(Failure::new)?,
             start: options.from.unwrap_or(0.0),
             medium: source.medium,
-            floor: match settings.floor {
-                scene_render::Floor::None => Floor::None,
-                scene_render::Floor::Rigid { height } => Floor::Rigid { height },
-            },
+            floor: settings.floor,
             max_frequency: settings.max_frequency,
-            sphere_model: match settings.radiation {
-                scene_render::Radiation::Exact => SphereModel::Exact,
-                scene_render::Radiation::Compact => SphereModel::CompactDipole,
-            },
+            sphere_model: settings.radiation,
         },
         to: options.to.unwrap_or(source.duration),
         format,

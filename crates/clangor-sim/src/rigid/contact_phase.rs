@@ -22,9 +22,9 @@ use super::step_log::{Impulse, StepLog};
 const PUSH_FRACTION: f64 = 0.2;
 /// Speed of that push at most [m/s].
 const PUSH_SPEED: f64 = 5e-3;
-/// And in addition this fraction of the speed at which the bodies move against each other: where a contact rolls over
-/// an edge it sinks by its curvature.
-const PUSH_SHARE: f64 = 0.02;
+/// The same for a contact that rolls or slides in fast: fractions of the overlap and of its approach speed.
+const FAST_PUSH_FRACTION: f64 = 1.0;
+const FAST_PUSH: f64 = 0.2;
 /// Points that part faster than this are out of reach [m/s].
 const PARTING: f64 = 0.05;
 /// Sweeps end when no velocity changes by more than this fraction of g Δt.
@@ -33,29 +33,20 @@ const TOLERANCE: f64 = 0.05;
 const LEAST_GRAVITY: f64 = 1.0;
 const MIN_SWEEPS: u32 = 4;
 const MAX_SWEEPS: u32 = 30;
-/// Every so many sweeps take every row; odd, so that both directions have their turn.
-const FULL_SWEEP: u32 = 3;
-/// Rows that changed by less than this fraction of the tolerance wait for a full sweep.
-const SETTLED: f64 = 0.25;
 
-/// What the sweeps change of a body.
+/// What the sweeps need of a body.
 #[derive(Clone, Copy)]
-struct Motion {
+struct Mover {
     velocity: DVec3,
     spin: DVec3,
-}
-
-/// What they do not.
-#[derive(Clone, Copy)]
-struct Inertia {
     inverse_mass: f64,
     inverse_inertia: DMat3,
 }
 
-impl Motion {
-    fn push(&mut self, inertia: &Inertia, impulse: DVec3, angular: DVec3) {
-        self.velocity += impulse * inertia.inverse_mass;
-        self.spin += inertia.inverse_inertia * angular;
+impl Mover {
+    fn push(&mut self, impulse: DVec3, angular: DVec3) {
+        self.velocity += impulse * self.inverse_mass;
+        self.spin += self.inverse_inertia * angular;
     }
 }
 
@@ -83,15 +74,12 @@ struct Row {
     couple: DVec3,
     before: DVec3,
     gap: f64,
-    /// Change of velocity in the last sweep that took this row [m/s].
-    last_change: f64,
 }
 
 /// Buffers of the phase.
 #[derive(Default)]
 pub(super) struct ContactPhase {
-    motions: Vec<Motion>,
-    inertias: Vec<Inertia>,
+    movers: Vec<Mover>,
     rows: Vec<Row>,
     order: Vec<usize>,
 }
@@ -133,30 +121,24 @@ impl ContactPhase {
             let impulse = row.normal * row.impulse[0]
                 + row.tangents[0] * row.impulse[1]
                 + row.tangents[1] * row.impulse[2];
-            self.motions[row.a].push(&self.inertias[row.a], impulse, row.arm_a.cross(impulse));
-            self.motions[row.b].push(&self.inertias[row.b], -impulse, -row.arm_b.cross(impulse));
+            self.movers[row.a].push(impulse, row.arm_a.cross(impulse));
+            self.movers[row.b].push(-impulse, -row.arm_b.cross(impulse));
         }
         let tolerance = TOLERANCE * step.gravity.length().max(LEAST_GRAVITY) * step.length;
-        let (motions, inertias) = (&mut self.motions, &self.inertias);
         let mut sweeps = 0;
         while sweeps < MAX_SWEEPS {
-            // Most rows settle early: between full sweeps only the others are taken.
-            let full = sweeps < MIN_SWEEPS || sweeps % FULL_SWEEP == 0;
-            let least = if full { f64::NEG_INFINITY } else { SETTLED * tolerance };
             let mut largest = 0.0_f64;
-            let mut take = |row: &mut Row| {
-                if row.last_change >= least {
-                    row.last_change = row.relax(motions, inertias);
-                    largest = largest.max(row.last_change);
-                }
-            };
             if sweeps % 2 == 0 {
-                self.rows.iter_mut().for_each(&mut take);
+                for row in &mut self.rows {
+                    largest = largest.max(row.relax(&mut self.movers));
+                }
             } else {
-                self.rows.iter_mut().rev().for_each(&mut take);
+                for row in self.rows.iter_mut().rev() {
+                    largest = largest.max(row.relax(&mut self.movers));
+                }
             }
             sweeps += 1;
-            if full && largest < tolerance && sweeps >= MIN_SWEEPS {
+            if largest < tolerance && sweeps >= MIN_SWEEPS {
                 break;
             }
         }
@@ -166,12 +148,10 @@ impl ContactPhase {
     }
 
     fn assemble(&mut self, bodies: &[BodyState], pairs: &mut [Pair], step: &Step) {
-        self.motions.clear();
-        self.motions.extend(
-            bodies.iter().map(|body| Motion { velocity: body.velocity, spin: body.angular_velocity }),
-        );
-        self.inertias.clear();
-        self.inertias.extend(bodies.iter().map(|body| Inertia {
+        self.movers.clear();
+        self.movers.extend(bodies.iter().map(|body| Mover {
+            velocity: body.velocity,
+            spin: body.angular_velocity,
             inverse_mass: body.inverse_mass(),
             inverse_inertia: if body.is_awake() { body.world_inverse_inertia } else { DMat3::ZERO },
         }));
@@ -186,8 +166,7 @@ impl ContactPhase {
             if !body_a.is_awake() && !body_b.is_awake() {
                 continue;
             }
-            let (motion_a, motion_b) = (&self.motions[a], &self.motions[b]);
-            let (inertia_a, inertia_b) = (&self.inertias[a], &self.inertias[b]);
+            let (mover_a, mover_b) = (&self.movers[a], &self.movers[b]);
             let normal = pair.normal;
             let (t1, t2) = tangents(normal);
             let half = 0.5 * step.length;
@@ -195,15 +174,12 @@ impl ContactPhase {
                 (body_a.gravity(step.gravity) - body_b.gravity(step.gravity)).dot(normal) * step.length;
             let rest = rest_speed(pair.coefficients.restitution, step);
             let bent = bend(body_a, body_b) * half * half;
-            let moving =
-                (motion_a.velocity - motion_b.velocity).length() + body_a.spin_speed() + body_b.spin_speed();
-            let push_speed = PUSH_SPEED + PUSH_SHARE * moving;
-            let spin = inertia_a.inverse_inertia + inertia_b.inverse_inertia;
+            let spin = mover_a.inverse_inertia + mover_b.inverse_inertia;
             let stiffest = spin.x_axis.length() + spin.y_axis.length() + spin.z_axis.length();
             for (k, point) in pair.points.iter_mut().enumerate() {
-                let before = motion_a.velocity + motion_a.spin.cross(point.arm_a)
-                    - motion_b.velocity
-                    - motion_b.spin.cross(point.arm_b);
+                let before = mover_a.velocity + mover_a.spin.cross(point.arm_a)
+                    - mover_b.velocity
+                    - mover_b.spin.cross(point.arm_b);
                 let speed = before.dot(normal);
                 let gap = point.gap + (speed - fall) * (half - pair.reference);
                 let parts = gap > 0.0 && speed > PARTING - 2.0 * gap / step.length && point.impulse_n == 0.0;
@@ -220,12 +196,13 @@ impl ContactPhase {
                     -2.0 * (gap + ahead) / step.length
                 } else {
                     let overlap = (-gap - SLOP).max(0.0);
-                    (PUSH_FRACTION * overlap / step.length).min(push_speed)
+                    let slow = (PUSH_FRACTION * overlap / step.length).min(PUSH_SPEED);
+                    slow.max((FAST_PUSH_FRACTION * overlap / step.length).min(-FAST_PUSH * speed))
                 };
                 let inverse_mass = |along: DVec3, across: DVec3| {
-                    (inertia_a.inverse_mass + inertia_b.inverse_mass) * along.dot(across)
-                        + point.arm_a.cross(along).dot(inertia_a.inverse_inertia * point.arm_a.cross(across))
-                        + point.arm_b.cross(along).dot(inertia_b.inverse_inertia * point.arm_b.cross(across))
+                    (mover_a.inverse_mass + mover_b.inverse_mass) * along.dot(across)
+                        + point.arm_a.cross(along).dot(mover_a.inverse_inertia * point.arm_a.cross(across))
+                        + point.arm_b.cross(along).dot(mover_b.inverse_inertia * point.arm_b.cross(across))
                 };
                 // The rim curves up from its lowest point, which so sinks unless it is lifted by as much.
                 let target = if pair.rolls_on_rim && k == 0 && pair.hits == 0 {
@@ -256,7 +233,6 @@ impl ContactPhase {
                     couple: DVec3::ZERO,
                     before,
                     gap: point.gap,
-                    last_change: f64::INFINITY,
                 });
             }
         }
@@ -347,15 +323,11 @@ fn middle(body: &BodyState) -> Instant {
 
 impl Row {
     /// Solves this point with all others held; the largest change of velocity [m/s].
-    fn relax(&mut self, motions: &mut [Motion], inertias: &[Inertia]) -> f64 {
-        let (mut a, mut b) = (motions[self.a], motions[self.b]);
-        let (inertia_a, inertia_b) = (&inertias[self.a], &inertias[self.b]);
+    fn relax(&mut self, movers: &mut [Mover]) -> f64 {
+        let (mut a, mut b) = (movers[self.a], movers[self.b]);
         let slip = a.velocity + a.spin.cross(self.arm_a) - b.velocity - b.spin.cross(self.arm_b);
         let [old_n, old_1, old_2] = self.impulse;
         let new_n = (old_n + (self.target - slip.dot(self.normal)) * self.mass[0]).max(0.0);
-        if new_n == 0.0 && old_n == 0.0 && self.couple == DVec3::ZERO {
-            return 0.0;
-        }
         let change_n = new_n - old_n;
         let limit = self.friction * new_n;
         let mut new_1 = old_1 - (slip.dot(self.tangents[0]) + self.coupling[0] * change_n) * self.mass[1];
@@ -369,18 +341,18 @@ impl Row {
         let (change_1, change_2) = (new_1 - old_1, new_2 - old_2);
         self.impulse = [new_n, new_1, new_2];
         let impulse = self.normal * change_n + self.tangents[0] * change_1 + self.tangents[1] * change_2;
-        a.push(inertia_a, impulse, self.arm_a.cross(impulse));
-        b.push(inertia_b, -impulse, -self.arm_b.cross(impulse));
-        if self.rolling_inertia > 0.0 {
+        a.push(impulse, self.arm_a.cross(impulse));
+        b.push(-impulse, -self.arm_b.cross(impulse));
+        if self.rolling_inertia > 0.0 && (new_n > 0.0 || self.couple != DVec3::ZERO) {
             let wanted = self.couple - (a.spin - b.spin) * self.rolling_inertia;
             let couple = wanted.clamp_length_max(self.rolling_loss * new_n);
             let change = couple - self.couple;
             self.couple = couple;
-            a.spin += inertia_a.inverse_inertia * change;
-            b.spin -= inertia_b.inverse_inertia * change;
+            a.spin += a.inverse_inertia * change;
+            b.spin -= b.inverse_inertia * change;
         }
-        motions[self.a] = a;
-        motions[self.b] = b;
+        movers[self.a] = a;
+        movers[self.b] = b;
         let tangential = (change_1 * change_1 + change_2 * change_2).sqrt();
         (change_n.abs() / self.mass[0]).max(tangential / self.mass[1])
     }

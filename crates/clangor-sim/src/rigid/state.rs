@@ -315,17 +315,12 @@ impl BodyState {
         self.last_hit = t;
     }
 
-    /// Puts the middle of the step where the body is now.
-    pub(super) fn hold(&mut self) {
-        (self.mid_position, self.mid_orientation) = (self.position, self.orientation);
-    }
-
     /// Falls asleep: whatever moved stops.
     pub(super) fn stop(&mut self) {
         self.velocity = DVec3::ZERO;
         self.momentum = DVec3::ZERO;
         self.angular_velocity = DVec3::ZERO;
-        self.hold();
+        (self.mid_position, self.mid_orientation) = (self.position, self.orientation);
         let rotation = DMat3::from_quat(self.orientation);
         self.world_inverse_inertia = rotation * self.inverse_inertia * rotation.transpose();
     }

@@ -69,9 +69,6 @@ fn first_tetrahedron(points: &[DVec3]) -> Result<[usize; 4], MeshError> {
 /// Largest height of a vertex above a face of its own surface \[m\]: 0 for a convex mesh, up to rounding.
 ///
 /// Only neighbours across an edge are compared: a closed connected surface that is convex there is convex.
-///
-/// # Errors
-/// [`MeshError`] if the mesh is not closed.
 pub fn concavity(mesh: &TriMesh) -> Result<f64, MeshError> {
     let topology = super::topology::Topology::try_new(mesh)?;
     let mut worst = 0.0_f64;

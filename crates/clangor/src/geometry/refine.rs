@@ -10,12 +10,9 @@ use glam::DVec3;
 
 use super::tri_mesh::TriMesh;
 
-/// Splits edges until none is longer than `edge` \[m\]; the mesh comes back as it is unless `edge` is positive.
+/// Splits edges until none is longer than `edge` \[m\].
 pub fn refine_to_edge(mesh: &TriMesh, edge: f64) -> TriMesh {
     let mut mesh = mesh.clone();
-    if edge <= 0.0 {
-        return mesh;
-    }
     loop {
         let mut midpoints: HashMap<(u32, u32), u32> = HashMap::new();
         let mut marked: Vec<usize> =

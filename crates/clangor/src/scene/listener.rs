@@ -5,8 +5,8 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::diagnostic::{Place, Problem, SceneError};
-use super::render_settings::Floor;
 use crate::pose::Track;
+use crate::synthesis::listener::Floor;
 
 /// One `[[listener]]`.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,9 @@
 //! What a scene asks of the rendering: format of the file, reflection of the floor, sound model of a click.
 
+use crate::contact::ForceProfile;
+use crate::model::sphere_radiation::SphereModel;
+use crate::synthesis::listener::Floor;
+
 /// The `[render]` section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
@@ -12,9 +16,9 @@ pub struct RenderSettings {
     /// Reflecting floor.
     pub floor: Floor,
     /// Time profile of a contact force.
-    pub pulse: Pulse,
+    pub pulse: ForceProfile,
     /// Sound field of an accelerated sphere.
-    pub radiation: Radiation,
+    pub radiation: SphereModel,
     /// Impulses that one instant sends through a chain of touching bodies sound one after the other.
     pub chain_onset: bool,
     /// Highest frequency rendered [Hz]; `None`: what the sample rate holds.
@@ -30,8 +34,8 @@ impl Default for RenderSettings {
             bits: SampleFormat::Float32,
             level: Level::Default,
             floor: Floor::None,
-            pulse: Pulse::HalfSine,
-            radiation: Radiation::Exact,
+            pulse: ForceProfile::HalfSine,
+            radiation: SphereModel::Exact,
             chain_onset: true,
             max_frequency: None,
             compressor: None,
@@ -57,36 +61,6 @@ pub enum Level {
     FullScale(f64),
     /// The peak is brought to this level [dBFS], 0 or less.
     Normalize(f64),
-}
-
-/// A floor that reflects sound.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Floor {
-    /// None: free field.
-    None,
-    /// Rigid, horizontal, infinite.
-    Rigid {
-        /// Its height y [m].
-        height: f64,
-    },
-}
-
-/// Time profile of a contact force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pulse {
-    /// Half-sine, \[PAN\] eq. (7).
-    HalfSine,
-    /// Gaussian, \[HW\] eq. (9), normalised.
-    Gaussian,
-}
-
-/// Sound field of an accelerated sphere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Radiation {
-    /// Exact at every frequency and distance.
-    Exact,
-    /// The compact dipole of \[HW\] eq. (1).
-    Compact,
 }
 
 /// A compressor: above the threshold, `ratio` decibels in give one decibel out.

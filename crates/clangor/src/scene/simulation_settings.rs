@@ -34,9 +34,10 @@ impl Default for SimulationSettings {
 }
 
 /// Which solver moves the bodies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SolverChoice {
     /// `Spheres` where only spheres and planes meet, else `Rigid`.
+    #[default]
     Auto,
     /// Exact event-driven spheres.
     Spheres,

@@ -13,7 +13,7 @@
 //! | `rock:SEEDxR` | convex stone, radius of the ball of equal volume | |
 //! | `prism:NxRxH` | regular polygon with N corners at radius R, full height | |
 //! | `shard:SEEDxSIZE` | flat convex splinter, thickness 8 % of its size | |
-//! | `bowl` | | 145 mm wide, 64 mm high, walls of 5.5 mm |
+//! | `bowl` | | 148 mm wide, 62 mm high, walls of 5.5 mm |
 //! | `plate` | | 260 mm wide, 4.5 mm thick |
 //! | `mug` | | 84 mm wide, 98 mm high, walls of 5 mm, a handle |
 //! | `wineglass` | | 142 mm high, walls of 1.5 mm |
@@ -24,7 +24,6 @@
 //! \[PAN\] prints the size of the ball and calls the coin a quarter. The key ring's sizes follow from its Table 1:
 //! the lowest frequency and the pulse time scale, which fixes the volume. The other sizes are everyday ones.
 
-use std::f64::consts::PI;
 use std::fmt;
 
 use glam::DVec3;
@@ -228,14 +227,8 @@ pub(super) fn check_edge(shape: &Shape, edge: f64) -> Result<(), ShapeError> {
     if !(edge > 0.0 && edge <= longest) {
         return refuse(format!("expected a length between 0 and the size of the shape, {longest} m"));
     }
-    // Equilateral triangles of that edge; generators need up to a third more. An ellipsoid is a stretched sphere, and
-    // a needle or a thin tube has a few triangles around it at every step along it.
-    let area = match *shape.form() {
-        Form::Ellipsoid { semi_axes } => 4.0 * PI * semi_axes.max_element().powi(2),
-        _ => coarse.area(),
-    };
-    let least =
-        (area * 4.0 / 3.0_f64.sqrt() * 1.33 / MOST_TRIANGLES).sqrt().max(40.0 * longest / MOST_TRIANGLES);
+    // Equilateral triangles of that edge; generators need up to a third more.
+    let least = (coarse.area() * 4.0 / 3.0_f64.sqrt() * 1.33 / MOST_TRIANGLES).sqrt();
     if edge < least {
         return refuse(format!(
             "the mesh would have more than 2 million triangles; expected at least {least:.2e} m"

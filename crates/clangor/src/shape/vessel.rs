@@ -26,7 +26,7 @@ pub(super) struct Shell {
     rim: f64,
 }
 
-/// A bowl 145 mm wide and 64 mm high, walls of 5.5 mm, on a foot 60 mm wide.
+/// A bowl 148 mm wide and 62 mm high, walls of 5.5 mm, on a foot 60 mm wide.
 pub(super) const BOWL: Shell =
     Shell { centre: 0.0735, inner: 0.068, outer: 0.0735, base: 0.030, floor: 0.024, rim: 1.40 };
 

@@ -19,6 +19,9 @@ pub(super) fn say(console: &Console, bodies: &[Body], summary: &RenderSummary) {
             file.levels.loudness.map_or("n/a".into(), |l| format!("{l:.1}")),
             file.full_scale,
         ));
+        if peak > file.full_scale && file.clipped_samples == 0 && file.stem.is_none() {
+            console.say("  samples exceed ±1: a player clips them; for listening, use --normalize -1");
+        }
         if file.clipped_samples > 0 {
             console.warn(format_args!(
                 "{}: {} samples exceed full scale and were clipped; raise --full-scale or use --bits 32f",

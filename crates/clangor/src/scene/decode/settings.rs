@@ -1,12 +1,13 @@
 //! The sections `[medium]`, `[simulation]` and `[render]`.
 
 use super::reader::{Decoder, Quantity, Section};
+use crate::contact::ForceProfile;
 use crate::medium::Medium;
+use crate::model::sphere_radiation::SphereModel;
 use crate::scene::diagnostic::{Doubt, Problem};
-use crate::scene::render_settings::{
-    Compressor, Floor, Level, Pulse, Radiation, RenderSettings, SampleFormat,
-};
+use crate::scene::render_settings::{Compressor, Level, RenderSettings, SampleFormat};
 use crate::scene::simulation_settings::{SimulationSettings, SolverChoice};
+use crate::synthesis::listener::Floor;
 
 pub(super) const MEDIUM_KEYS: &[&str] = &["density", "sound_speed", "temperature"];
 
@@ -99,8 +100,8 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
         d.warn(node.place(d), Doubt::CutBand { nyquist });
     }
     let formats = [("32f", SampleFormat::Float32), ("24", SampleFormat::Int24)];
-    let pulses = [("half-sine", Pulse::HalfSine), ("gaussian", Pulse::Gaussian)];
-    let radiations = [("exact", Radiation::Exact), ("compact", Radiation::Compact)];
+    let pulses = [("half-sine", ForceProfile::HalfSine), ("gaussian", ForceProfile::Gaussian)];
+    let radiations = [("exact", SphereModel::Exact), ("compact", SphereModel::CompactDipole)];
     RenderSettings {
         sample_rate,
         bits: section.choice(d, "bits", &formats).unwrap_or(default.bits),

@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use crate::atomic_file::{OutputError, write_atomically};
 use crate::timeline_file::TimelineError;
 
-/// Pictures per second where none are chosen [Hz].
+/// Pictures per second where none are chosen \[Hz\].
 pub const DEFAULT_RATE: f64 = 120.0;
 
 /// Why a GLB file could not be written.
@@ -222,10 +222,10 @@ fn finish_track(body: &Body, mut poses: Vec<Pose>) -> Sampled {
     Sampled { poses: if moves { poses } else { Vec::new() }, moves }
 }
 
-/// A body whose pose stays this close to where it began, [m] and 1 − cos of half the angle, does not move.
+/// A body whose pose stays this close to where it began, \[m\] and 1 − cos of half the angle, does not move.
 const STILL: f64 = 1e-7;
 
-/// How far from the origin anything finite gets [m].
+/// How far from the origin anything finite gets \[m\].
 fn reach(world: &World, tracks: &[Sampled]) -> f64 {
     world
         .bodies
@@ -282,7 +282,7 @@ impl Meshes {
     }
 }
 
-/// A square in the plane y = 0 that faces +y, of this width [m].
+/// A square in the plane y = 0 that faces +y, of this width \[m\].
 fn plate(width: f64) -> TriMesh {
     let h = 0.5 * width;
     let vertices = [(-h, -h), (-h, h), (h, h), (h, -h)].map(|(x, z)| DVec3::new(x, 0.0, z)).to_vec();

@@ -44,9 +44,9 @@ pub enum RenderError {
     /// Nothing between start and end.
     #[error("the sound would end at {to} s, not after its start at {from} s")]
     NothingToWrite {
-        /// Start [s].
+        /// Start \[s\].
         from: f64,
-        /// End [s].
+        /// End \[s\].
         to: f64,
     },
     /// Stopped by the caller.
@@ -57,9 +57,9 @@ pub enum RenderError {
 /// What full scale of a file is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FullScale {
-    /// This pressure [Pa].
+    /// This pressure \[Pa\].
     Pascals(f64),
-    /// Whatever brings the loudest sample of a listener to this level [dBFS].
+    /// Whatever brings the loudest sample of a listener to this level \[dBFS\].
     Peak(f64),
 }
 
@@ -70,9 +70,9 @@ pub struct RenderOptions {
     pub listeners: Vec<Listener>,
     /// Impacts to forces.
     pub contact: ContactSettings,
-    /// Forces to pressure; `start` is the time of the first sample written [s].
+    /// Forces to pressure; `start` is the time of the first sample written \[s\].
     pub synthesis: RenderSettings,
-    /// End of the sound [s].
+    /// End of the sound \[s\].
     pub to: f64,
     /// Format of a sample.
     pub format: SampleFormat,
@@ -95,7 +95,7 @@ pub struct RenderedFile {
     pub listener: String,
     /// The body of a stem.
     pub stem: Option<BodyId>,
-    /// Pressure of a sample of 1 [Pa].
+    /// Pressure of a sample of 1 \[Pa\].
     pub full_scale: f64,
     /// How loud it is.
     pub levels: Levels,
@@ -112,14 +112,14 @@ pub struct RenderSummary {
     pub contacts: ContactReport,
     /// What each listener could not hear.
     pub listeners: Vec<RenderReport>,
-    /// Sum of ∫ p² dt over all receivers [Pa² s] by body.
+    /// Sum of ∫ p² dt over all receivers \[Pa² s\] by body.
     pub energies: BTreeMap<BodyId, f64>,
 }
 
 /// Renders the impacts of a timeline for every listener into `output`.
 ///
 /// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`.
-/// `progress` is told the time that has been rendered, all passes together [s].
+/// `progress` is told the time that has been rendered, all passes together \[s\].
 ///
 /// # Errors
 /// [`RenderError`]; a file appears only once it is complete.
@@ -204,13 +204,13 @@ struct Pass<'a> {
     listener: &'a Listener,
     options: &'a RenderOptions,
     clicks: &'a [Click],
-    /// Time rendered by earlier passes [s].
+    /// Time rendered by earlier passes \[s\].
     done: &'a mut f64,
     progress: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
 }
 
 impl Pass<'_> {
-    /// Pressure of a sample of 1 [Pa].
+    /// Pressure of a sample of 1 \[Pa\].
     fn full_scale(&mut self) -> Result<f64, RenderError> {
         match self.options.full_scale {
             FullScale::Pascals(pressure) => Ok(pressure),
@@ -263,7 +263,7 @@ impl Pass<'_> {
         Ok((rendered, report, energies))
     }
 
-    /// Renders and hands over the pressure [Pa], interleaved, a stretch at a time.
+    /// Renders and hands over the pressure \[Pa\], interleaved, a stretch at a time.
     fn stream(
         &mut self,
         mut compressor: Option<Compressor>,
@@ -315,7 +315,7 @@ const BLOCKS_AT_ONCE: usize = 256;
 /// Frames handed over at once.
 const FRAMES_AT_ONCE: i64 = 1 << 18;
 
-/// For each click, the earliest time at which the force of it or of a later one acts [s].
+/// For each click, the earliest time at which the force of it or of a later one acts \[s\].
 fn earliest_from(clicks: &[Click]) -> Vec<f64> {
     let mut earliest = vec![f64::INFINITY; clicks.len()];
     let mut least = f64::INFINITY;

@@ -41,7 +41,7 @@ impl Check {
 pub struct Timing {
     /// What was run.
     pub what: String,
-    /// CPU time of the process, all threads [s].
+    /// CPU time of the process, all threads \[s\].
     pub cpu_seconds: f64,
 }
 
@@ -146,7 +146,7 @@ pub fn markdown(table: &Validation, extent: Extent) -> String {
     out
 }
 
-/// CPU time of this process so far, all threads [s]; where the system does not tell, the time since the first call.
+/// CPU time of this process so far, all threads \[s\]; where the system does not tell, the time since the first call.
 fn cpu_time() -> f64 {
     static START: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();

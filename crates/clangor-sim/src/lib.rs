@@ -26,9 +26,9 @@ use record::{RecordSettings, Recorder};
 pub struct SimulationSettings {
     /// Which solver.
     pub solver: Solver,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration: f64,
-    /// Step of the time-stepped solver [s]. The sphere solver uses it only to sample lasting contacts for the log.
+    /// Step of the time-stepped solver \[s\]. The sphere solver uses it only to sample lasting contacts for the log.
     pub time_step: f64,
     /// What is logged.
     pub record: RecordSettings,
@@ -45,9 +45,9 @@ pub struct SimulationReport {
     pub dropped_impacts: u64,
     /// Contact rows written.
     pub rows: u64,
-    /// Largest overlap seen [m].
+    /// Largest overlap seen \[m\].
     pub deepest_overlap: f64,
-    /// Time simulated [s].
+    /// Time simulated \[s\].
     pub time: f64,
 }
 
@@ -96,7 +96,7 @@ pub enum SimulationError {
         a: String,
         /// Second body.
         b: String,
-        /// Overlap [m].
+        /// Overlap \[m\].
         depth: f64,
     },
     /// The state is no longer finite.
@@ -104,7 +104,7 @@ pub enum SimulationError {
     Diverged {
         /// The body.
         body: String,
-        /// When [s].
+        /// When \[s\].
         time: f64,
     },
     /// Stopped by the caller.
@@ -124,7 +124,7 @@ pub fn choose_solver(world: &World, solver: Solver) -> Solver {
 
 /// Simulates a world and streams what happens into `sink`.
 ///
-/// `progress` is told the simulated time [s] now and then; `Break` stops the run.
+/// `progress` is told the simulated time \[s\] now and then; `Break` stops the run.
 ///
 /// # Errors
 /// [`SimulationError`]; rows already given to the sink stay there.

@@ -13,15 +13,15 @@ use clangor::timeline::{ContactKind, ContactRow, PoseRow, TimelineSink};
 
 use crate::SimulationReport;
 
-/// Impulses of a pair within this time of the first are one impact [s].
+/// Impulses of a pair within this time of the first are one impact \[s\].
 pub const MERGE_WINDOW: f64 = 0.5e-3;
 
 /// What is logged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordSettings {
-    /// Impacts slower than this relative normal speed are dropped [m/s]; \[PAN\] §4.3 uses 5 cm/s.
+    /// Impacts slower than this relative normal speed are dropped \[m/s\]; \[PAN\] §4.3 uses 5 cm/s.
     pub v_min: f64,
-    /// Poses per second and body [Hz]; 0 for none but those at impacts.
+    /// Poses per second and body \[Hz\]; 0 for none but those at impacts.
     pub pose_rate: f64,
     /// Every row of the solver is written, not only kept impacts.
     pub raw: bool,
@@ -113,7 +113,7 @@ impl<'a> Recorder<'a> {
         !self.settings.raw
     }
 
-    /// Time between two poses of a body [s]; infinite if none are wanted.
+    /// Time between two poses of a body \[s\]; infinite if none are wanted.
     pub fn pose_interval(&self) -> f64 {
         if self.settings.pose_rate > 0.0 { 1.0 / self.settings.pose_rate } else { f64::INFINITY }
     }

@@ -35,7 +35,7 @@ impl BodyId {
 pub enum Surface {
     /// A sphere about the centre of mass.
     Sphere {
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
     },
     /// A half-space, solid where `normal · (x − position) < 0`. Always fixed; the body frame's y axis is the normal.
@@ -53,7 +53,7 @@ pub struct MeshSurface {
     pub mean_curvature: Vec<f64>,
     /// Convex parts whose union collides.
     pub parts: Vec<ConvexPart>,
-    /// Volume [m³].
+    /// Volume \[m³\].
     pub volume: f64,
     /// Finds the nearest triangle.
     tree: SurfaceTree,
@@ -74,7 +74,7 @@ impl MeshSurface {
         Ok((MeshSurface { mesh, mean_curvature, parts, volume: mass.volume, tree }, mass))
     }
 
-    /// A surface as a timeline stores it: centred, with one curvature [1/m] per vertex and the volume [m³], and without
+    /// A surface as a timeline stores it: centred, with one curvature [1/m] per vertex and the volume \[m³\], and without
     /// the parts that only collisions need.
     pub fn restored(mesh: TriMesh, mean_curvature: Vec<f64>, volume: f64) -> Self {
         let tree = SurfaceTree::new(&mesh);
@@ -99,7 +99,7 @@ impl MeshSurface {
         })
     }
 
-    /// Distance of `point_body` from the surface [m], negative inside.
+    /// Distance of `point_body` from the surface \[m\], negative inside.
     pub fn signed_distance(&self, point_body: DVec3) -> f64 {
         self.tree.signed_distance(&self.mesh, point_body).unwrap_or(f64::INFINITY)
     }
@@ -120,7 +120,7 @@ impl Surface {
         }
     }
 
-    /// Radius of the smallest ball about the centre of mass that holds the body [m]; infinite for a half-space.
+    /// Radius of the smallest ball about the centre of mass that holds the body \[m\]; infinite for a half-space.
     pub fn bounding_radius(&self) -> f64 {
         match self {
             Surface::Sphere { radius } => *radius,
@@ -129,7 +129,7 @@ impl Surface {
         }
     }
 
-    /// Radius of the sphere of equal volume [m]; infinite for a half-space.
+    /// Radius of the sphere of equal volume \[m\]; infinite for a half-space.
     pub fn equal_volume_radius(&self) -> f64 {
         match self {
             Surface::Sphere { radius } => *radius,
@@ -159,19 +159,19 @@ pub struct Body {
     pub material: Material,
     /// Surface; shared by the copies of a body.
     pub surface: Arc<Surface>,
-    /// Mass [kg]; infinite for a half-space.
+    /// Mass \[kg\]; infinite for a half-space.
     pub mass: f64,
-    /// Inertia about the centre of mass in the body frame [kg m²].
+    /// Inertia about the centre of mass in the body frame \[kg m²\].
     pub inertia: DMat3,
     /// Pose at t = 0.
     pub pose: Pose,
-    /// Velocity of the centre of mass at t = 0 [m/s].
+    /// Velocity of the centre of mass at t = 0 \[m/s\].
     pub velocity: DVec3,
-    /// Angular velocity at t = 0 [rad/s], world frame.
+    /// Angular velocity at t = 0 \[rad/s\], world frame.
     pub angular_velocity: DVec3,
     /// What moves it.
     pub motion: Motion,
-    /// Lower bound of the local contact radius [m], for edges and vertices, where mesh curvature is meaningless.
+    /// Lower bound of the local contact radius \[m\], for edges and vertices, where mesh curvature is meaningless.
     pub edge_radius: f64,
 }
 
@@ -182,7 +182,7 @@ pub enum Link {
     Hang {
         /// The sphere.
         body: BodyId,
-        /// Where the rod ends [m], world.
+        /// Where the rod ends \[m\], world.
         anchor: DVec3,
     },
     /// A linear spring to the centre of mass of `body` from that of another body, or from a fixed point.
@@ -191,11 +191,11 @@ pub enum Link {
         body: BodyId,
         /// The other end.
         to: SpringEnd,
-        /// Length without force [m].
+        /// Length without force \[m\].
         rest_length: f64,
-        /// Stiffness [N/m].
+        /// Stiffness \[N/m\].
         stiffness: f64,
-        /// Damping along the spring [N s/m].
+        /// Damping along the spring \[N s/m\].
         damping: f64,
     },
 }
@@ -203,7 +203,7 @@ pub enum Link {
 /// The far end of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpringEnd {
-    /// A fixed point [m], world.
+    /// A fixed point \[m\], world.
     Point(DVec3),
     /// The centre of mass of a body.
     Body(BodyId),
@@ -216,6 +216,6 @@ pub struct World {
     pub bodies: Vec<Body>,
     /// Springs and hung spheres.
     pub links: Vec<Link>,
-    /// Gravity [m/s²].
+    /// Gravity \[m/s²\].
     pub gravity: DVec3,
 }

@@ -7,23 +7,23 @@ pub mod presets;
 pub struct Material {
     /// Name as the scene writes it.
     pub name: String,
-    /// Density ρ [kg/m³].
+    /// Density ρ \[kg/m³\].
     pub density: f64,
-    /// Young's modulus E [Pa].
+    /// Young's modulus E \[Pa\].
     pub youngs_modulus: f64,
-    /// Poisson's ratio ν [-].
+    /// Poisson's ratio ν \[-\].
     pub poisson_ratio: f64,
-    /// Coefficient of restitution e [-], 0 to 1.
+    /// Coefficient of restitution e \[-\], 0 to 1.
     pub restitution: f64,
-    /// Coulomb friction coefficient μ [-].
+    /// Coulomb friction coefficient μ \[-\].
     pub friction: f64,
-    /// Rolling loss length [m]: a rolling contact resists with a couple of at most this length times the normal force.
+    /// Rolling loss length \[m\]: a rolling contact resists with a couple of at most this length times the normal force.
     pub rolling_loss: f64,
     /// Internal damping.
     pub damping: Damping,
-    /// Tensile strength [Pa], if known.
+    /// Tensile strength \[Pa\], if known.
     pub tensile_strength: Option<f64>,
-    /// Critical energy release rate G_c [J/m²], if known.
+    /// Critical energy release rate G_c \[J/m²\], if known.
     pub fracture_energy: Option<f64>,
     /// Where the numbers come from.
     pub source: String,
@@ -32,9 +32,9 @@ pub struct Material {
 /// How fast vibration dies in a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Damping {
-    /// Loss factor η [-], the same at every frequency: T60 = 6 ln 10 / (2π η f).
+    /// Loss factor η \[-\], the same at every frequency: T60 = 6 ln 10 / (2π η f).
     LossFactor(f64),
-    /// Time to decay by 60 dB [s], the same at every frequency.
+    /// Time to decay by 60 dB \[s\], the same at every frequency.
     T60(f64),
 }
 
@@ -51,11 +51,11 @@ impl Material {
 /// each, so a rule is needed; this one is symmetric, leaves a pair of equals unchanged, and gives 0 if either is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairCoefficients {
-    /// Coefficient of restitution e [-].
+    /// Coefficient of restitution e \[-\].
     pub restitution: f64,
-    /// Coulomb friction coefficient μ [-].
+    /// Coulomb friction coefficient μ \[-\].
     pub friction: f64,
-    /// Rolling loss length [m].
+    /// Rolling loss length \[m\].
     pub rolling_loss: f64,
 }
 

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 /// The body frame has the axes of its mesh file and its origin at the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Centre of mass in world coordinates [m].
+    /// Centre of mass in world coordinates \[m\].
     pub position: DVec3,
     /// Rotation from the body frame to the world frame, a unit quaternion.
     pub orientation: DQuat,
@@ -36,7 +36,7 @@ impl Pose {
 /// One key of a [`Track`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keyframe {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// Pose at that time.
     pub pose: Pose,
@@ -71,7 +71,7 @@ impl Track {
         self.keys.len() == 1
     }
 
-    /// Pose, linear velocity [m/s] and angular velocity [rad/s, world] at a time [s].
+    /// Pose, linear velocity \[m/s\] and angular velocity [rad/s, world] at a time \[s\].
     pub fn sample(&self, time: f64) -> (Pose, DVec3, DVec3) {
         let keys = &self.keys;
         let next = keys.partition_point(|k| k.time <= time);

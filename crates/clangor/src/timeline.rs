@@ -33,7 +33,7 @@ impl ContactKind {
 /// One point of one contact at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactRow {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// The body on which the impulse acts as written.
     pub body_a: BodyId,
@@ -41,31 +41,31 @@ pub struct ContactRow {
     pub body_b: BodyId,
     /// What the row records.
     pub kind: ContactKind,
-    /// Contact point [m], world.
+    /// Contact point \[m\], world.
     pub point: DVec3,
     /// Unit normal, from B to A.
     pub normal: DVec3,
-    /// Normal impulse on A [N s], along `normal`.
+    /// Normal impulse on A \[N s\], along `normal`.
     pub impulse_n: f64,
-    /// Tangential impulse on A [N s], world.
+    /// Tangential impulse on A \[N s\], world.
     pub impulse_t: DVec3,
-    /// Couple impulse on A [N m s], world: rolling and spinning loss.
+    /// Couple impulse on A \[N m s\], world: rolling and spinning loss.
     pub couple: DVec3,
-    /// Velocity of A relative to B at the point before the impulse [m/s]; approach is negative along `normal`.
+    /// Velocity of A relative to B at the point before the impulse \[m/s\]; approach is negative along `normal`.
     pub velocity: DVec3,
-    /// Overlap [m]; negative for a gap.
+    /// Overlap \[m\]; negative for a gap.
     pub depth: f64,
     /// Shared by the rows of one impact; 0 for rows that belong to none.
     pub impact_id: u64,
 }
 
 impl ContactRow {
-    /// Whole impulse on A [N s].
+    /// Whole impulse on A \[N s\].
     pub fn impulse(&self) -> DVec3 {
         self.normal * self.impulse_n + self.impulse_t
     }
 
-    /// Speed at which the surfaces approached [m/s]; 0 if they parted.
+    /// Speed at which the surfaces approached \[m/s\]; 0 if they parted.
     pub fn approach_speed(&self) -> f64 {
         (-self.velocity.dot(self.normal)).max(0.0)
     }
@@ -74,17 +74,17 @@ impl ContactRow {
 /// State of a body at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseRow {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
     /// The body.
     pub body: BodyId,
-    /// Centre of mass [m].
+    /// Centre of mass \[m\].
     pub position: DVec3,
     /// Rotation from body to world, unit.
     pub orientation: DQuat,
-    /// Velocity of the centre of mass [m/s].
+    /// Velocity of the centre of mass \[m/s\].
     pub velocity: DVec3,
-    /// Angular velocity [rad/s], world.
+    /// Angular velocity \[rad/s\], world.
     pub angular_velocity: DVec3,
 }
 

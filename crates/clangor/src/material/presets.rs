@@ -7,23 +7,23 @@ use super::{Damping, Material};
 pub struct Preset {
     /// Name.
     pub name: &'static str,
-    /// Density ρ [kg/m³].
+    /// Density ρ \[kg/m³\].
     pub density: f64,
-    /// Young's modulus E [Pa].
+    /// Young's modulus E \[Pa\].
     pub youngs_modulus: f64,
-    /// Poisson's ratio ν [-].
+    /// Poisson's ratio ν \[-\].
     pub poisson_ratio: f64,
-    /// Coefficient of restitution e [-].
+    /// Coefficient of restitution e \[-\].
     pub restitution: f64,
-    /// Coulomb friction coefficient μ [-].
+    /// Coulomb friction coefficient μ \[-\].
     pub friction: f64,
-    /// Rolling loss length [m].
+    /// Rolling loss length \[m\].
     pub rolling_loss: f64,
-    /// Loss factor η [-].
+    /// Loss factor η \[-\].
     pub loss_factor: f64,
-    /// Tensile strength [Pa].
+    /// Tensile strength \[Pa\].
     pub tensile_strength: f64,
-    /// Critical energy release rate G_c [J/m²].
+    /// Critical energy release rate G_c \[J/m²\].
     pub fracture_energy: f64,
     /// Where the elastic numbers come from.
     pub source: &'static str,

@@ -22,13 +22,13 @@ pub struct BodyDescription {
     pub pose: Pose,
     /// Which point of the body is at `pose.position`.
     pub placed_by: PlacedBy,
-    /// Velocity of the centre of mass [m/s].
+    /// Velocity of the centre of mass \[m/s\].
     pub velocity: DVec3,
-    /// Angular velocity [rad/s], world frame.
+    /// Angular velocity \[rad/s\], world frame.
     pub angular_velocity: DVec3,
     /// What moves it.
     pub motion: Motion,
-    /// Lower bound of the local contact radius [m]; `None`: [`EDGE_RADIUS_RATIO`] of its bounding radius.
+    /// Lower bound of the local contact radius \[m\]; `None`: [`EDGE_RADIUS_RATIO`] of its bounding radius.
     pub edge_radius: Option<f64>,
     /// How many, and where.
     pub copies: Copies,
@@ -111,7 +111,7 @@ impl std::fmt::Display for GeometryReference {
 pub enum Copies {
     /// One, at the pose of the description.
     One,
-    /// One at each of these centres of mass [m].
+    /// One at each of these centres of mass \[m\].
     At(Vec<DVec3>),
     /// Scattered at random without touching.
     Random(RandomPlacement),
@@ -122,13 +122,13 @@ pub enum Copies {
 pub struct RandomPlacement {
     /// How many.
     pub count: usize,
-    /// Corners of the box that holds the centres of mass [m].
+    /// Corners of the box that holds the centres of mass \[m\].
     pub region: [DVec3; 2],
     /// Seed of the positions, orientations, spins and scales; `None`: the simulation's.
     pub seed: Option<u64>,
     /// Every copy has an orientation of its own, uniform over all rotations.
     pub random_orientation: bool,
-    /// Greatest random angular velocity [rad/s], uniform in the ball of this radius and added to the body's.
+    /// Greatest random angular velocity \[rad/s\], uniform in the ball of this radius and added to the body's.
     pub max_spin: f64,
     /// Where the placement is written.
     pub place: Place,
@@ -139,7 +139,7 @@ pub struct RandomPlacement {
 pub struct PlaneDescription {
     /// Name.
     pub name: String,
-    /// A point of the plane [m].
+    /// A point of the plane \[m\].
     pub point: DVec3,
     /// Unit normal, out of the solid.
     pub normal: DVec3,
@@ -163,24 +163,24 @@ pub struct HangDescription {
 /// Where a rod ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
-    /// At a point [m], world.
+    /// At a point \[m\], world.
     Point(DVec3),
-    /// At this vector from the starting centre of each sphere [m].
+    /// At this vector from the starting centre of each sphere \[m\].
     Offset(DVec3),
 }
 
-/// A `[[spring]]`.
+/// A `[\[spring\]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpringDescription {
     /// Name of the body at one end.
     pub body: String,
     /// The other end.
     pub to: SpringTarget,
-    /// Length without force [m]; `None`: the distance at t = 0.
+    /// Length without force \[m\]; `None`: the distance at t = 0.
     pub rest_length: Option<f64>,
-    /// Stiffness [N/m].
+    /// Stiffness \[N/m\].
     pub stiffness: f64,
-    /// Damping along the spring [N s/m].
+    /// Damping along the spring \[N s/m\].
     pub damping: f64,
     /// Where it is written.
     pub place: Place,
@@ -191,6 +191,6 @@ pub struct SpringDescription {
 pub enum SpringTarget {
     /// A body, by name.
     Body(String),
-    /// A fixed point [m], world.
+    /// A fixed point \[m\], world.
     Point(DVec3),
 }

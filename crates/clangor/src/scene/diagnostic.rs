@@ -202,15 +202,15 @@ pub enum Problem {
     /// Times of keyframes that do not increase.
     #[error("keyframe times must increase, but {time} s follows {previous} s")]
     UnorderedKeyframes {
-        /// Time of the offending key [s].
+        /// Time of the offending key \[s\].
         time: f64,
-        /// Time of the key before it [s].
+        /// Time of the key before it \[s\].
         previous: f64,
     },
     /// A size that no scene means.
     #[error("a bounding radius of {radius:.3e} m is absurd")]
     AbsurdSize {
-        /// Bounding radius [m].
+        /// Bounding radius \[m\].
         radius: f64,
     },
     /// Too many bodies.
@@ -224,9 +224,9 @@ pub enum Problem {
     /// Something as fast as sound.
     #[error("{} m/s is not slower than sound ({sound_speed} m/s)", readable(*speed))]
     Supersonic {
-        /// Speed [m/s].
+        /// Speed \[m/s\].
         speed: f64,
-        /// Speed of sound [m/s].
+        /// Speed of sound \[m/s\].
         sound_speed: f64,
     },
     /// A listener inside a body.
@@ -234,15 +234,15 @@ pub enum Problem {
     ListenerInside {
         /// The body.
         body: String,
-        /// How deep [m].
+        /// How deep \[m\].
         depth: f64,
     },
     /// A listener under a reflecting floor.
     #[error("the listener at height {height} m is below the rigid floor at {floor} m")]
     ListenerBelowFloor {
-        /// Height of the listener [m].
+        /// Height of the listener \[m\].
         height: f64,
-        /// Height of the floor [m].
+        /// Height of the floor \[m\].
         floor: f64,
     },
     /// Copies that do not fit in their region.
@@ -405,13 +405,13 @@ pub enum Doubt {
         readable(distance.round())
     )]
     FarListener {
-        /// Distance to the nearest body [m].
+        /// Distance to the nearest body \[m\].
         distance: f64,
     },
     /// The sample rate loses audible sound.
     #[error("this sample rate cuts the band at {nyquist} Hz; 48000 keeps all that can be heard")]
     CutBand {
-        /// Half of the sample rate [Hz].
+        /// Half of the sample rate \[Hz\].
         nyquist: f64,
     },
     /// A warning from whoever built or read the geometry.

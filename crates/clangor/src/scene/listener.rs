@@ -15,14 +15,14 @@ pub struct Listener {
     pub name: String,
     /// Position and orientation over time; `position` is the midpoint of a pair.
     pub track: Track,
-    /// Distance between the two receivers of a pair [m]; `None`: one receiver.
+    /// Distance between the two receivers of a pair \[m\]; `None`: one receiver.
     pub spacing: Option<f64>,
     /// Where it is written.
     pub place: Place,
 }
 
 impl Listener {
-    /// The receivers in the listener's frame [m]: one at the origin, or left and right.
+    /// The receivers in the listener's frame \[m\]: one at the origin, or left and right.
     pub fn receivers(&self) -> Vec<DVec3> {
         match self.spacing {
             None => vec![DVec3::ZERO],

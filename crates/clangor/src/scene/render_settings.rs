@@ -7,7 +7,7 @@ use crate::synthesis::listener::Floor;
 /// The `[render]` section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
-    /// Sample rate [Hz], 8000 to 384 000.
+    /// Sample rate \[Hz\], 8000 to 384 000.
     pub sample_rate: u32,
     /// Format of a sample.
     pub bits: SampleFormat,
@@ -21,7 +21,7 @@ pub struct RenderSettings {
     pub radiation: SphereModel,
     /// Impulses that one instant sends through a chain of touching bodies sound one after the other.
     pub chain_onset: bool,
-    /// Highest frequency rendered [Hz]; `None`: what the sample rate holds.
+    /// Highest frequency rendered \[Hz\]; `None`: what the sample rate holds.
     pub max_frequency: Option<f64>,
     /// Dynamic range compression, after which the file is no longer pressure.
     pub compressor: Option<Compressor>,
@@ -57,24 +57,24 @@ pub enum SampleFormat {
 pub enum Level {
     /// The program's default of the sample format: 1 Pa for float, 20 Pa for integers.
     Default,
-    /// This pressure is full scale [Pa].
+    /// This pressure is full scale \[Pa\].
     FullScale(f64),
-    /// The peak is brought to this level [dBFS], 0 or less.
+    /// The peak is brought to this level \[dBFS\], 0 or less.
     Normalize(f64),
 }
 
 /// A compressor: above the threshold, `ratio` decibels in give one decibel out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compressor {
-    /// Threshold [dB re full scale], 0 or less.
+    /// Threshold \[dB re full scale\], 0 or less.
     pub threshold_db: f64,
-    /// Ratio [-], 1 or more.
+    /// Ratio \[-\], 1 or more.
     pub ratio: f64,
-    /// Attack time [s].
+    /// Attack time \[s\].
     pub attack: f64,
-    /// Release time [s].
+    /// Release time \[s\].
     pub release: f64,
-    /// Gain after compression [dB].
+    /// Gain after compression \[dB\].
     pub makeup_db: f64,
 }
 

@@ -1,17 +1,17 @@
 //! What a scene asks of the dynamics.
 
-/// The `[simulation]` section.
+/// The `\[simulation\]` section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
     /// Which solver.
     pub solver: SolverChoice,
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration: f64,
-    /// Step of the time-stepped solver [s].
+    /// Step of the time-stepped solver \[s\].
     pub time_step: f64,
-    /// Impacts slower than this relative normal speed are dropped [m/s]; \[PAN\] §4.3 uses 5 cm/s.
+    /// Impacts slower than this relative normal speed are dropped \[m/s\]; \[PAN\] §4.3 uses 5 cm/s.
     pub v_min: f64,
-    /// Poses per second and body in the timeline [Hz].
+    /// Poses per second and body in the timeline \[Hz\].
     pub pose_rate: f64,
     /// Seed of every random choice that has none of its own.
     pub seed: u64,

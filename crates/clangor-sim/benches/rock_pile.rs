@@ -1,6 +1,7 @@
 //! CPU time and silence of a pile of rocks in a box: `cargo bench -p clangor-sim --bench rock_pile -- [KEY=VALUE]..`
 //!
-//! Keys: `rocks` (1000), `seconds` (6), `step` (2.5e-4), `sleep` (1), `restitution` (0.4), `seed` (2024).
+//! Keys: `rocks` (1000), `seconds` (6), `step` (2.5e-4), `sleep` (1), `restitution` (0.4), `seed` (2024),
+//! `look` (200): steps between two looks at overlaps.
 
 #[path = "../tests/scenes/rigid.rs"]
 #[allow(dead_code)]
@@ -25,6 +26,7 @@ fn cpu_time() -> f64 {
 fn main() {
     let rocks = argument("rocks", 1000.0) as usize;
     let time_step = argument("step", 2.5e-4);
+    let look = argument("look", 200.0) as usize;
     let sleep = argument("sleep", 1.0) > 0.0;
     let half = if rocks > 400 { 0.2 } else { 0.12 };
     let material = scenes::material(2650.0, argument("restitution", 0.4), 0.5, 5e-5);
@@ -39,7 +41,7 @@ fn main() {
     for k in 1..=(argument("seconds", 6.0) / time_step).round() as usize {
         rigid.step(&mut log).expect("the pile stays finite");
         loud += log.impulses().iter().filter(|i| i.row.approach_speed() > 0.05).count();
-        if k % 20 == 0 {
+        if k % look == 0 {
             deepest = deepest.max(rigid.deepest_overlap());
         }
         if k % per_interval == 0 {

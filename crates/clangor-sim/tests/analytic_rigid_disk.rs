@@ -60,7 +60,7 @@ fn an_ideal_disk_does_not_decay() {
         }
         let drift = (tilt_of(&rigid) - before).to_degrees() / duration;
         println!("step {time_step:e}: drift {drift:.3} deg/s");
-        // Seen: ?
+        // Seen: 0.756 and 0.197, first order in the step.
         assert!(drift.abs() < allowed, "step {time_step:e}: {drift} deg/s");
     }
 }
@@ -84,7 +84,7 @@ fn precession_is_that_of_the_thick_disk() {
         }
         let ratio = angle.abs() / 0.3 / precession;
         println!("{degrees} deg: precession {precession:.2} rad/s, ratio {ratio:.4}");
-        // Seen: ?
+        // Seen: 0.988 to 0.991.
         assert!((ratio - 1.0).abs() < 0.03, "{degrees} deg: ratio {ratio}");
     }
 }

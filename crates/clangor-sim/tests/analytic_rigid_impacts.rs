@@ -29,6 +29,7 @@ fn run(world: &World, time_step: f64, duration: f64) -> RigidWorld {
 /// A ball that falls 1 m bounces at known times with known impulses, whatever the step.
 #[test]
 fn a_bouncing_ball_keeps_time_and_impulse() {
+    let (mut late, mut strength, mut ratio) = (0.0_f64, 0.0_f64, 0.0_f64);
     for restitution in [0.7, 1.0] {
         for time_step in [1e-5, 1e-4, 2.5e-4] {
             let material = material(7850.0, restitution, 0.0, 0.0);
@@ -45,11 +46,10 @@ fn a_bouncing_ball_keeps_time_and_impulse() {
                 rigid.step(&mut log).unwrap();
                 for impulse in log.impulses().iter().filter(|i| i.row.kind == ContactKind::Impact) {
                     let row = &impulse.row;
-                    // Residuals seen: 1e-14 s, 4e-14 and 5e-14.
-                    assert!((row.time - time).abs() < 1e-9, "{time_step}: {:e}", row.time - time);
                     let expected = (1.0 + restitution) * mass * speed;
-                    assert!((row.impulse_n / expected - 1.0).abs() < 1e-9);
-                    assert!((row.approach_speed() / speed - 1.0).abs() < 1e-9);
+                    late = late.max((row.time - time).abs());
+                    strength = strength.max((row.impulse_n / expected - 1.0).abs());
+                    ratio = ratio.max((row.approach_speed() / speed - 1.0).abs());
                     speed *= restitution;
                     time += 2.0 * speed / gravity;
                     bounces += 1;
@@ -57,6 +57,9 @@ fn a_bouncing_ball_keeps_time_and_impulse() {
             }
         }
     }
+    println!("ball: time {late:.1e} s, impulse {strength:.1e}, speed {ratio:.1e}");
+    // Residuals seen: 1.4e-12 s, 4.3e-13, 4.3e-13.
+    assert!(late < 1e-9 && strength < 1e-9 && ratio < 1e-9);
 }
 
 /// `count` balls come in from the left on a row of five; as many leave on the right.
@@ -78,7 +81,8 @@ fn cradle(gap: f64, count: usize, time_step: f64) {
     let speeds: Vec<f64> = (0..5).map(|i| rigid.pose(BodyId(i)).velocity.x).collect();
     let total: f64 = speeds.iter().map(|v| v * v).sum();
     let out: f64 = speeds[5 - count..].iter().map(|v| v * v).sum();
-    // Residuals seen: 0 to 5e-16.
+    println!("cradle {gap:e} {count}: {:.1e}", (out / count as f64 - 1.0).abs());
+    // Residuals seen: 0.
     assert!((out / count as f64 - 1.0).abs() < 1e-9, "gap {gap:e}, {count} in: {speeds:?}");
     assert!((total / count as f64 - 1.0).abs() < 1e-9, "gap {gap:e}, {count} in: {speeds:?}");
     for v in &speeds[5 - count..] {
@@ -124,7 +128,8 @@ fn a_ball_on_two_breaks_symmetrically() {
         let expected =
             [DVec3::new(-0.2, 0.0, 0.0), DVec3::new(0.6, 0.0, -sideways), DVec3::new(0.6, 0.0, sideways)];
         for (v, e) in v.iter().zip(expected) {
-            // Residual seen: 3e-13.
+            println!("break: {:.1e}", (*v - e).length());
+            // Residual seen: 4.9e-12.
             assert!((*v - e).length() < 1e-9, "{time_step}: {v} against {e}");
         }
     }

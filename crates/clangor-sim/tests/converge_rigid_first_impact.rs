@@ -62,7 +62,7 @@ fn bodies_that_fall_on_a_floor() {
         }
     }
     println!("floor: time {time:.2e} s, impulse {impulse:.2e}");
-    // Residuals seen: ? s and ?.
+    // Residuals seen: 7.6e-12 s and 1.6e-9.
     assert!(time < 1e-7 && impulse < 1e-5, "time {time:.2e} s, impulse {impulse:.2e}");
 }
 
@@ -79,6 +79,6 @@ fn rocks_that_meet_in_the_air() {
         (time, impulse) = (time.max(differ.0), impulse.max(differ.1));
     }
     println!("air: time {time:.2e} s, impulse {impulse:.2e}");
-    // Residuals seen: ? s and ?.
+    // Residuals seen: 6.3e-12 s and 1.9e-10.
     assert!(time < 1e-7 && impulse < 1e-5, "time {time:.2e} s, impulse {impulse:.2e}");
 }

@@ -53,7 +53,7 @@ fn a_pile_of_rocks_with_sleep_balances_momentum() {
     let material = material(2650.0, 0.4, 0.5, 5e-5);
     let (linear, angular) = worst_imbalance(&rock_pile(60, 0.06, &material, 7), 2.5e-4, 1.5);
     println!("rocks: {linear:.2e} {angular:.2e}");
-    // Residuals seen: ?
+    // Residuals seen: 1.7e-13 and 8e-15.
     assert!(linear < 1e-10 && angular < 1e-10, "linear {linear:.2e}, angular {angular:.2e}");
 }
 
@@ -79,7 +79,7 @@ fn a_mixed_heap_balances_momentum() {
     }
     let (linear, angular) = worst_imbalance(&world(bodies), 2.5e-4, 1.5);
     println!("heap: {linear:.2e} {angular:.2e}");
-    // Residuals seen: ?
+    // Residuals seen: 1.8e-13 and 1e-14.
     assert!(linear < 1e-10 && angular < 1e-10, "linear {linear:.2e}, angular {angular:.2e}");
 }
 
@@ -113,7 +113,7 @@ fn elastic_tumbling_keeps_energy() {
             worst = worst.max(change);
         }
     }
-    // Residual seen: ?
+    // Residual seen: 2.3e-9.
     assert!(worst < 1e-4, "energy changed by {worst:.2e}");
 }
 

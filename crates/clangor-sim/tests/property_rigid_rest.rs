@@ -97,7 +97,7 @@ fn drop_all(seeds: std::ops::Range<u64>) {
                 d.speed
             );
             println!("{line}");
-            // Seen: rest after 1.7 s at most, 3 s for the smooth coin and 5 s for the bowl; overlap 3.5 um, and 9.4 um of
+            // Seen: rest after 1.7 s at most, 3 s for the smooth coin and 5 s for the bowl; overlap 3.5 um, and 7.7 um of
             // the smooth coin in the few steps in which it falls flat and its contact races round the rim.
             let allowed = if body.name == "cylinder" { 1e-5 } else { 5e-6 };
             if rest > limit || d.loud_after > 0 || d.overlap > allowed {
@@ -135,7 +135,7 @@ fn a_pile_of_a_hundred_rocks_falls_silent() {
         let (loud, overlap) =
             loud_between(&rock_pile(100, 0.08, &material, 2024), TIME_STEP, sleep, 1.5, 2.0);
         println!("sleep {sleep}: {loud} loud, overlap {:.1} um", overlap * 1e6);
-        // Overlap seen: ?
+        // Overlap seen: 2.1 um.
         assert!(loud == 0 && overlap < 5e-6, "{loud} loud, overlap {overlap:e} m");
     }
 }
@@ -174,7 +174,7 @@ fn a_stack_of_twenty_boxes_stands() {
             overlap * 1e6,
             rigid.kinetic_energy()
         );
-        // Seen: ?
-        assert!(loud == 0 && sink.abs() < 2e-4 && overlap < 5e-6);
+        // Seen: no loud impulse, sink -6 to 14 um, overlap 3.0 um.
+        assert!(loud == 0 && sink.abs() < 5e-5 && overlap < 5e-6);
     }
 }

@@ -17,7 +17,7 @@ pub(super) enum Course {
     Arc,
 }
 
-/// What the search for contacts reads of a ball: two cache lines.
+/// What the search for contacts reads of a ball: two cache lines, of which the first rules most meetings out.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Ball {
@@ -27,24 +27,24 @@ pub(super) struct Ball {
     pub(super) velocity: DVec3,
     /// When the state was taken [s].
     pub(super) time: f64,
+    /// Next ball of the same cell.
+    pub(super) next: u32,
+    /// What law it follows.
+    pub(super) course: Course,
+    /// Face through which it leaves its cell: 2·axis, plus 1 for the upper face.
+    pub(super) exit: u8,
     /// Radius [m].
     pub(super) radius: f64,
     /// Acceleration since `time` [m/s²].
     pub(super) acceleration: DVec3,
     /// Counts the changes of motion: a prediction made for another generation is void.
     pub(super) generation: u32,
-    /// Next ball of the same cell.
-    pub(super) next: u32,
     /// Previous ball of the same cell.
     pub(super) previous: u32,
     /// Bucket of its cell, or [`super::grid::NOWHERE`].
     pub(super) bucket: u32,
     /// Its cell.
     pub(super) cell: [i32; 3],
-    /// Face through which it leaves its cell: 2·axis, plus 1 for the upper face.
-    pub(super) exit: u8,
-    /// What law it follows.
-    pub(super) course: Course,
 }
 
 /// The rest of the state: how a ball turns, with the same reference time.
@@ -63,6 +63,8 @@ pub(super) struct Spin {
 pub(super) struct Traits {
     /// Index in the world's bodies.
     pub(super) body: u32,
+    /// Its class of materials, see [`super::pairs`].
+    pub(super) material: u32,
     /// Whether contacts move it.
     pub(super) free: bool,
     /// Mass [kg].
@@ -130,6 +132,7 @@ mod tests {
     #[test]
     fn a_record_fills_two_cache_lines() {
         assert_eq!(size_of::<Ball>(), 128);
+        assert!(std::mem::offset_of!(Ball, radius) == 64);
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! From a meeting to impulses: the cluster of everything that touches, resolved and logged.
 
 use clangor::body::BodyId;
-use clangor::material::PairCoefficients;
 use clangor::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
@@ -17,18 +16,35 @@ const HUSH: f64 = 40.0;
 
 /// What is behind a member of a cluster.
 #[derive(Clone, Copy, Debug)]
-enum Who {
+pub(super) enum Who {
     Ball(usize),
     Plane(usize),
 }
 
 /// A cluster of touching balls and planes at one instant.
 #[derive(Default)]
-struct Cluster {
+pub(super) struct Cluster {
     who: Vec<Who>,
     members: Vec<Member>,
     positions: Vec<DVec3>,
     touches: Vec<Touch>,
+    blows: Vec<Blow>,
+    /// Velocity and angular velocity of the members before the impact.
+    before: Vec<(DVec3, DVec3)>,
+    near: Vec<usize>,
+    rows: Vec<ContactRow>,
+    poses: Vec<PoseRow>,
+}
+
+impl Cluster {
+    fn clear(&mut self) {
+        self.who.clear();
+        self.members.clear();
+        self.positions.clear();
+        self.touches.clear();
+        self.blows.clear();
+        self.before.clear();
+    }
 }
 
 impl Engine<'_> {
@@ -39,37 +55,51 @@ impl Engine<'_> {
         partner: Partner,
         recorder: &mut Recorder<'_>,
     ) -> std::io::Result<()> {
-        let mut cluster = Cluster::default();
-        self.join(&mut cluster, ball);
+        let mut cluster = std::mem::take(&mut self.cluster);
+        cluster.clear();
+        let done = self.resolve(&mut cluster, ball, partner, recorder);
+        self.impacts += 1;
+        self.cluster = cluster;
+        done
+    }
+
+    fn resolve(
+        &mut self,
+        cluster: &mut Cluster,
+        ball: usize,
+        partner: Partner,
+        recorder: &mut Recorder<'_>,
+    ) -> std::io::Result<()> {
+        self.join(cluster, ball);
         let other = match partner {
-            Partner::Ball(other) => self.join(&mut cluster, other),
-            Partner::Plane(plane) => self.join_plane(&mut cluster, plane),
+            Partner::Ball(other) => self.join(cluster, other),
+            Partner::Plane(plane) => self.join_plane(cluster, plane),
         };
-        self.touch(&mut cluster, 0, other);
+        self.touch(cluster, 0, other);
         let mut grown = 0;
         while grown < cluster.who.len() {
             if let Who::Ball(ball) = cluster.who[grown]
                 && self.traits[ball].free
             {
-                self.grow(&mut cluster, grown, ball);
+                self.grow(cluster, grown, ball);
             }
             grown += 1;
         }
-        let before: Vec<(DVec3, DVec3)> = cluster.members.iter().map(|m| (m.velocity, m.omega)).collect();
+        cluster.before.extend(cluster.members.iter().map(|m| (m.velocity, m.omega)));
         let piled = |who: &Who| matches!(*who, Who::Ball(ball) if self.is_hit_incessantly(ball, 1.5));
         let hush = match cluster.touches.len() {
             0 | 1 => 0.0,
             _ if cluster.who.iter().any(piled) => HUSH * self.slow_speed(),
             _ => 0.0,
         };
-        let blows = impact::reflect(&mut cluster.members, &cluster.touches, hush);
-        self.log_blows(&cluster, &blows, &before, recorder)?;
+        impact::reflect(&mut cluster.members, &cluster.touches, hush, &mut cluster.blows);
+        self.log_blows(cluster, recorder)?;
         let mut shaken = Vec::new();
         for (member, who) in cluster.members.iter().zip(&cluster.who) {
             let &Who::Ball(ball) = who else { continue };
             self.member_of[ball] = NONE;
             if member.moved {
-                match self.seats[ball] {
+                match self.seat(ball) {
                     Some((island, _)) => self.bring_island_forward(island),
                     None => self.bring_forward(ball),
                 }
@@ -78,7 +108,7 @@ impl Engine<'_> {
                 let (last, quick) = self.hits[ball];
                 let quick = if self.now - last < 1.5 * CONTACT_TIME { quick + 1 } else { 0 };
                 self.hits[ball] = (self.now, quick);
-                match self.seats[ball] {
+                match self.seat(ball) {
                     None => self.settle(ball, None),
                     Some((island, place)) => {
                         self.log_rods(island, place, member.rod_impulse, recorder)?;
@@ -96,7 +126,7 @@ impl Engine<'_> {
         for (member, who) in cluster.members.iter().zip(&cluster.who) {
             let &Who::Ball(moved) = who else { continue };
             if member.moved {
-                match self.seats[moved] {
+                match self.seat(moved) {
                     Some((island, _)) => self.predict_island(island),
                     None => self.predict(moved),
                 }
@@ -121,7 +151,7 @@ impl Engine<'_> {
         let (position, velocity) = self.state(ball, self.now);
         let traits = &self.traits[ball];
         let spin = &self.spins[ball];
-        let seat = self.seats[ball];
+        let seat = self.seat(ball);
         let held =
             seat.map_or([DVec3::ZERO; 2], |(island, place)| self.islands[island].held(place, position));
         self.member_of[ball] = cluster.who.len() as u32;
@@ -171,7 +201,8 @@ impl Engine<'_> {
                 self.touch(cluster, member, other);
             }
         }
-        let mut near = Vec::new();
+        let mut near = std::mem::take(&mut cluster.near);
+        near.clear();
         self.for_each_near(ball, |other, record| {
             let (y, w) =
                 if record.course == Course::Arc { self.state(other, self.now) } else { record.at(self.now) };
@@ -188,7 +219,7 @@ impl Engine<'_> {
                 }
             }
         });
-        for other in near {
+        for &other in &near {
             let known = self.member_of[other];
             let theirs = if known == NONE { self.join(cluster, other) } else { known as usize };
             let met = |t: &Touch| (t.a, t.b) == (member, theirs) || (t.a, t.b) == (theirs, member);
@@ -196,6 +227,7 @@ impl Engine<'_> {
                 self.touch(cluster, member, theirs);
             }
         }
+        cluster.near = near;
     }
 
     /// Adds the touch of two members; the one with the lower body index is its first.
@@ -222,9 +254,11 @@ impl Engine<'_> {
                 (normal, normal * self.balls[ball_b].radius, -normal.dot(pull), Slow::Hop)
             }
         };
-        let materials = &self.world.bodies;
-        let mut coefficients =
-            PairCoefficients::of(&materials[body(a).index()].material, &materials[body(b).index()].material);
+        let material = |who: Who| match who {
+            Who::Ball(ball) => self.traits[ball].material,
+            Who::Plane(plane) => self.planes[plane].material,
+        };
+        let mut coefficients = self.pairs.of(material(cluster.who[a]), material(cluster.who[b]));
         let tireless = |who: Who| match who {
             Who::Ball(ball) => !self.traits[ball].free || self.is_hit_incessantly(ball, 0.5),
             Who::Plane(_) => true,
@@ -254,14 +288,8 @@ impl Engine<'_> {
     }
 
     /// Hands the rows of each touch to the recorder.
-    fn log_blows(
-        &self,
-        cluster: &Cluster,
-        blows: &[Blow],
-        before: &[(DVec3, DVec3)],
-        recorder: &mut Recorder<'_>,
-    ) -> std::io::Result<()> {
-        let (mut rows, mut poses) = (Vec::new(), Vec::new());
+    fn log_blows(&self, cluster: &mut Cluster, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
+        let (mut rows, mut poses) = (std::mem::take(&mut cluster.rows), std::mem::take(&mut cluster.poses));
         for (index, touch) in cluster.touches.iter().enumerate() {
             rows.clear();
             poses.clear();
@@ -276,7 +304,7 @@ impl Engine<'_> {
                     radius_a + touch.arm_b.length() - distance
                 }
             };
-            for blow in blows.iter().filter(|b| b.touch == index) {
+            for blow in cluster.blows.iter().filter(|b| b.touch == index) {
                 rows.push(ContactRow {
                     time: self.now,
                     body_a: self.body_of(cluster.who[touch.a]),
@@ -305,13 +333,14 @@ impl Engine<'_> {
                         body: BodyId(self.traits[ball].body),
                         position: cluster.positions[member],
                         orientation: self.spins[ball].after(s).0,
-                        velocity: before[member].0,
-                        angular_velocity: before[member].1,
+                        velocity: cluster.before[member].0,
+                        angular_velocity: cluster.before[member].1,
                     });
                 }
             }
             recorder.impact(&rows, &poses)?;
         }
+        (cluster.rows, cluster.poses) = (rows, poses);
         Ok(())
     }
 }

@@ -3,13 +3,14 @@
 use std::ops::ControlFlow;
 
 use clangor::body::World;
-use clangor::material::PairCoefficients;
 use glam::DVec3;
 
 use super::arc::Island;
 use super::ball::{Ball, Course, Spin, Traits};
+use super::collide::Cluster;
 use super::grid::{Grid, NONE, NOWHERE};
 use super::log::Pending;
+use super::pairs::Pairs;
 use super::schedule::Schedule;
 use super::setup::{self, Plane};
 use super::support::{self, End, Ground, Phase};
@@ -65,6 +66,7 @@ pub(super) struct Engine<'w> {
     pub(super) spins: Vec<Spin>,
     pub(super) traits: Vec<Traits>,
     pub(super) planes: Vec<Plane>,
+    pub(super) pairs: Pairs,
     pub(super) grid: Grid,
     pub(super) wide: Vec<u32>,
     /// The moving balls in the order of their bodies.
@@ -81,6 +83,12 @@ pub(super) struct Engine<'w> {
     pub(super) islands: Vec<Island>,
     /// Island of each ball and its place there.
     pub(super) seats: Vec<Option<(usize, usize)>>,
+    /// Largest radius [m].
+    pub(super) broadest: f64,
+    /// Buffers of the cluster at hand.
+    pub(super) cluster: Cluster,
+    /// Impacts since the balls were last renumbered.
+    pub(super) impacts: usize,
     /// What each ball will do next.
     pub(super) next: Vec<Next>,
     /// Which ball is first.
@@ -92,6 +100,7 @@ impl<'w> Engine<'w> {
     pub(super) fn new(world: &'w World, recorder: &Recorder<'_>) -> Result<Self, SimulationError> {
         let start = setup::start(world)?;
         let count = start.balls.len();
+        let broadest = start.balls.iter().map(|b| b.radius).fold(0.0, f64::max);
         let mut by_body: Vec<u32> = (0..count as u32).filter(|&b| start.traits[b as usize].free).collect();
         by_body.sort_by_key(|&ball| start.traits[ball as usize].body);
         let mut engine = Engine {
@@ -102,6 +111,7 @@ impl<'w> Engine<'w> {
             spins: start.spins,
             traits: start.traits,
             planes: start.planes,
+            pairs: start.pairs,
             grid: start.grid,
             wide: start.wide,
             phases: (0..count).map(|_| None).collect(),
@@ -109,6 +119,9 @@ impl<'w> Engine<'w> {
             member_of: vec![NONE; count],
             pending: (!recorder.ignores_slow_contacts()).then(|| vec![Pending::default(); count]),
             islands: start.islands,
+            broadest,
+            cluster: Cluster::default(),
+            impacts: 0,
             seats: start.seats,
             next: vec![NEVER; count],
             schedule: Schedule::new(count),
@@ -190,6 +203,7 @@ impl<'w> Engine<'w> {
             }
             if stop >= beat_at {
                 recorder.advance(self.now)?;
+                self.renumber_if_mixed();
                 if progress(self.now).is_break() {
                     return Err(SimulationError::Interrupted);
                 }
@@ -206,7 +220,7 @@ impl<'w> Engine<'w> {
     fn happen(&mut self, ball: usize, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
         let next = self.next[ball];
         if next.phase_end <= next.contact && next.phase_end <= next.crossing {
-            if let Some((island, _)) = self.seats[ball] {
+            if let Some((island, _)) = self.seat(ball) {
                 self.bring_island_forward(island);
                 self.launch(island);
                 self.predict_island(island);
@@ -233,12 +247,13 @@ impl<'w> Engine<'w> {
     /// Takes the state of a ball at the present time as its new reference.
     pub(super) fn bring_forward(&mut self, ball: usize) {
         self.bank(ball);
+        let seat = self.seat(ball);
         let record = &mut self.balls[ball];
         if record.time == self.now {
             return;
         }
         let spin = &mut self.spins[ball];
-        let (position, velocity) = match self.seats[ball] {
+        let (position, velocity) = match seat {
             Some((island, place)) => self.islands[island].arcs[place].at(self.now),
             None => record.at(self.now),
         };
@@ -278,9 +293,16 @@ impl<'w> Engine<'w> {
         }
     }
 
+    /// Island of a ball that is on its way on an arc, and its place there.
+    #[inline]
+    pub(super) fn seat(&self, ball: usize) -> Option<(usize, usize)> {
+        // The course is at hand wherever this is asked; the seats of all others need not be read.
+        if self.balls[ball].course == Course::Arc { self.seats[ball] } else { None }
+    }
+
     /// Centre and velocity of a ball.
     pub(super) fn state(&self, ball: usize, time: f64) -> (DVec3, DVec3) {
-        match self.seats[ball] {
+        match self.seat(ball) {
             Some((island, place)) => self.islands[island].arcs[place].at(time),
             None => self.balls[ball].at(time),
         }
@@ -293,7 +315,7 @@ impl<'w> Engine<'w> {
 
     /// Acceleration of a ball at the present time [m/s²].
     pub(super) fn acceleration(&self, ball: usize) -> DVec3 {
-        match self.seats[ball] {
+        match self.seat(ball) {
             Some((island, place)) => self.islands[island].arcs[place].acceleration(self.now),
             None => self.balls[ball].acceleration,
         }
@@ -317,11 +339,7 @@ impl<'w> Engine<'w> {
         for (index, plane) in self.planes.iter().enumerate() {
             let gap = plane.normal.dot(record.position) - plane.offset - record.radius;
             if gap <= TOUCH && support::in_touch(plane.normal.dot(record.velocity)) {
-                let bodies = &self.world.bodies;
-                let pair = PairCoefficients::of(
-                    &bodies[traits.body as usize].material,
-                    &bodies[plane.body as usize].material,
-                );
+                let pair = self.pairs.of(traits.material, plane.material);
                 grounds.push(Ground {
                     plane: index,
                     normal: plane.normal,
@@ -356,7 +374,7 @@ impl<'w> Engine<'w> {
             }
             return;
         }
-        for bucket in self.grid.around(record.cell) {
+        self.grid.around(record.cell, |bucket| {
             let mut other = self.grid.head(bucket);
             while other != NONE {
                 let near = &self.balls[other as usize];
@@ -365,7 +383,7 @@ impl<'w> Engine<'w> {
                 }
                 other = near.next;
             }
-        }
+        });
         for &other in &self.wide {
             act(other as usize, &self.balls[other as usize]);
         }

@@ -18,30 +18,23 @@ const FARTHEST: f64 = 1e9;
 /// Heads of the lists of balls.
 pub(super) struct Grid {
     edge: f64,
-    bits: [u32; 3],
+    size: [u32; 3],
     heads: Vec<u32>,
 }
 
 impl Grid {
     /// A grid of cells `edge` wide [m] (infinite: one cell) with buckets for cells between two corners.
     pub(super) fn new(edge: f64, low: DVec3, high: DVec3, balls: usize) -> Self {
-        // At least four per axis, so that the 27 cells about a ball are 27 buckets.
-        let mut bits = [2; 3];
-        let most = (4 * balls.max(16)).ilog2();
-        let wanted = ((high - low) / edge).to_array();
-        loop {
-            let total: u32 = bits.iter().sum();
-            let lack = |axis: usize| wanted[axis] / f64::from(1_u32 << bits[axis]);
-            let Some(axis) = (0..3).filter(|&k| lack(k) > 1.0).max_by(|&a, &b| lack(a).total_cmp(&lack(b)))
-            else {
-                break;
-            };
-            if total >= most {
-                break;
-            }
-            bits[axis] += 1;
+        // At least four per axis, so that the 27 cells about a ball are 27 buckets; one more than the balls span, so
+        // that a box of balls does not wrap onto itself.
+        let mut size =
+            ((high - low) / edge).to_array().map(|cells| (cells.ceil() as u32).saturating_add(1).max(4));
+        while size.iter().map(|&n| u64::from(n)).product::<u64>() > 8 * balls.max(16) as u64 {
+            let widest =
+                if size[0] >= size[1].max(size[2]) { 0 } else { 2 - usize::from(size[1] >= size[2]) };
+            size[widest] = size[widest].div_ceil(2).max(4);
         }
-        Grid { edge, bits, heads: vec![NONE; 1 << bits.iter().sum::<u32>()] }
+        Grid { edge, size, heads: vec![NONE; size.iter().map(|&n| n as usize).product()] }
     }
 
     /// Width of a cell [m].
@@ -61,15 +54,25 @@ impl Grid {
     /// The bucket of a cell.
     #[inline]
     pub(super) fn bucket(&self, cell: [i32; 3]) -> u32 {
-        let [x, y, z] = self.bits;
-        let wrap = |at: i32, bits: u32| (at as u32) & ((1 << bits) - 1);
-        (wrap(cell[2], z) << (x + y)) | (wrap(cell[1], y) << x) | wrap(cell[0], x)
+        let [x, y, z] = std::array::from_fn(|axis| self.wrap(cell[axis], axis));
+        (z * self.size[1] + y) * self.size[0] + x
+    }
+
+    #[inline]
+    fn wrap(&self, at: i32, axis: usize) -> u32 {
+        // Cells are within ±10⁹, buckets per axis are fewer: nothing overflows.
+        at.rem_euclid(self.size[axis] as i32) as u32
     }
 
     /// First ball of a bucket.
     #[inline]
     pub(super) fn head(&self, bucket: u32) -> u32 {
         self.heads[bucket as usize]
+    }
+
+    /// Empties all lists; the balls still have to be put back.
+    pub(super) fn clear(&mut self) {
+        self.heads.fill(NONE);
     }
 
     /// Puts a ball that is in no list into the list of its cell.
@@ -98,35 +101,41 @@ impl Grid {
         balls[ball].bucket = NOWHERE;
     }
 
-    /// Buckets of the 27 cells about a cell.
+    /// Calls `act` with the buckets of the 27 cells about a cell.
     #[inline]
-    pub(super) fn around(&self, cell: [i32; 3]) -> impl Iterator<Item = u32> + use<> {
-        self.block(cell, [-1; 3], [1; 3])
+    pub(super) fn around(&self, cell: [i32; 3], act: impl FnMut(u32)) {
+        self.block(cell, [0; 3], [2; 3], act);
     }
 
-    /// Buckets of the nine cells that come into reach when a ball enters `cell` through face `exit` of the last one.
+    /// Calls `act` with the buckets of the nine cells that come into reach when a ball enters `cell` through face
+    /// `exit` of the last one.
     #[inline]
-    pub(super) fn ahead(&self, cell: [i32; 3], exit: u8) -> impl Iterator<Item = u32> + use<> {
-        let (mut low, mut high) = ([-1; 3], [1; 3]);
+    pub(super) fn ahead(&self, cell: [i32; 3], exit: u8, act: impl FnMut(u32)) {
+        let (mut first, mut last) = ([0; 3], [2; 3]);
         let axis = usize::from(exit / 2);
         if exit % 2 == 1 {
-            low[axis] = 1;
+            first[axis] = 2;
         } else {
-            high[axis] = -1;
+            last[axis] = 0;
         }
-        self.block(cell, low, high)
+        self.block(cell, first, last, act);
     }
 
     #[inline]
-    fn block(&self, cell: [i32; 3], low: [i32; 3], high: [i32; 3]) -> impl Iterator<Item = u32> + use<> {
-        let [bx, by, bz] = self.bits;
-        let wrap = |at: i32, bits: u32| (at as u32) & ((1 << bits) - 1);
-        (low[2]..=high[2]).flat_map(move |k| {
-            let slab = wrap(cell[2].wrapping_add(k), bz) << (bx + by);
-            (low[1]..=high[1]).flat_map(move |j| {
-                let row = slab | (wrap(cell[1].wrapping_add(j), by) << bx);
-                (low[0]..=high[0]).map(move |i| row | wrap(cell[0].wrapping_add(i), bx))
-            })
-        })
+    fn block(&self, cell: [i32; 3], first: [usize; 3], last: [usize; 3], mut act: impl FnMut(u32)) {
+        let near: [[u32; 3]; 3] = std::array::from_fn(|axis| {
+            let middle = self.wrap(cell[axis], axis);
+            let end = self.size[axis] - 1;
+            let (below, above) = (middle.wrapping_sub(1).min(end), middle + 1);
+            [below, middle, if above > end { 0 } else { above }]
+        });
+        for &z in &near[2][first[2]..=last[2]] {
+            for &y in &near[1][first[1]..=last[1]] {
+                let row = (z * self.size[1] + y) * self.size[0];
+                for &x in &near[0][first[0]..=last[0]] {
+                    act(row + x);
+                }
+            }
+        }
     }
 }

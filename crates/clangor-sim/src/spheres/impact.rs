@@ -150,8 +150,37 @@ impl Touch {
 /// Resolves a cluster: velocities of the members change, the impulses are returned in the order in which they act.
 ///
 /// Where nothing approaches faster than `hush` [m/s], that speed is lost at once.
-pub(super) fn reflect(members: &mut [Member], touches: &[Touch], hush: f64) -> Vec<Blow> {
-    let mut blows = Vec::new();
+pub(super) fn reflect(members: &mut [Member], touches: &[Touch], hush: f64, blows: &mut Vec<Blow>) {
+    match touches {
+        [touch] if touch.lift == 0.0 => bounce(members, touch, blows),
+        _ => reflect_cluster(members, touches, hush, blows),
+    }
+    for blow in blows {
+        let touch = &touches[blow.touch];
+        let impulse = touch.normal * blow.normal + blow.tangential;
+        for (member, impulse) in [(touch.a, impulse), (touch.b, -impulse)] {
+            let member = &mut members[member];
+            member.moved |= member.inverse_mass > 0.0;
+            member.rod_impulse -= member.along_rods(impulse);
+        }
+    }
+}
+
+/// Two bodies alone: one round, in closed form.
+fn bounce(members: &mut [Member], touch: &Touch, blows: &mut Vec<Blow>) {
+    let speed = touch.normal_speed(members);
+    let response = touch.coupling(touch, members);
+    if speed >= -0.5 * QUIET_SPEED || response <= 0.0 {
+        return;
+    }
+    let velocity = touch.velocity(members);
+    let normal = (1.0 + touch.restitution(-speed)) * -speed / response;
+    touch.push(members, touch.normal * normal);
+    blows.push(Blow { touch: 0, normal, tangential: DVec3::ZERO, velocity });
+    rub(blows, std::slice::from_ref(touch), members);
+}
+
+fn reflect_cluster(members: &mut [Member], touches: &[Touch], hush: f64, blows: &mut Vec<Blow>) {
     let (mut last, mut first_speed) = (false, 0.0);
     for round in 0..=MAX_ROUNDS {
         let mut active: Vec<usize> = (0..touches.len())
@@ -203,18 +232,8 @@ pub(super) fn reflect(members: &mut [Member], touches: &[Touch], hush: f64) -> V
         }
     }
     if touches.iter().any(|t| t.lift > 0.0) {
-        lift(members, touches, &mut blows);
+        lift(members, touches, blows);
     }
-    for blow in &blows {
-        let touch = &touches[blow.touch];
-        let impulse = touch.normal * blow.normal + blow.tangential;
-        for (member, impulse) in [(touch.a, impulse), (touch.b, -impulse)] {
-            let member = &mut members[member];
-            member.moved |= member.inverse_mass > 0.0;
-            member.rod_impulse -= member.along_rods(impulse);
-        }
-    }
-    blows
 }
 
 /// Parts what has sunk into each other while it was pressed together; nothing else may approach by that.

@@ -34,7 +34,7 @@ impl Pending {
 impl Engine<'_> {
     /// Adds the impulses of the present phase up to now.
     pub(super) fn bank(&mut self, ball: usize) {
-        if self.seats[ball].is_some() {
+        if self.pending.is_none() || self.seat(ball).is_some() {
             return;
         }
         let Some(pending) = self.pending.as_mut().map(|all| &mut all[ball]) else { return };

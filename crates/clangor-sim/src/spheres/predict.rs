@@ -33,7 +33,7 @@ impl Engine<'_> {
                 continue;
             }
             let height = |x: DVec3| plane.normal.dot(x) - plane.offset - radius;
-            let (met, partner) = match self.seats[ball] {
+            let (met, partner) = match self.seat(ball) {
                 None => {
                     let (v, a) = (plane.normal.dot(velocity), plane.normal.dot(acceleration));
                     (meet_plane(height(position), v, a), PLANE | index as u32)
@@ -68,10 +68,18 @@ impl Engine<'_> {
     /// Takes the meeting with another ball if it is the earliest so far.
     #[inline]
     fn consider(&self, seeker: &Seeker, other: usize, near: &Ball, best: &mut Next) {
-        let reach = seeker.radius + near.radius;
         if seeker.course == Course::Ballistic && near.course == Course::Ballistic {
-            let (y, w) = near.at(self.now);
-            let (d, w) = (seeker.position - y, seeker.velocity - w);
+            // From the first cache line of the other ball alone: whether they close in, and pass near enough.
+            let s = self.now - near.time;
+            let w = near.velocity + self.world.gravity * s;
+            let d = seeker.position - near.position - (near.velocity + w) * (0.5 * s);
+            let w = seeker.velocity - w;
+            let widest = seeker.radius + self.broadest;
+            let misses = d.cross(w).length_squared() > widest * widest * w.length_squared();
+            if d.dot(w) >= 0.0 || misses {
+                return;
+            }
+            let reach = seeker.radius + near.radius;
             if let Some(mut s) = meet_uniform(d, w, reach)
                 && self.now + s < best.contact
             {
@@ -86,6 +94,7 @@ impl Engine<'_> {
             }
             return;
         }
+        let reach = seeker.radius + near.radius;
         let horizon = best.contact.min(best.phase_end).min(self.next[other].phase_end) - self.now;
         let between = |d: DVec3, w: DVec3| {
             let distance = d.length();
@@ -118,7 +127,7 @@ impl Engine<'_> {
 
     /// No relative acceleration of two balls exceeds this before one of them changes its motion [m/s²].
     fn relative_bound(&self, one: usize, two: usize) -> f64 {
-        let arc = |ball: usize| self.seats[ball].map(|(island, place)| &self.islands[island].arcs[place]);
+        let arc = |ball: usize| self.seat(ball).map(|(island, place)| &self.islands[island].arcs[place]);
         match (arc(one), arc(two)) {
             (Some(a), Some(b)) => a.relative_bound(b),
             (Some(a), None) => a.bound() + self.balls[two].acceleration.length(),
@@ -130,7 +139,8 @@ impl Engine<'_> {
     /// Finds when a ball leaves its cell, and enters its next event into the schedule.
     fn watch_cell(&mut self, seeker: &Seeker) {
         let Seeker { ball, position, velocity, acceleration, .. } = *seeker;
-        let record = &mut self.balls[ball];
+        let (seat, record) = (self.seat(ball), &self.balls[ball]);
+        let mut exit = record.exit;
         let edge = self.grid.edge();
         let mut leaves = f64::INFINITY;
         if record.bucket != NOWHERE && edge.is_finite() {
@@ -138,7 +148,7 @@ impl Engine<'_> {
                 let (x, v, a) = (position[axis], velocity[axis], acceleration[axis]);
                 let low = f64::from(record.cell[axis]) * edge;
                 for (side, gap, v, a) in [(0, x - low, v, a), (1, low + edge - x, -v, -a)] {
-                    let reached = match self.seats[ball] {
+                    let reached = match seat {
                         None => fall(gap.max(0.0), v, a),
                         Some((island, place)) => {
                             let arc = &self.islands[island].arcs[place];
@@ -160,11 +170,12 @@ impl Engine<'_> {
                         && s < leaves
                     {
                         leaves = s;
-                        record.exit = (2 * axis + side) as u8;
+                        exit = (2 * axis + side) as u8;
                     }
                 }
             }
         }
+        self.balls[ball].exit = exit;
         let next = &mut self.next[ball];
         next.crossing = self.now + leaves;
         self.schedule.set(ball, next.contact.min(next.crossing).min(next.phase_end));
@@ -189,7 +200,7 @@ impl Engine<'_> {
         let cell = self.balls[ball].cell;
         let seeker = self.seeker(ball);
         let mut best = self.next[ball];
-        for bucket in self.grid.ahead(cell, exit) {
+        self.grid.ahead(cell, exit, |bucket| {
             let mut other = self.grid.head(bucket);
             while other != NONE {
                 let near = &self.balls[other as usize];
@@ -198,7 +209,7 @@ impl Engine<'_> {
                 }
                 other = near.next;
             }
-        }
+        });
         self.next[ball] = best;
         self.watch_cell(&seeker);
     }

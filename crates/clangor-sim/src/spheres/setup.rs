@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::arc::{Far, Island, Rod, Spring};
 use super::ball::{Ball, Course, Spin, Traits};
 use super::grid::{Grid, NONE, NOWHERE};
+use super::pairs::Pairs;
 use crate::SimulationError;
 
 /// An overlap up to this fraction of the smaller radius is a rounding of the scene's numbers.
@@ -26,6 +27,8 @@ pub(super) struct Plane {
     pub(super) normal: DVec3,
     /// n·x of its surface [m].
     pub(super) offset: f64,
+    /// Its class of materials.
+    pub(super) material: u32,
 }
 
 /// Everything at t = 0.
@@ -34,6 +37,7 @@ pub(super) struct Start {
     pub(super) spins: Vec<Spin>,
     pub(super) traits: Vec<Traits>,
     pub(super) planes: Vec<Plane>,
+    pub(super) pairs: Pairs,
     pub(super) grid: Grid,
     /// Balls that are in no cell.
     pub(super) wide: Vec<u32>,
@@ -46,6 +50,7 @@ pub(super) struct Start {
 /// Sorts a world into balls and planes.
 pub(super) fn start(world: &World) -> Result<Start, SimulationError> {
     let refuse = |body: &Body, reason| SimulationError::NotASphere { body: body.name.clone(), reason };
+    let (pairs, classes) = Pairs::new(world);
     let mut spheres: Vec<(usize, f64)> = Vec::new();
     let mut planes = Vec::new();
     for (index, body) in world.bodies.iter().enumerate() {
@@ -65,7 +70,7 @@ pub(super) fn start(world: &World) -> Result<Start, SimulationError> {
             (Surface::HalfSpace, _) => {
                 let normal = body.pose.orientation.normalize() * DVec3::Y;
                 let offset = normal.dot(body.pose.position);
-                planes.push(Plane { body: index as u32, normal, offset });
+                planes.push(Plane { body: index as u32, normal, offset, material: classes[index] });
             }
             (Surface::Sphere { radius }, motion) => {
                 let inertia = body.inertia.x_axis.x;
@@ -80,14 +85,20 @@ pub(super) fn start(world: &World) -> Result<Start, SimulationError> {
             }
         }
     }
-    let mut start = place(world, spheres, planes);
+    let mut start = place(world, spheres, planes, pairs, &classes);
     tie(world, &mut start)?;
     Ok(start)
 }
 
 /// Chooses the cells, and keeps the balls in the order of their cells, so that neighbours in space are neighbours in
 /// memory.
-fn place(world: &World, mut spheres: Vec<(usize, f64)>, planes: Vec<Plane>) -> Start {
+fn place(
+    world: &World,
+    mut spheres: Vec<(usize, f64)>,
+    planes: Vec<Plane>,
+    pairs: Pairs,
+    classes: &[u32],
+) -> Start {
     let position = |index: usize| world.bodies[index].pose.position;
     let mut radii: Vec<f64> = spheres.iter().map(|s| s.1).collect();
     radii.sort_by(f64::total_cmp);
@@ -139,6 +150,7 @@ fn place(world: &World, mut spheres: Vec<(usize, f64)>, planes: Vec<Plane>) -> S
         });
         traits.push(Traits {
             body: index as u32,
+            material: classes[index],
             free,
             mass: body.mass,
             inverse_mass: if free { 1.0 / body.mass } else { 0.0 },
@@ -153,7 +165,7 @@ fn place(world: &World, mut spheres: Vec<(usize, f64)>, planes: Vec<Plane>) -> S
         }
     }
     let seats = vec![None; balls.len()];
-    Start { balls, spins, traits, planes, grid, wide, islands: Vec::new(), seats }
+    Start { balls, spins, traits, planes, pairs, grid, wide, islands: Vec::new(), seats }
 }
 
 /// Gathers linked balls into islands.
@@ -258,7 +270,7 @@ fn tie(world: &World, start: &mut Start) -> Result<(), SimulationError> {
 }
 
 /// Z-order of a cell: bits of the three coordinates in turn.
-fn interleave(cell: [i32; 3]) -> u64 {
+pub(super) fn interleave(cell: [i32; 3]) -> u64 {
     let spread =
         |x: i32| (0..20).fold(0_u64, |code, bit| code | (((x.max(0) as u64) >> bit & 1) << (3 * bit)));
     spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2

@@ -1,0 +1,53 @@
+//! Coefficients of pairs, looked up: a table over the distinct materials of a world.
+//!
+//! A body's record is large; reading two of them at each of a million impacts would cost more than the impact.
+
+use std::collections::BTreeMap;
+
+use clangor::body::World;
+use clangor::material::{Material, PairCoefficients};
+
+/// Materials whose pairs fit a table.
+const MOST: usize = 256;
+
+/// Coefficients of pairs of classes of materials that dynamics cannot tell apart.
+pub(super) struct Pairs {
+    materials: Vec<Material>,
+    table: Vec<PairCoefficients>,
+}
+
+impl Pairs {
+    /// The classes of a world, and the class of each of its bodies.
+    pub(super) fn new(world: &World) -> (Self, Vec<u32>) {
+        let mut known = BTreeMap::new();
+        let mut materials: Vec<Material> = Vec::new();
+        let classes = world
+            .bodies
+            .iter()
+            .map(|body| {
+                let m = &body.material;
+                let key = [m.restitution, m.friction, m.rolling_loss].map(f64::to_bits);
+                *known.entry(key).or_insert_with(|| {
+                    materials.push(m.clone());
+                    (materials.len() - 1) as u32
+                })
+            })
+            .collect();
+        let mut table = Vec::new();
+        if materials.len() <= MOST {
+            for a in &materials {
+                table.extend(materials.iter().map(|b| PairCoefficients::of(a, b)));
+            }
+        }
+        (Pairs { materials, table }, classes)
+    }
+
+    /// The coefficients of two classes.
+    pub(super) fn of(&self, a: u32, b: u32) -> PairCoefficients {
+        let (a, b) = (a as usize, b as usize);
+        match self.table.get(a * self.materials.len() + b) {
+            Some(&pair) => pair,
+            None => PairCoefficients::of(&self.materials[a], &self.materials[b]),
+        }
+    }
+}

@@ -59,6 +59,21 @@ fn signed_distance_of_a_box_is_exact() {
 }
 
 #[test]
+fn the_sign_is_right_beyond_sharp_edges() {
+    // Beyond an edge of 60° the normal of one face alone points away from half of the points outside.
+    for text in ["prism:3x0.01x0.03", "prism:3x0.01x0.001", "shard:2x0.04"] {
+        let surface = surface(text);
+        let mesh = &surface.mesh;
+        for point in scatter(2000).map(|p| p * 0.06) {
+            let height = (0..mesh.triangles.len())
+                .map(|t| mesh.area_vector(t).normalize().dot(point - mesh.corners(t)[0]))
+                .fold(f64::NEG_INFINITY, f64::max);
+            assert_eq!(surface.contains(point), height < 0.0, "{text}: {point}");
+        }
+    }
+}
+
+#[test]
 fn inside_a_bowl_is_outside_its_wall() {
     let surface = surface("bowl");
     let (_, mass) = Shape::parse("bowl").unwrap().surface().unwrap();

@@ -16,7 +16,7 @@ const TOLERATED_OVERLAP: f64 = 1e-4;
 /// Balls this much wider than the median one are kept out of the grid and compared with every ball.
 const WIDE: f64 = 3.0;
 /// Balls per cell that the width of the cells aims at.
-const BALLS_PER_CELL: f64 = 0.5;
+const BALLS_PER_CELL: f64 = 0.2;
 
 /// A fixed half-space.
 #[derive(Clone, Debug)]
@@ -64,7 +64,7 @@ pub(super) fn start(world: &World) -> Result<Start, SimulationError> {
         match (Arc::as_ref(&body.surface), &body.motion) {
             (Surface::Mesh(_), _) => return Err(refuse(body, "it is neither a sphere nor a plane")),
             (_, Motion::Keyframed(track)) if !track.is_fixed() => {
-                return Err(refuse(body, "it moves by keyframes"));
+                return Err(refuse(body, "it moves by keyframes, which the exact solver does not follow"));
             }
             (Surface::HalfSpace, Motion::Free) => return Err(refuse(body, "a half-space cannot be free")),
             (Surface::HalfSpace, _) => {

@@ -28,7 +28,7 @@ const FAST_PUSH: f64 = 0.2;
 /// Points that part faster than this are out of reach [m/s].
 const PARTING: f64 = 0.05;
 /// Sweeps end when no velocity changes by more than this fraction of g Δt.
-const TOLERANCE: f64 = 0.05;
+const TOLERANCE: f64 = 0.02;
 /// Stands for g where there is no gravity [m/s²].
 const LEAST_GRAVITY: f64 = 1.0;
 const MIN_SWEEPS: u32 = 4;

@@ -50,7 +50,7 @@ use spring::Spring;
 use state::BodyState;
 pub use step_log::{Impulse, StepLog};
 
-/// An overlap at the start beyond this is refused [m].
+/// An overlap at the start beyond this is refused \[m\].
 const START_OVERLAP: f64 = 1e-4;
 /// Steps between two looks for islands that may sleep.
 const SLEEP_CHECK: u64 = 16;
@@ -80,7 +80,7 @@ pub struct RigidWorld {
 }
 
 impl RigidWorld {
-    /// The world at t = 0, to be moved in steps of `time_step` [s]; with `sleep`, bodies at rest are put to sleep.
+    /// The world at t = 0, to be moved in steps of `time_step` \[s\]; with `sleep`, bodies at rest are put to sleep.
     ///
     /// # Errors
     /// [`SimulationError::BadBody`] for a body that cannot be simulated, [`SimulationError::Unsupported`] for a link,
@@ -142,7 +142,7 @@ impl RigidWorld {
         Ok(rigid)
     }
 
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub fn time(&self) -> f64 {
         self.steps as f64 * self.time_step
     }
@@ -160,24 +160,24 @@ impl RigidWorld {
         }
     }
 
-    /// Momentum [N s] and angular momentum about the centre of mass [N m s] of a free body now, world frame.
+    /// Momentum \[N s\] and angular momentum about the centre of mass \[N m s\] of a free body now, world frame.
     pub fn momentum(&self, body: BodyId) -> (DVec3, DVec3) {
         let state = &self.bodies[body.index()];
         (state.velocity * state.mass, state.momentum)
     }
 
-    /// Kinetic energy of all free bodies [J].
+    /// Kinetic energy of all free bodies \[J\].
     pub fn kinetic_energy(&self) -> f64 {
         self.bodies.iter().map(BodyState::kinetic_energy).sum()
     }
 
-    /// Kinetic and potential energy of all free bodies [J], springs left out.
+    /// Kinetic and potential energy of all free bodies \[J\], springs left out.
     pub fn energy(&self) -> f64 {
         let free = self.bodies.iter().filter(|b| b.is_free());
         self.kinetic_energy() - free.map(|b| b.mass * self.gravity.dot(b.position)).sum::<f64>()
     }
 
-    /// Bound on the speed of any point of a body [m/s].
+    /// Bound on the speed of any point of a body \[m/s\].
     pub fn surface_speed(&self, body: BodyId) -> f64 {
         let state = &self.bodies[body.index()];
         state.velocity.length() + state.start_angular_velocity().length() * state.radius
@@ -188,7 +188,7 @@ impl RigidWorld {
         self.bodies[body.index()].asleep
     }
 
-    /// Deepest overlap of any two bodies in the last step [m], 0 if none.
+    /// Deepest overlap of any two bodies in the last step \[m\], 0 if none.
     pub fn deepest_overlap(&self) -> f64 {
         let points = self.pairs.iter().filter(|p| p.live && p.hits == 0).flat_map(|p| &p.points);
         points.map(|p| -p.gap).fold(0.0, f64::max)

@@ -12,10 +12,7 @@ use clangor::glam::DVec3;
 use clangor::material::Material;
 use clangor_sim::rigid::{RigidWorld, StepLog};
 
-use scenes::{
-    Random, bowl, cuboid, cylinder, die, floor, key, material, mug, prism, ring, rock, rock_pile, shard,
-    solid, world,
-};
+use scenes::{Random, cuboid, floor, material, named, rock_pile, solid, world};
 
 const TIME_STEP: f64 = 2.5e-4;
 const RESTING: f64 = 0.02;
@@ -23,18 +20,22 @@ const LOUD: f64 = 0.05;
 
 /// The ten shapes, and how long each may take to rest [s]: those with round edges roll.
 fn shapes(material: &Material, seed: u64) -> Vec<(Body, f64)> {
-    vec![
-        (solid("coin of 64 sides", material, &[prism(64, 0.01213, 0.000875)]), 4.0),
-        (cylinder(material, 0.01213, 0.000875), 15.0),
-        (solid("die", material, &[die(0.008, 0.0008)]), 4.0),
-        (solid("hexagonal prism", material, &[prism(6, 0.010, 0.003)]), 4.0),
-        (solid("rock", material, &[rock(seed, 20, 0.015)]), 4.0),
-        (solid("shard", material, &[shard(seed, 0.02, 0.004)]), 4.0),
-        (solid("ring", material, &ring(0.012, 0.0025, 24, 8)), 15.0),
-        (solid("bowl", material, &bowl()), 15.0),
-        (solid("key", material, &key()), 4.0),
-        (solid("mug", material, &mug()), 15.0),
+    let rock = format!("rock:{seed}x0.0125");
+    let shard = format!("shard:{seed}x0.04");
+    [
+        ("prism:64x0.01213x0.00175", 4.0),
+        ("coin", 15.0),
+        ("die", 4.0),
+        ("prism:6x0.01x0.006", 4.0),
+        (rock.as_str(), 4.0),
+        (shard.as_str(), 4.0),
+        ("ring", 15.0),
+        ("bowl", 15.0),
+        ("key", 4.0),
+        ("mug", 15.0),
     ]
+    .map(|(text, limit)| (named(text, material), limit))
+    .to_vec()
 }
 
 /// What a drop did.
@@ -90,16 +91,16 @@ fn drop_all(seeds: std::ops::Range<u64>) {
             let d = drop(&body, &material, seed + 1, limit);
             let rest = d.rest.unwrap_or(f64::INFINITY);
             let line = format!(
-                "{:18} seed {seed}: rest {rest:.2} s, loud after {}, overlap {:.1} um, last speed {:.1e} m/s",
+                "{:24} seed {seed}: rest {rest:.2} s, loud after {}, overlap {:.1} um, last speed {:.1e} m/s",
                 body.name,
                 d.loud_after,
                 d.overlap * 1e6,
                 d.speed
             );
             println!("{line}");
-            // Seen: rest after 1.7 s at most, 3 s for the smooth coin and 5 s for the bowl; overlap 3.5 um, and 7.7 um of
+            // Seen: rest after 1.9 s at most, 3.5 s for what rolls and 12 s for the bowl; overlap 3.1 um, and 9.3 um of
             // the smooth coin in the few steps in which it falls flat and its contact races round the rim.
-            let allowed = if body.name == "cylinder" { 1e-5 } else { 5e-6 };
+            let allowed = if body.name == "coin" { 1e-5 } else { 5e-6 };
             if rest > limit || d.loud_after > 0 || d.overlap > allowed {
                 failures.push(line);
             }

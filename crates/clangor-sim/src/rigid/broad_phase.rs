@@ -52,7 +52,7 @@ pub(super) fn pairs(bodies: &mut [BodyState], shapes: &[Shape], step: f64) -> Ve
     keys
 }
 
-/// Height of a point over a half-space [m].
+/// Height of a point over a half-space \[m\].
 fn height(half_space: &BodyState, point: DVec3) -> f64 {
     (half_space.mid_orientation * DVec3::Y).dot(point - half_space.mid_position)
 }

@@ -25,15 +25,15 @@ use super::sleep;
 use super::state::{BodyState, Instant};
 use super::step_log::{Impulse, StepLog};
 
-/// Impacts closer than this in time are solved together [s].
+/// Impacts closer than this in time are solved together \[s\].
 const TIE: f64 = 1e-10;
-/// A predicted time is exact when a refinement moves it by less [s].
+/// A predicted time is exact when a refinement moves it by less \[s\].
 const EXACT: f64 = 1e-11;
 /// Refinements of one prediction at most.
 const MAX_REFINEMENTS: u32 = 30;
-/// Points of a pair that touch within this time belong to the impact [s].
+/// Points of a pair that touch within this time belong to the impact \[s\].
 const TOGETHER: f64 = 1e-7;
-/// And those within this distance [m].
+/// And those within this distance \[m\].
 const TOUCHING: f64 = 1e-9;
 /// Impacts of one pair in one step after which restitution is dropped, and after which the contact phase takes over,
 /// so that a step ends.
@@ -46,17 +46,17 @@ const MAX_SWEEPS: u32 = 400;
 const CONVERGED: f64 = 1e-14;
 /// Pairs in a block.
 const MAX_GROUP: usize = 256;
-/// An overlap at the middle of the step beyond this means that the bodies passed each other [m].
+/// An overlap at the middle of the step beyond this means that the bodies passed each other \[m\].
 const PASSED: f64 = 1e-5;
 
-/// Approach below which contact is resting contact [m/s].
+/// Approach below which contact is resting contact \[m/s\].
 const REST_SPEED: f64 = 0.02;
 /// The same, where restitution is 1 and nothing ever rests.
 const REST_SPEED_ELASTIC: f64 = 1e-6;
 /// It is never below this many times the speed that gravity gives in a step.
 const REST_STEPS: f64 = 4.0;
 
-/// Approach speed [m/s] below which a pair has no impacts.
+/// Approach speed \[m/s\] below which a pair has no impacts.
 pub(super) fn rest_speed(restitution: f64, step: &Step) -> f64 {
     if restitution >= 1.0 {
         return REST_SPEED_ELASTIC;
@@ -64,7 +64,7 @@ pub(super) fn rest_speed(restitution: f64, step: &Step) -> f64 {
     REST_SPEED.max(REST_STEPS * step.gravity.length() * step.length)
 }
 
-/// Bound on the relative acceleration of two contact points due to rotation [m/s²], and a bit more.
+/// Bound on the relative acceleration of two contact points due to rotation \[m/s²\], and a bit more.
 pub(super) fn bend(a: &BodyState, b: &BodyState) -> f64 {
     let one = |body: &BodyState| body.spin_speed() * body.angular_velocity.length();
     2.0 * (one(a) + one(b))

@@ -20,16 +20,16 @@ use super::step_log::{Impulse, StepLog};
 
 /// Fraction of an overlap that is pushed out per step.
 const PUSH_FRACTION: f64 = 0.2;
-/// Speed of that push at most [m/s].
+/// Speed of that push at most \[m/s\].
 const PUSH_SPEED: f64 = 5e-3;
 /// The same for a contact that rolls or slides in fast: fractions of the overlap and of its approach speed.
 const FAST_PUSH_FRACTION: f64 = 1.0;
 const FAST_PUSH: f64 = 0.2;
-/// Points that part faster than this are out of reach [m/s].
+/// Points that part faster than this are out of reach \[m/s\].
 const PARTING: f64 = 0.05;
 /// Sweeps end when no velocity changes by more than this fraction of g Δt.
 const TOLERANCE: f64 = 0.02;
-/// Stands for g where there is no gravity [m/s²].
+/// Stands for g where there is no gravity \[m/s²\].
 const LEAST_GRAVITY: f64 = 1.0;
 const MIN_SWEEPS: u32 = 4;
 const MAX_SWEEPS: u32 = 30;
@@ -60,15 +60,15 @@ struct Row {
     tangents: [DVec3; 2],
     arm_a: DVec3,
     arm_b: DVec3,
-    /// Effective mass along the normal and the tangents [kg].
+    /// Effective mass along the normal and the tangents \[kg\].
     mass: [f64; 3],
-    /// Change of the tangential velocities by a unit normal impulse [1/kg].
+    /// Change of the tangential velocities by a unit normal impulse \[1/kg\].
     coupling: [f64; 2],
-    /// Least normal velocity after the step [m/s].
+    /// Least normal velocity after the step \[m/s\].
     target: f64,
     friction: f64,
     rolling_loss: f64,
-    /// Moment of inertia of the couple, from below [kg m²].
+    /// Moment of inertia of the couple, from below \[kg m²\].
     rolling_inertia: f64,
     impulse: [f64; 3],
     couple: DVec3,
@@ -322,7 +322,7 @@ fn middle(body: &BodyState) -> Instant {
 }
 
 impl Row {
-    /// Solves this point with all others held; the largest change of velocity [m/s].
+    /// Solves this point with all others held; the largest change of velocity \[m/s\].
     fn relax(&mut self, movers: &mut [Mover]) -> f64 {
         let (mut a, mut b) = (movers[self.a], movers[self.b]);
         let slip = a.velocity + a.spin.cross(self.arm_a) - b.velocity - b.spin.cross(self.arm_b);

@@ -19,7 +19,7 @@ use super::shape::{Part, PartShape};
 
 /// Directions in which extreme points are kept.
 const DIRECTIONS: usize = 8;
-/// Turns the directions off the symmetry axes of common shapes [rad].
+/// Turns the directions off the symmetry axes of common shapes \[rad\].
 const FIRST_DIRECTION: f64 = 0.1234;
 /// A face takes part in a manifold if its normal is within acos of this of the contact's.
 const FACING: f64 = 0.7;
@@ -28,11 +28,11 @@ const CAP_FACING: f64 = 0.98;
 const SIDE_FACING: f64 = 0.05;
 /// Corners that stand for the rim of a cap against a hull.
 const CAP_CORNERS: usize = 16;
-/// Angles [rad] from the lowest rim point of the others that are kept, to both sides: of a slow cylinder, and of a fast
+/// Angles \[rad\] from the lowest rim point of the others that are kept, to both sides: of a slow cylinder, and of a fast
 /// one, whose lowest point may run round the rim within a step, most often a little way.
 const SLOW_RIM: &[f64] = &[0.5 * PI, PI];
 const FAST_RIM: &[f64] = &[0.04, 0.1, 0.18, 0.3, 0.45, 0.7, 1.1, 1.6, 2.3, PI];
-/// The distance query looks this much farther than asked [m].
+/// The distance query looks this much farther than asked \[m\].
 const QUERY_MARGIN: f64 = 1e-4;
 
 /// A part in the world.
@@ -59,7 +59,7 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// Points of A and B that face each other, and their gap along the normal [m], negative if they overlap.
+/// Points of A and B that face each other, and their gap along the normal \[m\], negative if they overlap.
 #[derive(Clone, Copy)]
 pub(super) struct ManifoldPoint {
     pub(super) on_a: DVec3,
@@ -69,7 +69,7 @@ pub(super) struct ManifoldPoint {
 
 /// How far two parts are apart.
 pub(super) struct Separation {
-    /// Distance along `normal` [m]; a lower bound where there are no points.
+    /// Distance along `normal` \[m\]; a lower bound where there are no points.
     pub(super) gap: f64,
     /// Unit vector from B to A; zero where the query failed far away.
     pub(super) normal: DVec3,
@@ -95,7 +95,7 @@ pub(super) fn tangents(normal: DVec3) -> (DVec3, DVec3) {
     (t1, normal.cross(t1))
 }
 
-/// Puts the points of A and B with a gap below `prediction` [m] into `points`.
+/// Puts the points of A and B with a gap below `prediction` \[m\] into `points`.
 ///
 /// `axis` is the normal found last time, or zero: where it still separates the parts, nothing else is done. Points are
 /// thinned unless the pair is `fast`. A half-space must be B.

@@ -12,13 +12,13 @@ use super::manifold::{ManifoldPoint, ManifoldScratch, Placed, Separation, manifo
 use super::shape::Shape;
 use super::state::BodyState;
 
-/// Relative travel after which a manifold is found anew [m].
+/// Relative travel after which a manifold is found anew \[m\].
 const DRIFT: f64 = 5e-6;
-/// Angle by which the lowest rim point of a cylinder may run round in a step before more of the rim is kept [rad].
+/// Angle by which the lowest rim point of a cylinder may run round in a step before more of the rim is kept \[rad\].
 const SWING: f64 = 0.025;
-/// A larger swing than this is no rolling [rad].
+/// A larger swing than this is no rolling \[rad\].
 const MOST_SWING: f64 = 0.5;
-/// Overlap that is left alone [m].
+/// Overlap that is left alone \[m\].
 pub(super) const SLOP: f64 = 2e-6;
 /// A manifold looks this many times farther than a pair can move in a step.
 const FORESIGHT: f64 = 1.5;
@@ -39,11 +39,11 @@ pub(super) struct PairKey {
 pub(super) struct ContactPoint {
     anchor_a: DVec3,
     anchor_b: DVec3,
-    /// Arms from the centres of mass [m], world, and the gap [m], at the pair's reference time, gravity left out.
+    /// Arms from the centres of mass \[m\], world, and the gap \[m\], at the pair's reference time, gravity left out.
     pub(super) arm_a: DVec3,
     pub(super) arm_b: DVec3,
     pub(super) gap: f64,
-    /// Impulse on A in the contact phase of the last step [N s].
+    /// Impulse on A in the contact phase of the last step \[N s\].
     pub(super) impulse_n: f64,
     pub(super) impulse_t: DVec3,
 }
@@ -55,7 +55,7 @@ pub(super) struct Pair {
     /// From B to A.
     pub(super) normal: DVec3,
     pub(super) points: Vec<ContactPoint>,
-    /// When in the step the points were measured [s].
+    /// When in the step the points were measured \[s\].
     pub(super) reference: f64,
     /// Whether there are points.
     pub(super) live: bool,
@@ -69,15 +69,15 @@ pub(super) struct Pair {
     pub(super) exact: ExactManifold,
     /// Whether the lowest point runs round a rim: a cylinder on a half-space, whose gap is concave in time.
     pub(super) rolls_on_rim: bool,
-    /// Normal velocity [m/s] that the lowest rim point must have now for the lowest point to be as high in a step.
+    /// Normal velocity \[m/s\] that the lowest rim point must have now for the lowest point to be as high in a step.
     pub(super) rim_lift: f64,
     curved: bool,
     axis: DVec3,
     normal_in_owner: DVec3,
     normal_of_a: bool,
-    /// Distance that the pair is known to be apart beyond its foresight [m].
+    /// Distance that the pair is known to be apart beyond its foresight \[m\].
     slack: f64,
-    /// Travel since the manifold was found [m].
+    /// Travel since the manifold was found \[m\].
     travel: f64,
 }
 
@@ -92,11 +92,11 @@ pub(super) struct ExactManifold {
 /// What the geometry needs to know of the step.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
-    /// Start [s].
+    /// Start \[s\].
     pub(super) time: f64,
-    /// Length [s].
+    /// Length \[s\].
     pub(super) length: f64,
-    /// Gravity [m/s²].
+    /// Gravity \[m/s²\].
     pub(super) gravity: DVec3,
 }
 
@@ -137,12 +137,12 @@ impl Pair {
         (&bodies[self.key.a as usize], &bodies[self.key.b as usize])
     }
 
-    /// Bound on the distance [m] by which the gap can change in a step.
+    /// Bound on the distance \[m\] by which the gap can change in a step.
     fn reach(&self, a: &BodyState, b: &BodyState, step: &Step) -> f64 {
         ((a.velocity - b.velocity).length() + a.spin_speed() + b.spin_speed()) * step.length
     }
 
-    /// How far a manifold has to look [m].
+    /// How far a manifold has to look \[m\].
     fn foresight(&self, reach: f64, step: &Step) -> f64 {
         FORESIGHT * (reach + 2.0 * step.gravity.length() * step.length * step.length) + SLOP
     }
@@ -345,7 +345,7 @@ impl Pair {
     }
 }
 
-/// How far the lowest rim point of a cylinder on a half-space runs round the rim in a step [rad], and the slope of the
+/// How far the lowest rim point of a cylinder on a half-space runs round the rim in a step \[rad\], and the slope of the
 /// cylinder's axis to the normal.
 fn rim_swing(body: &BodyState, cylinder: &Placed<'_>, normal: DVec3, step: f64) -> (f64, f64) {
     let axis = cylinder.orientation * DVec3::Z;

@@ -8,7 +8,7 @@ use clangor::geometry::convex::ConvexPart;
 use glam::{DQuat, DVec3};
 use parry3d_f64::shape::{ConvexPolyhedron, SupportMap};
 
-/// Hulls and cylinders are rounded by this radius where they meet each other [m].
+/// Hulls and cylinders are rounded by this radius where they meet each other \[m\].
 ///
 /// It keeps the distance query away from overlap, where it is slower and less exact. Bodies so rest 10 µm apart.
 pub(super) const SKIN: f64 = 5e-6;
@@ -46,11 +46,11 @@ pub(super) struct Face {
 /// A convex piece placed in the frame of its body.
 pub(super) struct Part {
     pub(super) shape: PartShape,
-    /// Origin of the part's frame in the body frame, also the centre of its bounding ball [m].
+    /// Origin of the part's frame in the body frame, also the centre of its bounding ball \[m\].
     pub(super) centre: DVec3,
     /// Rotation from the part's frame to the body frame.
     pub(super) rotation: DQuat,
-    /// Radius of the bounding ball [m].
+    /// Radius of the bounding ball \[m\].
     pub(super) radius: f64,
 }
 
@@ -123,12 +123,12 @@ impl Part {
         matches!(self.shape, PartShape::Ball { .. } | PartShape::Cylinder { .. })
     }
 
-    /// Radius of a cylinder [m]; 0 for other parts.
+    /// Radius of a cylinder \[m\]; 0 for other parts.
     pub(super) fn cylinder_radius(&self) -> f64 {
         if let PartShape::Cylinder { radius, .. } = self.shape { radius } else { 0.0 }
     }
 
-    /// Radius [m] by which the core that the distance query sees is rounded when it meets `other`.
+    /// Radius \[m\] by which the core that the distance query sees is rounded when it meets `other`.
     pub(super) fn rounding(&self, other: &Part) -> f64 {
         match (&self.shape, &other.shape) {
             (PartShape::Ball { radius }, _) => *radius,

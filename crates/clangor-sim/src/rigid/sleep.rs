@@ -13,9 +13,9 @@ use super::pair::{Pair, SLOP, Step};
 use super::state::BodyState;
 use super::step_log::{Impulse, StepLog};
 
-/// Surface speed below which a body is still [m/s].
+/// Surface speed below which a body is still \[m/s\].
 const SLEEP_SPEED: f64 = 3e-3;
-/// How long an island has to be still [s].
+/// How long an island has to be still \[s\].
 const SLEEP_TIME: f64 = 0.1;
 
 /// Counts how long the bodies have been still.

@@ -29,7 +29,7 @@ pub(super) enum Drive {
 pub(super) struct BodyState {
     pub(super) drive: Drive,
     pub(super) shape: usize,
-    /// Radius of the ball about the centre of mass that holds the body [m].
+    /// Radius of the ball about the centre of mass that holds the body \[m\].
     pub(super) radius: f64,
     pub(super) mass: f64,
     inverse_inertia: DMat3,
@@ -38,9 +38,9 @@ pub(super) struct BodyState {
     /// Pose at the start of the step.
     pub(super) position: DVec3,
     pub(super) orientation: DQuat,
-    /// u in the collision phase, the velocity at the end of the step after it [m/s].
+    /// u in the collision phase, the velocity at the end of the step after it \[m/s\].
     pub(super) velocity: DVec3,
-    /// About the centre of mass, world [N m s].
+    /// About the centre of mass, world \[N m s\].
     pub(super) momentum: DVec3,
     /// Pose at the middle of the step, and what follows from it.
     pub(super) mid_position: DVec3,
@@ -48,14 +48,14 @@ pub(super) struct BodyState {
     pub(super) angular_velocity: DVec3,
     pub(super) world_inverse_inertia: DMat3,
 
-    /// Time of the last impulse in this step [s].
+    /// Time of the last impulse in this step \[s\].
     pub(super) last_hit: f64,
-    /// Distance that its surface may have moved since the broad phase [m].
+    /// Distance that its surface may have moved since the broad phase \[m\].
     pub(super) moved: f64,
-    /// Distance that the broad phase allowed [m].
+    /// Distance that the broad phase allowed \[m\].
     pub(super) margin: f64,
     pub(super) asleep: bool,
-    /// How long it has been slow [s].
+    /// How long it has been slow \[s\].
     pub(super) quiet: f64,
     /// Bodies that fell asleep together wake together.
     pub(super) island: usize,
@@ -186,17 +186,17 @@ impl BodyState {
         if self.is_awake() { gravity } else { DVec3::ZERO }
     }
 
-    /// Bound on the speed of any point of it [m/s].
+    /// Bound on the speed of any point of it \[m/s\].
     pub(super) fn surface_speed(&self) -> f64 {
         self.velocity.length() + self.spin_speed()
     }
 
-    /// Bound on the speed of any point of it due to rotation [m/s].
+    /// Bound on the speed of any point of it due to rotation \[m/s\].
     pub(super) fn spin_speed(&self) -> f64 {
         if self.radius.is_finite() { self.angular_velocity.length() * self.radius } else { 0.0 }
     }
 
-    /// Kinetic energy at the start of the step [J].
+    /// Kinetic energy at the start of the step \[J\].
     pub(super) fn kinetic_energy(&self) -> f64 {
         if !self.is_free() {
             return 0.0;
@@ -205,7 +205,7 @@ impl BodyState {
         0.5 * self.mass * self.velocity.length_squared() + 0.5 * self.momentum.dot(spin)
     }
 
-    /// Angular velocity at the start of the step [rad/s].
+    /// Angular velocity at the start of the step \[rad/s\].
     pub(super) fn start_angular_velocity(&self) -> DVec3 {
         match &self.drive {
             Drive::Free => angular_velocity(self.orientation, self.momentum, &self.inverse_inertia),
@@ -234,7 +234,7 @@ impl BodyState {
         }
     }
 
-    /// Moves to the end of the step, at `end` [s]. The velocity is now that of the end.
+    /// Moves to the end of the step, at `end` \[s\]. The velocity is now that of the end.
     pub(super) fn end_step(&mut self, end: f64, step: f64) {
         match &self.drive {
             Drive::Free if !self.asleep => {

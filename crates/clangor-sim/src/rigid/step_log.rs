@@ -16,9 +16,9 @@ use super::state::Instant;
 pub struct Impulse {
     /// The row as the timeline gets it.
     pub row: ContactRow,
-    /// From the centre of mass of A to the point [m].
+    /// From the centre of mass of A to the point \[m\].
     pub arm_a: DVec3,
-    /// From the centre of mass of B to the point [m].
+    /// From the centre of mass of B to the point \[m\].
     pub arm_b: DVec3,
 }
 
@@ -74,7 +74,7 @@ impl StepLog {
         StepLog::default()
     }
 
-    /// A log without the rows of lasting contacts that approach slower than `speed` [m/s].
+    /// A log without the rows of lasting contacts that approach slower than `speed` \[m/s\].
     pub fn without_slow_contacts(speed: f64) -> Self {
         StepLog { skip_slower: Some(speed), ..StepLog::default() }
     }
@@ -91,7 +91,7 @@ impl StepLog {
         self.groups.clear();
     }
 
-    /// The approach speed [m/s] below which contact rows are not wanted.
+    /// The approach speed \[m/s\] below which contact rows are not wanted.
     pub(super) fn skips_slower(&self) -> Option<f64> {
         self.skip_slower
     }

@@ -10,6 +10,7 @@ use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::{DMat3, DQuat, DVec3};
 use clangor::material::{Damping, Material};
 use clangor::pose::Pose;
+use clangor::shape::Shape;
 
 /// xorshift64: seeded, so that every run sees the same numbers.
 pub(crate) struct Random(pub(crate) u64);
@@ -314,4 +315,11 @@ pub(crate) fn rock_pile(rocks: usize, half: f64, material: &Material, seed: u64)
         bodies.push(body);
     }
     world(bodies)
+}
+
+/// A named shape, such as `mug` or `rock:3x0.015`.
+pub(crate) fn named(text: &str, material: &Material) -> Body {
+    let shape = Shape::parse(text).expect("a test names a shape");
+    let (surface, solid) = shape.surface().expect("a named shape is a solid");
+    body(text, material, surface, material.density * solid.volume, solid.inertia * material.density)
 }

@@ -1,5 +1,6 @@
 //! What the person at the terminal sees: results, warnings, progress with an estimate, and interruption.
 
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,7 +40,7 @@ impl Console {
     /// A line of the result, unless JSON or silence was asked for.
     pub(crate) fn say(&self, line: impl std::fmt::Display) {
         if !self.quiet && !self.json {
-            println!("{line}");
+            print_line(&line);
         }
     }
 
@@ -60,7 +61,7 @@ impl Console {
     /// The result as JSON, if asked for.
     pub(crate) fn json(&self, value: &serde_json::Value) {
         if self.json {
-            println!("{value}");
+            print_line(value);
         }
     }
 
@@ -84,6 +85,11 @@ impl Console {
         bar.set_prefix(what);
         Progress { bar, console: self }
     }
+}
+
+/// Prints to standard output; a reader that has gone away, such as `head`, misses the rest and stops nothing.
+fn print_line(line: &dyn std::fmt::Display) {
+    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 /// Resolution of progress bars.

@@ -328,3 +328,28 @@ fn wild_worlds_end_in_order() {
     // None was refused.
     assert_eq!(refused, 0);
 }
+
+/// A smooth coin that lands tilted and spinning on a box wobbles to rest without sinking, as on a half-space.
+#[test]
+fn a_wobbling_coin_does_not_sink_into_a_box() {
+    let material = material(7850.0, 0.5, 0.4, 1e-4);
+    for seed in 1..5 {
+        let mut random = Random(seed * 7717);
+        let mut coin = cylinder(&material, 0.01213, 0.000875);
+        coin.pose.position = DVec3::Y * 0.03;
+        coin.pose.orientation = random.orientation();
+        coin.angular_velocity = DVec3::Y * 40.0 + random.direction() * 20.0;
+        let mut table = solid("table", &material, &[cuboid(DVec3::new(0.2, 0.01, 0.2))]);
+        table.motion = Motion::Fixed;
+        table.pose.position = DVec3::NEG_Y * 0.01;
+        let mut rigid = RigidWorld::try_new(&world(vec![table, coin]), 1e-4, true).unwrap();
+        let mut log = StepLog::new();
+        let mut deepest = 0.0_f64;
+        for _ in 0..15_000 {
+            rigid.step(&mut log).unwrap();
+            deepest = deepest.max(rigid.deepest_overlap());
+        }
+        // Seen: 2.3 µm; 60 µm when only the closest points are taken.
+        assert!(deepest < 5e-6, "seed {seed}: {deepest:e} m");
+    }
+}

@@ -26,6 +26,8 @@ const FACING: f64 = 0.7;
 /// A cylinder's cap (or side) takes part if the normal is this near to (or perpendicular to) the axis.
 const CAP_FACING: f64 = 0.98;
 const SIDE_FACING: f64 = 0.05;
+/// A face is what a cylinder touches if its normal is this near to the contact's.
+const FLAT_FACING: f64 = 0.999_99;
 /// Corners that stand for the rim of a cap against a hull.
 const CAP_CORNERS: usize = 16;
 /// Angles \[rad\] from the lowest rim point of the others that are kept, to both sides: of a slow cylinder, and of a fast
@@ -221,6 +223,8 @@ fn convex(
         return Separation { gap, normal, normal_of_a: false };
     }
     let normal_of_a = face_points(a, b, normal, ra + rb, prediction, points, scratch);
+    let angles = if fast { FAST_RIM } else { SLOW_RIM };
+    rim_over_face(a, b, normal, angles, prediction, points, scratch);
     for point in points.iter_mut() {
         point.on_a -= normal * ra;
         point.on_b += normal * rb;
@@ -300,6 +304,49 @@ fn face_points(
         }
     }
     of_a
+}
+
+/// Adds the rim of a cylinder where it is above a face of a hull: as on a half-space, the lowest point of a coin that
+/// wobbles runs round the rim faster than the closest points alone can tell.
+fn rim_over_face(
+    a: &Placed<'_>,
+    b: &Placed<'_>,
+    normal: DVec3,
+    angles: &[f64],
+    prediction: f64,
+    points: &mut Vec<ManifoldPoint>,
+    scratch: &mut ManifoldScratch,
+) {
+    let (cylinder, hull, of_a) = match (&a.part.shape, &b.part.shape) {
+        (PartShape::Cylinder { .. }, PartShape::Hull(_)) => (a, b, true),
+        (PartShape::Hull(_), PartShape::Cylinder { .. }) => (b, a, false),
+        _ => return,
+    };
+    let PartShape::Cylinder { radius, half_height } = &cylinder.part.shape else { return };
+    let up = if of_a { normal } else { -normal };
+    let face = &mut scratch.face_b;
+    let Some(plane) = support_face(hull, up, face) else { return };
+    if plane.dot(up) < FLAT_FACING {
+        return;
+    }
+    let is_above = |p: DVec3| {
+        (0..face.len()).all(|i| {
+            let (from, to) = (face[i], face[(i + 1) % face.len()]);
+            (p - from).dot((to - from).cross(plane)) <= 0.0
+        })
+    };
+    let rounding = a.part.rounding(b.part) + b.part.rounding(a.part);
+    let down = cylinder.orientation.inverse() * -plane;
+    rim_points(*radius, *half_height, down, angles, |p| {
+        let rim = cylinder.position + cylinder.orientation * p;
+        let height = (rim - face[0]).dot(plane) / plane.dot(up);
+        let gap = height - rounding;
+        if gap < prediction && is_above(rim) {
+            let foot = rim - up * height;
+            let (on_a, on_b) = if of_a { (rim, foot) } else { (foot, rim) };
+            points.push(ManifoldPoint { on_a, on_b, gap });
+        }
+    });
 }
 
 /// The face (or the side line of a cylinder) that looks along a world direction, counter-clockwise from outside, and

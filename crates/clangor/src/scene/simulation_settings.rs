@@ -36,7 +36,7 @@ impl Default for SimulationSettings {
 /// Which solver moves the bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SolverChoice {
-    /// `Spheres` where only spheres and planes meet, else `Rigid`.
+    /// The solver that suits: see `clangor_sim::choose_solver`.
     #[default]
     Auto,
     /// Exact event-driven spheres.

@@ -15,6 +15,7 @@ use clangor_sim::rigid::{RigidWorld, StepLog};
 use scenes::{Random, cuboid, floor, material, named, rock_pile, solid, world};
 
 const TIME_STEP: f64 = 2.5e-4;
+const COIN_STEP: f64 = 1e-4;
 const RESTING: f64 = 0.02;
 const LOUD: f64 = 0.05;
 
@@ -55,7 +56,9 @@ fn drop(body: &Body, material: &Material, seed: u64, limit: f64) -> Drop {
     body.pose.orientation = random.orientation();
     body.velocity = DVec3::new(random.signed(), 0.0, random.signed()) * 0.2;
     body.angular_velocity = DVec3::new(random.signed(), random.signed(), random.signed()) * 20.0;
-    let mut rigid = RigidWorld::try_new(&world(vec![floor(material), body]), TIME_STEP, true).unwrap();
+    // A smooth coin that falls flat runs round its rim at thousands of radians per second: [PAN] Table 2 steps it finer.
+    let time_step = if body.name == "coin" { COIN_STEP } else { TIME_STEP };
+    let mut rigid = RigidWorld::try_new(&world(vec![floor(material), body]), time_step, true).unwrap();
     let mut log = StepLog::new();
     let id = BodyId(1);
     let mut result = Drop { rest: None, loud_after: 0, overlap: 0.0, speed: 0.0 };
@@ -98,10 +101,8 @@ fn drop_all(seeds: std::ops::Range<u64>) {
                 d.speed
             );
             println!("{line}");
-            // Seen: rest after 1.9 s at most, 3.5 s for what rolls and 12 s for the bowl; overlap 3.1 um, and 9.3 um of
-            // the smooth coin in the few steps in which it falls flat and its contact races round the rim.
-            let allowed = if body.name == "coin" { 1e-5 } else { 5e-6 };
-            if rest > limit || d.loud_after > 0 || d.overlap > allowed {
+            // Seen: rest after 1.9 s at most, 3.5 s for what rolls and 12 s for the bowl; overlap 3.1 um.
+            if rest > limit || d.loud_after > 0 || d.overlap > 5e-6 {
                 failures.push(line);
             }
         }

@@ -75,6 +75,14 @@ fn parent_folder(path: &Path) -> Result<&Path, OutputError> {
     Ok(folder)
 }
 
+/// Whether an output has a folder to go into.
+///
+/// # Errors
+/// [`OutputError::NoFolder`], or [`OutputError::WrongKind`] for a path without a file name.
+pub fn check_folder(path: &Path) -> Result<(), OutputError> {
+    parent_folder(path).map(|_| ())
+}
+
 /// Makes a rename in `folder` durable. Only Unix can open a folder for that; elsewhere the file system decides.
 fn sync_folder(folder: &Path) -> Result<(), OutputError> {
     if cfg!(unix) {

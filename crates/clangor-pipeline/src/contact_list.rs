@@ -98,6 +98,19 @@ pub enum LineFault {
         /// What is there.
         text: String,
     },
+    /// A blow that pulls, or an approach that recedes.
+    #[error(
+        "{column} is {value}, below 0; the normal points from body_b to body_a, so that a blow is positive"
+    )]
+    Negative {
+        /// The column.
+        column: &'static str,
+        /// What is there.
+        value: f64,
+    },
+    /// The same quantity in two ways.
+    #[error("velocity and speed are both given; leave out one")]
+    SpeedTwice,
     /// A body that does not exist.
     #[error("{column} is {text}, which is neither the name nor the number of a body")]
     Body {
@@ -229,7 +242,15 @@ impl Entry {
         // The length of the largest component is taken out first, so that no square over- or underflows.
         let largest = normal.abs().max_element();
         let normal = (normal / largest).try_normalize().ok_or(LineFault::NoNormal)?;
+        let impulse_n = needed("impulse_n", self.impulse_n)?;
+        let pushes = [("impulse_n", impulse_n), ("speed", self.speed.unwrap_or(0.0))];
+        if kind == ContactKind::Impact
+            && let Some((column, value)) = pushes.into_iter().find(|(_, value)| *value < 0.0)
+        {
+            return Err(LineFault::Negative { column, value });
+        }
         let velocity = match self.speed {
+            Some(_) if self.velocity != [None; 3] => return Err(LineFault::SpeedTwice),
             Some(speed) => normal * -speed,
             None if self.velocity == [None; 3] => {
                 return Err(LineFault::Missing { column: "velocity or speed" });
@@ -243,7 +264,7 @@ impl Entry {
             kind,
             point: needed_vector("point", self.point)?,
             normal,
-            impulse_n: needed("impulse_n", self.impulse_n)?,
+            impulse_n,
             impulse_t: vector_or_zero("impulse_t", self.impulse_t)?,
             couple: vector_or_zero("couple", self.couple)?,
             velocity,

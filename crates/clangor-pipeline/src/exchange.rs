@@ -14,12 +14,23 @@ use crate::timeline_file::{
     Origin, TimelineError, TimelineHeader, TimelineReader, TimelineSummary, TimelineWriter,
 };
 
+/// Latest contact of a list, as the longest duration of a scene \[s\].
+const MAX_TIME: f64 = 3600.0;
+
 /// Why a file could not be exchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum ExchangeError {
     /// The contact list is wrong.
     #[error(transparent)]
     List(#[from] ContactListError),
+    /// A contact at a time that no timeline has.
+    #[error("{path}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
+    Time {
+        /// The list.
+        path: PathBuf,
+        /// The time \[s\].
+        time: f64,
+    },
     /// The timeline cannot be written or read.
     #[error(transparent)]
     Timeline(#[from] TimelineError),
@@ -64,6 +75,9 @@ pub fn import_contacts(
     let bodies = &loaded.world.bodies;
     let named = |name: &str| bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
     let rows = read_contact_list(list, bodies.len(), &named)?;
+    if let Some(row) = rows.iter().find(|r| !(0.0..=MAX_TIME).contains(&r.time)) {
+        return Err(ExchangeError::Time { path: list.into(), time: row.time });
+    }
     let simulation = &loaded.scene.simulation;
     let header = TimelineHeader {
         world: loaded.world.clone(),

@@ -66,7 +66,7 @@ pub enum LoadError {
 
 /// Reads a scene and everything that it refers to.
 ///
-/// `seed` replaces the seed of the scene; `adjust` may change what the text says before bodies are made of it.
+/// `adjust` may change what the text says before bodies are made of it.
 ///
 /// # Errors
 /// [`LoadError`], with every error of the scene at once.

@@ -7,11 +7,11 @@
 //! A pass streams: blocks are rendered on all threads, added in a fixed order, and written as soon as they are complete.
 //! Normalising takes a pass of its own to find the peak, so that memory stays flat however long the sound is.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use clangor::body::{Body, BodyId};
+use clangor::body::{Body, BodyId, Motion};
 use clangor::contact::{ContactError, ContactReport, ContactSettings, PoseHistory, impact_pulses};
 use clangor::output::compressor::Compressor;
 use clangor::scene::render_settings::Compressor as CompressorSettings;
@@ -22,6 +22,7 @@ use clangor::synthesis::{
 use clangor::timeline::Timeline;
 use rayon::prelude::*;
 
+use crate::atomic_file::check_folder;
 use crate::levels::{LevelMeter, Levels};
 use crate::timeline_file::{TimelineError, TimelineReader};
 use crate::wav::{Meaning, SampleFormat, WavError, WavSpec, WavWriter};
@@ -48,6 +49,16 @@ pub enum RenderError {
         from: f64,
         /// End \[s\].
         to: f64,
+    },
+    /// Two sounds of the same file name.
+    #[error("{first} and {second} would both be written to {path}; rename one")]
+    SameFile {
+        /// What would be written first.
+        first: String,
+        /// What would replace it.
+        second: String,
+        /// Where.
+        path: PathBuf,
     },
     /// Stopped by the caller.
     #[error("interrupted")]
@@ -86,6 +97,45 @@ pub struct RenderOptions {
     pub note: String,
 }
 
+impl RenderOptions {
+    /// Whether these options can give sound: to be asked before a long simulation.
+    ///
+    /// # Errors
+    /// Those of [`render`] that do not depend on the impacts.
+    pub fn check(&self, bodies: &[Body], output: &Path) -> Result<(), RenderError> {
+        if self.listeners.is_empty() {
+            return Err(RenderError::NoListener);
+        }
+        let from = self.synthesis.start;
+        if self.to <= from {
+            return Err(RenderError::NothingToWrite { from, to: self.to });
+        }
+        check_folder(output).map_err(WavError::from)?;
+        for listener in &self.listeners {
+            Renderer::new(listener, &self.synthesis)?;
+        }
+        let sounding = bodies.iter().filter(|b| self.stems && b.motion == Motion::Free);
+        let stems: Vec<Option<&str>> =
+            std::iter::once(None).chain(sounding.map(|b| Some(b.name.as_str()))).collect();
+        let mut files = BTreeMap::new();
+        for listener in &self.listeners {
+            for stem in &stems {
+                let sound = match stem {
+                    None => format!("listener \"{}\"", listener.name),
+                    Some(body) => format!("body \"{body}\" at listener \"{}\"", listener.name),
+                };
+                let path = file_name(output, self, listener, *stem);
+                // Some file systems do not tell A from a.
+                let key = path.to_string_lossy().to_lowercase();
+                if let Some(first) = files.insert(key, sound.clone()) {
+                    return Err(RenderError::SameFile { first, second: sound, path });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedFile {
@@ -119,7 +169,7 @@ pub struct RenderSummary {
 /// Renders the impacts of a timeline for every listener into `output`.
 ///
 /// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`.
-/// `progress` is told the time that has been rendered, all passes together \[s\].
+/// `progress` is told which part of the work is done, from 0 to 1.
 ///
 /// # Errors
 /// [`RenderError`]; a file appears only once it is complete.
@@ -130,28 +180,24 @@ pub fn render(
     output: &Path,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<RenderSummary, RenderError> {
-    if options.listeners.is_empty() {
-        return Err(RenderError::NoListener);
-    }
-    let from = options.synthesis.start;
-    if options.to <= from {
-        return Err(RenderError::NothingToWrite { from, to: options.to });
-    }
+    options.check(bodies, output)?;
     let poses = PoseHistory::try_new(bodies, &timeline.poses)?;
     let (pulses, contacts) = impact_pulses(bodies, &timeline.contacts, &poses, &options.contact)?;
     let mut clicks: Vec<Click> = pulses.iter().flat_map(|p| clicks_of(p, bodies)).collect();
     clicks.sort_by(|a, b| a.time.total_cmp(&b.time));
 
+    let mut stems = vec![None];
+    if options.stems {
+        let sounding: BTreeSet<BodyId> = clicks.iter().map(|c| c.body).collect();
+        stems.extend(sounding.into_iter().map(Some));
+    }
+    let passes = options.listeners.len()
+        * (stems.len() + usize::from(matches!(options.full_scale, FullScale::Peak(_))));
     let mut summary = RenderSummary { contacts, ..RenderSummary::default() };
     let mut done = 0.0;
     for listener in &options.listeners {
-        let mut stems = vec![None];
-        if options.stems {
-            let sounding: std::collections::BTreeSet<BodyId> = clicks.iter().map(|c| c.body).collect();
-            stems.extend(sounding.into_iter().map(Some));
-        }
         let mut full_scale = None;
-        for stem in stems {
+        for &stem in &stems {
             let own: Vec<Click>;
             let heard = match stem {
                 None => &clicks[..],
@@ -161,7 +207,7 @@ pub fn render(
                 }
             };
             let mut pass =
-                Pass { listener, options, clicks: heard, done: &mut done, progress: &mut *progress };
+                Pass { listener, options, clicks: heard, passes, done: &mut done, progress: &mut *progress };
             // Stems keep the full scale of their mix, so that they add up to it.
             let scale = match full_scale {
                 Some(scale) => scale,
@@ -204,7 +250,9 @@ struct Pass<'a> {
     listener: &'a Listener,
     options: &'a RenderOptions,
     clicks: &'a [Click],
-    /// Time rendered by earlier passes \[s\].
+    /// How many passes there are.
+    passes: usize,
+    /// How many are done.
     done: &'a mut f64,
     progress: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
 }
@@ -287,26 +335,30 @@ impl Pass<'_> {
                     let blocks: Vec<_> = jobs.par_iter().map(|job| job.render()).collect();
                     blocks.iter().for_each(|block| signal.add(block));
                     hand_over(&mut signal, renderer.complete_until().min(total), &mut compressor, sink)?;
-                    let reached = signal.first() as f64 / rate;
-                    if (self.progress)(*self.done + reached).is_break() {
-                        return Err(RenderError::Interrupted);
-                    }
+                    self.reached(signal.first() as f64 / total as f64)?;
                 }
             }
         }
         for jobs in renderer.take_all().chunks(BLOCKS_AT_ONCE) {
             let blocks: Vec<_> = jobs.par_iter().map(|job| job.render()).collect();
             blocks.iter().for_each(|block| signal.add(block));
-            if (self.progress)(*self.done).is_break() {
-                return Err(RenderError::Interrupted);
-            }
+            self.reached(signal.first() as f64 / total as f64)?;
         }
         while signal.first() < total {
             let end = (signal.first() + FRAMES_AT_ONCE).min(total);
             hand_over(&mut signal, end, &mut compressor, sink)?;
+            self.reached(signal.first() as f64 / total as f64)?;
         }
-        *self.done += total as f64 / rate;
+        *self.done += 1.0;
         Ok((renderer.report().clone(), signal.energies().clone()))
+    }
+
+    /// Tells how much of this pass is done, from 0 to 1.
+    fn reached(&mut self, part: f64) -> Result<(), RenderError> {
+        match (self.progress)((*self.done + part) / self.passes as f64) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(RenderError::Interrupted),
+        }
     }
 }
 

@@ -68,23 +68,26 @@ pub(crate) struct Render {
     /// Samples per second, 8000 to 384000
     #[arg(long, value_name = "HZ")]
     pub(crate) sample_rate: Option<u32>,
+    /// Highest frequency to compute, 100 Hz to half the sample rate
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub(crate) max_frequency: Option<f64>,
     /// Sample format
     #[arg(long, value_enum)]
     pub(crate) bits: Option<Bits>,
     /// Simulated time in seconds, instead of the scene's
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = duration)]
     pub(crate) duration: Option<f64>,
     /// Start of the written sound in seconds
-    #[arg(long, value_name = "S", value_parser = nonnegative)]
+    #[arg(long, value_name = "S", value_parser = instant)]
     pub(crate) from: Option<f64>,
     /// End of the written sound in seconds
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = instant)]
     pub(crate) to: Option<f64>,
     /// Pressure that a sample of 1 means, in pascals (default 1 for float, 20 for 24-bit)
-    #[arg(long, value_name = "PA", value_parser = positive, conflicts_with = "normalize")]
+    #[arg(long, value_name = "PA", value_parser = full_scale, conflicts_with = "normalize")]
     pub(crate) full_scale: Option<f64>,
     /// Choose the full scale so that the loudest sample has this level
-    #[arg(long, value_name = "DBFS", value_parser = nonpositive, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DBFS", value_parser = level, allow_hyphen_values = true)]
     pub(crate) normalize: Option<f64>,
     /// Write one more WAV file per body that sounds
     #[arg(long)]
@@ -114,7 +117,7 @@ pub(crate) struct Simulate {
     #[arg(long)]
     pub(crate) raw_log: bool,
     /// Simulated time in seconds, instead of the scene's
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = duration)]
     pub(crate) duration: Option<f64>,
     /// Replace an existing timeline
     #[arg(long)]
@@ -141,13 +144,13 @@ pub(crate) struct Strike {
     #[arg(short, long, value_name = "OUT.wav|OUT.csv")]
     pub(crate) output: PathBuf,
     /// Duration of the contact in seconds (default: Hertz against a rigid plane at 1 m/s)
-    #[arg(long, value_name = "TAU", value_parser = positive)]
+    #[arg(long, value_name = "TAU", value_parser = contact_duration)]
     pub(crate) duration: Option<f64>,
     /// Samples per second, 8000 to 384000
     #[arg(long, value_name = "HZ", default_value_t = 48_000)]
     pub(crate) sample_rate: u32,
     /// Length of the output in seconds
-    #[arg(long, value_name = "S", default_value_t = 0.1, value_parser = positive)]
+    #[arg(long, value_name = "S", default_value_t = 0.1, value_parser = duration)]
     pub(crate) seconds: f64,
     /// Scale of a mesh file to metres
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
@@ -229,7 +232,8 @@ pub(crate) enum Bits {
 }
 
 fn vector(text: &str) -> Result<DVec3, String> {
-    let numbers = text.split(',').map(|n| finite(n.trim())).collect::<Result<Vec<f64>, String>>()?;
+    let component = |n: &str| between(n.trim(), -1e5, 1e5, "");
+    let numbers = text.split(',').map(component).collect::<Result<Vec<f64>, String>>()?;
     match numbers[..] {
         [x, y, z] => Ok(DVec3::new(x, y, z)),
         _ => Err(format!("expected three numbers like 1.0,1.8,1.0, found {}", numbers.len())),
@@ -245,10 +249,30 @@ fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be greater than 0".into()) })
 }
 
-fn nonnegative(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|n| if n >= 0.0 { Ok(n) } else { Err("must not be negative".into()) })
+/// The bounds of the scene format hold on the command line too.
+fn between(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
+    finite(text).and_then(|n| match (low..=high).contains(&n) {
+        true => Ok(n),
+        false => Err(format!("must be from {low} to {high} {unit}").trim_end().into()),
+    })
 }
 
-fn nonpositive(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|n| if n <= 0.0 { Ok(n) } else { Err("must not exceed 0 dBFS".into()) })
+fn duration(text: &str) -> Result<f64, String> {
+    between(text, 0.001, 3600.0, "s")
+}
+
+fn full_scale(text: &str) -> Result<f64, String> {
+    between(text, 1e-9, 1e9, "Pa")
+}
+
+fn level(text: &str) -> Result<f64, String> {
+    between(text, -120.0, 0.0, "dBFS")
+}
+
+fn instant(text: &str) -> Result<f64, String> {
+    between(text, 0.0, 3600.0, "s")
+}
+
+fn contact_duration(text: &str) -> Result<f64, String> {
+    between(text, 1e-9, 1.0, "s")
 }

@@ -49,6 +49,14 @@ fn reseed(scene: &mut Scene, seed: u64) {
     }
 }
 
+/// Refuses an output whose ending would hide what it is.
+fn check_ending(output: &Path, ending: &str) -> Result<(), Failure> {
+    if output.extension().is_some_and(|e| e == ending) {
+        return Ok(());
+    }
+    Err(Failure::new(format_args!("{}: the output must end in .{ending}", output.display())))
+}
+
 /// Whether a path names a timeline folder and not a scene.
 fn is_timeline(path: &Path) -> bool {
     path.is_dir() || path.extension().is_some_and(|e| e == "timeline")

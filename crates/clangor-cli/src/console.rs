@@ -27,7 +27,10 @@ impl Console {
             }
         });
         if let Err(error) = handled {
-            eprintln!("warning: Ctrl-C will end the program without tidying up: {error}");
+            let _ = writeln!(
+                std::io::stderr(),
+                "warning: Ctrl-C will end the program without tidying up: {error}"
+            );
         }
         Console { quiet: global.quiet, json: global.json, stop }
     }
@@ -47,14 +50,14 @@ impl Console {
     /// A warning, on standard error.
     pub(crate) fn warn(&self, line: impl std::fmt::Display) {
         if !self.quiet {
-            eprintln!("warning: {line}");
+            let _ = writeln!(std::io::stderr(), "warning: {line}");
         }
     }
 
     /// A message that says itself what it is, on standard error.
     pub(crate) fn note(&self, text: impl std::fmt::Display) {
         if !self.quiet {
-            eprintln!("{text}");
+            let _ = writeln!(std::io::stderr(), "{text}");
         }
     }
 
@@ -112,5 +115,43 @@ impl Progress<'_> {
 impl Drop for Progress<'_> {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// A number with its noun: `1 body`, `2 bodies`.
+pub(crate) fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// A number with four significant digits, in scientific notation where it is very small or large.
+pub(crate) fn four_digits(number: f64) -> String {
+    let decade = number.abs().log10().floor();
+    if number == 0.0 {
+        "0".into()
+    } else if (-3.0..5.0).contains(&decade) {
+        format!("{number:.*}", (3.0 - decade).max(0.0) as usize)
+    } else {
+        format!("{number:.3e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let cases = [
+            (0.0, "0"),
+            (3.70891, "3.709"),
+            (-39.516, "-39.52"),
+            (0.00123456, "0.001235"),
+            (12345.6, "12346"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(four_digits(number), text);
+        }
+        assert_eq!(four_digits(1.0460e32), "1.046e32");
+        assert_eq!(four_digits(2.5e-5), "2.500e-5");
     }
 }

@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::path::Path;
 
-use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use clangor::scene::diagnostic::{Place, SceneErrors, SceneWarning};
 
 /// Every error of a scene.
@@ -44,6 +44,15 @@ fn draw(
         "" => problem.to_string(),
         field => format!("{field}: {problem}"),
     };
+    let renderer = if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    // What comes from the command line has no place in the text.
+    if place.line == 0 {
+        let mut report = Group::with_title(level.primary_title(&title));
+        if let Some(remedy) = remedy {
+            report = report.element(Level::HELP.message(remedy));
+        }
+        return renderer.render(&[report]).to_string();
+    }
     let path = path.display().to_string();
     let start = place.span.start.min(text.len());
     let end = place.span.end.clamp(start, text.len());
@@ -54,6 +63,5 @@ fn draw(
     if let Some(remedy) = remedy {
         report = report.element(Level::HELP.message(remedy));
     }
-    let renderer = if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
     renderer.render(&[report]).to_string()
 }

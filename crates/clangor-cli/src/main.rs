@@ -9,6 +9,7 @@ mod console;
 mod diagnostics;
 mod failure;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -29,17 +30,17 @@ fn main() -> ExitCode {
         Command::Strike(options) => command::strike::run(options, &console),
         Command::Import(options) => command::import::run(options, global, &console),
         Command::Export(options) => command::export::run(options, global, &console),
-        Command::Inspect(options) => command::inspect::run(options, &console),
+        Command::Inspect(options) => command::inspect::run(options, global, &console),
         Command::Validate(options) => command::validate::run(options, &console),
     });
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Interrupted) => {
-            eprintln!("interrupted; nothing was written");
+            let _ = writeln!(std::io::stderr(), "interrupted; what was not complete has been removed");
             ExitCode::from(130)
         }
         Err(Failure::Error(message)) => {
-            eprintln!("{}", message.trim_end());
+            let _ = writeln!(std::io::stderr(), "{}", message.trim_end());
             ExitCode::FAILURE
         }
     }

@@ -4,15 +4,17 @@ use serde_json::json;
 
 use super::load;
 use crate::arguments::{Check, Global};
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Check, global: &Global, console: &Console) -> Result<(), Failure> {
     let loaded = load(&options.scene, global, &|_| (), console)?;
     let (bodies, listeners) = (loaded.world.bodies.len(), loaded.scene.listeners.len());
     console.say(format_args!(
-        "{}: no errors; {bodies} bodies, {listeners} listeners, {} s",
+        "{}: no errors; {}, {}, {} s",
         options.scene.display(),
+        counted(bodies, "body", "bodies"),
+        counted(listeners, "listener", "listeners"),
         loaded.scene.simulation.duration
     ));
     console.json(&json!({

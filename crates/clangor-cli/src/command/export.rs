@@ -3,13 +3,14 @@
 use clangor_pipeline::exchange::{export_scene_gltf, export_timeline_gltf};
 use serde_json::json;
 
-use super::{is_timeline, load};
+use super::{check_ending, is_timeline, load};
 use crate::arguments::{Export, ExportFormat, Global};
 use crate::console::Console;
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Export, global: &Global, console: &Console) -> Result<(), Failure> {
     let ExportFormat::Gltf { input, output, rate } = &options.format;
+    check_ending(output, "glb")?;
     let summary = if is_timeline(input) {
         export_timeline_gltf(input, output, *rate)?
     } else {

@@ -2,24 +2,26 @@
 
 use std::path::Path;
 
-use clangor::body::Surface;
+use clangor::body::{Motion, Surface};
 use clangor::geometry::principal_axes::principal_axes;
+use clangor::scene::body_description::Geometry;
 use clangor_pipeline::levels::{LevelMeter, db_spl};
 use clangor_pipeline::load::{geometry_reference, load_geometry};
 use clangor_pipeline::timeline_file::TimelineReader;
-use clangor_pipeline::wav::WavReader;
+use clangor_pipeline::wav::{WavEncoding, WavReader};
+use clangor_sim::choose_solver;
 use serde_json::json;
 
-use super::is_timeline;
-use crate::arguments::Inspect;
-use crate::console::Console;
+use super::{is_timeline, load};
+use crate::arguments::{Global, Inspect};
+use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
 
-pub(crate) fn run(options: &Inspect, console: &Console) -> Result<(), Failure> {
+pub(crate) fn run(options: &Inspect, global: &Global, console: &Console) -> Result<(), Failure> {
     let path = Path::new(&options.file);
     match path.extension().and_then(|e| e.to_str()) {
         Some("wav") => wav(path, console),
-        Some("toml") => Err(Failure::new(format_args!("{} is a scene: use `clangor check`", path.display()))),
+        Some("toml") => scene(path, global, console),
         _ if is_timeline(path) => timeline(path, console),
         _ => geometry(&options.file, console),
     }
@@ -45,11 +47,11 @@ fn wav(path: &Path, console: &Console) -> Result<(), Failure> {
     let seconds = info.duration();
     let unit = if info.full_scale.is_some() { "Pa" } else { "of full scale" };
     console.say(format_args!(
-        "{}: {} channels, {} Hz, {seconds:.3} s, {:?}",
+        "{}: {}, {} Hz, {seconds:.3} s, {}",
         path.display(),
-        info.channels,
+        counted(info.channels.into(), "channel", "channels"),
         info.sample_rate,
-        info.encoding
+        encoding(info.encoding)
     ));
     if let Some(comment) = &info.comment {
         console.say(format_args!("comment: {comment}"));
@@ -60,12 +62,12 @@ fn wav(path: &Path, console: &Console) -> Result<(), Failure> {
             _ => String::new(),
         };
         console.say(format_args!(
-            "channel {}: peak {:.4e} {unit}{} at {:.4} s, RMS {:.4e} {unit}{}",
+            "channel {}: peak {} {unit}{} at {:.4} s, RMS {} {unit}{}",
             index + 1,
-            channel.peak,
+            four_digits(channel.peak),
             spl(channel.peak),
             channel.peak_frame as f64 / f64::from(info.sample_rate),
-            channel.rms,
+            four_digits(channel.rms),
             spl(channel.rms)
         ));
     }
@@ -83,6 +85,16 @@ fn wav(path: &Path, console: &Console) -> Result<(), Failure> {
         "loudness_lufs": levels.loudness,
     }));
     Ok(())
+}
+
+fn encoding(encoding: WavEncoding) -> &'static str {
+    match encoding {
+        WavEncoding::Pcm16 => "16-bit PCM",
+        WavEncoding::Pcm24 => "24-bit PCM",
+        WavEncoding::Pcm32 => "32-bit PCM",
+        WavEncoding::Float32 => "32-bit float",
+        WavEncoding::Float64 => "64-bit float",
+    }
 }
 
 /// Bodies and rows of a timeline.
@@ -104,11 +116,11 @@ fn timeline(path: &Path, console: &Console) -> Result<(), Failure> {
     }
     console.say(format_args!("{}: written by {}", path.display(), reader.program()));
     console.say(format_args!(
-        "{} bodies, {} s, solver {} (step {} s), v_min {} m/s{}",
-        header.world.bodies.len(),
+        "{}, {} s, from {}{}, v_min {} m/s{}",
+        counted(header.world.bodies.len(), "body", "bodies"),
         origin.duration,
         origin.solver,
-        origin.time_step,
+        if origin.solver == "rigid" { format!(" (step {} s)", origin.time_step) } else { String::new() },
         origin.v_min,
         if origin.raw_log { ", raw log" } else { "" }
     ));
@@ -133,9 +145,86 @@ fn timeline(path: &Path, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Bodies and listeners of a scene.
+fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure> {
+    let loaded = load(path, global, &|_| (), console)?;
+    let (world, scene) = (&loaded.world, &loaded.scene);
+    let solver = format!("{:?}", choose_solver(world, scene.simulation.solver)).to_lowercase();
+    console.say(format_args!(
+        "{}: {}, {}, {}, {} s, solver {solver}",
+        path.display(),
+        counted(world.bodies.len(), "body", "bodies"),
+        counted(world.links.len(), "link", "links"),
+        counted(scene.listeners.len(), "listener", "listeners"),
+        scene.simulation.duration
+    ));
+    for body in &world.bodies {
+        let size = match *body.surface {
+            Surface::HalfSpace => "plane".into(),
+            Surface::Sphere { radius } => format!("sphere of radius {radius:.6} m"),
+            Surface::Mesh(ref surface) => format!(
+                "{} triangles, bounding radius {:.6} m",
+                surface.mesh.triangles.len(),
+                body.surface.bounding_radius()
+            ),
+        };
+        let motion = match body.motion {
+            Motion::Free => format!("{:.6e} kg", body.mass),
+            Motion::Fixed => "fixed".into(),
+            Motion::Keyframed(_) => "keyframed".into(),
+        };
+        let p = body.pose.position;
+        console.say(format_args!(
+            "body \"{}\": {size}, {}, {motion}, at [{:.4}, {:.4}, {:.4}] m",
+            body.name, body.material.name, p.x, p.y, p.z
+        ));
+    }
+    for listener in &scene.listeners {
+        let p = listener.track.sample(0.0).0.position;
+        console.say(format_args!(
+            "listener \"{}\": {}{}, at [{:.4}, {:.4}, {:.4}] m",
+            listener.name,
+            counted(listener.receivers().len(), "receiver", "receivers"),
+            if listener.track.is_fixed() { "" } else { ", moving" },
+            p.x,
+            p.y,
+            p.z
+        ));
+    }
+    let bodies = world.bodies.iter().map(|body| {
+        json!({
+            "name": body.name,
+            "material": body.material.name,
+            "mass_kg": body.mass.is_finite().then_some(body.mass),
+            "bounding_radius_m": Some(body.surface.bounding_radius()).filter(|r| r.is_finite()),
+            "position_m": body.pose.position.to_array(),
+            "moves_freely": body.motion == Motion::Free,
+        })
+    });
+    console.json(&json!({
+        "bodies": bodies.collect::<Vec<_>>(),
+        "links": world.links.len(),
+        "listeners": scene.listeners.iter().map(|l| l.name.clone()).collect::<Vec<_>>(),
+        "duration_s": scene.simulation.duration,
+        "solver": solver,
+    }));
+    Ok(())
+}
+
 /// Size, mass properties and collision parts of a shape or a mesh file.
 fn geometry(text: &str, console: &Console) -> Result<(), Failure> {
-    let loaded = load_geometry(Path::new(""), &geometry_reference(text, 1.0))
+    let reference = geometry_reference(text, 1.0);
+    // A name with a separator or an ending is meant as a file; a shape has numbers there.
+    let path = Path::new(text);
+    let is_named_like_a_file =
+        path.extension().is_some_and(|e| e.to_string_lossy().starts_with(char::is_alphabetic));
+    if matches!(reference.geometry, Geometry::Shape(_)) && (path.exists() || is_named_like_a_file) {
+        let fault = if path.exists() { "is of no known kind" } else { "does not exist" };
+        return Err(Failure::new(format_args!(
+            "{text} {fault}; inspect reads .toml, .timeline, .wav, .obj, .ply, .stl, .gltf, .glb, and shapes such as mug"
+        )));
+    }
+    let loaded = load_geometry(Path::new(""), &reference)
         .map_err(|e| Failure::new(format_args!("\"{text}\" cannot be inspected: {e}")))?;
     loaded.warnings.iter().for_each(|w| console.warn(w));
     let (triangles, parts) = match &*loaded.surface {
@@ -145,7 +234,9 @@ fn geometry(text: &str, console: &Console) -> Result<(), Failure> {
     let (moments, _) = principal_axes(loaded.mass.inertia);
     let centre = loaded.mass.centre_of_mass;
     console.say(format_args!(
-        "{text}: {triangles} triangles, {parts} convex parts, bounding radius {:.6} m",
+        "{text}: {}, {}, bounding radius {:.6} m",
+        counted(triangles, "triangle", "triangles"),
+        counted(parts, "convex part", "convex parts"),
         loaded.surface.bounding_radius()
     ));
     console.say(format_args!(

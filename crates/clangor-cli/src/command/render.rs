@@ -2,18 +2,24 @@
 
 use clangor::body::{Body, Surface};
 use clangor::contact::ContactSettings;
+use clangor::glam::DVec3;
 use clangor::medium::Medium;
+use clangor::pose::{Pose, Track};
 use clangor::scene::Scene;
+use clangor::scene::diagnostic::Place;
+use clangor::scene::listener::Listener as SceneListener;
 use clangor::scene::render_settings as scene_render;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate};
 use clangor::timeline::Timeline;
+use clangor_pipeline::load::LoadedScene;
 use clangor_pipeline::render::{FullScale, RenderOptions, read_impacts, render};
 use clangor_pipeline::simulate::{simulate_impacts, simulate_to_folder};
 use clangor_pipeline::timeline_file::TimelineReader;
 use clangor_pipeline::wav::{SampleFormat, WavSpec};
+use clangor_sim::SimulationReport;
 
 use super::simulate::say_simulated;
-use super::{is_timeline, load};
+use super::{check_ending, is_timeline, load};
 use crate::arguments::{Bits, Global, Render};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -22,8 +28,8 @@ mod report;
 
 /// What is rendered, and what the scene says about how.
 struct Source {
+    motion: Recorded,
     bodies: Vec<Body>,
-    timeline: Timeline,
     medium: Medium,
     listeners: Vec<Listener>,
     settings: scene_render::RenderSettings,
@@ -31,33 +37,43 @@ struct Source {
     duration: f64,
 }
 
+/// Where the impacts come from.
+enum Recorded {
+    /// They are still to be simulated.
+    Scene(Box<LoadedScene>),
+    Timeline(Box<TimelineReader>),
+}
+
 pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Result<(), Failure> {
+    let output = options.output.clone().unwrap_or_else(|| options.input.with_extension("wav"));
+    check_ending(&output, "wav")?;
+    if let Some(folder) = &options.timeline {
+        check_ending(folder, "timeline")?;
+    }
     let source = if is_timeline(&options.input) {
-        from_timeline(options)?
+        from_timeline(options, global)?
     } else {
         from_scene(options, global, console)?
     };
-    let output = options.output.clone().unwrap_or_else(|| options.input.with_extension("wav"));
-    if output.extension().is_none_or(|e| e != "wav") {
-        return Err(Failure::new(format_args!("{}: the output must end in .wav", output.display())));
-    }
     let render_options = render_options(options, &source)?;
+    // A long simulation is not begun for a sound that cannot be written.
+    render_options.check(&source.bodies, &output)?;
     for body in source.bodies.iter().filter(|b| sounds_as_sphere(b)).take(1) {
         console.warn(format_args!(
             "bodies that are not spheres (\"{}\" …) sound as the sphere of equal volume, and do not ring",
             body.name
         ));
     }
-    let passes = render_options.listeners.len() as f64;
-    let progress = console.progress("render", passes * (render_options.to - render_options.synthesis.start));
+    let (timeline, simulated) = impacts(&source.motion, options, console)?;
+    let progress = console.progress("render", 1.0);
     let summary =
-        render(&source.bodies, &source.timeline, &render_options, &output, &mut |t| progress.reached(t))?;
+        render(&source.bodies, &timeline, &render_options, &output, &mut |part| progress.reached(part))?;
     drop(progress);
-    report::say(console, &source.bodies, &summary);
+    report::say(console, &source.bodies, &summary, &render_options);
     if options.explain {
-        report::explain(console, &source.bodies, &summary);
+        report::explain(console, &source.bodies, &summary, simulated.as_ref());
     }
-    report::print_json(console, &source.bodies, &summary);
+    report::print_json(console, &source.bodies, &summary, &render_options, simulated.as_ref());
     Ok(())
 }
 
@@ -66,69 +82,116 @@ fn sounds_as_sphere(body: &Body) -> bool {
     matches!(&*body.surface, Surface::Mesh(_)) && body.motion == clangor::body::Motion::Free
 }
 
-/// Simulates a scene.
+/// Loads a scene; nothing moves yet.
 fn from_scene(options: &Render, global: &Global, console: &Console) -> Result<Source, Failure> {
+    let asked = asked_listeners(options);
     let adjust = |scene: &mut Scene| {
         scene.simulation.duration = options.duration.unwrap_or(scene.simulation.duration);
+        if !asked.is_empty() {
+            scene.listeners.clone_from(&asked);
+        }
     };
     let loaded = load(&options.input, global, &adjust, console)?;
+    let scene = &loaded.scene;
+    Ok(Source {
+        bodies: loaded.world.bodies.clone(),
+        medium: scene.medium,
+        listeners: scene.listeners.iter().map(receivers).collect(),
+        v_min: scene.simulation.v_min,
+        duration: scene.simulation.duration,
+        settings: scene.render.clone(),
+        motion: Recorded::Scene(Box::new(loaded)),
+    })
+}
+
+/// Opens a timeline; the scene in it says who listens and how.
+fn from_timeline(options: &Render, global: &Global) -> Result<Source, Failure> {
+    let path = options.input.display();
+    let settled = [
+        ("--timeline", options.timeline.is_some()),
+        ("--seed", global.seed.is_some()),
+        ("--duration", options.duration.is_some()),
+    ];
+    if let Some((option, _)) = settled.into_iter().find(|(_, given)| *given) {
+        let remedy =
+            if option == "--duration" { "use --to for an earlier end" } else { "give the scene instead" };
+        return Err(Failure::new(format_args!(
+            "{path} is simulated already, so {option} has no meaning; {remedy}"
+        )));
+    }
+    let reader = TimelineReader::open(&options.input).map_err(Failure::new)?;
+    let header = reader.header();
+    let scene = match header.scene.as_deref().map(Scene::from_toml) {
+        Some(Ok(scene)) => Some(scene),
+        Some(Err(errors)) => {
+            return Err(Failure::new(format_args!("{path}: the scene in timeline.json is wrong:\n{errors}")));
+        }
+        None => None,
+    };
+    let asked = asked_listeners(options);
+    let listeners = match &scene {
+        Some(scene) if asked.is_empty() => &scene.listeners,
+        _ => &asked,
+    };
+    Ok(Source {
+        bodies: header.world.bodies.clone(),
+        medium: header.medium,
+        listeners: listeners.iter().map(receivers).collect(),
+        v_min: header.origin.v_min,
+        duration: header.origin.duration,
+        settings: scene.map(|s| s.render).unwrap_or_default(),
+        motion: Recorded::Timeline(Box::new(reader)),
+    })
+}
+
+/// The impacts and the poses at them; of a scene also how its simulation went.
+fn impacts(
+    motion: &Recorded,
+    options: &Render,
+    console: &Console,
+) -> Result<(Timeline, Option<SimulationReport>), Failure> {
+    let loaded = match motion {
+        Recorded::Scene(loaded) => loaded,
+        Recorded::Timeline(reader) => return Ok((read_impacts(reader).map_err(Failure::new)?, None)),
+    };
     let progress = console.progress("simulate", loaded.scene.simulation.duration);
     let (timeline, report) = match &options.timeline {
         Some(folder) => {
             let (timeline, report, _) =
-                simulate_to_folder(&loaded, false, folder, options.force, &mut |t| progress.reached(t))?;
+                simulate_to_folder(loaded, false, folder, options.force, &mut |t| progress.reached(t))?;
             (timeline, report)
         }
-        None => simulate_impacts(&loaded, &mut |t| progress.reached(t))?,
+        None => simulate_impacts(loaded, &mut |t| progress.reached(t))?,
     };
     drop(progress);
     say_simulated(console, &report);
-    let scene = loaded.scene;
-    Ok(Source {
-        bodies: loaded.world.bodies,
-        timeline,
-        medium: scene.medium,
-        listeners: scene_listeners(&scene),
-        v_min: scene.simulation.v_min,
-        duration: scene.simulation.duration,
-        settings: scene.render,
-    })
+    Ok((timeline, Some(report)))
 }
 
-/// Reads a timeline; the scene in it says who listens and how.
-fn from_timeline(options: &Render) -> Result<Source, Failure> {
-    let reader = TimelineReader::open(&options.input).map_err(Failure::new)?;
-    let header = reader.header();
-    let scene = header.scene.as_deref().and_then(|text| Scene::from_toml(text).ok());
-    Ok(Source {
-        bodies: header.world.bodies.clone(),
-        timeline: read_impacts(&reader).map_err(Failure::new)?,
-        medium: header.medium,
-        listeners: scene.as_ref().map(scene_listeners).unwrap_or_default(),
-        v_min: header.origin.v_min,
-        duration: options.duration.unwrap_or(header.origin.duration),
-        settings: scene.map(|s| s.render).unwrap_or_default(),
-    })
-}
-
-fn scene_listeners(scene: &Scene) -> Vec<Listener> {
-    let listener = |l: &clangor::scene::listener::Listener| Listener {
-        name: l.name.clone(),
-        track: l.track.clone(),
-        receivers: l.receivers(),
+/// The listeners of the command line.
+fn asked_listeners(options: &Render) -> Vec<SceneListener> {
+    let listener = |(index, position): (usize, &DVec3)| SceneListener {
+        name: format!("listener-{}", index + 1),
+        track: Track::fixed(Pose::at(*position)),
+        spacing: None,
+        place: Place {
+            field: format!("--listener {},{},{}", position.x, position.y, position.z),
+            ..Place::default()
+        },
     };
-    scene.listeners.iter().map(listener).collect()
+    options.listener.iter().enumerate().map(listener).collect()
 }
+
+fn receivers(listener: &SceneListener) -> Listener {
+    Listener { name: listener.name.clone(), track: listener.track.clone(), receivers: listener.receivers() }
+}
+
+/// Least `--max-frequency`, as in a scene \[Hz\].
+const LOWEST_BAND_LIMIT: f64 = 100.0;
 
 /// The scene's settings under those of the command line.
 fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Failure> {
     let settings = &source.settings;
-    let named = |(i, position)| Listener::fixed(format!("listener-{}", i + 1), position);
-    let listeners = if options.listener.is_empty() {
-        source.listeners.clone()
-    } else {
-        options.listener.iter().copied().enumerate().map(named).collect()
-    };
     let format = match (options.bits, settings.bits) {
         (Some(Bits::Float32), _) | (None, scene_render::SampleFormat::Float32) => SampleFormat::Float32,
         (Some(Bits::Integer24), _) | (None, scene_render::SampleFormat::Int24) => SampleFormat::Pcm24,
@@ -140,20 +203,27 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
         (_, _, scene_render::Level::FullScale(pressure)) => FullScale::Pascals(pressure),
         (_, _, scene_render::Level::Normalize(level)) => FullScale::Peak(level),
     };
-    let sample_rate = options.sample_rate.unwrap_or(settings.sample_rate);
+    let sample_rate =
+        SampleRate::try_new(options.sample_rate.unwrap_or(settings.sample_rate)).map_err(Failure::new)?;
+    let nyquist = 0.5 * sample_rate.as_f64();
+    if let Some(hz) = options.max_frequency.filter(|hz| !(LOWEST_BAND_LIMIT..=nyquist).contains(hz)) {
+        return Err(Failure::new(format_args!(
+            "--max-frequency {hz} is outside {LOWEST_BAND_LIMIT} Hz to half the sample rate, {nyquist} Hz"
+        )));
+    }
     Ok(RenderOptions {
-        listeners,
+        listeners: source.listeners.clone(),
         contact: ContactSettings {
             v_min: source.v_min,
             profile: settings.pulse,
             chain_onset: settings.chain_onset,
         },
         synthesis: RenderSettings {
-            sample_rate: SampleRate::try_new(sample_rate).map_err(Failure::new)?,
+            sample_rate,
             start: options.from.unwrap_or(0.0),
             medium: source.medium,
             floor: settings.floor,
-            max_frequency: settings.max_frequency,
+            max_frequency: options.max_frequency.or(settings.max_frequency),
             sphere_model: settings.radiation,
         },
         to: options.to.unwrap_or(source.duration),

@@ -4,17 +4,18 @@ use clangor_pipeline::simulate::simulate_to_folder;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 
-use super::load;
+use super::{check_ending, load};
 use crate::arguments::{Global, Simulate};
 use crate::console::Console;
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Result<(), Failure> {
+    let output = options.output.clone().unwrap_or_else(|| options.scene.with_extension("timeline"));
+    check_ending(&output, "timeline")?;
     let adjust = |scene: &mut clangor::scene::Scene| {
         scene.simulation.duration = options.duration.unwrap_or(scene.simulation.duration);
     };
     let loaded = load(&options.scene, global, &adjust, console)?;
-    let output = options.output.clone().unwrap_or_else(|| options.scene.with_extension("timeline"));
     let progress = console.progress("simulate", loaded.scene.simulation.duration);
     let (_, report, rows) =
         simulate_to_folder(&loaded, options.raw_log, &output, options.force, &mut |t| progress.reached(t))?;

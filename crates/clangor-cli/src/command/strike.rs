@@ -22,7 +22,7 @@ use clangor_pipeline::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use serde_json::json;
 
 use crate::arguments::Strike;
-use crate::console::Console;
+use crate::console::{Console, four_digits};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Strike, console: &Console) -> Result<(), Failure> {
@@ -71,12 +71,19 @@ pub(crate) fn run(options: &Strike, console: &Console) -> Result<(), Failure> {
             sound.radius * 1e3
         ));
     }
+    if peak == 0.0 {
+        console.warn(format_args!(
+            "{} is silent: sound needs {:.4} s to the listener, so raise --seconds",
+            options.output.display(),
+            options.listener.length() / Medium::AIR.sound_speed
+        ));
+    }
     console.say(format_args!(
-        "{}: contact {:.2} µs, velocity change {:.4} m/s, peak {:.4e} Pa ({} dB SPL)",
+        "{}: contact {:.2} µs, velocity change {:.4} m/s, peak {} Pa ({} dB SPL)",
         options.output.display(),
         sound.duration * 1e6,
         sound.velocity_change.length(),
-        peak,
+        four_digits(peak),
         db_spl(peak).map_or("−∞".into(), |db| format!("{db:.1}")),
     ));
     console.json(&json!({

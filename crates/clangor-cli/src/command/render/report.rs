@@ -2,22 +2,30 @@
 
 use clangor::body::{Body, BodyId, Motion, Surface};
 use clangor_pipeline::levels::db_spl;
-use clangor_pipeline::render::{RenderSummary, RenderedFile};
+use clangor_pipeline::render::{RenderOptions, RenderSummary, RenderedFile};
+use clangor_sim::SimulationReport;
 use serde_json::json;
 
-use crate::console::Console;
+use crate::console::{Console, four_digits};
 
 /// One line per file, and what was left out.
-pub(super) fn say(console: &Console, bodies: &[Body], summary: &RenderSummary) {
+pub(super) fn say(console: &Console, bodies: &[Body], summary: &RenderSummary, options: &RenderOptions) {
+    if options.compressor.is_some() {
+        console.say(
+            "dynamics were compressed: the levels below are those of the file, no longer sound pressure",
+        );
+    }
     for file in &summary.files {
         let (peak, rms) = loudest(file);
         console.say(format_args!(
-            "{}: peak {peak:.4e} Pa ({} dB SPL), RMS {rms:.4e} Pa ({} dB SPL), {} LUFS, full scale {} Pa",
+            "{}: peak {} Pa ({} dB SPL), RMS {} Pa ({} dB SPL), {} LUFS, full scale {} Pa",
             file.path.display(),
+            four_digits(peak),
             decibels(peak),
+            four_digits(rms),
             decibels(rms),
             file.levels.loudness.map_or("n/a".into(), |l| format!("{l:.1}")),
-            file.full_scale,
+            four_digits(file.full_scale),
         ));
         if peak > file.full_scale && file.clipped_samples == 0 && file.stem.is_none() {
             console.say("  samples exceed ±1: a player clips them; for listening, use --normalize -1");
@@ -53,11 +61,22 @@ pub(super) fn say(console: &Console, bodies: &[Body], summary: &RenderSummary) {
 }
 
 /// A table of bodies: share of the energy, impacts, and why a body is silent.
-pub(super) fn explain(console: &Console, bodies: &[Body], summary: &RenderSummary) {
+///
+/// A simulation does not pass on what is slower than v_min: it is counted in `simulated`, for all bodies together.
+pub(super) fn explain(
+    console: &Console,
+    bodies: &[Body],
+    summary: &RenderSummary,
+    simulated: Option<&SimulationReport>,
+) {
     let contacts = &summary.contacts;
+    let dropped = simulated.map_or(0, |report| report.dropped_impacts);
     console.say(format_args!(
         "impacts: {} sound, {} slower than v_min, {} without normal impulse, {} between bodies that cannot move",
-        contacts.pulses, contacts.slow, contacts.without_impulse, contacts.immovable
+        contacts.pulses,
+        contacts.slow + dropped,
+        contacts.without_impulse,
+        contacts.immovable
     ));
     console.say(format_args!(
         "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  remark",
@@ -100,12 +119,18 @@ fn remark(body: &Body, energy: f64, summary: &RenderSummary, index: usize) -> &'
     } else if counts.slow > 0 {
         "silent: every touch was slower than v_min"
     } else {
-        "silent: nothing touched it"
+        "silent: nothing touched it faster than v_min"
     }
 }
 
 /// The result as JSON.
-pub(super) fn print_json(console: &Console, bodies: &[Body], summary: &RenderSummary) {
+pub(super) fn print_json(
+    console: &Console,
+    bodies: &[Body],
+    summary: &RenderSummary,
+    options: &RenderOptions,
+    simulated: Option<&SimulationReport>,
+) {
     if !console.wants_json() {
         return;
     }
@@ -145,6 +170,7 @@ pub(super) fn print_json(console: &Console, bodies: &[Body], summary: &RenderSum
     let contacts = &summary.contacts;
     console.json(&json!({
         "files": files,
+        "compressed": options.compressor.is_some(),
         "bodies": bodies,
         "impacts": {
             "sounding": contacts.pulses,
@@ -153,6 +179,12 @@ pub(super) fn print_json(console: &Console, bodies: &[Body], summary: &RenderSum
             "immovable": contacts.immovable,
             "delayed_in_chains": contacts.delayed,
         },
+        "simulation": simulated.map(|report| json!({
+            "simulated_s": report.time,
+            "impacts": report.impacts,
+            "dropped_impacts": report.dropped_impacts,
+            "deepest_overlap_m": report.deepest_overlap,
+        })),
     }));
 }
 

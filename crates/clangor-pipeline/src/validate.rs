@@ -6,6 +6,7 @@
 mod contact;
 mod dynamics;
 mod geometry;
+mod motion;
 mod radiation;
 mod rendering;
 mod scenes;
@@ -86,12 +87,13 @@ type Section = fn(Extent, &mut Validation) -> Outcome;
 /// [`ValidationError`] if a check cannot be carried out; a check that fails its bar is in the table.
 pub fn validate(extent: Extent, report: &mut dyn FnMut(&str)) -> Result<Validation, ValidationError> {
     let mut table = Validation::default();
-    let sections: [(&'static str, Section); 6] = [
+    let sections: [(&'static str, Section); 7] = [
         ("contact", contact::run),
         ("radiation", radiation::run),
         ("rendering", rendering::run),
         ("geometry", geometry::run),
         ("dynamics", dynamics::run),
+        ("motion", motion::run),
         ("scenes", scenes::run),
     ];
     for (section, run) in sections {

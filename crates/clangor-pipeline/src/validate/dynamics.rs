@@ -16,8 +16,8 @@ use clangor_sim::{SimulationSettings, Solver, simulate};
 use super::{Check, Extent, Fault, Outcome, Timing, Validation, cpu_time};
 
 const SECTION: &str = "Dynamics";
-const RADIUS: f64 = 0.0075;
-const GRAVITY: f64 = 9.81;
+pub(super) const RADIUS: f64 = 0.0075;
+pub(super) const GRAVITY: f64 = 9.81;
 
 pub(super) fn run(extent: Extent, table: &mut Validation) -> Outcome {
     for (solver, name, steps) in
@@ -37,12 +37,12 @@ pub(super) fn run(extent: Extent, table: &mut Validation) -> Outcome {
     gas(extent, table)
 }
 
-fn material(restitution: f64, friction: f64) -> Result<Material, Fault> {
+pub(super) fn material(restitution: f64, friction: f64) -> Result<Material, Fault> {
     let steel = presets::preset("steel").ok_or("there is no preset steel")?;
     Ok(Material { restitution, friction, rolling_loss: 0.0, ..steel })
 }
 
-fn ball(name: &str, material: &Material, position: DVec3, velocity: DVec3) -> Body {
+pub(super) fn ball(name: &str, material: &Material, position: DVec3, velocity: DVec3) -> Body {
     let MassProperties { volume, inertia, .. } = MassProperties::of_sphere(RADIUS);
     Body {
         name: name.into(),
@@ -59,7 +59,7 @@ fn ball(name: &str, material: &Material, position: DVec3, velocity: DVec3) -> Bo
 }
 
 /// A half-space through `point` whose outward normal is `normal`.
-fn plane(material: &Material, point: DVec3, normal: DVec3) -> Body {
+pub(super) fn plane(material: &Material, point: DVec3, normal: DVec3) -> Body {
     Body {
         name: format!("plane {point} {normal}"),
         mass: f64::INFINITY,

@@ -202,6 +202,12 @@ fn a_check_tells_what_is_doubtful() {
         "{message}"
     );
     assert!(String::from_utf8_lossy(&output.stdout).contains("no errors"));
+
+    // What only the solver knows is told too.
+    let coin = BALL.replace("sphere:0.01", "coin").replace("duration", "solver = \"spheres\"\nduration");
+    fs::write(folder.path().join("scene.toml"), coin).unwrap();
+    let message = refused(folder.path(), &["check", "scene.toml"], 1);
+    assert!(message.contains("cannot move body \"ball\""), "{message}");
 }
 
 #[test]

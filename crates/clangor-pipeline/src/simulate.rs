@@ -41,6 +41,19 @@ pub fn simulation_settings(scene: &Scene, raw_log: bool) -> SimulationSettings {
     }
 }
 
+/// Whether the solver takes the scene: it is set up, and stopped where it first asks.
+///
+/// # Errors
+/// [`SimulateError`] for bodies, links and overlaps that it refuses.
+pub fn check_motion(loaded: &LoadedScene) -> Result<(), SimulateError> {
+    let settings = simulation_settings(&loaded.scene, false);
+    let mut stop = |_: f64| ControlFlow::Break(());
+    match clangor_sim::simulate(&loaded.world, &settings, &mut ImpactLog::default(), &mut stop) {
+        Ok(_) | Err(SimulationError::Interrupted) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
+}
+
 /// Simulates a scene for its sound: the impacts, and where their bodies were.
 ///
 /// # Errors

@@ -1,5 +1,6 @@
 //! `clangor check`: every mistake of a scene at once.
 
+use clangor_pipeline::simulate::check_motion;
 use serde_json::json;
 
 use super::load;
@@ -9,6 +10,7 @@ use crate::failure::Failure;
 
 pub(crate) fn run(options: &Check, global: &Global, console: &Console) -> Result<(), Failure> {
     let loaded = load(&options.scene, global, &|_| (), console)?;
+    check_motion(&loaded)?;
     let (bodies, listeners) = (loaded.world.bodies.len(), loaded.scene.listeners.len());
     console.say(format_args!(
         "{}: no errors; {}, {}, {} s",

@@ -7,11 +7,13 @@
 //! A pass streams: blocks are rendered on all threads, added in a fixed order, and written as soon as they are complete.
 //! Normalising takes a pass of its own to find the peak, so that memory stays flat however long the sound is.
 
+mod file_names;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use clangor::body::{Body, BodyId, Motion};
+use clangor::body::{Body, BodyId};
 use clangor::contact::{ContactError, ContactReport, ContactSettings, PoseHistory, impact_pulses};
 use clangor::output::compressor::Compressor;
 use clangor::scene::render_settings::Compressor as CompressorSettings;
@@ -22,6 +24,7 @@ use clangor::synthesis::{
 use clangor::timeline::Timeline;
 use rayon::prelude::*;
 
+use self::file_names::{check_distinct, file_name};
 use crate::atomic_file::check_folder;
 use crate::levels::{LevelMeter, Levels};
 use crate::timeline_file::{TimelineError, TimelineReader};
@@ -114,25 +117,7 @@ impl RenderOptions {
         for listener in &self.listeners {
             Renderer::new(listener, &self.synthesis)?;
         }
-        let sounding = bodies.iter().filter(|b| self.stems && b.motion == Motion::Free);
-        let stems: Vec<Option<&str>> =
-            std::iter::once(None).chain(sounding.map(|b| Some(b.name.as_str()))).collect();
-        let mut files = BTreeMap::new();
-        for listener in &self.listeners {
-            for stem in &stems {
-                let sound = match stem {
-                    None => format!("listener \"{}\"", listener.name),
-                    Some(body) => format!("body \"{body}\" at listener \"{}\"", listener.name),
-                };
-                let path = file_name(output, self, listener, *stem);
-                // Some file systems do not tell A from a.
-                let key = path.to_string_lossy().to_lowercase();
-                if let Some(first) = files.insert(key, sound.clone()) {
-                    return Err(RenderError::SameFile { first, second: sound, path });
-                }
-            }
-        }
-        Ok(())
+        check_distinct(self, bodies, output)
     }
 }
 
@@ -226,23 +211,6 @@ pub fn render(
         }
     }
     Ok(summary)
-}
-
-/// `output`, with the listener's name if there are several, and the stem's.
-fn file_name(output: &Path, options: &RenderOptions, listener: &Listener, stem: Option<&str>) -> PathBuf {
-    let mut name = output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    // A name may hold anything; a file name may not.
-    let safe = |text: &str| text.replace(|c: char| !(c.is_alphanumeric() || "-_ ".contains(c)), "_");
-    if options.listeners.len() > 1 {
-        name = format!("{name}.{}", safe(&listener.name));
-    }
-    if let Some(stem) = stem {
-        name = format!("{name}.{}.acceleration", safe(stem));
-    }
-    match output.extension() {
-        Some(extension) => output.with_file_name(format!("{name}.{}", extension.to_string_lossy())),
-        None => output.with_file_name(name),
-    }
 }
 
 /// One listener, one selection of clicks.

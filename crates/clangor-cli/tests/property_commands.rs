@@ -203,6 +203,18 @@ fn a_check_tells_what_is_doubtful() {
     );
     assert!(String::from_utf8_lossy(&output.stdout).contains("no errors"));
 
+    // A listener of the command line is one.
+    let unheard = BALL.split("[[listener]]").next().unwrap();
+    fs::write(folder.path().join("scene.toml"), unheard).unwrap();
+    for (arguments, warns) in [
+        (["check", "scene.toml"].as_slice(), true),
+        (&["render", "scene.toml", "--listener", "-1,1,1"], false),
+    ] {
+        let output = run(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(0));
+        assert_eq!(String::from_utf8_lossy(&output.stderr).contains("no listener"), warns, "{arguments:?}");
+    }
+
     // What only the solver knows is told too.
     let coin = BALL.replace("sphere:0.01", "coin").replace("duration", "solver = \"spheres\"\nduration");
     fs::write(folder.path().join("scene.toml"), coin).unwrap();

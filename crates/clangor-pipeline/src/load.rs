@@ -10,7 +10,7 @@ use clangor::geometry::solid::{MeshError, check_solid};
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::DVec3;
 use clangor::scene::body_description::{Geometry, GeometryReference};
-use clangor::scene::diagnostic::{SceneErrors, SceneWarning};
+use clangor::scene::diagnostic::{Doubt, SceneErrors, SceneWarning};
 use clangor::scene::instantiate::{GeometryError, LoadedGeometry, load_shape, references};
 use clangor::scene::{Scene, instantiate};
 use clangor_sim::decompose::{DecomposeSettings, convex_parts};
@@ -91,6 +91,10 @@ pub fn scene_from_text(
     let mut scene = Scene::from_toml_with_files(&text, &mut |r| load_geometry(folder, r))
         .map_err(|e| refuse(&text, e))?;
     adjust(&mut scene);
+    // The text was judged before the command line added to it.
+    if !scene.listeners.is_empty() {
+        scene.warnings.retain(|w| w.doubt != Doubt::NoListener);
+    }
     let loaded: BTreeMap<String, Result<LoadedGeometry, GeometryError>> =
         references(&scene).into_par_iter().map(|r| (r.to_string(), load_geometry(folder, &r))).collect();
     let mut find = |r: &GeometryReference| match loaded.get(&r.to_string()) {

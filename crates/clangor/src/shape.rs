@@ -277,7 +277,7 @@ impl Shape {
     }
 }
 
-/// Edge length \[m\] that gives a few thousand triangles.
+/// Edge length \[m\] that gives a few thousand triangles; a thousand for rocks, which come by the hundred.
 fn default_edge(form: &Form) -> f64 {
     match *form {
         Form::Sphere { radius } => radius / 12.0,
@@ -286,7 +286,7 @@ fn default_edge(form: &Form) -> f64 {
         Form::Die { size, .. } => size / 16.0,
         Form::Cylinder { radius, height } => (radius / 24.0).max(height / 100.0),
         Form::Torus { minor, major } => (0.25 * minor).max(major / 60.0),
-        Form::Rock { radius, .. } => radius / 8.0,
+        Form::Rock { radius, .. } => radius / 4.0,
         Form::Prism { radius, height, .. } => (radius / 12.0).max(height / 40.0),
         Form::Shard { size, .. } => size / 24.0,
         Form::Bowl | Form::Mug => 0.0035,

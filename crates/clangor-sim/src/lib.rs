@@ -44,6 +44,8 @@ pub struct SimulationReport {
     pub impacts: u64,
     /// Impacts dropped because they were slower than `v_min`.
     pub dropped_impacts: u64,
+    /// The same for each body, as far as one of them was dropped.
+    pub dropped_by_body: Vec<u64>,
     /// Contact rows written.
     pub rows: u64,
     /// Largest overlap seen \[m\].
@@ -59,7 +61,10 @@ pub enum SimulationError {
     #[error("the timeline cannot be written: {0}")]
     Sink(#[from] std::io::Error),
     /// The sphere solver met a body that it cannot move.
-    #[error("solver = \"spheres\" cannot move body \"{body}\": {reason}; use solver = \"rigid\" or \"auto\"")]
+    #[error(
+        "solver = \"spheres\" cannot move body \"{body}\": {reason}; use solver = \"rigid\", which moves all bodies but \
+         has no hung spheres"
+    )]
     NotASphere {
         /// The body.
         body: String,
@@ -67,7 +72,10 @@ pub enum SimulationError {
         reason: &'static str,
     },
     /// The time-stepped solver met something that it has not.
-    #[error("solver = \"rigid\" has no {what} (\"{name}\"); use solver = \"spheres\"")]
+    #[error(
+        "solver = \"rigid\" has no {what} (\"{name}\"); solver = \"spheres\" has, if all other bodies are spheres and \
+         planes too"
+    )]
     Unsupported {
         /// The feature.
         what: &'static str,

@@ -148,6 +148,12 @@ impl<'a> Recorder<'a> {
             self.report.impacts += 1;
         } else {
             self.report.dropped_impacts += 1;
+            let bodies = impact.rows.first().map_or([BodyId::WORLD; 2], |r| [r.body_a, r.body_b]);
+            for body in bodies.into_iter().filter(|b| *b != BodyId::WORLD) {
+                let counts = &mut self.report.dropped_by_body;
+                counts.resize(counts.len().max(body.index() + 1), 0);
+                counts[body.index()] += 1;
+            }
         }
         if !kept && !self.settings.raw {
             return Ok(());
@@ -219,6 +225,7 @@ mod tests {
         let (timeline, report) = record(&[row(0.1, 0.01), row(0.1002, 0.5)], false);
         assert_eq!(timeline.contacts.len(), 1);
         assert_eq!((report.impacts, report.dropped_impacts), (1, 1));
+        assert_eq!(report.dropped_by_body, [1]);
         let (raw, _) = record(&[row(0.1, 0.01), row(0.1002, 0.5)], true);
         assert_eq!(raw.contacts.iter().map(|r| r.impact_id).collect::<Vec<_>>(), [0, 1]);
     }

@@ -136,29 +136,10 @@ impl Default for BodyContacts {
     }
 }
 
-impl ContactReport {
-    /// Adds the report of another stretch of the same timeline.
-    pub fn merge(&mut self, other: &ContactReport) {
-        self.pulses += other.pulses;
-        self.slow += other.slow;
-        self.without_impulse += other.without_impulse;
-        self.immovable += other.immovable;
-        self.delayed += other.delayed;
-        self.bodies.resize(self.bodies.len().max(other.bodies.len()), BodyContacts::default());
-        for (sum, body) in self.bodies.iter_mut().zip(&other.bodies) {
-            sum.pulses += body.pulses;
-            sum.slow += body.slow;
-            sum.without_impulse += body.without_impulse;
-            sum.shorter_than_transit += body.shorter_than_transit;
-            sum.smallest_transit_ratio = sum.smallest_transit_ratio.min(body.smallest_transit_ratio);
-        }
-    }
-}
-
 /// Turns the impacts among `rows` into pulses, in order of time; rows of other kinds are left alone.
 ///
 /// `rows` hold whole impacts in order of time: rows with the same impact id, or single rows of kind
-/// [`ContactKind::Impact`] with id 0. A long timeline may be given in stretches, and the reports merged.
+/// [`ContactKind::Impact`] with id 0.
 ///
 /// # Errors
 /// Unknown bodies, numbers that are not finite, bodies without mass or stiffness.

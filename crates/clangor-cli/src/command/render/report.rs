@@ -62,7 +62,7 @@ pub(super) fn say(console: &Console, bodies: &[Body], summary: &RenderSummary, o
 
 /// A table of bodies: share of the energy, impacts, and why a body is silent.
 ///
-/// A simulation does not pass on what is slower than v_min: it is counted in `simulated`, for all bodies together.
+/// A simulation does not pass on what is slower than v_min: it is counted in `simulated`.
 pub(super) fn explain(
     console: &Console,
     bodies: &[Body],
@@ -86,6 +86,7 @@ pub(super) fn explain(
     for (index, body) in bodies.iter().enumerate() {
         let energy = energy(summary, index);
         let counts = contacts.bodies.get(index).copied().unwrap_or_default();
+        let slow = counts.slow + dropped_of(simulated, index);
         let share =
             if energy > 0.0 { format!("{:.1}", 10.0 * (energy / total).log10()) } else { "−∞".into() };
         let transit = counts.smallest_transit_ratio;
@@ -94,15 +95,20 @@ pub(super) fn explain(
             body.name,
             "acceleration",
             counts.pulses,
-            counts.slow,
+            slow,
             if transit.is_finite() { format!("{transit:.2}") } else { "–".into() },
-            remark(body, energy, summary, index)
+            remark(body, energy, slow, summary, index)
         ));
     }
 }
 
+/// Impacts of a body that the simulation left out.
+fn dropped_of(simulated: Option<&SimulationReport>, index: usize) -> u64 {
+    simulated.and_then(|report| report.dropped_by_body.get(index).copied()).unwrap_or(0)
+}
+
 /// Why a body is silent, or what to know about its sound.
-fn remark(body: &Body, energy: f64, summary: &RenderSummary, index: usize) -> &'static str {
+fn remark(body: &Body, energy: f64, slow: u64, summary: &RenderSummary, index: usize) -> &'static str {
     let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
     if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
         "silent: it does not move, and nothing but acceleration sounds yet"
@@ -116,10 +122,10 @@ fn remark(body: &Body, energy: f64, summary: &RenderSummary, index: usize) -> &'
         "exact"
     } else if counts.pulses > 0 {
         "silent: its clicks fall outside the written time, or the listener was inside it"
-    } else if counts.slow > 0 {
+    } else if slow > 0 {
         "silent: every touch was slower than v_min"
     } else {
-        "silent: nothing touched it faster than v_min"
+        "silent: nothing touched it"
     }
 }
 
@@ -163,7 +169,7 @@ pub(super) fn print_json(
                 "name": body.name,
                 "acceleration_energy_pa2_s": energy(summary, index),
                 "clicks": counts.pulses,
-                "impacts_slower_than_v_min": counts.slow,
+                "impacts_slower_than_v_min": counts.slow + dropped_of(simulated, index),
             })
         })
         .collect();

@@ -1,7 +1,12 @@
 //! Cost of the event-driven spheres: an elastic gas of 7.5 mm balls at 1 m/s in a cubic box, 4.5 % solid, no gravity.
 //!
-//! `cargo bench -p clangor-sim --bench spheres [-- N ...]`: CPU seconds per simulated second, events, cost per event and
-//! the drift of the kinetic energy, for 1 000, 3 000, 10 000 and 30 000 balls. One thread, so that CPU time is time.
+//! `cargo bench -p clangor-sim --bench spheres [-- N ...]`: CPU seconds per simulated second, impacts, cost per impact
+//! and per event (impact, cell left, search renewed), memory per ball and the drift of the kinetic energy, for 1 000,
+//! 3 000, 10 000 and 30 000 balls. One thread, so that CPU time is time.
+//!
+//! The cost per impact also grows because the walls matter less in a larger box: impacts on walls, which are cheap and
+//! replace impacts between balls, become rare, and more cells are left per impact. An event is the unit that does not
+//! depend on that.
 
 #[path = "../tests/sphere_worlds/mod.rs"]
 mod sphere_worlds;
@@ -80,18 +85,29 @@ fn cpu_seconds() -> f64 {
     nanoseconds.map_or_else(|| BEGIN.elapsed().as_secs_f64(), |n| 1e-9 * n)
 }
 
+/// Memory that the process holds [B]; none on systems that do not tell.
+fn held_bytes() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmRSS:"))?;
+    Some(1024.0 * line.trim().trim_end_matches("kB").trim().parse::<f64>().ok()?)
+}
+
 fn main() {
     let asked: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
     let counts = if asked.is_empty() { vec![1000, 3000, 10_000, 30_000] } else { asked };
-    println!("   balls  CPU s/s    impacts/s   us/impact    energy drift");
+    println!("   balls  CPU s/s    impacts/s  us/impact  events/impact  us/event  B/ball    energy drift");
     for count in counts {
         let world = gas(count);
         let duration = (10_000.0 / count as f64).clamp(1.0, 4.0);
         let base = settings(duration, false, 1.0 / duration);
         let quiet = SimulationSettings { record: RecordSettings { v_min: 0.05, ..base.record }, ..base };
         let mut counter = Counter { end: duration, ..Counter::default() };
+        let (before, mut within) = (held_bytes(), None);
         let begin = cpu_seconds();
-        let done = simulate(&world, &quiet, &mut counter, &mut |_| ControlFlow::Continue(()));
+        let done = simulate(&world, &quiet, &mut counter, &mut |_| {
+            within = within.or_else(held_bytes);
+            ControlFlow::Continue(())
+        });
         let spent = cpu_seconds() - begin;
         let report = match done {
             Ok(report) => report,
@@ -103,11 +119,16 @@ fn main() {
         let impacts = (report.impacts + report.dropped_impacts) as f64;
         let at = |time: f64| counter.poses.iter().filter(|p| p.time == time).copied().collect::<Vec<_>>();
         let (first, last) = (kinetic_energy(&world, &at(0.0)), kinetic_energy(&world, &at(duration)));
+        let events = report.events as f64;
+        let bytes = before.zip(within).map_or(f64::NAN, |(before, within)| within - before);
         println!(
-            "{count:8}  {:7.3}  {:11.0}  {:10.3}  {:+14.2e}",
+            "{count:8}  {:7.3}  {:11.0}  {:9.3}  {:13.2}  {:8.3}  {:6.0}  {:+14.2e}",
             spent / duration,
             impacts / duration,
             1e6 * spent / impacts,
+            events / impacts,
+            1e6 * spent / events,
+            bytes / count as f64,
             last / first - 1.0
         );
     }

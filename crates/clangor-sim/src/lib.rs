@@ -48,6 +48,8 @@ pub struct SimulationReport {
     pub dropped_by_body: Vec<u64>,
     /// Contact rows written.
     pub rows: u64,
+    /// Events of the sphere solver: impacts, cells left, phases ended, searches renewed; 0 where time is stepped.
+    pub events: u64,
     /// Largest overlap seen \[m\].
     pub deepest_overlap: f64,
     /// Time simulated \[s\].

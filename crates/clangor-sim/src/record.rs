@@ -135,6 +135,11 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
+    /// Counts an event of the sphere solver.
+    pub(crate) fn count_event(&mut self) {
+        self.report.events += 1;
+    }
+
     /// Closes everything and reports.
     pub fn finish(mut self, time: f64) -> std::io::Result<SimulationReport> {
         self.advance(f64::INFINITY)?;

@@ -18,8 +18,10 @@ pub(super) enum Course {
 }
 
 /// What the search for contacts reads of a ball: two cache lines, of which the first rules most meetings out.
+///
+/// Aligned to both, because processors fetch lines in pairs.
 #[derive(Clone, Debug)]
-#[repr(C, align(64))]
+#[repr(C, align(128))]
 pub(super) struct Ball {
     /// Centre at `time` [m].
     pub(super) position: DVec3,
@@ -58,8 +60,9 @@ pub(super) struct Spin {
     pub(super) alpha: DVec3,
 }
 
-/// What never changes about a ball.
+/// What only impacts read of a ball: one cache line.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(super) struct Traits {
     /// Index in the world's bodies.
     pub(super) body: u32,
@@ -73,6 +76,12 @@ pub(super) struct Traits {
     pub(super) inverse_mass: f64,
     /// 1/I [1/(kg m²)]; 0 if not free.
     pub(super) inverse_inertia: f64,
+    /// Time of the last hit [s].
+    pub(super) last_hit: f64,
+    /// How many hits have come in quick succession.
+    pub(super) quick_hits: u32,
+    /// Its place among the members of the cluster at hand, or [`super::grid::NONE`].
+    pub(super) member: u32,
 }
 
 impl Ball {
@@ -132,6 +141,7 @@ mod tests {
     #[test]
     fn a_record_fills_two_cache_lines() {
         assert_eq!(size_of::<Ball>(), 128);
+        assert_eq!(size_of::<Traits>(), 64);
         assert!(std::mem::offset_of!(Ball, radius) == 64);
     }
 

@@ -97,7 +97,7 @@ impl Engine<'_> {
         let mut shaken = Vec::new();
         for (member, who) in cluster.members.iter().zip(&cluster.who) {
             let &Who::Ball(ball) = who else { continue };
-            self.member_of[ball] = NONE;
+            self.traits[ball].member = NONE;
             if member.moved {
                 match self.seat(ball) {
                     Some((island, _)) => self.bring_island_forward(island),
@@ -105,9 +105,10 @@ impl Engine<'_> {
                 }
                 self.balls[ball].velocity = member.velocity;
                 self.spins[ball].omega = member.omega;
-                let (last, quick) = self.hits[ball];
-                let quick = if self.now - last < 1.5 * CONTACT_TIME { quick + 1 } else { 0 };
-                self.hits[ball] = (self.now, quick);
+                let traits = &mut self.traits[ball];
+                let in_a_row = self.now - traits.last_hit < 1.5 * CONTACT_TIME;
+                traits.quick_hits = if in_a_row { traits.quick_hits + 1 } else { 0 };
+                traits.last_hit = self.now;
                 match self.seat(ball) {
                     None => self.settle(ball, None),
                     Some((island, place)) => {
@@ -142,19 +143,19 @@ impl Engine<'_> {
     /// Whether a ball has been hit [`QUICK_HITS`] times in a row at intervals of at most 1.5 CONTACT_TIME, the last
     /// time not longer ago than a multiple of it.
     fn is_hit_incessantly(&self, ball: usize, within: f64) -> bool {
-        let (last, count) = self.hits[ball];
-        count >= QUICK_HITS && self.now - last < within * CONTACT_TIME
+        let traits = &self.traits[ball];
+        traits.quick_hits >= QUICK_HITS && self.now - traits.last_hit < within * CONTACT_TIME
     }
 
     /// Makes a ball a member.
     fn join(&mut self, cluster: &mut Cluster, ball: usize) -> usize {
         let (position, velocity) = self.state(ball, self.now);
-        let traits = &self.traits[ball];
         let spin = &self.spins[ball];
         let seat = self.seat(ball);
         let held =
             seat.map_or([DVec3::ZERO; 2], |(island, place)| self.islands[island].held(place, position));
-        self.member_of[ball] = cluster.who.len() as u32;
+        let traits = &mut self.traits[ball];
+        traits.member = cluster.who.len() as u32;
         cluster.who.push(Who::Ball(ball));
         cluster.positions.push(position);
         cluster.members.push(Member {
@@ -220,7 +221,7 @@ impl Engine<'_> {
             }
         });
         for &other in &near {
-            let known = self.member_of[other];
+            let known = self.traits[other].member;
             let theirs = if known == NONE { self.join(cluster, other) } else { known as usize };
             let met = |t: &Touch| (t.a, t.b) == (member, theirs) || (t.a, t.b) == (theirs, member);
             if !cluster.touches.iter().any(met) {

@@ -25,8 +25,9 @@ pub(super) const SEARCH: u32 = u32::MAX - 1;
 /// Events without any progress of time, per ball, before the run is given up.
 const STALL: u64 = 10_000;
 
-/// What a ball will do next.
+/// What a ball will do next: never across two cache lines.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
 pub(super) struct Next {
     /// When it meets its partner [s].
     pub(super) contact: f64,
@@ -73,10 +74,6 @@ pub(super) struct Engine<'w> {
     pub(super) by_body: Vec<u32>,
     /// Phases of the balls in lasting contact.
     pub(super) phases: Vec<Option<Box<Phase>>>,
-    /// Time of the last hit of each ball [s], and how many came in quick succession.
-    pub(super) hits: Vec<(f64, u32)>,
-    /// Member index of each ball in the cluster at hand, or [`NONE`].
-    pub(super) member_of: Vec<u32>,
     /// Impulses of lasting contacts since the last sample, if they are logged.
     pub(super) pending: Option<Vec<Pending>>,
     /// Balls on rods and springs.
@@ -115,8 +112,6 @@ impl<'w> Engine<'w> {
             grid: start.grid,
             wide: start.wide,
             phases: (0..count).map(|_| None).collect(),
-            hits: vec![(f64::NEG_INFINITY, 0); count],
-            member_of: vec![NONE; count],
             pending: (!recorder.ignores_slow_contacts()).then(|| vec![Pending::default(); count]),
             islands: start.islands,
             broadest,
@@ -189,6 +184,7 @@ impl<'w> Engine<'w> {
                     return Err(SimulationError::Diverged { body: body.name.clone(), time: self.now });
                 }
                 self.now = self.now.max(time);
+                recorder.count_event();
                 self.happen(ball, recorder)?;
                 continue;
             }
@@ -353,9 +349,11 @@ impl<'w> Engine<'w> {
         (record.acceleration, spin.alpha) = (phase.acceleration, phase.alpha);
         record.generation = record.generation.wrapping_add(1);
         self.next[ball].phase_end = self.now + phase.duration;
-        let flies = phase.reactions.is_empty();
+        let (flew, flies) = (record.course == Course::Ballistic, phase.reactions.is_empty());
         record.course = if flies { Course::Ballistic } else { Course::Steady };
-        self.phases[ball] = (!flies).then(|| Box::new(phase));
+        if !(flew && flies) {
+            self.phases[ball] = (!flies).then(|| Box::new(phase));
+        }
     }
 
     /// Whether a lasting contact holds a ball on a plane.
@@ -374,8 +372,7 @@ impl<'w> Engine<'w> {
             }
             return;
         }
-        self.grid.around(record.cell, |bucket| {
-            let mut other = self.grid.head(bucket);
+        for mut other in self.grid.around(record.cell).iter() {
             while other != NONE {
                 let near = &self.balls[other as usize];
                 if other as usize != ball {
@@ -383,7 +380,7 @@ impl<'w> Engine<'w> {
                 }
                 other = near.next;
             }
-        });
+        }
         for &other in &self.wide {
             act(other as usize, &self.balls[other as usize]);
         }

@@ -84,8 +84,8 @@ impl Engine<'_> {
                 && self.now + s < best.contact
             {
                 // What a pile could not resolve just now is not tried again at once.
-                let just_hit = self.hits[seeker.ball].0 == self.now && self.hits[other].0 == self.now;
-                if s == 0.0 && just_hit && w.length() < self.slow_speed() {
+                let just_hit = |ball: usize| self.traits[ball].last_hit == self.now;
+                if s == 0.0 && just_hit(seeker.ball) && just_hit(other) && w.length() < self.slow_speed() {
                     s = CONTACT_TIME;
                 }
                 best.contact = self.now + s;
@@ -200,8 +200,7 @@ impl Engine<'_> {
         let cell = self.balls[ball].cell;
         let seeker = self.seeker(ball);
         let mut best = self.next[ball];
-        self.grid.ahead(cell, exit, |bucket| {
-            let mut other = self.grid.head(bucket);
+        for mut other in self.grid.ahead(cell, exit).iter() {
             while other != NONE {
                 let near = &self.balls[other as usize];
                 if other as usize != ball {
@@ -209,7 +208,7 @@ impl Engine<'_> {
                 }
                 other = near.next;
             }
-        });
+        }
         self.next[ball] = best;
         self.watch_cell(&seeker);
     }

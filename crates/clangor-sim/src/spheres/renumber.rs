@@ -39,7 +39,6 @@ impl Engine<'_> {
         permute(&mut self.spins, &order);
         permute(&mut self.traits, &order);
         permute(&mut self.phases, &order);
-        permute(&mut self.hits, &order);
         permute(&mut self.seats, &order);
         permute(&mut self.next, &order);
         if let Some(pending) = &mut self.pending {

@@ -155,6 +155,9 @@ fn place(
             mass: body.mass,
             inverse_mass: if free { 1.0 / body.mass } else { 0.0 },
             inverse_inertia: if free { 1.0 / body.inertia.x_axis.x } else { 0.0 },
+            last_hit: f64::NEG_INFINITY,
+            quick_hits: 0,
+            member: NONE,
         });
     }
     for ball in 0..balls.len() {
@@ -271,8 +274,17 @@ fn tie(world: &World, start: &mut Start) -> Result<(), SimulationError> {
 
 /// Z-order of a cell: bits of the three coordinates in turn.
 pub(super) fn interleave(cell: [i32; 3]) -> u64 {
-    let spread =
-        |x: i32| (0..20).fold(0_u64, |code, bit| code | (((x.max(0) as u64) >> bit & 1) << (3 * bit)));
+    const STEPS: [(u32, u64); 5] = [
+        (32, 0x001f_0000_0000_ffff),
+        (16, 0x001f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
+    ];
+    let spread = |x: i32| {
+        let bits = x.clamp(0, (1 << 21) - 1) as u64;
+        STEPS.iter().fold(bits, |code, &(by, mask)| (code | code << by) & mask)
+    };
     spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2
 }
 

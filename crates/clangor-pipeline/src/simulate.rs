@@ -69,7 +69,7 @@ pub fn simulate_impacts(
     Ok((impacts.timeline, report))
 }
 
-/// Simulates a scene into a timeline folder, and keeps its impacts in memory.
+/// Simulates a scene into a timeline folder; memory does not grow with the rows.
 ///
 /// # Errors
 /// [`SimulateError`]; no folder is left then.
@@ -79,20 +79,40 @@ pub fn simulate_to_folder(
     path: &Path,
     replace: bool,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<(Timeline, SimulationReport, TimelineSummary), SimulateError> {
+) -> Result<(SimulationReport, TimelineSummary), SimulateError> {
     let settings = simulation_settings(&loaded.scene, raw_log);
+    let mut folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
+    let report = clangor_sim::simulate(&loaded.world, &settings, &mut folder, progress)?;
+    Ok((report, folder.finish()?))
+}
+
+/// Simulates a scene into a timeline folder, and keeps its impacts in memory for rendering.
+///
+/// # Errors
+/// [`SimulateError`]; no folder is left then.
+pub fn simulate_and_keep(
+    loaded: &LoadedScene,
+    path: &Path,
+    replace: bool,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<(Timeline, SimulationReport), SimulateError> {
+    let settings = simulation_settings(&loaded.scene, false);
+    let folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
+    let mut both = Both { folder, impacts: ImpactLog::default() };
+    let report = clangor_sim::simulate(&loaded.world, &settings, &mut both, progress)?;
+    both.folder.finish()?;
+    Ok((both.impacts.timeline, report))
+}
+
+/// What a timeline folder says of a simulated scene.
+fn header(loaded: &LoadedScene, settings: &SimulationSettings) -> TimelineHeader {
     let solver = choose_solver(&loaded.world, settings.solver);
-    let header = TimelineHeader {
+    TimelineHeader {
         world: loaded.world.clone(),
         medium: loaded.scene.medium,
-        origin: Origin::of_simulation(&settings, solver, loaded.scene.simulation.seed),
+        origin: Origin::of_simulation(settings, solver, loaded.scene.simulation.seed),
         scene: Some(loaded.text.clone()),
-    };
-    let mut both =
-        Both { folder: TimelineWriter::create(path, &header, replace)?, impacts: ImpactLog::default() };
-    let report = clangor_sim::simulate(&loaded.world, &settings, &mut both, progress)?;
-    let summary = both.folder.finish()?;
-    Ok((both.impacts.timeline, report, summary))
+    }
 }
 
 /// Keeps impacts and the poses at them, so that memory follows what is heard and not what moves.

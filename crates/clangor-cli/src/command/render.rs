@@ -13,7 +13,7 @@ use clangor::synthesis::{Listener, RenderSettings, SampleRate};
 use clangor::timeline::Timeline;
 use clangor_pipeline::load::LoadedScene;
 use clangor_pipeline::render::{FullScale, RenderOptions, read_impacts, render};
-use clangor_pipeline::simulate::{simulate_impacts, simulate_to_folder};
+use clangor_pipeline::simulate::{simulate_and_keep, simulate_impacts};
 use clangor_pipeline::timeline_file::TimelineReader;
 use clangor_pipeline::wav::{SampleFormat, WavSpec};
 use clangor_sim::SimulationReport;
@@ -155,13 +155,10 @@ fn impacts(
         Recorded::Timeline(reader) => return Ok((read_impacts(reader).map_err(Failure::new)?, None)),
     };
     let progress = console.progress("simulate", loaded.scene.simulation.duration);
+    let reached = &mut |t| progress.reached(t);
     let (timeline, report) = match &options.timeline {
-        Some(folder) => {
-            let (timeline, report, _) =
-                simulate_to_folder(loaded, false, folder, options.force, &mut |t| progress.reached(t))?;
-            (timeline, report)
-        }
-        None => simulate_impacts(loaded, &mut |t| progress.reached(t))?,
+        Some(folder) => simulate_and_keep(loaded, folder, options.force, reached)?,
+        None => simulate_impacts(loaded, reached)?,
     };
     drop(progress);
     say_simulated(console, &report);

@@ -17,7 +17,7 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
     };
     let loaded = load(&options.scene, global, &adjust, console)?;
     let progress = console.progress("simulate", loaded.scene.simulation.duration);
-    let (_, report, rows) =
+    let (report, rows) =
         simulate_to_folder(&loaded, options.raw_log, &output, options.force, &mut |t| progress.reached(t))?;
     drop(progress);
     say_simulated(console, &report);

@@ -98,7 +98,7 @@ pub enum SynthesisError {
     /// A click too long for the longest block.
     #[error(
         "the click of body {body} at t = {time} s lasts {seconds:.3e} s (radius {radius} m), longer than the \
-         renderer's longest block; is the body's size in metres?",
+         renderer's longest block; are the body's size in metres and its contact in seconds?",
         body = body.0
     )]
     TooLong {

@@ -212,7 +212,8 @@ fn check_point(surface: &Surface, point: DVec3) -> Result<(), StrikeError> {
 
 /// Hertz duration \[s\] of a collision with a rigid plane at 1 m/s whose normal is the impulse.
 fn default_duration(body: &Body, impulse: DVec3, point: DVec3) -> Result<f64, StrikeError> {
-    let normal = impulse.try_normalize().ok_or(StrikeError::NoImpulse)?;
+    // Scaled first, so that no length overflows.
+    let normal = (impulse / impulse.abs().max_element()).try_normalize().ok_or(StrikeError::NoImpulse)?;
     let curvature = mean_curvature(&body.surface, point);
     let contact = HertzContact {
         inverse_mass: inverse_effective_mass(1.0 / body.mass, body.inertia, point, normal),

@@ -1,7 +1,7 @@
-//! The published error table: what Clangor computes, against references that do not share its code.
+//! The published error table: what Clangor computes, against closed forms, printed numbers and second methods.
 //!
-//! Every check runs the product's own path and compares with a closed form, a printed number or a second method that
-//! is written here. `docs/validation.md` is the output; nothing in it is typed by hand.
+//! Every check runs the product's own path. Most references share no code with it; the column says where one does,
+//! such as a finer step, another sample rate or the state at the start. `docs/validation.md` is the output; nothing in it is typed by hand.
 
 mod contact;
 mod dynamics;
@@ -113,7 +113,9 @@ pub fn markdown(table: &Validation, extent: Extent) -> String {
     let _ = writeln!(
         out,
         "Written by `{command} -o docs/validation.md` (version {}). Every error is measured by running the program \
-         against a reference that does not share its code; errors without a unit are relative.\n",
+         against the reference named beside it: a closed form, a printed number, a second method, or the program itself \
+         where that is what the reference says (a finer step, another sample rate, the state at the start). Errors \
+         without a unit are relative.\n",
         env!("CARGO_PKG_VERSION")
     );
     let mut section = "";

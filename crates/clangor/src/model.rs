@@ -1,3 +1,6 @@
 //! What a body sounds like: the pressure field of its motion per unit of acceleration.
 
+pub mod acceleration_field;
+pub mod radial;
 pub mod sphere_radiation;
+pub mod spherical_harmonics;

@@ -1,0 +1,13 @@
+//! Offline numerics: how a body of any shape radiates when it is accelerated.
+//!
+//! ```text
+//! shape ─► RadiationSolver ─► multipoles at some frequencies ─► rational fit ─► AccelerationField
+//!          helmholtz, wave     radiation                        rational
+//! ```
+//!
+//! Everything here may be slow, threaded and heavy. What it makes is `clangor::model::acceleration_field`, which the
+//! runtime library plays.
+
+pub mod multipole_projection;
+pub mod quadrature;
+pub mod radiation;

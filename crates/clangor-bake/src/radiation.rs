@@ -1,0 +1,70 @@
+//! What every radiation solver answers: the field of six rigid motions at given wavenumbers.
+//!
+//! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ a_n on the surface, outgoing, with ρ = 1 and a_n = g_i(x):
+//! e_i·n for a unit acceleration along an axis, (e_i × x)·n for a unit angular acceleration about an axis through the
+//! centre of mass, which is the origin. Time dependence e^{+iωt}, so that a wavenumber with negative imaginary part
+//! belongs to a motion that grows, and keeps resonances away.
+
+use clangor::geometry::tri_mesh::TriMesh;
+use clangor::model::acceleration_field::DEGREES;
+use glam::DVec3;
+use num_complex::Complex64;
+
+/// Why a field cannot be computed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RadiationError {
+    /// More unknowns than a dense solution can hold.
+    #[error(
+        "the body needs {unknowns} unknowns at {wavenumber:.4e} 1/m, more than the {most} that fit; use another method or a lower band"
+    )]
+    TooLarge {
+        /// Unknowns needed.
+        unknowns: usize,
+        /// Most that are solved.
+        most: usize,
+        /// Wavenumber k [1/m].
+        wavenumber: f64,
+    },
+    /// A solution that is not finite.
+    #[error("the solution at {wavenumber:.4e} 1/m is not finite")]
+    NotFinite {
+        /// Wavenumber k [1/m].
+        wavenumber: f64,
+    },
+}
+
+/// The field of the six motions at one wavenumber.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RadiationSample {
+    /// k [1/m] at which it was solved; near the one asked for, possibly with a negative imaginary part.
+    pub wavenumber: Complex64,
+    /// Outgoing multipoles of each motion on the sphere of radius `reference_radius` \[m\] about the origin:
+    /// p e^{ikr} = Σ c_nm x^{−(n+1)} θₙ(ikRx)/θₙ(ikR) Y_nm, x = r/R, without the special factor of the monopole. Translations
+    /// \[m\], rotations \[m²\]. Index n² + n + m.
+    pub coefficients: [Vec<Complex64>; DEGREES],
+    /// Pressure of each motion at the vertices of [`RadiationSolver::surface`]; empty without a surface.
+    pub surface_pressure: Vec<[Complex64; DEGREES]>,
+}
+
+/// A solver of the six motions of one body, in the frame with the centre of mass at the origin.
+pub trait RadiationSolver: Sync {
+    /// The six fields at each wavenumber [1/m], in the same order; `order` is the highest n of the coefficients.
+    ///
+    /// A solver may move a wavenumber off the real axis, and says so in the sample.
+    ///
+    /// # Errors
+    /// [`RadiationError`].
+    fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError>;
+
+    /// Bounding radius R \[m\] about the centre of mass: the radius of the coefficients.
+    fn reference_radius(&self) -> f64;
+
+    /// Where surface pressures are given, if they are: the boundary integral over this mesh is the near field.
+    fn surface(&self) -> Option<&TriMesh>;
+}
+
+/// g_1 … g_6 at a point x of the surface with normal n (of any length).
+pub fn rigid_motions(x: DVec3, n: DVec3) -> [f64; DEGREES] {
+    let r = x.cross(n);
+    [n.x, n.y, n.z, r.x, r.y, r.z]
+}

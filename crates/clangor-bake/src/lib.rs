@@ -8,6 +8,7 @@
 //! Everything here may be slow, threaded and heavy. What it makes is `clangor::model::acceleration_field`, which the
 //! runtime library plays.
 
+pub mod acceleration_noise;
 pub mod multipole_projection;
 pub mod quadrature;
 pub mod radiation;

@@ -1,6 +1,8 @@
 //! What a body sounds like: the pressure field of its motion per unit of acceleration.
 
 pub mod acceleration_field;
+pub mod acceleration_model;
+pub mod near_field;
 pub mod radial;
 pub mod sphere_radiation;
 pub mod spherical_harmonics;

@@ -13,7 +13,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("body", &["geometry", "material", "pose"]),
     ("shape", &["body", "geometry", "math"]),
     ("timeline", &["body"]),
-    ("model", &["math", "medium"]),
+    ("model", &["geometry", "math", "medium"]),
     ("contact", &["body", "geometry", "material", "math", "pose", "timeline"]),
     ("synthesis", &["body", "contact", "math", "medium", "model", "pose", "timeline"]),
     (

@@ -12,3 +12,4 @@ pub mod acceleration_noise;
 pub mod multipole_projection;
 pub mod quadrature;
 pub mod radiation;
+pub mod rational;

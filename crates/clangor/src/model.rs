@@ -2,6 +2,7 @@
 
 pub mod acceleration_field;
 pub mod acceleration_model;
+pub mod ellipsoid_bank;
 pub mod near_field;
 pub mod radial;
 pub mod sphere_radiation;

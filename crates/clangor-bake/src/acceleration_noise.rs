@@ -1,12 +1,19 @@
 //! Acceleration noise of one body: picks a solver, solves at as few frequencies as the band needs, and fits.
 
+mod frequencies;
+
 use std::ops::ControlFlow;
 
 use clangor::geometry::tri_mesh::TriMesh;
+use clangor::model::acceleration_field::{AccelerationField, DEGREES, Term};
 use clangor::model::acceleration_model::AccelerationModel;
+use clangor::model::near_field::NearField;
+use clangor::model::spherical_harmonics::index;
 use glam::DVec3;
+use num_complex::Complex64;
 
-use crate::radiation::RadiationError;
+use self::frequencies::{Band, FittedBand, solve_band};
+use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 /// Which solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -100,4 +107,117 @@ pub fn bake(
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
     let _ = (geometry, options, progress);
     Err(BakeError::Interrupted)
+}
+
+/// Fits the field that a solver computes.
+///
+/// # Errors
+/// [`BakeError`].
+pub fn bake_with(
+    solver: &dyn RadiationSolver,
+    spacing: f64,
+    options: &BakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(AccelerationModel, Evidence), BakeError> {
+    let radius = solver.reference_radius();
+    let highest = options.max_wavenumber * radius;
+    let band = Band {
+        highest,
+        spacing,
+        order: multipole_order(highest, options.accuracy),
+        tolerance: 0.5 * options.accuracy,
+        most_solves: ((3.0 * highest / spacing) as usize).max(24),
+    };
+    let fitted = solve_band(solver, &band, progress)?;
+    let mut warnings = Vec::new();
+    if fitted.held_out > options.accuracy {
+        warnings.push(format!(
+            "frequencies between those solved are off by {:.1e}, more than the {:.1e} asked for",
+            fitted.held_out, options.accuracy
+        ));
+    }
+    let field = field_of(&fitted, radius, highest, options.accuracy);
+    let near = match solver.surface() {
+        Some(surface) if options.near_field => Some(near_field_of(&fitted, surface, radius)),
+        _ => None,
+    };
+    let evidence = Evidence {
+        method: String::new(),
+        unknowns: 0,
+        solves: fitted.samples.len(),
+        held_out_error: fitted.held_out,
+        warnings,
+    };
+    Ok((AccelerationModel { radius, field, near }, evidence))
+}
+
+/// Order of the multipoles for an error at 2 R and beyond: κ + 2 gives about 1e-3, κ + 4 about 1e-4; flat bodies of any
+/// size need the first ten for their near field.
+fn multipole_order(highest: f64, accuracy: f64) -> usize {
+    let extra = if accuracy < 5e-4 { 5.0 } else { 3.0 };
+    ((highest + extra).ceil() as usize).max(if accuracy < 5e-4 { 12 } else { 10 })
+}
+
+/// The coefficients at the nodes, without those that are nothing.
+fn field_of(fitted: &FittedBand, radius: f64, highest: f64, accuracy: f64) -> AccelerationField {
+    let at_nodes: Vec<&RadiationSample> = fitted.fit.support.iter().map(|&i| &fitted.samples[i]).collect();
+    let order = (at_nodes[0].coefficients[0].len() as f64).sqrt() as usize - 1;
+    let unit = |degree: usize| if degree < 3 { radius } else { radius * radius };
+    let loudest: Vec<f64> = at_nodes
+        .iter()
+        .map(|sample| {
+            let square = |d: usize| sample.coefficients[d].iter().map(Complex64::norm_sqr).sum::<f64>();
+            (0..DEGREES).map(|d| square(d).sqrt() / unit(d)).fold(0.0, f64::max)
+        })
+        .collect();
+    let mut field = AccelerationField {
+        max_wavenumber: highest,
+        ring_time: fitted.ring_time,
+        nodes: fitted.fit.nodes.clone(),
+        terms: Vec::new(),
+        real: Vec::new(),
+        imaginary: Vec::new(),
+    };
+    for n in 0..=order {
+        for m in -(n as isize)..=n as isize {
+            for degree in 0..DEGREES {
+                let value =
+                    |sample: &RadiationSample| sample.coefficients[degree][index(n, m)] / unit(degree);
+                let level =
+                    at_nodes.iter().zip(&loudest).map(|(s, l)| value(s).norm() / l).fold(0.0, f64::max);
+                // Low orders outlast the others with distance: a dipole may be faint near the body and all there is
+                // far away.
+                let least = if n <= 2 { 1e-4 * accuracy } else { 1e-2 * accuracy };
+                if level <= least {
+                    continue;
+                }
+                field.terms.push(Term { n: n as u8, m: m as i8, degree: degree as u8 });
+                for sample in &at_nodes {
+                    let s = Complex64::I * sample.wavenumber * radius;
+                    let q = if n == 0 { value(sample) / (s * s) } else { value(sample) };
+                    field.real.push(q.re as f32);
+                    field.imaginary.push(q.im as f32);
+                }
+            }
+        }
+    }
+    field
+}
+
+/// Surface pressures at the nodes, in the units of the field.
+fn near_field_of(fitted: &FittedBand, surface: &TriMesh, radius: f64) -> NearField {
+    let mut scaled = surface.clone();
+    scaled.vertices.iter_mut().for_each(|v| *v /= radius);
+    let mut near = NearField { surface: scaled, real: Vec::new(), imaginary: Vec::new() };
+    for vertex in 0..surface.vertices.len() {
+        for degree in 0..DEGREES {
+            let unit = if degree < 3 { radius } else { radius * radius };
+            for &i in &fitted.fit.support {
+                let p = fitted.samples[i].surface_pressure[vertex][degree] / unit;
+                near.real.push(p.re as f32);
+                near.imaginary.push(p.im as f32);
+            }
+        }
+    }
+    near
 }

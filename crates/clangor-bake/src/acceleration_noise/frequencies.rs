@@ -1,0 +1,221 @@
+//! As few solves as the band needs: solve, fit, test where the fit is least certain, add what the test shows.
+//!
+//! What is fitted is the pressure without e^{−s|x|} at points on three spheres about the body, near, middle and far, of all six
+//! motions at once, errors counted against the loudest motion at each sphere and frequency. A test solves at frequencies
+//! that the fit has not seen: its error there is the evidence, and the new samples join the fit.
+
+use std::f64::consts::{PI, TAU};
+use std::ops::ControlFlow;
+
+use clangor::model::acceleration_field::DEGREES;
+use clangor::model::radial::reverse_bessel;
+use clangor::model::spherical_harmonics::solid_harmonics;
+use glam::DVec3;
+use num_complex::Complex64;
+
+use super::{BakeError, BakeProgress};
+use crate::radiation::{RadiationSample, RadiationSolver};
+use crate::rational::{FunctionSample, RationalFit, error_at, fit, poles, predict, residues};
+
+/// Distances, in bounding radii, at which the field is fitted.
+const SPHERES: [f64; 3] = [1.2, 3.0, 100.0];
+/// Directions on each.
+const DIRECTIONS: usize = 24;
+/// Lowest κ solved: below it every field is its limit, to 1e-4.
+const LOWEST: f64 = 0.02;
+
+/// How the search for frequencies goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Band {
+    /// Highest κ = kR.
+    pub(super) highest: f64,
+    /// Spacing of the first samples in κ.
+    pub(super) spacing: f64,
+    /// Order of the multipoles.
+    pub(super) order: usize,
+    /// Error of the fit that is accepted.
+    pub(super) tolerance: f64,
+    /// Most solves.
+    pub(super) most_solves: usize,
+}
+
+/// The solves and the fit through them.
+pub(super) struct FittedBand {
+    /// All solves, in order of frequency.
+    pub(super) samples: Vec<RadiationSample>,
+    /// The fit.
+    pub(super) fit: RationalFit,
+    /// Largest error of the last fit but one at the frequencies that it had not seen.
+    pub(super) held_out: f64,
+    /// Time, in R/c, after which a sudden acceleration has died away.
+    pub(super) ring_time: f64,
+}
+
+/// Solves and fits until frequencies held out are predicted to the tolerance.
+pub(super) fn solve_band(
+    solver: &dyn RadiationSolver,
+    band: &Band,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<FittedBand, BakeError> {
+    let radius = solver.reference_radius();
+    let steps = (band.highest / band.spacing).ceil().max(3.0) as usize;
+    let mut pending: Vec<f64> = (0..=steps).map(|k| band.highest * k as f64 / steps as f64).collect();
+    pending[0] = LOWEST.min(0.1 * band.highest);
+    // Low frequencies are heard from afar as the first two orders only: one more sample there keeps them right.
+    pending.insert(1, (0.3 * pending[1]).max(2.0 * pending[0]));
+    let mut samples: Vec<RadiationSample> = Vec::new();
+    let mut functions: Vec<FunctionSample> = Vec::new();
+    let mut last: Option<RationalFit> = None;
+    let mut held_out = f64::INFINITY;
+    loop {
+        for batch in pending.chunks(BATCH) {
+            let planned = (samples.len() + pending.len() + TESTS).max(band.most_solves.min(steps + 6));
+            let done = samples.len() as f64 / planned as f64;
+            if progress(&BakeProgress { done, stage: "solving for the field" }).is_break() {
+                return Err(BakeError::Interrupted);
+            }
+            let wavenumbers: Vec<f64> = batch.iter().map(|kappa| kappa / radius).collect();
+            samples.extend(solver.solve(&wavenumbers, band.order)?);
+        }
+        let tested = samples[functions.len()..].iter().map(|s| functions_of(s, radius)).collect::<Vec<_>>();
+        if let Some(fit) = &last {
+            held_out =
+                tested.iter().map(|t| error_at(&functions, &fit.support, &fit.nodes, t)).fold(0.0, f64::max);
+        }
+        functions.extend(tested);
+        let tolerance = 0.3 * band.tolerance;
+        let now = fit(&functions, tolerance, functions.len());
+        let enough = held_out <= band.tolerance || functions.len() + TESTS > band.most_solves;
+        if enough && last.is_some() {
+            let ring_time = ring_time(&functions, &now, band.highest);
+            let order = ascending(&functions);
+            let fit = renumbered(now, &order);
+            return Ok(FittedBand { samples: reordered(samples, &order), fit, held_out, ring_time });
+        }
+        pending = least_certain(&functions, &now);
+        last = Some(now);
+    }
+}
+
+/// Solves handed to the solver at once.
+const BATCH: usize = 8;
+/// Frequencies of a test.
+const TESTS: usize = 4;
+
+/// κ of the middles between samples where the fit and one with a node less differ most, at most [`TESTS`].
+fn least_certain(functions: &[FunctionSample], now: &RationalFit) -> Vec<f64> {
+    let mut kappas: Vec<f64> = functions.iter().map(|f| f.s.im).collect();
+    kappas.sort_by(f64::total_cmp);
+    let fewer = fit(functions, 0.0, now.nodes.len().saturating_sub(1).max(1));
+    let mut gaps: Vec<(f64, f64)> = kappas
+        .windows(2)
+        .map(|pair| {
+            let kappa = 0.5 * (pair[0] + pair[1]);
+            let s = Complex64::new(functions[0].s.re, kappa);
+            let values = predict(functions, &now.support, &now.nodes, s);
+            let near = functions
+                .iter()
+                .min_by(|a, b| (a.s - s).norm().total_cmp(&(b.s - s).norm()))
+                .map_or_else(Vec::new, |f| f.weights.clone());
+            let at = FunctionSample { s, values, weights: near, group: DIRECTIONS };
+            let doubt = error_at(functions, &fewer.support, &fewer.nodes, &at);
+            // Where both fits agree, wide gaps are less certain than narrow ones.
+            (doubt + 1e-9 * (pair[1] - pair[0]), kappa)
+        })
+        .collect();
+    gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut chosen: Vec<f64> = gaps.iter().take(TESTS).map(|g| g.1).collect();
+    chosen.sort_by(f64::total_cmp);
+    chosen
+}
+
+/// Time, in R/c, until the poles of the band have fallen by 100 dB, each counted from its own strength.
+fn ring_time(functions: &[FunctionSample], fit: &RationalFit, highest: f64) -> f64 {
+    let strengths: Vec<(f64, f64)> = poles(&fit.nodes)
+        .into_iter()
+        .filter(|pole| pole.im.abs() < 1.1 * highest && pole.re < 0.0)
+        .map(|pole| {
+            let residues = residues(functions, &fit.support, &fit.nodes, pole);
+            // Against the loudest motion, near and far alike: weights of the nearest sample.
+            let near = functions
+                .iter()
+                .min_by(|a, b| (a.s.im - pole.im.abs()).abs().total_cmp(&(b.s.im - pole.im.abs()).abs()));
+            let strength =
+                near.map_or(0.0, |f| residues.iter().zip(&f.weights).map(|(r, w)| r * w).fold(0.0, f64::max));
+            (strength, -pole.re)
+        })
+        .collect();
+    let loudest = strengths.iter().map(|s| s.0).fold(0.0, f64::max);
+    let folds = |strength: f64| (1e5 * strength / loudest).ln();
+    // A wave from the far side of the body passes R/c after one from its centre.
+    strengths.iter().map(|(strength, decay)| folds(*strength) / decay).fold(0.0, f64::max) + 1.0
+}
+
+/// Order of samples by frequency.
+fn ascending(functions: &[FunctionSample]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..functions.len()).collect();
+    order.sort_by(|&a, &b| functions[a].s.im.total_cmp(&functions[b].s.im));
+    order
+}
+
+fn reordered(samples: Vec<RadiationSample>, order: &[usize]) -> Vec<RadiationSample> {
+    let mut slots: Vec<Option<RadiationSample>> = samples.into_iter().map(Some).collect();
+    order.iter().filter_map(|&i| slots[i].take()).collect()
+}
+
+fn renumbered(mut fit: RationalFit, order: &[usize]) -> RationalFit {
+    for i in &mut fit.support {
+        *i = order.iter().position(|o| o == i).unwrap_or(*i);
+    }
+    fit
+}
+
+/// What is fitted, from the multipoles of a solve.
+pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSample {
+    let s = Complex64::I * sample.wavenumber * radius;
+    let order = (sample.coefficients[0].len() as f64).sqrt() as usize - 1;
+    let (mut there, mut here, mut harmonics) = (Vec::new(), Vec::new(), Vec::new());
+    reverse_bessel(s, order, &mut here);
+    let mut values = Vec::with_capacity(SPHERES.len() * DIRECTIONS * DEGREES);
+    let mut weights = Vec::with_capacity(values.capacity());
+    for x in SPHERES {
+        reverse_bessel(s * x, order, &mut there);
+        let radial: Vec<Complex64> =
+            (0..=order).map(|n| there[n] / here[n] * x.powi(-(n as i32 + 1))).collect();
+        let mut loudest = 0.0_f64;
+        for degree in 0..DEGREES {
+            // Rotations at equal surface speed: z = R α.
+            let unit = if degree < 3 { radius } else { radius * radius };
+            let mut square = 0.0;
+            for direction in fibonacci(DIRECTIONS) {
+                solid_harmonics(direction, order, &mut harmonics);
+                let coefficients = &sample.coefficients[degree];
+                let mut sum = Complex64::ZERO;
+                for n in 0..=order {
+                    let range = n * n..(n + 1) * (n + 1);
+                    let inner: Complex64 =
+                        coefficients[range.clone()].iter().zip(&harmonics[range]).map(|(c, y)| c * y).sum();
+                    sum += radial[n] * inner;
+                }
+                square += sum.norm_sqr() / (unit * unit);
+                values.push(sum / unit);
+            }
+            loudest = loudest.max((square / DIRECTIONS as f64).sqrt());
+        }
+        weights.extend(std::iter::repeat_n(1.0 / loudest.max(f64::MIN_POSITIVE), DEGREES * DIRECTIONS));
+    }
+    FunctionSample { s, values, weights, group: DIRECTIONS }
+}
+
+/// Directions spread evenly over the sphere, away from planes of symmetry.
+fn fibonacci(count: usize) -> impl Iterator<Item = DVec3> {
+    let golden = PI * (3.0 - 5.0_f64.sqrt());
+    (0..count).map(move |k| {
+        let z = 1.0 - (2.0 * k as f64 + 1.0) / count as f64;
+        let (sin, cos) = (golden * k as f64 + 0.1 * TAU).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        // Turned, so that no axis of a body is an axis of the spiral.
+        let (x, y) = (r * cos, r * sin);
+        DVec3::new(0.6 * x - 0.8 * z, y, 0.8 * x + 0.6 * z)
+    })
+}

@@ -3,7 +3,9 @@
 pub mod acceleration_field;
 pub mod acceleration_model;
 pub mod ellipsoid_bank;
+pub mod model_file;
 pub mod near_field;
 pub mod radial;
 pub mod sphere_radiation;
 pub mod spherical_harmonics;
+pub mod tensor_file;

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
 use clangor::model::acceleration_field::DEGREES;
-use clangor::model::radial::reverse_bessel;
+use clangor::model::radial::outgoing;
 use clangor::model::spherical_harmonics::solid_harmonics;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -174,29 +174,30 @@ fn renumbered(mut fit: RationalFit, order: &[usize]) -> RationalFit {
 pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSample {
     let s = Complex64::I * sample.wavenumber * radius;
     let order = (sample.coefficients[0].len() as f64).sqrt() as usize - 1;
-    let (mut there, mut here, mut harmonics) = (Vec::new(), Vec::new(), Vec::new());
-    reverse_bessel(s, order, &mut here);
+    let directions: Vec<Vec<f64>> = fibonacci(DIRECTIONS)
+        .map(|direction| {
+            let mut harmonics = Vec::new();
+            solid_harmonics(direction, order, &mut harmonics);
+            harmonics
+        })
+        .collect();
+    let mut radial = Vec::new();
     let mut values = Vec::with_capacity(SPHERES.len() * DIRECTIONS * DEGREES);
     let mut weights = Vec::with_capacity(values.capacity());
     for x in SPHERES {
-        reverse_bessel(s * x, order, &mut there);
-        let radial: Vec<Complex64> =
-            (0..=order).map(|n| there[n] / here[n] * x.powi(-(n as i32 + 1))).collect();
+        outgoing(s, x, order, &mut radial);
         let mut loudest = 0.0_f64;
         for degree in 0..DEGREES {
             // Rotations at equal surface speed: z = R α.
             let unit = if degree < 3 { radius } else { radius * radius };
             let mut square = 0.0;
-            for direction in fibonacci(DIRECTIONS) {
-                solid_harmonics(direction, order, &mut harmonics);
+            for harmonics in &directions {
                 let coefficients = &sample.coefficients[degree];
-                let mut sum = Complex64::ZERO;
-                for n in 0..=order {
+                let of_order = |n: usize| -> Complex64 {
                     let range = n * n..(n + 1) * (n + 1);
-                    let inner: Complex64 =
-                        coefficients[range.clone()].iter().zip(&harmonics[range]).map(|(c, y)| c * y).sum();
-                    sum += radial[n] * inner;
-                }
+                    coefficients[range.clone()].iter().zip(&harmonics[range]).map(|(c, y)| c * y).sum()
+                };
+                let sum: Complex64 = radial.iter().enumerate().map(|(n, r)| r * of_order(n)).sum();
                 square += sum.norm_sqr() / (unit * unit);
                 values.push(sum / unit);
             }

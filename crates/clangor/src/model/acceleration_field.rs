@@ -27,7 +27,7 @@
 use glam::DVec3;
 use num_complex::Complex64;
 
-use super::radial::reverse_bessel;
+use super::radial::outgoing;
 use super::spherical_harmonics::solid_harmonics;
 
 /// Degrees of freedom of a rigid body: translations along x, y, z, then rotations about them.
@@ -95,15 +95,14 @@ impl AccelerationField {
                     factor * Complex64::new(f64::from(self.real[at]), f64::from(self.imaginary[at]));
             }
         }
-        let (mut there, mut here) = (Vec::new(), Vec::new());
+        let mut radial = Vec::new();
         (0..count)
             .map(|j| {
                 let s = self.nodes[j].s;
-                reverse_bessel(s * distance, order, &mut there);
-                reverse_bessel(s, order, &mut here);
-                (0..=order)
-                    .map(|n| radial_factor(n, s, distance, there[n] / here[n]) * sums[n * count + j])
-                    .sum()
+                outgoing(s, distance, order, &mut radial);
+                // The monopole's factor, which the coefficient does not hold.
+                radial[0] *= s * s;
+                (0..=order).map(|n| radial[n] * sums[n * count + j]).sum()
             })
             .collect()
     }
@@ -132,9 +131,4 @@ impl AccelerationField {
         let s = Complex64::new(0.0, wavenumber);
         (-s * x.length()).exp() * self.interpolate(s, &self.at_nodes(z, x))
     }
-}
-
-/// g_n(s, x), given θₙ(s x)/θₙ(s).
-pub fn radial_factor(n: usize, s: Complex64, x: f64, ratio: Complex64) -> Complex64 {
-    if n == 0 { s * s / x } else { ratio * x.powi(-(n as i32 + 1)) }
 }

@@ -9,6 +9,7 @@
 //! runtime library plays.
 
 pub mod acceleration_noise;
+pub mod comparison;
 pub mod multipole_projection;
 pub mod quadrature;
 pub mod radiation;

@@ -4,7 +4,6 @@
 //! motions at once, errors counted against the loudest motion at each sphere and frequency. A test solves at frequencies
 //! that the fit has not seen: its error there is the evidence, and the new samples join the fit.
 
-use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
 use clangor::model::acceleration_field::DEGREES;
@@ -14,6 +13,7 @@ use glam::DVec3;
 use num_complex::Complex64;
 
 use super::{BakeError, BakeProgress};
+use crate::comparison::directions;
 use crate::radiation::{RadiationSample, RadiationSolver};
 use crate::rational::{FunctionSample, RationalFit, error_at, fit, poles, predict, residues};
 
@@ -174,7 +174,7 @@ fn renumbered(mut fit: RationalFit, order: &[usize]) -> RationalFit {
 pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSample {
     let s = Complex64::I * sample.wavenumber * radius;
     let order = (sample.coefficients[0].len() as f64).sqrt() as usize - 1;
-    let directions: Vec<Vec<f64>> = fibonacci(DIRECTIONS)
+    let directions: Vec<Vec<f64>> = turned_directions()
         .map(|direction| {
             let mut harmonics = Vec::new();
             solid_harmonics(direction, order, &mut harmonics);
@@ -208,15 +208,7 @@ pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSam
     FunctionSample { s, values, weights, group: DIRECTIONS }
 }
 
-/// Directions spread evenly over the sphere, away from planes of symmetry.
-fn fibonacci(count: usize) -> impl Iterator<Item = DVec3> {
-    let golden = PI * (3.0 - 5.0_f64.sqrt());
-    (0..count).map(move |k| {
-        let z = 1.0 - (2.0 * k as f64 + 1.0) / count as f64;
-        let (sin, cos) = (golden * k as f64 + 0.1 * TAU).sin_cos();
-        let r = (1.0 - z * z).sqrt();
-        // Turned, so that no axis of a body is an axis of the spiral.
-        let (x, y) = (r * cos, r * sin);
-        DVec3::new(0.6 * x - 0.8 * z, y, 0.8 * x + 0.6 * z)
-    })
+/// Directions of the fit: turned, so that no axis of a body is the axis of the spiral.
+fn turned_directions() -> impl Iterator<Item = DVec3> {
+    directions(DIRECTIONS).map(|d| DVec3::new(0.6 * d.x - 0.8 * d.z, d.y, 0.8 * d.x + 0.6 * d.z))
 }

@@ -1,0 +1,127 @@
+//! Which exact form a mesh samples: an ellipsoid, a box, a box with rounded edges.
+//!
+//! The solvers are cheaper and sharper on exact forms. The form is read off the mesh and not off the scene, so that a
+//! shape, a mesh file and a timeline's copy of either have the same model. It counts when all vertices lie on it and the
+//! triangles nowhere leave it by more than a small part of the size: a cube's corners lie on a sphere too.
+
+use clangor::geometry::tri_mesh::TriMesh;
+use clangor::glam::{DMat3, DVec3};
+use clangor_bake::acceleration_noise::BakeGeometry;
+
+/// Largest distance of a vertex from the form, over the bounding radius: files keep 7 digits.
+const ON_FORM: f64 = 2e-6;
+/// Largest distance of the middle of a triangle from a curved form, over the bounding radius: a mesh as coarse as that
+/// stands for the form, and not for its facets.
+const CHORD: f64 = 1e-2;
+
+/// The form that the vertices of a mesh about its centre of mass lie on.
+pub(super) fn exact_form(mesh: &TriMesh) -> Option<BakeGeometry> {
+    let (low, high) = mesh.bounds();
+    let radius = mesh.bounding_radius(DVec3::ZERO);
+    // All forms here are symmetric about their centre of mass.
+    if (low + high).abs().max_element() > ON_FORM * radius || (high - low).min_element() <= 0.0 {
+        return None;
+    }
+    ellipsoid(mesh, radius).or_else(|| rounded_box(mesh, (0.5 * (high - low)).map(twelve_digits), radius))
+}
+
+/// The ellipsoid x²/A² + y²/B² + z²/C² = 1 of least squares: a mesh need not have a vertex at the end of an axis.
+fn ellipsoid(mesh: &TriMesh, radius: f64) -> Option<BakeGeometry> {
+    let (mut normal, mut right) = (DMat3::ZERO, DVec3::ZERO);
+    for v in &mesh.vertices {
+        let square = *v * *v / (radius * radius);
+        normal += DMat3::from_cols(square * square.x, square * square.y, square * square.z);
+        right += square;
+    }
+    let inverse_squares = normal.inverse() * right;
+    if !(inverse_squares.is_finite() && inverse_squares.min_element() > 0.0) {
+        return None;
+    }
+    let semi_axes = inverse_squares.map(|q| twelve_digits(radius / q.sqrt()));
+    // The scaled distance to the centre, over the length of its gradient: the distance from the surface to first order.
+    let distance = |x: DVec3| {
+        let scaled = x / semi_axes;
+        (scaled.length() - 1.0) * scaled.length() / (scaled / semi_axes).length()
+    };
+    follows(mesh, radius, &distance).then_some(BakeGeometry::Ellipsoid { semi_axes })
+}
+
+fn rounded_box(mesh: &TriMesh, half: DVec3, radius: f64) -> Option<BakeGeometry> {
+    // A face ends where its edges begin to bend.
+    let on_face = |v: &&DVec3| v.x >= half.x - ON_FORM * radius;
+    let flat = mesh.vertices.iter().filter(on_face).map(|v| v.y).fold(0.0, f64::max);
+    let round = match half.y - flat {
+        round if round <= ON_FORM * radius => 0.0,
+        round => twelve_digits(round),
+    };
+    let core = half - round;
+    if core.min_element() < 0.0 {
+        return None;
+    }
+    let distance = |x: DVec3| {
+        let outside = x.abs() - core;
+        outside.max(DVec3::ZERO).length() + outside.max_element().min(0.0) - round
+    };
+    follows(mesh, radius, &distance).then_some(BakeGeometry::RoundedBox { edges: 2.0 * half, round })
+}
+
+/// Whether a mesh samples the surface with this signed distance.
+fn follows(mesh: &TriMesh, radius: f64, distance: &dyn Fn(DVec3) -> f64) -> bool {
+    mesh.vertices.iter().all(|v| distance(*v).abs() <= ON_FORM * radius)
+        && (0..mesh.triangles.len()).all(|t| distance(mesh.centroid(t)).abs() <= CHORD * radius)
+}
+
+/// The number without the last digits, in which the same length read off different vertices differs.
+fn twelve_digits(number: f64) -> f64 {
+    let unit = 10f64.powi(number.abs().log10().floor() as i32 - 11);
+    // Divided by the inverse, which is a whole number for all that bodies measure, so that 0.0123 is 0.0123.
+    (number / unit).round() / unit.recip().round()
+}
+
+#[cfg(test)]
+mod tests {
+    use clangor::body::Surface;
+    use clangor::shape::Shape;
+
+    use super::*;
+
+    fn form_of(shape: &str) -> Option<BakeGeometry> {
+        let (surface, _) = Shape::parse(shape).unwrap().surface().unwrap();
+        match surface {
+            Surface::Mesh(surface) => exact_form(&surface.mesh),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn exact_forms_are_read_off_their_meshes() {
+        let ellipsoid = |x, y, z| Some(BakeGeometry::Ellipsoid { semi_axes: DVec3::new(x, y, z) });
+        assert_eq!(form_of("ellipsoid:0.03x0.02x0.011"), ellipsoid(0.03, 0.02, 0.011));
+        assert_eq!(form_of("ellipsoid:0.1x0.004x0.02"), ellipsoid(0.1, 0.004, 0.02));
+        let cuboid = |x, y, z, round| Some(BakeGeometry::RoundedBox { edges: DVec3::new(x, y, z), round });
+        assert_eq!(form_of("box:0.1x0.2x0.05"), cuboid(0.1, 0.2, 0.05, 0.0));
+        assert_eq!(form_of("box:0.1x0.2x0.05@0.2"), cuboid(0.1, 0.2, 0.05, 0.0));
+        assert_eq!(form_of("die:0.016x0.002"), cuboid(0.016, 0.016, 0.016, 0.002));
+        assert_eq!(form_of("die:0.02x0"), cuboid(0.02, 0.02, 0.02, 0.0));
+    }
+
+    #[test]
+    fn other_bodies_stay_meshes() {
+        for shape in
+            ["coin", "torus:0.012x0.0025", "mug", "key", "rock:3x0.01", "ellipsoid:0.02x0.02x0.02@0.03"]
+        {
+            assert_eq!(form_of(shape), None, "{shape}");
+        }
+    }
+
+    #[test]
+    fn single_precision_and_a_bump_make_a_difference() {
+        let (surface, _) = Shape::parse("die:0.016x0.002").unwrap().surface().unwrap();
+        let Surface::Mesh(surface) = surface else { panic!("a mesh") };
+        let mut mesh = surface.mesh;
+        mesh.vertices.iter_mut().for_each(|v| *v = v.as_vec3().as_dvec3());
+        assert!(exact_form(&mesh).is_some());
+        mesh.vertices[10] *= 1.001;
+        assert_eq!(exact_form(&mesh), None);
+    }
+}

@@ -1,0 +1,240 @@
+//! The cache gives back what was put in, or nothing: whoever is killed, whoever writes at the same time, and whatever
+//! somebody did to the files.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use clangor::geometry::mass_properties::MassProperties;
+use clangor::glam::DVec3;
+use clangor::model::acceleration_field::{AccelerationField, Node, Term};
+use clangor::model::acceleration_model::AccelerationModel;
+use clangor::model::model_file::{ModelFile, Origin, Solid};
+use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method};
+use clangor_pipeline::model_cache::{Lookup, ModelCache, model_key};
+use num_complex::Complex64;
+
+/// A model of half a megabyte, so that writing it takes a while.
+fn model(key: &str, version: f32) -> ModelFile {
+    let mut terms = Vec::new();
+    for n in 1..=8 {
+        for m in -n..=n {
+            terms.extend((0..6).map(|degree| Term { n: n as u8, m, degree }));
+        }
+    }
+    let nodes: Vec<Node> = (0..128)
+        .map(|j| Node { s: Complex64::new(0.0, 0.1 * f64::from(j)), weight: Complex64::ONE })
+        .collect();
+    let count = terms.len() * nodes.len();
+    ModelFile {
+        acceleration: AccelerationModel {
+            radius: 0.01,
+            field: AccelerationField {
+                max_wavenumber: 13.0,
+                ring_time: 5.0,
+                nodes,
+                terms,
+                real: vec![version; count],
+                imaginary: vec![-version; count],
+            },
+            near: None,
+        },
+        solid: Solid { name: "ball".into(), mass: MassProperties::of_sphere(0.01), surface: None },
+        origin: Origin {
+            program: "clangor".into(),
+            inputs: key.into(),
+            asked_accuracy: 1e-3,
+            method: "by hand".into(),
+            unknowns: 1,
+            solves: 1,
+            held_out_error: 0.0,
+            warnings: Vec::new(),
+        },
+    }
+}
+
+const KEY: &str = "00112233445566778899aabbccddeeff";
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+/// A version of the model, whole, in the cache; or nothing.
+fn check_entry(cache: &ModelCache) -> bool {
+    match cache.read(KEY) {
+        Lookup::Found(found) => {
+            assert_eq!(*found, model(KEY, found.acceleration.field.real[0]));
+            true
+        }
+        Lookup::Missing => false,
+        Lookup::Invalid(why) => panic!("{why}"),
+    }
+}
+
+/// Says to the process what it is, where it is started by another test.
+const ROLE: &str = "CLANGOR_TEST_ROLE";
+const FOLDER: &str = "CLANGOR_TEST_FOLDER";
+
+/// What the other processes of this file's tests do; without a role it is no test.
+#[test]
+fn other_process() {
+    let (Ok(role), Ok(folder)) = (std::env::var(ROLE), std::env::var(FOLDER)) else { return };
+    let cache = ModelCache::new(folder);
+    match role.as_str() {
+        "write until killed" => {
+            for version in 1.. {
+                cache.write(&model(KEY, version as f32)).unwrap();
+            }
+        }
+        "write 20 times" => {
+            for version in 0..20 {
+                cache.write(&model(KEY, version as f32)).unwrap();
+                assert!(check_entry(&cache));
+            }
+        }
+        "find the disk full" => {
+            let error = cache.write(&model(KEY, 1.0)).unwrap_err().to_string();
+            assert!(error.contains("cannot write") && error.contains(KEY), "{error}");
+            assert!(!check_entry(&cache));
+        }
+        other => panic!("no role {other}"),
+    }
+}
+
+fn start(role: &str, folder: &Path, command: &mut Command) -> Child {
+    command
+        .args(["--exact", "other_process", "--nocapture"])
+        .env(ROLE, role)
+        .env(FOLDER, folder)
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+fn myself() -> Command {
+    Command::new(std::env::current_exe().unwrap())
+}
+
+#[test]
+fn what_is_put_in_comes_out_and_what_is_damaged_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = ModelCache::new(folder.path().join("deep/cache"));
+    assert!(!check_entry(&cache));
+    let path = cache.write(&model(KEY, 1.0)).unwrap();
+    assert!(check_entry(&cache));
+    assert_eq!(names(cache.folder()), [format!("acceleration-{KEY}.safetensors")]);
+
+    let whole = fs::read(&path).unwrap();
+    let mut damaged = whole.clone();
+    damaged[whole.len() / 2] ^= 4;
+    for bad in [&damaged, &whole[..whole.len() - 1], &Vec::new()[..]] {
+        fs::write(&path, bad).unwrap();
+        assert!(matches!(cache.read(KEY), Lookup::Invalid(_)));
+    }
+    // A whole model under the name of another.
+    fs::write(&path, model("another", 1.0).encode().unwrap()).unwrap();
+    assert!(matches!(cache.read(KEY), Lookup::Invalid(why) if why.contains("other inputs")));
+    cache.write(&model(KEY, 2.0)).unwrap();
+    assert!(check_entry(&cache));
+
+    // A file where the folder should be.
+    let file = folder.path().join("file");
+    fs::write(&file, "x").unwrap();
+    let error = ModelCache::new(file.join("cache")).write(&model(KEY, 1.0)).unwrap_err().to_string();
+    assert!(error.contains("--cache"), "{error}");
+}
+
+#[test]
+fn what_the_killed_have_left_is_removed_once_it_is_old() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = ModelCache::new(folder.path());
+    let (old, new) = (
+        folder.path().join("acceleration-1.safetensors.part-7-0"),
+        folder.path().join("acceleration-1.safetensors.part-8-0"),
+    );
+    fs::write(&old, "half").unwrap();
+    fs::write(&new, "half").unwrap();
+    let yesterday = std::time::SystemTime::now() - Duration::from_secs(86_400);
+    fs::File::options().write(true).open(&old).unwrap().set_modified(yesterday).unwrap();
+    cache.write(&model(KEY, 1.0)).unwrap();
+    assert!(!old.exists() && new.exists());
+}
+
+#[test]
+fn a_process_killed_at_any_moment_leaves_a_whole_entry_or_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = ModelCache::new(folder.path());
+    let (mut entries, mut partial) = (0, 0);
+    for round in 0..24 {
+        let mut child = start("write until killed", folder.path(), &mut myself());
+        // The child needs a few milliseconds to start, and as long for each entry.
+        let wait = Instant::now();
+        while fs::read_dir(folder.path()).unwrap().next().is_none() && wait.elapsed().as_secs() < 10 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_micros(700 * round));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        entries += usize::from(check_entry(&cache));
+        partial += names(folder.path()).iter().filter(|n| n.contains(".part-")).count();
+        if round % 4 == 3 {
+            names(folder.path()).iter().for_each(|n| fs::remove_file(folder.path().join(n)).unwrap());
+        }
+    }
+    // Otherwise no moment has been tried that matters.
+    assert!(entries > 0 && partial > 0, "{entries} entries, {partial} partial files");
+}
+
+#[test]
+fn processes_that_bake_the_same_do_each_other_no_harm() {
+    let folder = tempfile::tempdir().unwrap();
+    let children: Vec<Child> =
+        (0..3).map(|_| start("write 20 times", folder.path(), &mut myself())).collect();
+    for mut child in children {
+        assert!(child.wait().unwrap().success());
+    }
+    assert_eq!(names(folder.path()), [format!("acceleration-{KEY}.safetensors")]);
+    assert!(check_entry(&ModelCache::new(folder.path())));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_told_and_nothing_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    // A limit on the size of files stops a write half-way as a full disk does, for any user.
+    let mut limited = Command::new("sh");
+    limited
+        .args(["-c", "trap '' XFSZ; ulimit -f 64; exec \"$0\" \"$@\""])
+        .arg(std::env::current_exe().unwrap());
+    let mut child = start("find the disk full", folder.path(), &mut limited);
+    assert!(child.wait().unwrap().success());
+    assert_eq!(names(folder.path()), Vec::<String>::new());
+}
+
+#[test]
+fn keys_follow_whatever_the_model_depends_on() {
+    let options =
+        BakeOptions { max_wavenumber: 366.0, accuracy: 1e-3, method: Method::Auto, near_field: true };
+    let ball = |radius| BakeGeometry::Ellipsoid { semi_axes: DVec3::splat(radius) };
+    let key = model_key(&ball(0.01), &options);
+    assert_eq!(key, model_key(&ball(0.01), &options));
+    assert_eq!(key.len(), 32);
+    let others = [
+        model_key(&ball(0.011), &options),
+        model_key(&BakeGeometry::RoundedBox { edges: DVec3::splat(0.01), round: 0.0 }, &options),
+        model_key(&ball(0.01), &BakeOptions { max_wavenumber: 367.0, ..options }),
+        model_key(&ball(0.01), &BakeOptions { accuracy: 2e-3, ..options }),
+        model_key(&ball(0.01), &BakeOptions { method: Method::Bem, ..options }),
+        model_key(&ball(0.01), &BakeOptions { near_field: false, ..options }),
+    ];
+    for (at, other) in others.iter().enumerate() {
+        assert_ne!(*other, key, "{at}");
+        assert!(!others[..at].contains(other), "{at}");
+    }
+}

@@ -14,3 +14,4 @@ pub mod multipole_projection;
 pub mod quadrature;
 pub mod radiation;
 pub mod rational;
+pub mod remesh;

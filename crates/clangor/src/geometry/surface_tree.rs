@@ -91,13 +91,24 @@ impl SurfaceTree {
         index as u32
     }
 
-    /// The point of the surface nearest to `point`; `None` without triangles.
+    /// The point of the surface nearest to `point`; `None` without triangles or where `point` is not finite.
     pub fn nearest(&self, mesh: &TriMesh, point: DVec3) -> Option<NearestPoint> {
+        self.nearest_where(mesh, point, f64::INFINITY, |_| true)
+    }
+
+    /// The point nearest to `point` on the triangles that `accept` takes, if it is closer than `within` \[m\].
+    pub fn nearest_where(
+        &self,
+        mesh: &TriMesh,
+        point: DVec3,
+        within: f64,
+        accept: impl Fn(usize) -> bool,
+    ) -> Option<NearestPoint> {
         let mut best: Option<NearestPoint> = None;
+        let mut limit = within;
         let mut stack = vec![0_u32];
         while let Some(index) = stack.pop() {
             let Some(node) = self.nodes.get(index as usize) else { continue };
-            let limit = best.map_or(f64::INFINITY, |b| b.distance);
             if box_distance(node, point) >= limit {
                 continue;
             }
@@ -108,15 +119,41 @@ impl SurfaceTree {
                 stack.extend(if near_left { [right, left] } else { [left, right] });
                 continue;
             }
-            for t in &self.order[node.start as usize..node.end as usize] {
-                let (weights, position) = nearest_on_triangle(point, mesh.corners(*t as usize));
+            for t in self.order[node.start as usize..node.end as usize].iter().map(|t| *t as usize) {
+                let (weights, position) = nearest_on_triangle(point, mesh.corners(t));
                 let distance = position.distance(point);
-                if best.is_none_or(|b| distance < b.distance) {
-                    best = Some(NearestPoint { triangle: *t as usize, weights, position, distance });
+                if distance < limit && accept(t) {
+                    limit = distance;
+                    best = Some(NearestPoint { triangle: t, weights, position, distance });
                 }
             }
         }
         best
+    }
+
+    /// How far along `direction` (a unit vector) the ray from `origin` first meets the surface after `from` \[m\].
+    pub fn first_hit(&self, mesh: &TriMesh, origin: DVec3, direction: DVec3, from: f64) -> Option<f64> {
+        let inverse = direction.recip();
+        let mut nearest: Option<f64> = None;
+        let mut stack = vec![0_u32];
+        while let Some(index) = stack.pop() {
+            let Some(node) = self.nodes.get(index as usize) else { continue };
+            let (a, b) = ((node.low - origin) * inverse, (node.high - origin) * inverse);
+            let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+            // Written so that the NaN of a ray within the plane of a side passes.
+            if enter > leave || leave < from || nearest.is_some_and(|n| enter > n) {
+                continue;
+            }
+            if node.right != 0 {
+                stack.extend([node.right, index + 1]);
+                continue;
+            }
+            for t in &self.order[node.start as usize..node.end as usize] {
+                let hit = along_ray(origin, direction, mesh.corners(*t as usize)).filter(|s| *s > from);
+                nearest = [nearest, hit].into_iter().flatten().reduce(f64::min);
+            }
+        }
+        nearest
     }
 
     /// Distance from the surface \[m\], negative inside; `None` without triangles or where the surface is open.
@@ -179,6 +216,19 @@ fn bounds_of([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3) {
 
 fn box_distance(node: &Node, point: DVec3) -> f64 {
     (point - point.clamp(node.low, node.high)).length()
+}
+
+/// Where along a ray a triangle lies, borders included.
+///
+/// Source: Möller and Trumbore (1997), "Fast, Minimum Storage Ray/Triangle Intersection".
+fn along_ray(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let (ab, ac, ao) = (b - a, c - a, origin - a);
+    let across = direction.cross(ac);
+    let volume = ab.dot(across);
+    let around = ao.cross(ab);
+    let (u, v) = (ao.dot(across) / volume, direction.dot(around) / volume);
+    let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
+    inside.then(|| ac.dot(around) / volume)
 }
 
 /// Nearest point of a triangle and its weights; a weight is exactly zero off its corner's edges.

@@ -1,0 +1,165 @@
+//! A surface as a boundary-element solver wants it: near-equilateral triangles, small where the surface turns.
+//!
+//! ```text
+//! input ─► sharp edges ─► target edge length h ─► split, collapse, flip, smooth ─► fit to the input ─► exact volume
+//!          crease         size_field              isotropic, editable_mesh         volume_fit
+//! ```
+//!
+//! The accuracy of the solver is that of the geometry as long as edges are short against the wavelength: a lost
+//! 1 % of volume is 1 % of pressure. So the flat triangles are fitted to the input in the mean, and the volume is made
+//! exact. Handles, holes and cavities survive, because every operation keeps the topology; the two faces of a thin
+//! wall are told apart by their normals.
+//!
+//! It does not repair: the input must bound a solid, see [`check_solid`].
+
+mod crease;
+mod editable_mesh;
+mod guide;
+mod isotropic;
+mod quality;
+mod size_field;
+mod volume_fit;
+
+use clangor::geometry::mass_properties::MassProperties;
+use clangor::geometry::refine::refine_to_edge;
+use clangor::geometry::solid::{MeshError, check_solid};
+use clangor::geometry::topology::Topology;
+use clangor::geometry::tri_mesh::TriMesh;
+use glam::BVec3;
+
+use crease::{Anchor, Creases};
+use guide::Guide;
+use volume_fit::Freedom;
+
+/// Largest relative error of the volume that the final uniform offset may hide.
+const VOLUME_TOLERANCE: f64 = 1e-3;
+/// How much shorter edges get when the volume is off by more, and how often.
+const REFINEMENT: f64 = 0.8;
+const REFINEMENTS: usize = 3;
+/// Edges that turn by more are sharp \[rad\]: 40°.
+const SHARP: f64 = 0.698;
+/// Shortest net of sharp edges that is one, in shortest target edges.
+const SHORTEST_NET: f64 = 12.0;
+/// Most triangles into which long edges of the input are cut before sizes are assigned.
+const GUIDE_TRIANGLES: f64 = 60e3;
+
+/// Edge lengths of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RemeshOptions {
+    /// Shortest target edge \[m\]: on sharp edges and where the radius of curvature is small.
+    pub min_edge: f64,
+    /// Longest target edge \[m\]: on flat faces; a sixth of the shortest wavelength or less.
+    pub max_edge: f64,
+}
+
+/// What came out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RemeshReport {
+    /// Vertices: unknowns of a P1 solver.
+    pub unknowns: usize,
+    /// Relative error of the volume before the final offset made it exact.
+    pub volume_error: f64,
+    /// Smallest angle of any triangle \[rad\].
+    pub smallest_angle: f64,
+    /// 5th percentile of the smallest angles \[rad\].
+    pub small_angle: f64,
+    /// The edge lengths used: those asked for, or shorter where the volume demanded it.
+    pub options: RemeshOptions,
+}
+
+/// Why a mesh cannot be remeshed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RemeshError {
+    /// Edge lengths that make no sense.
+    #[error(
+        "edge lengths from {min_edge:.3e} m to {max_edge:.3e} m: the first must be positive, the second no less"
+    )]
+    Edges {
+        /// Shortest \[m\].
+        min_edge: f64,
+        /// Longest \[m\].
+        max_edge: f64,
+    },
+    /// The input bounds no solid.
+    #[error("the surface cannot be remeshed: {0}")]
+    Input(MeshError),
+    /// The output bounds no solid: edges are too long for the shape.
+    #[error(
+        "edges down to {min_edge:.3e} m are too long for this surface, which they make {error}; ask for shorter ones"
+    )]
+    Tangled {
+        /// Shortest target edge tried \[m\].
+        min_edge: f64,
+        /// What is wrong with the result.
+        error: MeshError,
+    },
+    /// Too much volume is lost.
+    #[error("edges down to {min_edge:.3e} m change the volume by {volume_error:.2e}; ask for shorter ones")]
+    Volume {
+        /// Shortest target edge tried \[m\].
+        min_edge: f64,
+        /// Relative error.
+        volume_error: f64,
+    },
+}
+
+/// Remeshes a closed surface.
+///
+/// # Errors
+/// [`RemeshError`].
+pub fn remesh(input: &TriMesh, options: &RemeshOptions) -> Result<(TriMesh, RemeshReport), RemeshError> {
+    Topology::try_new(input).map_err(RemeshError::Input)?;
+    let mass = MassProperties::of(input).map_err(RemeshError::Input)?;
+    let centred = input.relative_to(mass.centre_of_mass);
+    let mut options = *options;
+    let sound =
+        options.min_edge > 0.0 && options.min_edge <= options.max_edge && options.max_edge.is_finite();
+    if !sound {
+        return Err(RemeshError::Edges { min_edge: options.min_edge, max_edge: options.max_edge });
+    }
+    let mut failure = None;
+    for _ in 0..=REFINEMENTS {
+        match attempt(&centred, mass.volume, &options) {
+            Ok((mesh, report)) => return Ok((mesh.relative_to(-mass.centre_of_mass), report)),
+            Err(error) => failure = Some(error),
+        }
+        options.min_edge *= REFINEMENT;
+        options.max_edge *= REFINEMENT;
+    }
+    let none = RemeshError::Edges { min_edge: options.min_edge, max_edge: options.max_edge };
+    Err(failure.unwrap_or(none))
+}
+
+/// Remeshes a surface about the origin with given edge lengths.
+fn attempt(
+    input: &TriMesh,
+    volume: f64,
+    options: &RemeshOptions,
+) -> Result<(TriMesh, RemeshReport), RemeshError> {
+    let RemeshOptions { min_edge, max_edge } = *options;
+    // Sizes live on the vertices of the input, so that its triangles must be small enough to carry the gradation.
+    let finest = (2.3 * input.area() / GUIDE_TRIANGLES).sqrt();
+    let input = refine_to_edge(input, min_edge.max(finest));
+    let creases = Creases::find(&input, SHARP, SHORTEST_NET * min_edge);
+    let size = size_field::size_field(&input, &creases.anchors, min_edge, max_edge);
+    let guide = Guide::new(&input, &size);
+    let (mut mesh, anchors) = isotropic::remesh_isotropic(&input, &creases, &size, &guide);
+    let freedom: Vec<Freedom> =
+        anchors.iter().map(|a| Freedom { axes: BVec3::TRUE, sharp: *a != Anchor::Surface }).collect();
+    volume_fit::fit(&mut mesh, &freedom, &guide);
+    let volume_error = volume_fit::cone_volume(&mesh) / volume - 1.0;
+    if volume_error.is_nan() || volume_error.abs() > VOLUME_TOLERANCE {
+        return Err(RemeshError::Volume { min_edge, volume_error });
+    }
+    volume_fit::offset_to_volume(&mut mesh, &freedom, volume);
+    check_solid(&mesh).map_err(|error| RemeshError::Tangled { min_edge, error })?;
+    let (smallest_angle, small_angle) = quality::smallest_angles(&mesh);
+    let report = RemeshReport {
+        unknowns: mesh.vertices.len(),
+        volume_error,
+        smallest_angle,
+        small_angle,
+        options: *options,
+    };
+    Ok((mesh, report))
+}

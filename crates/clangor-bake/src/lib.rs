@@ -11,6 +11,7 @@
 pub mod acceleration_noise;
 pub mod comparison;
 pub mod multipole_projection;
+pub mod published;
 pub mod quadrature;
 pub mod radiation;
 pub mod rational;

@@ -16,3 +16,4 @@ pub mod quadrature;
 pub mod radiation;
 pub mod rational;
 pub mod remesh;
+pub mod wave;

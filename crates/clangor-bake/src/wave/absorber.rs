@@ -1,0 +1,179 @@
+//! A layer at the rim of the grid that absorbs whatever arrives: a perfectly matched layer.
+//!
+//! In the layer the coordinate across it is stretched by s(ω) = 1 + σ/(α + iω). Division by s is a convolution with a
+//! decaying exponential, which one number per cell remembers (Roden and Gedney 2000; for the second-order equation
+//! Pasalic and McGarry 2010):
+//!
+//! ```text
+//! ψ ← b ψ + a ∂p,    ζ ← b ζ + a (∂²p + ∂ψ),    p'' = Δp + ∂ψ + ζ,    b = e^{−(σ+α)Δt},  a = σ/(σ+α) (b − 1)
+//! ```
+//!
+//! Waves much slower than α see a real stretch by 1 + σ/α: a wall far away. The near field of a body at low frequency,
+//! which does not propagate and which no layer absorbs, decays on the way to it. The memories exist in the layers only.
+
+use super::grid::{COURANT, Lattice};
+
+/// Thickness \[cells\].
+pub(super) const LAYER: usize = 10;
+/// Power of the depth with which σ grows.
+const GRADING: f64 = 3.0;
+/// σ h/c at the rim.
+const STRONGEST: f64 = 0.8 * (GRADING + 1.0);
+/// α h/c where the layer begins.
+const SHIFT: f64 = 0.05;
+
+const FACES: usize = LAYER + 1;
+const SQUARE: f32 = (COURANT * COURANT) as f32;
+
+/// What the layers remember.
+#[derive(Clone, Debug)]
+pub(super) struct Absorber {
+    /// Coefficients of the lower and upper layer.
+    profiles: [Profile; 2],
+    /// ψ and ζ of the layers along x: for each row and side a block of faces.
+    x: [Vec<[f32; FACES]>; 2],
+    /// ψ and ζ of the layers along y: rows, for each plane and face.
+    y: [Vec<f32>; 2],
+    /// ψ and ζ of the layers along z.
+    z: [Vec<f32>; 2],
+}
+
+/// a and b at faces and at cells. Face f lies between cells f and f + 1 of the block; cells 1 … [`LAYER`] are updated.
+#[derive(Clone, Copy, Debug)]
+struct Profile {
+    face: [[f32; 2]; FACES],
+    cell: [[f32; 2]; FACES],
+}
+
+impl Profile {
+    /// `depth` of a point at a distance from cell 0 of the block, in layers.
+    fn new(depth: impl Fn(f64) -> f64) -> Self {
+        let at = |x: f64| {
+            let d = depth(x);
+            if d <= 0.0 {
+                return [0.0, 1.0];
+            }
+            let sigma = STRONGEST * d.powf(GRADING) * COURANT;
+            let alpha = SHIFT * (1.0 - d).max(0.0) * COURANT;
+            let b = (-(sigma + alpha)).exp();
+            [(sigma / (sigma + alpha) * (b - 1.0)) as f32, b as f32]
+        };
+        Profile {
+            face: std::array::from_fn(|f| at(f as f64 + 0.5)),
+            cell: std::array::from_fn(|c| at(c as f64)),
+        }
+    }
+}
+
+impl Absorber {
+    pub(super) fn new(lattice: Lattice) -> Self {
+        let [nx, ny, nz] = lattice.0;
+        let layer = LAYER as f64;
+        let lower = Profile::new(|x| (layer - x) / layer);
+        let upper = Profile::new(|x| (x - 1.0) / layer);
+        Absorber {
+            profiles: [lower, upper],
+            x: std::array::from_fn(|_| vec![[0.0; FACES]; 2 * ny * nz]),
+            y: std::array::from_fn(|_| vec![0.0; 2 * FACES * nx * nz]),
+            z: std::array::from_fn(|_| vec![0.0; 2 * FACES * nx * ny]),
+        }
+    }
+
+    /// Adds to a row of new pressures what the layers do to it; rows come in ascending order.
+    #[inline(always)]
+    pub(super) fn absorb_row(&mut self, lattice: &Lattice, p: &[f32], new: &mut [f32], j: usize, k: usize) {
+        let [nx, ny, nz] = lattice.0;
+        let plane = nx * ny;
+        let at = k * plane + j * nx;
+        let row = &p[at..at + nx];
+        for (side, profile) in self.profiles.iter().enumerate() {
+            let from = side * (nx - 1 - FACES);
+            let block = 2 * (k * ny + j) + side;
+            if let (Some(p), Some(new)) = (row.get(from..from + FACES + 1), new.get_mut(from..from + FACES)) {
+                let [psi, zeta] = &mut self.x;
+                absorb_block(profile, p, new, &mut psi[block], &mut zeta[block]);
+            }
+        }
+        // Between one face and the next lie a row (y) or a plane (z) of memories.
+        if let Some((side, cell)) = layer_of(j, ny) {
+            let first = ((2 * k + side) * FACES + cell) * nx;
+            let rows = [&p[at - nx..at], row, &p[at + nx..at + 2 * nx]];
+            absorb_across(&self.profiles[side], cell, rows, new, &mut self.y, first, nx);
+        }
+        if let Some((side, cell)) = layer_of(k, nz) {
+            let first = ((side * FACES + cell) * ny + j) * nx;
+            let rows = [&p[at - plane..at - plane + nx], row, &p[at + plane..at + plane + nx]];
+            absorb_across(&self.profiles[side], cell, rows, new, &mut self.z, first, plane);
+        }
+    }
+}
+
+/// In which layer a cell of a line of `n` is, and which cell of its block.
+#[inline(always)]
+fn layer_of(cell: usize, n: usize) -> Option<(usize, usize)> {
+    let upper = n - 1 - FACES;
+    if (1..=LAYER).contains(&cell) {
+        Some((0, cell))
+    } else if cell > upper && cell < n - 1 {
+        Some((1, cell - upper))
+    } else {
+        None
+    }
+}
+
+/// A layer that lies across x: `p` and `new` are the cells of its block.
+#[inline(always)]
+fn absorb_block(
+    profile: &Profile,
+    p: &[f32],
+    new: &mut [f32],
+    psi: &mut [f32; FACES],
+    zeta: &mut [f32; FACES],
+) {
+    let mut slope = [0.0; FACES];
+    for f in 0..FACES {
+        let [a, b] = profile.face[f];
+        slope[f] = p[f + 1] - p[f];
+        psi[f] = b * psi[f] + a * slope[f];
+    }
+    for c in 1..FACES {
+        let [a, b] = profile.cell[c];
+        let stretch = psi[c] - psi[c - 1];
+        zeta[c] = b * zeta[c] + a * (slope[c] - slope[c - 1] + stretch);
+        new[c] += SQUARE * (stretch + zeta[c]);
+    }
+}
+
+/// A layer across y or z: a whole row of cells `cell` deep in the block, and the rows before and after it.
+#[inline(always)]
+fn absorb_across(
+    profile: &Profile,
+    cell: usize,
+    [below, here, above]: [&[f32]; 3],
+    new: &mut [f32],
+    [psi, zeta]: &mut [Vec<f32>; 2],
+    first: usize,
+    stride: usize,
+) {
+    let n = here.len();
+    let (before, after) = psi.split_at_mut(first);
+    let lower = &mut before[first - stride..][..n];
+    let upper = &mut after[..n];
+    let zeta = &mut zeta[first..first + n];
+    let (below, above, new) = (&below[..n], &above[..n], &mut new[..n]);
+    if cell == 1 {
+        // No row comes before this one that would have done it.
+        let [a, b] = profile.face[0];
+        for i in 1..n - 1 {
+            lower[i] = b * lower[i] + a * (here[i] - below[i]);
+        }
+    }
+    let ([a, b], [a_cell, b_cell]) = (profile.face[cell], profile.cell[cell]);
+    for i in 1..n - 1 {
+        let (down, up) = (here[i] - below[i], above[i] - here[i]);
+        upper[i] = b * upper[i] + a * up;
+        let stretch = upper[i] - lower[i];
+        zeta[i] = b_cell * zeta[i] + a_cell * (up - down + stretch);
+        new[i] += SQUARE * (stretch + zeta[i]);
+    }
+}

@@ -10,6 +10,7 @@
 
 pub mod acceleration_noise;
 pub mod comparison;
+pub mod helmholtz;
 pub mod multipole_projection;
 pub mod published;
 pub mod quadrature;

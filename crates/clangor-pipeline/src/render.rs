@@ -19,7 +19,7 @@ use clangor::output::compressor::Compressor;
 use clangor::scene::render_settings::Compressor as CompressorSettings;
 use clangor::synthesis::click::clicks_of;
 use clangor::synthesis::{
-    Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SynthesisError,
+    Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SoundSource, SynthesisError,
 };
 use clangor::timeline::Timeline;
 use rayon::prelude::*;
@@ -168,7 +168,8 @@ pub fn render(
     options.check(bodies, output)?;
     let poses = PoseHistory::try_new(bodies, &timeline.poses)?;
     let (pulses, contacts) = impact_pulses(bodies, &timeline.contacts, &poses, &options.contact)?;
-    let mut clicks: Vec<Click> = pulses.iter().flat_map(|p| clicks_of(p, bodies)).collect();
+    let sources = SoundSource::spheres(bodies);
+    let mut clicks: Vec<Click> = pulses.iter().flat_map(|p| clicks_of(p, &sources)).collect();
     clicks.sort_by(|a, b| a.time.total_cmp(&b.time));
 
     let mut stems = vec![None];
@@ -187,7 +188,7 @@ pub fn render(
             let heard = match stem {
                 None => &clicks[..],
                 Some(body) => {
-                    own = clicks.iter().filter(|c| c.body == body).copied().collect();
+                    own = clicks.iter().filter(|c| c.body == body).cloned().collect();
                     &own
                 }
             };

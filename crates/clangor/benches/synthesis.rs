@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use clangor::body::BodyId;
 use clangor::contact::ForceProfile;
-use clangor::glam::DVec3;
+use clangor::glam::{DQuat, DVec3};
 use clangor::pose::{Pose, Track};
 use clangor::synthesis::listener::Floor;
-use clangor::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer};
+use clangor::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
 
 const IMPULSES: u32 = 23_000;
 const SECONDS: f64 = 5.0;
@@ -46,8 +46,10 @@ fn clicks(radius: f64) -> Vec<Click> {
                 duration,
                 profile: ForceProfile::HalfSine,
                 centre: centre + DVec3::X * (side * radius),
-                radius,
+                orientation: DQuat::IDENTITY,
                 velocity_change: velocity_change * side,
+                angular_velocity_change: DVec3::ZERO,
+                source: SoundSource::Sphere { radius },
             });
         }
     }

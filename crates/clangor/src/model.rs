@@ -5,6 +5,7 @@ pub mod acceleration_model;
 pub mod ellipsoid_bank;
 pub mod model_file;
 pub mod near_field;
+pub mod playable_field;
 pub mod published;
 pub mod radial;
 pub mod sphere_radiation;

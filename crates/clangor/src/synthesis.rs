@@ -1,7 +1,7 @@
 //! From impacts to sound pressure at listeners, offline and exact below the band limit.
 //!
 //! Every accelerated body is a [`Click`]. A click's spectrum at a receiver is known in closed form: the force profile
-//! times the transfer of the sphere times a delay. It is band-limited by [`lowpass`], added to the spectrum of its time
+//! times the transfer of what sounds times a delay. It is band-limited by [`lowpass`], added to the spectrum of its time
 //! block, and one inverse FFT per block gives the samples, which overlap-add to the signal:
 //!
 //! ```text
@@ -13,14 +13,16 @@
 //! as one on a sample. Blocks depend on nothing but their clicks and are added in a fixed order: the samples have the
 //! same bits for any number of threads and any segmentation in time.
 //!
-//! A body sounds as a sphere of its volume; rotation radiates nothing. The listener and the body stand still during a
-//! click, at the places where they are when it is heard and made.
+//! What sounds is the [`source`] of a body: its own field, that of an ellipsoid, or a sphere. The listener and the body
+//! stand still during a click, at the places where they are when it is heard and made.
 
 pub mod click;
+mod field_spectrum;
 pub mod listener;
 pub mod lowpass;
 pub mod overlap_add;
 pub mod renderer;
+pub mod source;
 mod spectrum;
 pub mod strike;
 
@@ -28,6 +30,7 @@ pub use click::{Click, clicks_of};
 pub use listener::Listener;
 pub use overlap_add::OverlapAdd;
 pub use renderer::{BlockJob, RenderReport, RenderSettings, RenderedBlock, Renderer};
+pub use source::{FieldSource, SoundSource};
 
 use crate::body::BodyId;
 

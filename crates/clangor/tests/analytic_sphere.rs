@@ -5,13 +5,13 @@ mod bodies;
 
 use std::f64::consts::{PI, TAU};
 
-use bodies::pan_steel_ball;
+use bodies::{pan_steel_ball, strike};
 use clangor::contact::force_profile::ForceProfile;
 use clangor::glam::DVec3;
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::synthesis::SampleRate;
-use clangor::synthesis::strike::{Strike, StrikeSound, strike};
+use clangor::synthesis::strike::{Strike, StrikeSound};
 use realfft::num_complex::Complex64;
 
 const RHO: f64 = 1.2041;

@@ -7,13 +7,13 @@ mod bodies;
 use std::f64::consts::TAU;
 use std::process::Command;
 
-use bodies::pan_steel_ball;
+use bodies::{pan_steel_ball, strike};
 use clangor::contact::ForceProfile;
 use clangor::glam::DVec3;
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::synthesis::SampleRate;
-use clangor::synthesis::strike::{Strike, strike};
+use clangor::synthesis::strike::Strike;
 use realfft::num_complex::Complex64;
 
 /// Samples per second of the reference, which is not band-limited.

@@ -4,14 +4,14 @@ mod bodies;
 
 use std::sync::Arc;
 
-use bodies::{cube, pan_steel_ball};
+use bodies::{cube, pan_steel_ball, strike};
 use clangor::body::{Body, Motion, Surface};
 use clangor::contact::ForceProfile;
 use clangor::glam::{DMat3, DVec3};
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::synthesis::SampleRate;
-use clangor::synthesis::strike::{Strike, StrikeError, strike};
+use clangor::synthesis::strike::{Strike, StrikeError};
 
 fn blow(radius: f64) -> Strike {
     Strike {
@@ -86,7 +86,7 @@ fn impossible_blows_are_errors() {
     assert!(matches!(error(Strike { duration: Some(0.0), ..good }), StrikeError::Duration { .. }));
     assert!(matches!(error(Strike { seconds: Some(-1.0), ..good }), StrikeError::Seconds { .. }));
     let inside = error(Strike { listener: DVec3::X * 0.009, ..good });
-    assert!(matches!(inside, StrikeError::ListenerInside { radius: 0.01, .. }));
+    assert!(matches!(inside, StrikeError::ListenerInside { .. }));
 
     let plane = Body {
         surface: Arc::new(Surface::HalfSpace),

@@ -8,9 +8,15 @@ use clangor::glam::{DQuat, DVec3};
 use clangor::pose::{Keyframe, Pose, Track};
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{
-    BlockJob, Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SynthesisError,
+    BlockJob, Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource, SynthesisError,
 };
 use realfft::num_complex::Complex64;
+
+const RADIUS: f64 = 0.0075;
+
+fn sphere(radius: f64) -> SoundSource {
+    SoundSource::Sphere { radius }
+}
 
 fn click() -> Click {
     Click {
@@ -19,8 +25,10 @@ fn click() -> Click {
         duration: 50e-6,
         profile: ForceProfile::HalfSine,
         centre: DVec3::new(0.1, 0.2, -0.1),
-        radius: 0.0075,
+        orientation: DQuat::IDENTITY,
         velocity_change: DVec3::new(0.3, -1.0, 0.2),
+        angular_velocity_change: DVec3::ZERO,
+        source: sphere(RADIUS),
     }
 }
 
@@ -91,8 +99,8 @@ fn onset_between_samples_is_a_pure_delay() {
 #[test]
 fn low_rate_is_the_high_rate_without_what_it_cannot_carry() {
     // Short and small: most of its energy is above 24 kHz and would alias.
-    let click = Click { duration: 8e-6, radius: 0.002, ..click() };
-    let low = render(&[click], &settings(48_000, Floor::None));
+    let click = Click { duration: 8e-6, source: sphere(0.002), ..click() };
+    let low = render(std::slice::from_ref(&click), &settings(48_000, Floor::None));
     let high = render(&[click], &settings(192_000, Floor::None));
     let error = spectral_difference(
         20_000.0,
@@ -126,9 +134,9 @@ fn highest_frequency_cuts_the_rest_and_leaves_what_is_below() {
 #[test]
 fn sound_is_linear() {
     let settings = settings(48_000, Floor::Rigid { height: 0.0 });
-    let other = Click { time: 0.0131, radius: 0.02, velocity_change: DVec3::X, ..click() };
+    let other = Click { time: 0.0131, source: sphere(0.02), velocity_change: DVec3::X, ..click() };
     let scaled = Click { velocity_change: 3.0 * click().velocity_change, ..click() };
-    let together = render(&[scaled, other], &settings);
+    let together = render(&[scaled, other.clone()], &settings);
     let (one, two) = (render(&[click()], &settings), render(&[other], &settings));
     let sum: Vec<f64> = one.iter().zip(&two).map(|(a, b)| 3.0 * a + b).collect();
     // Residual seen: 1e-15.
@@ -158,7 +166,7 @@ fn turning_and_mirroring_everything_changes_nothing() {
 fn sound_doubles_on_a_rigid_floor() {
     let settings = settings(48_000, Floor::Rigid { height: 0.5 });
     let source = Click { centre: DVec3::new(0.1, 0.7, -0.1), ..click() };
-    let free = render(&[source], &RenderSettings { floor: Floor::None, ..settings });
+    let free = render(std::slice::from_ref(&source), &RenderSettings { floor: Floor::None, ..settings });
     let doubled: Vec<f64> = free.iter().map(|p| 2.0 * p).collect();
     // The microphone lies on the floor, where both waves arrive together. Residual seen: 0.
     assert!(difference(&render(&[source], &settings), &doubled) < 1e-14);
@@ -173,12 +181,12 @@ fn floor_adds_the_sound_of_the_mirrored_source() {
         let image = Click {
             centre: DVec3 { y: 2.0 * height - click.centre.y, ..click.centre },
             velocity_change: DVec3 { y: -click.velocity_change.y, ..click.velocity_change },
-            ..click
+            ..click.clone()
         };
         let free = RenderSettings { floor: Floor::None, ..settings };
-        let both = render(&[click, image], &free);
+        let both = render(&[click.clone(), image], &free);
         // Residual seen: 2e-10, the part of a click that its block cuts off.
-        assert!(difference(&render(&[click], &settings), &both) < 1e-9, "{height}");
+        assert!(difference(&render(std::slice::from_ref(&click), &settings), &both) < 1e-9, "{height}");
 
         let mut renderer = Renderer::new(&microphone(), &settings).unwrap();
         renderer.push(&click).unwrap();
@@ -211,7 +219,7 @@ fn samples_do_not_depend_on_segments_or_on_who_renders_which_block() {
     let clicks: Vec<Click> = (0..3000)
         .map(|i| Click {
             time: f64::from(i) * 2e-3,
-            radius: [0.004, 0.0075, 0.05, 0.3][i as usize % 4],
+            source: sphere([0.004, 0.0075, 0.05, 0.3][i as usize % 4]),
             centre: DVec3::new(0.01 * f64::from(i % 37), 0.9, 1.0),
             duration: 30e-6 + 1e-6 * f64::from(i % 50),
             ..click()
@@ -259,7 +267,7 @@ fn moving_listener_hears_where_it_is_when_the_sound_arrives() {
     let mut arrival = click().time;
     for _ in 0..100 {
         let distance = (listener.receiver_position(0, arrival) - click().centre).length();
-        arrival = click().time + (distance - click().radius) / 343.2;
+        arrival = click().time + (distance - RADIUS) / 343.2;
     }
     let there = Listener::fixed("there", listener.receiver_position(0, arrival));
     let fixed = render_channels(&[click()], &there, &settings, 9600).swap_remove(0);
@@ -319,10 +327,10 @@ fn bad_input_is_an_error() {
     for bad in [
         Click { time: f64::NAN, ..click() },
         Click { duration: 0.0, ..click() },
-        Click { radius: f64::INFINITY, ..click() },
+        Click { source: sphere(f64::INFINITY), ..click() },
         Click { velocity_change: DVec3::new(0.0, f64::INFINITY, 0.0), ..click() },
     ] {
-        assert!(matches!(push(bad), Err(SynthesisError::BadClick { .. })), "{bad:?}");
+        assert!(matches!(push(bad.clone()), Err(SynthesisError::BadClick { .. })), "{bad:?}");
     }
     assert!(matches!(push(Click { duration: 1e3, ..click() }), Err(SynthesisError::TooLong { .. })));
 

@@ -13,8 +13,8 @@ use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
 use clangor::scene::body_description::EDGE_RADIUS_RATIO;
 use clangor::scene::instantiate::LoadedGeometry;
-use clangor::synthesis::SampleRate;
 use clangor::synthesis::strike::{LEAD, Strike as Blow, strike};
+use clangor::synthesis::{SampleRate, SoundSource};
 use clangor_pipeline::atomic_file::write_atomically;
 use clangor_pipeline::levels::db_spl;
 use clangor_pipeline::load::{geometry_reference, load_geometry};
@@ -38,7 +38,8 @@ pub(crate) fn run(options: &Strike, console: &Console) -> Result<(), Failure> {
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
     };
-    let sound = strike(&body, &blow).map_err(Failure::new)?;
+    let source = SoundSource::equal_volume_sphere(&body.surface);
+    let sound = strike(&body, &source, &blow).map_err(Failure::new)?;
     let peak = sound.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
     match options.output.extension().and_then(|e| e.to_str()) {
         Some("csv") => {

@@ -12,8 +12,8 @@ use clangor::material::presets;
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
-use clangor::synthesis::SampleRate;
 use clangor::synthesis::strike::{Strike, strike};
+use clangor::synthesis::{SampleRate, SoundSource};
 
 use super::{Check, Extent, Outcome, Validation};
 
@@ -77,7 +77,7 @@ fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, St
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
     };
-    let sound = strike(&body, &blow).map_err(|e| e.to_string())?;
+    let sound = strike(&body, &SoundSource::Sphere { radius }, &blow).map_err(|e| e.to_string())?;
     let step = 1.0 / SampleRate::HZ_48000.as_f64();
     let (mut error, mut norm) = (0.0, 0.0);
     for k in 0..200 {

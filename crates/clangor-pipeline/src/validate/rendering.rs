@@ -2,11 +2,11 @@
 
 use clangor::body::BodyId;
 use clangor::contact::ForceProfile;
-use clangor::glam::DVec3;
+use clangor::glam::{DQuat, DVec3};
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::synthesis::listener::Floor;
-use clangor::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate};
+use clangor::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -21,8 +21,10 @@ pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
         duration: 40e-6,
         profile: ForceProfile::HalfSine,
         centre: DVec3::new(0.0, 0.2, 0.0),
-        radius: 0.0075,
+        orientation: DQuat::IDENTITY,
         velocity_change: DVec3::new(0.2, 1.0, 0.0),
+        angular_velocity_change: DVec3::ZERO,
+        source: SoundSource::Sphere { radius: 0.0075 },
     };
     floor(&click, table)?;
     aliasing(&click, table)?;
@@ -69,10 +71,14 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 fn floor(click: &Click, table: &mut Validation) -> Outcome {
     let receiver = DVec3::new(0.4, 0.5, -0.3);
     let mirrored = |v: DVec3| DVec3::new(v.x, -v.y, v.z);
-    let image =
-        Click { centre: mirrored(click.centre), velocity_change: mirrored(click.velocity_change), ..*click };
-    let reflected = sound(&[*click], receiver, &settings(48_000, Floor::Rigid { height: 0.0 })?, 0.02)?;
-    let free = sound(&[*click, image], receiver, &settings(48_000, Floor::None)?, 0.02)?;
+    let image = Click {
+        centre: mirrored(click.centre),
+        velocity_change: mirrored(click.velocity_change),
+        ..click.clone()
+    };
+    let reflected =
+        sound(std::slice::from_ref(click), receiver, &settings(48_000, Floor::Rigid { height: 0.0 })?, 0.02)?;
+    let free = sound(&[click.clone(), image], receiver, &settings(48_000, Floor::None)?, 0.02)?;
     table.checks.push(Check {
         section: SECTION,
         quantity: "click above a rigid floor".into(),
@@ -88,7 +94,7 @@ fn floor(click: &Click, table: &mut Validation) -> Outcome {
 fn aliasing(click: &Click, table: &mut Validation) -> Outcome {
     let receiver = DVec3::new(0.4, 0.5, -0.3);
     let spectrum = |rate: u32| -> Result<Vec<f64>, Fault> {
-        let signal = sound(&[*click], receiver, &settings(rate, Floor::None)?, 0.02)?;
+        let signal = sound(std::slice::from_ref(click), receiver, &settings(rate, Floor::None)?, 0.02)?;
         let step = 1.0 / f64::from(rate);
         let bin = |k: u32| {
             let omega = TAU * (100.0 + 19_900.0 * f64::from(k) / 199.0);
@@ -126,10 +132,13 @@ fn cost(table: &mut Validation) -> Outcome {
             duration: 20e-6 + 80e-6 * golden(0.618_033_988_7),
             profile: ForceProfile::HalfSine,
             centre: DVec3::new(1.8 * golden(0.414_213_562) - 0.9, 0.41, 0.8 * golden(0.732_050_807) - 0.4),
-            radius: 0.0075,
+            orientation: DQuat::IDENTITY,
             velocity_change: DVec3::new(0.1, 1.0, 0.0),
+            angular_velocity_change: DVec3::ZERO,
+            source: SoundSource::Sphere { radius: 0.0075 },
         };
-        let other = Click { body: BodyId(50 + i % 50), velocity_change: -click.velocity_change, ..click };
+        let other =
+            Click { body: BodyId(50 + i % 50), velocity_change: -click.velocity_change, ..click.clone() };
         renderer.push(&click)?;
         renderer.push(&other)?;
     }

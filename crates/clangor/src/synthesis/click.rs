@@ -1,13 +1,14 @@
 //! One body's jump in velocity, as far as sound is concerned.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::SynthesisError;
-use crate::body::{Body, BodyId};
+use super::source::SoundSource;
+use crate::body::BodyId;
 use crate::contact::{ForceProfile, ImpactPulse};
 
-/// A sphere at `centre` that gains `velocity_change` over `duration`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A body whose velocities change over `duration`.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Click {
     /// Which body; energies are summed by it.
     pub body: BodyId,
@@ -17,12 +18,16 @@ pub struct Click {
     pub duration: f64,
     /// How the force runs over that time.
     pub profile: ForceProfile,
-    /// Centre of the sphere at the onset \[m\], world.
+    /// Centre of mass at the onset \[m\], world.
     pub centre: DVec3,
-    /// Radius of the sphere \[m\].
-    pub radius: f64,
+    /// Rotation from the axes of the body to the world at the onset.
+    pub orientation: DQuat,
     /// Σj/M [m/s], world.
     pub velocity_change: DVec3,
+    /// Change of the angular velocity [rad/s], world.
+    pub angular_velocity_change: DVec3,
+    /// What sounds.
+    pub source: SoundSource,
 }
 
 impl Click {
@@ -37,31 +42,42 @@ impl Click {
         if !positive(self.duration) {
             return bad("the duration", self.duration);
         }
-        if !positive(self.radius) {
-            return bad("the radius", self.radius);
+        if !positive(self.source.radius()) {
+            return bad("the radius", self.source.radius());
         }
-        let numbers = self.centre.to_array().into_iter().chain(self.velocity_change.to_array());
-        match numbers.into_iter().find(|x| !x.is_finite()) {
-            Some(value) => bad("a coordinate", value),
+        let vectors = [self.centre, self.velocity_change, self.angular_velocity_change];
+        if let Some(value) = vectors.into_iter().flat_map(|v| v.to_array()).find(|x| !x.is_finite()) {
+            return bad("a coordinate", value);
+        }
+        let frames = match &self.source {
+            SoundSource::Sphere { .. } => [self.orientation; 2],
+            SoundSource::Field(source) => [self.orientation, source.body_from_field],
+        };
+        // Written so that NaN is refused too.
+        let turns = |q: &DQuat| (q.length_squared() - 1.0).abs() < 1e-6;
+        match frames.iter().find(|q| !turns(q)) {
+            Some(q) => bad("the length of a rotation", q.length()),
             None => Ok(()),
         }
     }
 }
 
-/// The clicks of an impact: one for each body that it moves.
-pub fn clicks_of(pulse: &ImpactPulse, bodies: &[Body]) -> impl Iterator<Item = Click> {
+/// The clicks of an impact: one for each body that it moves and that has a source; `sources` are those of all bodies.
+pub fn clicks_of(pulse: &ImpactPulse, sources: &[SoundSource]) -> impl Iterator<Item = Click> {
     let ImpactPulse { onset, duration, profile, .. } = *pulse;
     let shares = pulse.bodies.into_iter().flatten();
     shares.filter_map(move |share| {
-        let body = bodies.get(share.body.index())?;
+        let source = sources.get(share.body.index())?.clone();
         Some(Click {
             body: share.body,
             time: onset,
             duration,
             profile,
             centre: share.pose.position,
-            radius: body.surface.equal_volume_radius(),
+            orientation: share.pose.orientation,
             velocity_change: share.velocity_change,
+            angular_velocity_change: share.angular_velocity_change,
+            source,
         })
     })
 }

@@ -100,13 +100,11 @@ pub enum Floor {
 }
 
 impl Floor {
-    /// Position \[m\] and vector of a source mirrored in the floor.
-    pub(super) fn mirrored(self, position: DVec3, vector: DVec3) -> Option<(DVec3, DVec3)> {
+    /// A point \[m\] mirrored in the floor.
+    pub(super) fn mirrored(self, point: DVec3) -> Option<DVec3> {
         match self {
             Floor::None => None,
-            Floor::Rigid { height } => {
-                Some((DVec3 { y: 2.0 * height - position.y, ..position }, DVec3 { y: -vector.y, ..vector }))
-            }
+            Floor::Rigid { height } => Some(DVec3 { y: 2.0 * height - point.y, ..point }),
         }
     }
 

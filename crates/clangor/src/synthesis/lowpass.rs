@@ -26,7 +26,12 @@ pub const REACH: usize = 88;
 ///
 /// `centre`: half-amplitude frequency over the sample rate, [`CENTRE`] or less.
 pub(super) fn gains(fft_length: usize, centre: f64) -> Vec<f64> {
-    let place = |k: usize| (k as f64 / fft_length as f64 - centre) / HALF_WIDTH;
+    transition(|k| (k as f64 / fft_length as f64 - centre) / HALF_WIDTH)
+}
+
+/// Gains from bin 0 up to the last one that is not zero, for a transition in which bin k has this place, from −1 where
+/// it begins to 1 where it ends.
+pub(super) fn transition(place: impl Fn(usize) -> f64) -> Vec<f64> {
     let first_zero = (0..).find(|k| place(*k) >= 1.0).unwrap_or(0);
     let mut gains = vec![1.0; first_zero];
     let total = 2.0 * BETA.sinh() / BETA;

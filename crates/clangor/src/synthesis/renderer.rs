@@ -9,13 +9,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
+use pulp::Arch;
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner};
 
 use super::click::Click;
+use super::field_spectrum::{FieldPlayer, FieldTransfer, LONGEST_FADE_REACH, fade_reach};
 use super::listener::{Floor, Listener};
-use super::lowpass::REACH;
-use super::spectrum::{Grid, Wave};
+use super::lowpass::{self, REACH};
+use super::source::{FieldSource, SoundSource};
+use super::spectrum::{Grid, Transfer, Wave};
 use super::{SampleRate, SynthesisError};
 use crate::body::BodyId;
 use crate::medium::Medium;
@@ -27,8 +30,6 @@ const SPAN: i64 = 1 << 16;
 const MIN_LENGTH: usize = 256;
 /// Longest block \[samples\]: 11 s at 384 kHz.
 const MAX_LENGTH: usize = 1 << 22;
-/// Ringing is followed until it has fallen by e^−23 = 1e-10.
-const DECAY_FOLDS: f64 = 23.0;
 
 /// How to render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,7 +53,7 @@ pub struct RenderSettings {
 pub struct RenderReport {
     /// Clicks taken.
     pub clicks: u64,
-    /// Clicks left out at a receiver because it was inside the sphere that stands for the body.
+    /// Clicks left out at a receiver because it was inside the body, or the sphere that stands for it.
     pub receiver_inside: u64,
     /// The first of them: receiver, body, time of the click \[s\].
     pub first_inside: Option<(usize, BodyId, f64)>,
@@ -79,8 +80,15 @@ struct BlockKey {
     receiver: usize,
 }
 
+/// A wave, and between which times it is heard \[s\].
+struct HeardWave {
+    wave: Wave,
+    from: f64,
+    until: f64,
+}
+
 /// A click as a receiver hears it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct HeardClick {
     body: BodyId,
     direct: Wave,
@@ -137,28 +145,25 @@ impl Renderer {
     pub fn push(&mut self, click: &Click) -> Result<(), SynthesisError> {
         click.check()?;
         self.report.clicks += 1;
-        let image = self.settings.floor.mirrored(click.centre, click.velocity_change);
-        if image.is_some_and(|(mirrored, _)| mirrored.y > click.centre.y) {
+        let floor = self.settings.floor;
+        if floor.mirrored(click.centre).is_some_and(|mirrored| mirrored.y > click.centre.y) {
             self.report.below_floor += 1;
             return Ok(());
         }
         for receiver in 0..self.listener.receivers.len() {
-            let Some(direct) = self.wave(click, receiver, (click.centre, click.velocity_change))? else {
+            let Some(direct) = self.wave(click, receiver, false)? else {
                 continue;
             };
-            let reflected = match image {
-                None => None,
-                Some(source) => match self.wave(click, receiver, source)? {
+            let reflected = match floor {
+                Floor::None => None,
+                Floor::Rigid { .. } => match self.wave(click, receiver, true)? {
                     None => continue,
                     wave => wave,
                 },
             };
             // Waves that overlap are one sound, whose energy is not the sum of theirs.
-            let lag = reflected.map_or(0.0, |r| r.middle - direct.middle);
-            let overlap = click.duration
-                + SphereTransfer::decay_time(&self.settings.medium, click.radius, 0.25 * DECAY_FOLDS);
             match reflected {
-                Some(reflected) if lag > overlap => {
+                Some(reflected) if reflected.wave.middle - direct.wave.middle > self.overlap(click) => {
                     self.file(click, receiver, direct, None)?;
                     self.file(click, receiver, reflected, None)?;
                 }
@@ -172,7 +177,7 @@ impl Renderer {
     ///
     /// `time` \[s\]: no force of a click pushed later acts before it.
     pub fn take_ready(&mut self, time: f64) -> Vec<BlockJob> {
-        let sample = (time - self.settings.start) * self.settings.sample_rate.as_f64();
+        let sample = (time - LONGEST_FADE_REACH - self.settings.start) * self.settings.sample_rate.as_f64();
         let span = (sample / SPAN as f64).floor() as i64;
         self.take_before(span.saturating_mul(SPAN))
     }
@@ -209,29 +214,72 @@ impl Renderer {
         ready.into_iter().map(job).collect()
     }
 
-    /// The wave from a source (centre, velocity change) to a receiver; `None`, counted, if that is inside the sphere.
+    /// The wave that reaches a receiver directly or `reflected` by the floor; `None`, counted, if the receiver, or its
+    /// mirror image, is inside what sounds.
     fn wave(
         &mut self,
         click: &Click,
         receiver: usize,
-        (centre, velocity_change): (DVec3, DVec3),
-    ) -> Result<Option<Wave>, SynthesisError> {
+        reflected: bool,
+    ) -> Result<Option<HeardWave>, SynthesisError> {
         let RenderSettings { medium, floor, sphere_model, .. } = self.settings;
-        let (heard, position) =
-            self.listener.arrival(receiver, (centre, click.radius), click.time, medium.sound_speed);
+        let mirrored = |point: DVec3| floor.mirrored(point).filter(|_| reflected).unwrap_or(point);
+        let from = (mirrored(click.centre), click.source.radius());
+        let (heard, position) = self.listener.arrival(receiver, from, click.time, medium.sound_speed);
         floor.check(&self.listener, position, heard)?;
-        let towards = position - centre;
-        let distance = towards.length();
-        if distance < click.radius {
+        // What the mirrored source makes at the receiver, the source makes at the mirrored receiver.
+        let towards = mirrored(position) - click.centre;
+        let place = click.orientation.inverse() * towards;
+        if click.source.silent_at(place) {
             self.report.receiver_inside += 1;
             self.report.first_inside.get_or_insert((receiver, click.body, click.time));
             return Ok(None);
         }
-        // cosθ times the velocity change: the transfer of this wave is for a unit acceleration pulse.
-        let along = velocity_change.dot(towards) / distance;
-        let transfer = SphereTransfer::new(sphere_model, &medium, click.radius, distance, along);
-        let middle = click.time + transfer.delay + 0.5 * click.duration;
-        Ok(Some(Wave { transfer, profile: click.profile, duration: click.duration, middle }))
+        let distance = towards.length();
+        let ringing = click.source.ring_time(&medium);
+        let (begin, end) = click.profile.extent(click.duration);
+        let heard = |transfer, delay: f64, first: f64, last: f64| {
+            let middle = click.time + delay + 0.5 * click.duration;
+            let wave = Wave { transfer, profile: click.profile, duration: click.duration, middle };
+            Some(HeardWave { wave, from: click.time + first + begin, until: click.time + last + end })
+        };
+        Ok(match &click.source {
+            SoundSource::Sphere { radius } => {
+                // cosθ times the velocity change: the transfer of this wave is for a unit acceleration pulse.
+                let along = click.velocity_change.dot(towards) / distance;
+                let transfer = SphereTransfer::new(sphere_model, &medium, *radius, distance, along);
+                let delay = transfer.delay;
+                heard(Transfer::Sphere(transfer), delay, delay, delay + ringing)
+            }
+            SoundSource::Field(source) => {
+                let transfer = field_transfer(click, source, place, &medium);
+                let delay = transfer.position.length() * transfer.crossing;
+                // Before the wave from the centre comes that from the near side; never before the force.
+                let first = (delay - transfer.crossing).max(0.0);
+                let blur = self.blur(source);
+                heard(Transfer::Field(transfer), delay, first - blur, delay + ringing + blur)
+            }
+        })
+    }
+
+    /// Time \[s\] by which the end of a field's band blurs it.
+    fn blur(&self, source: &FieldSource) -> f64 {
+        let rate = self.settings.sample_rate.as_f64();
+        let band_end = source.max_frequency(self.settings.medium.sound_speed);
+        if band_end < (lowpass::CENTRE + lowpass::HALF_WIDTH) * rate { fade_reach(band_end) } else { 0.0 }
+    }
+
+    /// Time between a wave and the floor's \[s\] below which they are one sound: that in which it falls by 50 dB.
+    fn overlap(&self, click: &Click) -> f64 {
+        let medium = &self.settings.medium;
+        let ringing = click.source.ring_time(medium);
+        let until_quiet = match &click.source {
+            // The ring times of spheres are those of 200 dB, of fields 100 dB.
+            SoundSource::Sphere { .. } => 0.25 * ringing,
+            // A field begins to be heard before the wave from its centre passes.
+            SoundSource::Field(source) => source.radius / medium.sound_speed + 0.5 * ringing,
+        };
+        click.duration + until_quiet
     }
 
     /// Puts a click into the block in which it begins to be heard.
@@ -239,19 +287,17 @@ impl Renderer {
         &mut self,
         click: &Click,
         receiver: usize,
-        direct: Wave,
-        reflected: Option<Wave>,
+        direct: HeardWave,
+        reflected: Option<HeardWave>,
     ) -> Result<(), SynthesisError> {
         let rate = self.settings.sample_rate.as_f64();
-        let (begin, end) = click.profile.extent(click.duration);
-        let lag = reflected.map_or(0.0, |r| r.middle - direct.middle);
-        let seconds =
-            end - begin + lag + SphereTransfer::decay_time(&self.settings.medium, click.radius, DECAY_FOLDS);
+        let until = reflected.as_ref().map_or(direct.until, |r| r.until.max(direct.until));
+        let heard = direct.from;
+        let seconds = until - heard;
         let Some(length) = block_length(seconds * rate) else {
-            let Click { body, time, radius, .. } = *click;
+            let (body, time, radius) = (click.body, click.time, click.source.radius());
             return Err(SynthesisError::TooLong { body, time, seconds, radius });
         };
-        let heard = direct.middle - 0.5 * click.duration + begin;
         let hop = hop(length);
         let first = ((heard - self.settings.start) * rate / hop as f64).floor() as i64 * hop;
         if first < self.handed_out {
@@ -265,8 +311,32 @@ impl Renderer {
             Arc::new(BlockTables { grid: Grid::new(length, rate, self.settings.max_frequency), inverse })
         });
         let key = BlockKey { first, length, receiver };
-        self.pending.entry(key).or_default().push(HeardClick { body: click.body, direct, reflected });
+        self.pending.entry(key).or_default().push(HeardClick {
+            body: click.body,
+            direct: direct.wave,
+            reflected: reflected.map(|r| r.wave),
+        });
         Ok(())
+    }
+}
+
+/// The field of a click at a `place` \[m\] of the body frame.
+fn field_transfer(click: &Click, source: &Arc<FieldSource>, place: DVec3, medium: &Medium) -> FieldTransfer {
+    let radius = source.radius;
+    let field_from_body = source.body_from_field.inverse();
+    let to_field = field_from_body * click.orientation.inverse();
+    let [linear, angular] =
+        [click.velocity_change, radius * click.angular_velocity_change].map(|v| (to_field * v).to_array());
+    let position = field_from_body * place / radius;
+    // Inside the bounding sphere the field is that on the sphere in this direction.
+    let distance = position.length();
+    let position = if distance < 1.0 { position.try_normalize().unwrap_or(DVec3::X) } else { position };
+    FieldTransfer {
+        source: Arc::clone(source),
+        motion: std::array::from_fn(|i| if i < 3 { linear[i] } else { angular[i - 3] }),
+        position,
+        scale: medium.density * radius,
+        crossing: radius / medium.sound_speed,
     }
 }
 
@@ -308,15 +378,22 @@ pub struct RenderedBlock {
 impl BlockJob {
     /// Renders the block. Depends on nothing but the block.
     pub fn render(&self) -> RenderedBlock {
+        // One copy of the loops for the widest vector instructions of this machine.
+        Arch::new().dispatch(|| self.render_here())
+    }
+
+    #[inline(always)]
+    fn render_here(&self) -> RenderedBlock {
         let BlockTables { grid, inverse } = &*self.tables;
         let mut sum = grid.spectrum();
         let mut one = grid.spectrum();
+        let mut player = FieldPlayer::default();
         let mut energies = Vec::with_capacity(self.clicks.len());
         for click in &self.clicks {
             one.clear();
-            one.add_wave(grid, &click.direct, self.origin);
+            one.add_wave(grid, &click.direct, self.origin, &mut player);
             if let Some(reflected) = &click.reflected {
-                one.add_wave(grid, reflected, self.origin);
+                one.add_wave(grid, reflected, self.origin, &mut player);
             }
             energies.push((click.body, grid.energy(&one)));
             sum.add(&one);

@@ -2,20 +2,24 @@
 //!
 //! P(ω_k) = (real transfer terms) · (force spectrum) · e^{−iω_k T}: the first two are rational in ω apart from one
 //! cosine, the last is a rotation. Both advance by a constant angle per bin, so neither needs a sine or cosine per bin;
-//! [`LANES`] bins advance together, which the compiler turns into vector instructions.
+//! several bins advance together, which the compiler turns into vector instructions. The transfer terms here are those of
+//! spheres; those of fields are [`field_spectrum`](super::field_spectrum).
 
+use super::field_spectrum::{FieldPlayer, FieldTransfer};
 use super::lowpass;
 use crate::contact::force_profile::ForceProfile;
 use crate::model::sphere_radiation::SphereTransfer;
 
-/// Bins that advance together.
-const LANES: usize = 4;
+/// Bins of a field that advance together.
+pub(super) const LANES: usize = 8;
+/// Bins of a sphere that advance together.
+const SPHERE_LANES: usize = 4;
 
 /// One wave that reaches a receiver: direct, or from the mirrored source.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wave {
-    /// Transfer times velocity change; the delay is not used.
-    pub(super) transfer: SphereTransfer,
+    /// What sounds.
+    pub(super) transfer: Transfer,
     /// How the force runs.
     pub(super) profile: ForceProfile,
     /// Duration τ of the force \[s\].
@@ -24,13 +28,23 @@ pub(super) struct Wave {
     pub(super) middle: f64,
 }
 
+/// From the profile of the force to the pressure, but for the delay.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Transfer {
+    /// Of a sphere, times the velocity change; its delay is not used.
+    Sphere(SphereTransfer),
+    /// Of a field.
+    Field(FieldTransfer),
+}
+
 /// The frequencies of one block length with their gains, padded to whole lanes.
 pub(super) struct Grid {
     /// Distance of the bins \[Hz\].
     pub(super) spacing_hz: f64,
     /// Bins that are not zero.
     pub(super) bins: usize,
-    omega: Vec<f64>,
+    /// Angular frequencies [rad/s].
+    pub(super) omega: Vec<f64>,
     gain: Vec<f64>,
 }
 
@@ -93,13 +107,18 @@ impl Spectrum {
     }
 
     /// Adds a wave, with times counted from `origin` \[s\].
-    pub(super) fn add_wave(&mut self, grid: &Grid, wave: &Wave, origin: f64) {
+    #[inline(always)]
+    pub(super) fn add_wave(&mut self, grid: &Grid, wave: &Wave, origin: f64, player: &mut FieldPlayer) {
+        let transfer = match &wave.transfer {
+            Transfer::Sphere(transfer) => transfer,
+            Transfer::Field(transfer) => return player.add(self, grid, wave, transfer, origin),
+        };
         let step = std::f64::consts::TAU * grid.spacing_hz;
         let delay = Rotation::new(-step * (wave.middle - origin));
         match wave.profile {
-            ForceProfile::HalfSine => self.add_half_sine(grid, wave, delay),
+            ForceProfile::HalfSine => self.add_half_sine(grid, wave, transfer, delay),
             ForceProfile::Gaussian => {
-                self.add_profile(grid, wave, delay, |k| {
+                self.add_profile(grid, transfer, delay, |k| {
                     wave.profile.centred_spectrum(grid.omega[k], wave.duration)
                 });
             }
@@ -107,11 +126,18 @@ impl Spectrum {
     }
 
     /// Any profile, its spectrum given bin by bin.
-    fn add_profile(&mut self, grid: &Grid, wave: &Wave, mut delay: Rotation, profile: impl Fn(usize) -> f64) {
-        for first in (0..grid.omega.len()).step_by(LANES) {
-            for lane in 0..LANES {
+    #[inline(always)]
+    fn add_profile(
+        &mut self,
+        grid: &Grid,
+        transfer: &SphereTransfer,
+        mut delay: Rotation<SPHERE_LANES>,
+        profile: impl Fn(usize) -> f64,
+    ) {
+        for first in (0..grid.omega.len()).step_by(SPHERE_LANES) {
+            for lane in 0..SPHERE_LANES {
                 let k = first + lane;
-                let (re, im) = wave.transfer.undelayed(grid.omega[k]);
+                let (re, im) = transfer.undelayed(grid.omega[k]);
                 let amplitude = profile(k);
                 self.re[k] += amplitude * (re * delay.cos[lane] - im * delay.sin[lane]);
                 self.im[k] += amplitude * (re * delay.sin[lane] + im * delay.cos[lane]);
@@ -122,25 +148,32 @@ impl Spectrum {
 
     /// The half-sine, its cosine by rotation and its denominator multiplied into that of the transfer, so that a bin
     /// costs one division.
-    fn add_half_sine(&mut self, grid: &Grid, wave: &Wave, mut delay: Rotation) {
+    #[inline(always)]
+    fn add_half_sine(
+        &mut self,
+        grid: &Grid,
+        wave: &Wave,
+        transfer: &SphereTransfer,
+        mut delay: Rotation<SPHERE_LANES>,
+    ) {
         let step = std::f64::consts::TAU * grid.spacing_hz;
-        let mut half_angle = Rotation::new(0.5 * step * wave.duration);
+        let mut half_angle = Rotation::<SPHERE_LANES>::new(0.5 * step * wave.duration);
         let pole = std::f64::consts::PI / wave.duration;
         let inverse_pole_square = 1.0 / (pole * pole);
-        let SphereTransfer { real: [a0, a1], imaginary: [b0, b1], denominator: [d0, d1], .. } = wave.transfer;
+        let SphereTransfer { real: [a0, a1], imaginary: [b0, b1], denominator: [d0, d1], .. } = *transfer;
 
         // The bin next to ω = π/τ, where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, is computed by the formula that knows.
         let singular = (pole / step).round();
         let singular = (singular < grid.omega.len() as f64).then_some(singular as usize);
         let kept = singular.map(|k| (self.re[k], self.im[k]));
 
-        let omega = grid.omega.as_chunks::<LANES>().0;
-        let re_out = self.re.as_chunks_mut::<LANES>().0;
-        let im_out = self.im.as_chunks_mut::<LANES>().0;
+        let omega = grid.omega.as_chunks::<SPHERE_LANES>().0;
+        let re_out = self.re.as_chunks_mut::<SPHERE_LANES>().0;
+        let im_out = self.im.as_chunks_mut::<SPHERE_LANES>().0;
         for ((omega, re_out), im_out) in omega.iter().zip(re_out).zip(im_out) {
             // Sums first, stores after: only then does the compiler see that the lanes are independent.
             let (mut re_sum, mut im_sum) = (*re_out, *im_out);
-            for lane in 0..LANES {
+            for lane in 0..SPHERE_LANES {
                 let w = omega[lane];
                 let square = w * w;
                 let denominator = (1.0 - square * inverse_pole_square) * (d0 + d1 * square * square);
@@ -157,7 +190,7 @@ impl Spectrum {
 
         if let (Some(k), Some((re_before, im_before))) = (singular, kept) {
             let amplitude = wave.profile.centred_spectrum(grid.omega[k], wave.duration);
-            let (re, im) = wave.transfer.undelayed(grid.omega[k]);
+            let (re, im) = transfer.undelayed(grid.omega[k]);
             let (sin, cos) = (delay.angle * k as f64).sin_cos();
             self.re[k] = re_before + amplitude * (re * cos - im * sin);
             self.im[k] = im_before + amplitude * (re * sin + im * cos);
@@ -165,28 +198,33 @@ impl Spectrum {
     }
 }
 
-/// e^{i k angle} for [`LANES`] consecutive k, advanced by a multiplication.
-struct Rotation {
+/// e^{i k angle} for N consecutive k, advanced by a multiplication.
+pub(super) struct Rotation<const N: usize> {
     angle: f64,
-    cos: [f64; LANES],
-    sin: [f64; LANES],
+    pub(super) cos: [f64; N],
+    pub(super) sin: [f64; N],
     step: (f64, f64),
 }
 
-impl Rotation {
-    fn new(angle: f64) -> Self {
+impl<const N: usize> Rotation<N> {
+    #[inline(always)]
+    pub(super) fn new(angle: f64) -> Self {
+        let (mut cos, mut sin) = ([0.0; N], [0.0; N]);
         let (s1, c1) = angle.sin_cos();
-        let (s2, c2) = (2.0 * angle).sin_cos();
-        let (c3, s3) = (c1 * c2 - s1 * s2, s1 * c2 + c1 * s2);
-        let (c4, s4) = (c2 * c2 - s2 * s2, 2.0 * s2 * c2);
-        Rotation { angle, cos: [1.0, c1, c2, c3], sin: [0.0, s1, s2, s3], step: (c4, s4) }
+        let (mut c, mut s) = (1.0, 0.0);
+        for lane in 0..N {
+            (cos[lane], sin[lane]) = (c, s);
+            (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
+        }
+        let (s, c) = (N as f64 * angle).sin_cos();
+        Rotation { angle, cos, sin, step: (c, s) }
     }
 
     #[inline(always)]
-    fn advance(&mut self) {
+    pub(super) fn advance(&mut self) {
         let (c, s) = self.step;
         let (cos, sin) = (self.cos, self.sin);
-        for lane in 0..LANES {
+        for lane in 0..N {
             self.cos[lane] = cos[lane] * c - sin[lane] * s;
             self.sin[lane] = cos[lane] * s + sin[lane] * c;
         }

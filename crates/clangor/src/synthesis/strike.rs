@@ -3,12 +3,13 @@
 //! The body is at rest with its centre of mass at the origin and the axes of its mesh file. The force begins at t = 0;
 //! the output begins at −2 ms, because a band-limited onset rings before it arrives. The delay to the receiver is in it.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::click::Click;
 use super::listener::{Floor, Listener};
 use super::overlap_add::OverlapAdd;
 use super::renderer::{RenderSettings, Renderer};
+use super::source::SoundSource;
 use super::{SampleRate, SynthesisError};
 use crate::body::{Body, BodyId, Surface};
 use crate::contact::effective_mass::inverse_effective_mass;
@@ -16,7 +17,7 @@ use crate::contact::force_profile::ForceProfile;
 use crate::contact::hertz::{HertzContact, combined_curvature};
 use crate::contact::local_curvature::mean_curvature;
 use crate::medium::Medium;
-use crate::model::sphere_radiation::{SphereModel, SphereTransfer};
+use crate::model::sphere_radiation::SphereModel;
 
 /// Output before the first contact \[s\].
 pub const LEAD: f64 = 2e-3;
@@ -59,7 +60,7 @@ pub struct StrikeSound {
     pub duration: f64,
     /// Jump in velocity of the centre of mass [m/s].
     pub velocity_change: DVec3,
-    /// Radius of the sphere that stands for the body \[m\].
+    /// Radius of the sphere that has the volume of the body \[m\].
     pub radius: f64,
 }
 
@@ -109,26 +110,24 @@ pub enum StrikeError {
         /// End of the output \[s\].
         seconds: f64,
     },
-    /// The listener is inside the body's sphere.
+    /// The listener is inside the body, or the sphere that stands for it.
     #[error(
-        "the listener is {distance} m from the centre of mass, inside the sphere of radius {radius} m that sounds"
+        "the listener is {distance} m from the centre of mass, inside the body or the sphere that sounds in its place"
     )]
     ListenerInside {
         /// Distance from the centre of mass \[m\].
         distance: f64,
-        /// Radius of the sphere \[m\].
-        radius: f64,
     },
     /// The sound cannot be synthesised.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),
 }
 
-/// Strikes a body. Its own pose and motion are ignored.
+/// Strikes a body that sounds as `source`. Its own pose and motion are ignored.
 ///
 /// # Errors
 /// [`StrikeError`].
-pub fn strike(body: &Body, strike: &Strike) -> Result<StrikeSound, StrikeError> {
+pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<StrikeSound, StrikeError> {
     let radius = body.surface.equal_volume_radius();
     let positive = |x: f64| x > 0.0 && x.is_finite();
     if !positive(body.mass) || !positive(radius) {
@@ -144,8 +143,8 @@ pub fn strike(body: &Body, strike: &Strike) -> Result<StrikeSound, StrikeError> 
     }
     check_point(&body.surface, strike.point)?;
     let distance = strike.listener.length();
-    if distance < radius {
-        return Err(StrikeError::ListenerInside { distance, radius });
+    if source.silent_at(strike.listener) {
+        return Err(StrikeError::ListenerInside { distance });
     }
     let duration = match strike.duration {
         Some(duration) => duration,
@@ -162,8 +161,10 @@ pub fn strike(body: &Body, strike: &Strike) -> Result<StrikeSound, StrikeError> 
         duration,
         profile: strike.profile,
         centre: DVec3::ZERO,
-        radius,
+        orientation: DQuat::IDENTITY,
         velocity_change,
+        angular_velocity_change: body.inertia.inverse() * strike.point.cross(strike.impulse),
+        source: source.clone(),
     };
     let settings = RenderSettings {
         sample_rate: strike.sample_rate,
@@ -176,7 +177,7 @@ pub fn strike(body: &Body, strike: &Strike) -> Result<StrikeSound, StrikeError> 
     // The band limit rings for as long after the sound as before it.
     let died_away = distance / strike.medium.sound_speed
         + strike.profile.extent(duration).1
-        + SphereTransfer::decay_time(&strike.medium, radius, 23.0)
+        + source.ring_time(&strike.medium)
         + LEAD * (48_000.0 / strike.sample_rate.as_f64()).max(1.0);
     let seconds = strike.seconds.unwrap_or(died_away);
     if !(seconds > -LEAD && seconds.is_finite()) {

@@ -8,6 +8,8 @@ use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::{DMat3, DVec3};
 use clangor::material::{Damping, Material};
 use clangor::pose::Pose;
+use clangor::synthesis::SoundSource;
+use clangor::synthesis::strike::{Strike, StrikeError, StrikeSound};
 
 /// A material with only what contact needs.
 pub(crate) fn material(name: &str, density: f64, youngs_modulus: f64, poisson_ratio: f64) -> Material {
@@ -68,4 +70,10 @@ pub(crate) fn cube(edge: f64) -> Body {
         inertia: mass.inertia * density,
         ..ball
     }
+}
+
+/// The blow to a body that sounds as the sphere of its volume.
+#[allow(dead_code, reason = "not every test that shares this file needs it")]
+pub(crate) fn strike(body: &Body, blow: &Strike) -> Result<StrikeSound, StrikeError> {
+    clangor::synthesis::strike::strike(body, &SoundSource::equal_volume_sphere(&body.surface), blow)
 }

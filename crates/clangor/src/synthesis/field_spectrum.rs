@@ -1,0 +1,236 @@
+//! Spectra of clicks that sound as a field.
+//!
+//! The pressure at the receiver is interpolated from the nodes of the field, where it is
+//! v_j = p e^{s|x|}, to the bins s = iω_k R/c. With c_j = 1/((s − s_j)(s − conj s_j)) the mirrored pairs of nodes are real-linear in
+//! two real numbers per node:
+//!
+//! ```text
+//! p e^{s|x|} = (s Σ_j Re(w_j v_j) c_j − Σ_j Re(w_j v_j conj s_j) c_j) / D,   D = the same with v = 1
+//! ```
+//!
+//! so that a bin costs four multiplications per node. c_j and 1/D depend on the field, its size and the grid only: an
+//! [`Interpolation`] holds them.
+//!
+//! Above the highest frequency f_b of the field the interpolation is an extrapolation. It is faded out, by the same
+//! curve as the band limit of the output, between f_b and 6/5 f_b, or over 200 Hz where that is more. What the output
+//! would carry beyond is missing.
+
+use super::lowpass;
+use super::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
+use crate::contact::ForceProfile;
+use crate::model::acceleration_field::DEGREES;
+use crate::model::playable_field::{FieldScratch, GROUP, NodeGroup, PlayableField};
+use crate::synthesis::source::FieldSource;
+use glam::DVec3;
+use num_complex::Complex64;
+use std::sync::Arc;
+
+/// Least half-width of the fade at the end of a field's band \[Hz\].
+const LEAST_FADE: f64 = 100.0;
+
+/// Stands for κ = 0, where a node may be.
+const LEAST_WAVENUMBER: f64 = 1e-12;
+
+/// A field as it is heard at a point, per unit of force profile.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct FieldTransfer {
+    /// The field and its size.
+    pub(super) source: Arc<FieldSource>,
+    /// z = (Δv, R Δω) [m/s] in the axes of the field.
+    pub(super) motion: [f64; DEGREES],
+    /// The receiver over R, in the axes of the field.
+    pub(super) position: DVec3,
+    /// ρ R [kg/m²].
+    pub(super) scale: f64,
+    /// R/c \[s\].
+    pub(super) crossing: f64,
+}
+
+/// Centre and half-width \[Hz\] of the fade at the end of a field's band that ends at this frequency \[Hz\].
+pub(super) fn fade(band_end: f64) -> (f64, f64) {
+    let half_width = (0.1 * band_end).max(LEAST_FADE);
+    (band_end + half_width, half_width)
+}
+
+/// Time \[s\] by which the fade blurs a click to both sides.
+pub(super) fn fade_reach(band_end: f64) -> f64 {
+    lowpass::REACH as f64 * lowpass::HALF_WIDTH / fade(band_end).1
+}
+
+/// Longest [`fade_reach`] \[s\].
+pub(super) const LONGEST_FADE_REACH: f64 = lowpass::REACH as f64 * lowpass::HALF_WIDTH / LEAST_FADE;
+
+/// Complex numbers at consecutive bins.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bins {
+    re: [f64; LANES],
+    im: [f64; LANES],
+}
+
+/// From the nodes of a field to the bins of a grid.
+#[derive(Clone, Debug)]
+pub(super) struct Interpolation {
+    /// c_j: for each group of bins, for each node.
+    pairs: Vec<Bins>,
+    /// Fade / D for each group of bins.
+    inverse: Vec<Bins>,
+}
+
+impl Interpolation {
+    /// For a field with this R/c \[s\] whose band ends at `band_end` \[Hz\].
+    #[inline(always)]
+    pub(super) fn new(field: &PlayableField, crossing: f64, band_end: f64, grid: &Grid) -> Self {
+        let nodes = field.nodes();
+        let groups = grid.omega.as_chunks::<LANES>().0;
+        let mut pairs = vec![Bins::default(); groups.len() * nodes.len()];
+        let mut inverse = vec![Bins::default(); groups.len()];
+        let (centre, half_width) = fade(band_end);
+        let whole = centre - half_width >= grid.spacing_hz * grid.omega.len() as f64;
+        let gains =
+            (!whole).then(|| lowpass::transition(|k| (grid.spacing_hz * k as f64 - centre) / half_width));
+        let places = groups.iter().zip(pairs.chunks_exact_mut(nodes.len())).zip(&mut inverse).enumerate();
+        for (group, ((omega, pairs), inverse)) in places {
+            let gain = |lane: usize| {
+                gains.as_ref().map_or(1.0, |g| g.get(group * LANES + lane).copied().unwrap_or(0.0))
+            };
+            if gain(0) == 0.0 {
+                break;
+            }
+            let wavenumber = omega.map(|w| (w * crossing).max(LEAST_WAVENUMBER));
+            let mut below = Bins::default();
+            for (node, pair) in nodes.iter().zip(pairs) {
+                let square = node.s.norm_sqr();
+                let weight_at_place = (node.weight * node.s.conj()).re;
+                for (lane, k) in wavenumber.into_iter().enumerate() {
+                    let re = square - k * k;
+                    let im = -2.0 * node.s.re * k;
+                    let size = re * re + im * im;
+                    // On a node, a hair beside it: the pair outweighs all others by far.
+                    let (re, size) =
+                        if size > 0.0 { (re, size) } else { (1e-16 * square, 1e-32 * square * square) };
+                    let (re, im) = (re / size, -im / size);
+                    (pair.re[lane], pair.im[lane]) = (re, im);
+                    below.re[lane] -= k * node.weight.re * im + weight_at_place * re;
+                    below.im[lane] += k * node.weight.re * re - weight_at_place * im;
+                }
+            }
+            for lane in 0..LANES {
+                let inverted = Complex64::new(below.re[lane], below.im[lane]).inv();
+                let value = if inverted.is_finite() { gain(lane) * inverted } else { Complex64::ZERO };
+                (inverse.re[lane], inverse.im[lane]) = (value.re, value.im);
+            }
+        }
+        Interpolation { pairs, inverse }
+    }
+}
+
+/// Adds clicks that sound as fields to spectra; holds the memory that this takes.
+#[derive(Default)]
+pub(super) struct FieldPlayer {
+    scratch: FieldScratch,
+    values: Vec<NodeGroup>,
+    /// Re(w_j v_j) and Re(w_j v_j conj s_j).
+    weighted: Vec<(f64, f64)>,
+    last: Option<(Arc<FieldSource>, f64, Interpolation)>,
+}
+
+impl FieldPlayer {
+    /// Adds a wave, with times counted from `origin` \[s\].
+    #[inline(always)]
+    pub(super) fn add(
+        &mut self,
+        spectrum: &mut Spectrum,
+        grid: &Grid,
+        wave: &Wave,
+        transfer: &FieldTransfer,
+        origin: f64,
+    ) {
+        let source = &transfer.source;
+        let field = &*source.field;
+        field.at_nodes(&transfer.motion, transfer.position, &mut self.scratch, &mut self.values);
+        self.weighted.clear();
+        for (j, node) in field.nodes().iter().enumerate() {
+            let (group, lane) = (j / GROUP, j % GROUP);
+            let value = Complex64::new(self.values[group].re[lane], self.values[group].im[lane]);
+            let weighted = node.weight * value * transfer.scale;
+            self.weighted.push((weighted.re, (weighted * node.s.conj()).re));
+        }
+        let same = |last: &(Arc<FieldSource>, f64, Interpolation)| {
+            Arc::ptr_eq(&last.0.field, &source.field) && last.1 == transfer.crossing
+        };
+        if !self.last.as_ref().is_some_and(same) {
+            let band_end = source.max_frequency(source.radius / transfer.crossing);
+            let table = Interpolation::new(field, transfer.crossing, band_end, grid);
+            self.last = Some((Arc::clone(source), transfer.crossing, table));
+        }
+        if let Some((.., table)) = &self.last {
+            add_interpolated(spectrum, grid, wave, (&self.weighted, transfer.crossing), table, origin);
+        }
+    }
+}
+
+/// Adds what has these weighted values at the nodes.
+#[inline(always)]
+fn add_interpolated(
+    spectrum: &mut Spectrum,
+    grid: &Grid,
+    wave: &Wave,
+    (weighted, crossing): (&[(f64, f64)], f64),
+    table: &Interpolation,
+    origin: f64,
+) {
+    let step = std::f64::consts::TAU * grid.spacing_hz;
+    let mut delay = Rotation::<LANES>::new(-step * (wave.middle - origin));
+    let mut half_angle = Rotation::<LANES>::new(0.5 * step * wave.duration);
+    let pole = std::f64::consts::PI / wave.duration;
+    let inverse_pole_square = 1.0 / (pole * pole);
+    // Where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, the formula that knows.
+    let singular = (pole / step).round();
+
+    let groups = grid.omega.as_chunks::<LANES>().0;
+    let out = spectrum.re.as_chunks_mut::<LANES>().0.iter_mut().zip(spectrum.im.as_chunks_mut::<LANES>().0);
+    let tables = table.pairs.chunks_exact(weighted.len()).zip(&table.inverse);
+    for (group, ((omega, (re_out, im_out)), (pairs, inverse))) in
+        groups.iter().zip(out).zip(tables).enumerate()
+    {
+        let (mut slope, mut level) = (Bins::default(), Bins::default());
+        for ((a, g), pair) in weighted.iter().zip(pairs) {
+            for lane in 0..LANES {
+                slope.re[lane] += a * pair.re[lane];
+                slope.im[lane] += a * pair.im[lane];
+                level.re[lane] += g * pair.re[lane];
+                level.im[lane] += g * pair.im[lane];
+            }
+        }
+        let mut amplitude = [0.0; LANES];
+        match wave.profile {
+            ForceProfile::HalfSine => {
+                for lane in 0..LANES {
+                    let w = omega[lane];
+                    amplitude[lane] = half_angle.cos[lane] / (1.0 - w * w * inverse_pole_square);
+                }
+                let lane = singular - (group * LANES) as f64;
+                if lane >= 0.0 && lane < LANES as f64 {
+                    let lane = lane as usize;
+                    amplitude[lane] = wave.profile.centred_spectrum(omega[lane], wave.duration);
+                }
+            }
+            ForceProfile::Gaussian => {
+                for lane in 0..LANES {
+                    amplitude[lane] = wave.profile.centred_spectrum(omega[lane], wave.duration);
+                }
+            }
+        }
+        for lane in 0..LANES {
+            let k = (omega[lane] * crossing).max(LEAST_WAVENUMBER);
+            let above_re = -k * slope.im[lane] - level.re[lane];
+            let above_im = k * slope.re[lane] - level.im[lane];
+            let turn_re = inverse.re[lane] * delay.cos[lane] - inverse.im[lane] * delay.sin[lane];
+            let turn_im = inverse.re[lane] * delay.sin[lane] + inverse.im[lane] * delay.cos[lane];
+            re_out[lane] += amplitude[lane] * (above_re * turn_re - above_im * turn_im);
+            im_out[lane] += amplitude[lane] * (above_re * turn_im + above_im * turn_re);
+        }
+        delay.advance();
+        half_angle.advance();
+    }
+}

@@ -27,6 +27,9 @@ pub(crate) struct Global {
     /// Print the result as one JSON object
     #[arg(long, global = true)]
     pub(crate) json: bool,
+    /// Folder of baked sound models (default: CLANGOR_CACHE, or the system's folder for caches)
+    #[arg(long, global = true, value_name = "DIR")]
+    pub(crate) cache: Option<PathBuf>,
     /// Replace the scene's seed for random placement
     #[arg(long, global = true, value_name = "N")]
     pub(crate) seed: Option<u64>,
@@ -40,13 +43,19 @@ pub(crate) enum Command {
     Check(Check),
     /// Simulate a scene and write what happened as a timeline
     Simulate(Simulate),
+    /// Compute how a body sounds when it is accelerated: one model, or what a scene needs
+    Bake(Bake),
     /// One blow to one body, heard by one listener
     Strike(Strike),
+    /// The bank of ellipsoids that stand for small bodies
+    Bank(Bank),
     /// Turn what another tool or a person wrote into a timeline
     Import(Import),
     /// Turn a scene or a timeline into another tool's file
     Export(Export),
-    /// Say what is in a timeline, a mesh, a scene or a WAV file
+    /// Draw a picture of a sound model
+    Plot(Plot),
+    /// Say what is in a timeline, a sound model, a mesh, a scene or a WAV file
     Inspect(Inspect),
     /// Compare with closed forms and published numbers, and write the table
     Validate(Validate),
@@ -122,6 +131,122 @@ pub(crate) struct Simulate {
     /// Replace an existing timeline
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Bake {
+    /// A shape (coin, die:0.016x0.002 …), a mesh file, or a scene, whose models go to the cache
+    pub(crate) input: String,
+    /// The model to write, of a shape or a mesh file
+    #[arg(short, long, value_name = "MODEL.safetensors")]
+    pub(crate) output: Option<PathBuf>,
+    /// Material preset; the sound of acceleration is the same for all of them
+    #[arg(long, value_name = "NAME")]
+    pub(crate) material: Option<String>,
+    /// What to compute
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "acceleration")]
+    pub(crate) parts: Vec<Part>,
+    /// Solver
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) method: Solver,
+    /// Error to reach, over the loudest motion of the body
+    #[arg(long, value_name = "E", default_value_t = 0.01, value_parser = accuracy)]
+    pub(crate) accuracy: f64,
+    /// Highest frequency to compute
+    #[arg(long, value_name = "HZ", default_value_t = 20_000.0, value_parser = band)]
+    pub(crate) max_frequency: f64,
+    /// Leave out what only listeners inside the bounding sphere need
+    #[arg(long)]
+    pub(crate) no_near_field: bool,
+    /// Scale of a mesh file to metres
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) scale: f64,
+}
+
+/// Parts of a sound model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Part {
+    /// The click of a body whose velocity changes
+    Acceleration,
+}
+
+/// Ways to compute a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Solver {
+    /// The cheapest that is right for the shape
+    Auto,
+    /// Boundary elements
+    Bem,
+    /// Finite differences in time
+    Fdtd,
+}
+
+#[derive(Args)]
+pub(crate) struct Bank {
+    #[command(subcommand)]
+    pub(crate) action: BankAction,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum BankAction {
+    /// Bake the ellipsoids of the bank from nothing
+    Build {
+        /// The bank to write
+        #[arg(short, long, value_name = "BANK.safetensors")]
+        output: PathBuf,
+        /// Error to reach, over the loudest motion of an ellipsoid
+        #[arg(long, value_name = "E", default_value_t = 1e-3, value_parser = accuracy)]
+        accuracy: f64,
+        /// Highest wavenumber times the longest semi-axis
+        #[arg(long, value_name = "KA", default_value_t = 20.0, value_parser = wavenumber)]
+        max_wavenumber: f64,
+    },
+    /// Say what is in a bank
+    Info {
+        /// The bank
+        file: PathBuf,
+    },
+}
+
+#[derive(Args)]
+pub(crate) struct Plot {
+    #[command(subcommand)]
+    pub(crate) picture: Picture,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Picture {
+    /// How a model radiates: its directivity, and the pressure around the body after a sudden acceleration
+    Field {
+        /// The model
+        model: PathBuf,
+        /// The picture to write
+        #[arg(short, long, value_name = "FILE.png|FILE.svg")]
+        output: PathBuf,
+        /// Motion: acceleration along an axis, or angular acceleration about it
+        #[arg(long, value_enum, default_value = "ty")]
+        degree: Degree,
+        /// Frequency of the directivity (default: half the model's highest)
+        #[arg(long, value_name = "HZ", value_parser = positive)]
+        frequency: Option<f64>,
+    },
+}
+
+/// Degrees of freedom of a rigid body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Degree {
+    /// Translation along x
+    Tx,
+    /// Translation along y
+    Ty,
+    /// Translation along z
+    Tz,
+    /// Rotation about x
+    Rx,
+    /// Rotation about y
+    Ry,
+    /// Rotation about z
+    Rz,
 }
 
 #[derive(Args)]
@@ -203,7 +328,7 @@ pub(crate) enum ExportFormat {
 
 #[derive(Args)]
 pub(crate) struct Inspect {
-    /// A timeline folder, a WAV file, a mesh, a shape or a scene
+    /// A timeline folder, a WAV file, a sound model, a soundbank, a mesh, a shape or a scene
     pub(crate) file: String,
 }
 
@@ -275,4 +400,16 @@ fn instant(text: &str) -> Result<f64, String> {
 
 fn contact_duration(text: &str) -> Result<f64, String> {
     between(text, 1e-9, 1.0, "s")
+}
+
+fn accuracy(text: &str) -> Result<f64, String> {
+    between(text, 1e-6, 0.5, "")
+}
+
+fn band(text: &str) -> Result<f64, String> {
+    between(text, 100.0, 192_000.0, "Hz")
+}
+
+fn wavenumber(text: &str) -> Result<f64, String> {
+    between(text, 0.1, 100.0, "")
 }

@@ -1,9 +1,12 @@
 //! One module per command, and what they share: how a scene is loaded, and how a seed is replaced.
 
+pub(crate) mod bake;
+pub(crate) mod bank;
 pub(crate) mod check;
 pub(crate) mod export;
 pub(crate) mod import;
 pub(crate) mod inspect;
+pub(crate) mod plot;
 pub(crate) mod render;
 pub(crate) mod simulate;
 pub(crate) mod strike;

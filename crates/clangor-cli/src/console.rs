@@ -105,6 +105,11 @@ pub(crate) struct Progress<'a> {
 }
 
 impl Progress<'_> {
+    /// Names the part of the work that is being done.
+    pub(crate) fn stage(&self, what: &'static str) {
+        self.bar.set_prefix(what);
+    }
+
     /// Shows how far the work is [s of scene time]; `Break` if it should stop.
     pub(crate) fn reached(&self, time: f64) -> ControlFlow<()> {
         self.bar.set_position((time.max(0.0) * UNITS_PER_SECOND) as u64);

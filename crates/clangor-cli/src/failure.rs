@@ -2,10 +2,12 @@
 
 use std::fmt::Display;
 
+use clangor_bake::acceleration_noise::BakeError;
 use clangor_pipeline::exchange::ExchangeError;
 use clangor_pipeline::load::LoadError;
 use clangor_pipeline::render::RenderError;
 use clangor_pipeline::simulate::SimulateError;
+use clangor_pipeline::soundbank::BuildError;
 
 use crate::diagnostics::draw_errors;
 
@@ -47,6 +49,18 @@ impl From<RenderError> for Failure {
 
 impl From<ExchangeError> for Failure {
     fn from(error: ExchangeError) -> Self {
+        if error.is_interruption() { Failure::Interrupted } else { Failure::new(error) }
+    }
+}
+
+impl From<BakeError> for Failure {
+    fn from(error: BakeError) -> Self {
+        if matches!(error, BakeError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
+    }
+}
+
+impl From<BuildError> for Failure {
+    fn from(error: BuildError) -> Self {
         if error.is_interruption() { Failure::Interrupted } else { Failure::new(error) }
     }
 }

@@ -3,14 +3,17 @@
 pub mod atomic_file;
 pub mod contact_list;
 pub mod exchange;
+pub mod field_plot;
 pub mod glb;
 pub mod levels;
 pub mod load;
 pub mod mesh_reader;
 pub mod model_cache;
+pub mod picture;
 pub mod render;
 pub mod simulate;
 pub mod sound_models;
+pub mod soundbank;
 pub mod timeline_file;
 pub mod validate;
 pub mod wav;

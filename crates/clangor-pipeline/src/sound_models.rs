@@ -2,12 +2,17 @@
 
 mod recognise;
 
+use std::collections::BTreeMap;
+use std::io;
 use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 
-use clangor::body::{Body, Surface};
+use clangor::body::{Body, BodyId, Motion, Surface};
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::DVec3;
-use clangor::model::model_file::{ModelFile, Origin, Solid};
+use clangor::model::bank_file::{self, BankFile};
+use clangor::model::model_file::{self, ModelFile, Origin, Solid};
+use clangor::model::tensor_file::TensorFileError;
 use clangor_bake::acceleration_noise::{BakeError, BakeGeometry, BakeOptions, BakeProgress, bake};
 
 use crate::model_cache::{Lookup, ModelCache, model_key};
@@ -142,4 +147,99 @@ pub fn obtain(
         remarks.push(format!("the model of \"{}\" is not kept: {error}", request.solid.name));
     }
     Ok(Obtained { model, cached: false, remarks })
+}
+
+/// A model that bodies of a scene share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SharedRequest {
+    /// What is wanted.
+    pub request: ModelRequest,
+    /// Who shares it, ascending.
+    pub bodies: Vec<BodyId>,
+}
+
+/// What would have to be baked for every moving body that `wants` its own field; equal bodies share, in the order of
+/// their first.
+pub fn shared_requests(
+    bodies: &[Body],
+    options: BakeOptions,
+    wants: &dyn Fn(&Body) -> bool,
+) -> Vec<SharedRequest> {
+    let mut shared: Vec<SharedRequest> = Vec::new();
+    let mut known: BTreeMap<String, usize> = BTreeMap::new();
+    for (index, body) in bodies.iter().enumerate() {
+        if body.motion == Motion::Fixed || !wants(body) {
+            continue;
+        }
+        let Ok(request) = ModelRequest::of_body(body, options) else { continue };
+        let id = BodyId(index as u32);
+        match known.get(&request.key) {
+            Some(at) => shared[*at].bodies.push(id),
+            None => {
+                known.insert(request.key.clone(), shared.len());
+                shared.push(SharedRequest { request, bodies: vec![id] });
+            }
+        }
+    }
+    shared
+}
+
+/// A model or a soundbank that somebody wrote.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SoundFile {
+    /// A sound model.
+    Model(Box<ModelFile>),
+    /// A bank of ellipsoids.
+    Bank(BankFile),
+}
+
+/// Why a file is no model and no bank.
+#[derive(Debug, thiserror::Error)]
+pub enum SoundFileError {
+    /// It cannot be read.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// What is in it cannot be used.
+    #[error("{path} cannot be used: {source}")]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: TensorFileError,
+    },
+}
+
+/// Reads a sound model or a soundbank, and verifies it.
+///
+/// # Errors
+/// [`SoundFileError`].
+pub fn read_sound_file(path: &Path) -> Result<SoundFile, SoundFileError> {
+    let bytes = std::fs::read(path).map_err(|source| SoundFileError::Read { path: path.into(), source })?;
+    let content = |source| SoundFileError::Content { path: path.into(), source };
+    match ModelFile::decode(&bytes) {
+        Err(TensorFileError::Kind { found, .. }) if found == bank_file::KIND => {
+            BankFile::decode(&bytes).map(SoundFile::Bank).map_err(content)
+        }
+        decoded => decoded.map(Box::new).map(SoundFile::Model).map_err(content),
+    }
+}
+
+/// Reads a sound model.
+///
+/// # Errors
+/// [`SoundFileError`].
+pub fn read_model(path: &Path) -> Result<ModelFile, SoundFileError> {
+    match read_sound_file(path)? {
+        SoundFile::Model(model) => Ok(*model),
+        SoundFile::Bank(_) => {
+            let found = bank_file::KIND.into();
+            let source = TensorFileError::Kind { found, expected: model_file::KIND };
+            Err(SoundFileError::Content { path: path.into(), source })
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 pub mod acceleration_field;
 pub mod acceleration_model;
+pub mod bank_file;
 pub mod ellipsoid_bank;
 pub mod model_file;
 pub mod near_field;

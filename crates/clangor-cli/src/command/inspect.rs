@@ -7,12 +7,14 @@ use clangor::geometry::principal_axes::principal_axes;
 use clangor::scene::body_description::Geometry;
 use clangor_pipeline::levels::{LevelMeter, db_spl};
 use clangor_pipeline::load::{geometry_reference, load_geometry};
+use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
 use clangor_pipeline::timeline_file::TimelineReader;
 use clangor_pipeline::wav::{WavEncoding, WavReader};
 use clangor_sim::choose_solver;
 use serde_json::json;
 
-use super::{is_timeline, load};
+use super::bake::model_report;
+use super::{bank, is_timeline, load};
 use crate::arguments::{Global, Inspect};
 use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
@@ -22,9 +24,23 @@ pub(crate) fn run(options: &Inspect, global: &Global, console: &Console) -> Resu
     match path.extension().and_then(|e| e.to_str()) {
         Some("wav") => wav(path, console),
         Some("toml") => scene(path, global, console),
+        Some("safetensors") => sound_file(path, console),
         _ if is_timeline(path) => timeline(path, console),
         _ => geometry(&options.file, console),
     }
+}
+
+/// A sound model or a soundbank.
+fn sound_file(path: &Path, console: &Console) -> Result<(), Failure> {
+    match read_sound_file(path).map_err(Failure::new)? {
+        SoundFile::Model(file) => {
+            let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
+            model_report::say(console, path, &file, bytes);
+            console.json(&model_report::json(path, &file, bytes));
+        }
+        SoundFile::Bank(file) => bank::report(console, path, &file),
+    }
+    Ok(())
 }
 
 /// Frames of a WAV file read at once.
@@ -221,7 +237,7 @@ fn geometry(text: &str, console: &Console) -> Result<(), Failure> {
     if matches!(reference.geometry, Geometry::Shape(_)) && (path.exists() || is_named_like_a_file) {
         let fault = if path.exists() { "is of no known kind" } else { "does not exist" };
         return Err(Failure::new(format_args!(
-            "{text} {fault}; inspect reads .toml, .timeline, .wav, .obj, .ply, .stl, .gltf, .glb, and shapes such as mug"
+            "{text} {fault}; inspect reads .toml, .timeline, .wav, .safetensors, .obj, .ply, .stl, .gltf, .glb, and shapes such as mug"
         )));
     }
     let loaded = load_geometry(Path::new(""), &reference)

@@ -272,7 +272,7 @@ fn possible(term: &Term) -> bool {
     term.n <= HIGHEST_ORDER && term.m.unsigned_abs() <= term.n && usize::from(term.degree) < DEGREES
 }
 
-fn term(numbers: &[i16]) -> Result<Term, TensorFileError> {
+pub(crate) fn term(numbers: &[i16]) -> Result<Term, TensorFileError> {
     let impossible =
         |_| TensorFileError::value(format!("the term {numbers:?}"), "is no multipole of a rigid motion");
     Ok(Term {

@@ -1,0 +1,171 @@
+//! `clangor bake`: the sound model of a body, or those that a scene needs.
+
+pub(super) mod model_report;
+
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::time::Instant;
+
+use clangor::body::Surface;
+use clangor::material::presets;
+use clangor::medium::Medium;
+use clangor_bake::acceleration_noise::{BakeOptions, BakeProgress, Method};
+use clangor_pipeline::atomic_file::{check_folder, write_atomically};
+use clangor_pipeline::load::{geometry_reference, load_geometry};
+use clangor_pipeline::model_cache::ModelCache;
+use clangor_pipeline::sound_models::{ModelRequest, Obtained, obtain, shared_requests};
+use serde_json::json;
+
+use super::{check_ending, load};
+use crate::arguments::{Bake, Global, Part, Solver};
+use crate::console::{Console, counted};
+use crate::failure::Failure;
+
+pub(crate) fn run(options: &Bake, global: &Global, console: &Console) -> Result<(), Failure> {
+    let cache = ModelCache::find(global.cache.as_deref());
+    if options.parts.iter().any(|part| *part != Part::Acceleration) {
+        return Err(Failure::new("only --parts acceleration can be baked"));
+    }
+    match Path::new(&options.input).extension().is_some_and(|e| e == "toml") {
+        true => scene(options, global, cache.as_ref(), console),
+        false => body(options, cache.as_ref(), console),
+    }
+}
+
+/// How to bake, in a medium of this speed of sound [m/s].
+fn bake_options(options: &Bake, sound_speed: f64) -> BakeOptions {
+    BakeOptions {
+        max_wavenumber: TAU * options.max_frequency / sound_speed,
+        accuracy: options.accuracy,
+        method: match options.method {
+            Solver::Auto => Method::Auto,
+            Solver::Bem => Method::Bem,
+            Solver::Fdtd => Method::Fdtd,
+        },
+        near_field: !options.no_near_field,
+    }
+}
+
+/// One model, into a file.
+fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result<(), Failure> {
+    let Some(output) = &options.output else {
+        return Err(Failure::new(format_args!(
+            "where should the model of \"{}\" go? add -o MODEL.safetensors",
+            options.input
+        )));
+    };
+    check_ending(output, "safetensors")?;
+    // A long computation is not begun for a file that cannot be written.
+    check_folder(output).map_err(Failure::new)?;
+    if let Some(name) = &options.material {
+        presets::preset(name).ok_or_else(|| {
+            let known = presets::names().collect::<Vec<_>>().join(", ");
+            Failure::new(format_args!("there is no material \"{name}\"; known: {known}"))
+        })?;
+    }
+    let reference = geometry_reference(&options.input, options.scale);
+    let loaded = load_geometry(Path::new(""), &reference)
+        .map_err(|e| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input)))?;
+    let request = ModelRequest::new(
+        &options.input,
+        &loaded.surface,
+        loaded.mass,
+        bake_options(options, Medium::AIR.sound_speed),
+    )
+    .map_err(|e| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input)))?;
+
+    let started = Instant::now();
+    let obtained = obtain_with_progress(&request, cache, console)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let bytes = obtained.model.encode().map_err(Failure::new)?;
+    write_atomically(output, &bytes).map_err(Failure::new)?;
+
+    warn(&obtained, &options.input, console);
+    let file = &obtained.model;
+    model_report::say(console, output, file, bytes.len() as u64);
+    let from = if obtained.cached { "from the cache" } else { "baked" };
+    console.say(format_args!("{from} in {seconds:.2} s"));
+    let mut result = model_report::json(output, file, bytes.len() as u64);
+    result["seconds"] = json!(seconds);
+    result["cached"] = json!(obtained.cached);
+    console.json(&result);
+    Ok(())
+}
+
+/// Every model that a scene needs, into the cache.
+fn scene(
+    options: &Bake,
+    global: &Global,
+    cache: Option<&ModelCache>,
+    console: &Console,
+) -> Result<(), Failure> {
+    if options.output.is_some() {
+        return Err(Failure::new("the models of a scene go to the cache: leave -o out, and see --cache"));
+    }
+    let Some(cache) = cache else {
+        return Err(Failure::new("this system has no folder for caches; name one with --cache DIR"));
+    };
+    let loaded = load(Path::new(&options.input), global, &|_| (), console)?;
+    let bake_options = bake_options(options, loaded.scene.medium.sound_speed);
+    let has_shape = |body: &clangor::body::Body| matches!(*body.surface, Surface::Mesh(_));
+    let requests = shared_requests(&loaded.world.bodies, bake_options, &has_shape);
+    let mut models = Vec::new();
+    for shared in &requests {
+        let name = &loaded.world.bodies[shared.bodies[0].index()].name;
+        let started = Instant::now();
+        let obtained = obtain_with_progress(&shared.request, Some(cache), console)?;
+        let seconds = started.elapsed().as_secs_f64();
+        warn(&obtained, name, console);
+        let path = cache.path(shared.request.key());
+        let file = &obtained.model;
+        console.say(format_args!(
+            "\"{name}\"{}: {}",
+            match shared.bodies.len() {
+                1 => String::new(),
+                more => format!(" and {} like it", more - 1),
+            },
+            if obtained.cached {
+                "in the cache".into()
+            } else {
+                format!("baked in {seconds:.2} s, {}", model_report::evidence(file))
+            }
+        ));
+        let mut result = model_report::json(&path, file, std::fs::metadata(&path).map_or(0, |m| m.len()));
+        result["bodies"] = json!(shared.bodies.len());
+        result["seconds"] = json!(seconds);
+        result["cached"] = json!(obtained.cached);
+        models.push(result);
+    }
+    console.say(format_args!(
+        "{}: {} in {}",
+        options.input,
+        counted(requests.len(), "model", "models"),
+        cache.folder().display()
+    ));
+    console.json(&json!({ "cache": cache.folder(), "models": models }));
+    Ok(())
+}
+
+/// Obtains a model under a progress bar.
+pub(super) fn obtain_with_progress(
+    request: &ModelRequest,
+    cache: Option<&ModelCache>,
+    console: &Console,
+) -> Result<Obtained, Failure> {
+    let progress = console.progress("bake", 1.0);
+    let mut told = |p: &BakeProgress| {
+        progress.stage(p.stage);
+        progress.reached(p.done)
+    };
+    Ok(obtain(request, cache, &mut told)?)
+}
+
+/// What a person should know of a model and of the cache.
+pub(super) fn warn(obtained: &Obtained, name: &str, console: &Console) {
+    for remark in &obtained.remarks {
+        console.warn(remark);
+    }
+    for warning in &obtained.model.origin.warnings {
+        console.warn(format_args!("\"{name}\": {warning}"));
+    }
+}

@@ -11,6 +11,7 @@
 pub mod acceleration_noise;
 pub mod comparison;
 pub mod helmholtz;
+pub mod mirror_symmetry;
 pub mod multipole_projection;
 pub mod published;
 pub mod quadrature;

@@ -18,6 +18,7 @@ mod guide;
 mod isotropic;
 mod quality;
 mod size_field;
+mod symmetric_mesh;
 mod volume_fit;
 
 use clangor::geometry::mass_properties::MassProperties;
@@ -25,11 +26,14 @@ use clangor::geometry::refine::refine_to_edge;
 use clangor::geometry::solid::{MeshError, check_solid};
 use clangor::geometry::topology::Topology;
 use clangor::geometry::tri_mesh::TriMesh;
-use glam::BVec3;
+use glam::{BVec3, DVec3};
 
-use crease::{Anchor, Creases};
+use crease::Creases;
 use guide::Guide;
+use symmetric_mesh::{frame_of, positive_half};
 use volume_fit::Freedom;
+
+pub use symmetric_mesh::{ImageVertex, SymmetricMesh};
 
 /// Largest relative error of the volume that the final uniform offset may hide.
 const VOLUME_TOLERANCE: f64 = 1e-3;
@@ -108,58 +112,107 @@ pub enum RemeshError {
 /// # Errors
 /// [`RemeshError`].
 pub fn remesh(input: &TriMesh, options: &RemeshOptions) -> Result<(TriMesh, RemeshReport), RemeshError> {
+    let (symmetric, report) = remesh_symmetric(input, &[], options)?;
+    let centre = MassProperties::of(input).map_err(RemeshError::Input)?.centre_of_mass;
+    Ok((symmetric.cell.relative_to(-centre), report))
+}
+
+/// Remeshes a closed surface that is symmetric about planes through its centre of mass with the orthogonal unit normals
+/// `planes`, such that the result is exactly so. The result is about the centre of mass.
+///
+/// What the input is on one side of a plane counts; how far the other side is from that,
+/// [`mirror_planes`](crate::mirror_symmetry::mirror_planes) tells.
+///
+/// # Errors
+/// [`RemeshError`].
+pub fn remesh_symmetric(
+    input: &TriMesh,
+    planes: &[DVec3],
+    options: &RemeshOptions,
+) -> Result<(SymmetricMesh, RemeshReport), RemeshError> {
     Topology::try_new(input).map_err(RemeshError::Input)?;
     let mass = MassProperties::of(input).map_err(RemeshError::Input)?;
-    let centred = input.relative_to(mass.centre_of_mass);
     let mut options = *options;
     let sound =
         options.min_edge > 0.0 && options.min_edge <= options.max_edge && options.max_edge.is_finite();
     if !sound {
         return Err(RemeshError::Edges { min_edge: options.min_edge, max_edge: options.max_edge });
     }
-    let mut failure = None;
+    let (frame, mirrors) = frame_of(planes);
+    let mut cell = input.relative_to(mass.centre_of_mass);
+    cell.vertices.iter_mut().for_each(|v| *v = frame.transpose() * *v);
+    let mut volume = mass.volume;
+    for axis in (0..3).filter(|k| mirrors.test(*k)) {
+        cell = positive_half(&cell, axis);
+        volume *= 0.5;
+    }
+    let mut failure = RemeshError::Edges { min_edge: options.min_edge, max_edge: options.max_edge };
     for _ in 0..=REFINEMENTS {
-        match attempt(&centred, mass.volume, &options) {
-            Ok((mesh, report)) => return Ok((mesh.relative_to(-mass.centre_of_mass), report)),
-            Err(error) => failure = Some(error),
+        match attempt(&cell, mirrors, volume, &options) {
+            Ok((cell, report)) => {
+                let symmetric = SymmetricMesh { cell, mirrors, frame };
+                let (whole, _) = symmetric.whole();
+                match check_solid(&whole) {
+                    Ok(_) => {
+                        return Ok((symmetric, RemeshReport { unknowns: whole.vertices.len(), ..report }));
+                    }
+                    Err(error) => failure = RemeshError::Tangled { min_edge: options.min_edge, error },
+                }
+            }
+            Err(error) => failure = error,
         }
         options.min_edge *= REFINEMENT;
         options.max_edge *= REFINEMENT;
     }
-    let none = RemeshError::Edges { min_edge: options.min_edge, max_edge: options.max_edge };
-    Err(failure.unwrap_or(none))
+    Err(failure)
 }
 
-/// Remeshes a surface about the origin with given edge lengths.
+/// Remeshes a surface about the origin, or the part of one between planes of symmetry, with given edge lengths.
 fn attempt(
     input: &TriMesh,
+    mirrors: BVec3,
     volume: f64,
     options: &RemeshOptions,
 ) -> Result<(TriMesh, RemeshReport), RemeshError> {
-    let RemeshOptions { min_edge, max_edge } = *options;
-    // Sizes live on the vertices of the input, so that its triangles must be small enough to carry the gradation.
-    let finest = (2.3 * input.area() / GUIDE_TRIANGLES).sqrt();
-    let input = refine_to_edge(input, min_edge.max(finest));
-    let creases = Creases::find(&input, SHARP, SHORTEST_NET * min_edge);
-    let size = size_field::size_field(&input, &creases.anchors, min_edge, max_edge);
-    let guide = Guide::new(&input, &size);
-    let (mut mesh, anchors) = isotropic::remesh_isotropic(&input, &creases, &size, &guide);
-    let freedom: Vec<Freedom> =
-        anchors.iter().map(|a| Freedom { axes: BVec3::TRUE, sharp: *a != Anchor::Surface }).collect();
+    let Guided { surface, creases, size } = Guided::new(input, mirrors, options);
+    let guide = Guide::new(&surface, &size);
+    let (mut mesh, anchors) = isotropic::remesh_isotropic(&surface, &creases, &size, &guide);
+    let freedom: Vec<Freedom> = anchors
+        .iter()
+        .zip(&mesh.vertices)
+        .map(|(anchor, v)| Freedom {
+            axes: !(mirrors & v.cmpeq(DVec3::ZERO)),
+            sharp: creases.is_sharp(*anchor),
+        })
+        .collect();
     volume_fit::fit(&mut mesh, &freedom, &guide);
     let volume_error = volume_fit::cone_volume(&mesh) / volume - 1.0;
     if volume_error.is_nan() || volume_error.abs() > VOLUME_TOLERANCE {
-        return Err(RemeshError::Volume { min_edge, volume_error });
+        return Err(RemeshError::Volume { min_edge: options.min_edge, volume_error });
     }
     volume_fit::offset_to_volume(&mut mesh, &freedom, volume);
-    check_solid(&mesh).map_err(|error| RemeshError::Tangled { min_edge, error })?;
     let (smallest_angle, small_angle) = quality::smallest_angles(&mesh);
-    let report = RemeshReport {
-        unknowns: mesh.vertices.len(),
-        volume_error,
-        smallest_angle,
-        small_angle,
-        options: *options,
-    };
+    let unknowns = mesh.vertices.len();
+    let report = RemeshReport { unknowns, volume_error, smallest_angle, small_angle, options: *options };
     Ok((mesh, report))
+}
+
+/// The input with its sharp edges and the sizes wanted on it.
+struct Guided {
+    surface: TriMesh,
+    creases: Creases,
+    /// Target edge length at each vertex \[m\].
+    size: Vec<f64>,
+}
+
+impl Guided {
+    fn new(input: &TriMesh, mirrors: BVec3, options: &RemeshOptions) -> Self {
+        let RemeshOptions { min_edge, max_edge } = *options;
+        // Sizes live on the vertices, so that triangles must be small enough to carry the gradation.
+        let finest = (2.3 * input.area() / GUIDE_TRIANGLES).sqrt();
+        let surface = refine_to_edge(input, min_edge.max(finest));
+        let creases = Creases::find(&surface, SHARP, SHORTEST_NET * min_edge, mirrors);
+        let size = size_field::size_field(&surface, &creases, mirrors, min_edge, max_edge);
+        Guided { surface, creases, size }
+    }
 }

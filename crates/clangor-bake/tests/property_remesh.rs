@@ -5,8 +5,9 @@ use clangor::geometry::surface_tree::SurfaceTree;
 use clangor::geometry::topology::Topology;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::shape::Shape;
-use clangor_bake::remesh::{RemeshError, RemeshOptions, RemeshReport, remesh};
-use glam::DVec3;
+use clangor_bake::mirror_symmetry::mirror_planes;
+use clangor_bake::remesh::{RemeshError, RemeshOptions, RemeshReport, remesh, remesh_symmetric};
+use glam::{DQuat, DVec3};
 
 fn shape(text: &str) -> TriMesh {
     Shape::parse(text).unwrap().mesh()
@@ -158,4 +159,54 @@ fn what_cannot_be_remeshed_is_refused() {
     let refused = remesh(&ring, &millimetres(40.0, 40.0));
     println!("{refused:?}");
     assert!(matches!(refused, Err(RemeshError::Volume { .. } | RemeshError::Tangled { .. })));
+}
+
+/// The part between the planes is remeshed; its images make the whole exactly symmetric.
+#[test]
+fn symmetric_bodies_get_symmetric_meshes() {
+    let tilt = DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5));
+    for (name, tilted, options, planes) in [
+        ("key", false, millimetres(1.0, 2.5), 1),
+        ("mug", false, millimetres(4.0, 6.0), 1),
+        ("mug", true, millimetres(4.0, 6.0), 1),
+        ("torus:0.02x0.006", true, millimetres(2.0, 3.0), 3),
+        ("die:0.015x0.002", true, millimetres(1.2, 2.5), 3),
+        ("box:0.04x0.02x0.01", false, millimetres(1.0, 3.0), 3),
+        ("prism:5x0.02x0.01", true, millimetres(1.0, 4.0), 2),
+        ("rock:3x0.02@0.003", false, millimetres(2.0, 4.0), 0),
+    ] {
+        let mut input = shape(name);
+        if tilted {
+            input.vertices.iter_mut().for_each(|v| *v = tilt * *v + DVec3::new(0.1, 0.0, 0.02));
+        }
+        let mirrors = mirror_planes(&input, 5e-4 * input.diagonal());
+        let residual = mirrors.iter().map(|p| p.residual).fold(0.0, f64::max) / input.diagonal();
+        let normals: Vec<DVec3> = mirrors.iter().map(|p| p.normal).collect();
+        let (symmetric, report) = remesh_symmetric(&input, &normals, &options).unwrap();
+        let (whole, origin) = symmetric.whole();
+        let before = check_solid(&input).unwrap();
+        let after = check_solid(&whole).unwrap();
+        let volume = after.mass.volume / before.mass.volume - 1.0;
+        println!(
+            "{name}: {} planes off by {residual:.1e}, {} unknowns in {} cells, volume {:.1e}, angles {:.1}° {:.1}°",
+            normals.len(),
+            report.unknowns,
+            symmetric.images().len(),
+            report.volume_error,
+            report.smallest_angle.to_degrees(),
+            report.small_angle.to_degrees(),
+        );
+        assert_eq!(normals.len(), planes, "{name}");
+        assert_eq!(euler(&whole), euler(&input), "{name}");
+        assert_eq!(report.options.min_edge, options.min_edge, "{name}");
+        assert!(volume.abs() < 1e-12, "{name}: {volume:e}");
+        assert_eq!(whole.vertices.len(), report.unknowns);
+        for (v, image) in whole.vertices.iter().zip(&origin) {
+            let original = symmetric.cell.vertices[image.original as usize];
+            assert_eq!(*v, symmetric.frame * (image.signs * original));
+        }
+        // Seen: 23° to 36° and 34° to 44°.
+        assert!(report.smallest_angle.to_degrees() > 15.0, "{name}: {report:?}");
+        assert!(report.small_angle.to_degrees() > 30.0, "{name}: {report:?}");
+    }
 }

@@ -1,12 +1,12 @@
 //! Sharp edges of a surface, as curves.
 //!
-//! A *crease* is an edge whose triangles turn by more than a given angle, or that has a triangle on one side only
-//! (where a surface was cut at a plane of symmetry). Creases chain into curves that end at *corners*: where more or
-//! fewer than two creases meet, or where they turn sharply. A vertex that lies on a curve is a curve and an arc length,
-//! so that moving it along the curve never takes it off the sharp edge.
+//! A *crease* is an edge whose triangles turn by more than a given angle, or that has a triangle on one side only: the
+//! *border* where a surface was cut at a plane of symmetry. Creases chain into curves that end at *corners*: where more
+//! or fewer than two creases meet, or where they turn sharply. A vertex that lies on a curve is a curve and an arc
+//! length, so that moving it along the curve never takes it off the sharp edge.
 
 use clangor::geometry::tri_mesh::TriMesh;
-use glam::DVec3;
+use glam::{BVec3, DVec3};
 
 /// Marks a side of a triangle that is no crease.
 pub(super) const SMOOTH: u32 = u32::MAX;
@@ -33,15 +33,17 @@ pub(super) struct Curve {
     arc: Vec<f64>,
     /// Whether it is a loop without a corner.
     closed: bool,
+    /// Whether the surface is smooth there, and only cut.
+    border: bool,
 }
 
 impl Curve {
-    fn new(points: Vec<DVec3>, closed: bool) -> Self {
+    fn new(points: Vec<DVec3>, closed: bool, border: bool) -> Self {
         let mut arc = vec![0.0];
         for pair in points.windows(2) {
             arc.push(arc.last().copied().unwrap_or(0.0) + pair[0].distance(pair[1]));
         }
-        Curve { points, arc, closed }
+        Curve { points, arc, closed, border }
     }
 
     fn length(&self) -> f64 {
@@ -78,9 +80,10 @@ pub(super) struct Creases {
 }
 
 impl Creases {
-    /// Finds the edges that turn by more than `angle` \[rad\] and form nets of at least `least_length` \[m\].
-    pub(super) fn find(mesh: &TriMesh, angle: f64, least_length: f64) -> Self {
-        let sharp = prune(mesh, &sharp_edges(mesh, angle), least_length);
+    /// Finds the edges that turn by more than `angle` \[rad\] and form nets of at least `least_length` \[m\], and the
+    /// borders on the coordinate planes that are `mirrors`.
+    pub(super) fn find(mesh: &TriMesh, angle: f64, least_length: f64, mirrors: BVec3) -> Self {
+        let (sharp, border) = prune(mesh, &sharp_edges(mesh, angle, mirrors), least_length);
         let mut around: Vec<Vec<(u32, u32)>> = vec![Vec::new(); mesh.vertices.len()];
         for (edge, [a, b]) in sharp.iter().enumerate() {
             around[*a as usize].push((*b, edge as u32));
@@ -107,6 +110,7 @@ impl Creases {
                     curve_of[edge] = id;
                     let mut chain = vec![start, next];
                     let mut tip = next;
+                    let mut all_border = border[edge];
                     while !corner(tip) && tip != start {
                         let Some((far, along)) =
                             around[tip as usize].iter().find(|(_, e)| curve_of[*e as usize] == SMOOTH)
@@ -114,11 +118,12 @@ impl Creases {
                             break;
                         };
                         curve_of[*along as usize] = id;
+                        all_border &= border[*along as usize];
                         chain.push(*far);
                         tip = *far;
                     }
-                    let curve =
-                        Curve::new(chain.iter().map(|v| mesh.vertices[*v as usize]).collect(), closed);
+                    let points = chain.iter().map(|v| mesh.vertices[*v as usize]).collect();
+                    let curve = Curve::new(points, closed, all_border);
                     for (v, s) in chain.iter().zip(&curve.arc).take(chain.len() - 1) {
                         anchors[*v as usize] = Anchor::Curve(id, *s);
                     }
@@ -138,6 +143,15 @@ impl Creases {
         let sides =
             mesh.triangles.iter().map(|t| [0, 1, 2].map(|k| curve_between(t[k], t[(k + 1) % 3]))).collect();
         Creases { curves, anchors, sides }
+    }
+
+    /// Whether the surface is sharp where a vertex is held, and not only cut.
+    pub(super) fn is_sharp(&self, anchor: Anchor) -> bool {
+        match anchor {
+            Anchor::Surface => false,
+            Anchor::Curve(curve, _) => !self.curves[curve as usize].border,
+            Anchor::Corner => true,
+        }
     }
 
     /// Way along `curve` from an arc length to a vertex that lies on it or ends it.
@@ -178,8 +192,9 @@ impl Creases {
 
 /// Drops what is noise of a scanned or engraved surface: branches that end somewhere, and small nets.
 ///
-/// The edges between the faces of a solid form loops; a single fold in a rough surface does not.
-fn prune(mesh: &TriMesh, sharp: &[[u32; 2]], least_length: f64) -> Vec<[u32; 2]> {
+/// The edges between the faces of a solid form loops; a single fold in a rough surface does not. Borders stay.
+fn prune(mesh: &TriMesh, edges: &[Edge], least_length: f64) -> (Vec<[u32; 2]>, Vec<bool>) {
+    let sharp: Vec<[u32; 2]> = edges.iter().map(|e| e.ends).collect();
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
     for (edge, ends) in sharp.iter().enumerate() {
         ends.iter().for_each(|v| around[*v as usize].push(edge as u32));
@@ -215,15 +230,22 @@ fn prune(mesh: &TriMesh, sharp: &[[u32; 2]], least_length: f64) -> Vec<[u32; 2]>
         }
         let ends = |edge: &u32| sharp[*edge as usize].map(|v| mesh.vertices[v as usize]);
         let length: f64 = net.iter().map(ends).map(|[a, b]| a.distance(b)).sum();
-        if length < least_length {
+        if length < least_length && net.iter().all(|e| !edges[*e as usize].border) {
             net.iter().for_each(|edge| keep[*edge as usize] = false);
         }
     }
-    sharp.iter().zip(keep).filter(|(_, keep)| *keep).map(|(edge, _)| *edge).collect()
+    let kept = edges.iter().zip(keep).filter(|(_, keep)| *keep);
+    kept.map(|(edge, _)| (edge.ends, edge.border)).unzip()
+}
+
+/// An edge that is kept.
+struct Edge {
+    ends: [u32; 2],
+    border: bool,
 }
 
 /// Edges that turn by more than `angle` or have one triangle, each once, in order of their vertices.
-fn sharp_edges(mesh: &TriMesh, angle: f64) -> Vec<[u32; 2]> {
+fn sharp_edges(mesh: &TriMesh, angle: f64, mirrors: BVec3) -> Vec<Edge> {
     let normals: Vec<DVec3> =
         (0..mesh.triangles.len()).map(|t| mesh.area_vector(t).normalize_or_zero()).collect();
     let mut sides: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * mesh.triangles.len());
@@ -235,12 +257,22 @@ fn sharp_edges(mesh: &TriMesh, angle: f64) -> Vec<[u32; 2]> {
     }
     sides.sort_unstable();
     let limit = angle.cos();
+    // Across a border lies the mirror image: sharp where the triangle leans by half the angle.
+    let leans = |a: u32, b: u32, t: u32| {
+        let on_plane =
+            mesh.vertices[a as usize].cmpeq(DVec3::ZERO) & mesh.vertices[b as usize].cmpeq(DVec3::ZERO);
+        let across = DVec3::select(on_plane & mirrors, normals[t as usize], DVec3::ZERO);
+        across.length() > (0.5 * angle).sin()
+    };
     sides
         .chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
-        .filter(|edge| match edge {
-            [x, y] => normals[x.2 as usize].dot(normals[y.2 as usize]) < limit,
-            _ => true,
+        .filter_map(|edge| {
+            let ends = [edge[0].0, edge[0].1];
+            match edge {
+                [x, y] if normals[x.2 as usize].dot(normals[y.2 as usize]) >= limit => None,
+                [only] => Some(Edge { ends, border: !leans(only.0, only.1, only.2) }),
+                _ => Some(Edge { ends, border: false }),
+            }
         })
-        .map(|edge| [edge[0].0, edge[0].1])
         .collect()
 }

@@ -9,8 +9,9 @@ use std::collections::BinaryHeap;
 
 use clangor::geometry::curvature::vertex_normals;
 use clangor::geometry::tri_mesh::TriMesh;
+use glam::{BVec3, DVec3};
 
-use super::crease::Anchor;
+use super::crease::Creases;
 
 /// Edges per radius of curvature: 0.6 makes ten edges of a full circle.
 const CURVATURE_SHARE: f64 = 0.6;
@@ -19,14 +20,25 @@ const GRADATION: f64 = 0.4;
 /// Passes that average normals over neighbours, against the noise of fine meshes.
 const SMOOTHING_PASSES: usize = 3;
 
-/// h at each vertex \[m\].
-pub(super) fn size_field(mesh: &TriMesh, anchors: &[Anchor], min_edge: f64, max_edge: f64) -> Vec<f64> {
+/// h at each vertex \[m\], for a surface that is cut at the coordinate planes that are `mirrors`.
+pub(super) fn size_field(
+    mesh: &TriMesh,
+    creases: &Creases,
+    mirrors: BVec3,
+    min_edge: f64,
+    max_edge: f64,
+) -> Vec<f64> {
     let edges = edges(mesh);
-    let sharp: Vec<bool> = anchors.iter().map(|a| *a != Anchor::Surface).collect();
+    let sharp: Vec<bool> = creases.anchors.iter().map(|a| creases.is_sharp(*a)).collect();
     // Normals mean nothing on a sharp edge: neither smoothing nor curvature looks across.
     let smooth: Vec<(usize, usize)> =
         edges.iter().copied().filter(|(a, b)| !sharp[*a] && !sharp[*b]).collect();
     let mut normals = vertex_normals(mesh);
+    // With its mirror image a normal at a border lies in the plane.
+    for (normal, position) in normals.iter_mut().zip(&mesh.vertices) {
+        *normal =
+            DVec3::select(mirrors & position.cmpeq(DVec3::ZERO), DVec3::ZERO, *normal).normalize_or_zero();
+    }
     for _ in 0..SMOOTHING_PASSES {
         let before = normals.clone();
         for (a, b) in &smooth {

@@ -107,7 +107,8 @@ impl<'a> Systems<'a> {
     /// Adds w (n·u − d)² for one vertex of a triangle with normal n.
     fn add(&mut self, vertex: usize, weight: f64, normal: DVec3, distance: f64) {
         let Freedom { axes, sharp } = self.freedom[vertex];
-        let normal = DVec3::select(axes, if sharp { normal } else { self.normals[vertex] }, DVec3::ZERO);
+        let along = |n: DVec3| DVec3::select(axes, n, DVec3::ZERO);
+        let normal = if sharp { along(normal) } else { along(self.normals[vertex]).normalize_or_zero() };
         let scaled = weight * normal;
         self.matrix[vertex] += DMat3::from_cols(scaled * normal.x, scaled * normal.y, scaled * normal.z);
         self.right[vertex] += scaled * distance;

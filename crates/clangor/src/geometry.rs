@@ -4,12 +4,14 @@
 //! * [`solid`]: whether a mesh bounds a solid, and what is wrong with it if not;
 //! * [`mass_properties`], [`principal_axes`]: volume, centre of mass, inertia;
 //! * [`curvature`]: mean curvature, which sets the contact time; [`surface_tree`]: nearest point, inside or outside;
+//! * [`meridian`]: the exact section of a body of revolution;
 //! * [`convex`], [`hull`], [`parts_fit`]: convex parts, which collide, and how close they are to the surface.
 
 pub mod convex;
 pub mod curvature;
 pub mod hull;
 pub mod mass_properties;
+pub mod meridian;
 pub mod parts_fit;
 pub mod principal_axes;
 pub mod refine;

@@ -21,6 +21,7 @@ use glam::{DMat3, DVec3};
 use crate::body::{MeshSurface, Surface};
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::mass_properties::MassProperties;
+use crate::geometry::meridian::Meridian;
 use crate::geometry::refine::refine_to_edge;
 use crate::geometry::solid::MeshError;
 use crate::geometry::tri_mesh::TriMesh;
@@ -192,6 +193,23 @@ impl Shape {
             Form::Wineglass => vessel::wineglass_profile(edge).turn(),
             Form::Key => key::key_mesh(edge),
             Form::Rock { .. } => refine_to_edge(self.hull.as_ref().unwrap_or(&TriMesh::default()), edge),
+        }
+    }
+
+    /// The exact section, in the frame of the mesh, if the shape is a body of revolution about y.
+    pub fn meridian(&self) -> Option<Meridian> {
+        let edge = self.edge;
+        match self.form {
+            Form::Sphere { radius } => Meridian::spheroid(radius, radius).ok(),
+            Form::Ellipsoid { semi_axes } if semi_axes.x == semi_axes.z => {
+                Meridian::spheroid(semi_axes.x, semi_axes.y).ok()
+            }
+            Form::Cylinder { radius, height } => revolution::cylinder_profile(radius, height, edge).meridian(),
+            Form::Torus { major, minor } => revolution::torus_profile(major, minor, edge).meridian(),
+            Form::Bowl => vessel::bowl_profile(edge).meridian(),
+            Form::Plate => vessel::plate_profile(edge).meridian(),
+            Form::Wineglass => vessel::wineglass_profile(edge).meridian(),
+            _ => None,
         }
     }
 

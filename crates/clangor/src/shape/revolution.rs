@@ -8,6 +8,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 
 use crate::geometry::convex::ConvexPart;
+use crate::geometry::meridian::{Meridian, Piece};
 use crate::geometry::tri_mesh::TriMesh;
 
 /// A profile: points (r, y) \[m\], counter-clockwise around the material. It starts and ends on the axis, below and
@@ -15,6 +16,7 @@ use crate::geometry::tri_mesh::TriMesh;
 #[derive(Clone, Debug)]
 pub(super) struct Profile {
     points: Vec<DVec2>,
+    pieces: Vec<Piece>,
     closed: bool,
     edge: f64,
     /// Largest distance of a chord from its arc \[m\].
@@ -24,7 +26,7 @@ pub(super) struct Profile {
 impl Profile {
     /// Starts at a point; pieces are sampled at `edge` \[m\], and finer where a chord would leave its arc by `sagitta`.
     pub(super) fn start(point: DVec2, edge: f64, sagitta: f64) -> Self {
-        Profile { points: vec![point], closed: false, edge, sagitta }
+        Profile { points: vec![point], pieces: Vec::new(), closed: false, edge, sagitta }
     }
 
     fn end(&self) -> DVec2 {
@@ -37,6 +39,7 @@ impl Profile {
         let count = (from.distance(to) / self.edge).ceil().max(1.0) as usize;
         self.points.extend((1..count).map(|k| from + (to - from) * (k as f64 / count as f64)));
         self.points.push(to);
+        self.pieces.push(Piece::Line { from, to });
         self
     }
 
@@ -53,7 +56,19 @@ impl Profile {
         let at = |k: usize| centre + DVec2::from_angle(angle * (k as f64 / count as f64)).rotate(spoke);
         self.points.extend((1..count).map(at));
         self.points.push(to);
+        let start = spoke.to_angle();
+        self.pieces.push(Piece::Arc {
+            centre,
+            semi_axes: DVec2::splat(radius),
+            from: start,
+            to: start + angle,
+        });
         self
+    }
+
+    /// The exact curve, if it bounds a body.
+    pub(super) fn meridian(self) -> Option<Meridian> {
+        Meridian::try_new(self.pieces).ok()
     }
 
     /// The points.

@@ -1,0 +1,3 @@
+//! tmp
+mod lanes;
+mod ring;

@@ -1,0 +1,375 @@
+//! The kernels of a ring: Green's function and its normal derivative, integrated around the axis with cos mφ.
+//!
+//! A source ring at (r', y') is seen from a target at (r, y), φ = 0, at the distance ρ² = δ² + 4 r r' sin²(φ/2), δ being the
+//! distance in the half-plane. With C = cos kρ + kρ sin kρ and E = kρ cos kρ − sin kρ,
+//!
+//! ```text
+//! S_m = 1/4π ∫ e^{−ikρ}/ρ cos mφ dφ                  = 1/4π ∫ (cos kρ/ρ − i sin kρ/ρ) cos mφ dφ
+//! D_m = −1/4π ∫ (C + iE) g/ρ³ cos mφ dφ,  g = (x' − x)·n' = d·n' + 2 r n'_r sin²(φ/2)
+//! ```
+//!
+//! cos kρ, C, sin kρ/ρ and E/ρ³ are entire functions of ρ² and so of cos φ: their Fourier series end at about
+//! k min(r, r'), however close the target is. What does not is 1/ρ and 1/ρ³, whose Fourier coefficients are Laplace's,
+//! known by elliptic integrals and a recurrence. The integral of a product of the two over J midpoints is
+//! therefore as exact for a target on the ring as far away: Σ_j w_j cos kρ_j, w_j being the first J terms of the series of
+//! 1/ρ. The weights hold for all frequencies.
+//!
+//! With ρ² = s²(1 − 2t cos φ + t²), 1/ρ = s⁻¹ (b₀/2 + Σ bₙ cos nφ), b₀ = 4K(t)/π, b₁ = 4(K − E)/(πt) and
+//!
+//! ```text
+//! (2n+1) bₙ₊₁ = 2n (t + 1/t) bₙ − (2n−1) bₙ₋₁,    b'ₙ = (2n+1) [(1+t²) bₙ − 2t bₙ₊₁] / (1−t²)²
+//! ```
+//!
+//! for 1/ρ³ (Brouwer and Clemence, Methods of Celestial Mechanics, 1961, ch. XV). Upwards where t is close to 1, else
+//! downwards by Miller's method; where tⁿ has died out within J terms the plain midpoint rule is exact.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+
+use super::lanes::{LANES, Lanes};
+
+/// (1 − t) J up to which the recurrence goes upwards: it loses a factor of t^{−2J}, a few hundred.
+const UPWARDS: f64 = 3.45;
+
+/// −ln of what tᴶ may be for the midpoint rule alone.
+const DIED_OUT: f64 = 25.0;
+
+/// −ln of the accuracy of Miller's method.
+const MILLER: f64 = 16.0;
+
+/// Eight points of source rings as seen from one target.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sources {
+    /// r' \[m\].
+    pub(super) radius: Lanes,
+    /// δ² \[m²\].
+    pub(super) gap_square: Lanes,
+    /// n'_r times the speed of the parameter \[m\].
+    pub(super) normal_r: Lanes,
+    /// d·n' times the speed of the parameter \[m²\].
+    pub(super) across: Lanes,
+    /// Weight of the quadrature in the parameter.
+    pub(super) weight: Lanes,
+}
+
+/// The J midpoints of half a turn.
+#[derive(Debug)]
+pub(super) struct Midpoints {
+    /// J, a multiple of 8.
+    count: usize,
+    /// cos φ_j.
+    cosine: Vec<f64>,
+    /// sin²(φ_j/2).
+    haversine: Vec<f64>,
+    /// cos nφ_j for the first half of the j, n running fastest.
+    harmonics: Vec<f64>,
+    /// t below which the midpoint rule needs no other weights.
+    plain: f64,
+}
+
+impl Midpoints {
+    fn new(count: usize) -> Self {
+        let angle = |j: usize| PI * (j as f64 + 0.5) / count as f64;
+        let mut harmonics = Vec::with_capacity(count * count / 2);
+        for j in 0..count / 2 {
+            // An angle of n(2j + 1) units, reduced exactly.
+            harmonics.extend((0..count).map(|n| {
+                let turns = (n * (2 * j + 1)) % (4 * count);
+                (PI * turns as f64 / (2 * count) as f64).cos()
+            }));
+        }
+        Midpoints {
+            count,
+            cosine: (0..count).map(|j| angle(j).cos()).collect(),
+            haversine: (0..count).map(|j| (0.5 * angle(j)).sin().powi(2)).collect(),
+            harmonics,
+            plain: (-DIED_OUT / count as f64).exp(),
+        }
+    }
+}
+
+/// Midpoint rules of all sizes that a band needs.
+#[derive(Debug)]
+pub(super) struct MidpointLadder(Vec<Midpoints>);
+
+impl MidpointLadder {
+    /// Rules up to what rings need that are seen from a radius with kr up to `bandwidth`.
+    pub(super) fn new(bandwidth: f64) -> Self {
+        MidpointLadder((1..=points_for(bandwidth).div_ceil(8)).map(|k| Midpoints::new(8 * k)).collect())
+    }
+
+    /// The rule for k min(r, r') = `bandwidth`.
+    #[inline(always)]
+    pub(super) fn rule(&self, bandwidth: f64) -> &Midpoints {
+        let k = points_for(bandwidth).div_ceil(8).clamp(1, self.0.len());
+        &self.0[k - 1]
+    }
+}
+
+/// The series of cos kρ ends like the Bessel functions J₂ₙ(2kr): at n = kr, and a few times (kr)^{1/3} beyond.
+#[inline(always)]
+fn points_for(bandwidth: f64) -> usize {
+    (bandwidth + 3.5 * bandwidth.cbrt() + 7.0).ceil() as usize
+}
+
+/// What is multiplied by C, E, cos kρ and sin kρ at the midpoints, and summed.
+#[derive(Debug, Default)]
+pub(super) struct RingRule {
+    /// Per midpoint: ρ, and the weights of cos kρ, sin kρ (single layer), C, E (double layer).
+    points: Vec<[Lanes; 5]>,
+    /// bₙ.
+    coefficients: Vec<Lanes>,
+    /// Upward values where they are needed beside the downward ones.
+    upward: Vec<Lanes>,
+}
+
+/// S₀, S₁, D₀, D₁ of eight points, real and imaginary parts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RingKernels {
+    pub(super) single: [[Lanes; 2]; 2],
+    pub(super) double: [[Lanes; 2]; 2],
+}
+
+impl RingRule {
+    /// Prepares the weights for sources seen from the radius `r`.
+    #[inline(always)]
+    pub(super) fn prepare(&mut self, r: f64, sources: &Sources, midpoints: &Midpoints) {
+        let count = midpoints.count;
+        let one = Lanes::splat(1.0);
+        let product = sources.radius * r;
+        // χ = 1 + e is the cosh whose e^{−η} is t.
+        let e = sources.gap_square * (product * 2.0).recip();
+        let root = (e * (e + Lanes::splat(2.0))).sqrt();
+        let t = (one + e + root).recip();
+        let short = (e + root) * t;
+        let scale_square = product * t.recip();
+        let step = 2.0 * PI / count as f64;
+        // The area of a ring of unit width per radian, over 4π.
+        let area = sources.weight * sources.radius * (0.25 / PI);
+        self.points.clear();
+        for j in 0..count {
+            let h = midpoints.haversine[j];
+            let square = (product * (4.0 * h)) + sources.gap_square;
+            let inverse = square.sqrt().recip();
+            let g = (sources.normal_r * (2.0 * r * h)) + sources.across;
+            let plain = inverse * area * step;
+            let double = -(g * plain * inverse * inverse);
+            self.points.push([square * inverse, plain, plain, double, double]);
+        }
+        let (largest, _) = t.range();
+        if largest < midpoints.plain {
+            return;
+        }
+        self.laplace(t.max(midpoints.plain), short, count);
+        // Two series at once: even and odd harmonics apart give the points j and J − 1 − j.
+        let inverse_scale = scale_square.sqrt().recip();
+        let single_factor = inverse_scale * area * step;
+        let ends = short * (one + t);
+        let cube_factor = single_factor * inverse_scale * inverse_scale * (ends * ends).recip();
+        let curvature = sources.normal_r * (sources.radius * 2.0).recip();
+        let flat = sources.across - curvature * sources.gap_square;
+        let sum = one + t * t;
+        let twice = t * -2.0;
+        for n in 0..count {
+            let (here, next) = (self.coefficients[n], self.coefficients[n + 1]);
+            self.upward[n] = (sum * here + twice * next) * (2 * n + 1) as f64;
+        }
+        self.coefficients[0] = self.coefficients[0] * 0.5;
+        self.upward[0] = self.upward[0] * 0.5;
+        for j in 0..count / 2 {
+            let row = &midpoints.harmonics[j * count..(j + 1) * count];
+            let mut sums = [Lanes::default(); 4];
+            for (pair, c) in row.chunks_exact(2).enumerate() {
+                let (even, odd) = (Lanes::splat(c[0]), Lanes::splat(c[1]));
+                sums[0] = even.mul_add(self.coefficients[2 * pair], sums[0]);
+                sums[1] = odd.mul_add(self.coefficients[2 * pair + 1], sums[1]);
+                sums[2] = even.mul_add(self.upward[2 * pair], sums[2]);
+                sums[3] = odd.mul_add(self.upward[2 * pair + 1], sums[3]);
+            }
+            for (j, w, v) in
+                [(j, sums[0] + sums[1], sums[2] + sums[3]), (count - 1 - j, sums[0] - sums[1], sums[2] - sums[3])]
+            {
+                let point = &mut self.points[j];
+                let single = w * single_factor;
+                // (1 − cos φ)/ρ³ from 1/ρ and 1/ρ³, without cancellation close by.
+                let double = -(curvature * single + flat * (v * cube_factor));
+                point[1] = t.below(midpoints.plain, point[1], single);
+                point[3] = t.below(midpoints.plain, point[3], double);
+            }
+        }
+    }
+
+    /// b₀ … b_count for each lane, given t and 1 − t; leaves `upward` as long.
+    #[inline(always)]
+    fn laplace(&mut self, t: Lanes, short: Lanes, count: usize) {
+        // Complete elliptic integrals by the arithmetic-geometric mean: b₀ = 2/a, b₁ = b₀ Σ/t.
+        let (mut a, mut b) = (Lanes::splat(1.0), (short * (Lanes::splat(1.0) + t)).max(1e-300).sqrt());
+        let mut sum = t * t * 0.5;
+        let mut power = 1.0;
+        for _ in 0..7 {
+            let c = (a - b) * 0.5;
+            sum = (c * c).mul_add(Lanes::splat(power), sum);
+            (a, b) = ((a + b) * 0.5, (a * b).sqrt());
+            power *= 2.0;
+        }
+        let zeroth = a.recip() * 2.0;
+        let first = zeroth * sum * t.recip();
+        let both = t + t.recip();
+        let limit = UPWARDS / count as f64;
+        let (longest, shortest) = short.range();
+        self.upward.clear();
+        self.upward.resize(count + 1, Lanes::default());
+        self.coefficients.clear();
+        self.coefficients.resize(count + 1, Lanes::default());
+        if shortest < limit {
+            self.upward[0] = zeroth;
+            self.upward[1] = first;
+            for n in 1..count {
+                let inverse = 1.0 / (2 * n + 1) as f64;
+                let (before, here) = (self.upward[n - 1], self.upward[n]);
+                self.upward[n + 1] =
+                    both * here * (2.0 * n as f64 * inverse) + before * (-((2 * n - 1) as f64) * inverse);
+            }
+        }
+        if longest < limit {
+            self.coefficients.copy_from_slice(&self.upward);
+            return;
+        }
+        let top = count + (MILLER / shortest.max(limit)).ceil() as usize;
+        let (mut above, mut here) = (Lanes::default(), Lanes::splat(1e-100));
+        for n in (1..=top).rev() {
+            if n <= count {
+                self.coefficients[n] = here;
+            }
+            let inverse = 1.0 / (2 * n - 1) as f64;
+            let below = both * here * (2.0 * n as f64 * inverse) + above * (-((2 * n + 1) as f64) * inverse);
+            (above, here) = (here, below);
+        }
+        self.coefficients[0] = here;
+        let factor = zeroth * here.recip();
+        for (down, up) in self.coefficients.iter_mut().zip(&self.upward) {
+            *down = short.below(limit, *up, *down * factor);
+        }
+    }
+
+    /// The kernels at a wavenumber, whose imaginary part is used if `DAMPED`.
+    #[inline(always)]
+    pub(super) fn kernels<const DAMPED: bool>(&self, k: Complex64, midpoints: &Midpoints) -> RingKernels {
+        let mut sums = [[Lanes::default(); 4]; 2];
+        for (point, cosine) in self.points.iter().zip(&midpoints.cosine) {
+            let [distance, cos_single, sin_single, c_double, e_double] = *point;
+            let phase = distance * k.re;
+            let (s, c) = phase.sin_cos();
+            let mut terms = [Lanes::default(); 4];
+            if DAMPED {
+                // k = a − ib: cos kρ = cos aρ cosh bρ + i sin aρ sinh bρ, and so on.
+                let growth = distance * -k.im;
+                let (sinh, cosh) = growth.small_sinh_cosh();
+                let cosine = [c * cosh, s * sinh];
+                let sine = [s * cosh, -(c * sinh)];
+                // C = cos z + z sin z, E = z cos z − sin z with z = phase − i growth.
+                let big_c = [
+                    growth.mul_add(sine[1], phase.mul_add(sine[0], cosine[0])),
+                    phase.mul_add(sine[1], cosine[1]) - growth * sine[0],
+                ];
+                let big_e = [
+                    growth.mul_add(cosine[1], phase * cosine[0]) - sine[0],
+                    phase.mul_add(cosine[1], -(growth * cosine[0])) - sine[1],
+                ];
+                terms[0] = cos_single.mul_add(cosine[0], sin_single * sine[1]);
+                terms[1] = cos_single * cosine[1] - sin_single * sine[0];
+                terms[2] = c_double * big_c[0] - e_double * big_e[1];
+                terms[3] = c_double.mul_add(big_c[1], e_double * big_e[0]);
+            } else {
+                terms[0] = cos_single * c;
+                terms[1] = -(sin_single * s);
+                terms[2] = c_double * phase.mul_add(s, c);
+                terms[3] = e_double * (phase * c - s);
+            }
+            let cosine = Lanes::splat(*cosine);
+            for i in 0..4 {
+                sums[0][i] += terms[i];
+                sums[1][i] = cosine.mul_add(terms[i], sums[1][i]);
+            }
+        }
+        let parts = |m: usize, i: usize| [sums[m][i], sums[m][i + 1]];
+        RingKernels { single: [parts(0, 0), parts(1, 0)], double: [parts(0, 2), parts(1, 2)] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Kernels of one source by brute force: a midpoint rule on a grid graded to φ = 0.
+    fn brute(r: f64, source: [f64; 5], k: Complex64) -> [Complex64; 4] {
+        let [radius, gap_square, normal_r, across, weight] = source;
+        let mut sums = [Complex64::ZERO; 4];
+        let rule = crate::quadrature::gauss_legendre(40);
+        let mut high = PI;
+        for level in 0..60 {
+            let low = if level == 59 { 0.0 } else { 0.5 * high };
+            for (x, w) in &rule {
+                let phi = low + (high - low) * x;
+                let w = 2.0 * w * (high - low) * weight * radius / (4.0 * PI);
+                let h = (0.5 * phi).sin().powi(2);
+                let rho = (gap_square + 4.0 * r * radius * h).sqrt();
+                let ik = Complex64::I * k * rho;
+                let wave = (-ik).exp() / rho;
+                let g = across + 2.0 * r * normal_r * h;
+                let double = -(ik + 1.0) * wave * (g / (rho * rho));
+                for (m, c) in [(0, 1.0), (1, phi.cos())] {
+                    sums[m] += w * c * wave;
+                    sums[2 + m] += w * c * double;
+                }
+            }
+            high = low;
+        }
+        sums
+    }
+
+    #[test]
+    fn kernels_are_those_of_direct_integration_near_and_far() {
+        let mut rule = RingRule::default();
+        let mut worst = 0.0_f64;
+        for k in [0.0, 0.7, 6.0, 30.0, 55.0] {
+            for damping in [0.0, 0.1] {
+                let k = Complex64::new(k, -damping);
+                let ladder = MidpointLadder::new(k.re);
+                let r = 0.9;
+                for first in [1e-7, 1e-4, 1e-2, 0.3] {
+                    // Rings beside the target, each lane farther away than the last.
+                    let gap = Lanes::from_fn(|l| first * 1.4_f64.powi(l as i32));
+                    let radius = Lanes::from_fn(|l| (r - 0.6 * gap.0[l]).abs() + 1e-6);
+                    let gap_square =
+                        Lanes::from_fn(|l| (radius.0[l] - r).powi(2) + (0.8 * gap.0[l]).powi(2));
+                    let normal_r = Lanes::from_fn(|l| 0.3 + 0.1 * l as f64);
+                    let across = Lanes::from_fn(|l| 0.2 * gap_square.0[l] + 0.01 * first * gap.0[l]);
+                    let weight = Lanes::splat(1.3);
+                    let sources = Sources { radius, gap_square, normal_r, across, weight };
+                    let midpoints = ladder.rule(k.re * r);
+                    rule.prepare(r, &sources, midpoints);
+                    let found = if damping > 0.0 {
+                        rule.kernels::<true>(k, midpoints)
+                    } else {
+                        rule.kernels::<false>(k, midpoints)
+                    };
+                    for l in 0..LANES {
+                        let source =
+                            [radius.0[l], gap_square.0[l], normal_r.0[l], across.0[l], weight.0[l]];
+                        let expected = brute(r, source, k);
+                        let found = [found.single[0], found.single[1], found.double[0], found.double[1]]
+                            .map(|[re, im]| Complex64::new(re.0[l], im.0[l]));
+                        for (a, b) in found.iter().zip(&expected) {
+                            let error = (a - b).norm() / expected[0].norm().max(b.norm());
+                            worst = worst.max(error);
+                            assert!(error < 1e-8, "k {k} gap {first} lane {l}: {found:?} {expected:?}");
+                        }
+                    }
+                }
+            }
+        }
+        println!("worst {worst:e}");
+    }
+}

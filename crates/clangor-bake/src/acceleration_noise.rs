@@ -4,6 +4,7 @@ mod frequencies;
 
 use std::ops::ControlFlow;
 
+use clangor::geometry::meridian::Meridian;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::model::acceleration_field::{AccelerationField, DEGREES, Term};
 use clangor::model::acceleration_model::AccelerationModel;
@@ -55,6 +56,8 @@ pub enum BakeGeometry {
         /// Radius of the rounding \[m\]; 0 for sharp edges.
         round: f64,
     },
+    /// A body of revolution about y.
+    Revolution(Meridian),
     /// Any closed surface.
     Mesh(TriMesh),
 }

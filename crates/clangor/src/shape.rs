@@ -204,7 +204,9 @@ impl Shape {
             Form::Ellipsoid { semi_axes } if semi_axes.x == semi_axes.z => {
                 Meridian::spheroid(semi_axes.x, semi_axes.y).ok()
             }
-            Form::Cylinder { radius, height } => revolution::cylinder_profile(radius, height, edge).meridian(),
+            Form::Cylinder { radius, height } => {
+                revolution::cylinder_profile(radius, height, edge).meridian()
+            }
             Form::Torus { major, minor } => revolution::torus_profile(major, minor, edge).meridian(),
             Form::Bowl => vessel::bowl_profile(edge).meridian(),
             Form::Plate => vessel::plate_profile(edge).meridian(),

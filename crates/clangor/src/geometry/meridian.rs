@@ -38,7 +38,9 @@ pub enum MeridianError {
         point: DVec2,
     },
     /// The material is on the wrong side, or there is none.
-    #[error("the meridian encloses a volume of {volume:.3e} m³; it must run counter-clockwise around the material")]
+    #[error(
+        "the meridian encloses a volume of {volume:.3e} m³; it must run counter-clockwise around the material"
+    )]
     NoVolume {
         /// The volume \[m³\].
         volume: f64,
@@ -291,7 +293,8 @@ fn farthest(piece: &Piece) -> f64 {
     const PARTS: usize = 64;
     let grid = (0..=PARTS).map(|k| k as f64 / PARTS as f64);
     let middle = grid.max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(0.0);
-    let (mut low, mut high) = ((middle - 1.0 / PARTS as f64).max(0.0), (middle + 1.0 / PARTS as f64).min(1.0));
+    let (mut low, mut high) =
+        ((middle - 1.0 / PARTS as f64).max(0.0), (middle + 1.0 / PARTS as f64).min(1.0));
     for _ in 0..60 {
         let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
         if at(a) < at(b) { low = a } else { high = b }
@@ -330,12 +333,8 @@ mod tests {
 
     #[test]
     fn chords_are_differences() {
-        let arc = Piece::Arc {
-            centre: DVec2::new(0.3, 1.0),
-            semi_axes: DVec2::new(2.0, 0.5),
-            from: 2.0,
-            to: -0.3,
-        };
+        let arc =
+            Piece::Arc { centre: DVec2::new(0.3, 1.0), semi_axes: DVec2::new(2.0, 0.5), from: 2.0, to: -0.3 };
         for (t, step) in [(0.2, 0.3), (0.9, -0.4), (0.5, 1e-3)] {
             let (chord, normal) = arc.chord(t, step);
             let v = arc.velocity(t + step);
@@ -351,13 +350,16 @@ mod tests {
         let line = |a: DVec2, b: DVec2| Piece::Line { from: a, to: b };
         let refused = |pieces: Vec<Piece>| Meridian::try_new(pieces).expect_err("no section");
         assert!(matches!(refused(vec![]), MeridianError::NotFinite { .. }));
-        assert!(matches!(refused(vec![line(DVec2::ZERO, DVec2::NAN)]), MeridianError::NotFinite { piece: 0 }));
+        assert!(matches!(
+            refused(vec![line(DVec2::ZERO, DVec2::NAN)]),
+            MeridianError::NotFinite { piece: 0 }
+        ));
         let open = vec![line(DVec2::ZERO, DVec2::X), line(DVec2::X, DVec2::ONE)];
         assert!(matches!(refused(open), MeridianError::Open { piece: 1, .. }));
-        let turned = vec![line(DVec2::Y, DVec2::ONE), line(DVec2::ONE, DVec2::X), line(DVec2::X, DVec2::ZERO)];
+        let turned =
+            vec![line(DVec2::Y, DVec2::ONE), line(DVec2::ONE, DVec2::X), line(DVec2::X, DVec2::ZERO)];
         assert!(matches!(refused(turned), MeridianError::NoVolume { .. }));
-        let across =
-            Piece::Arc { centre: 0.5 * DVec2::X, semi_axes: DVec2::ONE, from: 0.0, to: 2.0 * PI };
+        let across = Piece::Arc { centre: 0.5 * DVec2::X, semi_axes: DVec2::ONE, from: 0.0, to: 2.0 * PI };
         assert!(matches!(refused(vec![across]), MeridianError::CrossesAxis { .. }));
     }
 }

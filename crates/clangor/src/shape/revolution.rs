@@ -1,15 +1,16 @@
 //! Bodies of revolution about y: a profile in the (r, y) half-plane, sampled and turned.
 //!
-//! Rings hold fewer points towards the axis, so that triangles keep their shape; neighbouring rings are laced together
-//! by angle. Every ring has a multiple of four points, which keeps the centre of mass on the axis.
+//! Rings hold fewer points towards the axis, so that triangles keep their shape. Every ring has a multiple of four
+//! points, which keeps the centre of mass on the axis.
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::meridian::{Meridian, Piece};
 use crate::geometry::tri_mesh::TriMesh;
+pub(super) use crate::geometry::turning::{Ring, lace, lace_pair, on_ring};
 
 /// A profile: points (r, y) \[m\], counter-clockwise around the material. It starts and ends on the axis, below and
 /// above, or is a closed loop off the axis.
@@ -109,63 +110,6 @@ impl Profile {
     }
 }
 
-/// Points of equal radius and height at the given angles \[turns\], from 0 up to below 1.
-#[derive(Clone, Debug)]
-pub(super) struct Ring {
-    pub(super) radius: f64,
-    pub(super) y: f64,
-    pub(super) turns: Vec<f64>,
-}
-
-/// Joins rings into a surface, outward to the right of their order; the first and last are points on the axis, or the
-/// last is joined to the first.
-pub(super) fn lace(rings: &[Ring], closed: bool) -> TriMesh {
-    let mut mesh = TriMesh::default();
-    let mut start = Vec::new();
-    for ring in rings {
-        start.push(mesh.vertices.len() as u32);
-        let point = DVec2::new(ring.radius, ring.y);
-        mesh.vertices.extend(ring.turns.iter().map(|turn| on_ring(point, TAU * turn)));
-    }
-    let pairs = if closed { rings.len() } else { rings.len() - 1 };
-    for below in 0..pairs {
-        let above = (below + 1) % rings.len();
-        lace_pair(&mut mesh, (&rings[below].turns, start[below]), (&rings[above].turns, start[above]));
-    }
-    mesh
-}
-
-/// A band of triangles between two rings, each with its first vertex; the next triangle advances the ring whose next
-/// edge has the smaller middle angle.
-pub(super) fn lace_pair(
-    mesh: &mut TriMesh,
-    (low, low_start): (&[f64], u32),
-    (high, high_start): (&[f64], u32),
-) {
-    let at = |turns: &[f64], k: usize| if k < turns.len() { turns[k] } else { turns[k - turns.len()] + 1.0 };
-    let vertex = |turns: &[f64], start: u32, k: usize| start + (k % turns.len()) as u32;
-    let (mut i, mut k) = (0, 0);
-    loop {
-        // A pole does not advance.
-        let low_done = low.len() == 1 || i == low.len();
-        let high_done = high.len() == 1 || k == high.len();
-        if low_done && high_done {
-            return;
-        }
-        let low_middle = at(low, i) + if low_done { 9.0 } else { at(low, i + 1) };
-        let high_middle = at(high, k) + if high_done { 9.0 } else { at(high, k + 1) };
-        let (a, b) = (vertex(low, low_start, i), vertex(high, high_start, k));
-        // The slack settles ties alike in every quadrant.
-        if low_middle <= high_middle + 1e-12 {
-            mesh.triangles.push([a, vertex(low, low_start, i + 1), b]);
-            i += 1;
-        } else {
-            mesh.triangles.push([a, vertex(high, high_start, k + 1), b]);
-            k += 1;
-        }
-    }
-}
-
 /// A cylinder of full height `height` about the origin.
 pub(super) fn cylinder_profile(radius: f64, height: f64, edge: f64) -> Profile {
     let half = 0.5 * height;
@@ -219,12 +163,6 @@ pub(super) fn turned_hull(circles: &[DVec2]) -> ConvexPart {
         (0..COUNT).map(move |k| on_ring(p, TAU * k as f64 / COUNT as f64))
     };
     ConvexPart::Hull(circles.iter().flat_map(ring).collect())
-}
-
-/// The point (r, y) of a profile, turned by `angle` \[rad\] about y.
-pub(super) fn on_ring(p: DVec2, angle: f64) -> DVec3 {
-    let (sin, cos) = angle.sin_cos();
-    DVec3::new(p.x * cos, p.y, -p.x * sin)
 }
 
 /// A torus as drums between sections of the tube, `sectors` of them.

@@ -59,7 +59,10 @@ impl Lanes {
     /// Largest and smallest lane.
     #[inline(always)]
     pub(super) fn range(self) -> (f64, f64) {
-        (self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max), self.0.iter().copied().fold(f64::INFINITY, f64::min))
+        (
+            self.0.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            self.0.iter().copied().fold(f64::INFINITY, f64::min),
+        )
     }
 
     /// Sine and cosine of numbers up to some 10⁵ in size, to 1e-15.

@@ -27,7 +27,7 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use super::lanes::{LANES, Lanes};
+use super::lanes::Lanes;
 
 /// (1 − t) J up to which the recurrence goes upwards: it loses a factor of t^{−2J}, a few hundred.
 const UPWARDS: f64 = 3.45;
@@ -187,9 +187,10 @@ impl RingRule {
                 sums[2] = even.mul_add(self.upward[2 * pair], sums[2]);
                 sums[3] = odd.mul_add(self.upward[2 * pair + 1], sums[3]);
             }
-            for (j, w, v) in
-                [(j, sums[0] + sums[1], sums[2] + sums[3]), (count - 1 - j, sums[0] - sums[1], sums[2] - sums[3])]
-            {
+            for (j, w, v) in [
+                (j, sums[0] + sums[1], sums[2] + sums[3]),
+                (count - 1 - j, sums[0] - sums[1], sums[2] - sums[3]),
+            ] {
                 let point = &mut self.points[j];
                 let single = w * single_factor;
                 // (1 − cos φ)/ρ³ from 1/ρ and 1/ρ³, without cancellation close by.
@@ -300,6 +301,7 @@ impl RingRule {
 
 #[cfg(test)]
 mod tests {
+    use super::super::lanes::LANES;
     use super::*;
 
     /// Kernels of one source by brute force: a midpoint rule on a grid graded to φ = 0.
@@ -332,7 +334,6 @@ mod tests {
     #[test]
     fn kernels_are_those_of_direct_integration_near_and_far() {
         let mut rule = RingRule::default();
-        let mut worst = 0.0_f64;
         for k in [0.0, 0.7, 6.0, 30.0, 55.0] {
             for damping in [0.0, 0.1] {
                 let k = Complex64::new(k, -damping);
@@ -342,8 +343,7 @@ mod tests {
                     // Rings beside the target, each lane farther away than the last.
                     let gap = Lanes::from_fn(|l| first * 1.4_f64.powi(l as i32));
                     let radius = Lanes::from_fn(|l| (r - 0.6 * gap.0[l]).abs() + 1e-6);
-                    let gap_square =
-                        Lanes::from_fn(|l| (radius.0[l] - r).powi(2) + (0.8 * gap.0[l]).powi(2));
+                    let gap_square = Lanes::from_fn(|l| (radius.0[l] - r).powi(2) + (0.8 * gap.0[l]).powi(2));
                     let normal_r = Lanes::from_fn(|l| 0.3 + 0.1 * l as f64);
                     let across = Lanes::from_fn(|l| 0.2 * gap_square.0[l] + 0.01 * first * gap.0[l]);
                     let weight = Lanes::splat(1.3);
@@ -356,20 +356,18 @@ mod tests {
                         rule.kernels::<false>(k, midpoints)
                     };
                     for l in 0..LANES {
-                        let source =
-                            [radius.0[l], gap_square.0[l], normal_r.0[l], across.0[l], weight.0[l]];
+                        let source = [radius.0[l], gap_square.0[l], normal_r.0[l], across.0[l], weight.0[l]];
                         let expected = brute(r, source, k);
                         let found = [found.single[0], found.single[1], found.double[0], found.double[1]]
                             .map(|[re, im]| Complex64::new(re.0[l], im.0[l]));
                         for (a, b) in found.iter().zip(&expected) {
                             let error = (a - b).norm() / expected[0].norm().max(b.norm());
-                            worst = worst.max(error);
-                            assert!(error < 1e-8, "k {k} gap {first} lane {l}: {found:?} {expected:?}");
+                            // Residual seen: 1.2e-11.
+                            assert!(error < 1e-9, "k {k} gap {first} lane {l}: {found:?} {expected:?}");
                         }
                     }
                 }
             }
         }
-        println!("worst {worst:e}");
     }
 }

@@ -70,16 +70,7 @@ impl<'a> RowContext<'a> {
 
     /// The row of a node.
     pub(super) fn row(&self, target: usize) -> Row {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                if self.wavenumbers.iter().all(|k| k.im == 0.0) {
-                    self.row_inlined::<false>(target)
-                } else {
-                    self.row_inlined::<true>(target)
-                }
-            },
-        )
+        pulp::Arch::new().dispatch(RowTask { context: self, target })
     }
 
     #[inline(always)]
@@ -184,6 +175,25 @@ impl<'a> RowContext<'a> {
 fn separated(node: &Node, from: glam::DVec2, to: glam::DVec2, length: f64, ratio: f64) -> bool {
     let image = glam::DVec2::new(-node.position.x, node.position.y);
     [node.position, image].iter().all(|p| p.distance(from) + p.distance(to) >= ratio * length)
+}
+
+/// A row as `pulp` wants it, to be compiled for each instruction set.
+struct RowTask<'a> {
+    context: &'a RowContext<'a>,
+    target: usize,
+}
+
+impl pulp::WithSimd for RowTask<'_> {
+    type Output = Row;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Row {
+        if self.context.wavenumbers.iter().all(|k| k.im == 0.0) {
+            self.context.row_inlined::<false>(self.target)
+        } else {
+            self.context.row_inlined::<true>(self.target)
+        }
+    }
 }
 
 /// Where the kernels of eight points go.

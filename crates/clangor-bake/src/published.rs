@@ -61,7 +61,7 @@ pub struct PublishedOptions {
     pub fit: Fit,
 }
 
-/// Radii of the fit [R]: 2 to 4 in equal ratios (\[PAN\] §4.2).
+/// Radii of the fit \[R\]: 2 to 4 in equal ratios (\[PAN\] §4.2).
 pub fn fit_radii(count: usize) -> Vec<f64> {
     (0..count).map(|i| 2.0 * 2.0f64.powf(i as f64 / (count - 1) as f64)).collect()
 }

@@ -84,7 +84,7 @@ impl<'a> FieldSampler<'a> {
         FieldSampler { field, weights, wavenumbers: wavenumbers.len() }
     }
 
-    /// p e^{iκ|x|}/(ρR) of z = e_1 … e_6 at `x` [R].
+    /// p e^{iκ|x|}/(ρR) of z = e_1 … e_6 at `x` \[R\].
     pub fn spectra(&self, x: DVec3) -> [Vec<Complex64>; DEGREES] {
         let field = self.field;
         let count = field.nodes.len();

@@ -1,0 +1,90 @@
+//! Errors of a published field against the field it was fitted from.
+
+use clangor::model::acceleration_field::DEGREES;
+use clangor::model::published::PublishedField;
+use clangor::model::published::pulse::pulse_spectrum;
+use clangor_bake::published::{half_sine_spectrum, synthesize};
+use glam::DVec3;
+use num_complex::Complex64;
+
+/// What the body is pushed by.
+#[derive(Clone, Copy)]
+pub(crate) enum Push {
+    /// One pulse ψ of the field.
+    Pulse,
+    /// A half-sine of this duration [R/c], made of pulses.
+    HalfSine(f64),
+}
+
+/// Spread over the sphere by the golden angle, off every grid.
+pub(crate) fn directions(count: usize) -> Vec<DVec3> {
+    let golden = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
+    (0..count)
+        .map(|i| {
+            let z = 1.0 - (2.0 * i as f64 + 1.0) / count as f64;
+            let (sin, cos) = (golden * i as f64 + 0.3).sin_cos();
+            DVec3::new((1.0 - z * z).sqrt() * cos, (1.0 - z * z).sqrt() * sin, z)
+        })
+        .collect()
+}
+
+/// Pressures of one motion at a point, by the published field and exactly, at the samples of the field.
+pub(crate) fn signals(
+    field: &PublishedField,
+    push: Push,
+    exact: &[Complex64],
+    degree: usize,
+    x: DVec3,
+) -> (Vec<f64>, Vec<f64>) {
+    let spacing = std::f64::consts::TAU / (field.length as f64 * field.step);
+    let wavenumbers = (0..=field.length / 2).map(|m| m as f64 * spacing);
+    let mut z = [0.0; DEGREES];
+    z[degree] = 1.0;
+    let response = field.response(&z, x, f64::INFINITY);
+    match push {
+        Push::Pulse => {
+            let gains: Vec<f64> = wavenumbers.map(|k| pulse_spectrum(k, field.pulse)).collect();
+            (response.samples, synthesize(exact, &gains, field.step, field.start))
+        }
+        Push::HalfSine(duration) => {
+            let weights: Vec<f64> = (0..=(duration / field.pulse) as usize)
+                .map(|k| (std::f64::consts::PI * k as f64 * field.pulse / duration).sin())
+                .collect();
+            let sum = response.shifted_sum(&weights, field.pulse);
+            let skip = ((field.start - sum.start) / field.step).round() as usize;
+            let spectrum: Vec<Complex64> =
+                exact.iter().zip(wavenumbers).map(|(p, k)| p * half_sine_spectrum(k, duration)).collect();
+            let ones = vec![1.0; spectrum.len()];
+            let reference = synthesize(&spectrum, &ones, field.step, field.start);
+            (sum.samples[skip..skip + field.length].to_vec(), reference)
+        }
+    }
+}
+
+/// Relative L2 error of each motion over directions at a distance; a motion below 1e-6 of the loudest counts as silent.
+pub(crate) fn errors(
+    field: &PublishedField,
+    spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES],
+    push: Push,
+    directions: &[DVec3],
+    distance: f64,
+) -> [Option<f64>; DEGREES] {
+    let mut sums = [[0.0; 2]; DEGREES];
+    for v in directions {
+        let exact = spectra(*v * distance);
+        for (degree, sum) in sums.iter_mut().enumerate() {
+            let (x, reference) = signals(field, push, &exact[degree], degree, *v * distance);
+            for (x, r) in x.iter().zip(&reference) {
+                sum[0] += (x - r) * (x - r);
+                sum[1] += r * r;
+            }
+        }
+    }
+    let loudest = sums.iter().map(|s| s[1]).fold(0.0, f64::max);
+    sums.map(|[difference, size]| (size > 1e-12 * loudest).then(|| (difference / size).sqrt()))
+}
+
+/// The worst of some motions.
+pub(crate) fn worst(errors: &[Option<f64>]) -> f64 {
+    errors.iter().flatten().copied().fold(0.0, f64::max)
+}

@@ -9,6 +9,7 @@ use glam::{DMat3, DVec3};
 
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::curvature::mean_curvature;
+use crate::geometry::hull::extreme_hull;
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::solid::{MeshError, check_solid};
 use crate::geometry::surface_tree::SurfaceTree;
@@ -126,6 +127,19 @@ impl Surface {
             Surface::Sphere { radius } => *radius,
             Surface::HalfSpace => f64::INFINITY,
             Surface::Mesh(surface) => surface.mesh.bounding_radius(DVec3::ZERO),
+        }
+    }
+
+    /// Volume over the volume of the convex hull of the points that lie farthest in a hundred directions: about 1 for
+    /// convex bodies, and up to 1.08 where the surface is curved.
+    pub fn hull_filling(&self) -> f64 {
+        match self {
+            Surface::Sphere { .. } | Surface::HalfSpace => 1.0,
+            Surface::Mesh(surface) => {
+                let hull = extreme_hull(&surface.mesh, 100).and_then(|hull| MassProperties::of(&hull));
+                // Without a hull it has no thickness, and fills nothing.
+                hull.map_or(0.0, |hull| surface.volume / hull.volume)
+            }
         }
     }
 

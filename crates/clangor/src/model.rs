@@ -7,6 +7,7 @@ pub mod ellipsoid_bank;
 pub mod model_file;
 pub mod near_field;
 pub mod playable_field;
+pub mod playable_model;
 pub mod published;
 pub mod radial;
 pub mod sphere_radiation;

@@ -22,6 +22,7 @@ mod suggest;
 use glam::DVec3;
 
 use crate::medium::Medium;
+use crate::synthesis::SoundRule;
 use body_description::{BodyDescription, HangDescription, PlaneDescription, SpringDescription};
 use diagnostic::{SceneErrors, SceneWarning};
 use listener::Listener;
@@ -65,6 +66,13 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// What each body of the instantiated scene is to sound as, in their order; planes make no sound.
+    pub fn sound_rules(&self) -> Vec<SoundRule> {
+        let of = |body: &BodyDescription| (body.sound.unwrap_or(self.render.sound), body.count());
+        let bodies = self.bodies.iter().map(of);
+        bodies.flat_map(|(rule, count)| std::iter::repeat_n(rule, count)).collect()
+    }
+
     /// Reads a scene.
     ///
     /// # Errors

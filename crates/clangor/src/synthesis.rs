@@ -23,6 +23,7 @@ pub mod lowpass;
 pub mod overlap_add;
 pub mod renderer;
 pub mod source;
+pub mod source_rule;
 mod spectrum;
 pub mod strike;
 
@@ -31,6 +32,7 @@ pub use listener::Listener;
 pub use overlap_add::OverlapAdd;
 pub use renderer::{BlockJob, RenderReport, RenderSettings, RenderedBlock, Renderer};
 pub use source::{FieldSource, SoundSource};
+pub use source_rule::SoundRule;
 
 use crate::body::BodyId;
 

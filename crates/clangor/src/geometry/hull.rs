@@ -43,6 +43,28 @@ pub fn convex_hull(points: &[DVec3]) -> Result<TriMesh, MeshError> {
     Ok(TriMesh { vertices: points.to_vec(), triangles: faces }.weld(0.0))
 }
 
+/// Convex hull of the vertices that lie farthest in so many directions, spread evenly over the sphere: a little less than
+/// the convex hull, for the price of a few points.
+///
+/// # Errors
+/// Those of [`convex_hull`].
+pub fn extreme_hull(mesh: &TriMesh, directions: usize) -> Result<TriMesh, MeshError> {
+    let golden = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
+    let mut extremes: Vec<usize> = (0..directions)
+        .filter_map(|k| {
+            let y = 1.0 - (2 * k + 1) as f64 / directions as f64;
+            let (sin, cos) = (golden * k as f64).sin_cos();
+            let direction = DVec3::new((1.0 - y * y).sqrt() * cos, y, (1.0 - y * y).sqrt() * sin);
+            let height = |i: &usize| mesh.vertices[*i].dot(direction);
+            (0..mesh.vertices.len()).max_by(|i, j| height(i).total_cmp(&height(j)))
+        })
+        .collect();
+    extremes.sort_unstable();
+    extremes.dedup();
+    let points: Vec<DVec3> = extremes.into_iter().map(|i| mesh.vertices[i]).collect();
+    convex_hull(&points)
+}
+
 /// Height of a point above a face \[m\].
 fn height(points: &[DVec3], face: [u32; 3], point: DVec3) -> f64 {
     let [a, b, c] = face.map(|i| points[i as usize]);

@@ -6,6 +6,7 @@ use super::diagnostic::Place;
 use crate::body::Motion;
 use crate::material::Material;
 use crate::pose::Pose;
+use crate::synthesis::SoundRule;
 
 /// One `[[body]]`: one body, or many copies.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,8 @@ pub struct BodyDescription {
     pub motion: Motion,
     /// Lower bound of the local contact radius \[m\]; `None`: [`EDGE_RADIUS_RATIO`] of its bounding radius.
     pub edge_radius: Option<f64>,
+    /// What it sounds as; `None`: what the `[render]` section says.
+    pub sound: Option<SoundRule>,
     /// How many, and where.
     pub copies: Copies,
     /// Where the body is written.

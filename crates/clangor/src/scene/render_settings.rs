@@ -2,6 +2,7 @@
 
 use crate::contact::ForceProfile;
 use crate::model::sphere_radiation::SphereModel;
+use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
 
 /// The `[render]` section.
@@ -17,6 +18,8 @@ pub struct RenderSettings {
     pub floor: Floor,
     /// Time profile of a contact force.
     pub pulse: ForceProfile,
+    /// What bodies sound as that do not say it themselves.
+    pub sound: SoundRule,
     /// Sound field of an accelerated sphere.
     pub radiation: SphereModel,
     /// Impulses that one instant sends through a chain of touching bodies sound one after the other.
@@ -35,6 +38,7 @@ impl Default for RenderSettings {
             level: Level::Default,
             floor: Floor::None,
             pulse: ForceProfile::HalfSine,
+            sound: SoundRule::Auto,
             radiation: SphereModel::Exact,
             chain_onset: true,
             max_frequency: None,

@@ -19,6 +19,7 @@ use super::lowpass;
 use super::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
 use crate::contact::ForceProfile;
 use crate::model::acceleration_field::DEGREES;
+use crate::model::near_field::{FAR, NEAR};
 use crate::model::playable_field::{FieldScratch, GROUP, NodeGroup, PlayableField};
 use crate::synthesis::source::FieldSource;
 use glam::DVec3;
@@ -38,7 +39,7 @@ pub(super) struct FieldTransfer {
     pub(super) source: Arc<FieldSource>,
     /// z = (Δv, R Δω) [m/s] in the axes of the field.
     pub(super) motion: [f64; DEGREES],
-    /// The receiver over R, in the axes of the field.
+    /// The receiver over R, in the axes of the field; outside the bounding sphere unless there is a near field.
     pub(super) position: DVec3,
     /// ρ R [kg/m²].
     pub(super) scale: f64,
@@ -74,6 +75,8 @@ pub(super) struct Interpolation {
     pairs: Vec<Bins>,
     /// Fade / D for each group of bins.
     inverse: Vec<Bins>,
+    /// The fade, up to the last bin that is not zero; empty where it is 1 everywhere.
+    gains: Vec<f64>,
 }
 
 impl Interpolation {
@@ -86,12 +89,14 @@ impl Interpolation {
         let mut inverse = vec![Bins::default(); groups.len()];
         let (centre, half_width) = fade(band_end);
         let whole = centre - half_width >= grid.spacing_hz * grid.omega.len() as f64;
-        let gains =
-            (!whole).then(|| lowpass::transition(|k| (grid.spacing_hz * k as f64 - centre) / half_width));
+        let place = |k: usize| (grid.spacing_hz * k as f64 - centre) / half_width;
+        let gains = if whole { Vec::new() } else { lowpass::transition(place) };
         let places = groups.iter().zip(pairs.chunks_exact_mut(nodes.len())).zip(&mut inverse).enumerate();
         for (group, ((omega, pairs), inverse)) in places {
-            let gain = |lane: usize| {
-                gains.as_ref().map_or(1.0, |g| g.get(group * LANES + lane).copied().unwrap_or(0.0))
+            let gain = |lane: usize| match gains.get(group * LANES + lane) {
+                Some(gain) => *gain,
+                None if whole => 1.0,
+                None => 0.0,
             };
             if gain(0) == 0.0 {
                 break;
@@ -120,7 +125,7 @@ impl Interpolation {
                 (inverse.re[lane], inverse.im[lane]) = (value.re, value.im);
             }
         }
-        Interpolation { pairs, inverse }
+        Interpolation { pairs, inverse, gains }
     }
 }
 
@@ -131,10 +136,37 @@ pub(super) struct FieldPlayer {
     values: Vec<NodeGroup>,
     /// Re(w_j v_j) and Re(w_j v_j conj s_j).
     weighted: Vec<(f64, f64)>,
+    near: Vec<NodeGroup>,
     last: Option<(Arc<FieldSource>, f64, Interpolation)>,
 }
 
 impl FieldPlayer {
+    /// The values at the nodes: of the multipoles, of the boundary integral, or between the two.
+    #[inline(always)]
+    fn at_nodes(&mut self, transfer: &FieldTransfer) {
+        let FieldTransfer { source, motion, position, .. } = transfer;
+        let distance = position.length();
+        let near = source.near.as_deref().filter(|_| distance < FAR);
+        // 1 where the boundary integral speaks alone.
+        let share = near.map_or(0.0, |_| ((FAR - distance) / (FAR - NEAR)).min(1.0));
+        if share < 1.0 {
+            source.field.at_nodes(motion, *position, &mut self.scratch, &mut self.values);
+        }
+        if let Some(near) = near {
+            near.at_nodes(source.field.nodes(), motion, *position, &mut self.near);
+            if share == 1.0 {
+                self.values.clone_from(&self.near);
+                return;
+            }
+            for (value, near) in self.values.iter_mut().zip(&self.near) {
+                for lane in 0..GROUP {
+                    value.re[lane] += share * (near.re[lane] - value.re[lane]);
+                    value.im[lane] += share * (near.im[lane] - value.im[lane]);
+                }
+            }
+        }
+    }
+
     /// Adds a wave, with times counted from `origin` \[s\].
     #[inline(always)]
     pub(super) fn add(
@@ -147,7 +179,7 @@ impl FieldPlayer {
     ) {
         let source = &transfer.source;
         let field = &*source.field;
-        field.at_nodes(&transfer.motion, transfer.position, &mut self.scratch, &mut self.values);
+        self.at_nodes(transfer);
         self.weighted.clear();
         for (j, node) in field.nodes().iter().enumerate() {
             let (group, lane) = (j / GROUP, j % GROUP);
@@ -166,6 +198,35 @@ impl FieldPlayer {
         if let Some((.., table)) = &self.last {
             add_interpolated(spectrum, grid, wave, (&self.weighted, transfer.crossing), table, origin);
         }
+    }
+}
+
+impl FieldPlayer {
+    /// Estimate of the energy ∫ p² dt [Pa² s] that a click would have had above the band of its field.
+    ///
+    /// Far above, a rigid body's pressure follows its velocity, so that per acceleration it falls as 1/ω: so it is
+    /// continued from the mean square of the last tenth of the band, `spectrum` over that of the force.
+    pub(super) fn missing_energy(&self, grid: &Grid, spectrum: &Spectrum, wave: &Wave) -> f64 {
+        let Some((source, crossing, table)) = &self.last else { return 0.0 };
+        if table.gains.is_empty() {
+            return 0.0;
+        }
+        let band_end = source.max_frequency(source.radius / crossing);
+        let bin = |hz: f64| ((hz / grid.spacing_hz) as usize).min(grid.bins.saturating_sub(1));
+        let (first, last) = (bin(0.9 * band_end), bin(band_end));
+        let force = |k: usize| wave.profile.centred_spectrum(grid.omega[k], wave.duration).powi(2);
+        let (mut heard, mut pushed) = (0.0, 0.0);
+        for k in first..=last {
+            heard += spectrum.re[k].powi(2) + spectrum.im[k].powi(2);
+            pushed += force(k);
+        }
+        let ratio = if pushed > 0.0 { heard / pushed } else { 0.0 };
+        let beyond = (last + 1..grid.bins).map(|k| {
+            let missing = 1.0 - table.gains.get(k).map_or(0.0, |gain| gain * gain);
+            let fall = last.max(1) as f64 / k as f64;
+            missing * (fall * grid.gain(k)).powi(2) * force(k)
+        });
+        2.0 * grid.spacing_hz * ratio * beyond.sum::<f64>()
     }
 }
 

@@ -11,18 +11,27 @@ pub struct OverlapAdd {
     channels: Vec<Vec<f64>>,
     first: i64,
     energies: BTreeMap<BodyId, f64>,
+    missing_energies: BTreeMap<BodyId, f64>,
 }
 
 impl OverlapAdd {
     /// A silent signal of `receivers` channels that begins with sample `first`; earlier samples are discarded.
     pub fn new(receivers: usize, first: i64) -> Self {
-        OverlapAdd { channels: vec![Vec::new(); receivers], first, energies: BTreeMap::new() }
+        OverlapAdd {
+            channels: vec![Vec::new(); receivers],
+            first,
+            energies: BTreeMap::new(),
+            missing_energies: BTreeMap::new(),
+        }
     }
 
     /// Adds a block. Blocks in the renderer's order give the same bits every time.
     pub fn add(&mut self, block: &RenderedBlock) {
         for (body, energy) in &block.energies {
             *self.energies.entry(*body).or_default() += energy;
+        }
+        for (body, energy) in &block.missing_energies {
+            *self.missing_energies.entry(*body).or_default() += energy;
         }
         let skip = (self.first - block.first_sample).clamp(0, block.samples.len() as i64) as usize;
         let samples = &block.samples[skip..];
@@ -58,5 +67,10 @@ impl OverlapAdd {
     /// Sum of ∫ p² dt [Pa² s] over the clicks of each body and all receivers, blocks before the first sample included.
     pub fn energies(&self) -> &BTreeMap<BodyId, f64> {
         &self.energies
+    }
+
+    /// Estimate of the same above the band of the fields, for bodies whose field ends within the band rendered.
+    pub fn missing_energies(&self) -> &BTreeMap<BodyId, f64> {
+        &self.missing_energies
     }
 }

@@ -59,6 +59,9 @@ pub struct RenderReport {
     pub first_inside: Option<(usize, BodyId, f64)>,
     /// Clicks left out because the body's centre was below the rigid floor.
     pub below_floor: u64,
+    /// Where the field of a body ends \[Hz\], of those that end below the highest frequency that is rendered in full.
+    /// What is missing above is in [`OverlapAdd::missing_energies`](super::OverlapAdd::missing_energies).
+    pub band_ends: BTreeMap<BodyId, f64>,
 }
 
 /// Takes clicks, gives blocks.
@@ -100,6 +103,22 @@ struct HeardClick {
 struct BlockTables {
     grid: Grid,
     inverse: Arc<dyn ComplexToReal<f64>>,
+}
+
+impl RenderSettings {
+    /// Highest frequency that is rendered in full, and that from which on nothing is \[Hz\].
+    pub fn band(&self) -> (f64, f64) {
+        let rate = self.sample_rate.as_f64();
+        let widest = lowpass::CENTRE * rate;
+        let half_width = lowpass::HALF_WIDTH * rate;
+        let centre = self.max_frequency.map_or(widest, |f| (f + half_width).min(widest));
+        (centre - half_width, centre + half_width)
+    }
+
+    /// k = 2πf/c [1/m] of the highest frequency that is rendered in full.
+    pub fn max_wavenumber(&self) -> f64 {
+        std::f64::consts::TAU * self.band().0 / self.medium.sound_speed
+    }
 }
 
 impl Renderer {
@@ -149,6 +168,12 @@ impl Renderer {
         if floor.mirrored(click.centre).is_some_and(|mirrored| mirrored.y > click.centre.y) {
             self.report.below_floor += 1;
             return Ok(());
+        }
+        if let SoundSource::Field(source) = &click.source {
+            let band_end = source.max_frequency(self.settings.medium.sound_speed);
+            if band_end < self.settings.band().0 {
+                self.report.band_ends.insert(click.body, band_end);
+            }
         }
         for receiver in 0..self.listener.receivers.len() {
             let Some(direct) = self.wave(click, receiver, false)? else {
@@ -264,9 +289,8 @@ impl Renderer {
 
     /// Time \[s\] by which the end of a field's band blurs it.
     fn blur(&self, source: &FieldSource) -> f64 {
-        let rate = self.settings.sample_rate.as_f64();
         let band_end = source.max_frequency(self.settings.medium.sound_speed);
-        if band_end < (lowpass::CENTRE + lowpass::HALF_WIDTH) * rate { fade_reach(band_end) } else { 0.0 }
+        if band_end < self.settings.band().1 { fade_reach(band_end) } else { 0.0 }
     }
 
     /// Time between a wave and the floor's \[s\] below which they are one sound: that in which it falls by 50 dB.
@@ -328,9 +352,10 @@ fn field_transfer(click: &Click, source: &Arc<FieldSource>, place: DVec3, medium
     let [linear, angular] =
         [click.velocity_change, radius * click.angular_velocity_change].map(|v| (to_field * v).to_array());
     let position = field_from_body * place / radius;
-    // Inside the bounding sphere the field is that on the sphere in this direction.
+    // Without a near field, the field inside the bounding sphere is that on the sphere in this direction.
     let distance = position.length();
-    let position = if distance < 1.0 { position.try_normalize().unwrap_or(DVec3::X) } else { position };
+    let on_sphere = distance < 1.0 && source.near.is_none();
+    let position = if on_sphere { position.try_normalize().unwrap_or(DVec3::X) } else { position };
     FieldTransfer {
         source: Arc::clone(source),
         motion: std::array::from_fn(|i| if i < 3 { linear[i] } else { angular[i - 3] }),
@@ -373,6 +398,8 @@ pub struct RenderedBlock {
     pub samples: Vec<f64>,
     /// ∫ p² dt [Pa² s] of each click by itself, with the body that made it.
     pub energies: Vec<(BodyId, f64)>,
+    /// Estimates of the same above the band of the fields, for clicks that lack some of it.
+    pub missing_energies: Vec<(BodyId, f64)>,
 }
 
 impl BlockJob {
@@ -389,6 +416,7 @@ impl BlockJob {
         let mut one = grid.spectrum();
         let mut player = FieldPlayer::default();
         let mut energies = Vec::with_capacity(self.clicks.len());
+        let mut missing_energies = Vec::new();
         for click in &self.clicks {
             one.clear();
             one.add_wave(grid, &click.direct, self.origin, &mut player);
@@ -396,6 +424,12 @@ impl BlockJob {
                 one.add_wave(grid, reflected, self.origin, &mut player);
             }
             energies.push((click.body, grid.energy(&one)));
+            if let Transfer::Field(_) = &click.direct.transfer {
+                let missing = player.missing_energy(grid, &one, &click.direct);
+                if missing > 0.0 {
+                    missing_energies.push((click.body, missing));
+                }
+            }
             sum.add(&one);
         }
         let mut spectrum = inverse.make_input_vec();
@@ -412,6 +446,7 @@ impl BlockJob {
             first_sample: self.key.first - REACH as i64,
             samples,
             energies,
+            missing_energies,
         }
     }
 }

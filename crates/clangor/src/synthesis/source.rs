@@ -1,9 +1,9 @@
 //! What sounds when a body is accelerated: the sphere of its volume, or a field of its own or of an ellipsoid.
 //!
-//! A field is known outside its bounding sphere, of radius R about the centre of mass. Nearer, the boundary integral of
-//! [`near_field`](crate::model::near_field) takes over where there is one; else a listener hears the field on the
-//! bounding sphere in its direction, which is finite, continuous, and too quiet close to the surface. A listener inside
-//! the body hears nothing, and is counted.
+//! A field is known outside its bounding sphere, of radius R about the centre of mass. The boundary integral of
+//! [`near_field`](crate::model::near_field), where there is one, takes over between 1.2 and 1.1 R. Without it, a listener in
+//! the bounding sphere hears the field on the sphere in its direction, which is finite, continuous, and too quiet close to
+//! the surface. A listener inside the body hears nothing, and is counted.
 
 use std::sync::Arc;
 
@@ -11,6 +11,7 @@ use glam::{DQuat, DVec3};
 
 use crate::body::{Body, Surface};
 use crate::medium::Medium;
+use crate::model::near_field::NearField;
 use crate::model::playable_field::PlayableField;
 use crate::model::sphere_radiation::SphereTransfer;
 
@@ -34,6 +35,8 @@ pub enum SoundSource {
 pub struct FieldSource {
     /// The field; bodies of the same shape share it.
     pub field: Arc<PlayableField>,
+    /// What takes over near the body.
+    pub near: Option<Arc<NearField>>,
     /// Its unit of length R \[m\]: the bounding radius of the body, or of its proxy.
     pub radius: f64,
     /// Rotation from the axes of the field to those of the body.
@@ -84,12 +87,13 @@ impl FieldSource {
     /// A field of unit length `radius` R \[m\], turned by `body_from_field`, for a body with this surface.
     pub fn new(
         field: Arc<PlayableField>,
+        near: Option<Arc<NearField>>,
         radius: f64,
         body_from_field: DQuat,
         surface: Arc<Surface>,
     ) -> Self {
         let bounding_radius = surface.bounding_radius();
-        FieldSource { field, radius, body_from_field, surface, bounding_radius }
+        FieldSource { field, near, radius, body_from_field, surface, bounding_radius }
     }
 
     /// Highest frequency \[Hz\] at which the field is known, in a medium of this speed of sound [m/s].

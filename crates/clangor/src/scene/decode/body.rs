@@ -5,6 +5,7 @@ use glam::{DQuat, DVec3};
 use super::material::Materials;
 use super::motion::{body_track, orientation};
 use super::reader::{Decoder, Node, Quantity, Section};
+use super::settings::SOUNDS;
 use super::{Names, geometry};
 use crate::body::Motion;
 use crate::material::{Material, presets};
@@ -28,6 +29,7 @@ pub(super) const KEYS: &[&str] = &[
     "motion",
     "keyframes",
     "edge_radius",
+    "sound",
     "positions",
     "count",
     "placement",
@@ -130,6 +132,7 @@ fn body(
     let motion = if preset.is_some() { Some(Motion::Fixed) } else { motion(d, section) };
     let velocity = velocity(d, section, "velocity", sound_speed);
     let angular_velocity = section.vector(d, "angular_velocity", "rad/s");
+    let sound = section.choice(d, "sound", SOUNDS);
     let edge_radius = section.number(d, "edge_radius", Quantity::between(1e-9, 1e3, "m"));
     if !matches!(motion, Some(Motion::Free) | None) {
         for key in ["velocity", "angular_velocity"] {
@@ -155,6 +158,7 @@ fn body(
         angular_velocity: angular_velocity.unwrap_or(DVec3::ZERO),
         motion,
         edge_radius,
+        sound,
         copies: copies?,
         place: section.place.clone(),
         geometry_place,

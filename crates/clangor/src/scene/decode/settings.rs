@@ -7,6 +7,7 @@ use crate::model::sphere_radiation::SphereModel;
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::render_settings::{Compressor, Level, RenderSettings, SampleFormat};
 use crate::scene::simulation_settings::{SimulationSettings, SolverChoice};
+use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
 
 pub(super) const MEDIUM_KEYS: &[&str] = &["density", "sound_speed", "temperature"];
@@ -79,10 +80,18 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "floor",
     "floor_height",
     "pulse",
+    "sound",
     "radiation",
     "chain_onset",
     "max_frequency",
     "compressor",
+];
+/// The words for what a body sounds as.
+pub(super) const SOUNDS: &[(&str, SoundRule)] = &[
+    ("auto", SoundRule::Auto),
+    ("own", SoundRule::Own),
+    ("proxy", SoundRule::Proxy),
+    ("sphere", SoundRule::Sphere),
 ];
 pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];
 
@@ -108,6 +117,7 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
         level: level(d, &section),
         floor: floor(d, &section),
         pulse: section.choice(d, "pulse", &pulses).unwrap_or(default.pulse),
+        sound: section.choice(d, "sound", SOUNDS).unwrap_or(default.sound),
         radiation: section.choice(d, "radiation", &radiations).unwrap_or(default.radiation),
         chain_onset: section.boolean(d, "chain_onset").unwrap_or(default.chain_onset),
         max_frequency: section.number(d, "max_frequency", Quantity::between(100.0, nyquist, "Hz")),

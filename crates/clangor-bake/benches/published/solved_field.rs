@@ -40,8 +40,7 @@ impl SolvedField {
         let spacing = std::f64::consts::TAU / (solved_length as f64 * options.step);
         let count = ((highest / spacing) as usize).min(solved_length / 2);
         // Zero itself may be out of reach of a solver.
-        let kappas: Vec<f64> =
-            (0..=count).map(|m| if m == 0 { 1e-3 } else { m as f64 * spacing }).collect();
+        let kappas: Vec<f64> = (0..=count).map(|m| if m == 0 { 1e-3 } else { m as f64 * spacing }).collect();
         let wavenumbers: Vec<f64> = kappas.iter().map(|k| k / radius).collect();
         let order = highest.ceil() as usize + 6;
         let samples = solver.solve(&wavenumbers, order)?;

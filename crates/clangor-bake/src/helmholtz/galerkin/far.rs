@@ -60,6 +60,16 @@ pub(super) struct FarSystem {
     images: Vec<FarImage>,
     tests: Vec<Test>,
     triangles: Vec<[u32; 3]>,
+    /// Vertices of each group of sources.
+    corners: Vec<Vec<Corners>>,
+}
+
+/// The corners of a group of sources that are one vertex.
+#[derive(Clone, Debug)]
+struct Corners {
+    vertex: u32,
+    /// Where their real parts are among the sums of a test vertex, one way.
+    places: Vec<u16>,
 }
 
 /// Consecutive test triangles, and the vertices they use.
@@ -113,7 +123,8 @@ impl FarSystem {
         let blocks = (0..count).step_by(BLOCK).map(|first| Block::new(panels, first)).collect();
         let images =
             images.iter().zip(near).map(|(signs, near)| FarImage::new(panels, *signs, near)).collect();
-        Self { blocks, images, tests, triangles: panels.triangles.clone() }
+        let corners = panels.triangles.chunks(GROUP).map(corners).collect();
+        Self { blocks, images, tests, triangles: panels.triangles.clone(), corners }
     }
 
     /// Adds the far pairs at wavenumber `k` [1/R], γ = −i`coupling`, to the matrices and to the loads of all vertices.
@@ -190,6 +201,18 @@ impl FarImage {
     }
 }
 
+/// The vertices of a group.
+fn corners(group: &[[u32; 3]]) -> Vec<Corners> {
+    let mut all: Vec<(u32, u16)> = Vec::new();
+    for (lane, triangle) in group.iter().enumerate() {
+        all.extend(triangle.iter().enumerate().map(|(j, v)| (*v, (2 * j * GROUP + lane) as u16)));
+    }
+    all.sort_unstable();
+    all.chunk_by(|a, b| a.0 == b.0)
+        .map(|same| Corners { vertex: same[0].0, places: same.iter().map(|(_, place)| *place).collect() })
+        .collect()
+}
+
 fn single(v: DVec3) -> [f32; 3] {
     v.as_vec3().to_array()
 }
@@ -259,8 +282,10 @@ impl WithSimd for Assembly<'_, '_> {
                         }
                     }
                     if touched {
+                        for class in classes.iter_mut() {
+                            class.add(g, block, &system.corners[group], &sums);
+                        }
                         let sources = &system.triangles[group * GROUP..];
-                        classes.iter_mut().for_each(|class| class.add(g, block, sources, &sums));
                         add_backward(loads, sources, &backward_loads, &image.parities);
                     }
                 }
@@ -297,22 +322,26 @@ fn add_backward(
 impl ClassMatrix<'_> {
     /// Adds the sums of a block of tests against a group of sources.
     #[inline(always)]
-    fn add(&mut self, image: usize, block: &Block, sources: &[[u32; 3]], sums: &[f32]) {
+    fn add(&mut self, image: usize, block: &Block, sources: &[Corners], sums: &[f32]) {
         let sign = self.signs[image] as f32;
         let n = self.size;
-        for (lane, triangle) in sources.iter().take(GROUP).enumerate() {
-            for (j, vertex) in triangle.iter().enumerate() {
-                let column = self.unknowns[*vertex as usize] as usize;
-                if column >= n {
-                    continue;
-                }
-                let column = &mut self.matrix[column * n..][..n];
-                for (vertex, sums) in block.vertices.iter().zip(sums.chunks_exact(SUMS * GROUP)) {
-                    if let Some(entry) = column.get_mut(self.unknowns[*vertex as usize] as usize) {
-                        let at = 2 * j * GROUP + lane;
-                        entry.re += sign * sums[at];
-                        entry.im += sign * sums[at + GROUP];
-                    }
+        let total = |sums: &[f32], corners: &Corners| {
+            let (mut re, mut im) = (0.0, 0.0);
+            for at in &corners.places {
+                re += sums[*at as usize];
+                im += sums[*at as usize + GROUP];
+            }
+            Complex32::new(sign * re, sign * im)
+        };
+        for corners in sources {
+            let column = self.unknowns[corners.vertex as usize] as usize;
+            if column >= n {
+                continue;
+            }
+            let column = &mut self.matrix[column * n..][..n];
+            for (vertex, sums) in block.vertices.iter().zip(sums.chunks_exact(SUMS * GROUP)) {
+                if let Some(entry) = column.get_mut(self.unknowns[*vertex as usize] as usize) {
+                    *entry += total(&sums[..SUMS / 2 * GROUP], corners);
                 }
             }
         }
@@ -322,13 +351,9 @@ impl ClassMatrix<'_> {
                 continue;
             }
             let column = &mut self.matrix[column * n..][..n];
-            for (lane, triangle) in sources.iter().take(GROUP).enumerate() {
-                for (j, vertex) in triangle.iter().enumerate() {
-                    if let Some(entry) = column.get_mut(self.unknowns[*vertex as usize] as usize) {
-                        let at = (SUMS / 2 + 2 * j) * GROUP + lane;
-                        entry.re += sign * sums[at];
-                        entry.im += sign * sums[at + GROUP];
-                    }
+            for corners in sources {
+                if let Some(entry) = column.get_mut(self.unknowns[corners.vertex as usize] as usize) {
+                    *entry += total(&sums[SUMS / 2 * GROUP..], corners);
                 }
             }
         }

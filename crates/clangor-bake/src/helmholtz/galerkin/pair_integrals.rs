@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use clangor::model::acceleration_field::DEGREES;
 use glam::DVec3;
 use num_complex::Complex64;
+use pulp::{Simd, WithSimd};
 
 use super::pair_rules::{Shares, TouchingRules, close_pair, leading};
 use super::panels::Panels;
@@ -69,7 +70,7 @@ impl PairIntegrator<'_> {
             let (x, y) = (self.test.point(t, u), self.source.point(s, v));
             points.push(x - y, self.test.normals[t], self.source.normals[s], u, v, area * weight);
             if points.filled == POINTS {
-                arch.dispatch(|| points.add_to(self.nodes, &mut blocks));
+                arch.dispatch(Sums { points: &points, nodes: self.nodes, blocks: &mut blocks });
                 points.clear();
             }
         };
@@ -88,7 +89,9 @@ impl PairIntegrator<'_> {
                 add(u, v, point.weight);
             }
         }
-        arch.dispatch(|| points.add_to(self.nodes, &mut blocks));
+        if points.filled > 0 {
+            arch.dispatch(Sums { points: &points, nodes: self.nodes, blocks: &mut blocks });
+        }
         blocks
     }
 
@@ -137,30 +140,35 @@ impl Points {
         self.filled = 0;
         self.shapes = [[0.0; POINTS]; 9];
     }
+}
+
+/// Adds a block of points to the integrals, compiled for the instruction set at hand.
+struct Sums<'a> {
+    points: &'a Points,
+    nodes: &'a [f64],
+    blocks: &'a mut [Block],
+}
+
+impl WithSimd for Sums<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn add_to(&self, nodes: &[f64], blocks: &mut [Block]) {
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { points, nodes, blocks } = self;
         let (mut sine, mut cosine) = ([0.0; POINTS], [0.0; POINTS]);
         // −(1 + ikr) e^{−ikr}, which is 4πr² dG/dr.
         let (mut slope, mut odd_slope) = ([0.0; POINTS], [0.0; POINTS]);
         for (k, block) in nodes.iter().zip(blocks) {
-            turn(&self.distance, k / (2.0 * PI), &mut sine, &mut cosine);
+            turn(&points.distance, k / (2.0 * PI), &mut sine, &mut cosine);
             for p in 0..POINTS {
-                let phase = k * self.distance[p];
+                let phase = k * points.distance[p];
                 slope[p] = -(cosine[p] + phase * sine[p]);
                 odd_slope[p] = sine[p] - phase * cosine[p];
             }
-            let product = |a: &[f64; POINTS], b: &[f64; POINTS]| {
-                let mut out = [0.0; POINTS];
-                for p in 0..POINTS {
-                    out[p] = a[p] * b[p];
-                }
-                out
-            };
             // ∂r/∂n_x = d·n_x/r, ∂r/∂n_y = −d·n_y/r.
-            let test = [product(&self.test_slope, &slope), product(&self.test_slope, &odd_slope)];
-            let source = [product(&self.source_slope, &slope), product(&self.source_slope, &odd_slope)];
-            for (c, shape) in self.shapes.iter().enumerate() {
+            let test = [product(&points.test_slope, &slope), product(&points.test_slope, &odd_slope)];
+            let source = [product(&points.source_slope, &slope), product(&points.source_slope, &odd_slope)];
+            for (c, shape) in points.shapes.iter().enumerate() {
                 block.value[c] += Complex64::new(dot(shape, &cosine), -dot(shape, &sine));
                 block.by_test[c] += Complex64::new(dot(shape, &test[0]), dot(shape, &test[1]));
                 block.by_source[c] -= Complex64::new(dot(shape, &source[0]), dot(shape, &source[1]));
@@ -170,14 +178,23 @@ impl Points {
 }
 
 #[inline(always)]
+fn product(a: &[f64; POINTS], b: &[f64; POINTS]) -> [f64; POINTS] {
+    let mut out = [0.0; POINTS];
+    for p in 0..POINTS {
+        out[p] = a[p] * b[p];
+    }
+    out
+}
+
+#[inline(always)]
 fn dot(a: &[f64; POINTS], b: &[f64; POINTS]) -> f64 {
     let mut sums = [0.0; LANES];
-    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
+    for p in 0..POINTS / LANES {
         for l in 0..LANES {
-            sums[l] += a[l] * b[l];
+            sums[l] += a[p * LANES + l] * b[p * LANES + l];
         }
     }
-    sums.iter().sum()
+    ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]))
 }
 
 /// sin and cos of 2π·`rate`·x, by Taylor's polynomials on a quarter turn either side and the double angle.

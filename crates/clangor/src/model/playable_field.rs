@@ -12,13 +12,13 @@
 //! precision as they are stored. The groups of one order follow each other in memory. The outer sum is in double
 //! precision.
 //!
-//! The loops have fixed lengths and no branches, so that the compiler turns them into vector instructions, the wide ones
-//! where the caller has dispatched to them.
+//! The vector instructions are the widest that the machine has, chosen when the program runs.
 
 use std::ops::Range;
 
 use glam::DVec3;
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::acceleration_field::{AccelerationField, DEGREES, Node, Term};
 use super::radial::reverse_bessel;
@@ -187,7 +187,6 @@ impl PlayableField {
 
     /// p e^{s|x|}/(ρ R) at every node, for z = (a, R α), at `x` in units of R, |x| ≥ 1: what
     /// [`AccelerationField::at_nodes`] gives, up to the rounding of single precision. Lanes without a node get zero.
-    #[inline(always)]
     pub fn at_nodes(
         &self,
         z: &[f64; DEGREES],
@@ -210,13 +209,35 @@ impl PlayableField {
             let z = z / size;
             scratch.factors.extend(scratch.harmonics.iter().map(|y| (z * y) as f32));
         }
-        let nearness = 1.0 / distance;
-        for (group, (value, s)) in values.iter_mut().zip(&self.places).enumerate() {
+        let factors = &scratch.factors;
+        Arch::new().dispatch(Sum { field: self, factors, nearness: 1.0 / distance, size, values });
+    }
+}
+
+/// The sum over terms and orders, for the vector instructions of the machine.
+struct Sum<'a> {
+    field: &'a PlayableField,
+    factors: &'a [f32],
+    /// 1/x.
+    nearness: f64,
+    /// Factor on everything.
+    size: f64,
+    values: &'a mut [NodeGroup],
+}
+
+impl WithSimd for Sum<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Sum { field, factors, nearness, size, values } = self;
+        let groups = values.len();
+        for (group, (value, s)) in values.iter_mut().zip(&field.places).enumerate() {
             // τₙ and τₙ₋₁.
             let mut here = NodeGroup { re: [1.0; GROUP], im: [0.0; GROUP] };
             let mut before = NodeGroup::default();
             let mut first = 0;
-            for (n, range) in self.rows.iter().enumerate() {
+            for (n, range) in field.rows.iter().enumerate() {
                 let begin = first + group * range.len();
                 first += groups * range.len();
                 if n > 0 {
@@ -227,9 +248,9 @@ impl PlayableField {
                 if range.is_empty() {
                     continue;
                 }
-                let rows = &self.values[begin..begin + range.len()];
-                let sums = contract(&scratch.factors, &self.factors[range.clone()], rows);
-                add_order(value, &here, &self.inverses[n * groups + group], &sums, size * nearness);
+                let rows = &field.values[begin..begin + range.len()];
+                let sums = contract(simd, factors, &field.factors[range.clone()], rows);
+                add_order(value, &here, &field.inverses[n * groups + group], &sums, size * nearness);
             }
         }
     }
@@ -259,28 +280,34 @@ fn step(s: &NodeGroup, here: &NodeGroup, before: &NodeGroup, nearness: f64, n: u
 
 /// Σ factor · values over the rows of one order and one group.
 #[inline(always)]
-fn contract(factors: &[f32], places: &[u32], rows: &[[f32; 2 * GROUP]]) -> [f32; 2 * GROUP] {
-    // Four sums, so that an addition need not wait for the one before it.
-    let mut sums = [[0.0f32; 2 * GROUP]; 4];
-    let (fours, rest) = rows.as_chunks::<4>();
+fn contract<S: Simd>(
+    simd: S,
+    factors: &[f32],
+    places: &[u32],
+    rows: &[[f32; 2 * GROUP]],
+) -> [f32; 2 * GROUP] {
+    let mut total = [0.0; 2 * GROUP];
+    let (registers, _) = S::as_simd_f32s(rows.as_flattened());
+    let (total_registers, _) = S::as_mut_simd_f32s(&mut total);
+    let width = total_registers.len();
     let (place_fours, place_rest) = places.as_chunks::<4>();
-    for (rows, places) in fours.iter().zip(place_fours) {
-        for k in 0..4 {
-            let factor = factors[places[k] as usize];
-            for lane in 0..2 * GROUP {
-                sums[k][lane] += factor * rows[k][lane];
+    let (fours, rest) = registers.split_at(4 * width * place_fours.len());
+    let add = |sum, place: u32, register| {
+        let factor = simd.splat_f32s(factors[place as usize]);
+        simd.mul_add_e_f32s(factor, register, sum)
+    };
+    for (column, sum) in total_registers.iter_mut().enumerate() {
+        // Four sums, so that an addition need not wait for the one before it.
+        let mut sums = [simd.splat_f32s(0.0); 4];
+        for (rows, places) in fours.chunks_exact(4 * width).zip(place_fours) {
+            for k in 0..4 {
+                sums[k] = add(sums[k], places[k], rows[k * width + column]);
             }
         }
-    }
-    for (row, place) in rest.iter().zip(place_rest) {
-        let factor = factors[*place as usize];
-        for lane in 0..2 * GROUP {
-            sums[0][lane] += factor * row[lane];
+        for (row, place) in rest.chunks_exact(width).zip(place_rest) {
+            sums[0] = add(sums[0], *place, row[column]);
         }
-    }
-    let mut total = [0.0; 2 * GROUP];
-    for lane in 0..2 * GROUP {
-        total[lane] = (sums[0][lane] + sums[1][lane]) + (sums[2][lane] + sums[3][lane]);
+        *sum = simd.add_f32s(simd.add_f32s(sums[0], sums[1]), simd.add_f32s(sums[2], sums[3]));
     }
     total
 }

@@ -24,6 +24,7 @@ use crate::model::playable_field::{FieldScratch, GROUP, NodeGroup, PlayableField
 use crate::synthesis::source::FieldSource;
 use glam::DVec3;
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 use std::sync::Arc;
 
 /// Least half-width of the fade at the end of a field's band \[Hz\].
@@ -45,6 +46,8 @@ pub(super) struct FieldTransfer {
     pub(super) scale: f64,
     /// R/c \[s\].
     pub(super) crossing: f64,
+    /// From the nodes to the bins of the block in which it is heard, if that is kept.
+    pub(super) table: Option<Arc<Interpolation>>,
 }
 
 /// Centre and half-width \[Hz\] of the fade at the end of a field's band that ends at this frequency \[Hz\].
@@ -62,14 +65,14 @@ pub(super) fn fade_reach(band_end: f64) -> f64 {
 pub(super) const LONGEST_FADE_REACH: f64 = lowpass::REACH as f64 * lowpass::HALF_WIDTH / LEAST_FADE;
 
 /// Complex numbers at consecutive bins.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Bins {
     re: [f64; LANES],
     im: [f64; LANES],
 }
 
 /// From the nodes of a field to the bins of a grid.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Interpolation {
     /// c_j: for each group of bins, for each node.
     pairs: Vec<Bins>,
@@ -80,9 +83,20 @@ pub(super) struct Interpolation {
 }
 
 impl Interpolation {
+    /// For a source with this R/c \[s\].
+    pub(super) fn of(source: &FieldSource, crossing: f64, grid: &Grid) -> Self {
+        let band_end = source.max_frequency(source.radius / crossing);
+        Arch::new().dispatch(|| Interpolation::new(&source.field, crossing, band_end, grid))
+    }
+
+    /// Memory that it takes \[bytes\].
+    pub(super) fn size(&self) -> usize {
+        size_of_val(&self.pairs[..]) + size_of_val(&self.inverse[..]) + size_of_val(&self.gains[..])
+    }
+
     /// For a field with this R/c \[s\] whose band ends at `band_end` \[Hz\].
     #[inline(always)]
-    pub(super) fn new(field: &PlayableField, crossing: f64, band_end: f64, grid: &Grid) -> Self {
+    fn new(field: &PlayableField, crossing: f64, band_end: f64, grid: &Grid) -> Self {
         let nodes = field.nodes();
         let groups = grid.omega.as_chunks::<LANES>().0;
         let mut pairs = vec![Bins::default(); groups.len() * nodes.len()];
@@ -137,7 +151,8 @@ pub(super) struct FieldPlayer {
     /// Re(w_j v_j) and Re(w_j v_j conj s_j).
     weighted: Vec<(f64, f64)>,
     near: Vec<NodeGroup>,
-    last: Option<(Arc<FieldSource>, f64, Interpolation)>,
+    /// What was added last.
+    last: Option<(Arc<FieldSource>, f64, Arc<Interpolation>)>,
 }
 
 impl FieldPlayer {
@@ -187,17 +202,34 @@ impl FieldPlayer {
             let weighted = node.weight * value * transfer.scale;
             self.weighted.push((weighted.re, (weighted * node.s.conj()).re));
         }
-        let same = |last: &(Arc<FieldSource>, f64, Interpolation)| {
-            Arc::ptr_eq(&last.0.field, &source.field) && last.1 == transfer.crossing
+        let table = match &transfer.table {
+            Some(table) => Arc::clone(table),
+            None => Arc::new(Interpolation::of(source, transfer.crossing, grid)),
         };
-        if !self.last.as_ref().is_some_and(same) {
-            let band_end = source.max_frequency(source.radius / transfer.crossing);
-            let table = Interpolation::new(field, transfer.crossing, band_end, grid);
-            self.last = Some((Arc::clone(source), transfer.crossing, table));
-        }
-        if let Some((.., table)) = &self.last {
-            add_interpolated(spectrum, grid, wave, (&self.weighted, transfer.crossing), table, origin);
-        }
+        let crossing = transfer.crossing;
+        let (weighted, table) = (&self.weighted[..], self.last.insert((Arc::clone(source), crossing, table)));
+        Arch::new().dispatch(Addition { spectrum, grid, wave, weighted, crossing, table: &table.2, origin });
+    }
+}
+
+/// The interpolation to all bins, for the vector instructions of the machine.
+struct Addition<'a> {
+    spectrum: &'a mut Spectrum,
+    grid: &'a Grid,
+    wave: &'a Wave,
+    weighted: &'a [(f64, f64)],
+    crossing: f64,
+    table: &'a Interpolation,
+    origin: f64,
+}
+
+impl WithSimd for Addition<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Addition { spectrum, grid, wave, weighted, crossing, table, origin } = self;
+        add_interpolated(simd, spectrum, grid, wave, (weighted, crossing), table, origin);
     }
 }
 
@@ -230,9 +262,33 @@ impl FieldPlayer {
     }
 }
 
+/// Σ_j a_j c_j and Σ_j g_j c_j at a group of bins.
+#[inline(always)]
+fn node_sums<S: Simd>(simd: S, weighted: &[(f64, f64)], pairs: &[Bins]) -> (Bins, Bins) {
+    let (mut slope, mut level) = (Bins::default(), Bins::default());
+    let slopes = S::as_mut_simd_f64s(&mut slope.re).0.iter_mut().zip(S::as_mut_simd_f64s(&mut slope.im).0);
+    let levels = S::as_mut_simd_f64s(&mut level.re).0.iter_mut().zip(S::as_mut_simd_f64s(&mut level.im).0);
+    for (column, (slope, level)) in slopes.zip(levels).enumerate() {
+        let zero = simd.splat_f64s(0.0);
+        let (mut slope_re, mut slope_im, mut level_re, mut level_im) = (zero, zero, zero, zero);
+        let add = |sum, factor, register| simd.mul_add_e_f64s(factor, register, sum);
+        for ((a, g), pair) in weighted.iter().zip(pairs) {
+            let (a, g) = (simd.splat_f64s(*a), simd.splat_f64s(*g));
+            let (re, im) = (S::as_simd_f64s(&pair.re).0[column], S::as_simd_f64s(&pair.im).0[column]);
+            slope_re = add(slope_re, a, re);
+            slope_im = add(slope_im, a, im);
+            level_re = add(level_re, g, re);
+            level_im = add(level_im, g, im);
+        }
+        (*slope.0, *slope.1, *level.0, *level.1) = (slope_re, slope_im, level_re, level_im);
+    }
+    (slope, level)
+}
+
 /// Adds what has these weighted values at the nodes.
 #[inline(always)]
-fn add_interpolated(
+fn add_interpolated<S: Simd>(
+    simd: S,
     spectrum: &mut Spectrum,
     grid: &Grid,
     wave: &Wave,
@@ -254,15 +310,7 @@ fn add_interpolated(
     for (group, ((omega, (re_out, im_out)), (pairs, inverse))) in
         groups.iter().zip(out).zip(tables).enumerate()
     {
-        let (mut slope, mut level) = (Bins::default(), Bins::default());
-        for ((a, g), pair) in weighted.iter().zip(pairs) {
-            for lane in 0..LANES {
-                slope.re[lane] += a * pair.re[lane];
-                slope.im[lane] += a * pair.im[lane];
-                level.re[lane] += g * pair.re[lane];
-                level.im[lane] += g * pair.im[lane];
-            }
-        }
+        let (slope, level) = node_sums(simd, weighted, pairs);
         let mut amplitude = [0.0; LANES];
         match wave.profile {
             ForceProfile::HalfSine => {

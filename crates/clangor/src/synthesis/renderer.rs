@@ -14,7 +14,7 @@ use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner};
 
 use super::click::Click;
-use super::field_spectrum::{FieldPlayer, FieldTransfer, LONGEST_FADE_REACH, fade_reach};
+use super::field_spectrum::{FieldPlayer, FieldTransfer, Interpolation, LONGEST_FADE_REACH, fade_reach};
 use super::listener::{Floor, Listener};
 use super::lowpass::{self, REACH};
 use super::source::{FieldSource, SoundSource};
@@ -30,6 +30,9 @@ const SPAN: i64 = 1 << 16;
 const MIN_LENGTH: usize = 256;
 /// Longest block \[samples\]: 11 s at 384 kHz.
 const MAX_LENGTH: usize = 1 << 22;
+
+/// Memory for interpolations of fields that are kept from click to click; beyond, they are computed anew.
+const MAX_INTERPOLATION_BYTES: usize = 256 << 20;
 
 /// How to render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,9 +73,21 @@ pub struct Renderer {
     settings: RenderSettings,
     pending: BTreeMap<BlockKey, Vec<HeardClick>>,
     tables: BTreeMap<usize, Arc<BlockTables>>,
+    interpolations: BTreeMap<InterpolationKey, KeptInterpolation>,
+    interpolation_bytes: usize,
     planner: RealFftPlanner<f64>,
     handed_out: i64,
     report: RenderReport,
+}
+
+/// Address of a field, bits of R/c, and length of the block.
+type InterpolationKey = (usize, u64, usize);
+
+/// An interpolation that the next click of the body may use.
+struct KeptInterpolation {
+    table: Arc<Interpolation>,
+    /// Kept so that no other field gets its address.
+    _source: Arc<FieldSource>,
 }
 
 /// Place of a block; blocks are rendered and added in this order.
@@ -149,6 +164,8 @@ impl Renderer {
             settings: *settings,
             pending: BTreeMap::new(),
             tables: BTreeMap::new(),
+            interpolations: BTreeMap::new(),
+            interpolation_bytes: 0,
             planner: RealFftPlanner::new(),
             handed_out: i64::MIN,
             report: RenderReport::default(),
@@ -287,6 +304,27 @@ impl Renderer {
         })
     }
 
+    /// The interpolation of a field in blocks of this length; nothing once too many are kept.
+    fn interpolation(
+        &mut self,
+        source: &Arc<FieldSource>,
+        crossing: f64,
+        length: usize,
+    ) -> Option<Arc<Interpolation>> {
+        let key = (Arc::as_ptr(&source.field) as usize, crossing.to_bits(), length);
+        if let Some(kept) = self.interpolations.get(&key) {
+            return Some(Arc::clone(&kept.table));
+        }
+        if self.interpolation_bytes > MAX_INTERPOLATION_BYTES {
+            return None;
+        }
+        let table = Arc::new(Interpolation::of(source, crossing, &self.tables.get(&length)?.grid));
+        self.interpolation_bytes += table.size();
+        let kept = KeptInterpolation { table: Arc::clone(&table), _source: Arc::clone(source) };
+        self.interpolations.insert(key, kept);
+        Some(table)
+    }
+
     /// Time \[s\] by which the end of a field's band blurs it.
     fn blur(&self, source: &FieldSource) -> f64 {
         let band_end = source.max_frequency(self.settings.medium.sound_speed);
@@ -334,12 +372,14 @@ impl Renderer {
             let inverse = self.planner.plan_fft_inverse(length);
             Arc::new(BlockTables { grid: Grid::new(length, rate, self.settings.max_frequency), inverse })
         });
+        let (mut direct, mut reflected) = (direct.wave, reflected.map(|r| r.wave));
+        for wave in std::iter::once(&mut direct).chain(&mut reflected) {
+            if let Transfer::Field(transfer) = &mut wave.transfer {
+                transfer.table = self.interpolation(&transfer.source, transfer.crossing, length);
+            }
+        }
         let key = BlockKey { first, length, receiver };
-        self.pending.entry(key).or_default().push(HeardClick {
-            body: click.body,
-            direct: direct.wave,
-            reflected: reflected.map(|r| r.wave),
-        });
+        self.pending.entry(key).or_default().push(HeardClick { body: click.body, direct, reflected });
         Ok(())
     }
 }
@@ -362,6 +402,7 @@ fn field_transfer(click: &Click, source: &Arc<FieldSource>, place: DVec3, medium
         position,
         scale: medium.density * radius,
         crossing: radius / medium.sound_speed,
+        table: None,
     }
 }
 

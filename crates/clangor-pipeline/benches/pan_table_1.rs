@@ -39,7 +39,9 @@ fn main() {
         frequency = wanted[at + 1].parse().expect("a frequency in hertz");
         wanted.drain(at..at + 2);
     }
-    println!("| model | accuracy | CPU / 2 | solver | unknowns | solves | held-out error | size | PAN: time · 40 × 80 · 5 × 10 |");
+    println!(
+        "| model | accuracy | CPU / 2 | solver | unknowns | solves | held-out error | size | PAN: time · 40 × 80 · 5 × 10 |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     for &(name, text, accuracy, minutes, fine, coarse) in MODELS {
         if !wanted.is_empty() && !wanted.iter().any(|w| w == name) {
@@ -61,7 +63,11 @@ fn main() {
                 let origin = &model.origin;
                 println!(
                     "| {name} `{text}` | {accuracy:.0e} | {seconds:.2} s | {} | {} | {} | {:.1e} | {:.0} kB | {minutes:.0} min · {fine} MB · {coarse} MB |",
-                    origin.method, origin.unknowns, origin.solves, origin.held_out_error, bytes as f64 / 1e3
+                    origin.method,
+                    origin.unknowns,
+                    origin.solves,
+                    origin.held_out_error,
+                    bytes as f64 / 1e3
                 );
                 origin.warnings.iter().for_each(|w| println!("warning: {w}"));
             }

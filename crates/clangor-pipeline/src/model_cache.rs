@@ -10,6 +10,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use clangor::geometry::meridian::Piece;
 use clangor::model::model_file::{ModelFile, VERSION};
 use clangor::model::tensor_file::TensorFileError;
 use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method};
@@ -191,6 +192,11 @@ impl Inputs {
                 edges.to_array().into_iter().for_each(|e| self.number(e));
                 self.number(*round);
             }
+            BakeGeometry::Revolution(meridian) => {
+                self.text("revolution");
+                self.whole(meridian.pieces().len() as u64);
+                meridian.pieces().iter().for_each(|piece| self.piece(piece));
+            }
             BakeGeometry::Mesh(mesh) => {
                 self.text("mesh");
                 self.whole(mesh.vertices.len() as u64);
@@ -199,5 +205,19 @@ impl Inputs {
                 mesh.triangles.iter().flatten().for_each(|i| self.whole((*i).into()));
             }
         }
+    }
+
+    fn piece(&mut self, piece: &Piece) {
+        let numbers = match *piece {
+            Piece::Line { from, to } => {
+                self.text("line");
+                [from.x, from.y, to.x, to.y, 0.0, 0.0]
+            }
+            Piece::Arc { centre, semi_axes, from, to } => {
+                self.text("arc");
+                [centre.x, centre.y, semi_axes.x, semi_axes.y, from, to]
+            }
+        };
+        numbers.into_iter().for_each(|n| self.number(n));
     }
 }

@@ -1,11 +1,17 @@
-//! Which exact form a mesh samples: an ellipsoid, a box, a box with rounded edges.
+//! Which exact form a mesh samples: an ellipsoid, a box, a box with rounded edges, or a body of revolution of the shape
+//! library.
 //!
 //! The solvers are cheaper and sharper on exact forms. The form is read off the mesh and not off the scene, so that a
 //! shape, a mesh file and a timeline's copy of either have the same model. It counts when all vertices lie on it and the
 //! triangles nowhere leave it by more than a small part of the size: a cube's corners lie on a sphere too.
 
+use std::f64::consts::TAU;
+
+use clangor::geometry::mass_properties::MassProperties;
+use clangor::geometry::meridian::{Meridian, Piece};
 use clangor::geometry::tri_mesh::TriMesh;
-use clangor::glam::{DMat3, DVec3};
+use clangor::glam::{DMat3, DVec2, DVec3};
+use clangor::shape::{Form, Shape};
 use clangor_bake::acceleration_noise::BakeGeometry;
 
 /// Largest distance of a vertex from the form, over the bounding radius: files keep 7 digits.
@@ -18,6 +24,10 @@ const CHORD: f64 = 1e-2;
 pub(super) fn exact_form(mesh: &TriMesh) -> Option<BakeGeometry> {
     let (low, high) = mesh.bounds();
     let radius = mesh.bounding_radius(DVec3::ZERO);
+    symmetric_form(mesh, low, high, radius).or_else(|| revolution(mesh, low, high, radius))
+}
+
+fn symmetric_form(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<BakeGeometry> {
     // All forms here are symmetric about their centre of mass.
     if (low + high).abs().max_element() > ON_FORM * radius || (high - low).min_element() <= 0.0 {
         return None;
@@ -65,6 +75,57 @@ fn rounded_box(mesh: &TriMesh, half: DVec3, radius: f64) -> Option<BakeGeometry>
     follows(mesh, radius, &distance).then_some(BakeGeometry::RoundedBox { edges: 2.0 * half, round })
 }
 
+/// The body of revolution about y on whose section all vertices lie, as one that the shape library can make of the
+/// mesh's extents.
+fn revolution(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<BakeGeometry> {
+    let (across, height) = (twelve_digits(high.x), twelve_digits(high.y - low.y));
+    let forms = [Form::Cylinder { radius: across, height }, Form::Bowl, Form::Plate, Form::Wineglass];
+    let volume = MassProperties::of(mesh).ok()?.volume;
+    forms.into_iter().find_map(|form| {
+        let meridian = Shape::try_new(form, None).ok()?.meridian()?.about_centre_of_mass();
+        // The centre of mass of the mesh is not quite that of the form.
+        let shift = 0.5 * (low.y + high.y) - middle_height(&meridian);
+        if shift.abs() > CHORD * radius || (meridian.volume() - volume).abs() > MOST_LOST_VOLUME * volume {
+            return None;
+        }
+        let on_section = |v: &DVec3| {
+            let point = DVec2::new(v.x.hypot(v.z), v.y - shift);
+            meridian.pieces().iter().any(|piece| distance_to(piece, point) <= ON_FORM * radius)
+        };
+        mesh.vertices.iter().all(on_section).then(|| BakeGeometry::Revolution(meridian.clone()))
+    })
+}
+
+/// Part of its volume that a mesh may lose to its facets.
+const MOST_LOST_VOLUME: f64 = 0.05;
+
+/// Middle between the lowest and the highest point.
+fn middle_height(meridian: &Meridian) -> f64 {
+    let heights =
+        meridian.pieces().iter().flat_map(|piece| (0..=64).map(|k| piece.point(f64::from(k) / 64.0).y));
+    let (low, high) =
+        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+    0.5 * (low + high)
+}
+
+/// Distance of a point from a piece of a section, exact on the piece.
+fn distance_to(piece: &Piece, point: DVec2) -> f64 {
+    let nearest = match *piece {
+        Piece::Line { from, to } => {
+            ((point - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0)
+        }
+        Piece::Arc { centre, semi_axes, from, to } => {
+            let scaled = (point - centre) / semi_axes;
+            // The angle in the turn that is nearest to the middle of the arc.
+            let middle = 0.5 * (from + to);
+            let angle = scaled.y.atan2(scaled.x);
+            let angle = angle + TAU * ((middle - angle) / TAU).round();
+            ((angle - from) / (to - from)).clamp(0.0, 1.0)
+        }
+    };
+    piece.point(nearest).distance(point)
+}
+
 /// Whether a mesh samples the surface with this signed distance.
 fn follows(mesh: &TriMesh, radius: f64, distance: &dyn Fn(DVec3) -> f64) -> bool {
     mesh.vertices.iter().all(|v| distance(*v).abs() <= ON_FORM * radius)
@@ -81,7 +142,6 @@ fn twelve_digits(number: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use clangor::body::Surface;
-    use clangor::shape::Shape;
 
     use super::*;
 
@@ -106,10 +166,17 @@ mod tests {
     }
 
     #[test]
+    fn bodies_of_revolution_find_their_section() {
+        for shape in ["coin", "cylinder:0.01x0.05", "bowl", "plate", "wineglass"] {
+            let exact = Shape::parse(shape).unwrap().meridian().unwrap().about_centre_of_mass();
+            let Some(BakeGeometry::Revolution(found)) = form_of(shape) else { panic!("{shape}") };
+            assert!((found.volume() / exact.volume() - 1.0).abs() < 1e-9, "{shape}");
+        }
+    }
+
+    #[test]
     fn other_bodies_stay_meshes() {
-        for shape in
-            ["coin", "torus:0.012x0.0025", "mug", "key", "rock:3x0.01", "ellipsoid:0.02x0.02x0.02@0.03"]
-        {
+        for shape in ["mug", "key", "rock:3x0.01", "ellipsoid:0.02x0.02x0.02@0.03"] {
             assert_eq!(form_of(shape), None, "{shape}");
         }
     }

@@ -1,4 +1,4 @@
-//! \[PAN\] figs. 8 and 9: a bowl pushed along a half-sine of τ = 0.1 ms, heard at 8 R between the stored directions.
+//! \[PAN\] figs. 8 and 9: a bowl pushed along a half-sine of τ = 0.1 ms that begins τ/4 after the first pulse, heard at 8 R between the stored directions.
 
 use std::f64::consts::TAU;
 
@@ -51,7 +51,7 @@ pub(crate) fn print() {
     println!("PAN figs. 8, 9: bowl, R = {radius:.4} m, {} solves to κ = {highest:.1}", solved.solves());
     let listeners = directions(40);
     let spectra = |x: DVec3| solved.spectra(x);
-    let contact = Push::HalfSine(CONTACT / unit);
+    let contact = Push::HalfSine { duration: CONTACT / unit, onset: 0.25 * CONTACT / unit };
     // Only the directions around the listeners are looked at: the others may be silent.
     let zero = solved.spectra(DVec3::Z * 2.0).map(|s| vec![num_complex::Complex64::ZERO; s.len()]);
     let around = |x: DVec3| {

@@ -12,8 +12,13 @@ use num_complex::Complex64;
 pub(crate) enum Push {
     /// One pulse ψ of the field.
     Pulse,
-    /// A half-sine of this duration [R/c], made of pulses.
-    HalfSine(f64),
+    /// A half-sine made of pulses.
+    HalfSine {
+        /// τ [R/c].
+        duration: f64,
+        /// When it begins after the first pulse [R/c].
+        onset: f64,
+    },
 }
 
 /// Spread over the sphere by the golden angle, off every grid.
@@ -46,14 +51,18 @@ pub(crate) fn signals(
             let gains: Vec<f64> = wavenumbers.map(|k| pulse_spectrum(k, field.pulse)).collect();
             (response.samples, synthesize(exact, &gains, field.step, field.start))
         }
-        Push::HalfSine(duration) => {
-            let weights: Vec<f64> = (0..=(duration / field.pulse) as usize)
-                .map(|k| (std::f64::consts::PI * k as f64 * field.pulse / duration).sin())
+        Push::HalfSine { duration, onset } => {
+            let weights: Vec<f64> = (0..=((onset + duration) / field.pulse) as usize)
+                .map(|k| (k as f64 * field.pulse - onset).max(0.0) / duration)
+                .map(|x| (std::f64::consts::PI * x).sin())
                 .collect();
             let sum = response.shifted_sum(&weights, field.pulse);
             let skip = ((field.start - sum.start) / field.step).round() as usize;
-            let spectrum: Vec<Complex64> =
-                exact.iter().zip(wavenumbers).map(|(p, k)| p * half_sine_spectrum(k, duration)).collect();
+            let spectrum: Vec<Complex64> = exact
+                .iter()
+                .zip(wavenumbers)
+                .map(|(p, k)| p * half_sine_spectrum(k, duration) * Complex64::from_polar(1.0, -k * onset))
+                .collect();
             let ones = vec![1.0; spectrum.len()];
             let reference = synthesize(&spectrum, &ones, field.step, field.start);
             (sum.samples[skip..skip + field.length].to_vec(), reference)

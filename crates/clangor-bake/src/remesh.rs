@@ -17,6 +17,7 @@ mod editable_mesh;
 mod guide;
 mod isotropic;
 mod quality;
+pub mod resolution;
 mod size_field;
 mod symmetric_mesh;
 mod volume_fit;
@@ -54,6 +55,14 @@ pub struct RemeshOptions {
     pub min_edge: f64,
     /// Longest target edge \[m\]: on flat faces; a sixth of the shortest wavelength or less.
     pub max_edge: f64,
+}
+
+impl RemeshOptions {
+    fn check(&self) -> Result<(), RemeshError> {
+        let RemeshOptions { min_edge, max_edge } = *self;
+        let sound = min_edge > 0.0 && min_edge <= max_edge && max_edge.is_finite();
+        if sound { Ok(()) } else { Err(RemeshError::Edges { min_edge, max_edge }) }
+    }
 }
 
 /// What came out.
@@ -167,6 +176,14 @@ pub fn remesh_symmetric(
     Err(failure)
 }
 
+/// Mass properties of an input that is closed.
+fn input_mass(input: &TriMesh) -> Result<MassProperties, RemeshError> {
+    // Indices and coordinates first: the pairing of edges relies on them.
+    let mass = MassProperties::of(input).map_err(RemeshError::Input)?;
+    Topology::try_new(input).map_err(RemeshError::Input)?;
+    Ok(mass)
+}
+
 /// Remeshes a surface about the origin, or the part of one between planes of symmetry, with given edge lengths.
 fn attempt(
     input: &TriMesh,
@@ -214,5 +231,16 @@ impl Guided {
         let creases = Creases::find(&surface, SHARP, SHORTEST_NET * min_edge, mirrors);
         let size = size_field::size_field(&surface, &creases, mirrors, min_edge, max_edge);
         Guided { surface, creases, size }
+    }
+    /// Vertices of a mesh with the sizes wanted, `density` times those of equilateral triangles.
+    fn expected_vertices(&self, density: f64) -> usize {
+        let per_area = |t: usize| {
+            let inverse = self.surface.triangles[t].map(|v| self.size[v as usize].powi(-2));
+            inverse.iter().sum::<f64>() / 3.0
+        };
+        let sum: f64 = (0..self.surface.triangles.len())
+            .map(|t| self.surface.area_vector(t).length() * per_area(t))
+            .sum();
+        (density * sum / 0.75_f64.sqrt()).ceil() as usize
     }
 }

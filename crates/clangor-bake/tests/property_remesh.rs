@@ -6,6 +6,7 @@ use clangor::geometry::topology::Topology;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::shape::Shape;
 use clangor_bake::mirror_symmetry::mirror_planes;
+use clangor_bake::remesh::resolution::resolution;
 use clangor_bake::remesh::{RemeshError, RemeshOptions, RemeshReport, remesh, remesh_symmetric};
 use glam::{DQuat, DVec3};
 
@@ -209,4 +210,32 @@ fn symmetric_bodies_get_symmetric_meshes() {
         assert!(report.smallest_angle.to_degrees() > 15.0, "{name}: {report:?}");
         assert!(report.small_angle.to_degrees() > 30.0, "{name}: {report:?}");
     }
+}
+
+/// More accuracy or a higher band never makes fewer unknowns, and the estimate is near what comes out.
+#[test]
+fn the_resolution_follows_accuracy_wall_and_wave() {
+    for (name, wall) in [("key", 1.8e-3), ("mug", 4.98e-3), ("box:0.04x0.02x0.01", 0.01)] {
+        let input = shape(name);
+        let mut last = 0;
+        for accuracy in [0.02, 0.01] {
+            let chosen = resolution(&input, 220.0, accuracy).unwrap();
+            let (_, report) = remesh(&input, &chosen.options).unwrap();
+            let ratio = chosen.unknowns as f64 / report.unknowns as f64;
+            println!(
+                "{name} {accuracy}: {:?}, {} unknowns, estimate {ratio:.2}",
+                chosen.options, report.unknowns
+            );
+            // Seen: 0.87 to 1.01.
+            assert!((0.8..1.2).contains(&ratio), "{name}");
+            assert!((chosen.wall / wall - 1.0).abs() < 0.02, "{name}: wall {}", chosen.wall);
+            assert!(chosen.options.min_edge <= 0.8 * chosen.wall);
+            assert!(report.unknowns > last);
+            last = report.unknowns;
+        }
+        let higher = resolution(&input, 1000.0, 0.01).unwrap();
+        assert!(higher.options.max_edge < 1.06e-3, "{higher:?}");
+    }
+    let nonsense = resolution(&shape("key"), 220.0, f64::NAN);
+    assert!(matches!(nonsense, Err(RemeshError::Edges { .. })), "{nonsense:?}");
 }

@@ -8,7 +8,7 @@
 use std::f64::consts::TAU;
 
 use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::meridian::{Meridian, Piece};
+use clangor::geometry::meridian::Piece;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::{DMat3, DVec2, DVec3};
 use clangor::shape::{Form, Shape};
@@ -82,31 +82,26 @@ fn revolution(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<Ba
     let forms = [Form::Cylinder { radius: across, height }, Form::Bowl, Form::Plate, Form::Wineglass];
     let volume = MassProperties::of(mesh).ok()?.volume;
     forms.into_iter().find_map(|form| {
-        let meridian = Shape::try_new(form, None).ok()?.meridian()?.about_centre_of_mass();
-        // The centre of mass of the mesh is not quite that of the form.
-        let shift = 0.5 * (low.y + high.y) - middle_height(&meridian);
-        if shift.abs() > CHORD * radius || (meridian.volume() - volume).abs() > MOST_LOST_VOLUME * volume {
+        let meridian = Shape::try_new(form, None).ok()?.meridian()?;
+        if (meridian.volume() - volume).abs() > MOST_LOST_VOLUME * volume {
             return None;
         }
+        // These forms stand on flat feet, so that their lowest points are vertices of the mesh and ends of pieces.
+        let foot =
+            meridian.pieces().iter().flat_map(|p| [p.point(0.0).y, p.point(1.0).y]).fold(0.0, f64::min);
         let on_section = |v: &DVec3| {
-            let point = DVec2::new(v.x.hypot(v.z), v.y - shift);
+            let point = DVec2::new(v.x.hypot(v.z), v.y - low.y + foot);
             meridian.pieces().iter().any(|piece| distance_to(piece, point) <= ON_FORM * radius)
         };
-        mesh.vertices.iter().all(on_section).then(|| BakeGeometry::Revolution(meridian.clone()))
+        mesh.vertices
+            .iter()
+            .all(on_section)
+            .then(|| BakeGeometry::Revolution(meridian.about_centre_of_mass()))
     })
 }
 
 /// Part of its volume that a mesh may lose to its facets.
 const MOST_LOST_VOLUME: f64 = 0.05;
-
-/// Middle between the lowest and the highest point.
-fn middle_height(meridian: &Meridian) -> f64 {
-    let heights =
-        meridian.pieces().iter().flat_map(|piece| (0..=64).map(|k| piece.point(f64::from(k) / 64.0).y));
-    let (low, high) =
-        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
-    0.5 * (low + high)
-}
 
 /// Distance of a point from a piece of a section, exact on the piece.
 fn distance_to(piece: &Piece, point: DVec2) -> f64 {
@@ -167,7 +162,7 @@ mod tests {
 
     #[test]
     fn bodies_of_revolution_find_their_section() {
-        for shape in ["coin", "cylinder:0.01x0.05"] {
+        for shape in ["coin", "cylinder:0.01x0.05", "bowl", "plate", "wineglass"] {
             let exact = Shape::parse(shape).unwrap().meridian().unwrap().about_centre_of_mass();
             let Some(BakeGeometry::Revolution(found)) = form_of(shape) else { panic!("{shape}") };
             assert!((found.volume() / exact.volume() - 1.0).abs() < 1e-9, "{shape}");

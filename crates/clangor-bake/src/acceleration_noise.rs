@@ -1,20 +1,26 @@
 //! Acceleration noise of one body: picks a solver, solves at as few frequencies as the band needs, and fits.
 
 mod frequencies;
+mod solvers;
 
 use std::ops::ControlFlow;
 
 use clangor::geometry::meridian::Meridian;
+use clangor::geometry::solid::MeshError;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::model::acceleration_field::{AccelerationField, DEGREES, Term};
 use clangor::model::acceleration_model::AccelerationModel;
 use clangor::model::near_field::NearField;
 use clangor::model::spherical_harmonics::index;
+use clangor::shape::ShapeError;
 use glam::DVec3;
 use num_complex::Complex64;
 
 use self::frequencies::{Band, FittedBand, solve_band};
+use self::solvers::{Prepared, prepare};
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
+use crate::remesh::RemeshError;
+use crate::wave::WaveError;
 
 /// Which solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -92,9 +98,30 @@ pub enum BakeError {
     /// The solver could not.
     #[error(transparent)]
     Radiation(#[from] RadiationError),
+    /// The surface bounds no solid.
+    #[error("the surface bounds no solid: {0}")]
+    Solid(#[from] MeshError),
+    /// The surface cannot be cut into triangles that suit the solver.
+    #[error(transparent)]
+    Remesh(#[from] RemeshError),
+    /// Time stepping could not.
+    #[error(transparent)]
+    Wave(WaveError),
+    /// A form that cannot be made into triangles.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
     /// Stopped by the caller.
     #[error("interrupted")]
     Interrupted,
+}
+
+impl From<WaveError> for BakeError {
+    fn from(error: WaveError) -> Self {
+        match error {
+            WaveError::Interrupted => BakeError::Interrupted,
+            error => BakeError::Wave(error),
+        }
+    }
 }
 
 /// Computes the field of a body's six rigid motions.
@@ -108,8 +135,12 @@ pub fn bake(
     options: &BakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
-    let _ = (geometry, options, progress);
-    Err(BakeError::Interrupted)
+    let Prepared { solver, spacing, method, unknowns, warnings } = prepare(geometry, options, progress)?;
+    let (model, mut evidence) = bake_with(&*solver, spacing, options, progress)?;
+    evidence.method = method.into();
+    evidence.unknowns = unknowns;
+    evidence.warnings.extend(warnings);
+    Ok((model, evidence))
 }
 
 /// Fits the field that a solver computes.

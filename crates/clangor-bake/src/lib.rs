@@ -18,4 +18,5 @@ pub mod quadrature;
 pub mod radiation;
 pub mod rational;
 pub mod remesh;
+pub mod soundbank;
 pub mod wave;

@@ -9,6 +9,11 @@
 //!
 //! Plain loops over arrays of fixed length: called inside `pulp::Arch::dispatch`, they become vector instructions.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "loops over lanes, several arrays at one index, that become vector instructions"
+)]
+
 use clangor::model::acceleration_field::DEGREES;
 use glam::DVec3;
 use num_complex::Complex64;

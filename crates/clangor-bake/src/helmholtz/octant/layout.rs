@@ -84,9 +84,9 @@ fn towards_a_bend(length: f64, round: f64) -> Vec<f64> {
 }
 
 /// Parts of a length from the middle of a face, 0, to a sharp edge, 1. With the part at the edge a fraction q^L of the
-/// length, what its polynomials cannot follow is of the order q^{4L/3} of the pressure.
+/// length, what its polynomials cannot follow is of the order q^{4L/3} of the pressure: a layer for each node.
 fn towards_an_edge(least: usize) -> Vec<f64> {
-    let levels = least.saturating_sub(2).clamp(2, 6) as i32;
+    let levels = least as i32;
     let mut breaks: Vec<f64> =
         std::iter::once(0.0).chain((1..=levels).map(|l| 1.0 - 0.2_f64.powi(l))).collect();
     breaks.push(1.0);

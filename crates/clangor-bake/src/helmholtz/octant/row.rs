@@ -9,6 +9,11 @@
 //!   element cancels 1/r, with the angle replaced by sinh⁻¹ of the position along the side, so that a side close by
 //!   costs no more than another. Distances are those of the tangent plane, so that a stretched patch does not either.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "loops over lanes, several arrays at one index, that become vector instructions"
+)]
+
 use clangor::model::acceleration_field::DEGREES;
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;

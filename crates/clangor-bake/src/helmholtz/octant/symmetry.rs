@@ -4,6 +4,11 @@
 //! a translation along x is odd in x and even in y and z; a rotation about x is even in x and odd in y and z
 //! (\[PROXY\] eqs. (16)–(21)). The pressure has the parity of the motion, so that each motion is a problem on one octant.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "loops over lanes, several arrays at one index, that become vector instructions"
+)]
+
 use clangor::model::acceleration_field::DEGREES;
 use glam::DVec3;
 
@@ -52,7 +57,7 @@ pub(super) fn allows(degree: usize, n: usize, m: isize) -> bool {
     // Under x → −x, φ → π − φ: cos mφ takes (−1)^m, sin mφ (−1)^{m+1}. Under z → −z: P_n^m takes (−1)^{n+m}.
     let sine = usize::from(m < 0);
     let order = m.unsigned_abs();
-    ODD[degree] == (order + sine) % 2 | sine << 1 | (n + order) % 2 << 2
+    ODD[degree] == ((order + sine) % 2) | (sine << 1) | (((n + order) % 2) << 2)
 }
 
 #[cfg(test)]

@@ -80,6 +80,12 @@ pub(crate) struct Render {
     /// Highest frequency to compute, 100 Hz to half the sample rate
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub(crate) max_frequency: Option<f64>,
+    /// Effort for the sound fields of bodies
+    #[arg(long, value_enum, default_value = "normal")]
+    pub(crate) quality: Quality,
+    /// What bodies sound as, instead of what the scene says
+    #[arg(long, value_enum)]
+    pub(crate) sound: Option<Sound>,
     /// Sample format
     #[arg(long, value_enum)]
     pub(crate) bits: Option<Bits>,
@@ -152,9 +158,9 @@ pub(crate) struct Bake {
     /// Error to reach, over the loudest motion of the body
     #[arg(long, value_name = "E", default_value_t = 0.01, value_parser = accuracy)]
     pub(crate) accuracy: f64,
-    /// Highest frequency to compute
-    #[arg(long, value_name = "HZ", default_value_t = 20_000.0, value_parser = band)]
-    pub(crate) max_frequency: f64,
+    /// Highest frequency to compute (default: 20000, or what the scene's sample rate needs)
+    #[arg(long, value_name = "HZ", value_parser = band)]
+    pub(crate) max_frequency: Option<f64>,
     /// Leave out what only listeners inside the bounding sphere need
     #[arg(long)]
     pub(crate) no_near_field: bool,
@@ -251,7 +257,7 @@ pub(crate) enum Degree {
 
 #[derive(Args)]
 pub(crate) struct Strike {
-    /// A shape (sphere:0.0075, coin, mug …) or a mesh file
+    /// A shape (sphere:0.0075, coin, mug …), a mesh file or a sound model
     pub(crate) body: String,
     /// Material preset
     #[arg(long, value_name = "NAME")]
@@ -277,6 +283,12 @@ pub(crate) struct Strike {
     /// Length of the output in seconds
     #[arg(long, value_name = "S", default_value_t = 0.1, value_parser = duration)]
     pub(crate) seconds: f64,
+    /// What the body sounds as
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) sound: Sound,
+    /// Effort for its field
+    #[arg(long, value_enum, default_value = "normal")]
+    pub(crate) quality: Quality,
     /// Scale of a mesh file to metres
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     pub(crate) scale: f64,
@@ -343,6 +355,30 @@ pub(crate) struct Validate {
     /// The Markdown table to write
     #[arg(short, long, value_name = "FILE.md")]
     pub(crate) output: Option<PathBuf>,
+}
+
+/// Effort for the fields of bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Quality {
+    /// Bake nothing: what is not in the cache sounds as an ellipsoid or a sphere
+    Draft,
+    /// Fields within 1 %
+    Normal,
+    /// Fields within 0.2 %
+    High,
+}
+
+/// What bodies sound as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Sound {
+    /// By size and convexity
+    Auto,
+    /// Fields of their own
+    Own,
+    /// Ellipsoids of the bank
+    Proxy,
+    /// Spheres of equal volume
+    Sphere,
 }
 
 /// Sample formats of a WAV file.

@@ -9,6 +9,7 @@ pub(crate) mod inspect;
 pub(crate) mod plot;
 pub(crate) mod render;
 pub(crate) mod simulate;
+mod sound_sources;
 pub(crate) mod strike;
 pub(crate) mod validate;
 

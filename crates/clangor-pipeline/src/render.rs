@@ -149,9 +149,11 @@ pub struct RenderSummary {
     pub listeners: Vec<RenderReport>,
     /// Sum of ∫ p² dt over all receivers \[Pa² s\] by body.
     pub energies: BTreeMap<BodyId, f64>,
+    /// Estimates of the same above the band of the fields, for bodies whose field ends within the band rendered.
+    pub missing_energies: BTreeMap<BodyId, f64>,
 }
 
-/// Renders the impacts of a timeline for every listener into `output`.
+/// Renders the impacts of a timeline for every listener into `output`; `sources` says what each body sounds as.
 ///
 /// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`.
 /// `progress` is told which part of the work is done, from 0 to 1.
@@ -160,6 +162,7 @@ pub struct RenderSummary {
 /// [`RenderError`]; a file appears only once it is complete.
 pub fn render(
     bodies: &[Body],
+    sources: &[SoundSource],
     timeline: &Timeline,
     options: &RenderOptions,
     output: &Path,
@@ -168,8 +171,7 @@ pub fn render(
     options.check(bodies, output)?;
     let poses = PoseHistory::try_new(bodies, &timeline.poses)?;
     let (pulses, contacts) = impact_pulses(bodies, &timeline.contacts, &poses, &options.contact)?;
-    let sources = SoundSource::spheres(bodies);
-    let mut clicks: Vec<Click> = pulses.iter().flat_map(|p| clicks_of(p, &sources)).collect();
+    let mut clicks: Vec<Click> = pulses.iter().flat_map(|p| clicks_of(p, sources)).collect();
     clicks.sort_by(|a, b| a.time.total_cmp(&b.time));
 
     let mut stems = vec![None];
@@ -201,17 +203,27 @@ pub fn render(
             };
             full_scale = Some(scale);
             let path = file_name(output, options, listener, stem.map(|id| bodies[id.index()].name.as_str()));
-            let (file, report, energies) = pass.write(&path, scale)?;
+            let (file, heard) = pass.write(&path, scale)?;
             if stem.is_none() {
-                summary.listeners.push(report);
-                for (body, energy) in energies {
+                summary.listeners.push(heard.report);
+                for (body, energy) in heard.energies {
                     *summary.energies.entry(body).or_default() += energy;
+                }
+                for (body, energy) in heard.missing_energies {
+                    *summary.missing_energies.entry(body).or_default() += energy;
                 }
             }
             summary.files.push(RenderedFile { stem, ..file });
         }
     }
     Ok(summary)
+}
+
+/// What came of a pass besides samples.
+struct Heard {
+    report: RenderReport,
+    energies: BTreeMap<BodyId, f64>,
+    missing_energies: BTreeMap<BodyId, f64>,
 }
 
 /// One listener, one selection of clicks.
@@ -245,11 +257,7 @@ impl Pass<'_> {
     }
 
     /// Renders into a file.
-    fn write(
-        &mut self,
-        path: &Path,
-        full_scale: f64,
-    ) -> Result<(RenderedFile, RenderReport, BTreeMap<BodyId, f64>), RenderError> {
+    fn write(&mut self, path: &Path, full_scale: f64) -> Result<(RenderedFile, Heard), RenderError> {
         let sample_rate = self.options.synthesis.sample_rate.hz();
         let channels = self.listener.receivers.len() as u16;
         let spec = WavSpec {
@@ -264,7 +272,7 @@ impl Pass<'_> {
         let mut meter = LevelMeter::new(channels, sample_rate, full_scale);
         let rate = self.options.synthesis.sample_rate.as_f64();
         let compressor = self.options.compressor.as_ref().map(|c| Compressor::new(c, rate, full_scale));
-        let (report, energies) = self.stream(compressor, &mut |samples| {
+        let heard = self.stream(compressor, &mut |samples| {
             meter.add(samples);
             file.write(samples)
         })?;
@@ -277,7 +285,7 @@ impl Pass<'_> {
             levels: meter.levels(),
             clipped_samples: summary.clipped_samples,
         };
-        Ok((rendered, report, energies))
+        Ok((rendered, heard))
     }
 
     /// Renders and hands over the pressure \[Pa\], interleaved, a stretch at a time.
@@ -285,7 +293,7 @@ impl Pass<'_> {
         &mut self,
         mut compressor: Option<Compressor>,
         sink: &mut dyn FnMut(&[f32]) -> Result<(), WavError>,
-    ) -> Result<(RenderReport, BTreeMap<BodyId, f64>), RenderError> {
+    ) -> Result<Heard, RenderError> {
         let settings = &self.options.synthesis;
         let rate = settings.sample_rate.as_f64();
         let total = ((self.options.to - settings.start) * rate).round() as i64;
@@ -319,7 +327,11 @@ impl Pass<'_> {
             self.reached(signal.first() as f64 / total as f64)?;
         }
         *self.done += 1.0;
-        Ok((renderer.report().clone(), signal.energies().clone()))
+        Ok(Heard {
+            report: renderer.report().clone(),
+            energies: signal.energies().clone(),
+            missing_energies: signal.missing_energies().clone(),
+        })
     }
 
     /// Tells how much of this pass is done, from 0 to 1.

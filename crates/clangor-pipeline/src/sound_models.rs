@@ -1,6 +1,7 @@
 //! The sound model of a body: out of the cache, or baked and put there.
 
 mod recognise;
+pub mod sources;
 
 use std::collections::BTreeMap;
 use std::io;
@@ -158,21 +159,21 @@ pub struct SharedRequest {
     pub bodies: Vec<BodyId>,
 }
 
-/// What would have to be baked for every moving body that `wants` its own field; equal bodies share, in the order of
+/// What would have to be baked for every moving body that `wants` a field of its own; equal bodies share, in the order of
 /// their first.
 pub fn shared_requests(
     bodies: &[Body],
     options: BakeOptions,
-    wants: &dyn Fn(&Body) -> bool,
+    wants: &dyn Fn(BodyId) -> bool,
 ) -> Vec<SharedRequest> {
     let mut shared: Vec<SharedRequest> = Vec::new();
     let mut known: BTreeMap<String, usize> = BTreeMap::new();
     for (index, body) in bodies.iter().enumerate() {
-        if body.motion == Motion::Fixed || !wants(body) {
+        let id = BodyId(index as u32);
+        if body.motion == Motion::Fixed || !wants(id) {
             continue;
         }
         let Ok(request) = ModelRequest::of_body(body, options) else { continue };
-        let id = BodyId(index as u32);
         match known.get(&request.key) {
             Some(at) => shared[*at].bodies.push(id),
             None => {

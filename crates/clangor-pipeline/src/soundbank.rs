@@ -8,7 +8,13 @@ use std::ops::ControlFlow;
 use clangor::glam::DVec3;
 use clangor::model::bank_file::{BankFile, BankOrigin};
 use clangor::model::ellipsoid_bank::{BankEntry, BankError, EllipsoidBank};
+use clangor::model::playable_model::PlayableBank;
 use clangor_bake::acceleration_noise::{BakeError, BakeGeometry, BakeOptions, BakeProgress, Method, bake};
+
+/// The bank that comes with the program; `None` if it cannot be used.
+pub fn default_bank() -> Option<PlayableBank> {
+    None
+}
 
 /// Least semi-axis over the longest.
 const THINNEST: f64 = 0.05;

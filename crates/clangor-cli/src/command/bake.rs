@@ -6,14 +6,18 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
 
-use clangor::body::Surface;
 use clangor::material::presets;
 use clangor::medium::Medium;
+use clangor::scene::Scene;
+use clangor::synthesis::source_rule::SourceKind;
+use clangor::synthesis::{RenderSettings, SampleRate};
 use clangor_bake::acceleration_noise::{BakeOptions, BakeProgress, Method};
 use clangor_pipeline::atomic_file::{check_folder, write_atomically};
 use clangor_pipeline::load::{geometry_reference, load_geometry};
 use clangor_pipeline::model_cache::ModelCache;
+use clangor_pipeline::sound_models::sources::SourceSettings;
 use clangor_pipeline::sound_models::{ModelRequest, Obtained, obtain, shared_requests};
+use clangor_pipeline::soundbank::default_bank;
 use serde_json::json;
 
 use super::{check_ending, load};
@@ -32,10 +36,10 @@ pub(crate) fn run(options: &Bake, global: &Global, console: &Console) -> Result<
     }
 }
 
-/// How to bake, in a medium of this speed of sound [m/s].
-fn bake_options(options: &Bake, sound_speed: f64) -> BakeOptions {
+/// How to bake up to a wavenumber k [1/m].
+fn bake_options(options: &Bake, max_wavenumber: f64) -> BakeOptions {
     BakeOptions {
-        max_wavenumber: TAU * options.max_frequency / sound_speed,
+        max_wavenumber,
         accuracy: options.accuracy,
         method: match options.method {
             Solver::Auto => Method::Auto,
@@ -45,6 +49,9 @@ fn bake_options(options: &Bake, sound_speed: f64) -> BakeOptions {
         near_field: !options.no_near_field,
     }
 }
+
+/// Highest frequency that is heard \[Hz\].
+const AUDIBLE: f64 = 20_000.0;
 
 /// One model, into a file.
 fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result<(), Failure> {
@@ -66,13 +73,10 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
     let reference = geometry_reference(&options.input, options.scale);
     let loaded = load_geometry(Path::new(""), &reference)
         .map_err(|e| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input)))?;
-    let request = ModelRequest::new(
-        &options.input,
-        &loaded.surface,
-        loaded.mass,
-        bake_options(options, Medium::AIR.sound_speed),
-    )
-    .map_err(|e| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input)))?;
+    let highest = TAU * options.max_frequency.unwrap_or(AUDIBLE) / Medium::AIR.sound_speed;
+    let bake_options = bake_options(options, highest);
+    let request = ModelRequest::new(&options.input, &loaded.surface, loaded.mass, bake_options)
+        .map_err(|e| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input)))?;
 
     let started = Instant::now();
     let obtained = obtain_with_progress(&request, cache, console)?;
@@ -106,12 +110,28 @@ fn scene(
         return Err(Failure::new("this system has no folder for caches; name one with --cache DIR"));
     };
     let loaded = load(Path::new(&options.input), global, &|_| (), console)?;
-    let bake_options = bake_options(options, loaded.scene.medium.sound_speed);
-    let has_shape = |body: &clangor::body::Body| matches!(*body.surface, Surface::Mesh(_));
-    let requests = shared_requests(&loaded.world.bodies, bake_options, &has_shape);
+    let (scene, bodies) = (&loaded.scene, &loaded.world.bodies);
+    let highest = match options.max_frequency {
+        Some(hz) => TAU * hz / scene.medium.sound_speed,
+        None => synthesis_settings(scene)?.max_wavenumber(),
+    };
+    let bank = default_bank();
+    let rules = scene.sound_rules();
+    let decisions = SourceSettings {
+        rules: &rules,
+        max_wavenumber: highest,
+        accuracy: options.accuracy,
+        cache: Some(cache),
+        bank: bank.as_ref(),
+        bake: true,
+    }
+    .decide(bodies);
+    let requests = shared_requests(bodies, bake_options(options, highest), &|id| {
+        decisions[id.index()].kind == SourceKind::Own
+    });
     let mut models = Vec::new();
     for shared in &requests {
-        let name = &loaded.world.bodies[shared.bodies[0].index()].name;
+        let name = &bodies[shared.bodies[0].index()].name;
         let started = Instant::now();
         let obtained = obtain_with_progress(&shared.request, Some(cache), console)?;
         let seconds = started.elapsed().as_secs_f64();
@@ -137,17 +157,30 @@ fn scene(
         models.push(result);
     }
     console.say(format_args!(
-        "{}: {} in {}",
+        "{}: {} in {}; {} without a field of their own",
         options.input,
         counted(requests.len(), "model", "models"),
-        cache.folder().display()
+        cache.folder().display(),
+        counted(bodies.len() - requests.iter().map(|r| r.bodies.len()).sum::<usize>(), "body", "bodies"),
     ));
     console.json(&json!({ "cache": cache.folder(), "models": models }));
     Ok(())
 }
 
+/// How a scene is rendered if nothing else is asked for.
+fn synthesis_settings(scene: &Scene) -> Result<RenderSettings, Failure> {
+    Ok(RenderSettings {
+        sample_rate: SampleRate::try_new(scene.render.sample_rate).map_err(Failure::new)?,
+        start: 0.0,
+        medium: scene.medium,
+        floor: scene.render.floor,
+        max_frequency: scene.render.max_frequency,
+        sphere_model: scene.render.radiation,
+    })
+}
+
 /// Obtains a model under a progress bar.
-pub(super) fn obtain_with_progress(
+fn obtain_with_progress(
     request: &ModelRequest,
     cache: Option<&ModelCache>,
     console: &Console,
@@ -161,7 +194,7 @@ pub(super) fn obtain_with_progress(
 }
 
 /// What a person should know of a model and of the cache.
-pub(super) fn warn(obtained: &Obtained, name: &str, console: &Console) {
+fn warn(obtained: &Obtained, name: &str, console: &Console) {
     for remark in &obtained.remarks {
         console.warn(remark);
     }

@@ -1,6 +1,8 @@
 //! `clangor render`: from a scene or a timeline to a WAV file.
 
-use clangor::body::{Body, Surface};
+use std::collections::BTreeSet;
+
+use clangor::body::{Body, BodyId};
 use clangor::contact::ContactSettings;
 use clangor::glam::DVec3;
 use clangor::medium::Medium;
@@ -9,7 +11,7 @@ use clangor::scene::Scene;
 use clangor::scene::diagnostic::Place;
 use clangor::scene::listener::Listener as SceneListener;
 use clangor::scene::render_settings as scene_render;
-use clangor::synthesis::{Listener, RenderSettings, SampleRate};
+use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
 use clangor::timeline::Timeline;
 use clangor_pipeline::load::LoadedScene;
 use clangor_pipeline::render::{FullScale, RenderOptions, read_impacts, render};
@@ -18,7 +20,9 @@ use clangor_pipeline::timeline_file::TimelineReader;
 use clangor_pipeline::wav::{SampleFormat, WavSpec};
 use clangor_sim::SimulationReport;
 
+use self::report::Told;
 use super::simulate::say_simulated;
+use super::sound_sources::{Wanted, find_sources};
 use super::{check_ending, is_timeline, load};
 use crate::arguments::{Bits, Global, Render};
 use crate::console::Console;
@@ -33,6 +37,8 @@ struct Source {
     medium: Medium,
     listeners: Vec<Listener>,
     settings: scene_render::RenderSettings,
+    /// What the scene says that its bodies sound as.
+    rules: Vec<SoundRule>,
     v_min: f64,
     duration: f64,
 }
@@ -58,28 +64,39 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     let render_options = render_options(options, &source)?;
     // A long simulation is not begun for a sound that cannot be written.
     render_options.check(&source.bodies, &output)?;
-    for body in source.bodies.iter().filter(|b| sounds_as_sphere(b)).take(1) {
-        console.warn(format_args!(
-            "bodies that are not spheres (\"{}\" …) sound as the sphere of equal volume, and do not ring",
-            body.name
-        ));
-    }
     let (timeline, simulated) = impacts(&source.motion, options, console)?;
+    let wanted = Wanted {
+        rules: &rules(options, &source),
+        quality: options.quality,
+        settings: &render_options.synthesis,
+    };
+    let struck: BTreeSet<BodyId> = timeline.contacts.iter().flat_map(|r| [r.body_a, r.body_b]).collect();
+    let sources = find_sources(&source.bodies, &struck, &wanted, global, console)?;
     let progress = console.progress("render", 1.0);
-    let summary =
-        render(&source.bodies, &timeline, &render_options, &output, &mut |part| progress.reached(part))?;
+    let mut told = |part| progress.reached(part);
+    let summary = render(&source.bodies, &sources.sources, &timeline, &render_options, &output, &mut told)?;
     drop(progress);
-    report::say(console, &source.bodies, &summary, &render_options);
+    let told = Told {
+        bodies: &source.bodies,
+        sources: &sources,
+        summary: &summary,
+        options: &render_options,
+        simulated: simulated.as_ref(),
+    };
+    told.say(console);
     if options.explain {
-        report::explain(console, &source.bodies, &summary, simulated.as_ref());
+        told.explain(console);
     }
-    report::print_json(console, &source.bodies, &summary, &render_options, simulated.as_ref());
+    told.print_json(console);
     Ok(())
 }
 
-/// A body whose own field is not known.
-fn sounds_as_sphere(body: &Body) -> bool {
-    matches!(&*body.surface, Surface::Mesh(_)) && body.motion == clangor::body::Motion::Free
+/// What each body is to sound as.
+fn rules(options: &Render, source: &Source) -> Vec<SoundRule> {
+    match options.sound {
+        Some(sound) => vec![sound.into(); source.bodies.len()],
+        None => source.rules.clone(),
+    }
 }
 
 /// Loads a scene; nothing moves yet.
@@ -100,6 +117,7 @@ fn from_scene(options: &Render, global: &Global, console: &Console) -> Result<So
         v_min: scene.simulation.v_min,
         duration: scene.simulation.duration,
         settings: scene.render.clone(),
+        rules: scene.sound_rules(),
         motion: Recorded::Scene(Box::new(loaded)),
     })
 }
@@ -139,6 +157,7 @@ fn from_timeline(options: &Render, global: &Global) -> Result<Source, Failure> {
         listeners: listeners.iter().map(receivers).collect(),
         v_min: header.origin.v_min,
         duration: header.origin.duration,
+        rules: scene.as_ref().map(Scene::sound_rules).unwrap_or_default(),
         settings: scene.map(|s| s.render).unwrap_or_default(),
         motion: Recorded::Timeline(Box::new(reader)),
     })

@@ -1,32 +1,40 @@
 //! `clangor strike`: one blow to one body, heard by one listener.
 
+use std::collections::BTreeSet;
 use std::path::Path;
+use std::slice;
 use std::sync::Arc;
 
-use clangor::body::{Body, Motion, Surface};
+use clangor::body::{Body, BodyId, MeshSurface, Motion, Surface};
 use clangor::contact::force_profile::ForceProfile;
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::DVec3;
 use clangor::material::presets;
 use clangor::medium::Medium;
+use clangor::model::model_file::ModelFile;
+use clangor::model::playable_model::PlayableModel;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
 use clangor::scene::body_description::EDGE_RADIUS_RATIO;
 use clangor::scene::instantiate::LoadedGeometry;
+use clangor::synthesis::listener::Floor;
+use clangor::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor::synthesis::strike::{LEAD, Strike as Blow, strike};
-use clangor::synthesis::{SampleRate, SoundSource};
+use clangor::synthesis::{RenderSettings, SampleRate, SoundSource};
 use clangor_pipeline::atomic_file::write_atomically;
 use clangor_pipeline::levels::db_spl;
 use clangor_pipeline::load::{geometry_reference, load_geometry};
+use clangor_pipeline::sound_models::read_model;
 use clangor_pipeline::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use serde_json::json;
 
-use crate::arguments::Strike;
+use super::sound_sources::{Wanted, find_sources};
+use crate::arguments::{Global, Strike};
 use crate::console::{Console, four_digits};
 use crate::failure::Failure;
 
-pub(crate) fn run(options: &Strike, console: &Console) -> Result<(), Failure> {
-    let body = body(options)?;
+pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Result<(), Failure> {
+    let (body, model) = body(options)?;
     let blow = Blow {
         impulse: options.impulse,
         point: options.point,
@@ -38,7 +46,7 @@ pub(crate) fn run(options: &Strike, console: &Console) -> Result<(), Failure> {
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
     };
-    let source = SoundSource::equal_volume_sphere(&body.surface);
+    let source = source(&body, model.as_ref(), &blow, options, global, console)?;
     let sound = strike(&body, &source, &blow).map_err(Failure::new)?;
     let peak = sound.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
     match options.output.extension().and_then(|e| e.to_str()) {
@@ -65,13 +73,6 @@ pub(crate) fn run(options: &Strike, console: &Console) -> Result<(), Failure> {
         }
         _ => return Err(Failure::new("the output must end in .wav or .csv")),
     }
-    if !matches!(*body.surface, Surface::Sphere { .. }) {
-        console.warn(format_args!(
-            "\"{}\" sounds as the sphere of equal volume, radius {:.4} mm",
-            options.body,
-            sound.radius * 1e3
-        ));
-    }
     if peak == 0.0 {
         console.warn(format_args!(
             "{} is silent: sound needs {:.4} s to the listener, so raise --seconds",
@@ -97,26 +98,96 @@ pub(crate) fn run(options: &Strike, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The struck body: a shape or a mesh file, at rest at the origin.
-fn body(options: &Strike) -> Result<Body, Failure> {
+/// What the struck body sounds as: the model that was given, or what is found or baked for it.
+fn source(
+    body: &Body,
+    model: Option<&ModelFile>,
+    blow: &Blow,
+    options: &Strike,
+    global: &Global,
+    console: &Console,
+) -> Result<SoundSource, Failure> {
+    let settings = RenderSettings {
+        sample_rate: blow.sample_rate,
+        start: 0.0,
+        medium: blow.medium,
+        floor: Floor::None,
+        sphere_model: blow.sphere_model,
+        max_frequency: None,
+    };
+    let (kind, source) = match model {
+        Some(file) => {
+            let own = PlayableModel::try_new(&file.acceleration)
+                .map_err(|e| Failure::new(format_args!("{}: {e}", options.body)))?;
+            let decision = Decision { kind: SourceKind::Own, reason: Reason::Asked };
+            let (source, kind) = source_of(body, &decision, None, Some(&own));
+            (kind, source)
+        }
+        None => {
+            let wanted =
+                Wanted { rules: &[options.sound.into()], quality: options.quality, settings: &settings };
+            let struck = BTreeSet::from([BodyId(0)]);
+            let mut found = find_sources(slice::from_ref(body), &struck, &wanted, global, console)?;
+            (found.kinds[0], found.sources.swap_remove(0))
+        }
+    };
+    if let SoundSource::Field(field) = &source {
+        let end = field.max_frequency(blow.medium.sound_speed);
+        // The rounding of a wavenumber that was stored.
+        if end < settings.band().0 * (1.0 - 1e-9) {
+            console.warn(format_args!(
+                "the field of \"{}\" ends at {end:.0} Hz, and the file's band at {:.0} Hz",
+                options.body,
+                settings.band().0
+            ));
+        }
+    }
+    if !matches!(*body.surface, Surface::Sphere { .. }) {
+        console.say(format_args!("\"{}\" sounds as: {kind}", options.body));
+    }
+    Ok(source)
+}
+
+/// The struck body, at rest at the origin: a shape, a mesh file, or what a sound model was baked from.
+fn body(options: &Strike) -> Result<(Body, Option<ModelFile>), Failure> {
     let material = presets::preset(&options.material).ok_or_else(|| {
         let known = presets::names().collect::<Vec<_>>().join(", ");
         Failure::new(format_args!("there is no material \"{}\"; known: {known}", options.material))
     })?;
-    let reference = geometry_reference(&options.body, options.scale);
-    let LoadedGeometry { surface, mass, .. } = load_geometry(Path::new(""), &reference)
-        .map_err(|e| Failure::new(format_args!("\"{}\" cannot be used: {e}", options.body)))?;
+    let path = Path::new(&options.body);
+    let (surface, mass, model) = match path.extension().is_some_and(|e| e == "safetensors") {
+        true => {
+            let file = read_model(path).map_err(Failure::new)?;
+            let surface = match &file.solid.surface {
+                None => Surface::Sphere { radius: file.acceleration.radius },
+                // Nothing collides with it.
+                Some(mesh) => Surface::Mesh(
+                    MeshSurface::try_new(mesh.clone(), Vec::new())
+                        .map_err(|e| Failure::new(format_args!("{}: {e}", options.body)))?
+                        .0,
+                ),
+            };
+            (Arc::new(surface), file.solid.mass, Some(file))
+        }
+        false => {
+            let reference = geometry_reference(&options.body, options.scale);
+            let LoadedGeometry { surface, mass, .. } = load_geometry(Path::new(""), &reference)
+                .map_err(|e| Failure::new(format_args!("\"{}\" cannot be used: {e}", options.body)))?;
+            (surface, mass, None)
+        }
+    };
     let MassProperties { volume, inertia, .. } = mass;
-    Ok(Body {
+    let body = Body {
         name: options.body.clone(),
         mass: material.density * volume,
         inertia: inertia * material.density,
         edge_radius: EDGE_RADIUS_RATIO * surface.bounding_radius(),
         material,
-        surface: Arc::clone(&surface),
+        surface,
         pose: Pose::IDENTITY,
         velocity: DVec3::ZERO,
         angular_velocity: DVec3::ZERO,
         motion: Motion::Free,
-    })
+    };
+    Ok((body, model))
 }

@@ -9,7 +9,7 @@ use clangor::glam::DVec3;
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::synthesis::listener::Floor;
-use clangor::synthesis::{Listener, RenderSettings, SampleRate};
+use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};
 
 use super::radiation::exact_spectrum;
 use super::{Check, Extent, Fault, Outcome, Validation};
@@ -105,7 +105,8 @@ fn first_click() -> Result<Vec<f32>, Fault> {
         stems: false,
         note: String::new(),
     };
-    render(&loaded.world.bodies, &timeline, &options, &file, &mut { go_on })?;
+    let sources = SoundSource::spheres(&loaded.world.bodies);
+    render(&loaded.world.bodies, &sources, &timeline, &options, &file, &mut { go_on })?;
     let mut reader = WavReader::open(&file)?;
     let mut samples = Vec::new();
     while reader.read(&mut samples, 1 << 16)? > 0 {}

@@ -1,197 +1,260 @@
 //! What a rendering tells: files with their levels, what was not heard, and each body's share.
 
+use std::collections::BTreeMap;
+
 use clangor::body::{Body, BodyId, Motion, Surface};
+use clangor::synthesis::source_rule::SourceKind;
 use clangor_pipeline::levels::db_spl;
 use clangor_pipeline::render::{RenderOptions, RenderSummary, RenderedFile};
+use clangor_pipeline::sound_models::sources::Sources;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 
 use crate::console::{Console, four_digits};
 
-/// One line per file, and what was left out.
-pub(super) fn say(console: &Console, bodies: &[Body], summary: &RenderSummary, options: &RenderOptions) {
-    if options.compressor.is_some() {
-        console.say(
-            "dynamics were compressed: the levels below are those of the file, no longer sound pressure",
-        );
-    }
-    for file in &summary.files {
-        let (peak, rms) = loudest(file);
-        console.say(format_args!(
-            "{}: peak {} Pa ({} dB SPL), RMS {} Pa ({} dB SPL), {} LUFS, full scale {} Pa",
-            file.path.display(),
-            four_digits(peak),
-            decibels(peak),
-            four_digits(rms),
-            decibels(rms),
-            file.levels.loudness.map_or("n/a".into(), |l| format!("{l:.1}")),
-            four_digits(file.full_scale),
-        ));
-        if peak > file.full_scale && file.clipped_samples == 0 && file.stem.is_none() {
-            console.say("  samples exceed ±1: a player clips them; for listening, use --normalize -1");
+/// What a rendering did.
+#[derive(Clone, Copy)]
+pub(super) struct Told<'a> {
+    pub(super) bodies: &'a [Body],
+    pub(super) sources: &'a Sources,
+    pub(super) summary: &'a RenderSummary,
+    pub(super) options: &'a RenderOptions,
+    pub(super) simulated: Option<&'a SimulationReport>,
+}
+
+impl Told<'_> {
+    /// One line per file, and what was left out.
+    pub(super) fn say(&self, console: &Console) {
+        let Told { bodies, summary, options, .. } = *self;
+        if options.compressor.is_some() {
+            console.say(
+                "dynamics were compressed: the levels below are those of the file, no longer sound pressure",
+            );
         }
-        if file.clipped_samples > 0 {
-            console.warn(format_args!(
-                "{}: {} samples exceed full scale and were clipped; raise --full-scale or use --bits 32f",
+        for file in &summary.files {
+            let (peak, rms) = loudest(file);
+            console.say(format_args!(
+                "{}: peak {} Pa ({} dB SPL), RMS {} Pa ({} dB SPL), {} LUFS, full scale {} Pa",
                 file.path.display(),
-                file.clipped_samples
+                four_digits(peak),
+                decibels(peak),
+                four_digits(rms),
+                decibels(rms),
+                file.levels.loudness.map_or("n/a".into(), |l| format!("{l:.1}")),
+                four_digits(file.full_scale),
             ));
+            if peak > file.full_scale && file.clipped_samples == 0 && file.stem.is_none() {
+                console.say("  samples exceed ±1: a player clips them; for listening, use --normalize -1");
+            }
+            if file.clipped_samples > 0 {
+                console.warn(format_args!(
+                    "{}: {} samples exceed full scale and were clipped; raise --full-scale or use --bits 32f",
+                    file.path.display(),
+                    file.clipped_samples
+                ));
+            }
+            if peak == 0.0 && file.stem.is_none() {
+                console.warn(format_args!("{} is silent; --explain says why", file.path.display()));
+            }
         }
-        if peak == 0.0 && file.stem.is_none() {
-            console.warn(format_args!("{} is silent; --explain says why", file.path.display()));
-        }
-    }
-    for (report, file) in summary.listeners.iter().zip(summary.files.iter().filter(|f| f.stem.is_none())) {
-        if let Some((_, body, time)) = report.first_inside {
-            console.warn(format_args!(
-                "listener \"{}\" was inside the sphere that stands for a body at {} clicks, which were left out; the \
+        for (report, file) in summary.listeners.iter().zip(summary.files.iter().filter(|f| f.stem.is_none()))
+        {
+            if let Some((_, body, time)) = report.first_inside {
+                console.warn(format_args!(
+                "listener \"{}\" was inside a body, or the sphere that stands for it, at {} clicks, which were left out; the \
                  first was of \"{}\" at {time:.4} s; move the listener away",
                 file.listener,
                 report.receiver_inside,
                 bodies[body.index()].name
             ));
-        }
-        if report.below_floor > 0 {
-            console.warn(format_args!(
+            }
+            if report.below_floor > 0 {
+                console.warn(format_args!(
                 "{} clicks of bodies whose centre was below the rigid floor were left out; lower `floor_height`",
                 report.below_floor
             ));
+            }
+        }
+        self.say_sources(console);
+        self.say_missing(console);
+    }
+
+    /// How many bodies that sound are what.
+    fn say_sources(&self, console: &Console) {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for (index, kind) in self.sources.kinds.iter().enumerate() {
+            let is_mesh = matches!(*self.bodies[index].surface, Surface::Mesh(_));
+            if energy(self.summary, index) > 0.0 && is_mesh {
+                *counts
+                    .entry(match kind {
+                        SourceKind::Own => "with fields of their own",
+                        SourceKind::Proxy(_) => "as ellipsoids",
+                        SourceKind::Sphere => "as spheres of equal volume",
+                    })
+                    .or_default() += 1;
+            }
+        }
+        if !counts.is_empty() {
+            let list: Vec<String> = counts.iter().map(|(what, count)| format!("{count} {what}")).collect();
+            console.say(format_args!(
+                "bodies that are no spheres sound: {}; they do not ring yet",
+                list.join(", ")
+            ));
         }
     }
-}
 
-/// A table of bodies: share of the energy, impacts, and why a body is silent.
-///
-/// A simulation does not pass on what is slower than v_min: it is counted in `simulated`.
-pub(super) fn explain(
-    console: &Console,
-    bodies: &[Body],
-    summary: &RenderSummary,
-    simulated: Option<&SimulationReport>,
-) {
-    let contacts = &summary.contacts;
-    let dropped = simulated.map_or(0, |report| report.dropped_impacts);
-    console.say(format_args!(
+    /// Fields that end below the band that is rendered, once.
+    fn say_missing(&self, console: &Console) {
+        let ends = self.summary.listeners.iter().flat_map(|report| &report.band_ends);
+        let Some((body, end)) = ends.min_by(|a, b| a.1.total_cmp(b.1)) else { return };
+        let lacking: f64 = self.summary.missing_energies.values().sum();
+        let all: f64 = self.summary.energies.values().sum();
+        console.warn(format_args!(
+        "the field of \"{}\" ends at {end:.0} Hz, below the band of the file; what is missing is about {:.1e} of the energy of all",
+        self.bodies[body.index()].name,
+        lacking / (all + lacking)
+    ));
+    }
+
+    /// A table of bodies: share of the energy, impacts, and why a body is silent.
+    ///
+    /// A simulation does not pass on what is slower than v_min: it is counted in `simulated`.
+    pub(super) fn explain(&self, console: &Console) {
+        let Told { bodies, summary, simulated, .. } = *self;
+        let contacts = &summary.contacts;
+        let dropped = simulated.map_or(0, |report| report.dropped_impacts);
+        console.say(format_args!(
         "impacts: {} sound, {} slower than v_min, {} without normal impulse, {} between bodies that cannot move",
         contacts.pulses,
         contacts.slow + dropped,
         contacts.without_impulse,
         contacts.immovable
     ));
-    console.say(format_args!(
-        "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  remark",
-        "body", "part", "dB of all", "clicks", "too slow", "τc/L"
-    ));
-    let total: f64 = summary.energies.values().sum();
-    for (index, body) in bodies.iter().enumerate() {
-        let energy = energy(summary, index);
-        let counts = contacts.bodies.get(index).copied().unwrap_or_default();
-        let slow = counts.slow + dropped_of(simulated, index);
-        let share =
-            if energy > 0.0 { format!("{:.1}", 10.0 * (energy / total).log10()) } else { "−∞".into() };
-        let transit = counts.smallest_transit_ratio;
         console.say(format_args!(
-            "{:24} {:12} {share:>10} {:>8} {:>8} {:>8}  {}",
-            body.name,
-            "acceleration",
-            counts.pulses,
-            slow,
-            if transit.is_finite() { format!("{transit:.2}") } else { "–".into() },
-            remark(body, energy, slow, summary, index)
+            "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  remark",
+            "body", "part", "dB of all", "clicks", "too slow", "τc/L"
         ));
+        let total: f64 = summary.energies.values().sum();
+        for (index, body) in bodies.iter().enumerate() {
+            let energy = energy(summary, index);
+            let counts = contacts.bodies.get(index).copied().unwrap_or_default();
+            let slow = counts.slow + dropped_of(simulated, index);
+            let share = if energy > 0.0 {
+                format!("{:.1}", 10.0 * (energy / total).log10())
+            } else {
+                "−∞".into()
+            };
+            let transit = counts.smallest_transit_ratio;
+            console.say(format_args!(
+                "{:24} {:12} {share:>10} {:>8} {:>8} {:>8}  {}",
+                body.name,
+                "acceleration",
+                counts.pulses,
+                slow,
+                if transit.is_finite() { format!("{transit:.2}") } else { "–".into() },
+                self.remark(energy, slow, index)
+            ));
+        }
+    }
+
+    /// Why a body is silent, or what to know about its sound.
+    fn remark(&self, energy: f64, slow: u64, index: usize) -> String {
+        let Told { bodies, summary, sources, .. } = *self;
+        let body = &bodies[index];
+        let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
+        if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
+            "silent: it does not move, and nothing but acceleration sounds yet".into()
+        } else if body.motion != Motion::Free {
+            "silent: keyframes move it, not blows".into()
+        } else if energy > 0.0 {
+            let (decision, kind) = (&sources.decisions[index], &sources.kinds[index]);
+            let as_what = match kind == &decision.kind {
+                _ if matches!(*body.surface, Surface::Sphere { .. }) => "exact".into(),
+                true => format!("{decision}"),
+                false => format!("{kind}: its field is not there"),
+            };
+            match counts.shorter_than_transit {
+                0 => as_what,
+                _ => format!(
+                    "{as_what}; some blows are shorter than a wave takes to cross it (τc/L < 1): an upper bound"
+                ),
+            }
+        } else if counts.pulses > 0 {
+            "silent: its clicks fall outside the written time, or the listener was inside it".into()
+        } else if slow > 0 {
+            "silent: every touch was slower than v_min".into()
+        } else {
+            "silent: nothing touched it".into()
+        }
+    }
+
+    /// The result as JSON.
+    pub(super) fn print_json(&self, console: &Console) {
+        let Told { bodies, sources, summary, options, simulated } = *self;
+        if !console.wants_json() {
+            return;
+        }
+        let files: Vec<_> = summary
+            .files
+            .iter()
+            .map(|file| {
+                let (peak, rms) = loudest(file);
+                json!({
+                    "path": file.path,
+                    "listener": file.listener,
+                    "stem": file.stem.map(|id| bodies[id.index()].name.clone()),
+                    "frames": file.levels.frames,
+                    "full_scale_pa": file.full_scale,
+                    "peak_pa": peak,
+                    "rms_pa": rms,
+                    "peak_db_spl": db_spl(peak),
+                    "rms_db_spl": db_spl(rms),
+                    "loudness_lufs": file.levels.loudness,
+                    "clipped_samples": file.clipped_samples,
+                })
+            })
+            .collect();
+        let bodies: Vec<_> = bodies
+            .iter()
+            .enumerate()
+            .map(|(index, body)| {
+                let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
+                json!({
+                    "name": body.name,
+                    "acceleration_energy_pa2_s": energy(summary, index),
+                    "sounds_as": sources.kinds[index].to_string(),
+                    "because": sources.decisions[index].reason.to_string(),
+                    "missing_energy_pa2_s": summary.missing_energies.get(&BodyId(index as u32)),
+                    "clicks": counts.pulses,
+                    "impacts_slower_than_v_min": counts.slow + dropped_of(simulated, index),
+                })
+            })
+            .collect();
+        let contacts = &summary.contacts;
+        console.json(&json!({
+            "files": files,
+            "compressed": options.compressor.is_some(),
+            "bodies": bodies,
+            "impacts": {
+                "sounding": contacts.pulses,
+                "slower_than_v_min": contacts.slow,
+                "without_impulse": contacts.without_impulse,
+                "immovable": contacts.immovable,
+                "delayed_in_chains": contacts.delayed,
+            },
+            "simulation": simulated.map(|report| json!({
+                "simulated_s": report.time,
+                "impacts": report.impacts,
+                "dropped_impacts": report.dropped_impacts,
+                "deepest_overlap_m": report.deepest_overlap,
+            })),
+        }));
     }
 }
 
 /// Impacts of a body that the simulation left out.
 fn dropped_of(simulated: Option<&SimulationReport>, index: usize) -> u64 {
     simulated.and_then(|report| report.dropped_by_body.get(index).copied()).unwrap_or(0)
-}
-
-/// Why a body is silent, or what to know about its sound.
-fn remark(body: &Body, energy: f64, slow: u64, summary: &RenderSummary, index: usize) -> &'static str {
-    let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
-    if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
-        "silent: it does not move, and nothing but acceleration sounds yet"
-    } else if body.motion != Motion::Free {
-        "silent: keyframes move it, not blows"
-    } else if energy > 0.0 && counts.shorter_than_transit > 0 {
-        "some blows are shorter than a wave takes to cross it (τc/L < 1): its click is an upper bound"
-    } else if energy > 0.0 && !matches!(*body.surface, Surface::Sphere { .. }) {
-        "as the sphere of equal volume"
-    } else if energy > 0.0 {
-        "exact"
-    } else if counts.pulses > 0 {
-        "silent: its clicks fall outside the written time, or the listener was inside it"
-    } else if slow > 0 {
-        "silent: every touch was slower than v_min"
-    } else {
-        "silent: nothing touched it"
-    }
-}
-
-/// The result as JSON.
-pub(super) fn print_json(
-    console: &Console,
-    bodies: &[Body],
-    summary: &RenderSummary,
-    options: &RenderOptions,
-    simulated: Option<&SimulationReport>,
-) {
-    if !console.wants_json() {
-        return;
-    }
-    let files: Vec<_> = summary
-        .files
-        .iter()
-        .map(|file| {
-            let (peak, rms) = loudest(file);
-            json!({
-                "path": file.path,
-                "listener": file.listener,
-                "stem": file.stem.map(|id| bodies[id.index()].name.clone()),
-                "frames": file.levels.frames,
-                "full_scale_pa": file.full_scale,
-                "peak_pa": peak,
-                "rms_pa": rms,
-                "peak_db_spl": db_spl(peak),
-                "rms_db_spl": db_spl(rms),
-                "loudness_lufs": file.levels.loudness,
-                "clipped_samples": file.clipped_samples,
-            })
-        })
-        .collect();
-    let bodies: Vec<_> = bodies
-        .iter()
-        .enumerate()
-        .map(|(index, body)| {
-            let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
-            json!({
-                "name": body.name,
-                "acceleration_energy_pa2_s": energy(summary, index),
-                "clicks": counts.pulses,
-                "impacts_slower_than_v_min": counts.slow + dropped_of(simulated, index),
-            })
-        })
-        .collect();
-    let contacts = &summary.contacts;
-    console.json(&json!({
-        "files": files,
-        "compressed": options.compressor.is_some(),
-        "bodies": bodies,
-        "impacts": {
-            "sounding": contacts.pulses,
-            "slower_than_v_min": contacts.slow,
-            "without_impulse": contacts.without_impulse,
-            "immovable": contacts.immovable,
-            "delayed_in_chains": contacts.delayed,
-        },
-        "simulation": simulated.map(|report| json!({
-            "simulated_s": report.time,
-            "impacts": report.impacts,
-            "dropped_impacts": report.dropped_impacts,
-            "deepest_overlap_m": report.deepest_overlap,
-        })),
-    }));
 }
 
 /// Largest peak and RMS of the channels [Pa].

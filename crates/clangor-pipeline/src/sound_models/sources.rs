@@ -1,0 +1,179 @@
+//! What every body of a scene sounds as: decided by the rules of `clangor::synthesis::source_rule`, with the fields
+//! that this needs out of the cache, or baked.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
+
+use clangor::body::{Body, BodyId};
+use clangor::model::playable_field::FieldError;
+use clangor::model::playable_model::{PlayableBank, PlayableModel};
+use clangor::synthesis::source_rule::{Decision, SourceKind, decide, source_of};
+use clangor::synthesis::{SoundRule, SoundSource};
+use clangor_bake::acceleration_noise::{BakeError, BakeOptions, BakeProgress, Method};
+
+use super::{SharedRequest, obtain, shared_requests};
+use crate::model_cache::{Lookup, ModelCache};
+
+/// What to know of the bodies, and what may be done for them.
+#[derive(Clone, Copy, Debug)]
+pub struct SourceSettings<'a> {
+    /// What the scene says of each body; without a word for one it is [`SoundRule::Auto`].
+    pub rules: &'a [SoundRule],
+    /// k = 2πf/c [1/m] of the highest frequency that is rendered in full.
+    pub max_wavenumber: f64,
+    /// Level error of the fields.
+    pub accuracy: f64,
+    /// Where fields are kept.
+    pub cache: Option<&'a ModelCache>,
+    /// The ellipsoids.
+    pub bank: Option<&'a PlayableBank>,
+    /// Whether to bake what is not in the cache; else such a body sounds as the next best.
+    pub bake: bool,
+}
+
+impl SourceSettings<'_> {
+    /// How fields are baked.
+    pub fn bake_options(&self) -> BakeOptions {
+        BakeOptions {
+            max_wavenumber: self.max_wavenumber,
+            accuracy: self.accuracy,
+            method: Method::Auto,
+            near_field: true,
+        }
+    }
+
+    /// What each body should sound as, in their order.
+    pub fn decide(&self, bodies: &[Body]) -> Vec<Decision> {
+        let rule = |index: usize| self.rules.get(index).copied().unwrap_or_default();
+        let of = |(index, body)| decide(body, rule(index), self.bank, self.max_wavenumber);
+        bodies.iter().enumerate().map(of).collect()
+    }
+
+    /// The fields that these decisions need, for the bodies that `sounds` names; equal bodies share.
+    pub fn requests(
+        &self,
+        bodies: &[Body],
+        decisions: &[Decision],
+        sounds: &BTreeSet<BodyId>,
+    ) -> Vec<SharedRequest> {
+        shared_requests(bodies, self.bake_options(), &|id| {
+            sounds.contains(&id) && decisions[id.index()].kind == SourceKind::Own
+        })
+    }
+}
+
+/// What the bodies sound as.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sources {
+    /// In the order of the bodies.
+    pub sources: Vec<SoundSource>,
+    /// What each was to be, and why.
+    pub decisions: Vec<Decision>,
+    /// What each is: the next best where there is no field.
+    pub kinds: Vec<SourceKind>,
+    /// Fields that were baked now.
+    pub baked: usize,
+    /// What the person should know.
+    pub remarks: Vec<String>,
+}
+
+/// How far the baking of a scene's fields is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceProgress<'a> {
+    /// The body whose field is baked, the first of those that share it.
+    pub body: &'a str,
+    /// Part of all fields, 0 to 1.
+    pub done: f64,
+    /// What is being done.
+    pub stage: &'static str,
+}
+
+/// Finds or bakes what the bodies sound as. Only those that `sounds` names are worth a field of their own.
+///
+/// A field that cannot be baked is told among the remarks, and the body sounds as the next best.
+///
+/// # Errors
+/// [`BakeError::Interrupted`], when `progress` says so.
+pub fn sources(
+    bodies: &[Body],
+    sounds: &BTreeSet<BodyId>,
+    settings: &SourceSettings<'_>,
+    progress: &mut dyn FnMut(&SourceProgress<'_>) -> ControlFlow<()>,
+) -> Result<Sources, BakeError> {
+    let decisions = settings.decide(bodies);
+    let requests = settings.requests(bodies, &decisions, sounds);
+    let mut models: BTreeMap<BodyId, PlayableModel> = BTreeMap::new();
+    let (mut baked, mut remarks) = (0, Vec::new());
+    for (index, shared) in requests.iter().enumerate() {
+        let body = bodies[shared.bodies[0].index()].name.as_str();
+        let mut told = |p: &BakeProgress| {
+            let done = (index as f64 + p.done) / requests.len() as f64;
+            progress(&SourceProgress { body, done, stage: p.stage })
+        };
+        match field(shared, settings, &mut told)? {
+            Found::Model { model, baked: now, remarks: more } => {
+                baked += usize::from(now);
+                remarks.extend(more);
+                models.extend(shared.bodies.iter().map(|id| (*id, model.clone())));
+            }
+            Found::Nothing(why) => remarks.push(why),
+        }
+    }
+    let (mut sources, mut kinds) = (Vec::with_capacity(bodies.len()), Vec::with_capacity(bodies.len()));
+    for (index, (body, decision)) in bodies.iter().zip(&decisions).enumerate() {
+        let own = models.get(&BodyId(index as u32));
+        let (source, kind) = source_of(body, decision, settings.bank, own);
+        sources.push(source);
+        kinds.push(kind);
+    }
+    Ok(Sources { sources, decisions, kinds, baked, remarks })
+}
+
+/// What became of a request.
+enum Found {
+    Model {
+        model: PlayableModel,
+        baked: bool,
+        remarks: Vec<String>,
+    },
+    /// And why.
+    Nothing(String),
+}
+
+fn field(
+    shared: &SharedRequest,
+    settings: &SourceSettings<'_>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<Found, BakeError> {
+    let name = &shared.request.solid.name;
+    let instead = "it sounds as the ellipsoid or sphere nearest to it";
+    if !settings.bake {
+        let lookup = settings.cache.map_or(Lookup::Missing, |cache| cache.read(shared.request.key()));
+        return Ok(match lookup {
+            Lookup::Found(file) => match PlayableModel::try_new(&file.acceleration) {
+                Ok(model) => Found::Model { model, baked: false, remarks: Vec::new() },
+                Err(error) => Found::Nothing(unplayable(name, &error, instead)),
+            },
+            _ => Found::Nothing(format!("\"{name}\" has no baked field: {instead}")),
+        });
+    }
+    let obtained = match obtain(&shared.request, settings.cache, progress) {
+        Ok(obtained) => obtained,
+        Err(BakeError::Interrupted) => return Err(BakeError::Interrupted),
+        Err(error) => {
+            return Ok(Found::Nothing(format!(
+                "the field of \"{name}\" cannot be baked: {error}; {instead}"
+            )));
+        }
+    };
+    let mut remarks = obtained.remarks;
+    remarks.extend(obtained.model.origin.warnings.iter().map(|warning| format!("\"{name}\": {warning}")));
+    Ok(match PlayableModel::try_new(&obtained.model.acceleration) {
+        Ok(model) => Found::Model { model, baked: !obtained.cached, remarks },
+        Err(error) => Found::Nothing(unplayable(name, &error, instead)),
+    })
+}
+
+fn unplayable(name: &str, error: &FieldError, instead: &str) -> String {
+    format!("the field of \"{name}\" cannot be played: {error}; {instead}")
+}

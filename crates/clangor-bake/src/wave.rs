@@ -122,6 +122,7 @@ pub struct WaveSolver {
     lattice: Lattice,
     centre: DVec3,
     rows: Rows,
+    closed: usize,
 }
 
 impl WaveSolver {
@@ -159,16 +160,26 @@ impl WaveSolver {
         let vertices = surface.vertices.iter().map(|v| *v / h).collect();
         let scaled = TriMesh { vertices, triangles: surface.triangles.clone() };
         let mut cut = CutCells::new(&scaled, centre);
-        if options.boundary == Boundary::Staircase {
-            cut.coarsen(centre);
-        }
+        let closed = match options.boundary {
+            Boundary::CutCells => cut.close_walls(centre),
+            Boundary::Staircase => {
+                cut.coarsen(centre);
+                0
+            }
+        };
         let rows = Rows::new(cut, &lattice);
-        Ok(WaveSolver { options, radius, lattice, centre, rows })
+        Ok(WaveSolver { options, radius, lattice, centre, rows, closed })
     }
 
     /// Cells of the grid.
     pub fn cells(&self) -> usize {
         self.lattice.cells()
+    }
+
+    /// Cells that were closed because they hold both sides of a wall: more than none says that walls are thinner than
+    /// the grid resolves, and are taken to be up to a cell thicker.
+    pub fn closed_cells(&self) -> usize {
+        self.closed
     }
 
     /// Runs the six motions. `progress` is told which part is done, and may stop the rest.
@@ -202,6 +213,7 @@ impl WaveSolver {
                 Ok(signals)
             })
             .collect::<Result<_, _>>()?;
-        Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, signals })
+        let updates = (DEGREES * steps * self.lattice.cells()) as f64;
+        Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals })
     }
 }

@@ -14,7 +14,7 @@
 use super::grid::{COURANT, Lattice};
 
 /// Thickness \[cells\].
-pub(super) const LAYER: usize = 10;
+pub(super) const LAYER: usize = 8;
 /// Power of the depth with which σ grows.
 const GRADING: f64 = 3.0;
 /// σ h/c at the rim.
@@ -89,7 +89,8 @@ impl Absorber {
         for (side, profile) in self.profiles.iter().enumerate() {
             let from = side * (nx - 1 - FACES);
             let block = 2 * (k * ny + j) + side;
-            if let (Some(p), Some(new)) = (row.get(from..from + FACES + 1), new.get_mut(from..from + FACES)) {
+            let cells = new[from..].first_chunk_mut::<FACES>();
+            if let (Some(p), Some(new)) = (row[from..].first_chunk::<{ FACES + 1 }>(), cells) {
                 let [psi, zeta] = &mut self.x;
                 absorb_block(profile, p, new, &mut psi[block], &mut zeta[block]);
             }
@@ -125,8 +126,8 @@ fn layer_of(cell: usize, n: usize) -> Option<(usize, usize)> {
 #[inline(always)]
 fn absorb_block(
     profile: &Profile,
-    p: &[f32],
-    new: &mut [f32],
+    p: &[f32; FACES + 1],
+    new: &mut [f32; FACES],
     psi: &mut [f32; FACES],
     zeta: &mut [f32; FACES],
 ) {

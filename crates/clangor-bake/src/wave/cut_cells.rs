@@ -39,12 +39,14 @@ pub(super) struct CutCells {
 }
 
 /// The surface in one cell.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Pieces {
     /// ∫ g_i dS for the six motions; the first three are ∫ n dS.
     pub(super) flux: [f64; DEGREES],
     /// ∫ dS.
     pub(super) area: f64,
+    /// n dS of each piece.
+    pub(super) areas: Vec<DVec3>,
     /// ∫ x dV over the open part, x from the middle of the cell: ∫ n_a (1/4 − x_a²)/2 dS by Gauss' theorem.
     pub(super) moment: DVec3,
 }
@@ -123,6 +125,7 @@ impl CutCells {
                 *sum += g;
             }
             pieces.area += area.length();
+            pieces.areas.push(area);
             // The middles of the edges integrate what is quadratic.
             for p in [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)] {
                 let x = p - middle_of_cell;

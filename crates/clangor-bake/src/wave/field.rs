@@ -22,6 +22,8 @@ pub struct WaveField {
     /// Steps between samples.
     pub(super) stride: usize,
     pub(super) pulse: Pulse,
+    /// Cells times steps, all motions together.
+    pub(super) updates: f64,
     /// For each motion its samples, each with all harmonics.
     pub(super) signals: Vec<Vec<f64>>,
 }
@@ -30,6 +32,11 @@ impl WaveField {
     /// The six fields at real wavenumbers k [1/m], up to degree `order`; beyond the degree of the run they are zero.
     pub fn samples(&self, wavenumbers: &[f64], order: usize) -> Vec<RadiationSample> {
         wavenumbers.iter().map(|k| self.sample(*k, order)).collect()
+    }
+
+    /// Cell updates of the run, all motions together.
+    pub fn updates(&self) -> f64 {
+        self.updates
     }
 
     fn sample(&self, wavenumber: f64, order: usize) -> RadiationSample {

@@ -155,9 +155,9 @@ fn inner(cell: usize, n: usize) -> [bool; 3] {
 fn advance_row(new: &mut [f32], p: &[f32], faces: [&[f32]; 4], cells: Range<usize>) {
     let Range { start, end } = cells;
     let n = end - start;
-    let [a, b, c, d] = faces.map(|r| &r[start..end]);
-    let (before, here, after) = (&p[start - 1..end - 1], &p[start..end], &p[start + 1..end + 1]);
-    let new = &mut new[start..end];
+    let [a, b, c, d] = faces.map(|r| &r[start..][..n]);
+    let (before, here, after) = (&p[start - 1..][..n], &p[start..][..n], &p[start + 1..][..n]);
+    let new = &mut new[start..][..n];
     for i in 0..n {
         let sum = a[i] + b[i] + c[i] + d[i] + before[i] + after[i] - 6.0 * here[i];
         new[i] = 2.0 * here[i] - new[i] + SQUARE * sum;
@@ -168,39 +168,46 @@ fn advance_row(new: &mut [f32], p: &[f32], faces: [&[f32]; 4], cells: Range<usiz
 /// `open` is 1 for a row of `faces` outside of the layers; `edges` are the rows across an edge along x, in the order
 /// −−, +−, −+, ++ of y and z, with the same mark.
 #[inline(always)]
-fn advance_inner_row(
+fn advance_inner_row<'a>(
     new: &mut [f32],
-    p: &[f32],
-    faces: [&[f32]; 4],
+    p: &'a [f32],
+    faces: [&'a [f32]; 4],
     open: [f32; 4],
-    edges: [(&[f32], f32); 4],
+    edges: [(&'a [f32], f32); 4],
 ) {
     const SIXTH: f32 = 1.0 / 6.0;
     let start = LAYER + 1;
     let end = p.len() - start;
     let n = end - start;
-    // One cell more at each end.
-    let [a, b, c, d] = faces.map(|r| &r[start - 1..end + 1]);
-    let p = &p[start - 1..end + 1];
-    let [e, f, g, h] = edges.map(|(r, _)| &r[start - 1..end + 1]);
-    let marks = edges.map(|e| e.1);
-    let new = &mut new[start..end];
-    let all: f32 = open.iter().sum();
-    let sideways = |i: usize| open[0] * a[i] + open[1] * b[i] + open[2] * c[i] + open[3] * d[i] - all * p[i];
-    let advanced = |i: usize, old: f32, bend: f32| {
-        let (down, up) = (p[i] - c[i], p[i] - d[i]);
-        let around = marks[0] * (down + e[i] - a[i])
-            + marks[1] * (down + f[i] - b[i])
-            + marks[2] * (up + g[i] - a[i])
-            + marks[3] * (up + h[i] - b[i]);
-        let sum = a[i] + b[i] + c[i] + d[i] + p[i - 1] + p[i + 1] - 6.0 * p[i] + SIXTH * (bend + around);
-        2.0 * p[i] - old + SQUARE * sum
-    };
-    for i in 2..n {
-        let bend = sideways(i - 1) - 2.0 * sideways(i) + sideways(i + 1);
-        new[i - 1] = advanced(i, new[i - 1], bend);
+    // Each row as seen from the cell before, the cell and the cell after: slices of one length, which vectorise.
+    let windows = |r: &'a [f32]| [&r[start - 1..][..n], &r[start..][..n], &r[start + 1..][..n]];
+    let [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2], [d0, d1, d2]] = faces.map(windows);
+    let [p0, p1, p2] = windows(p);
+    let [e, f, g, h] = edges.map(|(r, _)| &r[start..][..n]);
+    let [o0, o1, o2, o3] = open;
+    let [m0, m1, m2, m3] = edges.map(|e| e.1);
+    let all = o0 + o1 + o2 + o3;
+    let new = &mut new[start..][..n];
+    for i in 0..n {
+        let before = o0 * a0[i] + o1 * b0[i] + o2 * c0[i] + o3 * d0[i] - all * p0[i];
+        let beside = o0 * a1[i] + o1 * b1[i] + o2 * c1[i] + o3 * d1[i] - all * p1[i];
+        let after = o0 * a2[i] + o1 * b2[i] + o2 * c2[i] + o3 * d2[i] - all * p2[i];
+        let (down, up) = (p1[i] - c1[i], p1[i] - d1[i]);
+        let around = m0 * (down + e[i] - a1[i])
+            + m1 * (down + f[i] - b1[i])
+            + m2 * (up + g[i] - a1[i])
+            + m3 * (up + h[i] - b1[i]);
+        let across = a1[i] + b1[i] + c1[i] + d1[i] + p0[i] + p2[i] - 6.0 * p1[i];
+        let sum = across + SIXTH * (before - 2.0 * beside + after + around);
+        new[i] = 2.0 * p1[i] - new[i] + SQUARE * sum;
     }
-    // The edges between these and the layer are none.
-    new[0] = advanced(1, new[0], sideways(2) - sideways(1));
-    new[n - 1] = advanced(n, new[n - 1], sideways(n - 1) - sideways(n));
+    // The edges between the first cell and the layer are none, nor those after the last.
+    let sideways = |[a, b, c, d, p]: [f32; 5]| o0 * a + o1 * b + o2 * c + o3 * d - all * p;
+    let last = n - 1;
+    let outside =
+        sideways([a0[0], b0[0], c0[0], d0[0], p0[0]]) - sideways([a1[0], b1[0], c1[0], d1[0], p1[0]]);
+    new[0] -= SQUARE * SIXTH * outside;
+    let outside = sideways([a2[last], b2[last], c2[last], d2[last], p2[last]])
+        - sideways([a1[last], b1[last], c1[last], d1[last], p1[last]]);
+    new[last] -= SQUARE * SIXTH * outside;
 }

@@ -1,0 +1,46 @@
+//! Throughput of the time-domain solver: `cargo bench -p clangor-bake --bench wave`.
+//!
+//! Cell updates per second and core of six runs around a sphere, absorbing layers, recording and all, on grids of three
+//! sizes. Processor time, so that other work on the machine does not count.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use clangor::shape::Shape;
+use clangor_bake::wave::{Boundary, WaveOptions, WaveSolver};
+
+/// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the wall.
+fn processor_time(start: Instant) -> f64 {
+    std::fs::read_to_string("/proc/self/stat")
+        .ok()
+        .and_then(|stat| {
+            let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
+            Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
+        })
+        .unwrap_or_else(|| start.elapsed().as_secs_f64())
+}
+
+fn main() {
+    let start = Instant::now();
+    let Ok(shape) = Shape::parse("sphere:1") else { return };
+    let mesh = shape.mesh();
+    for cells_per_radius in [8.0, 16.0, 32.0] {
+        let options = WaveOptions {
+            max_wavenumber: 2.75,
+            spacing: 1.0 / cells_per_radius,
+            order: 8,
+            boundary: Boundary::CutCells,
+            longest: 1.0,
+        };
+        let Ok(solver) = WaveSolver::try_new(&mesh, options) else { return };
+        let before = processor_time(start);
+        let Ok(field) = solver.run(&|_| ControlFlow::Continue(())) else { return };
+        let spent = processor_time(start) - before;
+        println!(
+            "{cells_per_radius:4} cells per radius: {:9} cells, {:6.2} CPU-s, {:5.0} Mcell/s per core",
+            solver.cells(),
+            spent,
+            1e-6 * field.updates() / spent
+        );
+    }
+}

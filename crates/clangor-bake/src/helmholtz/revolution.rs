@@ -75,7 +75,7 @@ pub struct RevolutionOptions {
 impl RevolutionOptions {
     /// Fit for an accuracy of about 1e-5 and better, up to this wavenumber [1/m].
     pub fn new(max_wavenumber: f64) -> Self {
-        RevolutionOptions { max_wavenumber, nodes_per_panel: 8, nodes_per_wavelength: 12.0, edge_levels: 6 }
+        RevolutionOptions { max_wavenumber, nodes_per_panel: 8, nodes_per_wavelength: 8.0, edge_levels: 4 }
     }
 }
 

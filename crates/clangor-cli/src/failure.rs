@@ -7,7 +7,6 @@ use clangor_pipeline::exchange::ExchangeError;
 use clangor_pipeline::load::LoadError;
 use clangor_pipeline::render::RenderError;
 use clangor_pipeline::simulate::SimulateError;
-use clangor_pipeline::soundbank::BuildError;
 
 use crate::diagnostics::draw_errors;
 
@@ -56,11 +55,5 @@ impl From<ExchangeError> for Failure {
 impl From<BakeError> for Failure {
     fn from(error: BakeError) -> Self {
         if matches!(error, BakeError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
-    }
-}
-
-impl From<BuildError> for Failure {
-    fn from(error: BuildError) -> Self {
-        if error.is_interruption() { Failure::Interrupted } else { Failure::new(error) }
     }
 }

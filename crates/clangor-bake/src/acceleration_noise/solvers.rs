@@ -87,7 +87,7 @@ pub(super) fn prepare(
 }
 
 /// Edges of the mesh of surface pressures on the shortest wave.
-const NEAR_FIELD_EDGES: f64 = 8.0;
+const NEAR_FIELD_EDGES: f64 = 5.0;
 
 fn octant(solver: OctantSolver) -> Prepared {
     let unknowns = solver.unknowns();

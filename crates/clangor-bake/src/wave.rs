@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! surface ─► cut cells ─► rows ─► leapfrog + absorbing layer ─► multipoles on r = 1.5 R ─► spectra ─► samples
-//!            cut_cells    boundary  grid, absorber                recorder                   field, tail
+//!            cut_cells    boundary  grid, absorber                recorder                   field
 //! ```
 //!
 //! Differs from \[PAN\], which makes each cell all solid or all air and reads pulses at points:
@@ -15,11 +15,10 @@
 //!   second order instead of first;
 //! * the Laplacian is isotropic and the spectrum is read at the frequency at which the *grid* carries the wavenumber, so
 //!   that there is no dispersion up to fourth order;
-//! * the grid ends just beyond 1.5 R: outside, multipoles are exact at any distance;
-//! * what still rings when the run ends (cavities) is continued by damped oscillations fitted to it.
+//! * the grid ends just beyond 1.5 R: outside, multipoles are exact at any distance.
 //!
 //! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), nor does it model the losses
-//! at walls, without which cavities ring too long.
+//! at walls. What still rings when the run ends is cut off: a run for a cavity must be long.
 
 mod absorber;
 mod boundary;

@@ -34,9 +34,7 @@ fn worst(make: impl Fn(f64) -> OctantSolver, accuracy: f64, fine: f64, wavenumbe
     let (found, fine) = (make(accuracy), make(fine));
     let radius = fine.reference_radius();
     let pairs = found.solve(wavenumbers, 16).unwrap().into_iter().zip(fine.solve(wavenumbers, 16).unwrap());
-    let worst = pairs.map(|(found, fine)| level_error(&found, &fine, radius)).fold(0.0, f64::max);
-
-    worst
+    pairs.map(|(found, fine)| level_error(&found, &fine, radius)).fold(0.0, f64::max)
 }
 
 #[test]

@@ -13,7 +13,7 @@ fn solve(name: &str, kr: f64, axis: glam::DVec3) -> (RevolutionSolver, Radiation
     let wavenumber = kr / meridian.bounding_radius();
     // 100 edges on a wave: the linear mesh is what limits the balance.
     let solver =
-        RevolutionSolver::new(&meridian, axis, RevolutionOptions::new(wavenumber)).with_surface(100.0);
+        RevolutionSolver::new(&meridian, axis, RevolutionOptions::new(wavenumber)).with_surface(240.0);
     let sample = solver.solve(&[wavenumber], 16).expect("a field").remove(0);
     (solver, sample)
 }
@@ -24,11 +24,9 @@ fn exchange(solver: &RevolutionSolver, sample: &RadiationSample) -> [[Complex64;
     let mut sums = [[Complex64::ZERO; DEGREES]; DEGREES];
     for (t, corners) in mesh.triangles.iter().enumerate() {
         let motions = rigid_motions(mesh.centroid(t), mesh.area_vector(t));
-        for i in 0..DEGREES {
+        for (i, row) in sums.iter_mut().enumerate() {
             let p: Complex64 = corners.iter().map(|v| sample.surface_pressure[*v as usize][i] / 3.0).sum();
-            for j in 0..DEGREES {
-                sums[i][j] += p * motions[j];
-            }
+            row.iter_mut().zip(motions).for_each(|(sum, motion)| *sum += p * motion);
         }
     }
     sums
@@ -60,7 +58,7 @@ fn power_leaves_the_surface_as_it_arrives_far_away_and_motions_act_on_each_other
             let near = -0.5 / k * z[i][i].im;
             let scale = if i < 3 { far } else { 0.5 * radius.powi(6) };
             println!("{name} {i}: {:.1e} {far:.1e}", near / far - 1.0);
-            // Residuals seen: see the bound.
+            // Residual seen: 4.3e-4, of the flat triangles.
             assert!((near / far - 1.0).abs() < 1e-3 || far < 1e-6 * scale, "{name} {i}: {near} {far}");
             for j in 0..i {
                 let whole = (z[i][i].norm() * z[j][j].norm()).sqrt();

@@ -10,8 +10,8 @@
 //! is one over the meridian for each of the orders 0 (moving along the axis) and 1 (moving across it, turning about an
 //! axis across it). Turning about the axis itself moves no fluid. The two directions across are one solution.
 //!
-//! Collocation at the Gauss–Legendre nodes of panels graded towards edges ([`panels`]), kernels integrated around the axis
-//! to ten digits at any distance ([`ring`]), singular and nearly singular integrals by graded rules ([`rows`]). The idea of
+//! Collocation at the Gauss–Legendre nodes of panels graded towards edges (`panels`), kernels integrated around the axis
+//! to ten digits at any distance (`ring`), singular and nearly singular integrals by graded rules (`rows`). The idea of
 //! solving order by order with kernels from elliptic integrals is in Young, Hao and Martinsson, J. Comput. Phys. 231
 //! (2012); product weights that hold for all frequencies stand here in place of their convolutions.
 //!

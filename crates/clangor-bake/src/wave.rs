@@ -11,7 +11,7 @@
 //!
 //! Differs from \[PAN\], which makes each cell all solid or all air and reads pulses at points:
 //!
-//! * cells are cut ([`Boundary::CutCells`]): the error at 8 cells per radius falls from some 5 % to 0.2 %, and is of
+//! * cells are cut ([`Boundary::CutCells`]): the error at 8 cells per radius falls from 9 % to 0.2 %, and is of
 //!   second order instead of first;
 //! * the Laplacian is isotropic and the spectrum is read at the frequency at which the *grid* carries the wavenumber, so
 //!   that there is no dispersion up to fourth order;

@@ -45,6 +45,7 @@ fn ellipsoids_keep_the_accuracy_that_was_asked_for() {
         for accuracy in [3e-3, 1e-3] {
             let make = |accuracy| OctantSolver::ellipsoid(axes, 14.0, accuracy).unwrap();
             let error = worst(make, accuracy, 1e-4, &[0.5, 7.0, 13.0, 14.0]);
+            // Residuals seen at 3e-3: 1.1e-3 (the disc), else ≤ 2.8e-4; at 1e-3: ≤ 1.3e-4.
             assert!(error < accuracy, "{axes}: {error}");
         }
     }
@@ -55,6 +56,7 @@ fn a_die_keeps_the_accuracy_that_was_asked_for() {
     // 15 mm to 20 kHz in air.
     let make = |accuracy| OctantSolver::rounded_box(DVec3::splat(0.015), 0.0015, 366.0, accuracy).unwrap();
     let error = worst(make, 3e-3, 1e-4, &[10.0, 200.0, 366.0]);
+    // Residual seen: 1.6e-4.
     assert!(error < 3e-3, "{error}");
 }
 
@@ -63,5 +65,6 @@ fn sharp_edges_converge() {
     let make =
         |accuracy| OctantSolver::rounded_box(DVec3::new(0.03, 0.02, 0.01), 0.0, 100.0, accuracy).unwrap();
     let error = worst(make, 3e-3, 1e-3, &[10.0, 100.0]);
+    // Residual seen: 1.7e-4.
     assert!(error < 3e-3, "{error}");
 }

@@ -10,8 +10,10 @@
 
 pub mod acceleration_noise;
 pub mod comparison;
+pub mod elasticity;
 pub mod helmholtz;
 pub mod mirror_symmetry;
+pub mod modes;
 pub mod multipole_projection;
 pub mod published;
 pub mod quadrature;
@@ -19,4 +21,5 @@ pub mod radiation;
 pub mod rational;
 pub mod remesh;
 pub mod soundbank;
+pub mod tetrahedra;
 pub mod wave;

@@ -1,0 +1,167 @@
+//! Stiffness and mass of a whole mesh, sparse and symmetric.
+//!
+//! Both have one entry per pair of nodes that share an element: a 3 × 3 block of the stiffness and one number of the
+//! mass, which is the same along x, y and z. Only pairs with row ≥ column are kept.
+
+use glam::{DMat3, DVec3};
+
+use super::element::element_matrices;
+use super::{ElasticConstants, rigid_motions};
+use crate::tetrahedra::TetMesh;
+
+/// K and M of a free body. Unknown 3n + c is the displacement of node n along axis c.
+#[derive(Clone, Debug)]
+pub struct ElasticSystem {
+    /// Node positions \[m\].
+    nodes: Vec<DVec3>,
+    /// Where the column of each node starts, and the end.
+    starts: Vec<usize>,
+    /// Row of each entry, ascending in a column, the diagonal first.
+    rows: Vec<u32>,
+    /// Blocks of K [N/m].
+    stiffness: Vec<DMat3>,
+    /// Factors of M \[kg\].
+    mass: Vec<f64>,
+}
+
+impl ElasticSystem {
+    /// Assembles the matrices of a mesh.
+    pub fn new(mesh: &TetMesh, constants: &ElasticConstants) -> Self {
+        let (starts, rows) = pattern(mesh);
+        let mut stiffness = vec![DMat3::ZERO; rows.len()];
+        let mut mass = vec![0.0; rows.len()];
+        for (e, element) in mesh.elements.iter().enumerate() {
+            let matrices = element_matrices(&mesh.positions(e), constants);
+            for i in 0..10 {
+                for j in 0..=i {
+                    let (a, b) = (element[i], element[j]);
+                    let (row, column) = (a.max(b), a.min(b) as usize);
+                    let found = rows[starts[column]..starts[column + 1]].partition_point(|r| *r < row);
+                    let entry = starts[column] + found;
+                    let block = matrices.stiffness[i][j];
+                    stiffness[entry] += if a >= b { block } else { block.transpose() };
+                    mass[entry] += matrices.mass[i][j];
+                }
+            }
+        }
+        ElasticSystem { nodes: mesh.nodes.clone(), starts, rows, stiffness, mass }
+    }
+
+    /// Number of nodes.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Node positions \[m\].
+    pub fn nodes(&self) -> &[DVec3] {
+        &self.nodes
+    }
+
+    /// Column starts and rows of the pairs of nodes that are coupled, row ≥ column.
+    pub fn pattern(&self) -> (&[usize], &[u32]) {
+        (&self.starts, &self.rows)
+    }
+
+    /// The six rigid motions; see [`rigid_motions`].
+    pub fn rigid_motions(&self) -> [Vec<f64>; 6] {
+        rigid_motions(self)
+    }
+
+    /// The block of K − σ M at an entry of the pattern.
+    pub(crate) fn shifted_block(&self, entry: usize, shift: f64) -> DMat3 {
+        self.stiffness[entry] - DMat3::from_diagonal(DVec3::splat(shift * self.mass[entry]))
+    }
+
+    /// M x for `width` vectors at once, stored with unknown 3n + c of vector k at `x[(3n + c) · width + k]`.
+    pub fn multiply_mass(&self, x: &[f64], width: usize, y: &mut [f64]) {
+        y.fill(0.0);
+        let span = 3 * width;
+        for column in 0..self.nodes.len() {
+            let own = column * span..(column + 1) * span;
+            for entry in self.starts[column]..self.starts[column + 1] {
+                let m = self.mass[entry];
+                let row = self.rows[entry] as usize;
+                let there = row * span..(row + 1) * span;
+                add_scaled(&mut y[there.clone()], &x[own.clone()], m);
+                if row != column {
+                    add_scaled(&mut y[own.clone()], &x[there], m);
+                }
+            }
+        }
+    }
+
+    /// K x, stored as in [`multiply_mass`](Self::multiply_mass).
+    pub fn multiply_stiffness(&self, x: &[f64], width: usize, y: &mut [f64]) {
+        y.fill(0.0);
+        for column in 0..self.nodes.len() {
+            for entry in self.starts[column]..self.starts[column + 1] {
+                let block = &self.stiffness[entry];
+                let row = self.rows[entry] as usize;
+                add_block(y, x, row, column, width, |r, c| block.col(c)[r]);
+                if row != column {
+                    add_block(y, x, column, row, width, |r, c| block.col(r)[c]);
+                }
+            }
+        }
+    }
+}
+
+fn add_scaled(y: &mut [f64], x: &[f64], factor: f64) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += factor * x;
+    }
+}
+
+fn add_block(
+    y: &mut [f64],
+    x: &[f64],
+    row: usize,
+    column: usize,
+    width: usize,
+    block: impl Fn(usize, usize) -> f64,
+) {
+    for r in 0..3 {
+        for c in 0..3 {
+            let (to, from) = ((3 * row + r) * width, (3 * column + c) * width);
+            add_scaled(&mut y[to..to + width], &x[from..from + width], block(r, c));
+        }
+    }
+}
+
+/// The pairs of nodes that share an element, by columns.
+fn pattern(mesh: &TetMesh) -> (Vec<usize>, Vec<u32>) {
+    let count = mesh.nodes.len();
+    let mut filled = vec![0_usize; count + 1];
+    for element in &mesh.elements {
+        for i in element {
+            filled[*i as usize + 1] += element.iter().filter(|j| *j >= i).count();
+        }
+    }
+    for n in 0..count {
+        filled[n + 1] += filled[n];
+    }
+    let mut all = vec![0_u32; filled[count]];
+    let mut next = filled.clone();
+    for element in &mesh.elements {
+        for i in element {
+            for j in element.iter().filter(|j| *j >= i) {
+                all[next[*i as usize]] = *j;
+                next[*i as usize] += 1;
+            }
+        }
+    }
+    let mut starts = vec![0];
+    let mut rows = Vec::with_capacity(all.len() / 3);
+    for n in 0..count {
+        let column = &mut all[filled[n]..filled[n + 1]];
+        column.sort_unstable();
+        let begin = rows.len();
+        for row in column {
+            if rows.len() == begin || rows[rows.len() - 1] != *row {
+                rows.push(*row);
+            }
+        }
+        starts.push(rows.len());
+    }
+    (starts, rows)
+}

@@ -1,0 +1,175 @@
+//! The whole band, slice by slice.
+//!
+//! Shifts σ₁ < σ₂ < … lie inside the band, and every factorisation counts the modes below it. Around each shift the
+//! iteration finds all modes down to the shift before that are not known yet, and half of those up to the next; at the
+//! last shift, all up to the limit. What is known is kept out of the next iteration, so that neighbours agree on who
+//! found what without comparing frequencies, which no degenerate pair would survive.
+
+use std::f64::consts::TAU;
+
+use faer::Mat;
+use glam::DVec3;
+
+use super::factor::{Factor, Structure};
+use super::lanczos::{Found, Search};
+use super::{ModalError, Mode, Modes, frequency};
+use crate::elasticity::ElasticSystem;
+
+/// Modes of a slice.
+const SLICE: usize = 70;
+/// How far a shift moves when it meets an eigenvalue, relative.
+const NUDGE: f64 = 1e-4;
+const NUDGES: usize = 4;
+
+/// Finds all modes up to `max_frequency` \[Hz\].
+///
+/// # Errors
+/// [`ModalError`]; [`ModalError::Silent`] if the body has no modes in the band.
+pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalError> {
+    if !(max_frequency > 0.0 && max_frequency.is_finite()) {
+        return Err(ModalError::Frequency(max_frequency));
+    }
+    let structure = Structure::new(system)?;
+    let limit = (TAU * max_frequency).powi(2);
+    let (limit, top) = factor_near(&structure, system, limit)?;
+    if top.below < 6 {
+        return Err(ModalError::LooseParts);
+    }
+    let total = top.below - 6;
+    let mut band = Band::new(system);
+    if total == 0 {
+        let first = Search {
+            system,
+            factor: &top,
+            shift: limit,
+            known: band.known.as_ref(),
+            range: [limit, f64::INFINITY],
+            below: 0,
+            above: 1,
+        };
+        let first = frequency(first.run()?.values[0]);
+        return Err(ModalError::Silent { first, limit: max_frequency });
+    }
+    drop(top);
+    let mut shifts: Vec<(f64, Factor<'_>)> = Vec::new();
+    for fraction in fractions(total) {
+        shifts.push(factor_near(&structure, system, fraction * limit)?);
+    }
+    for k in 0..shifts.len() {
+        let (shift, factor) = &shifts[k];
+        let before = if k == 0 { (0.0, 6) } else { (shifts[k - 1].0, shifts[k - 1].1.below) };
+        let (end, below_end) = shifts.get(k + 1).map_or((limit, total + 6), |(s, f)| (*s, f.below));
+        let there = below_end - factor.below;
+        let above = if k + 1 < shifts.len() { there.div_ceil(2) } else { there };
+        let below = (factor.below - before.1).checked_sub(band.between(before.0, *shift)).ok_or(
+            ModalError::Incomplete {
+                found: 0,
+                expected: factor.below - before.1,
+                frequency: frequency(*shift),
+            },
+        )?;
+        band.search(factor, *shift, [before.0, end], below, above)?;
+    }
+    let mut counts: Vec<(f64, usize)> =
+        shifts.iter().map(|(shift, factor)| (frequency(*shift), factor.below - 6)).collect();
+    counts.push((frequency(limit), total));
+    band.finish(counts, max_frequency)
+}
+
+/// Where the shifts lie, as parts of the highest ω².
+fn fractions(total: usize) -> Vec<f64> {
+    let slices = total.div_ceil(SLICE);
+    (0..slices).map(|k| ((k as f64 + 0.7) / slices as f64).powi(2)).collect()
+}
+
+/// Factors near ω² = `shift`, on an eigenvalue just beside it.
+fn factor_near<'a>(
+    structure: &'a Structure,
+    system: &ElasticSystem,
+    shift: f64,
+) -> Result<(f64, Factor<'a>), ModalError> {
+    let mut failure = ModalError::Singular { shift };
+    for k in 0..NUDGES {
+        let shift = shift * (1.0 + NUDGE * k as f64);
+        match structure.factor(system, shift) {
+            Ok(factor) => return Ok((shift, factor)),
+            Err(error) => failure = error,
+        }
+    }
+    Err(failure)
+}
+
+struct Band<'a> {
+    system: &'a ElasticSystem,
+    /// Rigid motions, then modes.
+    known: Mat<f64>,
+    values: Vec<f64>,
+    solves: usize,
+}
+
+impl<'a> Band<'a> {
+    fn new(system: &'a ElasticSystem) -> Self {
+        let rigid = system.rigid_motions();
+        let known = Mat::from_fn(3 * system.node_count(), 6, |i, k| rigid[k][i]);
+        Band { system, known, values: Vec::new(), solves: 0 }
+    }
+
+    fn between(&self, low: f64, high: f64) -> usize {
+        self.values.iter().filter(|v| **v > low && **v < high).count()
+    }
+
+    fn search(
+        &mut self,
+        factor: &Factor<'_>,
+        shift: f64,
+        range: [f64; 2],
+        below: usize,
+        above: usize,
+    ) -> Result<(), ModalError> {
+        // Modes far from this slice are not found again anyway.
+        let near: Vec<usize> = (0..6)
+            .chain((0..self.values.len()).filter(|k| self.values[*k] > range[0]).map(|k| k + 6))
+            .collect();
+        let known = Mat::from_fn(self.known.nrows(), near.len(), |i, k| self.known[(i, near[k])]);
+        let search =
+            Search { system: self.system, factor, shift, known: known.as_ref(), range, below, above };
+        let Found { values, vectors, solves } = search.run()?;
+        self.solves += solves;
+        let old = self.known.ncols();
+        let mut known = Mat::zeros(self.known.nrows(), old + vectors.ncols());
+        known.subcols_mut(0, old).copy_from(&self.known);
+        known.subcols_mut(old, vectors.ncols()).copy_from(&vectors);
+        self.known = known;
+        self.values.extend(values);
+        Ok(())
+    }
+
+    /// Checks counts and residuals.
+    fn finish(self, counts: Vec<(f64, usize)>, max_frequency: f64) -> Result<Modes, ModalError> {
+        let size = self.known.nrows();
+        for (frequency, count) in &counts {
+            let square = (TAU * frequency).powi(2);
+            let found = self.between(0.0, square);
+            if found != *count {
+                return Err(ModalError::Incomplete { found, expected: *count, frequency: *frequency });
+            }
+        }
+        let mut order: Vec<usize> = (0..self.values.len()).collect();
+        order.sort_by(|a, b| self.values[*a].total_cmp(&self.values[*b]));
+        let mut residual = 0.0_f64;
+        let (mut stiff, mut heavy) = (vec![0.0; size], vec![0.0; size]);
+        let mut modes = Vec::with_capacity(order.len());
+        for k in order {
+            let shape: Vec<f64> = self.known.col(k + 6).iter().copied().collect();
+            self.system.multiply_stiffness(&shape, 1, &mut stiff);
+            self.system.multiply_mass(&shape, 1, &mut heavy);
+            let square = self.values[k];
+            let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
+            let error = norm(&mut stiff.iter().zip(&heavy).map(|(k, m)| k - square * m));
+            residual = residual.max(error / (square * norm(&mut heavy.iter().copied())));
+            let shape = shape.chunks_exact(3).map(DVec3::from_slice).collect();
+            modes.push(Mode { frequency: frequency(square), shape });
+        }
+        Ok(Modes { modes, max_frequency, residual, counts, solves: self.solves })
+    }
+}

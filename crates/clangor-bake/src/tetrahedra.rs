@@ -12,10 +12,14 @@
 pub mod ball;
 pub mod block;
 pub mod quality;
+pub mod round;
+mod shape_mesh;
+pub mod stuffing;
 
 use glam::DVec3;
 
 use quality::{Quality, shape_of};
+pub use shape_mesh::shape_mesh;
 
 /// The corners that each mid-edge node lies between, in the order of the nodes 4 to 9.
 pub const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];

@@ -31,7 +31,8 @@ pub(super) fn best_ordering(system: &ElasticSystem) -> Result<Ordering, ModalErr
     let degree = minimum_degree(system)?;
     let dissection = dissect(&graph, system.nodes());
     let best = if graph.work(&dissection) < graph.work(&degree) { dissection } else { degree };
-    let forward: Vec<usize> = best.iter().flat_map(|n| [0, 1, 2].map(|axis| 3 * *n as usize + axis)).collect();
+    let forward: Vec<usize> =
+        best.iter().flat_map(|n| [0, 1, 2].map(|axis| 3 * *n as usize + axis)).collect();
     let mut inverse = vec![0; forward.len()];
     forward.iter().enumerate().for_each(|(k, n)| inverse[*n] = k);
     Ok(Ordering { forward, inverse })
@@ -159,9 +160,8 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
         right.iter().for_each(|n| side[*n as usize] = mark + 1);
         let cover = vertex_cover(graph, left, &side, mark + 1, &mut matched);
         cover.iter().for_each(|n| side[*n as usize] = 0);
-        let rest = |half: &[u32]| -> Vec<u32> {
-            half.iter().copied().filter(|n| side[*n as usize] != 0).collect()
-        };
+        let rest =
+            |half: &[u32]| -> Vec<u32> { half.iter().copied().filter(|n| side[*n as usize] != 0).collect() };
         let (left, right) = (rest(left), rest(right));
         let end = end - cover.len();
         order[end..end + cover.len()].copy_from_slice(&cover);

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! surface ─► cut cells ─► rows ─► leapfrog + absorbing layer ─► multipoles on r = 1.5 R ─► spectra ─► samples
-//!            cut_cells    boundary  grid, absorber                recorder                   field
+//!            cut_cells    boundary  grid, absorber                recorder                   field, tail
 //! ```
 //!
 //! Differs from \[PAN\], which makes each cell all solid or all air and reads pulses at points:
@@ -18,7 +18,8 @@
 //! * the grid ends just beyond 1.5 R: outside, multipoles are exact at any distance.
 //!
 //! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), nor does it model the losses
-//! at walls. What still rings when the run ends is cut off: a run for a cavity must be long.
+//! at walls. Sharp edges cost order: a wall of 1.8 mm with edges of 90° is 5.3, 3.0, 2.1 % too quiet at cells of 0.9, 0.6,
+//! 0.45 mm, falling with h^{4/3}, as triangles do. What still rings when the run ends is continued by its resonances (`tail`).
 
 mod absorber;
 mod boundary;
@@ -27,6 +28,7 @@ mod field;
 mod grid;
 mod pulse;
 mod recorder;
+mod tail;
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -35,6 +37,7 @@ use clangor::geometry::tri_mesh::TriMesh;
 use clangor::model::acceleration_field::DEGREES;
 use clangor::model::spherical_harmonics::count;
 use glam::DVec3;
+use num_complex::Complex64;
 use rayon::prelude::*;
 
 pub use boundary::Boundary;
@@ -44,6 +47,7 @@ pub use field::WaveField;
 use grid::{COURANT, Lattice, WaveGrid, phase_per_step};
 use pulse::Pulse;
 use recorder::Recorder;
+use tail::Tail;
 
 /// Where the field is read, in bounding radii.
 const RECORDING: f64 = 1.5;
@@ -51,6 +55,9 @@ const RECORDING: f64 = 1.5;
 const OFFSET: DVec3 = DVec3::new(0.137, 0.271, 0.391);
 /// Samples of the recorded signals per shortest period of the band: the pulse has nothing where they would alias.
 const OVERSAMPLING: f64 = 4.5;
+
+/// Time after the pulse, in R/c, when all is past the sphere that leaves the body at once: what remains only rings.
+const PASSED: f64 = RECORDING + 2.0;
 
 /// How to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -187,7 +194,7 @@ impl WaveSolver {
     /// [`WaveError::Interrupted`].
     pub fn run(&self, progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync)) -> Result<WaveField, WaveError> {
         let WaveOptions { max_wavenumber, spacing: h, order, longest, .. } = self.options;
-        let phase = phase_per_step(max_wavenumber * h);
+        let phase = phase_per_step(Complex64::from(max_wavenumber * h)).re;
         let stride = (std::f64::consts::TAU / (OVERSAMPLING * phase)).floor().max(1.0) as usize;
         let pulse = Pulse::new(phase);
         let recorder = Recorder::new(&self.lattice, self.centre, RECORDING * self.radius / h, order);
@@ -213,6 +220,9 @@ impl WaveSolver {
             })
             .collect::<Result<_, _>>()?;
         let updates = (DEGREES * steps * self.lattice.cells()) as f64;
-        Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals })
+        let free = pulse.values.len() + (PASSED * self.radius / (h * COURANT)) as usize;
+        let weights: [f64; DEGREES] = std::array::from_fn(|d| if d < 3 { 1.0 } else { h / self.radius });
+        let tail = Tail::fit(&signals, count(order), free.div_ceil(stride), &weights);
+        Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals, tail })
     }
 }

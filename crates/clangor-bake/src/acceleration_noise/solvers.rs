@@ -185,7 +185,7 @@ fn time_stepping(
             spacing,
             order: multipole_order(highest, options.accuracy),
             boundary: Boundary::CutCells,
-            longest: if cavity { 60.0 } else { 12.0 },
+            longest: if cavity { 30.0 } else { 12.0 },
         },
     )?;
     let unknowns = solver.cells();

@@ -14,6 +14,8 @@
 
 use std::ops::Range;
 
+use num_complex::Complex64;
+
 use super::absorber::{Absorber, LAYER};
 use super::boundary::Rows;
 
@@ -46,8 +48,13 @@ impl Lattice {
 }
 
 /// ωΔt of a plane wave with kh = `wavenumber`.
-pub(super) fn phase_per_step(wavenumber: f64) -> f64 {
+pub(super) fn phase_per_step(wavenumber: Complex64) -> Complex64 {
     2.0 * (COURANT * (0.5 * wavenumber).sin()).asin()
+}
+
+/// kh of a plane wave with ωΔt = `phase`.
+pub(super) fn wavenumber_of(phase: Complex64) -> Complex64 {
+    2.0 * ((0.5 * phase).sin() / COURANT).asin()
 }
 
 /// The field of one motion.

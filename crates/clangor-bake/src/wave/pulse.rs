@@ -36,12 +36,7 @@ impl Pulse {
     }
 
     /// Σ a(nΔt) e^{−iφn}.
-    pub(super) fn spectrum(&self, phase: f64) -> Complex64 {
-        spectrum(self.values.iter().copied(), phase)
+    pub(super) fn spectrum(&self, phase: Complex64) -> Complex64 {
+        self.values.iter().enumerate().map(|(n, x)| x * (-Complex64::I * phase * n as f64).exp()).sum()
     }
-}
-
-/// Σ x_n e^{−iφn}.
-pub(super) fn spectrum(values: impl Iterator<Item = f64>, phase: f64) -> Complex64 {
-    values.enumerate().map(|(n, x)| x * Complex64::from_polar(1.0, -phase * n as f64)).sum()
 }

@@ -5,6 +5,7 @@
 
 mod contact;
 mod dynamics;
+mod fields;
 mod geometry;
 mod motion;
 mod radiation;
@@ -87,9 +88,10 @@ type Section = fn(Extent, &mut Validation) -> Outcome;
 /// [`ValidationError`] if a check cannot be carried out; a check that fails its bar is in the table.
 pub fn validate(extent: Extent, report: &mut dyn FnMut(&str)) -> Result<Validation, ValidationError> {
     let mut table = Validation::default();
-    let sections: [(&'static str, Section); 7] = [
+    let sections: [(&'static str, Section); 8] = [
         ("contact", contact::run),
         ("radiation", radiation::run),
+        ("fields", fields::run),
         ("rendering", rendering::run),
         ("geometry", geometry::run),
         ("dynamics", dynamics::run),

@@ -1,0 +1,252 @@
+//! Bodies on a stage, and impulses between them at random: timelines that are as dense as the papers' scenes.
+//!
+//! An impulse is one row between two bodies that touch at a point, with random places above a table, random turns and 0.1 to
+//! 2 m/s of approach. Both bodies sound if both are free.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use clangor::body::{Body, BodyId, Motion, Surface};
+use clangor::contact::ContactSettings;
+use clangor::geometry::mass_properties::MassProperties;
+use clangor::glam::{DQuat, DVec3};
+use clangor::material::presets;
+use clangor::medium::Medium;
+use clangor::model::playable_model::PlayableBank;
+use clangor::model::sphere_radiation::SphereModel;
+use clangor::pose::Pose;
+use clangor::shape::Shape;
+use clangor::synthesis::listener::Floor;
+use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule, SoundSource};
+use clangor::timeline::{ContactKind, ContactRow, PoseRow, Timeline};
+use clangor_pipeline::model_cache::ModelCache;
+use clangor_pipeline::render::{FullScale, RenderOptions, render};
+use clangor_pipeline::sound_models::sources::{SourceSettings, sources};
+use clangor_pipeline::wav::SampleFormat;
+
+/// Some equal bodies, or some of one kind: `{n}` in the shape is their number.
+pub(crate) struct Group {
+    pub(crate) shape: &'static str,
+    pub(crate) material: &'static str,
+    pub(crate) count: usize,
+    pub(crate) rule: SoundRule,
+}
+
+/// The microphone of \[PAN\] §5; the table is centred at x = z = 0, 0.4 m high, 1.8 m long, 0.8 m wide.
+const MICROPHONE: DVec3 = DVec3::new(1.0, 1.8, 1.0);
+/// Level error of the fields.
+const ACCURACY: f64 = 1e-2;
+
+/// Uniform numbers in [0, 1): the multiplicative congruential generator of Park and Miller.
+pub(crate) struct Uniform(pub(crate) u64);
+
+impl Uniform {
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 = self.0 * 48_271 % 2_147_483_647;
+        self.0 as f64 / 2_147_483_647.0
+    }
+
+    fn between(&mut self, low: DVec3, high: DVec3) -> DVec3 {
+        low + (high - low) * DVec3::new(self.next(), self.next(), self.next())
+    }
+
+    pub(crate) fn direction(&mut self) -> DVec3 {
+        let z = 2.0 * self.next() - 1.0;
+        let (sin, cos) = (std::f64::consts::TAU * self.next()).sin_cos();
+        let ring = (1.0 - z * z).sqrt();
+        DVec3::new(ring * cos, ring * sin, z)
+    }
+}
+
+/// What plays.
+pub(crate) struct Stage {
+    pub(crate) bodies: Vec<Body>,
+    rules: Vec<SoundRule>,
+}
+
+impl Stage {
+    /// With as many bodies as the groups say, and a table if `table`.
+    pub(crate) fn new(groups: &[Group], table: bool) -> Self {
+        let mut stage = Stage { bodies: Vec::new(), rules: Vec::new() };
+        for group in groups {
+            let mut known: BTreeMap<String, (Arc<Surface>, MassProperties)> = BTreeMap::new();
+            for n in 0..group.count {
+                let text = group.shape.replace("{n}", &(n + 1).to_string());
+                let (surface, mass) = known.entry(text).or_insert_with_key(|text| {
+                    let shape = Shape::parse(text).expect("a shape of the library");
+                    let (surface, mass) = shape.surface().expect("a solid");
+                    (Arc::new(surface), mass)
+                });
+                let name = format!("{} {}", group.shape, n + 1);
+                stage.add(name, group.material, Arc::clone(surface), mass, Motion::Free, group.rule);
+            }
+        }
+        if table {
+            let shape = Shape::parse("box:1.8x0.04x0.8").expect("a box");
+            let (surface, mass) = shape.surface().expect("a solid");
+            stage.add("table".into(), "wood", Arc::new(surface), &mass, Motion::Fixed, SoundRule::Auto);
+        }
+        stage
+    }
+
+    fn add(
+        &mut self,
+        name: String,
+        material: &str,
+        surface: Arc<Surface>,
+        mass: &MassProperties,
+        motion: Motion,
+        rule: SoundRule,
+    ) {
+        let material = presets::preset(material).expect("a preset");
+        self.bodies.push(Body {
+            name,
+            mass: mass.volume * material.density,
+            inertia: mass.inertia * material.density,
+            material,
+            surface,
+            pose: Pose::at(DVec3::Y * 0.38),
+            velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+            motion,
+            edge_radius: 2e-4,
+        });
+        self.rules.push(rule);
+    }
+
+    /// Fields for a band [Hz], from the cache or baked; prints what was baked and what is amiss.
+    pub(crate) fn sources(
+        &self,
+        frequency: f64,
+        cache: &ModelCache,
+        bank: Option<&PlayableBank>,
+    ) -> Vec<SoundSource> {
+        let settings = SourceSettings {
+            rules: &self.rules,
+            max_wavenumber: std::f64::consts::TAU * frequency / Medium::AIR.sound_speed,
+            accuracy: ACCURACY,
+            cache: Some(cache),
+            bank,
+            bake: true,
+        };
+        let sounding: BTreeSet<BodyId> = (0..self.bodies.len() as u32).map(BodyId).collect();
+        let found = sources(&self.bodies, &sounding, &settings, &mut |_| ControlFlow::Continue(()))
+            .expect("nobody interrupts");
+        found.remarks.iter().for_each(|remark| eprintln!("{remark}"));
+        found.sources
+    }
+
+    /// As many impulses as asked for, evenly over `seconds`. With a table, every other body is the table.
+    pub(crate) fn timeline(&self, impulses: usize, seconds: f64) -> Timeline {
+        let mut uniform = Uniform(11);
+        let mut timeline = Timeline::default();
+        let table = self.bodies.iter().position(|b| b.motion == Motion::Fixed);
+        let free = self.bodies.len() - usize::from(table.is_some());
+        for i in 0..impulses {
+            let time = seconds * (i as f64 + 0.5) / impulses as f64;
+            let a = (uniform.next() * free as f64) as usize;
+            let b = match table {
+                Some(table) => table,
+                None => (a + 1 + (uniform.next() * (free - 1) as f64) as usize) % free,
+            };
+            let point =
+                uniform.between(DVec3::new(-0.7, 0.45, -0.3), DVec3::new(0.7, 0.9, 0.3)) * DVec3::new(1.0, 1.0, 1.0);
+            let normal = uniform.direction();
+            let speed = 0.1 + 1.9 * uniform.next();
+            let mut mass = f64::INFINITY;
+            for (body, side) in [(a, 1.0), (b, -1.0)] {
+                if Some(body) == table {
+                    continue;
+                }
+                mass = mass.min(self.bodies[body].mass);
+                timeline.poses.push(PoseRow {
+                    time,
+                    body: BodyId(body as u32),
+                    position: point + normal * (side * 0.6 * self.radius(body)),
+                    orientation: DQuat::from_scaled_axis(uniform.direction() * 3.0 * uniform.next()),
+                    velocity: DVec3::ZERO,
+                    angular_velocity: DVec3::ZERO,
+                });
+            }
+            timeline.contacts.push(ContactRow {
+                time,
+                body_a: BodyId(a as u32),
+                body_b: BodyId(b as u32),
+                kind: ContactKind::Impact,
+                point,
+                normal,
+                impulse_n: 0.7 * mass * speed,
+                impulse_t: DVec3::ZERO,
+                couple: DVec3::ZERO,
+                velocity: normal * -speed,
+                depth: 0.0,
+                impact_id: i as u64 + 1,
+            });
+        }
+        timeline
+    }
+
+    fn radius(&self, body: usize) -> f64 {
+        match &*self.bodies[body].surface {
+            Surface::Sphere { radius } => *radius,
+            Surface::Mesh(mesh) => mesh.mesh.bounding_radius(DVec3::ZERO),
+            Surface::HalfSpace => 0.0,
+        }
+    }
+
+    /// Renders for one microphone into a file: CPU time [s] from timeline to WAV, pulses that sounded, clicks inside
+    /// a bounding sphere.
+    pub(crate) fn render(&self, sources: &[SoundSource], timeline: &Timeline, seconds: f64, file: &Path) -> Rendered {
+        let options = RenderOptions {
+            listeners: vec![Listener::fixed("microphone", MICROPHONE)],
+            contact: ContactSettings::default(),
+            synthesis: RenderSettings {
+                sample_rate: SampleRate::HZ_48000,
+                start: 0.0,
+                medium: Medium::AIR,
+                floor: Floor::None,
+                sphere_model: SphereModel::Exact,
+                max_frequency: None,
+            },
+            to: seconds + 0.05,
+            format: SampleFormat::Float32,
+            full_scale: FullScale::Pascals(1.0),
+            compressor: None,
+            stems: false,
+            note: String::new(),
+        };
+        let begin = cpu_time();
+        let summary = render(&self.bodies, sources, timeline, &options, file, &mut |_| ControlFlow::Continue(()))
+            .expect("a sound");
+        Rendered {
+            seconds: cpu_time() - begin,
+            pulses: summary.contacts.pulses,
+            clicks: summary.listeners.iter().map(|l| l.clicks).sum(),
+        }
+    }
+}
+
+/// What a rendering cost.
+pub(crate) struct Rendered {
+    /// CPU time of all threads \[s\].
+    pub(crate) seconds: f64,
+    /// Impulses that sounded.
+    pub(crate) pulses: u64,
+    /// Bodies that sounded in them.
+    pub(crate) clicks: u64,
+}
+
+/// CPU time of the process \[s\].
+pub(crate) fn cpu_time() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split_whitespace().collect();
+    let ticks = |i: usize| fields.get(i).and_then(|f| f.parse::<f64>().ok()).unwrap_or(f64::NAN);
+    (ticks(11) + ticks(12)) / 100.0
+}
+
+/// Where fields are kept between runs of the benches.
+pub(crate) fn cache() -> ModelCache {
+    ModelCache::new(std::env::temp_dir().join("clangor-paper-scenes"))
+}

@@ -95,7 +95,7 @@ pub enum PublishedFitError {
     SingularValues,
 }
 
-/// Fits the published representation.
+/// Fits the published representation at the [`fit_radii`].
 ///
 /// `spectra` is the field: p e^{iκ|x|}/(ρR) of z = e_1 … e_6 at x, at the [`PublishedOptions::wavenumbers`]; zero where it is
 /// not known.
@@ -106,18 +106,35 @@ pub fn fit(
     options: &PublishedOptions,
     spectra: &(dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES] + Sync),
 ) -> Result<PublishedField, PublishedFitError> {
+    fit_at(options, &fit_radii(options.radii), spectra)
+}
+
+/// The same at other radii \[R\], of which \[PROXY\] prints nothing but their number; one that is named twice counts twice.
+///
+/// # Errors
+/// Options that make no sense, radii that are not as many as the options say, or below 1.
+pub fn fit_at(
+    options: &PublishedOptions,
+    radii: &[f64],
+    spectra: &(dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES] + Sync),
+) -> Result<PublishedField, PublishedFitError> {
     check(options)?;
-    let radii = fit_radii(options.radii);
+    if radii.len() != options.radii {
+        return Err(PublishedFitError::BadOption { what: "the number of radii", value: radii.len() as f64 });
+    }
+    if let Some(&radius) = radii.iter().find(|r| !(**r >= 1.0 && r.is_finite())) {
+        return Err(PublishedFitError::BadOption { what: "a radius of the fit", value: radius });
+    }
     let vectors = options.directions.vectors();
     let start = options.start();
     let pulse = sampling::pulse_spectrum(options);
     let signals = match options.fit {
         Fit::Wavelets { tolerance } => {
-            let inverse = pseudo_inverse(&radii, options.terms)?;
+            let inverse = pseudo_inverse(radii, options.terms)?;
             let pairs: Vec<Vec<(u16, Vec<f32>)>> = vectors
                 .par_iter()
                 .flat_map_iter(|v| {
-                    let shells = shell_spectra(*v, &radii, spectra);
+                    let shells = shell_spectra(*v, radii, spectra);
                     let fitted: Vec<_> = (0..DEGREES)
                         .map(|degree| {
                             let coefficients: Vec<Vec<f64>> = shells
@@ -137,11 +154,11 @@ pub fn fit(
             Signals::Wavelets(packed(&pairs))
         }
         Fit::TruncatedSvd { truncation } => {
-            let system = CirculantFit::new(options, &radii, truncation)?;
+            let system = CirculantFit::new(options, radii, truncation)?;
             let samples: Vec<Vec<f32>> = vectors
                 .par_iter()
                 .map(|v| {
-                    let shells = shell_spectra(*v, &radii, spectra);
+                    let shells = shell_spectra(*v, radii, spectra);
                     let mut all = Vec::with_capacity(DEGREES * options.terms * options.length);
                     for degree in 0..DEGREES {
                         for q in system.solve(&shells, degree, &pulse) {

@@ -70,14 +70,14 @@ pub(crate) fn signals(
     }
 }
 
-/// Relative L2 error of each motion over directions at a distance; a motion below 1e-6 of the loudest counts as silent.
-pub(crate) fn errors(
+/// For each motion, squares of the error and of the signal, summed over directions at a distance.
+fn sums(
     field: &PublishedField,
     spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES],
     push: Push,
     directions: &[DVec3],
     distance: f64,
-) -> [Option<f64>; DEGREES] {
+) -> [[f64; 2]; DEGREES] {
     let mut sums = [[0.0; 2]; DEGREES];
     for v in directions {
         let exact = spectra(*v * distance);
@@ -89,8 +89,46 @@ pub(crate) fn errors(
             }
         }
     }
+    sums
+}
+
+/// Relative L2 error of each motion over directions at a distance; a motion below 1e-6 of the loudest counts as silent.
+pub(crate) fn errors(
+    field: &PublishedField,
+    spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES],
+    push: Push,
+    directions: &[DVec3],
+    distance: f64,
+) -> [Option<f64>; DEGREES] {
+    let sums = sums(field, spectra, push, directions, distance);
     let loudest = sums.iter().map(|s| s[1]).fold(0.0, f64::max);
     sums.map(|[difference, size]| (size > 1e-12 * loudest).then(|| (difference / size).sqrt()))
+}
+
+/// Errors of one pulse at the stored directions.
+pub(crate) struct PulseErrors {
+    /// Of each motion against itself.
+    pub(crate) own: [Option<f64>; DEGREES],
+    /// Of each motion against the loudest, rotations at equal surface speed.
+    pub(crate) level: [f64; DEGREES],
+    /// Size of each motion over that of the loudest.
+    pub(crate) loudness: [f64; DEGREES],
+}
+
+/// Errors of the pulse of a field at a distance.
+pub(crate) fn pulse_errors(
+    field: &PublishedField,
+    spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES],
+    directions: &[DVec3],
+    distance: f64,
+) -> PulseErrors {
+    let sums = sums(field, spectra, Push::Pulse, directions, distance);
+    let loudest = sums.iter().map(|s| s[1]).fold(0.0, f64::max);
+    PulseErrors {
+        own: sums.map(|[difference, size]| (size > 1e-12 * loudest).then(|| (difference / size).sqrt())),
+        level: sums.map(|s| (s[0] / loudest).sqrt()),
+        loudness: sums.map(|s| (s[1] / loudest).sqrt()),
+    }
 }
 
 /// The worst of some motions.

@@ -151,8 +151,7 @@ impl Stage {
                 Some(table) => table,
                 None => (a + 1 + (uniform.next() * (free - 1) as f64) as usize) % free,
             };
-            let point =
-                uniform.between(DVec3::new(-0.7, 0.45, -0.3), DVec3::new(0.7, 0.9, 0.3)) * DVec3::new(1.0, 1.0, 1.0);
+            let point = uniform.between(DVec3::new(-0.7, 0.45, -0.3), DVec3::new(0.7, 0.9, 0.3));
             let normal = uniform.direction();
             let speed = 0.1 + 1.9 * uniform.next();
             let mut mass = f64::INFINITY;
@@ -196,9 +195,14 @@ impl Stage {
         }
     }
 
-    /// Renders for one microphone into a file: CPU time [s] from timeline to WAV, pulses that sounded, clicks inside
-    /// a bounding sphere.
-    pub(crate) fn render(&self, sources: &[SoundSource], timeline: &Timeline, seconds: f64, file: &Path) -> Rendered {
+    /// Renders for one microphone into a file.
+    pub(crate) fn render(
+        &self,
+        sources: &[SoundSource],
+        timeline: &Timeline,
+        seconds: f64,
+        file: &Path,
+    ) -> Rendered {
         let options = RenderOptions {
             listeners: vec![Listener::fixed("microphone", MICROPHONE)],
             contact: ContactSettings::default(),
@@ -218,23 +222,18 @@ impl Stage {
             note: String::new(),
         };
         let begin = cpu_time();
-        let summary = render(&self.bodies, sources, timeline, &options, file, &mut |_| ControlFlow::Continue(()))
-            .expect("a sound");
-        Rendered {
-            seconds: cpu_time() - begin,
-            pulses: summary.contacts.pulses,
-            clicks: summary.listeners.iter().map(|l| l.clicks).sum(),
-        }
+        let summary =
+            render(&self.bodies, sources, timeline, &options, file, &mut |_| ControlFlow::Continue(()))
+                .expect("a sound");
+        Rendered { seconds: cpu_time() - begin, clicks: summary.listeners.iter().map(|l| l.clicks).sum() }
     }
 }
 
 /// What a rendering cost.
 pub(crate) struct Rendered {
-    /// CPU time of all threads \[s\].
+    /// CPU time of all threads from the timeline to the file \[s\].
     pub(crate) seconds: f64,
-    /// Impulses that sounded.
-    pub(crate) pulses: u64,
-    /// Bodies that sounded in them.
+    /// Clicks: bodies that sounded, over all impulses.
     pub(crate) clicks: u64,
 }
 

@@ -61,8 +61,8 @@ fn spheres(table: &mut Validation) -> Outcome {
         1e-4,
     );
     let ball = Meridian::spheroid(1.0, 1.0)?;
-    let meridian =
-        RevolutionSolver::new(&ball, DVec3::new(0.3, -0.5, 0.8), RevolutionOptions::new(2.75)).solve(&BALL, 8)?;
+    let meridian = RevolutionSolver::new(&ball, DVec3::new(0.3, -0.5, 0.8), RevolutionOptions::new(2.75))
+        .solve(&BALL, 8)?;
     add(
         table,
         "the same by boundary elements on the meridian, about a slanted axis",
@@ -162,8 +162,11 @@ fn pressures(sample: &RadiationSample, x: DVec3) -> [Complex64; DEGREES] {
 fn lamb(table: &mut Validation) -> Outcome {
     let reference = "Lamb, Hydrodynamics §114";
     for (name, across, along) in [("disc 20 : 20 : 1", 1.0, 0.05), ("needle 20 : 1 : 1", 0.05, 1.0)] {
-        let solver =
-            RevolutionSolver::new(&Meridian::spheroid(across, along)?, DVec3::Y, RevolutionOptions::new(1e-6));
+        let solver = RevolutionSolver::new(
+            &Meridian::spheroid(across, along)?,
+            DVec3::Y,
+            RevolutionOptions::new(1e-6),
+        );
         add(
             table,
             &format!("{name}, k → 0, meridian: dipole moment of three translations, worst"),
@@ -240,7 +243,9 @@ fn bank(table: &mut Validation) -> Outcome {
         let samples = solver.solve(&[0.7, 5.3, 11.9, 18.3], 24)?;
         add(
             table,
-            &format!("ellipsoid 1 : {b} : {c} of the bank that is shipped, kA ≤ 20, 2 A: level error, worst motion"),
+            &format!(
+                "ellipsoid 1 : {b} : {c} of the bank that is shipped, kA ≤ 20, 2 A: level error, worst motion"
+            ),
             "the ellipsoid solved afresh, finer",
             level_error(&entry.field, &samples, 1.0, 2.0),
             1e-3,

@@ -1,7 +1,8 @@
 //! The published representation of acceleration noise against the papers' figures and against our multipoles:
-//! `cargo bench -p clangor-bake --bench published -- [ladder] [bowl] [compare]`, everything without arguments.
+//! `cargo bench -p clangor-bake --bench published -- [ladder] [bank] [bowl] [compare]`, everything without arguments.
 //!
 //! * `ladder`: \[PROXY\] §5, storage against ε on the bodies of revolution among the ellipsoids of the published bank.
+//! * `bank`: the same on all 66 ellipsoids in a lower band, and how well the bodies of revolution stand for them.
 //! * `bowl`: \[PAN\] figs. 8 and 9, angular grids and pulse widths at 8 R.
 //! * `compare`: errors at 2, 8 and 100 R, bytes and time of a contact for both representations.
 //!
@@ -19,8 +20,12 @@ mod measure;
 mod solved_field;
 
 fn main() {
-    let sections: [(&str, fn()); 3] =
-        [("ladder", ladder::print), ("bowl", bowl::print), ("compare", compare::print)];
+    let sections: [(&str, fn()); 4] = [
+        ("ladder", ladder::print),
+        ("bank", ladder::print_bank),
+        ("bowl", bowl::print),
+        ("compare", compare::print),
+    ];
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     for (name, print) in sections {
         if asked.is_empty() || asked.iter().any(|a| a == name) {

@@ -88,7 +88,7 @@ fn key(x: DVec3) -> [u64; 3] {
     x.to_array().map(f64::to_bits)
 }
 
-/// Prints the ladder.
+/// Prints the ladder; with `only=ACROSS:ALONG` among the arguments, of these bodies only.
 pub(crate) fn print() {
     println!("PROXY ladder: A = 0.5 m, h = 0.1 ms, 96 kHz, 2048 samples, 45 directions, N = 2, M = 5");
     let only: Vec<String> =
@@ -120,7 +120,6 @@ pub(crate) fn print() {
     if only.is_empty() {
         println!("eight bodies of revolution, kA to 80, for 66:");
         table(&totals);
-        all_ellipsoids();
     }
 }
 
@@ -198,8 +197,8 @@ fn table(totals: &[f64]) {
     }
 }
 
-/// The same ladder for all 66 to kA = 20, by themselves and by the eight.
-fn all_ellipsoids() {
+/// Prints the same ladder for all 66 to kA = 20, by themselves and by the eight.
+pub(crate) fn print_bank() {
     let decoded = BankFile::decode(include_bytes!("../../../../data/ellipsoid_bank.safetensors"));
     let Ok(file) = decoded else { return };
     let (mut all, mut eight) = ([0.0; PRINTED.len()], [0.0; PRINTED.len()]);

@@ -22,6 +22,8 @@ mod size_field;
 mod symmetric_mesh;
 mod volume_fit;
 
+use std::f64::consts::PI;
+
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::geometry::refine::refine_to_edge;
 use clangor::geometry::solid::{MeshError, check_solid};
@@ -29,7 +31,7 @@ use clangor::geometry::topology::Topology;
 use clangor::geometry::tri_mesh::TriMesh;
 use glam::{BVec3, DVec3};
 
-use crease::Creases;
+use crease::{Creases, SMOOTH};
 use guide::Guide;
 use symmetric_mesh::{frame_of, positive_half};
 use volume_fit::Freedom;
@@ -231,6 +233,24 @@ impl Guided {
         let creases = Creases::find(&surface, SHARP, SHORTEST_NET * min_edge, mirrors);
         let size = size_field::size_field(&surface, &creases, mirrors, min_edge, max_edge);
         Guided { surface, creases, size }
+    }
+    /// How much of the surface turns with which radius: radius of curvature \[m\], 0 on sharp edges, and integral of the
+    /// curvature over the area \[m\], to which an edge of length L adds L π/2 whether it is rounded or sharp.
+    fn turning(&self) -> Vec<(f64, f64)> {
+        let curvature = size_field::curvature(&self.surface, &self.creases, BVec3::FALSE);
+        let mut areas = vec![0.0; curvature.len()];
+        let mut sharp = 0.0;
+        for (t, corners) in self.surface.triangles.iter().enumerate() {
+            let area = self.surface.area_vector(t).length();
+            corners.iter().for_each(|v| areas[*v as usize] += area / 3.0);
+            let ends = self.surface.corners(t);
+            for k in (0..3).filter(|k| self.creases.sides[t][*k] != SMOOTH) {
+                // Each edge is a side of two triangles.
+                sharp += 0.25 * PI * ends[k].distance(ends[(k + 1) % 3]);
+            }
+        }
+        let smooth = curvature.iter().zip(&areas).filter(|(k, _)| **k > 0.0 && k.is_finite());
+        std::iter::once((0.0, sharp)).chain(smooth.map(|(k, area)| (1.0 / k, k * area))).collect()
     }
     /// Vertices of a mesh with the sizes wanted, `density` times those of equilateral triangles.
     fn expected_vertices(&self, density: f64) -> usize {

@@ -19,9 +19,10 @@ use super::{BakeError, BakeGeometry, BakeOptions, BakeProgress, Method, multipol
 use crate::helmholtz::galerkin::{Equation, GalerkinSolver};
 use crate::helmholtz::octant::OctantSolver;
 use crate::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
+use crate::mirror_symmetry::mirror_planes;
 use crate::radiation::RadiationSolver;
 use crate::remesh::resolution::{Resolution, resolution};
-use crate::remesh::{RemeshOptions, remesh};
+use crate::remesh::{RemeshOptions, remesh, remesh_symmetric};
 use crate::wave::{Boundary, WaveOptions, WaveSolver};
 
 /// Spacing in κ of the first solves for bodies without cavities.
@@ -30,7 +31,7 @@ const SOLID_SPACING: f64 = 0.8;
 const CAVITY_SPACING: f64 = 0.45;
 /// A body that fills less of its hull than this has cavities, or is a plate that is bent.
 const CONVEX: f64 = 0.7;
-/// Most unknowns of triangles; beyond, time stepping is cheaper.
+/// Most unknowns of triangles in a parity class; beyond, time stepping is cheaper.
 const MOST_TRIANGLE_UNKNOWNS: usize = 4200;
 
 /// A solver and what is to be said of it.
@@ -108,22 +109,48 @@ fn triangles(
 ) -> Result<Prepared, BakeError> {
     let mass = MassProperties::of(mesh)?;
     let fineness = resolution(mesh, options.max_wavenumber, options.accuracy)?;
-    if options.method == Method::Auto && fineness.unknowns > MOST_TRIANGLE_UNKNOWNS {
+    let planes = mirrors(mesh, &mass, options.accuracy * fineness.wall);
+    if options.method == Method::Auto && fineness.unknowns >> planes.len() > MOST_TRIANGLE_UNKNOWNS {
         return time_stepping(mesh, options, progress);
     }
     if progress(&BakeProgress { done: 0.0, stage: "remeshing" }).is_break() {
         return Err(BakeError::Interrupted);
     }
-    let (remeshed, report) = remesh(mesh, &fineness.options)?;
-    let solver = GalerkinSolver::try_new(&remeshed, options.max_wavenumber, Equation::BurtonMiller)?;
+    // A mesh that cannot be cut at its planes may do as a whole.
+    let (solver, used) = match remesh_symmetric(mesh, &planes, &fineness.options) {
+        Ok((symmetric, report)) if !planes.is_empty() => {
+            let solver =
+                GalerkinSolver::try_symmetric(&symmetric, options.max_wavenumber, Equation::BurtonMiller)?;
+            (solver, report.options)
+        }
+        _ => {
+            let (remeshed, report) = remesh(mesh, &fineness.options)?;
+            let solver = GalerkinSolver::try_new(&remeshed, options.max_wavenumber, Equation::BurtonMiller)?;
+            (solver, report.options)
+        }
+    };
+    let unknowns = solver.unknowns();
     Ok(Prepared {
         solver: Box::new(solver),
         spacing: if has_cavities(mesh, &mass) { CAVITY_SPACING } else { SOLID_SPACING },
         method: "boundary elements on triangles",
-        unknowns: report.unknowns,
-        warnings: thin_walls(&fineness, &report.options),
+        unknowns,
+        warnings: thin_walls(&fineness, &used),
     })
 }
+
+/// Normals of the planes about which a surface is symmetric to within `tolerance` \[m\].
+///
+/// The planes go through the centre of mass of the surface, so that they serve only where that is the origin.
+fn mirrors(mesh: &TriMesh, mass: &MassProperties, tolerance: f64) -> Vec<DVec3> {
+    if mass.centre_of_mass.length() > CENTRED * mesh.bounding_radius(DVec3::ZERO) {
+        return Vec::new();
+    }
+    mirror_planes(mesh, tolerance).into_iter().map(|plane| plane.normal).collect()
+}
+
+/// Distance from the origin, in bounding radii, of a centre of mass that is there.
+const CENTRED: f64 = 1e-6;
 
 /// Whether a body leaves much of its convex hull to the air.
 fn has_cavities(mesh: &TriMesh, mass: &MassProperties) -> bool {

@@ -21,19 +21,23 @@
 //! sphere. Sources: A. J. Burton and G. F. Miller, Proc. R. Soc. A 323 (1971); A.-W. Maue, Z. Physik 126 (1949); S. Sauter
 //! and C. Schwab, *Boundary Element Methods* (2011), §5.2.
 //!
-//! Not for open sheets, nor for bodies that need more than [`MOST_UNKNOWNS`].
+//! A body with mirror planes is one cell and its images: a motion that is even or odd about each plane has a pressure that
+//! is so too, and each combination that occurs among the six motions, a parity class, is a system over the cell alone.
+//!
+//! Not for open sheets, nor for bodies that need more than [`MOST_UNKNOWNS`] in a class.
 
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::model::acceleration_field::DEGREES;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
-use glam::DVec3;
+use glam::{BVec3, DMat3, DVec3};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
 use crate::multipole_projection::{SurfacePoint, project};
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
+use crate::remesh::SymmetricMesh;
 
 mod far;
 pub mod field;
@@ -42,13 +46,16 @@ mod near;
 mod pair_integrals;
 mod pair_rules;
 mod panels;
+mod parity_classes;
 
 use far::{ClassMatrix, FarSystem};
 use near::NearSystem;
+use pair_integrals::parity;
 use pair_rules::THREE_POINTS;
 use panels::{Panels, along_curve};
+use parity_classes::ParityClass;
 
-/// Most unknowns of a dense system.
+/// Most unknowns of a dense system, one for each parity class.
 pub const MOST_UNKNOWNS: usize = 8000;
 
 /// Memory of the systems that are solved at the same time [bytes].
@@ -71,9 +78,15 @@ pub struct GalerkinSolver {
     mesh: TriMesh,
     radius: f64,
     equation: Equation,
+    /// Triangles of the cell.
     panels: Panels,
-    /// Number in `mesh` of each vertex of the panels.
-    original: Vec<u32>,
+    /// Signs of the images of the cell, the cell itself first.
+    images: Vec<DVec3>,
+    /// Rotation from the frame of the cell to that of the body.
+    frame: DMat3,
+    classes: Vec<ParityClass>,
+    /// Vertex of the panels that each vertex of `mesh` is or mirrors, and the signs of its image.
+    origin: Vec<(u32, DVec3)>,
     near: NearSystem,
     far: FarSystem,
 }
@@ -85,37 +98,57 @@ impl GalerkinSolver {
     /// # Errors
     /// [`RadiationError::TooLarge`].
     pub fn try_new(mesh: &TriMesh, highest: f64, equation: Equation) -> Result<Self, RadiationError> {
-        if mesh.vertices.len() > MOST_UNKNOWNS {
-            return Err(RadiationError::TooLarge {
-                unknowns: mesh.vertices.len(),
-                most: MOST_UNKNOWNS,
-                wavenumber: highest,
-            });
+        let whole = SymmetricMesh { cell: mesh.clone(), mirrors: BVec3::FALSE, frame: DMat3::IDENTITY };
+        Self::try_symmetric(&whole, highest, equation)
+    }
+
+    /// Prepares a surface with mirror planes through the centre of mass of the body, which is the origin. The solution is
+    /// that of the whole surface.
+    ///
+    /// # Errors
+    /// [`RadiationError::TooLarge`].
+    pub fn try_symmetric(
+        symmetric: &SymmetricMesh,
+        highest: f64,
+        equation: Equation,
+    ) -> Result<Self, RadiationError> {
+        let cell = &symmetric.cell;
+        let images = symmetric.images();
+        let radius = cell.bounding_radius(DVec3::ZERO);
+        let unknowns = most_unknowns(&ParityClass::all(&cell.vertices, &images));
+        if unknowns > MOST_UNKNOWNS {
+            return Err(RadiationError::TooLarge { unknowns, most: MOST_UNKNOWNS, wavenumber: highest });
         }
-        let radius = mesh.bounding_radius(DVec3::ZERO);
         // Neighbours in space next to each other in memory.
-        let centroids: Vec<DVec3> = (0..mesh.triangles.len()).map(|t| mesh.centroid(t)).collect();
-        let mut renumbered = vec![u32::MAX; mesh.vertices.len()];
-        let mut original = Vec::new();
+        let centroids: Vec<DVec3> = (0..cell.triangles.len()).map(|t| cell.centroid(t)).collect();
+        let mut renumbered = vec![u32::MAX; cell.vertices.len()];
+        let mut vertices = Vec::new();
         let triangles = along_curve(&centroids, radius)
             .into_iter()
             .map(|t| {
-                mesh.triangles[t as usize].map(|v| {
+                cell.triangles[t as usize].map(|v| {
                     let new = &mut renumbered[v as usize];
                     if *new == u32::MAX {
-                        *new = original.len() as u32;
-                        original.push(v);
+                        *new = vertices.len() as u32;
+                        vertices.push(cell.vertices[v as usize] / radius);
                     }
                     *new
                 })
             })
             .collect();
-        let vertices = original.iter().map(|v| mesh.vertices[*v as usize] / radius).collect();
+        let classes = ParityClass::all(&vertices, &images);
+        let (mesh, from) = symmetric.whole();
+        let origin = from.iter().map(|v| (renumbered[v.original as usize], v.signs)).collect();
         let panels = Panels::new(vertices, triangles);
-        let images = [DVec3::ONE];
         let near = NearSystem::new(&panels, &images, highest * radius);
         let far = FarSystem::new(&panels, &images, near.images.iter().map(|image| &image.pairs[..]));
-        Ok(Self { mesh: mesh.clone(), radius, equation, panels, original, near, far })
+        let frame = symmetric.frame;
+        Ok(Self { mesh, radius, equation, panels, images, frame, classes, origin, near, far })
+    }
+
+    /// Unknowns of the largest of the systems of a solution.
+    pub fn unknowns(&self) -> usize {
+        most_unknowns(&self.classes)
     }
 
     fn solve_one(&self, wavenumber: f64, order: usize) -> Result<RadiationSample, RadiationError> {
@@ -148,36 +181,65 @@ impl GalerkinSolver {
         let near = if self.near.covers(k) {
             &self.near
         } else {
-            recomputed = NearSystem::new(&self.panels, &[DVec3::ONE], k);
+            recomputed = NearSystem::new(&self.panels, &self.images, k);
             &recomputed
         };
-        let size = self.panels.vertices.len();
-        let unknowns: Vec<u32> = (0..size as u32).collect();
-        let mut class = ClassMatrix {
-            unknowns: &unknowns,
-            signs: &[1.0],
-            matrix: vec![Complex32::ZERO; size * size],
-            size,
-        };
+        let matrix = |class: &ParityClass| vec![Complex32::ZERO; class.size * class.size];
+        let mut matrices: Vec<ClassMatrix> = self
+            .classes
+            .iter()
+            .map(|class| ClassMatrix {
+                unknowns: &class.unknowns,
+                signs: &class.signs,
+                matrix: matrix(class),
+                size: class.size,
+            })
+            .collect();
         let mut loads = near.loads(k, coupling);
-        self.far.assemble(k, coupling, std::slice::from_mut(&mut class), &mut loads);
-        near.for_each(k, coupling, |_, row, column, value| {
-            class.matrix[column as usize * size + row as usize] += narrow(value);
+        self.far.assemble(k, coupling, &mut matrices, &mut loads);
+        near.for_each(k, coupling, |image, row, column, value| {
+            matrices.iter_mut().for_each(|class| class.add_entry(image, row, column, value));
         });
-        let right = (0..DEGREES).flat_map(|d| loads.iter().map(move |load| narrow(load[d]))).collect();
-        DenseSystem { wavenumber, size, matrix: class.matrix, right }
+        let classes = self.classes.iter().zip(matrices);
+        let systems = classes.map(|(class, matrix)| ClassSystem {
+            size: class.size,
+            matrix: matrix.matrix,
+            right: class
+                .motions
+                .iter()
+                .flat_map(|d| class.vertices().map(|v| narrow(loads[v][*d])))
+                .collect(),
+        });
+        DenseSystem { wavenumber, systems: systems.collect() }
     }
 
     /// Pressures at the vertices of the mesh.
     fn pressures(&self, wavenumber: f64) -> Result<Vec<[Complex64; DEGREES]>, RadiationError> {
-        let solution = self.assemble(wavenumber).solve();
+        let solutions = self.assemble(wavenumber).solve();
         // Lengths were in R: a translation's pressure is one length, a rotation's two.
         let scale = |d: usize| if d < DEGREES / 2 { self.radius } else { self.radius * self.radius };
-        let size = self.original.len();
-        let mut pressures = vec![[Complex64::ZERO; DEGREES]; size];
-        for (i, v) in self.original.iter().enumerate() {
-            pressures[*v as usize] = std::array::from_fn(|d| widen(solution[d * size + i]) * scale(d));
+        // Motions along and about the axes of the cell.
+        let mut of_cell = vec![[Complex64::ZERO; DEGREES]; self.panels.vertices.len()];
+        for (class, solution) in self.classes.iter().zip(&solutions) {
+            for (d, column) in class.motions.iter().zip(solution.chunks_exact(class.size.max(1))) {
+                for (v, p) in class.vertices().zip(column) {
+                    of_cell[v][*d] = widen(*p) * scale(*d);
+                }
+            }
         }
+        let pressures: Vec<[Complex64; DEGREES]> = self
+            .origin
+            .iter()
+            .map(|(vertex, signs)| {
+                // A vertex of no triangle is none of the panels'.
+                let p = of_cell.get(*vertex as usize).unwrap_or(&[Complex64::ZERO; DEGREES]);
+                std::array::from_fn(|degree| {
+                    let first = degree / 3 * 3;
+                    let share = |d: usize| self.frame.col(d - first)[degree - first] * parity(*signs, d);
+                    (first..first + 3).map(|d| p[d] * share(d)).sum()
+                })
+            })
+            .collect();
         if pressures.iter().flatten().all(|p| p.is_finite()) {
             Ok(pressures)
         } else {
@@ -186,10 +248,21 @@ impl GalerkinSolver {
     }
 }
 
+/// Unknowns of the largest class.
+fn most_unknowns(classes: &[ParityClass]) -> usize {
+    classes.iter().map(|class| class.size).max().unwrap_or(0)
+}
+
 /// Equations of the six motions at one wavenumber, lengths in R.
 #[derive(Clone, Debug)]
 pub struct DenseSystem {
     wavenumber: f64,
+    systems: Vec<ClassSystem>,
+}
+
+/// Equations of the motions of one parity class.
+#[derive(Clone, Debug)]
+struct ClassSystem {
     size: usize,
     /// Column by column.
     matrix: Vec<Complex32>,
@@ -198,8 +271,8 @@ pub struct DenseSystem {
 
 impl RadiationSolver for GalerkinSolver {
     fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
-        let size = self.panels.vertices.len().max(1);
-        let together = (MEMORY / (size * size * size_of::<Complex32>())).max(1);
+        let entries: usize = self.classes.iter().map(|class| class.size * class.size).sum();
+        let together = (MEMORY / (entries.max(1) * size_of::<Complex32>())).max(1);
         let mut samples = Vec::with_capacity(wavenumbers.len());
         for batch in wavenumbers.chunks(together) {
             let solved: Result<Vec<_>, _> = batch.par_iter().map(|k| self.solve_one(*k, order)).collect();
@@ -223,9 +296,16 @@ impl DenseSystem {
         self.wavenumber
     }
 
+    /// The unknowns of each parity class, one motion after the other.
+    pub fn solve(self) -> Vec<Vec<Complex32>> {
+        self.systems.into_iter().map(ClassSystem::solve).collect()
+    }
+}
+
+impl ClassSystem {
     /// The unknowns of each motion, one motion after the other.
-    pub fn solve(self) -> Vec<Complex32> {
-        let Self { size, mut matrix, mut right, .. } = self;
+    fn solve(self) -> Vec<Complex32> {
+        let Self { size, mut matrix, mut right } = self;
         let columns = right.len() / size.max(1);
         let mut factors = MatMut::from_column_major_slice_mut(&mut matrix, size, size);
         let unknowns = MatMut::from_column_major_slice_mut(&mut right, size, columns);

@@ -28,6 +28,16 @@ pub(super) fn size_field(
     min_edge: f64,
     max_edge: f64,
 ) -> Vec<f64> {
+    let curvature = curvature(mesh, creases, mirrors);
+    let wanted = |v: usize| CURVATURE_SHARE / curvature[v];
+    let mut size: Vec<f64> =
+        (0..mesh.vertices.len()).map(|v| wanted(v).max(min_edge).min(max_edge)).collect();
+    grade(mesh, &edges(mesh), &mut size);
+    size
+}
+
+/// Largest turn of the smoothed normal per length at each vertex [1/m]; infinite on sharp edges.
+pub(super) fn curvature(mesh: &TriMesh, creases: &Creases, mirrors: BVec3) -> Vec<f64> {
     let edges = edges(mesh);
     let sharp: Vec<bool> = creases.anchors.iter().map(|a| creases.is_sharp(*a)).collect();
     // Normals mean nothing on a sharp edge: neither smoothing nor curvature looks across.
@@ -47,17 +57,13 @@ pub(super) fn size_field(
         }
         normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
     }
-    let mut curvature = vec![0.0_f64; mesh.vertices.len()];
+    let mut curvature: Vec<f64> = sharp.iter().map(|s| if *s { f64::INFINITY } else { 0.0 }).collect();
     for (a, b) in &smooth {
         let turn = normals[*a].distance(normals[*b]) / mesh.vertices[*a].distance(mesh.vertices[*b]);
         curvature[*a] = curvature[*a].max(turn);
         curvature[*b] = curvature[*b].max(turn);
     }
-    let wanted = |v: usize| if sharp[v] { min_edge } else { CURVATURE_SHARE / curvature[v] };
-    let mut size: Vec<f64> =
-        (0..mesh.vertices.len()).map(|v| wanted(v).max(min_edge).min(max_edge)).collect();
-    grade(mesh, &edges, &mut size);
-    size
+    curvature
 }
 
 /// Lowers sizes until none exceeds another by more than the gradation times their distance: shortest paths from all

@@ -320,6 +320,15 @@ fn add_backward(
 }
 
 impl ClassMatrix<'_> {
+    /// Adds the coupling of a test vertex with an image of a source vertex.
+    pub(super) fn add_entry(&mut self, image: usize, row: u32, column: u32, value: Complex64) {
+        let (row, column) = (self.unknowns[row as usize] as usize, self.unknowns[column as usize] as usize);
+        if row < self.size && column < self.size {
+            let value = value * self.signs[image];
+            self.matrix[column * self.size + row] += Complex32::new(value.re as f32, value.im as f32);
+        }
+    }
+
     /// Adds the sums of a block of tests against a group of sources.
     #[inline(always)]
     fn add(&mut self, image: usize, block: &Block, sources: &[Corners], sums: &[f32]) {

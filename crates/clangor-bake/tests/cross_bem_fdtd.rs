@@ -7,7 +7,7 @@ use clangor::geometry::tri_mesh::TriMesh;
 use clangor::shape::Shape;
 use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method, bake, bake_with};
 use clangor_bake::comparison::{FieldErrors, compare};
-use clangor_bake::wave::{Boundary, WaveOptions, WaveSolver};
+use clangor_bake::wave::{Boundary, WaveDevice, WaveOptions, WaveSolver};
 use glam::DVec3;
 
 /// 2π 12 kHz / c [1/m].
@@ -22,8 +22,13 @@ fn surface(shape: &str) -> TriMesh {
 
 /// Field by boundary elements against that of time stepping with cells of `spacing` \[m\], at 2 R.
 fn difference(geometry: &BakeGeometry, mesh: &TriMesh, spacing: f64) -> FieldErrors {
-    let options =
-        BakeOptions { max_wavenumber: HIGHEST, accuracy: 3e-3, method: Method::Bem, near_field: false };
+    let options = BakeOptions {
+        max_wavenumber: HIGHEST,
+        accuracy: 3e-3,
+        method: Method::Bem,
+        device: WaveDevice::Cpu,
+        near_field: false,
+    };
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     let (elements, _) = bake(geometry, &options, go_on).expect("boundary elements");
     let waves = WaveSolver::try_new(

@@ -1,13 +1,17 @@
-//! Throughput of the time-domain solver: `cargo bench -p clangor-bake --bench wave`.
+//! Throughput of the time-domain solver: `cargo bench -p clangor-bake --bench wave`, with `--features gpu` also on a
+//! graphics processor.
 //!
 //! Cell updates per second and core of six runs around a sphere, absorbing layers, recording and all, on grids of three
-//! sizes. Processor time, so that other work on the machine does not count.
+//! sizes. Processor time, so that other work on the machine does not count; on a graphics processor the clock on the wall.
+//! A device in software is slow, and gets the smallest grid only.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
 
 use clangor::shape::Shape;
 use clangor_bake::wave::{Boundary, WaveOptions, WaveSolver};
+#[cfg(feature = "gpu")]
+use clangor_bake::{gpu::Gpu, wave::WaveDevice};
 
 /// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the wall.
 fn processor_time(start: Instant) -> f64 {
@@ -42,5 +46,26 @@ fn main() {
             spent,
             1e-6 * field.updates() / spent
         );
+        #[cfg(feature = "gpu")]
+        on_graphics_processor(&solver);
+    }
+}
+
+#[cfg(feature = "gpu")]
+fn on_graphics_processor(solver: &WaveSolver) {
+    let gpu = match Gpu::open() {
+        Ok(gpu) => gpu,
+        Err(why) => return println!("    {why}"),
+    };
+    if gpu.is_software() && solver.cells() > 500_000 {
+        return;
+    }
+    let started = Instant::now();
+    match solver.run_on(WaveDevice::Gpu, &|_| ControlFlow::Continue(())) {
+        Ok(field) => {
+            let spent = started.elapsed().as_secs_f64();
+            println!("    on {}: {spent:6.2} s, {:5.0} Mcell/s", gpu.name(), 1e-6 * field.updates() / spent);
+        }
+        Err(why) => println!("    {why}"),
     }
 }

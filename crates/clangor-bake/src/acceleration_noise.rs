@@ -20,7 +20,7 @@ use self::frequencies::{Band, FittedBand, solve_band};
 use self::solvers::{Prepared, prepare};
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 use crate::remesh::RemeshError;
-use crate::wave::WaveError;
+use crate::wave::{WaveDevice, WaveError};
 
 /// Which solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,6 +43,8 @@ pub struct BakeOptions {
     pub accuracy: f64,
     /// Which solver.
     pub method: Method,
+    /// Where finite differences in time run; the other solvers know one place only.
+    pub device: WaveDevice,
     /// Whether to keep the surface pressure for listeners inside the bounding sphere.
     pub near_field: bool,
 }

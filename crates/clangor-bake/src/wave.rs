@@ -25,6 +25,8 @@ mod absorber;
 mod boundary;
 mod cut_cells;
 mod field;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod grid;
 mod pulse;
 mod recorder;
@@ -49,6 +51,8 @@ use pulse::Pulse;
 use recorder::Recorder;
 use tail::Tail;
 
+use crate::gpu::GpuError;
+
 /// Where the field is read, in bounding radii.
 const RECORDING: f64 = 1.5;
 /// Where the centre of mass lies in its cell: no face of a body that is symmetric falls on a grid plane.
@@ -58,6 +62,16 @@ const OVERSAMPLING: f64 = 4.5;
 
 /// Time after the pulse, in R/c, when all is past the sphere that leaves the body at once: what remains only rings.
 const PASSED: f64 = RECORDING + 2.0;
+
+/// Where a run takes place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WaveDevice {
+    /// On this machine's processor.
+    #[default]
+    Cpu,
+    /// On its graphics processor ([`crate::gpu`]); needs the feature `gpu`.
+    Gpu,
+}
 
 /// How to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,6 +124,9 @@ pub enum WaveError {
         /// Edge of a cell \[m\].
         spacing: f64,
     },
+    /// No graphics processor, or one that failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
     /// Stopped by the caller.
     #[error("interrupted")]
     Interrupted,
@@ -188,11 +205,23 @@ impl WaveSolver {
         self.closed
     }
 
-    /// Runs the six motions. `progress` is told which part is done, and may stop the rest.
+    /// Runs the six motions on the processor. `progress` is told which part is done, and may stop the rest.
     ///
     /// # Errors
     /// [`WaveError::Interrupted`].
     pub fn run(&self, progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync)) -> Result<WaveField, WaveError> {
+        self.run_on(WaveDevice::Cpu, progress)
+    }
+
+    /// Runs the six motions on either processor: fields agree to 1e-5.
+    ///
+    /// # Errors
+    /// [`WaveError::Interrupted`], [`WaveError::Gpu`].
+    pub fn run_on(
+        &self,
+        device: WaveDevice,
+        progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
+    ) -> Result<WaveField, WaveError> {
         let WaveOptions { max_wavenumber, spacing: h, order, longest, .. } = self.options;
         let phase = phase_per_step(Complex64::from(max_wavenumber * h)).re;
         let stride = (std::f64::consts::TAU / (OVERSAMPLING * phase)).floor().max(1.0) as usize;
@@ -200,12 +229,39 @@ impl WaveSolver {
         let recorder = Recorder::new(&self.lattice, self.centre, RECORDING * self.radius / h, order);
         // The pulse, the way to the sphere, and what was asked for.
         let steps = pulse.values.len() + ((RECORDING + longest) * self.radius / (h * COURANT)) as usize;
+        let signals = match device {
+            WaveDevice::Cpu => self.step_all(&recorder, &pulse, stride, steps, progress)?,
+            #[cfg(feature = "gpu")]
+            WaveDevice::Gpu => {
+                let (lattice, rows) = (&self.lattice, &self.rows);
+                let (recorder, pulse) = (&recorder, &pulse);
+                gpu::signals(&gpu::Course { lattice, rows, recorder, pulse, stride, steps }, progress)?
+            }
+            #[cfg(not(feature = "gpu"))]
+            WaveDevice::Gpu => return Err(GpuError::NotBuilt.into()),
+        };
+        let updates = (DEGREES * steps * self.lattice.cells()) as f64;
+        let free = pulse.values.len() + (PASSED * self.radius / (h * COURANT)) as usize;
+        let weights: [f64; DEGREES] = std::array::from_fn(|d| if d < 3 { 1.0 } else { h / self.radius });
+        let tail = Tail::fit(&signals, count(order), free.div_ceil(stride), &weights);
+        Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals, tail })
+    }
+
+    /// The time loop on the processor, a thread for each motion: the signal of each.
+    fn step_all(
+        &self,
+        recorder: &Recorder,
+        pulse: &Pulse,
+        stride: usize,
+        steps: usize,
+        progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
+    ) -> Result<Vec<Vec<f64>>, WaveError> {
         let done = AtomicUsize::new(0);
-        let signals: Vec<Vec<f64>> = (0..DEGREES)
+        (0..DEGREES)
             .into_par_iter()
             .map(|motion| {
                 let mut grid = WaveGrid::new(self.lattice, &self.rows, motion);
-                let mut signals = Vec::with_capacity((steps / stride + 1) * count(order));
+                let mut signals = Vec::with_capacity((steps / stride + 1) * count(self.options.order));
                 for step in 0..steps {
                     if step % stride == 0 {
                         recorder.record(&self.lattice, grid.pressure(), &mut signals);
@@ -218,11 +274,6 @@ impl WaveSolver {
                 }
                 Ok(signals)
             })
-            .collect::<Result<_, _>>()?;
-        let updates = (DEGREES * steps * self.lattice.cells()) as f64;
-        let free = pulse.values.len() + (PASSED * self.radius / (h * COURANT)) as usize;
-        let weights: [f64; DEGREES] = std::array::from_fn(|d| if d < 3 { 1.0 } else { h / self.radius });
-        let tail = Tail::fit(&signals, count(order), free.div_ceil(stride), &weights);
-        Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals, tail })
+            .collect()
     }
 }

@@ -155,6 +155,9 @@ pub(crate) struct Bake {
     /// Solver
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) method: Solver,
+    /// Where finite differences in time run
+    #[arg(long, value_enum, default_value = "cpu")]
+    pub(crate) device: Device,
     /// Error to reach, over the loudest motion of the body
     #[arg(long, value_name = "E", default_value_t = 0.01, value_parser = accuracy)]
     pub(crate) accuracy: f64,
@@ -185,6 +188,15 @@ pub(crate) enum Solver {
     Bem,
     /// Finite differences in time
     Fdtd,
+}
+
+/// Where to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Device {
+    /// This machine's processor
+    Cpu,
+    /// Its graphics processor, in a build with the feature gpu; WGPU_ADAPTER_NAME picks one of several
+    Gpu,
 }
 
 #[derive(Args)]

@@ -38,7 +38,7 @@ fn allowed(expression: &str) -> bool {
 #[test]
 fn every_dependency_is_permissively_licensed() {
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--format-version", "1", "--locked"])
+        .args(["metadata", "--format-version", "1", "--locked", "--all-features"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .expect("cargo runs");

@@ -242,3 +242,25 @@ fn an_interrupted_bake_leaves_nothing() {
     assert_eq!(output.status.code(), Some(130), "{message}");
     assert_eq!(names(folder.path()), Vec::<String>::new());
 }
+
+#[test]
+#[cfg(not(feature = "gpu"))]
+fn a_program_without_graphics_processors_says_how_to_build_one_with() {
+    let folder = tempfile::tempdir().unwrap();
+    refuse(
+        folder.path(),
+        &[
+            "bake",
+            "die",
+            "--method",
+            "fdtd",
+            "--device",
+            "gpu",
+            "--max-frequency",
+            "4000",
+            "-o",
+            "die.safetensors",
+        ],
+        &["graphics processors", "cargo build --release --features gpu"],
+    );
+}

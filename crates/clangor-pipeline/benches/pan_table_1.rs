@@ -9,6 +9,7 @@ use std::ops::ControlFlow;
 use clangor::medium::Medium;
 use clangor::shape::Shape;
 use clangor_bake::acceleration_noise::{BakeOptions, Method};
+use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::sound_models::{ModelRequest, bake_model};
 
 /// Name, shape, accuracy, and what \[PAN\] prints: minutes of simulation and fit, megabytes at 40 × 80 and 5 × 10.
@@ -52,6 +53,7 @@ fn main() {
             max_wavenumber: std::f64::consts::TAU * frequency / Medium::AIR.sound_speed,
             accuracy,
             method: Method::Auto,
+            device: WaveDevice::Cpu,
             near_field: false,
         };
         let request = ModelRequest::new(text, &surface, mass, options).expect("a body");

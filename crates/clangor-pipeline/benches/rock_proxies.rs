@@ -16,6 +16,7 @@ use clangor::model::acceleration_field::AccelerationField;
 use clangor::shape::Shape;
 use clangor_bake::acceleration_noise::{BakeOptions, Method};
 use clangor_bake::comparison::directions;
+use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::sound_models::{ModelRequest, bake_model};
 use clangor_pipeline::soundbank::default_bank;
 
@@ -78,6 +79,7 @@ fn main() {
             max_wavenumber: TAU * 20_000.0 / AIR.sound_speed,
             accuracy: 1e-2,
             method: Method::Auto,
+            device: WaveDevice::Cpu,
             near_field: false,
         };
         let request = ModelRequest::new("rock", &surface, mass, options).expect("a body");

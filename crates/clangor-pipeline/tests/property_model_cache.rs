@@ -12,6 +12,7 @@ use clangor::model::acceleration_field::{AccelerationField, Node, Term};
 use clangor::model::acceleration_model::AccelerationModel;
 use clangor::model::model_file::{ModelFile, Origin, Solid};
 use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method};
+use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::model_cache::{Lookup, ModelCache, model_key};
 use num_complex::Complex64;
 
@@ -219,8 +220,13 @@ fn a_full_disk_is_told_and_nothing_is_left() {
 
 #[test]
 fn keys_follow_whatever_the_model_depends_on() {
-    let options =
-        BakeOptions { max_wavenumber: 366.0, accuracy: 1e-3, method: Method::Auto, near_field: true };
+    let options = BakeOptions {
+        max_wavenumber: 366.0,
+        accuracy: 1e-3,
+        method: Method::Auto,
+        device: WaveDevice::Cpu,
+        near_field: true,
+    };
     let ball = |radius| BakeGeometry::Ellipsoid { semi_axes: DVec3::splat(radius) };
     let key = model_key(&ball(0.01), &options);
     assert_eq!(key, model_key(&ball(0.01), &options));

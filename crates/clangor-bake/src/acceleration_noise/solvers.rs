@@ -23,7 +23,7 @@ use crate::mirror_symmetry::mirror_planes;
 use crate::radiation::RadiationSolver;
 use crate::remesh::resolution::{Resolution, resolution};
 use crate::remesh::{RemeshOptions, remesh, remesh_symmetric};
-use crate::wave::{Boundary, WaveOptions, WaveSolver};
+use crate::wave::{Boundary, WaveDevice, WaveOptions, WaveSolver};
 
 /// Spacing in κ of the first solves for bodies without cavities.
 const SOLID_SPACING: f64 = 0.8;
@@ -216,11 +216,14 @@ fn time_stepping(
         },
     )?;
     let unknowns = solver.cells();
-    let field = watched(progress, |report| solver.run(report))?;
+    let field = watched(progress, |report| solver.run_on(options.device, report))?;
     Ok(Prepared {
         solver: Box::new(field),
         spacing: if cavity { CAVITY_SPACING } else { SOLID_SPACING },
-        method: "finite differences in time",
+        method: match options.device {
+            WaveDevice::Cpu => "finite differences in time",
+            WaveDevice::Gpu => "finite differences in time on a graphics processor",
+        },
         unknowns,
         warnings: Vec::new(),
     })

@@ -22,8 +22,9 @@ const STRONGEST: f64 = 0.8 * (GRADING + 1.0);
 /// α h/c where the layer begins.
 const SHIFT: f64 = 0.05;
 
-const FACES: usize = LAYER + 1;
-const SQUARE: f32 = (COURANT * COURANT) as f32;
+/// Faces of a layer, from the last cell outside of it to the rim.
+pub(super) const FACES: usize = LAYER + 1;
+pub(super) const SQUARE: f32 = (COURANT * COURANT) as f32;
 
 /// What the layers remember.
 #[derive(Clone, Debug)]
@@ -65,14 +66,23 @@ impl Profile {
     }
 }
 
+/// Of the lower and the upper layer.
+fn profiles() -> [Profile; 2] {
+    let layer = LAYER as f64;
+    [Profile::new(|x| (layer - x) / layer), Profile::new(|x| (x - 1.0) / layer)]
+}
+
 impl Absorber {
+    /// (a, b) at each face, then at each cell, of the lower and the upper layer.
+    #[cfg(feature = "gpu")]
+    pub(super) fn profiles() -> [[[f32; 4]; FACES]; 2] {
+        profiles().map(|p| std::array::from_fn(|i| [p.face[i][0], p.face[i][1], p.cell[i][0], p.cell[i][1]]))
+    }
+
     pub(super) fn new(lattice: Lattice) -> Self {
         let [nx, ny, nz] = lattice.0;
-        let layer = LAYER as f64;
-        let lower = Profile::new(|x| (layer - x) / layer);
-        let upper = Profile::new(|x| (x - 1.0) / layer);
         Absorber {
-            profiles: [lower, upper],
+            profiles: profiles(),
             x: std::array::from_fn(|_| vec![[0.0; FACES]; 2 * ny * nz]),
             y: std::array::from_fn(|_| vec![0.0; 2 * FACES * nx * nz]),
             z: std::array::from_fn(|_| vec![0.0; 2 * FACES * nx * ny]),

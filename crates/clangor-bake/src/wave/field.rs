@@ -54,6 +54,12 @@ impl WaveField {
         self.updates
     }
 
+    /// For each motion the multipoles on r = 1.5 R as they were recorded, up to the degree of the run: all of one moment,
+    /// then all of the next. In units of the grid.
+    pub fn signals(&self) -> &[Vec<f64>] {
+        &self.signals
+    }
+
     fn sample(&self, wavenumber: Complex64, order: usize) -> RadiationSample {
         let phase = phase_per_step(wavenumber * self.spacing);
         let recorded = count(self.order);

@@ -26,7 +26,7 @@ const SQUARE: f32 = (COURANT * COURANT) as f32;
 
 /// Pressure that everything starts from and the rim keeps: without it what remains of a wave that has left would
 /// sink into the numbers that processors are slow with.
-const GROUND: f32 = 1e-20;
+pub(super) const GROUND: f32 = 1e-20;
 
 /// Cells along each axis of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@ use super::grid::Lattice;
 use crate::quadrature::gauss_legendre;
 
 /// Points of the interpolation along each axis.
-const TAPS: usize = 6;
+pub(super) const TAPS: usize = 6;
 /// Cells that the interpolation reaches beyond a point.
 pub(super) const REACH: usize = TAPS / 2;
 
@@ -61,10 +61,7 @@ impl Recorder {
     /// Appends the multipoles of a pressure field.
     pub(super) fn record(&self, lattice: &Lattice, p: &[f32], signals: &mut Vec<f64>) {
         let strides = lattice.strides();
-        let start = signals.len();
-        signals.resize(start + self.count, 0.0);
-        let sums = &mut signals[start..];
-        for (point, projection) in self.points.iter().zip(self.projection.chunks_exact(self.count)) {
+        let pressures = self.points.iter().map(|point| {
             let mut value = 0.0;
             for (k, wz) in point.weights[2].iter().enumerate() {
                 for (j, wy) in point.weights[1].iter().enumerate() {
@@ -73,6 +70,35 @@ impl Recorder {
                     value += wz * wy * along;
                 }
             }
+            value
+        });
+        self.project(pressures, signals);
+    }
+
+    /// How many points.
+    #[cfg(feature = "gpu")]
+    pub(super) fn points(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The points as 32-bit words: the cell of the first tap, then the weights along each axis.
+    #[cfg(feature = "gpu")]
+    pub(super) fn words(&self) -> Vec<u32> {
+        let words = |p: &Point| {
+            [p.first as u32]
+                .into_iter()
+                .chain(p.weights.into_iter().flatten().map(f32::to_bits))
+                .collect::<Vec<_>>()
+        };
+        self.points.iter().flat_map(words).collect()
+    }
+
+    /// Appends the multipoles of pressures at the points.
+    pub(super) fn project(&self, pressures: impl Iterator<Item = f32>, signals: &mut Vec<f64>) {
+        let start = signals.len();
+        signals.resize(start + self.count, 0.0);
+        let sums = &mut signals[start..];
+        for (value, projection) in pressures.zip(self.projection.chunks_exact(self.count)) {
             for (sum, y) in sums.iter_mut().zip(projection) {
                 *sum += f64::from(value) * y;
             }

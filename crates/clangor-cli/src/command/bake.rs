@@ -12,6 +12,7 @@ use clangor::scene::Scene;
 use clangor::synthesis::source_rule::SourceKind;
 use clangor::synthesis::{RenderSettings, SampleRate};
 use clangor_bake::acceleration_noise::{BakeOptions, BakeProgress, Method};
+use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::atomic_file::{check_folder, write_atomically};
 use clangor_pipeline::load::{geometry_reference, load_geometry};
 use clangor_pipeline::model_cache::ModelCache;
@@ -21,7 +22,7 @@ use clangor_pipeline::soundbank::default_bank;
 use serde_json::json;
 
 use super::{check_ending, load};
-use crate::arguments::{Bake, Global, Part, Solver};
+use crate::arguments::{Bake, Device, Global, Part, Solver};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
@@ -45,6 +46,10 @@ fn bake_options(options: &Bake, max_wavenumber: f64) -> BakeOptions {
             Solver::Auto => Method::Auto,
             Solver::Bem => Method::Bem,
             Solver::Fdtd => Method::Fdtd,
+        },
+        device: match options.device {
+            Device::Cpu => WaveDevice::Cpu,
+            Device::Gpu => WaveDevice::Gpu,
         },
         near_field: !options.no_near_field,
     }

@@ -10,6 +10,7 @@ use clangor::model::playable_model::{PlayableBank, PlayableModel};
 use clangor::synthesis::source_rule::{Decision, SourceKind, decide, source_of};
 use clangor::synthesis::{SoundRule, SoundSource};
 use clangor_bake::acceleration_noise::{BakeError, BakeOptions, BakeProgress, Method};
+use clangor_bake::wave::WaveDevice;
 
 use super::{SharedRequest, obtain, shared_requests};
 use crate::model_cache::{Lookup, ModelCache};
@@ -38,6 +39,7 @@ impl SourceSettings<'_> {
             max_wavenumber: self.max_wavenumber,
             accuracy: self.accuracy,
             method: Method::Auto,
+            device: WaveDevice::Cpu,
             near_field: true,
         }
     }

@@ -14,7 +14,7 @@ use clangor::model::near_field::NearField;
 use clangor::model::spherical_harmonics::index;
 use clangor::shape::ShapeError;
 use glam::DVec3;
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
 
 use self::frequencies::{Band, FittedBand, solve_band};
 use self::solvers::{Prepared, prepare};
@@ -126,6 +126,23 @@ impl From<WaveError> for BakeError {
     }
 }
 
+/// A frequency that is solved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolvedFrequency {
+    /// Wavenumber k [1/m] that was asked for.
+    pub asked: f64,
+    /// The solution.
+    pub sample: RadiationSample,
+}
+
+/// From where a computation goes on, and what may be kept of it.
+pub struct Resumption<'a> {
+    /// What an earlier call with the same geometry and options has solved.
+    pub solved: Vec<SolvedFrequency>,
+    /// Told all that is solved, whenever there is more of it.
+    pub keep: &'a mut dyn FnMut(&[SolvedFrequency]),
+}
+
 /// Computes the field of a body's six rigid motions.
 ///
 /// `progress` is told how far the work is, and may stop it.
@@ -137,8 +154,23 @@ pub fn bake(
     options: &BakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
+    resume_bake(geometry, options, Resumption { solved: Vec::new(), keep: &mut |_| () }, progress)
+}
+
+/// The same, from where an earlier call was interrupted. The result has the same bits.
+///
+/// Differs for finite differences in time, which solve no frequencies and begin again.
+///
+/// # Errors
+/// [`BakeError`].
+pub fn resume_bake(
+    geometry: &BakeGeometry,
+    options: &BakeOptions,
+    resumption: Resumption<'_>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(AccelerationModel, Evidence), BakeError> {
     let Prepared { solver, spacing, method, unknowns, warnings } = prepare(geometry, options, progress)?;
-    let (model, mut evidence) = bake_with(&*solver, spacing, options, progress)?;
+    let (model, mut evidence) = fitted_model(&*solver, spacing, options, resumption, progress)?;
     evidence.method = method.into();
     evidence.unknowns = unknowns;
     evidence.warnings.extend(warnings);
@@ -155,6 +187,17 @@ pub fn bake_with(
     options: &BakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
+    let resumption = Resumption { solved: Vec::new(), keep: &mut |_| () };
+    fitted_model(solver, spacing, options, resumption, progress)
+}
+
+fn fitted_model(
+    solver: &dyn RadiationSolver,
+    spacing: f64,
+    options: &BakeOptions,
+    resumption: Resumption<'_>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(AccelerationModel, Evidence), BakeError> {
     let radius = solver.reference_radius();
     let highest = options.max_wavenumber * radius;
     let band = Band {
@@ -164,7 +207,7 @@ pub fn bake_with(
         tolerance: 0.5 * options.accuracy,
         most_solves: ((3.0 * highest / spacing) as usize).max(24),
     };
-    let fitted = solve_band(solver, &band, progress)?;
+    let fitted = solve_band(solver, &band, resumption, progress)?;
     let mut warnings = Vec::new();
     if fitted.held_out > options.accuracy {
         warnings.push(format!(
@@ -244,16 +287,75 @@ fn field_of(fitted: &FittedBand, radius: f64, highest: f64, accuracy: f64) -> Ac
 fn near_field_of(fitted: &FittedBand, surface: &TriMesh, radius: f64) -> NearField {
     let mut scaled = surface.clone();
     scaled.vertices.iter_mut().for_each(|v| *v /= radius);
-    let mut near = NearField { surface: scaled, real: Vec::new(), imaginary: Vec::new() };
+    let support = &fitted.fit.support;
+    let mut pressures = Vec::with_capacity(surface.vertices.len() * DEGREES * support.len());
     for vertex in 0..surface.vertices.len() {
         for degree in 0..DEGREES {
             let unit = if degree < 3 { radius } else { radius * radius };
-            for &i in &fitted.fit.support {
-                let p = fitted.samples[i].surface_pressure[vertex][degree] / unit;
-                near.real.push(p.re as f32);
-                near.imaginary.push(p.im as f32);
-            }
+            let at = |i: &usize| fitted.samples[*i].surface_pressure[vertex][degree] / unit;
+            pressures.extend(support.iter().map(at).map(|p| Complex32::new(p.re as f32, p.im as f32)));
         }
     }
-    near
+    NearField::from_pressures(scaled, support.len(), &pressures)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+    use crate::helmholtz::octant::OctantSolver;
+
+    /// A solver that counts.
+    struct Counting {
+        solver: OctantSolver,
+        solved: AtomicUsize,
+    }
+
+    impl RadiationSolver for Counting {
+        fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
+            self.solved.fetch_add(wavenumbers.len(), Ordering::Relaxed);
+            self.solver.solve(wavenumbers, order)
+        }
+
+        fn reference_radius(&self) -> f64 {
+            self.solver.reference_radius()
+        }
+
+        fn surface(&self) -> Option<&TriMesh> {
+            self.solver.surface()
+        }
+    }
+
+    #[test]
+    fn a_bake_goes_on_where_it_was_interrupted() {
+        let options = BakeOptions {
+            max_wavenumber: 4.0,
+            accuracy: 3e-2,
+            method: Method::Bem,
+            device: WaveDevice::Cpu,
+            near_field: true,
+        };
+        let solver = OctantSolver::ellipsoid(DVec3::new(1.0, 0.8, 0.6), 4.0, 1e-2).unwrap();
+        let counting = Counting { solver, solved: AtomicUsize::new(0) };
+        let mut go_on = |_: &BakeProgress| ControlFlow::Continue(());
+        let mut kept: Vec<Vec<SolvedFrequency>> = Vec::new();
+        let mut keep = |solved: &[SolvedFrequency]| kept.push(solved.to_vec());
+        let whole = Resumption { solved: Vec::new(), keep: &mut keep };
+        let (model, evidence) = fitted_model(&counting, 0.8, &options, whole, &mut go_on).unwrap();
+        let all = counting.solved.swap(0, Ordering::Relaxed);
+        assert_eq!((all, kept.last().map(Vec::len)), (evidence.solves, Some(evidence.solves)));
+        for solved in kept {
+            let left = all - solved.len();
+            let resumption = Resumption { solved, keep: &mut |_| () };
+            let (again, _) = fitted_model(&counting, 0.8, &options, resumption, &mut go_on).unwrap();
+            assert!(again == model);
+            assert_eq!(counting.solved.swap(0, Ordering::Relaxed), left);
+        }
+        // What belongs to another order is not used.
+        let other = SolvedFrequency { asked: 4.0, sample: counting.solve(&[4.0], 3).unwrap().swap_remove(0) };
+        let resumption = Resumption { solved: vec![other], keep: &mut |_| () };
+        let (again, _) = fitted_model(&counting, 0.8, &options, resumption, &mut go_on).unwrap();
+        assert!(again == model);
+    }
 }

@@ -7,6 +7,7 @@
 //!
 //! Units as in [`clangor::model::published`]: lengths in R, times in R/c, pressures in ρR.
 
+mod of_model;
 mod sampling;
 mod series_fit;
 
@@ -19,6 +20,7 @@ use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+pub use self::of_model::{PublishedForm, PublishedModelError, published_model};
 pub use self::sampling::{FieldSampler, half_sine_spectrum, synthesize};
 use self::series_fit::{CirculantFit, pseudo_inverse};
 

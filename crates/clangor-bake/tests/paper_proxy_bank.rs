@@ -3,11 +3,13 @@
 //! `cargo test -p clangor-bake --release --test paper_proxy_bank -- --ignored --nocapture` builds the whole bank, about two
 //! minutes of CPU time.
 
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use clangor::model::acceleration_field::{AccelerationField, DEGREES};
+use clangor::model::proxy_field::mean_field;
 use clangor_bake::soundbank::{bank_entry, build_bank};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
 /// Pressures of one motion at twice the longest semi-axis, 16 directions, 20 frequencies; `scale` is the longest
@@ -94,14 +96,18 @@ fn the_whole_bank() {
         println!();
     }
     println!(
-        "an ellipsoid between those of the bank: nearest with the same A, with the same volume; between four"
+        "an ellipsoid between those of the bank: nearest with the same A, with the same volume; the mean of those around"
     );
     for (i, j, fb, fc) in
         [(8, 5, 0.5, 0.5), (9, 0, 0.5, 0.5), (6, 1, 0.3, 0.5), (10, 2, 0.0, 0.4), (4, 2, 0.5, 0.2)]
     {
         let (b, c) = (value(i) + 0.095 * fb, value(j) + 0.095 * fc);
         let (own, _) = bank_entry(b, c, 20.0, 1e-3, &mut |_| ControlFlow::Continue(())).unwrap();
-        let (up, right) = (usize::from(fb > 0.0), usize::from(fc > 0.0));
+        let ellipsoid = DVec3::new(1.0, b, c);
+        let square = ellipsoid * ellipsoid;
+        let inertia = DMat3::from_diagonal(DVec3::splat(square.element_sum()) - square);
+        let proxy = bank.proxy_for(inertia, 4.0 / 3.0 * PI * ellipsoid.element_product()).unwrap();
+        let mean = mean_field(&bank, &proxy, usize::MAX);
         let (bn, cn) = (value(i + usize::from(fb > 0.49)), value(j + usize::from(fc > 0.49)));
         let volume = (b * c / (bn * cn)).cbrt();
         print!("1 : {b:.3} : {c:.3}");
@@ -109,16 +115,7 @@ fn the_whole_bank() {
             let exact = pressures(&own.field, degree, 1.0);
             let same_axis = pressures(at(bn, cn), degree, 1.0);
             let same_volume = pressures(at(bn, cn), degree, volume);
-            let mut between = vec![Complex64::ZERO; exact.len()];
-            for (di, dj, w) in [
-                (0, 0, (1.0 - fb) * (1.0 - fc)),
-                (up, 0, fb * (1.0 - fc)),
-                (0, right, (1.0 - fb) * fc),
-                (up, right, fb * fc),
-            ] {
-                let corner = pressures(at(value(i + di), value(j + dj)), degree, 1.0);
-                between.iter_mut().zip(corner).for_each(|(sum, p)| *sum += w * p);
-            }
+            let between = pressures(&mean, degree, 1.0);
             print!(
                 "  {:.3} {:.3} {:.3}",
                 difference(&same_axis, &exact),

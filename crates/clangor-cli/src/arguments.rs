@@ -86,6 +86,9 @@ pub(crate) struct Render {
     /// What bodies sound as, instead of what the scene says
     #[arg(long, value_enum)]
     pub(crate) sound: Option<Sound>,
+    /// A baked model, of either representation, for a body and its copies, whatever the scene says; repeat for several
+    #[arg(long, value_name = "BODY=MODEL.safetensors", value_parser = body_model)]
+    pub(crate) model: Vec<(String, PathBuf)>,
     /// Sample format
     #[arg(long, value_enum)]
     pub(crate) bits: Option<Bits>,
@@ -164,6 +167,12 @@ pub(crate) struct Bake {
     /// Highest frequency to compute (default: 20000, or what the scene's sample rate needs)
     #[arg(long, value_name = "HZ", value_parser = band)]
     pub(crate) max_frequency: Option<f64>,
+    /// How the field is stored: ours, or as the papers do, to be compared with
+    #[arg(long, value_enum, default_value = "multipoles")]
+    pub(crate) representation: Representation,
+    /// Directions of the published representation
+    #[arg(long, value_enum, default_value = "5x10")]
+    pub(crate) grid: Grid,
     /// Leave out what only listeners inside the bounding sphere need
     #[arg(long)]
     pub(crate) no_near_field: bool,
@@ -197,6 +206,29 @@ pub(crate) enum Device {
     Cpu,
     /// Its graphics processor, in a build with the feature gpu; WGPU_ADAPTER_NAME picks one of several
     Gpu,
+}
+
+/// How a field is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Representation {
+    /// Multipoles with poles in common
+    Multipoles,
+    /// Signals along directions, as a series in 1/r
+    Published,
+}
+
+/// Directions of the published representation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Grid {
+    /// PAN: 5 polar by 10 azimuthal angles
+    #[value(name = "5x10")]
+    Coarse,
+    /// PAN: 40 by 80; about 200 MB
+    #[value(name = "40x80")]
+    Fine,
+    /// PROXY: one octant and wavelets above 1 %, for bodies with three planes of symmetry
+    #[value(name = "octant")]
+    Octant,
 }
 
 #[derive(Args)]
@@ -387,8 +419,10 @@ pub(crate) enum Sound {
     Auto,
     /// Fields of their own
     Own,
-    /// Ellipsoids of the bank
+    /// Ellipsoids, each the mean of those of the bank around it
     Proxy,
+    /// The nearest ellipsoid of the bank
+    NearestProxy,
     /// Spheres of equal volume
     Sphere,
 }
@@ -410,6 +444,13 @@ fn vector(text: &str) -> Result<DVec3, String> {
     match numbers[..] {
         [x, y, z] => Ok(DVec3::new(x, y, z)),
         _ => Err(format!("expected three numbers like 1.0,1.8,1.0, found {}", numbers.len())),
+    }
+}
+
+fn body_model(text: &str) -> Result<(String, PathBuf), String> {
+    match text.split_once('=') {
+        Some((body, file)) if !body.is_empty() && !file.is_empty() => Ok((body.into(), file.into())),
+        _ => Err("expected BODY=MODEL.safetensors".into()),
     }
 }
 

@@ -19,6 +19,7 @@ use clangor::shape::Shape;
 use clangor::synthesis::SoundRule;
 use clangor_bake::acceleration_noise::{BakeOptions, Method};
 use clangor_bake::published::{FieldSampler, Fit, PublishedOptions, fit};
+use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::sound_models::{ModelRequest, obtain};
 use clangor_pipeline::soundbank::default_bank;
 
@@ -93,6 +94,7 @@ fn request(model: &Model, frequency: f64) -> ModelRequest {
         max_wavenumber: std::f64::consts::TAU * frequency / Medium::AIR.sound_speed,
         accuracy: 1e-2,
         method: Method::Auto,
+        device: WaveDevice::Cpu,
         near_field: false,
     };
     ModelRequest::new(model.shape, &surface, mass, options).expect("a body that moves")

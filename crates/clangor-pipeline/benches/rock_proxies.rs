@@ -1,4 +1,5 @@
-//! What a stone loses by sounding as an ellipsoid of the bank, or as a sphere: third-octave levels of twenty stones.
+//! What a stone loses by sounding as an ellipsoid, the mean of those of the bank around it or the nearest, or as a sphere:
+//! third-octave levels of twenty stones.
 //!
 //! `cargo bench -p clangor-pipeline --bench rock_proxies [-- ROCKS]`
 //!
@@ -13,6 +14,7 @@ use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::{DMat3, DVec3};
 use clangor::medium::Medium;
 use clangor::model::acceleration_field::AccelerationField;
+use clangor::model::proxy_field::mean_field;
 use clangor::shape::Shape;
 use clangor_bake::acceleration_noise::{BakeOptions, Method};
 use clangor_bake::comparison::directions;
@@ -69,7 +71,7 @@ fn main() {
     let rocks: usize = std::env::args().skip(1).find_map(|a| a.parse().ok()).unwrap_or(20);
     let bank = default_bank().expect("the bank of the program");
     let bands: Vec<f64> = (0..16).map(|k| 500.0 * 2.0_f64.powf(k as f64 / 3.0)).collect();
-    let (mut ellipsoid, mut ball) = (Vec::new(), Vec::new());
+    let (mut ellipsoid, mut nearest, mut ball) = (Vec::new(), Vec::new(), Vec::new());
     for seed in 1..=rocks {
         let (surface, mass) =
             Shape::parse(&format!("rock:{seed}x0.015")).expect("a rock").surface().expect("a solid");
@@ -86,7 +88,10 @@ fn main() {
         let own = bake_model(&request, &mut |_| ControlFlow::Continue(())).expect("a field").acceleration;
         let proxy = bank.bank().proxy_for(inertia, volume).expect("a proxy");
         let heard_own = Heard(&own.field, own.radius, DMat3::IDENTITY);
-        let heard_proxy = Heard(bank.bank().field(&proxy), proxy.radius, proxy.rotation);
+        let mean = mean_field(bank.bank(), &proxy, usize::MAX);
+        let heard_proxy = Heard(&mean, proxy.radius, proxy.rotation);
+        let entry = &bank.bank().entries()[proxy.entry].field;
+        let heard_nearest = Heard(entry, proxy.radius, proxy.rotation);
         let radius = (0.75 * volume / PI).cbrt();
         let triangles = mesh.mesh.triangles.len();
         for (blow, direction) in directions(BLOWS).enumerate() {
@@ -97,14 +102,16 @@ fn main() {
                 let level = |energy: f64| 10.0 * energy.log10();
                 let reference = level(heard_own.band(motion, direction, centre));
                 ellipsoid.push((level(heard_proxy.band(motion, direction, centre)) - reference).abs());
+                nearest.push((level(heard_nearest.band(motion, direction, centre)) - reference).abs());
                 ball.push((level(sphere_band(radius, motion.0, direction, centre)) - reference).abs());
             }
         }
     }
     println!("{rocks} rocks, {BLOWS} blows each, {} bands:", bands.len());
     println!(
-        "median difference of third-octave levels: ellipsoid {:.2} dB, sphere {:.2} dB",
+        "median difference of third-octave levels: ellipsoid {:.2} dB, nearest ellipsoid {:.2} dB, sphere {:.2} dB",
         median(ellipsoid),
+        median(nearest),
         median(ball)
     );
 }

@@ -4,6 +4,11 @@
 //! versions of format and solvers; not the material, which no field depends on. It appears under its name only when it
 //! is whole ([`write_atomically`]), so that a process may be killed at any moment, and several may bake the same model.
 //! What is read is verified and belongs to the hash in its name, or is baked again: an entry is never trusted.
+//!
+//! Beside the entries are the frequencies that long bakes have solved so far, `acceleration-HASH.partial`, under the same
+//! promises; they go when the entry comes.
+
+mod partial_bake;
 
 use std::fs;
 use std::io;
@@ -13,7 +18,7 @@ use std::time::Duration;
 use clangor::geometry::meridian::Piece;
 use clangor::model::model_file::{ModelFile, VERSION};
 use clangor::model::tensor_file::TensorFileError;
-use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method};
+use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method, SolvedFrequency};
 use twox_hash::xxhash3_128::Hasher;
 
 use crate::atomic_file::{OutputError, write_atomically};
@@ -22,6 +27,8 @@ use crate::atomic_file::{OutputError, write_atomically};
 const SOLVERS: u32 = 1;
 /// A partial entry this old belongs to a process that was killed: writing one takes seconds.
 const ABANDONED: Duration = Duration::from_secs(3600);
+/// What was solved of a bake that nobody took up again for so long is given up.
+const GIVEN_UP: Duration = Duration::from_secs(30 * 24 * 3600);
 
 /// Why an entry could not be kept; the model itself is none the worse.
 #[derive(Debug, thiserror::Error)]
@@ -99,6 +106,35 @@ impl ModelCache {
         self.folder.join(format!("acceleration-{key}.safetensors"))
     }
 
+    fn partial_path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("acceleration-{key}.partial"))
+    }
+
+    /// The frequencies that an interrupted bake has solved; none if they cannot be used.
+    pub fn read_partial(&self, key: &str) -> Vec<SolvedFrequency> {
+        let bytes = fs::read(self.partial_path(key)).ok();
+        bytes.and_then(|bytes| partial_bake::decode(key, &bytes)).unwrap_or_default()
+    }
+
+    /// Keeps the frequencies that a bake has solved so far.
+    ///
+    /// # Errors
+    /// [`CacheError`]; those kept before are untouched then.
+    pub fn write_partial(&self, key: &str, solved: &[SolvedFrequency]) -> Result<(), CacheError> {
+        self.make_folder()?;
+        Ok(write_atomically(&self.partial_path(key), &partial_bake::encode(key, solved))?)
+    }
+
+    /// Forgets them: the model is there. What remains is removed when it is old.
+    pub fn remove_partial(&self, key: &str) {
+        let _ = fs::remove_file(self.partial_path(key));
+    }
+
+    fn make_folder(&self) -> Result<(), CacheError> {
+        fs::create_dir_all(&self.folder)
+            .map_err(|source| CacheError::Folder { folder: self.folder.clone(), source })
+    }
+
     /// Looks an entry up and verifies it.
     pub fn read(&self, key: &str) -> Lookup {
         let path = self.path(key);
@@ -124,8 +160,7 @@ impl ModelCache {
     /// [`CacheError`]; whatever was there before is untouched then.
     pub fn write(&self, model: &ModelFile) -> Result<PathBuf, CacheError> {
         let bytes = model.encode()?;
-        fs::create_dir_all(&self.folder)
-            .map_err(|source| CacheError::Folder { folder: self.folder.clone(), source })?;
+        self.make_folder()?;
         self.remove_abandoned();
         let path = self.path(&model.origin.inputs);
         write_atomically(&path, &bytes)?;
@@ -135,9 +170,18 @@ impl ModelCache {
     /// Removes what processes that were killed have left. Failures matter to nobody: the next writer tries again.
     fn remove_abandoned(&self) {
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        for entry in entries.filter(|e| e.file_name().to_string_lossy().contains(".safetensors.part-")) {
+        for entry in entries {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            let longest = if name.contains(".part-") {
+                ABANDONED
+            } else if name.ends_with(".partial") {
+                GIVEN_UP
+            } else {
+                continue;
+            };
             let age = entry.metadata().and_then(|m| m.modified()).ok().and_then(|t| t.elapsed().ok());
-            if age.is_some_and(|age| age > ABANDONED) {
+            if age.is_some_and(|age| age > longest) {
                 let _ = fs::remove_file(entry.path());
             }
         }

@@ -19,7 +19,8 @@ use clangor::output::compressor::Compressor;
 use clangor::scene::render_settings::Compressor as CompressorSettings;
 use clangor::synthesis::click::clicks_of;
 use clangor::synthesis::{
-    Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SoundSource, SynthesisError,
+    BlockMemory, Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SoundSource,
+    SynthesisError,
 };
 use clangor::timeline::Timeline;
 use rayon::prelude::*;
@@ -309,7 +310,10 @@ impl Pass<'_> {
             if next.is_finite() {
                 let jobs = renderer.take_ready(next);
                 if !jobs.is_empty() {
-                    let blocks: Vec<_> = jobs.par_iter().map(|job| job.render()).collect();
+                    let blocks: Vec<_> = jobs
+                        .par_iter()
+                        .map_init(BlockMemory::default, |memory, job| job.render_with(memory))
+                        .collect();
                     blocks.iter().for_each(|block| signal.add(block));
                     hand_over(&mut signal, renderer.complete_until().min(total), &mut compressor, sink)?;
                     self.reached(signal.first() as f64 / total as f64)?;
@@ -317,7 +321,10 @@ impl Pass<'_> {
             }
         }
         for jobs in renderer.take_all().chunks(BLOCKS_AT_ONCE) {
-            let blocks: Vec<_> = jobs.par_iter().map(|job| job.render()).collect();
+            let blocks: Vec<_> = jobs
+                .par_iter()
+                .map_init(BlockMemory::default, |memory, job| job.render_with(memory))
+                .collect();
             blocks.iter().for_each(|block| signal.add(block));
             self.reached(signal.first() as f64 / total as f64)?;
         }

@@ -7,14 +7,19 @@ use std::collections::BTreeMap;
 use std::io;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use clangor::body::{Body, BodyId, Motion, Surface};
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::DVec3;
 use clangor::model::bank_file::{self, BankFile};
 use clangor::model::model_file::{self, ModelFile, Origin, Solid};
+use clangor::model::published_file::{self, PublishedFile};
 use clangor::model::tensor_file::TensorFileError;
-use clangor_bake::acceleration_noise::{BakeError, BakeGeometry, BakeOptions, BakeProgress, bake};
+use clangor_bake::acceleration_noise::{
+    BakeError, BakeGeometry, BakeOptions, BakeProgress, Resumption, SolvedFrequency, resume_bake,
+};
+use clangor_bake::published::{PublishedForm, PublishedModelError, published_model};
 
 use crate::model_cache::{Lookup, ModelCache, model_key};
 
@@ -96,7 +101,15 @@ pub fn bake_model(
     request: &ModelRequest,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<ModelFile, BakeError> {
-    let (acceleration, evidence) = bake(&request.geometry, &request.options, progress)?;
+    bake_model_from(request, Resumption { solved: Vec::new(), keep: &mut |_| () }, progress)
+}
+
+fn bake_model_from(
+    request: &ModelRequest,
+    resumption: Resumption<'_>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<ModelFile, BakeError> {
+    let (acceleration, evidence) = resume_bake(&request.geometry, &request.options, resumption, progress)?;
     Ok(ModelFile {
         acceleration,
         solid: request.solid.clone(),
@@ -124,7 +137,11 @@ pub struct Obtained {
     pub remarks: Vec<String>,
 }
 
+/// Time for which a bake that is killed may lose its work: what takes less is not kept on the way.
+pub const KEEP_EVERY: Duration = Duration::from_secs(5);
+
 /// The model of a request: from the cache, or baked and put there. A cache that does not work costs time, not the model.
+/// What a long bake has solved is kept on the way, so that it goes on from there if it is killed.
 ///
 /// # Errors
 /// [`BakeError`].
@@ -143,11 +160,41 @@ pub fn obtain(
         Lookup::Missing => {}
         Lookup::Invalid(why) => remarks.push(format!("{why}; it is baked again")),
     }
-    let model = bake_model(request, progress)?;
-    if let Some(Err(error)) = cache.map(|cache| cache.write(&model)) {
-        remarks.push(format!("the model of \"{}\" is not kept: {error}", request.solid.name));
+    let model = match cache {
+        Some(cache) => bake_and_keep(request, cache, KEEP_EVERY, progress)?,
+        None => bake_model(request, progress)?,
+    };
+    match cache.map(|cache| cache.write(&model)) {
+        Some(Ok(_)) => cache.into_iter().for_each(|cache| cache.remove_partial(&request.key)),
+        Some(Err(error)) => {
+            remarks.push(format!("the model of \"{}\" is not kept: {error}", request.solid.name));
+        }
+        None => {}
     }
     Ok(Obtained { model, cached: false, remarks })
+}
+
+/// Computes the model, and keeps what is solved in the cache whenever so much time has passed; goes on from what an
+/// earlier call kept.
+///
+/// # Errors
+/// [`BakeError`].
+pub fn bake_and_keep(
+    request: &ModelRequest,
+    cache: &ModelCache,
+    every: Duration,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<ModelFile, BakeError> {
+    let key = request.key.as_str();
+    let mut kept_at = Instant::now();
+    let mut keep = |solved: &[SolvedFrequency]| {
+        // Without a folder to keep it in, a bake that is killed begins again.
+        if kept_at.elapsed() >= every && cache.write_partial(key, solved).is_ok() {
+            kept_at = Instant::now();
+        }
+    };
+    let resumption = Resumption { solved: cache.read_partial(key), keep: &mut keep };
+    bake_model_from(request, resumption, progress)
 }
 
 /// A model that bodies of a scene share.
@@ -185,11 +232,30 @@ pub fn shared_requests(
     shared
 }
 
+/// A model in the published representation.
+///
+/// # Errors
+/// [`PublishedModelError`].
+pub fn publish(file: &ModelFile, form: PublishedForm) -> Result<PublishedFile, PublishedModelError> {
+    let mut origin = file.origin.clone();
+    origin.warnings.push(match form {
+        PublishedForm::Angles { rows, columns } => {
+            format!("the published representation on {rows} by {columns} directions: compare, do not trust")
+        }
+        PublishedForm::Octant { tolerance } => {
+            format!("the published representation on an octant, tolerance {tolerance}: compare, do not trust")
+        }
+    });
+    Ok(PublishedFile { model: published_model(&file.acceleration, form)?, solid: file.solid.clone(), origin })
+}
+
 /// A model or a soundbank that somebody wrote.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SoundFile {
     /// A sound model.
     Model(Box<ModelFile>),
+    /// A sound model in the published representation.
+    Published(Box<PublishedFile>),
     /// A bank of ellipsoids.
     Bank(BankFile),
 }
@@ -226,6 +292,9 @@ pub fn read_sound_file(path: &Path) -> Result<SoundFile, SoundFileError> {
         Err(TensorFileError::Kind { found, .. }) if found == bank_file::KIND => {
             BankFile::decode(&bytes).map(SoundFile::Bank).map_err(content)
         }
+        Err(TensorFileError::Kind { found, .. }) if found == published_file::KIND => {
+            PublishedFile::decode(&bytes).map(Box::new).map(SoundFile::Published).map_err(content)
+        }
         decoded => decoded.map(Box::new).map(SoundFile::Model).map_err(content),
     }
 }
@@ -237,8 +306,11 @@ pub fn read_sound_file(path: &Path) -> Result<SoundFile, SoundFileError> {
 pub fn read_model(path: &Path) -> Result<ModelFile, SoundFileError> {
     match read_sound_file(path)? {
         SoundFile::Model(model) => Ok(*model),
-        SoundFile::Bank(_) => {
-            let found = bank_file::KIND.into();
+        other => {
+            let found = match other {
+                SoundFile::Published(_) => published_file::KIND.into(),
+                _ => bank_file::KIND.into(),
+            };
             let source = TensorFileError::Kind { found, expected: model_file::KIND };
             Err(SoundFileError::Content { path: path.into(), source })
         }

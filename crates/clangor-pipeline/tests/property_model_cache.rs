@@ -2,18 +2,21 @@
 //! somebody did to the files.
 
 use std::fs;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use clangor::body::Surface;
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::DVec3;
 use clangor::model::acceleration_field::{AccelerationField, Node, Term};
 use clangor::model::acceleration_model::AccelerationModel;
 use clangor::model::model_file::{ModelFile, Origin, Solid};
-use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method};
+use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, BakeProgress, Method};
 use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::model_cache::{Lookup, ModelCache, model_key};
+use clangor_pipeline::sound_models::{ModelRequest, bake_and_keep, bake_model, obtain};
 use num_complex::Complex64;
 
 /// A model of half a megabyte, so that writing it takes a while.
@@ -53,6 +56,19 @@ fn model(key: &str, version: f32) -> ModelFile {
             warnings: Vec::new(),
         },
     }
+}
+
+/// A bake of several batches of frequencies.
+fn slow_request() -> ModelRequest {
+    let options = BakeOptions {
+        max_wavenumber: 900.0,
+        accuracy: 0.05,
+        method: Method::Bem,
+        device: WaveDevice::Cpu,
+        near_field: false,
+    };
+    let surface = Surface::Sphere { radius: 0.01 };
+    ModelRequest::new("ball", &surface, MassProperties::of_sphere(0.01), options).unwrap()
 }
 
 const KEY: &str = "00112233445566778899aabbccddeeff";
@@ -98,6 +114,13 @@ fn other_process() {
                 cache.write(&model(KEY, version as f32)).unwrap();
                 assert!(check_entry(&cache));
             }
+        }
+        "bake until killed" => {
+            let mut slowly = |_: &BakeProgress| {
+                std::thread::sleep(Duration::from_millis(100));
+                ControlFlow::Continue(())
+            };
+            bake_and_keep(&slow_request(), &cache, Duration::ZERO, &mut slowly).unwrap();
         }
         "find the disk full" => {
             let error = cache.write(&model(KEY, 1.0)).unwrap_err().to_string();
@@ -165,6 +188,35 @@ fn what_the_killed_have_left_is_removed_once_it_is_old() {
     fs::File::options().write(true).open(&old).unwrap().set_modified(yesterday).unwrap();
     cache.write(&model(KEY, 1.0)).unwrap();
     assert!(!old.exists() && new.exists());
+}
+
+#[test]
+fn a_bake_that_is_killed_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = ModelCache::new(folder.path());
+    let request = slow_request();
+    let mut go_on = |_: &BakeProgress| ControlFlow::Continue(());
+    let mut found = 0;
+    for _ in 0..3 {
+        let mut child = start("bake until killed", folder.path(), &mut myself());
+        let wait = Instant::now();
+        while cache.read_partial(request.key()).len() <= found && wait.elapsed().as_secs() < 60 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let solved = cache.read_partial(request.key()).len();
+        assert!(solved > found, "{solved} after {found}");
+        found = solved;
+        if found > 12 {
+            break;
+        }
+    }
+    let obtained = obtain(&request, Some(&cache), &mut go_on).unwrap();
+    assert!(!obtained.cached && obtained.remarks.is_empty(), "{:?}", obtained.remarks);
+    assert!(obtained.model == bake_model(&request, &mut go_on).unwrap());
+    assert!(cache.read_partial(request.key()).is_empty());
+    assert!(obtain(&request, Some(&cache), &mut go_on).unwrap().cached);
 }
 
 #[test]

@@ -4,9 +4,14 @@
 //! * Spheres: a generated timeline of 23 000 impulses of two balls each for two receivers, as in the ball drop of \[PAN\]
 //!   Table 2, with and without a rigid floor.
 //! * Fields: what a body's impulse costs per receiver, for a field with all terms of order 12, for the terms that an
-//!   ellipsoid has, and for one of order 30 that rings for long, as a mug does; and whether it grows with the number
-//!   of impulses and receivers as it should. The coefficients are random: the cost does not depend on them.
+//!   ellipsoid has, and for fields of as many terms and nodes, as large and ringing for as long as those of the bowl and
+//!   the mug of the shape library up to 20 kHz; and whether it grows with the number of impulses and receivers as it
+//!   should. The coefficients are random: the cost does not depend on them.
+//! * The near field: a click heard inside the bounding sphere, for as many vertices and nodes as the bowl's.
 //! * A pile: 96 000 impulses between 1000 rocks of as many sizes, through the fields of ellipsoids.
+//!
+//! Words after `--` choose the lines that hold one of them: `spheres`, `own`, `ellipsoid`, `bowl`, `mug`, `near`,
+//! `pile`.
 
 use std::hint::black_box;
 use std::sync::{Arc, LazyLock};
@@ -16,11 +21,15 @@ use clangor::body::{BodyId, Surface};
 use clangor::contact::ForceProfile;
 use clangor::glam::{DQuat, DVec3};
 use clangor::model::acceleration_field::{AccelerationField, DEGREES, Node, Term};
+use clangor::model::near_field::NearField;
 use clangor::model::playable_field::PlayableField;
 use clangor::pose::{Pose, Track};
+use clangor::shape::{Form, Shape};
 use clangor::synthesis::listener::Floor;
-use clangor::synthesis::{Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
-use realfft::num_complex::Complex64;
+use clangor::synthesis::{
+    BlockMemory, Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
+};
+use realfft::num_complex::{Complex32, Complex64};
 
 const IMPULSES: u32 = 23_000;
 const SECONDS: f64 = 5.0;
@@ -67,7 +76,7 @@ fn clicks(sources: &[SoundSource], radius: f64, impulses: u32) -> Vec<Click> {
     clicks
 }
 
-/// Time that this thread has had [s], or else that on the wall.
+/// Time that this thread has had [s], or else that on the wall; in Linux counted in steps of some milliseconds.
 fn seconds() -> f64 {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
     let statistics = std::fs::read_to_string("/proc/self/schedstat").ok();
@@ -75,31 +84,54 @@ fn seconds() -> f64 {
     nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
 }
 
-/// Renders everything and returns the time taken [s].
-fn render(clicks: &[Click], receivers: usize, floor: Floor) -> f64 {
+/// Renders everything.
+fn render(clicks: &[Click], receivers: usize, floor: Floor) {
     let track = Track::fixed(Pose::at(DVec3::new(1.0, 1.8, 1.0)));
     let place = |i: usize| DVec3::X * (0.2 * i as f64 - 0.1);
     let listener = Listener { name: "row".into(), track, receivers: (0..receivers).map(place).collect() };
     let settings = RenderSettings { floor, ..RenderSettings::default() };
-    let begin = seconds();
     let mut renderer = Renderer::new(&listener, &settings).expect("a listener above the floor");
     let mut signal = OverlapAdd::new(receivers, 0);
     for click in clicks {
         renderer.push(click).expect("finite clicks");
     }
+    let mut memory = BlockMemory::default();
     for job in renderer.take_all() {
-        signal.add(&job.render());
+        signal.add(&job.render_with(&mut memory));
     }
     black_box(signal.take_until((SECONDS * 48_000.0) as i64));
-    seconds() - begin
 }
 
-fn best(runs: usize, clicks: &[Click], receivers: usize, floor: Floor) -> f64 {
-    (0..runs).map(|_| render(clicks, receivers, floor)).fold(f64::INFINITY, f64::min)
+/// The least time [s] of several measurements, each of which repeats until the steps of the clock do not matter.
+fn best(clicks: &[Click], receivers: usize, floor: Floor) -> f64 {
+    let measure = || {
+        let begin = seconds();
+        let mut repeats = 0;
+        while seconds() - begin < LEAST_SECONDS {
+            render(clicks, receivers, floor);
+            repeats += 1;
+        }
+        (seconds() - begin) / f64::from(repeats)
+    };
+    (0..MEASUREMENTS).map(|_| measure()).fold(f64::INFINITY, f64::min)
 }
 
-/// A field of random coefficients with all terms up to `order`, or those of an ellipsoid.
-fn field(order: u8, nodes: usize, ring_time: f64, ellipsoid: bool) -> Arc<PlayableField> {
+/// Time that a measurement takes at least [s].
+const LEAST_SECONDS: f64 = 0.2;
+/// Measurements of which the least counts.
+const MEASUREMENTS: usize = 5;
+
+/// Which terms a field has.
+#[derive(Clone, Copy)]
+enum Terms {
+    /// So many of all those up to its order.
+    Some(usize),
+    /// Those of an ellipsoid.
+    Ellipsoid,
+}
+
+/// A field of random coefficients, its nodes so far beside the axis.
+fn field(order: u8, which: Terms, nodes: usize, damping: f64, ring_time: f64) -> Arc<PlayableField> {
     let mut uniform = Uniform(7);
     // A motion has the harmonics of its own parity: so odd in x, y, z, in the order of the degrees of freedom.
     let odd = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]];
@@ -108,17 +140,24 @@ fn field(order: u8, nodes: usize, ring_time: f64, ellipsoid: bool) -> Arc<Playab
         // cos mφ is odd in x for odd m, sin mφ the other way round for even m; both flip y for sin.
         [(x + y) % 2, y, (n + m.unsigned_abs()) % 2]
     };
+    let all = DEGREES * (usize::from(order) + 1).pow(2);
+    let mut index = 0;
+    let mut kept = |term: &Term| match which {
+        Terms::Ellipsoid => parity(term.n, term.m) == odd[usize::from(term.degree)],
+        Terms::Some(count) => {
+            index += 1;
+            index * count / all != (index - 1) * count / all
+        }
+    };
     let mut terms = Vec::new();
     for n in 0..=order {
         for m in -(n as i8)..=n as i8 {
             for degree in 0..DEGREES as u8 {
-                if !ellipsoid || parity(n, m) == odd[usize::from(degree)] {
-                    terms.push(Term { n, m, degree });
-                }
+                terms.extend(Some(Term { n, m, degree }).filter(&mut kept));
             }
         }
     }
-    let place = |j: usize| Complex64::new(0.05, 30.0 * j as f64 / nodes as f64);
+    let place = |j: usize| Complex64::new(damping, 30.0 * j as f64 / nodes as f64);
     let mut number = || (uniform.next() - 0.5) as f32;
     let nodes: Vec<Node> = (0..nodes)
         .map(|j| Node { s: place(j), weight: Complex64::new(f64::from(number()), f64::from(number())) })
@@ -136,12 +175,15 @@ fn source(field: &Arc<PlayableField>, radius: f64) -> SoundSource {
     SoundSource::Field(Arc::new(source))
 }
 
-fn main() {
+fn spheres(asked: &Asked) {
+    if !asked.wants("spheres") {
+        return;
+    }
     for (name, radius) in [("7.5 mm", 0.0075), ("3 cm", 0.03), ("12 cm", 0.12)] {
         let clicks = clicks(&[SoundSource::Sphere { radius }], radius, IMPULSES);
         for (floor_name, floor) in [("no floor", Floor::None), ("rigid floor", Floor::Rigid { height: 0.0 })]
         {
-            let best = best(7, &clicks, 2, floor);
+            let best = best(&clicks, 2, floor);
             let per_wave = best / (clicks.len() * 2) as f64;
             println!(
                 "{IMPULSES} impulses, 2 bodies of {name}, 2 receivers, {floor_name}: {best:.3} s on one core, {:.2} µs \
@@ -150,15 +192,26 @@ fn main() {
             );
         }
     }
+}
+
+fn fields(asked: &Asked) {
     for (name, field, radius) in [
-        ("own field of order 12, 16 nodes, R = 1.2 cm", field(12, 16, 10.0, false), 0.012),
-        ("ellipsoid of order 12, 16 nodes, R = 1.2 cm", field(12, 16, 10.0, true), 0.012),
-        ("mug: order 30, 48 nodes, R = 6 cm, ringing for 13 ms", field(30, 48, 75.0, false), 0.06),
+        ("own field of order 12, 1014 terms, 16 nodes", field(12, Terms::Some(1014), 16, 0.05, 10.0), 0.012),
+        ("ellipsoid of order 12, 16 nodes", field(12, Terms::Ellipsoid, 16, 0.25, 10.0), 0.012),
+        ("bowl: order 32, 1377 terms, 38 nodes", field(32, Terms::Some(1377), 38, 0.05, 10.1), 0.0789),
+        (
+            "mug, ringing for 94 ms: order 19, 1405 terms, 46 nodes",
+            field(19, Terms::Some(1405), 46, 0.0, 444.0),
+            0.0725,
+        ),
     ] {
+        if !asked.wants(name) {
+            continue;
+        }
         let source = [source(&field, radius)];
         for (impulses, receivers) in [(1_000, 1), (4_000, 1), (1_000, 4)] {
             let clicks = clicks(&source, radius, impulses);
-            let best = best(5, &clicks, receivers, Floor::None);
+            let best = best(&clicks, receivers, Floor::None);
             let per_wave = best / (clicks.len() * receivers) as f64;
             println!(
                 "{name}: {impulses} impulses, {receivers} receivers: {:.2} µs per body-impulse and receiver",
@@ -166,13 +219,65 @@ fn main() {
             );
         }
     }
+}
+
+/// A field as the bowl's close to it; only the numbers of vertices and nodes matter.
+fn near(asked: &Asked) {
+    if !asked.wants("near field") {
+        return;
+    }
+    let field = field(32, Terms::Some(1377), 38, 0.05, 10.1);
+    let shape =
+        Shape::try_new(Form::Ellipsoid { semi_axes: DVec3::splat(0.9) }, Some(0.0295)).expect("a mesh");
+    let surface = shape.mesh();
+    let (vertices, triangles) = (surface.vertices.len(), surface.triangles.len());
+    let nodes = field.nodes();
+    let pressure = |i: usize| Complex32::cis(0.1 * (i % (nodes.len() * DEGREES)) as f32);
+    let pressures: Vec<Complex32> = (0..vertices * DEGREES * nodes.len()).map(pressure).collect();
+    let near = NearField::from_pressures(surface, nodes.len(), &pressures);
+    let mut values = Vec::new();
+    let begin = seconds();
+    let mut repeats = 0;
+    while seconds() - begin < 5.0 * LEAST_SECONDS {
+        near.at_nodes(nodes, &[1.0; DEGREES], DVec3::new(0.5, 0.7, 0.4), &mut values);
+        black_box(&values);
+        repeats += 1;
+    }
+    println!(
+        "near field of {vertices} vertices, {triangles} triangles, 38 nodes: {:.1} ms per body-impulse and receiver",
+        1e3 * (seconds() - begin) / f64::from(repeats)
+    );
+}
+
+fn pile(asked: &Asked) {
+    if !asked.wants("pile") {
+        return;
+    }
     let mut uniform = Uniform(3);
-    let shapes: Vec<_> = (0..66).map(|_| field(12, 16, 10.0, true)).collect();
+    let shapes: Vec<_> = (0..66).map(|_| field(12, Terms::Ellipsoid, 16, 0.25, 10.0)).collect();
     let rocks: Vec<SoundSource> =
         (0..1000).map(|i| source(&shapes[i % 66], 0.01 + 0.03 * uniform.next())).collect();
     let clicks = clicks(&rocks, 0.02, 96_000);
     println!(
         "96 000 impulses of 1000 rocks, one receiver: {:.2} s on one core",
-        best(3, &clicks, 1, Floor::None)
+        best(&clicks, 1, Floor::None)
     );
+}
+
+/// The words of the command line.
+struct Asked(Vec<String>);
+
+impl Asked {
+    fn wants(&self, name: &str) -> bool {
+        self.0.is_empty() || self.0.iter().any(|word| name.contains(word.as_str()))
+    }
+}
+
+fn main() {
+    // Cargo adds an option of its own.
+    let asked = Asked(std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect());
+    spheres(&asked);
+    fields(&asked);
+    near(&asked);
+    pile(&asked);
 }

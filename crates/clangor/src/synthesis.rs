@@ -13,14 +13,16 @@
 //! as one on a sample. Blocks depend on nothing but their clicks and are added in a fixed order: the samples have the
 //! same bits for any number of threads and any segmentation in time.
 //!
-//! What sounds is the [`source`] of a body: its own field, that of an ellipsoid, or a sphere. The listener and the body
+//! What sounds is the [`source`] of a body: its own field, that of an ellipsoid, a sphere, or a published model. The listener and the body
 //! stand still during a click, at the places where they are when it is heard and made.
 
 pub mod click;
+mod field_interpolation;
 mod field_spectrum;
 pub mod listener;
 pub mod lowpass;
 pub mod overlap_add;
+pub mod published_sound;
 pub mod renderer;
 pub mod source;
 pub mod source_rule;
@@ -30,11 +32,13 @@ pub mod strike;
 pub use click::{Click, clicks_of};
 pub use listener::Listener;
 pub use overlap_add::OverlapAdd;
-pub use renderer::{BlockJob, RenderReport, RenderSettings, RenderedBlock, Renderer};
+pub use published_sound::PublishedSource;
+pub use renderer::{BlockJob, BlockMemory, RenderReport, RenderSettings, RenderedBlock, Renderer};
 pub use source::{FieldSource, SoundSource};
 pub use source_rule::SoundRule;
 
 use crate::body::BodyId;
+use crate::model::published::PublishedError;
 
 /// Why sound cannot be synthesised.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -100,6 +104,9 @@ pub enum SynthesisError {
         /// When \[s\].
         time: f64,
     },
+    /// A click that the published representation cannot play.
+    #[error(transparent)]
+    Published(#[from] PublishedError),
     /// A click too long for the longest block.
     #[error(
         "the click of body {body} at t = {time} s lasts {seconds:.3e} s (radius {radius} m), longer than the \

@@ -8,7 +8,7 @@ use clangor::model::acceleration_model::AccelerationModel;
 use clangor::model::model_file::{ModelFile, Origin, Solid};
 use clangor::model::near_field::NearField;
 use clangor::model::tensor_file::TensorFileError;
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
 use proptest::prelude::*;
 use safetensors::SafeTensors;
 use twox_hash::xxhash3_128::Hasher;
@@ -46,7 +46,8 @@ fn model() -> ModelFile {
     };
     let surface = tetrahedron();
     let near = surface.vertices.len() * DEGREES * field.nodes.len();
-    let near = NearField { surface: surface.clone(), real: wave(near, 0.3), imaginary: wave(near, 0.4) };
+    let pressures: Vec<Complex32> = (0..near).map(|i| Complex32::cis(0.7 * i as f32)).collect();
+    let near = NearField::from_pressures(surface.clone(), field.nodes.len(), &pressures);
     let mut solid = surface;
     solid.vertices.iter_mut().for_each(|v| *v *= radius);
     ModelFile {
@@ -131,11 +132,11 @@ fn what_cannot_be_is_refused_even_with_the_right_hash() {
     let refused = |edited: Vec<u8>| ModelFile::decode(&edited).unwrap_err();
     let quoted = |key: &str, value: &str| format!("\\\"{key}\\\":{value}");
     assert!(matches!(
-        refused(edit(&bytes, &quoted("version", "1"), &quoted("version", "2"))),
-        TensorFileError::Version { found: 2, known: 1 }
+        refused(edit(&bytes, &quoted("version", "2"), &quoted("version", "3"))),
+        TensorFileError::Version { found: 3, known: 2 }
     ));
     assert!(matches!(refused(edit(&bytes, "sound model", "sound mould")), TensorFileError::Kind { .. }));
-    assert!(matches!(refused(edit(&bytes, "near.real", "near.ream")), TensorFileError::Missing { .. }));
+    assert!(matches!(refused(edit(&bytes, "near.which", "near.witch")), TensorFileError::Missing { .. }));
     assert!(matches!(refused(edit(&bytes, "[5,3]", "[3,5]")), TensorFileError::Shape { .. }));
     assert!(matches!(
         refused(edit(&bytes, &quoted("radius_m", "0.0123"), &quoted("radius_m", "-0.123"))),
@@ -169,6 +170,8 @@ fn models_that_could_not_be_read_are_not_written() {
         ("14 numbers", &|m| m.acceleration.field.imaginary.truncate(14)),
         ("vertex", &|m| m.solid.surface.as_mut().unwrap().triangles[0][0] = 4),
         ("outside", &|m| m.acceleration.near.as_mut().unwrap().surface.vertices[2] *= 2.0),
+        ("spectrum", &|m| m.acceleration.near.as_mut().unwrap().which[7] = 1 << 20),
+        ("near.factors", &|m| m.acceleration.near.as_mut().unwrap().factors[7] = f32::INFINITY),
         ("inertia", &|m| m.solid.mass.inertia.x_axis.x = -1.0),
         ("volume", &|m| m.solid.mass.volume = 0.0),
         ("ring time", &|m| m.acceleration.field.ring_time = f64::INFINITY),

@@ -6,6 +6,7 @@ use clangor::model::acceleration_field::{AccelerationField, Node, Term};
 use clangor::model::acceleration_model::AccelerationModel;
 use clangor::model::ellipsoid_bank::{BankEntry, EllipsoidBank};
 use clangor::model::playable_model::{PlayableBank, PlayableModel};
+use clangor::model::proxy_field::ProxyFields;
 use clangor::scene::Scene;
 use clangor::scene::instantiate::{instantiate, load_shape};
 use clangor::synthesis::source_rule::{Reason, SourceKind, decide, source_of};
@@ -85,10 +86,11 @@ fn what_is_missing_is_replaced_and_said() {
     let bowl = body("bowl", "");
     let decision = decide(&bowl, SoundRule::Own, Some(&bank), 300.0);
     let radius = bowl.surface.bounding_radius();
+    let mut proxies = ProxyFields::new(&bank, 300.0);
     let own = PlayableModel::try_new(&AccelerationModel { radius, field: field(), near: None }).unwrap();
-    let (source, kind) = source_of(&bowl, &decision, Some(&bank), Some(&own));
+    let (source, kind) = source_of(&bowl, &decision, Some(&mut proxies), Some(&own));
     assert!(matches!((source, kind), (SoundSource::Field(_), SourceKind::Own)));
-    let (_, kind) = source_of(&bowl, &decision, Some(&bank), None);
+    let (_, kind) = source_of(&bowl, &decision, Some(&mut proxies), None);
     assert!(matches!(kind, SourceKind::Proxy(_)));
     let (source, kind) = source_of(&bowl, &decision, None, None);
     assert_eq!((source, kind), (SoundSource::equal_volume_sphere(&bowl.surface), SourceKind::Sphere));
@@ -99,7 +101,7 @@ fn an_ellipsoid_lies_as_its_body_does() {
     let body = body("box:0.01x0.03x0.02", "");
     let decision = decide(&body, SoundRule::Proxy, Some(&bank()), 300.0);
     let (SoundSource::Field(source), SourceKind::Proxy(proxy)) =
-        source_of(&body, &decision, Some(&bank()), None)
+        source_of(&body, &decision, Some(&mut ProxyFields::new(&bank(), 300.0)), None)
     else {
         panic!("{decision}")
     };

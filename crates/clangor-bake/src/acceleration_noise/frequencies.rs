@@ -12,7 +12,7 @@ use clangor::model::spherical_harmonics::solid_harmonics;
 use glam::DVec3;
 use num_complex::Complex64;
 
-use super::{BakeError, BakeProgress};
+use super::{BakeError, BakeProgress, Resumption, SolvedFrequency};
 use crate::comparison::directions;
 use crate::radiation::{RadiationSample, RadiationSolver};
 use crate::rational::{FunctionSample, RationalFit, error_at, fit, poles, predict, residues};
@@ -55,8 +55,10 @@ pub(super) struct FittedBand {
 pub(super) fn solve_band(
     solver: &dyn RadiationSolver,
     band: &Band,
+    resumption: Resumption<'_>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<FittedBand, BakeError> {
+    let mut solved = Solved::new(solver, band.order, resumption);
     let radius = solver.reference_radius();
     let steps = (band.highest / band.spacing).ceil().max(3.0) as usize;
     let mut pending: Vec<f64> = (0..=steps).map(|k| band.highest * k as f64 / steps as f64).collect();
@@ -75,7 +77,7 @@ pub(super) fn solve_band(
                 return Err(BakeError::Interrupted);
             }
             let wavenumbers: Vec<f64> = batch.iter().map(|kappa| kappa / radius).collect();
-            samples.extend(solver.solve(&wavenumbers, band.order)?);
+            samples.extend(solved.at(&wavenumbers)?);
         }
         let tested = samples[functions.len()..].iter().map(|s| functions_of(s, radius)).collect::<Vec<_>>();
         if let Some(fit) = &last {
@@ -94,6 +96,40 @@ pub(super) fn solve_band(
         }
         pending = least_certain(&functions, &now);
         last = Some(now);
+    }
+}
+
+/// Solutions, of this call or an earlier one.
+struct Solved<'s, 'k> {
+    solver: &'s dyn RadiationSolver,
+    order: usize,
+    /// In the order in which they were asked for.
+    all: Vec<SolvedFrequency>,
+    keep: &'k mut dyn FnMut(&[SolvedFrequency]),
+}
+
+impl<'s, 'k> Solved<'s, 'k> {
+    fn new(solver: &'s dyn RadiationSolver, order: usize, resumption: Resumption<'k>) -> Self {
+        let Resumption { solved: mut all, keep } = resumption;
+        let points = solver.surface().map_or(0, |surface| surface.vertices.len());
+        all.retain(|SolvedFrequency { sample, .. }| {
+            sample.coefficients.iter().all(|c| c.len() == (order + 1).pow(2))
+                && sample.surface_pressure.len() == points
+        });
+        Solved { solver, order, all, keep }
+    }
+
+    /// The samples at these wavenumbers: known, or solved now, a batch together or not at all.
+    fn at(&mut self, wavenumbers: &[f64]) -> Result<Vec<RadiationSample>, BakeError> {
+        let known = |k: &f64| self.all.iter().find(|s| s.asked.to_bits() == k.to_bits());
+        if let Some(samples) = wavenumbers.iter().map(|k| known(k).map(|s| s.sample.clone())).collect() {
+            return Ok(samples);
+        }
+        let samples = self.solver.solve(wavenumbers, self.order)?;
+        let now = wavenumbers.iter().zip(&samples);
+        self.all.extend(now.map(|(k, sample)| SolvedFrequency { asked: *k, sample: sample.clone() }));
+        (self.keep)(&self.all);
+        Ok(samples)
     }
 }
 

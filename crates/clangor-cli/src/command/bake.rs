@@ -1,6 +1,7 @@
 //! `clangor bake`: the sound model of a body, or those that a scene needs.
 
 pub(super) mod model_report;
+pub(super) mod published_report;
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -8,21 +9,23 @@ use std::time::Instant;
 
 use clangor::material::presets;
 use clangor::medium::Medium;
+use clangor::model::model_file::ModelFile;
 use clangor::scene::Scene;
 use clangor::synthesis::source_rule::SourceKind;
 use clangor::synthesis::{RenderSettings, SampleRate};
 use clangor_bake::acceleration_noise::{BakeOptions, BakeProgress, Method};
+use clangor_bake::published::PublishedForm;
 use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::atomic_file::{check_folder, write_atomically};
 use clangor_pipeline::load::{geometry_reference, load_geometry};
 use clangor_pipeline::model_cache::ModelCache;
 use clangor_pipeline::sound_models::sources::SourceSettings;
-use clangor_pipeline::sound_models::{ModelRequest, Obtained, obtain, shared_requests};
+use clangor_pipeline::sound_models::{ModelRequest, Obtained, obtain, publish, shared_requests};
 use clangor_pipeline::soundbank::default_bank;
 use serde_json::json;
 
 use super::{check_ending, load};
-use crate::arguments::{Bake, Device, Global, Part, Solver};
+use crate::arguments::{Bake, Device, Global, Grid, Part, Representation, Solver};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
@@ -85,6 +88,10 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
 
     let started = Instant::now();
     let obtained = obtain_with_progress(&request, cache, console)?;
+    if options.representation == Representation::Published {
+        warn(&obtained, &options.input, console);
+        return published(&obtained.model, options, output, console);
+    }
     let seconds = started.elapsed().as_secs_f64();
     let bytes = obtained.model.encode().map_err(Failure::new)?;
     write_atomically(output, &bytes).map_err(Failure::new)?;
@@ -101,6 +108,20 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
     Ok(())
 }
 
+/// A model in the published representation, into a file.
+fn published(file: &ModelFile, options: &Bake, output: &Path, console: &Console) -> Result<(), Failure> {
+    let form = match options.grid {
+        Grid::Coarse => PublishedForm::Angles { rows: 5, columns: 10 },
+        Grid::Fine => PublishedForm::Angles { rows: 40, columns: 80 },
+        Grid::Octant => PublishedForm::Octant { tolerance: 0.01 },
+    };
+    let file = publish(file, form).map_err(Failure::new)?;
+    let bytes = file.encode().map_err(Failure::new)?;
+    write_atomically(output, &bytes).map_err(Failure::new)?;
+    published_report::say(console, output, &file, bytes.len() as u64);
+    Ok(())
+}
+
 /// Every model that a scene needs, into the cache.
 fn scene(
     options: &Bake,
@@ -108,6 +129,11 @@ fn scene(
     cache: Option<&ModelCache>,
     console: &Console,
 ) -> Result<(), Failure> {
+    if options.representation == Representation::Published {
+        return Err(Failure::new(
+            "the published representation is baked for one shape or mesh, and played with render --model",
+        ));
+    }
     if options.output.is_some() {
         return Err(Failure::new("the models of a scene go to the cache: leave -o out, and see --cache"));
     }

@@ -28,7 +28,7 @@ pub(crate) fn run(options: &Bank, console: &Console) -> Result<(), Failure> {
                 report(console, file, &bank);
                 Ok(())
             }
-            SoundFile::Model(_) => Err(Failure::new(format_args!(
+            SoundFile::Model(_) | SoundFile::Published(_) => Err(Failure::new(format_args!(
                 "{} is the model of one body; see clangor inspect",
                 file.display()
             ))),

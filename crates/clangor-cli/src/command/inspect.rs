@@ -13,7 +13,7 @@ use clangor_pipeline::wav::{WavEncoding, WavReader};
 use clangor_sim::choose_solver;
 use serde_json::json;
 
-use super::bake::model_report;
+use super::bake::{model_report, published_report};
 use super::{bank, is_timeline, load};
 use crate::arguments::{Global, Inspect};
 use crate::console::{Console, counted, four_digits};
@@ -37,6 +37,9 @@ fn sound_file(path: &Path, console: &Console) -> Result<(), Failure> {
             let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
             model_report::say(console, path, &file, bytes);
             console.json(&model_report::json(path, &file, bytes));
+        }
+        SoundFile::Published(file) => {
+            published_report::say(console, path, &file, std::fs::metadata(path).map_or(0, |m| m.len()));
         }
         SoundFile::Bank(file) => bank::report(console, path, &file),
     }

@@ -22,7 +22,7 @@ use clangor_sim::SimulationReport;
 
 use self::report::Told;
 use super::simulate::say_simulated;
-use super::sound_sources::{Wanted, find_sources};
+use super::sound_sources::{Wanted, find_sources, given_models};
 use super::{check_ending, is_timeline, load};
 use crate::arguments::{Bits, Global, Render};
 use crate::console::Console;
@@ -71,7 +71,10 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
         settings: &render_options.synthesis,
     };
     let struck: BTreeSet<BodyId> = timeline.contacts.iter().flat_map(|r| [r.body_a, r.body_b]).collect();
-    let sources = find_sources(&source.bodies, &struck, &wanted, global, console)?;
+    let given = given_models(&source.bodies, &options.model, console)?;
+    let wanting: BTreeSet<BodyId> = struck.into_iter().filter(|id| !given.contains_key(id)).collect();
+    let mut sources = find_sources(&source.bodies, &wanting, &wanted, global, console)?;
+    sources.replace(given);
     let progress = console.progress("render", 1.0);
     let mut told = |part| progress.reached(part);
     let summary = render(&source.bodies, &sources.sources, &timeline, &render_options, &output, &mut told)?;

@@ -11,7 +11,6 @@ use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::DVec3;
 use clangor::material::presets;
 use clangor::medium::Medium;
-use clangor::model::model_file::ModelFile;
 use clangor::model::playable_model::PlayableModel;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
@@ -20,11 +19,11 @@ use clangor::scene::instantiate::LoadedGeometry;
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor::synthesis::strike::{LEAD, Strike as Blow, strike};
-use clangor::synthesis::{RenderSettings, SampleRate, SoundSource};
+use clangor::synthesis::{PublishedSource, RenderSettings, SampleRate, SoundSource};
 use clangor_pipeline::atomic_file::write_atomically;
 use clangor_pipeline::levels::db_spl;
 use clangor_pipeline::load::{geometry_reference, load_geometry};
-use clangor_pipeline::sound_models::read_model;
+use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
 use clangor_pipeline::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use serde_json::json;
 
@@ -101,7 +100,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
 /// What the struck body sounds as: the model that was given, or what is found or baked for it.
 fn source(
     body: &Body,
-    model: Option<&ModelFile>,
+    model: Option<&SoundFile>,
     blow: &Blow,
     options: &Strike,
     global: &Global,
@@ -116,14 +115,19 @@ fn source(
         max_frequency: None,
     };
     let (kind, source) = match model {
-        Some(file) => {
+        Some(SoundFile::Published(file)) => {
+            let model = Arc::new(file.model.clone());
+            let source = PublishedSource::new(model, Arc::clone(&body.surface));
+            return Ok(SoundSource::Published(Arc::new(source)));
+        }
+        Some(SoundFile::Model(file)) => {
             let own = PlayableModel::try_new(&file.acceleration)
                 .map_err(|e| Failure::new(format_args!("{}: {e}", options.body)))?;
             let decision = Decision { kind: SourceKind::Own, reason: Reason::Asked };
             let (source, kind) = source_of(body, &decision, None, Some(&own));
             (kind, source)
         }
-        None => {
+        Some(SoundFile::Bank(_)) | None => {
             let wanted =
                 Wanted { rules: &[options.sound.into()], quality: options.quality, settings: &settings };
             let struck = BTreeSet::from([BodyId(0)]);
@@ -149,7 +153,7 @@ fn source(
 }
 
 /// The struck body, at rest at the origin: a shape, a mesh file, or what a sound model was baked from.
-fn body(options: &Strike) -> Result<(Body, Option<ModelFile>), Failure> {
+fn body(options: &Strike) -> Result<(Body, Option<SoundFile>), Failure> {
     let material = presets::preset(&options.material).ok_or_else(|| {
         let known = presets::names().collect::<Vec<_>>().join(", ");
         Failure::new(format_args!("there is no material \"{}\"; known: {known}", options.material))
@@ -157,9 +161,19 @@ fn body(options: &Strike) -> Result<(Body, Option<ModelFile>), Failure> {
     let path = Path::new(&options.body);
     let (surface, mass, model) = match path.extension().is_some_and(|e| e == "safetensors") {
         true => {
-            let file = read_model(path).map_err(Failure::new)?;
-            let surface = match &file.solid.surface {
-                None => Surface::Sphere { radius: file.acceleration.radius },
+            let file = read_sound_file(path).map_err(Failure::new)?;
+            let (solid, radius) = match &file {
+                SoundFile::Model(file) => (&file.solid, file.acceleration.radius),
+                SoundFile::Published(file) => (&file.solid, file.model.radius()),
+                SoundFile::Bank(_) => {
+                    let path = path.display();
+                    return Err(Failure::new(format_args!(
+                        "{path} is a soundbank, not the model of one body"
+                    )));
+                }
+            };
+            let surface = match &solid.surface {
+                None => Surface::Sphere { radius },
                 // Nothing collides with it.
                 Some(mesh) => Surface::Mesh(
                     MeshSurface::try_new(mesh.clone(), Vec::new())
@@ -167,7 +181,7 @@ fn body(options: &Strike) -> Result<(Body, Option<ModelFile>), Failure> {
                         .0,
                 ),
             };
-            (Arc::new(surface), file.solid.mass, Some(file))
+            (Arc::new(surface), solid.mass, Some(file))
         }
         false => {
             let reference = geometry_reference(&options.body, options.scale);

@@ -3,17 +3,25 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
-use clangor::body::{Body, BodyId};
+use clangor::body::{Body, BodyId, Surface};
 use clangor::model::playable_field::FieldError;
 use clangor::model::playable_model::{PlayableBank, PlayableModel};
-use clangor::synthesis::source_rule::{Decision, SourceKind, decide, source_of};
+use clangor::model::proxy_field::ProxyFields;
+use clangor::synthesis::source_rule::{Decision, Reason, SourceKind, decide, source_of};
 use clangor::synthesis::{SoundRule, SoundSource};
 use clangor_bake::acceleration_noise::{BakeError, BakeOptions, BakeProgress, Method};
 use clangor_bake::wave::WaveDevice;
 
+use super::recognise::exact_form;
 use super::{SharedRequest, obtain, shared_requests};
-use crate::model_cache::{Lookup, ModelCache};
+use crate::model_cache::{Lookup, ModelCache, model_key};
+
+/// Highest kR of a form that takes no time to compute.
+const SMALL_FORM: f64 = 6.0;
+/// Most different forms that together take no time.
+const MOST_FORMS: usize = 8;
 
 /// What to know of the bodies, and what may be done for them.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +56,40 @@ impl SourceSettings<'_> {
     pub fn decide(&self, bodies: &[Body]) -> Vec<Decision> {
         let rule = |index: usize| self.rules.get(index).copied().unwrap_or_default();
         let of = |(index, body)| decide(body, rule(index), self.bank, self.max_wavenumber);
-        bodies.iter().enumerate().map(of).collect()
+        let mut decisions: Vec<Decision> = bodies.iter().enumerate().map(of).collect();
+        if self.bake {
+            self.prefer_exact_forms(bodies, &mut decisions);
+        }
+        decisions
+    }
+
+    /// Gives the bodies that would do as ellipsoids fields of their own, if they have exact forms, small ones, and few
+    /// different: a coin and a die take a tenth of a second together.
+    fn prefer_exact_forms(&self, bodies: &[Body], decisions: &mut [Decision]) {
+        let options = self.bake_options();
+        let mut forms: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        // Copies share their surface.
+        let mut keys: BTreeMap<usize, Option<String>> = BTreeMap::new();
+        for (index, (body, decision)) in bodies.iter().zip(&*decisions).enumerate() {
+            let Surface::Mesh(surface) = &*body.surface else { continue };
+            let small = body.surface.bounding_radius() * self.max_wavenumber <= SMALL_FORM;
+            if !(small && matches!(decision.reason, Reason::SmallAndConvex { .. })) {
+                continue;
+            }
+            let key = keys
+                .entry(Arc::as_ptr(&body.surface).addr())
+                .or_insert_with(|| exact_form(&surface.mesh).map(|geometry| model_key(&geometry, &options)));
+            if let Some(key) = key {
+                forms.entry(key.clone()).or_default().push(index);
+            }
+            if forms.len() > MOST_FORMS {
+                return;
+            }
+        }
+        let reason = Reason::ExactForm { forms: forms.len() };
+        for index in forms.into_values().flatten() {
+            decisions[index] = Decision { kind: SourceKind::Own, reason };
+        }
     }
 
     /// The fields that these decisions need, for the bodies that `sounds` names; equal bodies share.
@@ -77,6 +118,17 @@ pub struct Sources {
     pub baked: usize,
     /// What the person should know.
     pub remarks: Vec<String>,
+}
+
+impl Sources {
+    /// Gives bodies other sources than were found: models that somebody names.
+    pub fn replace(&mut self, given: BTreeMap<BodyId, SoundSource>) {
+        for (body, source) in given {
+            self.sources[body.index()] = source;
+            self.kinds[body.index()] = SourceKind::Own;
+            self.decisions[body.index()] = Decision { kind: SourceKind::Own, reason: Reason::Asked };
+        }
+    }
 }
 
 /// How far the baking of a scene's fields is.
@@ -121,10 +173,11 @@ pub fn sources(
             Found::Nothing(why) => remarks.push(why),
         }
     }
+    let mut proxies = settings.bank.map(|bank| ProxyFields::new(bank, settings.max_wavenumber));
     let (mut sources, mut kinds) = (Vec::with_capacity(bodies.len()), Vec::with_capacity(bodies.len()));
     for (index, (body, decision)) in bodies.iter().zip(&decisions).enumerate() {
         let own = models.get(&BodyId(index as u32));
-        let (source, kind) = source_of(body, decision, settings.bank, own);
+        let (source, kind) = source_of(body, decision, proxies.as_mut(), own);
         sources.push(source);
         kinds.push(kind);
     }

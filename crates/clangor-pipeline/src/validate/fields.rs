@@ -26,7 +26,7 @@ use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver};
 use clangor_bake::helmholtz::octant::OctantSolver;
 use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
-use clangor_bake::wave::{Boundary, WaveOptions, WaveSolver};
+use clangor_bake::wave::{Boundary, WaveDevice, WaveOptions, WaveSolver};
 use num_complex::Complex64;
 
 use super::{Check, Extent, Outcome, Timing, Validation, cpu_time};
@@ -209,8 +209,13 @@ fn unseen_frequencies(table: &mut Validation) -> Outcome {
     let meridian = Shape::parse("coin")?.meridian().ok_or("a coin has no meridian")?.about_centre_of_mass();
     let radius = meridian.bounding_radius();
     let highest = TAU * 20_000.0 / Medium::AIR.sound_speed;
-    let options =
-        BakeOptions { max_wavenumber: highest, accuracy: 3e-3, method: Method::Auto, near_field: false };
+    let options = BakeOptions {
+        max_wavenumber: highest,
+        accuracy: 3e-3,
+        method: Method::Auto,
+        device: WaveDevice::Cpu,
+        near_field: false,
+    };
     let begin = cpu_time();
     let (model, evidence) =
         bake(&BakeGeometry::Revolution(meridian.clone()), &options, &mut |_| ControlFlow::Continue(()))?;

@@ -54,6 +54,9 @@ pub enum BankError {
     },
 }
 
+/// Difference below which two proportions are one.
+const SAME_PROPORTION: f64 = 1e-6;
+
 /// The ellipsoid that stands for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proxy {
@@ -61,11 +64,24 @@ pub struct Proxy {
     pub semi_axes: DVec3,
     /// Which ellipsoid of the bank is nearest to it.
     pub entry: usize,
+    /// The ellipsoids whose mean stands for it, with weights that sum to 1: those around it, or the nearest alone.
+    pub mean: [(usize, f64); 4],
     /// Radius R \[m\] of that ellipsoid's field.
     pub radius: f64,
     /// From the frame of the field to the frame of the body, about its centre of mass: a rotation. A position, an
     /// acceleration or an angular acceleration of the body goes to the field by its transpose.
     pub rotation: DMat3,
+}
+
+impl Proxy {
+    /// The same body, played as the nearest ellipsoid alone.
+    pub fn of_nearest(self) -> Self {
+        Proxy { mean: alone(self.entry), ..self }
+    }
+}
+
+fn alone(entry: usize) -> [(usize, f64); 4] {
+    [(entry, 1.0), (entry, 0.0), (entry, 0.0), (entry, 0.0)]
 }
 
 impl EllipsoidBank {
@@ -98,12 +114,38 @@ impl EllipsoidBank {
         let distance = |e: &BankEntry| (e.b - b).powi(2) + (e.c - c).powi(2);
         let nearest = (0..self.entries.len())
             .min_by(|i, j| distance(&self.entries[*i]).total_cmp(&distance(&self.entries[*j])))?;
-        Some(Proxy { semi_axes, entry: nearest, radius: semi_axes.x, rotation })
+        let mean = self.around(b, c).unwrap_or_else(|| alone(nearest));
+        Some(Proxy { semi_axes, entry: nearest, mean, radius: semi_axes.x, rotation })
     }
 
-    /// The field of a proxy of this bank.
-    pub fn field(&self, proxy: &Proxy) -> &AccelerationField {
-        &self.entries[proxy.entry].field
+    /// The ellipsoids at the corners of the cell in which 1 : b : c is, with their weights; nothing unless the bank is a
+    /// grid there. What is outside the grid is moved to its edge.
+    fn around(&self, b: f64, c: f64) -> Option<[(usize, f64); 4]> {
+        let mut steps: Vec<f64> = self.entries.iter().map(|e| e.b).collect();
+        steps.dedup();
+        let last = steps.len().checked_sub(2)?;
+        // The step below, and the part of the way to the next.
+        let place = |x: f64| {
+            let i = steps.partition_point(|s| *s <= x).saturating_sub(1).min(last);
+            (i, ((x - steps[i]) / (steps[i + 1] - steps[i])).clamp(0.0, 1.0))
+        };
+        let ((i, u), (j, v)) = (place(b), place(c));
+        let corners = if i == j {
+            // Above the diagonal B = C there is nothing.
+            let v = v.min(u);
+            [(i, i, 1.0 - u), (i + 1, i, u - v), (i + 1, i + 1, v), (i, i, 0.0)]
+        } else {
+            let (p, q) = (1.0 - u, 1.0 - v);
+            [(i, j, p * q), (i + 1, j, u * q), (i, j + 1, p * v), (i + 1, j + 1, u * v)]
+        };
+        let mut mean = alone(0);
+        for (share, (i, j, weight)) in mean.iter_mut().zip(corners) {
+            let same = |e: &BankEntry| {
+                (e.b - steps[i]).abs() < SAME_PROPORTION && (e.c - steps[j]).abs() < SAME_PROPORTION
+            };
+            *share = (self.entries.iter().position(same)?, weight);
+        }
+        Some(mean)
     }
 }
 
@@ -165,6 +207,30 @@ mod tests {
         assert!((proxy.rotation.determinant() - 1.0).abs() < 1e-12);
         let x = turn * DVec3::new(0.0, 1.0, 0.0);
         assert!(((proxy.rotation.transpose() * x).y.abs() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn between_ellipsoids_the_ones_around_share() {
+        let steps = [0.1, 0.4, 0.7, 1.0];
+        let entry = |b: f64, c: f64| BankEntry { b, c, field: silent() };
+        let all =
+            steps.iter().flat_map(|b| steps.iter().filter(move |c| *c <= b).map(move |c| entry(*b, *c)));
+        let bank = EllipsoidBank::try_new(all.collect()).unwrap();
+        for (b, c) in [(0.55, 0.2), (0.6, 0.5), (0.4, 0.4), (1.0, 1.0), (0.95, 0.1), (1.0, 0.85)] {
+            let (inertia, volume) = ellipsoid(DVec3::new(1.0, b, c));
+            let proxy = bank.proxy_for(inertia, volume).unwrap();
+            let mean = |of: fn(&BankEntry) -> f64| -> f64 {
+                proxy.mean.iter().map(|(e, weight)| weight * of(&bank.entries()[*e])).sum()
+            };
+            // Residual seen: 3e-16. What is linear in B and C is met.
+            assert!((mean(|_| 1.0) - 1.0).abs() < 1e-12);
+            assert!((mean(|e| e.b) - b).abs() < 1e-12 && (mean(|e| e.c) - c).abs() < 1e-12, "{proxy:?}");
+            assert!(proxy.mean.iter().all(|(_, weight)| (0.0..=1.0).contains(weight)), "{proxy:?}");
+        }
+        // Thinner than the thinnest: at the edge.
+        let (inertia, volume) = ellipsoid(DVec3::new(1.0, 0.5, 0.03));
+        let proxy = bank.proxy_for(inertia, volume).unwrap();
+        assert!(proxy.mean.iter().all(|(e, weight)| *weight == 0.0 || bank.entries()[*e].c == 0.1));
     }
 
     #[test]

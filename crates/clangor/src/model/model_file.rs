@@ -18,7 +18,7 @@ use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::tri_mesh::TriMesh;
 
 /// Version of the format.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// What the description calls the file.
 pub const KIND: &str = "sound model";
 
@@ -91,7 +91,7 @@ struct AccelerationDescription {
 }
 
 #[derive(Serialize, Deserialize)]
-struct SolidDescription {
+pub(super) struct SolidDescription {
     name: String,
     volume_m3: f64,
     centre_of_mass_m: [f64; 3],
@@ -126,14 +126,14 @@ impl ModelFile {
         file.add("acceleration.imaginary", &[terms, nodes], field.imaginary.iter().copied());
         if let Some(near) = near {
             put_mesh(&mut file, "near", &near.surface);
-            let shape = [near.surface.vertices.len(), DEGREES, nodes];
-            file.add("near.real", &shape, near.real.iter().copied());
-            file.add("near.imaginary", &shape, near.imaginary.iter().copied());
+            let rows = [near.surface.vertices.len(), DEGREES];
+            let spectra = near.scales.len();
+            file.add("near.spectra", &[spectra, nodes, 2], near.spectra.iter().flatten().copied());
+            file.add("near.scales", &[spectra], near.scales.iter().copied());
+            file.add("near.which", &rows, near.which.iter().copied());
+            file.add("near.factors", &rows, near.factors.iter().copied());
         }
-        if let Some(surface) = &self.solid.surface {
-            put_mesh(&mut file, "solid", surface);
-        }
-        let mass = &self.solid.mass;
+        let solid = self.solid.put(&mut file);
         file.finish(&Description {
             kind: KIND.into(),
             version: VERSION,
@@ -143,12 +143,7 @@ impl ModelFile {
                 max_wavenumber: field.max_wavenumber,
                 ring_time: field.ring_time,
             },
-            solid: SolidDescription {
-                name: self.solid.name.clone(),
-                volume_m3: mass.volume,
-                centre_of_mass_m: mass.centre_of_mass.to_array(),
-                inertia_per_density_m5: mass.inertia.transpose().to_cols_array_2d(),
-            },
+            solid,
             origin: self.origin.clone(),
         })
     }
@@ -177,21 +172,21 @@ impl ModelFile {
         };
         let near = match take_mesh(&file, "near")? {
             Some(surface) => {
-                let shape = [surface.vertices.len(), DEGREES, count];
-                let (real, imaginary) =
-                    (file.array("near.real", &shape)?, file.array("near.imaginary", &shape)?);
-                Some(NearField { surface, real, imaginary })
+                let (spectra, values) = file.rows::<i16>("near.spectra", &[count, 2])?;
+                let rows = [surface.vertices.len(), DEGREES];
+                Some(NearField {
+                    spectra: values.as_chunks::<2>().0.to_vec(),
+                    scales: file.array("near.scales", &[spectra])?,
+                    which: file.array("near.which", &rows)?,
+                    factors: file.array("near.factors", &rows)?,
+                    surface,
+                })
             }
             None => None,
         };
-        let mass = MassProperties {
-            volume: solid.volume_m3,
-            centre_of_mass: DVec3::from_array(solid.centre_of_mass_m),
-            inertia: DMat3::from_cols_array_2d(&solid.inertia_per_density_m5).transpose(),
-        };
         let model = ModelFile {
             acceleration: AccelerationModel { radius: acceleration.radius_m, field, near },
-            solid: Solid { name: solid.name, mass, surface: take_mesh(&file, "solid")? },
+            solid: Solid::take(&file, solid)?,
             origin,
         };
         model.check()?;
@@ -210,13 +205,43 @@ impl ModelFile {
         check_field(field)?;
         if let Some(near) = near {
             check_mesh("near", &near.surface, 1.0)?;
-            check_count("near.real", &near.real, near.surface.vertices.len() * DEGREES * field.nodes.len())?;
-            check_count("near.imaginary", &near.imaginary, near.real.len())?;
+            check_spectra(near, field.nodes.len())?;
         }
-        if let Some(surface) = &self.solid.surface {
-            check_mesh("solid", surface, *radius)?;
+        self.solid.check(*radius)?;
+        check_origin(&self.origin)
+    }
+}
+
+impl Solid {
+    /// Adds the surface to a file, and describes the rest.
+    pub(super) fn put(&self, file: &mut TensorWriter) -> SolidDescription {
+        if let Some(surface) = &self.surface {
+            put_mesh(file, "solid", surface);
         }
-        let mass = &self.solid.mass;
+        SolidDescription {
+            name: self.name.clone(),
+            volume_m3: self.mass.volume,
+            centre_of_mass_m: self.mass.centre_of_mass.to_array(),
+            inertia_per_density_m5: self.mass.inertia.transpose().to_cols_array_2d(),
+        }
+    }
+
+    /// Takes it out of a file.
+    pub(super) fn take(file: &TensorReader<'_>, solid: SolidDescription) -> Result<Self, TensorFileError> {
+        let mass = MassProperties {
+            volume: solid.volume_m3,
+            centre_of_mass: DVec3::from_array(solid.centre_of_mass_m),
+            inertia: DMat3::from_cols_array_2d(&solid.inertia_per_density_m5).transpose(),
+        };
+        Ok(Solid { name: solid.name, mass, surface: take_mesh(file, "solid")? })
+    }
+
+    /// Refuses what no solid of this bounding radius \[m\] is.
+    pub(super) fn check(&self, radius: f64) -> Result<(), TensorFileError> {
+        if let Some(surface) = &self.surface {
+            check_mesh("solid", surface, radius)?;
+        }
+        let mass = &self.mass;
         positive("the volume", mass.volume)?;
         if !mass.centre_of_mass.is_finite() {
             return Err(TensorFileError::value("the centre of mass", "is not finite"));
@@ -225,11 +250,43 @@ impl ModelFile {
         if !(symmetric && mass.inertia.determinant() > 0.0 && mass.inertia.is_finite()) {
             return Err(TensorFileError::value("the inertia tensor", "is not that of a solid"));
         }
-        positive("the accuracy asked for", self.origin.asked_accuracy)?;
-        if !(self.origin.held_out_error >= 0.0 && self.origin.held_out_error.is_finite()) {
-            return Err(TensorFileError::value("the held-out error", "is not a finite number from 0"));
-        }
         Ok(())
+    }
+}
+
+/// Refuses evidence that is none.
+pub(super) fn check_origin(origin: &Origin) -> Result<(), TensorFileError> {
+    positive("the accuracy asked for", origin.asked_accuracy)?;
+    if !(origin.held_out_error >= 0.0 && origin.held_out_error.is_finite()) {
+        return Err(TensorFileError::value("the held-out error", "is not a finite number from 0"));
+    }
+    Ok(())
+}
+
+/// Refuses a near field that names spectra that are not there.
+fn check_spectra(near: &NearField, nodes: usize) -> Result<(), TensorFileError> {
+    let NearField { surface, spectra, scales, which, factors } = near;
+    let lengths = [
+        ("near.spectra", spectra.len(), scales.len() * nodes),
+        ("near.which", which.len(), surface.vertices.len() * DEGREES),
+    ];
+    if let Some((name, found, expected)) = lengths.into_iter().find(|(_, found, expected)| found != expected)
+    {
+        return Err(TensorFileError::Shape {
+            name: name.into(),
+            found: format!("of {found} rows"),
+            expected: format!("of {expected}"),
+        });
+    }
+    check_finite("near.scales", scales)?;
+    check_count("near.factors", factors, which.len())?;
+    let missing = |at: &usize| factors[*at] != 0.0 && which[*at] as usize >= scales.len();
+    match (0..which.len()).find(missing) {
+        Some(at) => Err(TensorFileError::value(
+            format!("number {at} of the array \"near.which\""),
+            format!("names a spectrum that is not among the {}", scales.len()),
+        )),
+        None => Ok(()),
     }
 }
 

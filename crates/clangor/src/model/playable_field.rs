@@ -9,8 +9,8 @@
 //!
 //! where τₙ = θₙ(sx)/xⁿ stays in range at any distance, and θ₀ is replaced by 1/s². The inner sum is nearly all of the
 //! work: real factors times complex values, of which eight nodes make one group of 16 numbers side by side, in single
-//! precision as they are stored. The groups of one order follow each other in memory. The outer sum is in double
-//! precision.
+//! precision as they are stored. Up to three groups are summed at once, so that a factor is loaded once for all of them,
+//! and lie beside each other in memory. The outer sum is in double precision.
 //!
 //! The vector instructions are the widest that the machine has, chosen when the program runs.
 
@@ -26,6 +26,8 @@ use super::spherical_harmonics::{HarmonicTable, count, index};
 
 /// Nodes that are computed together.
 pub const GROUP: usize = 8;
+/// Groups that are summed at once.
+const MOST_GROUPS: usize = 3;
 /// Highest order that is played.
 pub const MAX_ORDER: usize = 100;
 
@@ -101,7 +103,7 @@ pub struct PlayableField {
     rows: Vec<Range<usize>>,
     /// Index of the factor of each row: degree times number of harmonics, plus harmonic.
     factors: Vec<u32>,
-    /// For each order, each group, each row: the values at the nodes of the group, real parts first.
+    /// For each order, each [`MOST_GROUPS`] groups, each row, each group: the values at its nodes, real parts first.
     values: Vec<[f32; 2 * GROUP]>,
     harmonics: HarmonicTable,
 }
@@ -150,15 +152,17 @@ impl PlayableField {
         let factors = field.terms.iter().map(|t| factor(t) as u32).collect();
         let mut values = Vec::with_capacity(groups * field.terms.len());
         for range in &rows {
-            for group in 0..groups {
+            for first in (0..groups).step_by(MOST_GROUPS) {
                 for row in range.clone() {
-                    let mut lanes = [0.0; 2 * GROUP];
-                    for lane in 0..GROUP.min(field.nodes.len() - group * GROUP) {
-                        let at = row * field.nodes.len() + group * GROUP + lane;
-                        lanes[lane] = field.real[at];
-                        lanes[GROUP + lane] = field.imaginary[at];
+                    for group in first..groups.min(first + MOST_GROUPS) {
+                        let mut lanes = [0.0; 2 * GROUP];
+                        for lane in 0..GROUP.min(field.nodes.len() - group * GROUP) {
+                            let at = row * field.nodes.len() + group * GROUP + lane;
+                            lanes[lane] = field.real[at];
+                            lanes[GROUP + lane] = field.imaginary[at];
+                        }
+                        values.push(lanes);
                     }
-                    values.push(lanes);
                 }
             }
         }
@@ -229,31 +233,52 @@ impl WithSimd for Sum<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Sum { field, factors, nearness, size, values } = self;
-        let groups = values.len();
-        for (group, (value, s)) in values.iter_mut().zip(&field.places).enumerate() {
-            // τₙ and τₙ₋₁.
-            let mut here = NodeGroup { re: [1.0; GROUP], im: [0.0; GROUP] };
-            let mut before = NodeGroup::default();
-            let mut first = 0;
-            for (n, range) in field.rows.iter().enumerate() {
-                let begin = first + group * range.len();
-                first += groups * range.len();
-                if n > 0 {
-                    let next =
-                        if n == 1 { first_order(s, nearness) } else { step(s, &here, &before, nearness, n) };
-                    (before, here) = (here, next);
-                }
-                if range.is_empty() {
-                    continue;
-                }
-                let rows = &field.values[begin..begin + range.len()];
-                let sums = contract(simd, factors, &field.factors[range.clone()], rows);
-                add_order(value, &here, &field.inverses[n * groups + group], &sums, size * nearness);
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let groups = self.field.places.len();
+        for first in (0..groups).step_by(MOST_GROUPS) {
+            match groups - first {
+                1 => sum_groups::<S, 1, 4>(simd, &mut self, first),
+                2 => sum_groups::<S, 2, 2>(simd, &mut self, first),
+                _ => sum_groups::<S, MOST_GROUPS, 2>(simd, &mut self, first),
             }
         }
     }
+}
+
+/// The sums of G groups from the `first`.
+#[inline(always)]
+fn sum_groups<S: Simd, const G: usize, const PARTS: usize>(simd: S, sum: &mut Sum<'_>, first: usize) {
+    let Sum { field, factors, nearness, size, ref mut values } = *sum;
+    let groups = field.places.len();
+    let places = &field.places[first..first + G];
+    // τₙ and τₙ₋₁.
+    let mut here = [NodeGroup { re: [1.0; GROUP], im: [0.0; GROUP] }; G];
+    let mut before = [NodeGroup::default(); G];
+    let mut total = before;
+    let mut begin = 0;
+    for (n, range) in field.rows.iter().enumerate() {
+        if n > 0 {
+            for group in 0..G {
+                let s = &places[group];
+                let next = match n {
+                    1 => first_order(s, nearness),
+                    _ => step(s, &here[group], &before[group], nearness, n),
+                };
+                (before[group], here[group]) = (here[group], next);
+            }
+        }
+        if range.is_empty() {
+            continue;
+        }
+        let rows = &field.values[begin + first * range.len()..][..G * range.len()];
+        begin += groups * range.len();
+        let sums = contract::<S, G, PARTS>(simd, factors, &field.factors[range.clone()], rows);
+        for group in 0..G {
+            let inverse = &field.inverses[n * groups + first + group];
+            add_order(&mut total[group], &here[group], inverse, &sums[group], size * nearness);
+        }
+    }
+    values[first..first + G].copy_from_slice(&total);
 }
 
 /// τ₁ = s + 1/x.
@@ -278,38 +303,47 @@ fn step(s: &NodeGroup, here: &NodeGroup, before: &NodeGroup, nearness: f64, n: u
     next
 }
 
-/// Σ factor · values over the rows of one order and one group.
+/// Σ factor · values over the rows of one order and G groups, in PARTS sums by turns, so that an addition need not wait for
+/// the one before it.
 #[inline(always)]
-fn contract<S: Simd>(
+fn contract<S: Simd, const G: usize, const PARTS: usize>(
     simd: S,
     factors: &[f32],
     places: &[u32],
     rows: &[[f32; 2 * GROUP]],
-) -> [f32; 2 * GROUP] {
-    let mut total = [0.0; 2 * GROUP];
-    let (registers, _) = S::as_simd_f32s(rows.as_flattened());
-    let (total_registers, _) = S::as_mut_simd_f32s(&mut total);
-    let width = total_registers.len();
-    let (place_fours, place_rest) = places.as_chunks::<4>();
-    let (fours, rest) = registers.split_at(4 * width * place_fours.len());
-    let add = |sum, place: u32, register| {
-        let factor = simd.splat_f32s(factors[place as usize]);
-        simd.mul_add_e_f32s(factor, register, sum)
-    };
-    for (column, sum) in total_registers.iter_mut().enumerate() {
-        // Four sums, so that an addition need not wait for the one before it.
-        let mut sums = [simd.splat_f32s(0.0); 4];
-        for (rows, places) in fours.chunks_exact(4 * width).zip(place_fours) {
-            for k in 0..4 {
-                sums[k] = add(sums[k], places[k], rows[k * width + column]);
-            }
+) -> [[f32; 2 * GROUP]; G] {
+    let mut parts = [[[0.0; 2 * GROUP]; G]; PARTS];
+    let (turns, rest) = places.as_chunks::<PARTS>();
+    let (rows, _) = rows.as_chunks::<G>();
+    let (row_turns, row_rest) = rows.as_chunks::<PARTS>();
+    for (places, rows) in turns.iter().zip(row_turns) {
+        for ((part, place), row) in parts.iter_mut().zip(places).zip(rows) {
+            add_row(simd, part, factors[*place as usize], row);
         }
-        for (row, place) in rest.chunks_exact(width).zip(place_rest) {
-            sums[0] = add(sums[0], *place, row[column]);
-        }
-        *sum = simd.add_f32s(simd.add_f32s(sums[0], sums[1]), simd.add_f32s(sums[2], sums[3]));
+    }
+    for (place, row) in rest.iter().zip(row_rest) {
+        add_row(simd, &mut parts[0], factors[*place as usize], row);
+    }
+    let mut total = parts[0];
+    for part in &parts[1..] {
+        total.as_flattened_mut().iter_mut().zip(part.as_flattened()).for_each(|(t, p)| *t += p);
     }
     total
+}
+
+/// Adds factor · row.
+#[inline(always)]
+fn add_row<S: Simd, const G: usize>(
+    simd: S,
+    sums: &mut [[f32; 2 * GROUP]; G],
+    factor: f32,
+    row: &[[f32; 2 * GROUP]; G],
+) {
+    let factor = simd.splat_f32s(factor);
+    let registers = S::as_simd_f32s(row.as_flattened()).0;
+    for (sum, register) in S::as_mut_simd_f32s(sums.as_flattened_mut()).0.iter_mut().zip(registers) {
+        *sum = simd.mul_add_e_f32s(factor, *register, *sum);
+    }
 }
 
 /// Adds scale · τ · (1/θ) · sums.

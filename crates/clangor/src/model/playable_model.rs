@@ -60,7 +60,7 @@ impl PlayableBank {
         &self.bank
     }
 
-    /// The field of a proxy of this bank.
+    /// The field of the ellipsoid of this bank that is nearest to a proxy.
     pub fn field(&self, proxy: &Proxy) -> &Arc<PlayableField> {
         &self.fields[proxy.entry]
     }

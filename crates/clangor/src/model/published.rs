@@ -201,6 +201,17 @@ pub struct HeardContact {
     pub listener: DVec3,
 }
 
+/// How an acceleration runs over time: `shape` of the time after the onset, zero before `from` and after `to` \[s\].
+#[derive(Clone, Copy)]
+pub struct Course<'a> {
+    /// Begin \[s\].
+    pub from: f64,
+    /// End \[s\].
+    pub to: f64,
+    /// Factor of the peak.
+    pub shape: &'a dyn Fn(f64) -> f64,
+}
+
 /// Samples of a sound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedContact {
@@ -269,6 +280,30 @@ impl PublishedModel {
         medium: &Medium,
         rate: f64,
     ) -> Result<RenderedContact, PublishedError> {
+        let tau = contact.duration;
+        let shape = |time: f64| (std::f64::consts::PI * time / tau).sin();
+        self.render_course(
+            contact,
+            &Course { from: 0.0, to: tau, shape: &shape },
+            medium,
+            rate,
+            OUTPUT_BAND * rate,
+        )
+    }
+
+    /// The sound of a contact that runs in another way, at `rate` samples per second, without what lies above `highest`
+    /// \[Hz\], at most [`OUTPUT_BAND`] of the rate.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, a listener inside the bounding sphere.
+    pub fn render_course(
+        &self,
+        contact: &HeardContact,
+        course: &Course<'_>,
+        medium: &Medium,
+        rate: f64,
+        highest: f64,
+    ) -> Result<RenderedContact, PublishedError> {
         let HeardContact { peak, onset, duration, listener } = *contact;
         let Medium { density, sound_speed } = *medium;
         check("the output rate", rate, rate > 0.0)?;
@@ -287,7 +322,9 @@ impl PublishedModel {
 
         let field = self.field(duration, sound_speed);
         let unit = self.radius / sound_speed;
-        let extent = duration / unit + field.step * field.length as f64;
+        let Course { from, to, shape } = *course;
+        check("the extent of the contact", to - from, to > from)?;
+        let extent = (to - from) / unit + field.step * field.length as f64;
         let samples = extent * (rate * unit).max(1.0 / field.step).max(1.0 / field.pulse);
         if samples.is_nan() || samples > MOST {
             return Err(PublishedError::TooLong { duration, samples });
@@ -297,13 +334,13 @@ impl PublishedModel {
         let mut response = field.response(&z, listener / self.radius, rate * unit);
         response.trim(SILENCE);
         let h = field.pulse * unit;
-        let weights: Vec<f64> = (0..=(duration / h) as usize)
-            .map(|k| density * self.radius * (std::f64::consts::PI * k as f64 * h / duration).sin())
+        let weights: Vec<f64> = (0..=((to - from) / h) as usize)
+            .map(|k| density * self.radius * shape(from + k as f64 * h))
             .collect();
         let mut sum = response.shifted_sum(&weights, field.pulse);
-        sum.start = onset + distance / sound_speed + sum.start * unit;
+        sum.start = onset + from + distance / sound_speed + sum.start * unit;
         sum.step *= unit;
-        let cutoff = OUTPUT_BAND * rate.min(1.0 / sum.step);
+        let cutoff = highest.min(OUTPUT_BAND / sum.step);
         let (first, samples) = sum.resampled(rate, cutoff);
         Ok(RenderedContact { first, samples })
     }

@@ -162,6 +162,7 @@ element!(f64, F64);
 element!(f32, F32);
 element!(u32, U32);
 element!(i16, I16);
+element!(u16, U16);
 
 /// Collects arrays.
 #[derive(Default)]

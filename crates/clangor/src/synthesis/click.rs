@@ -50,7 +50,7 @@ impl Click {
             return bad("a coordinate", value);
         }
         let frames = match &self.source {
-            SoundSource::Sphere { .. } => [self.orientation; 2],
+            SoundSource::Sphere { .. } | SoundSource::Published(_) => [self.orientation; 2],
             SoundSource::Field(source) => [self.orientation, source.body_from_field],
         };
         // Written so that NaN is refused too.

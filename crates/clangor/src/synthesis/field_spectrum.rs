@@ -1,37 +1,27 @@
 //! Spectra of clicks that sound as a field.
 //!
-//! The pressure at the receiver is interpolated from the nodes of the field, where it is
-//! v_j = p e^{s|x|}, to the bins s = iω_k R/c. With c_j = 1/((s − s_j)(s − conj s_j)) the mirrored pairs of nodes are real-linear in
-//! two real numbers per node:
-//!
-//! ```text
-//! p e^{s|x|} = (s Σ_j Re(w_j v_j) c_j − Σ_j Re(w_j v_j conj s_j) c_j) / D,   D = the same with v = 1
-//! ```
-//!
-//! so that a bin costs four multiplications per node. c_j and 1/D depend on the field, its size and the grid only: an
-//! [`Interpolation`] holds them.
+//! The pressure at the receiver, without e^{−s|x|}, is interpolated from the nodes of the field to the bins
+//! ([`field_interpolation`](super::field_interpolation)), and multiplied with the spectrum of the force and the delay.
 //!
 //! Above the highest frequency f_b of the field the interpolation is an extrapolation. It is faded out, by the same
 //! curve as the band limit of the output, between f_b and 6/5 f_b, or over 200 Hz where that is more. What the output
 //! would carry beyond is missing.
 
+use super::field_interpolation::{Interpolation, LEAST_WAVENUMBER};
 use super::lowpass;
 use super::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
 use crate::contact::ForceProfile;
 use crate::model::acceleration_field::DEGREES;
 use crate::model::near_field::{FAR, NEAR};
-use crate::model::playable_field::{FieldScratch, GROUP, NodeGroup, PlayableField};
+use crate::model::playable_field::{FieldScratch, GROUP, NodeGroup};
 use crate::synthesis::source::FieldSource;
 use glam::DVec3;
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Simd;
 use std::sync::Arc;
 
 /// Least half-width of the fade at the end of a field's band \[Hz\].
 const LEAST_FADE: f64 = 100.0;
-
-/// Stands for κ = 0, where a node may be.
-const LEAST_WAVENUMBER: f64 = 1e-12;
 
 /// A field as it is heard at a point, per unit of force profile.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,85 +53,6 @@ pub(super) fn fade_reach(band_end: f64) -> f64 {
 
 /// Longest [`fade_reach`] \[s\].
 pub(super) const LONGEST_FADE_REACH: f64 = lowpass::REACH as f64 * lowpass::HALF_WIDTH / LEAST_FADE;
-
-/// Complex numbers at consecutive bins.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Bins {
-    re: [f64; LANES],
-    im: [f64; LANES],
-}
-
-/// From the nodes of a field to the bins of a grid.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Interpolation {
-    /// c_j: for each group of bins, for each node.
-    pairs: Vec<Bins>,
-    /// Fade / D for each group of bins.
-    inverse: Vec<Bins>,
-    /// The fade, up to the last bin that is not zero; empty where it is 1 everywhere.
-    gains: Vec<f64>,
-}
-
-impl Interpolation {
-    /// For a source with this R/c \[s\].
-    pub(super) fn of(source: &FieldSource, crossing: f64, grid: &Grid) -> Self {
-        let band_end = source.max_frequency(source.radius / crossing);
-        Arch::new().dispatch(|| Interpolation::new(&source.field, crossing, band_end, grid))
-    }
-
-    /// Memory that it takes \[bytes\].
-    pub(super) fn size(&self) -> usize {
-        size_of_val(&self.pairs[..]) + size_of_val(&self.inverse[..]) + size_of_val(&self.gains[..])
-    }
-
-    /// For a field with this R/c \[s\] whose band ends at `band_end` \[Hz\].
-    #[inline(always)]
-    fn new(field: &PlayableField, crossing: f64, band_end: f64, grid: &Grid) -> Self {
-        let nodes = field.nodes();
-        let groups = grid.omega.as_chunks::<LANES>().0;
-        let mut pairs = vec![Bins::default(); groups.len() * nodes.len()];
-        let mut inverse = vec![Bins::default(); groups.len()];
-        let (centre, half_width) = fade(band_end);
-        let whole = centre - half_width >= grid.spacing_hz * grid.omega.len() as f64;
-        let place = |k: usize| (grid.spacing_hz * k as f64 - centre) / half_width;
-        let gains = if whole { Vec::new() } else { lowpass::transition(place) };
-        let places = groups.iter().zip(pairs.chunks_exact_mut(nodes.len())).zip(&mut inverse).enumerate();
-        for (group, ((omega, pairs), inverse)) in places {
-            let gain = |lane: usize| match gains.get(group * LANES + lane) {
-                Some(gain) => *gain,
-                None if whole => 1.0,
-                None => 0.0,
-            };
-            if gain(0) == 0.0 {
-                break;
-            }
-            let wavenumber = omega.map(|w| (w * crossing).max(LEAST_WAVENUMBER));
-            let mut below = Bins::default();
-            for (node, pair) in nodes.iter().zip(pairs) {
-                let square = node.s.norm_sqr();
-                let weight_at_place = (node.weight * node.s.conj()).re;
-                for (lane, k) in wavenumber.into_iter().enumerate() {
-                    let re = square - k * k;
-                    let im = -2.0 * node.s.re * k;
-                    let size = re * re + im * im;
-                    // On a node, a hair beside it: the pair outweighs all others by far.
-                    let (re, size) =
-                        if size > 0.0 { (re, size) } else { (1e-16 * square, 1e-32 * square * square) };
-                    let (re, im) = (re / size, -im / size);
-                    (pair.re[lane], pair.im[lane]) = (re, im);
-                    below.re[lane] -= k * node.weight.re * im + weight_at_place * re;
-                    below.im[lane] += k * node.weight.re * re - weight_at_place * im;
-                }
-            }
-            for lane in 0..LANES {
-                let inverted = Complex64::new(below.re[lane], below.im[lane]).inv();
-                let value = if inverted.is_finite() { gain(lane) * inverted } else { Complex64::ZERO };
-                (inverse.re[lane], inverse.im[lane]) = (value.re, value.im);
-            }
-        }
-        Interpolation { pairs, inverse, gains }
-    }
-}
 
 /// Adds clicks that sound as fields to spectra; holds the memory that this takes.
 #[derive(Default)]
@@ -184,8 +95,9 @@ impl FieldPlayer {
 
     /// Adds a wave, with times counted from `origin` \[s\].
     #[inline(always)]
-    pub(super) fn add(
+    pub(super) fn add<S: Simd>(
         &mut self,
+        simd: S,
         spectrum: &mut Spectrum,
         grid: &Grid,
         wave: &Wave,
@@ -207,33 +119,10 @@ impl FieldPlayer {
             None => Arc::new(Interpolation::of(source, transfer.crossing, grid)),
         };
         let crossing = transfer.crossing;
-        let (weighted, table) = (&self.weighted[..], self.last.insert((Arc::clone(source), crossing, table)));
-        Arch::new().dispatch(Addition { spectrum, grid, wave, weighted, crossing, table: &table.2, origin });
+        let (_, _, table) = self.last.insert((Arc::clone(source), crossing, table));
+        add_interpolated(simd, spectrum, grid, wave, (&self.weighted, crossing), table, origin);
     }
-}
 
-/// The interpolation to all bins, for the vector instructions of the machine.
-struct Addition<'a> {
-    spectrum: &'a mut Spectrum,
-    grid: &'a Grid,
-    wave: &'a Wave,
-    weighted: &'a [(f64, f64)],
-    crossing: f64,
-    table: &'a Interpolation,
-    origin: f64,
-}
-
-impl WithSimd for Addition<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Addition { spectrum, grid, wave, weighted, crossing, table, origin } = self;
-        add_interpolated(simd, spectrum, grid, wave, (weighted, crossing), table, origin);
-    }
-}
-
-impl FieldPlayer {
     /// Estimate of the energy ∫ p² dt [Pa² s] that a click would have had above the band of its field.
     ///
     /// Far above, a rigid body's pressure follows its velocity, so that per acceleration it falls as 1/ω: so it is
@@ -262,29 +151,6 @@ impl FieldPlayer {
     }
 }
 
-/// Σ_j a_j c_j and Σ_j g_j c_j at a group of bins.
-#[inline(always)]
-fn node_sums<S: Simd>(simd: S, weighted: &[(f64, f64)], pairs: &[Bins]) -> (Bins, Bins) {
-    let (mut slope, mut level) = (Bins::default(), Bins::default());
-    let slopes = S::as_mut_simd_f64s(&mut slope.re).0.iter_mut().zip(S::as_mut_simd_f64s(&mut slope.im).0);
-    let levels = S::as_mut_simd_f64s(&mut level.re).0.iter_mut().zip(S::as_mut_simd_f64s(&mut level.im).0);
-    for (column, (slope, level)) in slopes.zip(levels).enumerate() {
-        let zero = simd.splat_f64s(0.0);
-        let (mut slope_re, mut slope_im, mut level_re, mut level_im) = (zero, zero, zero, zero);
-        let add = |sum, factor, register| simd.mul_add_e_f64s(factor, register, sum);
-        for ((a, g), pair) in weighted.iter().zip(pairs) {
-            let (a, g) = (simd.splat_f64s(*a), simd.splat_f64s(*g));
-            let (re, im) = (S::as_simd_f64s(&pair.re).0[column], S::as_simd_f64s(&pair.im).0[column]);
-            slope_re = add(slope_re, a, re);
-            slope_im = add(slope_im, a, im);
-            level_re = add(level_re, g, re);
-            level_im = add(level_im, g, im);
-        }
-        (*slope.0, *slope.1, *level.0, *level.1) = (slope_re, slope_im, level_re, level_im);
-    }
-    (slope, level)
-}
-
 /// Adds what has these weighted values at the nodes.
 #[inline(always)]
 fn add_interpolated<S: Simd>(
@@ -306,11 +172,10 @@ fn add_interpolated<S: Simd>(
 
     let groups = grid.omega.as_chunks::<LANES>().0;
     let out = spectrum.re.as_chunks_mut::<LANES>().0.iter_mut().zip(spectrum.im.as_chunks_mut::<LANES>().0);
-    let tables = table.pairs.chunks_exact(weighted.len()).zip(&table.inverse);
-    for (group, ((omega, (re_out, im_out)), (pairs, inverse))) in
-        groups.iter().zip(out).zip(tables).enumerate()
+    for (group, ((omega, (re_out, im_out)), inverse)) in
+        groups.iter().zip(out).zip(&table.inverse).enumerate()
     {
-        let (slope, level) = node_sums(simd, weighted, pairs);
+        let (slope, level) = table.sums(simd, weighted, group);
         let mut amplitude = [0.0; LANES];
         match wave.profile {
             ForceProfile::HalfSine => {
@@ -330,15 +195,18 @@ fn add_interpolated<S: Simd>(
                 }
             }
         }
+        // Sums first, stores after: only then does the compiler see that the lanes are independent.
+        let (mut re_sum, mut im_sum) = (*re_out, *im_out);
         for lane in 0..LANES {
             let k = (omega[lane] * crossing).max(LEAST_WAVENUMBER);
             let above_re = -k * slope.im[lane] - level.re[lane];
             let above_im = k * slope.re[lane] - level.im[lane];
             let turn_re = inverse.re[lane] * delay.cos[lane] - inverse.im[lane] * delay.sin[lane];
             let turn_im = inverse.re[lane] * delay.sin[lane] + inverse.im[lane] * delay.cos[lane];
-            re_out[lane] += amplitude[lane] * (above_re * turn_re - above_im * turn_im);
-            im_out[lane] += amplitude[lane] * (above_re * turn_im + above_im * turn_re);
+            re_sum[lane] += amplitude[lane] * (above_re * turn_re - above_im * turn_im);
+            im_sum[lane] += amplitude[lane] * (above_re * turn_im + above_im * turn_re);
         }
+        (*re_out, *im_out) = (re_sum, im_sum);
         delay.advance();
         half_angle.advance();
     }

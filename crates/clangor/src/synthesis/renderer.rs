@@ -9,16 +9,18 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner};
 
 use super::click::Click;
-use super::field_spectrum::{FieldPlayer, FieldTransfer, Interpolation, LONGEST_FADE_REACH, fade_reach};
+use super::field_interpolation::Interpolation;
+use super::field_spectrum::{FieldPlayer, FieldTransfer, LONGEST_FADE_REACH, fade_reach};
 use super::listener::{Floor, Listener};
 use super::lowpass::{self, REACH};
+use super::published_sound::{PublishedSource, Samples};
 use super::source::{FieldSource, SoundSource};
-use super::spectrum::{Grid, Transfer, Wave};
+use super::spectrum::{Grid, Spectrum, Transfer, Wave};
 use super::{SampleRate, SynthesisError};
 use crate::body::BodyId;
 use crate::medium::Medium;
@@ -109,9 +111,19 @@ struct HeardWave {
 #[derive(Clone, Debug)]
 struct HeardClick {
     body: BodyId,
-    direct: Wave,
-    /// The floor's reflection, where it overlaps the direct wave.
-    reflected: Option<Wave>,
+    sound: HeardSound,
+}
+
+#[derive(Clone, Debug)]
+enum HeardSound {
+    /// To be computed in frequency.
+    Waves {
+        direct: Box<Wave>,
+        /// The floor's reflection, where it overlaps the direct wave.
+        reflected: Option<Box<Wave>>,
+    },
+    /// Computed in time.
+    Samples(Samples),
 }
 
 /// What all blocks of one length share.
@@ -193,6 +205,10 @@ impl Renderer {
             }
         }
         for receiver in 0..self.listener.receivers.len() {
+            if let SoundSource::Published(source) = &click.source {
+                self.push_published(click, source, receiver)?;
+                continue;
+            }
             let Some(direct) = self.wave(click, receiver, false)? else {
                 continue;
             };
@@ -256,27 +272,39 @@ impl Renderer {
         ready.into_iter().map(job).collect()
     }
 
-    /// The wave that reaches a receiver directly or `reflected` by the floor; `None`, counted, if the receiver, or its
-    /// mirror image, is inside what sounds.
-    fn wave(
+    /// From the centre of a click to a receiver that hears it directly or `reflected` by the floor \[m\], world; `None`,
+    /// counted, if the receiver, or its mirror image, is inside what sounds.
+    fn towards(
         &mut self,
         click: &Click,
         receiver: usize,
         reflected: bool,
-    ) -> Result<Option<HeardWave>, SynthesisError> {
-        let RenderSettings { medium, floor, sphere_model, .. } = self.settings;
+    ) -> Result<Option<DVec3>, SynthesisError> {
+        let RenderSettings { medium, floor, .. } = self.settings;
         let mirrored = |point: DVec3| floor.mirrored(point).filter(|_| reflected).unwrap_or(point);
         let from = (mirrored(click.centre), click.source.radius());
         let (heard, position) = self.listener.arrival(receiver, from, click.time, medium.sound_speed);
         floor.check(&self.listener, position, heard)?;
         // What the mirrored source makes at the receiver, the source makes at the mirrored receiver.
         let towards = mirrored(position) - click.centre;
-        let place = click.orientation.inverse() * towards;
-        if click.source.silent_at(place) {
+        if click.source.silent_at(click.orientation.inverse() * towards) {
             self.report.receiver_inside += 1;
             self.report.first_inside.get_or_insert((receiver, click.body, click.time));
             return Ok(None);
         }
+        Ok(Some(towards))
+    }
+
+    /// The wave that reaches a receiver directly or `reflected` by the floor; `None` if there is none.
+    fn wave(
+        &mut self,
+        click: &Click,
+        receiver: usize,
+        reflected: bool,
+    ) -> Result<Option<HeardWave>, SynthesisError> {
+        let Some(towards) = self.towards(click, receiver, reflected)? else { return Ok(None) };
+        let RenderSettings { medium, sphere_model, .. } = self.settings;
+        let place = click.orientation.inverse() * towards;
         let distance = towards.length();
         let ringing = click.source.ring_time(&medium);
         let (begin, end) = click.profile.extent(click.duration);
@@ -301,7 +329,30 @@ impl Renderer {
                 let blur = self.blur(source);
                 heard(Transfer::Field(transfer), delay, first - blur, delay + ringing + blur)
             }
+            // Is no wave: `push_published` computes it in time.
+            SoundSource::Published(_) => None,
         })
+    }
+
+    /// The sound of a published model at a receiver, with its reflection by the floor.
+    fn push_published(
+        &mut self,
+        click: &Click,
+        source: &PublishedSource,
+        receiver: usize,
+    ) -> Result<(), SynthesisError> {
+        let mut sound = Samples::default();
+        let reflections: &[bool] = if self.settings.floor == Floor::None { &[false] } else { &[false, true] };
+        for &reflected in reflections {
+            let Some(towards) = self.towards(click, receiver, reflected)? else { return Ok(()) };
+            let place = click.orientation.inverse() * towards;
+            sound.add(&source.samples(click, place, &self.settings)?);
+        }
+        if sound.pressures.is_empty() {
+            return Ok(());
+        }
+        let (first, count) = (sound.first, sound.pressures.len() as f64);
+        self.put(click, receiver, first, count, |_, _| HeardSound::Samples(sound))
     }
 
     /// The interpolation of a field in blocks of this length; nothing once too many are kept.
@@ -340,11 +391,12 @@ impl Renderer {
             SoundSource::Sphere { .. } => 0.25 * ringing,
             // A field begins to be heard before the wave from its centre passes.
             SoundSource::Field(source) => source.radius / medium.sound_speed + 0.5 * ringing,
+            SoundSource::Published(_) => ringing,
         };
         click.duration + until_quiet
     }
 
-    /// Puts a click into the block in which it begins to be heard.
+    /// Puts waves into the block in which they begin to be heard.
     fn file(
         &mut self,
         click: &Click,
@@ -354,14 +406,35 @@ impl Renderer {
     ) -> Result<(), SynthesisError> {
         let rate = self.settings.sample_rate.as_f64();
         let until = reflected.as_ref().map_or(direct.until, |r| r.until.max(direct.until));
-        let heard = direct.from;
-        let seconds = until - heard;
-        let Some(length) = block_length(seconds * rate) else {
+        let first = ((direct.from - self.settings.start) * rate).floor() as i64;
+        self.put(click, receiver, first, (until - direct.from) * rate, |renderer, length| {
+            let (mut direct, mut reflected) = (direct.wave, reflected.map(|r| r.wave));
+            for wave in std::iter::once(&mut direct).chain(&mut reflected) {
+                if let Transfer::Field(transfer) = &mut wave.transfer {
+                    transfer.table = renderer.interpolation(&transfer.source, transfer.crossing, length);
+                }
+            }
+            HeardSound::Waves { direct: Box::new(direct), reflected: reflected.map(Box::new) }
+        })
+    }
+
+    /// Puts a sound of so many samples from the `first` into the block in which it begins; `sound` gets the length of
+    /// the block.
+    fn put(
+        &mut self,
+        click: &Click,
+        receiver: usize,
+        first: i64,
+        samples: f64,
+        sound: impl FnOnce(&mut Self, usize) -> HeardSound,
+    ) -> Result<(), SynthesisError> {
+        let rate = self.settings.sample_rate.as_f64();
+        let Some(length) = block_length(samples) else {
             let (body, time, radius) = (click.body, click.time, click.source.radius());
-            return Err(SynthesisError::TooLong { body, time, seconds, radius });
+            return Err(SynthesisError::TooLong { body, time, seconds: samples / rate, radius });
         };
         let hop = hop(length);
-        let first = ((heard - self.settings.start) * rate / hop as f64).floor() as i64 * hop;
+        let first = first.div_euclid(hop) * hop;
         if first < self.handed_out {
             return Err(SynthesisError::Late { body: click.body, time: click.time });
         }
@@ -372,14 +445,9 @@ impl Renderer {
             let inverse = self.planner.plan_fft_inverse(length);
             Arc::new(BlockTables { grid: Grid::new(length, rate, self.settings.max_frequency), inverse })
         });
-        let (mut direct, mut reflected) = (direct.wave, reflected.map(|r| r.wave));
-        for wave in std::iter::once(&mut direct).chain(&mut reflected) {
-            if let Transfer::Field(transfer) = &mut wave.transfer {
-                transfer.table = self.interpolation(&transfer.source, transfer.crossing, length);
-            }
-        }
         let key = BlockKey { first, length, receiver };
-        self.pending.entry(key).or_default().push(HeardClick { body: click.body, direct, reflected });
+        let sound = sound(self, length);
+        self.pending.entry(key).or_default().push(HeardClick { body: click.body, sound });
         Ok(())
     }
 }
@@ -443,51 +511,89 @@ pub struct RenderedBlock {
     pub missing_energies: Vec<(BodyId, f64)>,
 }
 
+/// Memory for rendering, to be used again by the next block.
+#[derive(Default)]
+pub struct BlockMemory {
+    sum: Spectrum,
+    one: Spectrum,
+    player: FieldPlayer,
+    bins: Vec<Complex<f64>>,
+    transform: Vec<Complex<f64>>,
+}
+
 impl BlockJob {
     /// Renders the block. Depends on nothing but the block.
     pub fn render(&self) -> RenderedBlock {
-        // One copy of the loops for the widest vector instructions of this machine.
-        Arch::new().dispatch(|| self.render_here())
+        self.render_with(&mut BlockMemory::default())
     }
 
+    /// Renders the block, in memory that another may have used.
+    pub fn render_with(&self, memory: &mut BlockMemory) -> RenderedBlock {
+        Arch::new().dispatch(Rendering { job: self, memory })
+    }
+}
+
+/// One copy of the loops for the widest vector instructions of this machine.
+struct Rendering<'a> {
+    job: &'a BlockJob,
+    memory: &'a mut BlockMemory,
+}
+
+impl WithSimd for Rendering<'_> {
+    type Output = RenderedBlock;
+
     #[inline(always)]
-    fn render_here(&self) -> RenderedBlock {
-        let BlockTables { grid, inverse } = &*self.tables;
-        let mut sum = grid.spectrum();
-        let mut one = grid.spectrum();
-        let mut player = FieldPlayer::default();
-        let mut energies = Vec::with_capacity(self.clicks.len());
+    fn with_simd<S: Simd>(self, simd: S) -> RenderedBlock {
+        let Rendering { job: BlockJob { key, origin, clicks, tables }, memory } = self;
+        let BlockTables { grid, inverse } = &**tables;
+        let BlockMemory { sum, one, player, bins, transform } = memory;
+        let mut energies = Vec::with_capacity(clicks.len());
         let mut missing_energies = Vec::new();
-        for click in &self.clicks {
-            one.clear();
-            one.add_wave(grid, &click.direct, self.origin, &mut player);
-            if let Some(reflected) = &click.reflected {
-                one.add_wave(grid, reflected, self.origin, &mut player);
+        sum.clear(grid);
+        let mut heard = Vec::new();
+        let rate = grid.spacing_hz * key.length as f64;
+        for HeardClick { body, sound } in clicks {
+            let (direct, reflected) = match sound {
+                HeardSound::Waves { direct, reflected } => (direct, reflected),
+                HeardSound::Samples(samples) => {
+                    energies.push((*body, samples.energy(rate)));
+                    heard.push(samples);
+                    continue;
+                }
+            };
+            one.clear(grid);
+            one.add_wave(simd, grid, direct, *origin, player);
+            if let Some(reflected) = reflected {
+                one.add_wave(simd, grid, reflected, *origin, player);
             }
-            energies.push((click.body, grid.energy(&one)));
-            if let Transfer::Field(_) = &click.direct.transfer {
-                let missing = player.missing_energy(grid, &one, &click.direct);
+            energies.push((*body, grid.energy(one)));
+            if let Transfer::Field(_) = &direct.transfer {
+                let missing = player.missing_energy(grid, one, direct);
                 if missing > 0.0 {
-                    missing_energies.push((click.body, missing));
+                    missing_energies.push((*body, missing));
                 }
             }
-            sum.add(&one);
+            if clicks.len() == 1 {
+                std::mem::swap(sum, one);
+            } else {
+                sum.add(one);
+            }
         }
-        let mut spectrum = inverse.make_input_vec();
-        for (k, bin) in spectrum.iter_mut().take(grid.bins).enumerate() {
+        bins.clear();
+        bins.extend((0..grid.bins).map(|k| {
             let gain = grid.gain(k) * grid.spacing_hz;
-            *bin = Complex::new(gain * sum.re[k], gain * sum.im[k]);
-        }
+            Complex::new(gain * sum.re[k], gain * sum.im[k])
+        }));
+        bins.resize(inverse.complex_len(), Complex::ZERO);
         // The pressure is real, so its mean is; rounding may have left a negative zero.
-        spectrum[0].im = 0.0;
+        bins[0].im = 0.0;
+        transform.resize(inverse.get_scratch_len(), Complex::ZERO);
         let mut samples = inverse.make_output_vec();
-        inverse.process(&mut spectrum, &mut samples).expect("buffers of the plan's own lengths");
-        RenderedBlock {
-            receiver: self.key.receiver,
-            first_sample: self.key.first - REACH as i64,
-            samples,
-            energies,
-            missing_energies,
-        }
+        inverse
+            .process_with_scratch(bins, &mut samples, transform)
+            .expect("buffers of the plan's own lengths");
+        let first_sample = key.first - REACH as i64;
+        heard.into_iter().for_each(|sound| sound.add_to(&mut samples, first_sample));
+        RenderedBlock { receiver: key.receiver, first_sample, samples, energies, missing_energies }
     }
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
+use super::published_sound::PublishedSource;
 use crate::body::{Body, Surface};
 use crate::medium::Medium;
 use crate::model::near_field::NearField;
@@ -28,6 +29,8 @@ pub enum SoundSource {
     },
     /// A field about the centre of mass.
     Field(Arc<FieldSource>),
+    /// The published representation of one.
+    Published(Arc<PublishedSource>),
 }
 
 /// A field as a body uses it.
@@ -63,6 +66,7 @@ impl SoundSource {
         match self {
             SoundSource::Sphere { radius } => *radius,
             SoundSource::Field(source) => source.radius,
+            SoundSource::Published(source) => source.model.radius(),
         }
     }
 
@@ -71,6 +75,7 @@ impl SoundSource {
         match self {
             SoundSource::Sphere { radius } => SphereTransfer::decay_time(medium, *radius, DECAY_FOLDS),
             SoundSource::Field(source) => source.field.ring_time * source.radius / medium.sound_speed,
+            SoundSource::Published(source) => source.ring_time(medium),
         }
     }
 
@@ -79,6 +84,7 @@ impl SoundSource {
         match self {
             SoundSource::Sphere { radius } => point_body.length() < *radius,
             SoundSource::Field(source) => source.contains(point_body),
+            SoundSource::Published(source) => source.contains(point_body),
         }
     }
 }
@@ -102,10 +108,15 @@ impl FieldSource {
     }
 
     fn contains(&self, point_body: DVec3) -> bool {
-        match &*self.surface {
-            Surface::Sphere { radius } => point_body.length() < *radius,
-            Surface::HalfSpace => point_body.y < 0.0,
-            Surface::Mesh(mesh) => point_body.length() < self.bounding_radius && mesh.contains(point_body),
-        }
+        inside(&self.surface, self.bounding_radius, point_body)
+    }
+}
+
+/// Whether a point \[m\] is in a body of this bounding radius \[m\].
+pub(super) fn inside(surface: &Surface, bounding_radius: f64, point_body: DVec3) -> bool {
+    match surface {
+        Surface::Sphere { radius } => point_body.length() < *radius,
+        Surface::HalfSpace => point_body.y < 0.0,
+        Surface::Mesh(mesh) => point_body.length() < bounding_radius && mesh.contains(point_body),
     }
 }

@@ -3,7 +3,8 @@
 //! By default a sphere is a sphere; a body that nearly fills its convex hull and is small enough for the band of the
 //! bank is played as an ellipsoid; everything else has a field of its own, which takes time to compute once. The
 //! decision depends on the body, the rule, the bank and the band that is rendered, never on what happens to be
-//! computed already.
+//! computed already. Whoever can compute fields may give one of their own to the few bodies whose form takes no time
+//! ([`Reason::ExactForm`]).
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,6 +15,7 @@ use super::source::{FieldSource, SoundSource};
 use crate::body::{Body, Motion, Surface};
 use crate::model::ellipsoid_bank::Proxy;
 use crate::model::playable_model::{PlayableBank, PlayableModel};
+use crate::model::proxy_field::ProxyFields;
 
 /// Part of its convex hull that a body must fill to be played as an ellipsoid.
 pub const LEAST_FILLING: f64 = 0.9;
@@ -26,8 +28,10 @@ pub enum SoundRule {
     Auto,
     /// A field of its own.
     Own,
-    /// An ellipsoid of the bank.
+    /// An ellipsoid: the mean of those of the bank around it.
     Proxy,
+    /// The nearest ellipsoid of the bank, as \[PROXY\] has it.
+    NearestProxy,
     /// The sphere of equal volume.
     Sphere,
 }
@@ -37,7 +41,7 @@ pub enum SoundRule {
 pub enum SourceKind {
     /// The sphere of equal volume.
     Sphere,
-    /// This ellipsoid of the bank.
+    /// This ellipsoid.
     Proxy(Proxy),
     /// A field of its own.
     Own,
@@ -58,6 +62,11 @@ pub enum Reason {
         filling: f64,
         /// Longest semi-axis times highest wavenumber.
         size: f64,
+    },
+    /// Its form is one of few that are computed at once.
+    ExactForm {
+        /// How many such forms there are.
+        forms: usize,
     },
     /// It fills too little of its convex hull for an ellipsoid.
     Hollow {
@@ -90,6 +99,7 @@ impl fmt::Display for SoundRule {
             SoundRule::Auto => "auto",
             SoundRule::Own => "own",
             SoundRule::Proxy => "proxy",
+            SoundRule::NearestProxy => "nearest-proxy",
             SoundRule::Sphere => "sphere",
         })
     }
@@ -125,6 +135,9 @@ impl fmt::Display for Reason {
                 let percent = (100.0 * filling).min(100.0);
                 write!(f, "it is small (kA = {size:.1}) and fills {percent:.0} % of its convex hull")
             }
+            Reason::ExactForm { forms } => {
+                write!(f, "its form is computed at once (one of {forms})")
+            }
             Reason::Hollow { filling } => {
                 write!(f, "it fills only {:.0} % of its convex hull", 100.0 * filling)
             }
@@ -156,8 +169,11 @@ pub fn decide(body: &Body, rule: SoundRule, bank: Option<&PlayableBank>, max_wav
     match rule {
         SoundRule::Sphere => decision(SourceKind::Sphere, Reason::Asked),
         SoundRule::Own => decision(SourceKind::Own, Reason::Asked),
-        SoundRule::Proxy => match proxy() {
-            Some((proxy, _)) => decision(SourceKind::Proxy(proxy), Reason::Asked),
+        SoundRule::Proxy | SoundRule::NearestProxy => match proxy() {
+            Some((proxy, _)) => {
+                let proxy = if rule == SoundRule::Proxy { proxy } else { proxy.of_nearest() };
+                decision(SourceKind::Proxy(proxy), Reason::Asked)
+            }
             None => decision(SourceKind::Sphere, Reason::NoEllipsoid),
         },
         SoundRule::Auto => {
@@ -189,28 +205,24 @@ fn proxy_of(body: &Body, bank: &PlayableBank) -> Option<Proxy> {
 pub fn source_of(
     body: &Body,
     decision: &Decision,
-    bank: Option<&PlayableBank>,
+    proxies: Option<&mut ProxyFields<'_>>,
     own: Option<&PlayableModel>,
 ) -> (SoundSource, SourceKind) {
     let surface = &body.surface;
-    let sphere = || (SoundSource::equal_volume_sphere(surface), SourceKind::Sphere);
-    let ellipsoid = |proxy: Proxy, bank: &PlayableBank| {
-        let field = Arc::clone(bank.field(&proxy));
-        let frame = DQuat::from_mat3(&proxy.rotation);
-        let source = FieldSource::new(field, None, proxy.radius, frame, Arc::clone(surface));
-        (SoundSource::Field(Arc::new(source)), SourceKind::Proxy(proxy))
-    };
-    match (decision.kind, bank, own) {
-        (SourceKind::Sphere, ..) | (SourceKind::Proxy(_), None, _) => sphere(),
-        (SourceKind::Proxy(proxy), Some(bank), _) => ellipsoid(proxy, bank),
-        (SourceKind::Own, _, Some(PlayableModel { radius, field, near })) => {
-            let (field, near) = (Arc::clone(field), near.clone());
-            let source = FieldSource::new(field, near, *radius, DQuat::IDENTITY, Arc::clone(surface));
-            (SoundSource::Field(Arc::new(source)), SourceKind::Own)
-        }
-        (SourceKind::Own, bank, None) => match bank.and_then(|bank| Some((proxy_of(body, bank)?, bank))) {
-            Some((proxy, bank)) => ellipsoid(proxy, bank),
-            None => sphere(),
-        },
+    if let (SourceKind::Own, Some(PlayableModel { radius, field, near })) = (decision.kind, own) {
+        let (field, near) = (Arc::clone(field), near.clone());
+        let source = FieldSource::new(field, near, *radius, DQuat::IDENTITY, Arc::clone(surface));
+        return (SoundSource::Field(Arc::new(source)), SourceKind::Own);
     }
+    let ellipsoid = proxies.and_then(|proxies| {
+        let proxy = match decision.kind {
+            SourceKind::Sphere => return None,
+            SourceKind::Proxy(proxy) => proxy,
+            SourceKind::Own => proxy_of(body, proxies.bank())?,
+        };
+        let frame = DQuat::from_mat3(&proxy.rotation);
+        let source = FieldSource::new(proxies.field(&proxy), None, proxy.radius, frame, Arc::clone(surface));
+        Some((SoundSource::Field(Arc::new(source)), SourceKind::Proxy(proxy)))
+    });
+    ellipsoid.unwrap_or_else(|| (SoundSource::equal_volume_sphere(surface), SourceKind::Sphere))
 }

@@ -5,6 +5,8 @@
 //! several bins advance together, which the compiler turns into vector instructions. The transfer terms here are those of
 //! spheres; those of fields are [`field_spectrum`](super::field_spectrum).
 
+use pulp::Simd;
+
 use super::field_spectrum::{FieldPlayer, FieldTransfer};
 use super::lowpass;
 use crate::contact::force_profile::ForceProfile;
@@ -60,17 +62,13 @@ impl Grid {
         Grid { spacing_hz, bins, omega, gain }
     }
 
-    /// An empty spectrum.
-    pub(super) fn spectrum(&self) -> Spectrum {
-        Spectrum { re: vec![0.0; self.omega.len()], im: vec![0.0; self.omega.len()] }
-    }
-
     /// Gain of the band limit at a bin.
     pub(super) fn gain(&self, bin: usize) -> f64 {
         self.gain[bin]
     }
 
     /// ∫ p² dt [Pa² s] of a click whose spectrum (before the band limit) is given.
+    #[inline(always)]
     pub(super) fn energy(&self, spectrum: &Spectrum) -> f64 {
         let mut sum = [0.0; LANES];
         let re = spectrum.re.as_chunks::<LANES>().0;
@@ -88,19 +86,23 @@ impl Grid {
 }
 
 /// A spectrum [Pa s] on a [`Grid`], before the band limit.
+#[derive(Debug, Default)]
 pub(super) struct Spectrum {
     pub(super) re: Vec<f64>,
     pub(super) im: Vec<f64>,
 }
 
 impl Spectrum {
-    /// Makes it zero.
-    pub(super) fn clear(&mut self) {
-        self.re.fill(0.0);
-        self.im.fill(0.0);
+    /// Makes it zero on this grid.
+    pub(super) fn clear(&mut self, grid: &Grid) {
+        for part in [&mut self.re, &mut self.im] {
+            part.clear();
+            part.resize(grid.omega.len(), 0.0);
+        }
     }
 
     /// Adds another spectrum on the same grid.
+    #[inline(always)]
     pub(super) fn add(&mut self, other: &Spectrum) {
         self.re.iter_mut().zip(&other.re).for_each(|(a, b)| *a += b);
         self.im.iter_mut().zip(&other.im).for_each(|(a, b)| *a += b);
@@ -108,10 +110,17 @@ impl Spectrum {
 
     /// Adds a wave, with times counted from `origin` \[s\].
     #[inline(always)]
-    pub(super) fn add_wave(&mut self, grid: &Grid, wave: &Wave, origin: f64, player: &mut FieldPlayer) {
+    pub(super) fn add_wave<S: Simd>(
+        &mut self,
+        simd: S,
+        grid: &Grid,
+        wave: &Wave,
+        origin: f64,
+        player: &mut FieldPlayer,
+    ) {
         let transfer = match &wave.transfer {
             Transfer::Sphere(transfer) => transfer,
-            Transfer::Field(transfer) => return player.add(self, grid, wave, transfer, origin),
+            Transfer::Field(transfer) => return player.add(simd, self, grid, wave, transfer, origin),
         };
         let step = std::f64::consts::TAU * grid.spacing_hz;
         let delay = Rotation::new(-step * (wave.middle - origin));

@@ -7,7 +7,7 @@ use clangor::glam::DVec3;
 use clangor::model::acceleration_field::{AccelerationField, DEGREES, Node, Term};
 use clangor::model::near_field::NearField;
 use clangor::model::spherical_harmonics::{count, index, solid_harmonics};
-use realfft::num_complex::Complex64;
+use realfft::num_complex::{Complex32, Complex64};
 
 /// p/ρ at `x` of a sphere of radius `a` about `centre` with acceleration `acceleration`, s = ik and c = 1. Time begins
 /// with the acceleration: the wave leaves the surface at once.
@@ -134,18 +134,17 @@ pub(crate) fn sphere_near_field(field: &AccelerationField, parts: u32) -> NearFi
         (0..surface.triangles.len()).map(|t| surface.area_vector(t).dot(surface.centroid(t)) / 3.0).sum();
     assert!(volume > 4.0, "{volume}");
     let scale = (4.0 / 3.0 * PI / volume).cbrt();
-    let mut near = NearField { surface, real: Vec::new(), imaginary: Vec::new() };
-    for vertex in &mut near.surface.vertices {
+    let mut pressures = Vec::new();
+    for vertex in &mut surface.vertices {
         for motion in centre_motions(DVec3::ZERO) {
             for node in &field.nodes {
                 let p = sphere_pressure(node.s, 1.0, DVec3::ZERO, motion, *vertex);
-                near.real.push(p.re as f32);
-                near.imaginary.push(p.im as f32);
+                pressures.push(Complex32::new(p.re as f32, p.im as f32));
             }
         }
         *vertex *= scale;
     }
-    near
+    NearField::from_pressures(surface, field.nodes.len(), &pressures)
 }
 
 /// Gauss–Legendre nodes and weights on [−1, 1].

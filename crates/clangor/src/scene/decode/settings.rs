@@ -91,6 +91,7 @@ pub(super) const SOUNDS: &[(&str, SoundRule)] = &[
     ("auto", SoundRule::Auto),
     ("own", SoundRule::Own),
     ("proxy", SoundRule::Proxy),
+    ("nearest-proxy", SoundRule::NearestProxy),
     ("sphere", SoundRule::Sphere),
 ];
 pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];

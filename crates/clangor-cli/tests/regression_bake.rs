@@ -105,6 +105,18 @@ fn options_that_make_no_sense_are_refused_before_the_work() {
 }
 
 #[test]
+fn a_wall_thinner_than_the_triangles_resolve_is_warned_of_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let key = ["bake", "key", "--accuracy", "0.02", "--max-frequency", "3000", "-o", "out.safetensors"];
+    let output = clangor(folder.path(), &key);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{message}");
+    for wanted in ["walls of 1.80e-3 m", "thinnest at (", "ask for a finer accuracy"] {
+        assert!(message.contains(wanted), "{message}");
+    }
+}
+
+#[test]
 fn files_that_are_no_models_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bad.safetensors");

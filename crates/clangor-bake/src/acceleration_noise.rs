@@ -112,10 +112,27 @@ pub enum BakeError {
     /// A form that cannot be made into triangles.
     #[error(transparent)]
     Shape(#[from] ShapeError),
+    /// More multipoles than a model can hold.
+    #[error(
+        "a body of {radius:.3} m needs multipoles to order {order} at {wavenumber:.4e} 1/m, more than the {most} that are kept; use a lower band"
+    )]
+    Multipoles {
+        /// Bounding radius R \[m\].
+        radius: f64,
+        /// Highest wavenumber k [1/m].
+        wavenumber: f64,
+        /// Order needed, about kR.
+        order: usize,
+        /// Highest order.
+        most: usize,
+    },
     /// Stopped by the caller.
     #[error("interrupted")]
     Interrupted,
 }
+
+/// Highest order of the multipoles: above, a model takes a hundred megabytes and a bake takes hours.
+const MOST_ORDER: usize = 150;
 
 impl From<WaveError> for BakeError {
     fn from(error: WaveError) -> Self {
@@ -200,10 +217,15 @@ fn fitted_model(
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
     let radius = solver.reference_radius();
     let highest = options.max_wavenumber * radius;
+    let order = multipole_order(highest, options.accuracy);
+    if order > MOST_ORDER {
+        let wavenumber = options.max_wavenumber;
+        return Err(BakeError::Multipoles { radius, wavenumber, order, most: MOST_ORDER });
+    }
     let band = Band {
         highest,
         spacing,
-        order: multipole_order(highest, options.accuracy),
+        order,
         tolerance: 0.5 * options.accuracy,
         most_solves: ((3.0 * highest / spacing) as usize).max(24),
     };

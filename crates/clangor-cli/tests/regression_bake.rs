@@ -105,6 +105,17 @@ fn options_that_make_no_sense_are_refused_before_the_work() {
 }
 
 #[test]
+fn bodies_too_large_for_the_band_are_refused_with_a_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let bake = |more: &[&str], wanted: &[&str]| {
+        refuse(folder.path(), &[&["bake", "mug", "-o", "out.safetensors"], more].concat(), wanted);
+    };
+    let remedy = ["unknowns at", "more than the 8000 that fit", "use another method or a lower band"];
+    bake(&["--method", "bem", "--max-frequency", "150000"], &remedy);
+    bake(&["--max-frequency", "400000"], &["the body needs", "cells of", "that are run"]);
+}
+
+#[test]
 fn a_wall_thinner_than_the_triangles_resolve_is_warned_of_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let key = ["bake", "key", "--accuracy", "0.02", "--max-frequency", "3000", "-o", "out.safetensors"];

@@ -9,18 +9,18 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use clangor::geometry::hull::convex_hull;
+use clangor::geometry::hull::extreme_hull;
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::shape::{Form, Shape};
 use glam::DVec3;
 
 use super::{BakeError, BakeGeometry, BakeOptions, BakeProgress, Method, multipole_order};
-use crate::helmholtz::galerkin::{Equation, GalerkinSolver};
+use crate::helmholtz::galerkin::{Equation, GalerkinSolver, MOST_UNKNOWNS};
 use crate::helmholtz::octant::OctantSolver;
 use crate::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
 use crate::mirror_symmetry::mirror_planes;
-use crate::radiation::RadiationSolver;
+use crate::radiation::{RadiationError, RadiationSolver};
 use crate::remesh::resolution::{Resolution, resolution};
 use crate::remesh::{RemeshOptions, remesh, remesh_symmetric};
 use crate::wave::{Boundary, WaveDevice, WaveOptions, WaveSolver};
@@ -110,8 +110,14 @@ fn triangles(
     let mass = MassProperties::of(mesh)?;
     let fineness = resolution(mesh, options.max_wavenumber, options.accuracy)?;
     let planes = mirrors(mesh, &mass, options.accuracy * fineness.wall);
-    if options.method == Method::Auto && fineness.unknowns >> planes.len() > MOST_TRIANGLE_UNKNOWNS {
+    let unknowns = fineness.unknowns >> planes.len();
+    if options.method == Method::Auto && unknowns > MOST_TRIANGLE_UNKNOWNS {
         return time_stepping(mesh, options, progress);
+    }
+    // The estimate is no better than that; the solver counts.
+    if unknowns > MOST_UNKNOWNS + MOST_UNKNOWNS / 4 {
+        let wavenumber = options.max_wavenumber;
+        return Err(RadiationError::TooLarge { unknowns, most: MOST_UNKNOWNS, wavenumber }.into());
     }
     if progress(&BakeProgress { done: 0.0, stage: "remeshing" }).is_break() {
         return Err(BakeError::Interrupted);
@@ -152,9 +158,12 @@ fn mirrors(mesh: &TriMesh, mass: &MassProperties, tolerance: f64) -> Vec<DVec3> 
 /// Distance from the origin, in bounding radii, of a centre of mass that is there.
 const CENTRED: f64 = 1e-6;
 
+/// Directions in which the hull is looked for: its volume to a per cent or two.
+const HULL_DIRECTIONS: usize = 300;
+
 /// Whether a body leaves much of its convex hull to the air.
 fn has_cavities(mesh: &TriMesh, mass: &MassProperties) -> bool {
-    let hull = convex_hull(&mesh.vertices).and_then(|hull| MassProperties::of(&hull));
+    let hull = extreme_hull(mesh, HULL_DIRECTIONS).and_then(|hull| MassProperties::of(&hull));
     hull.is_ok_and(|hull| mass.volume < CONVEX * hull.volume)
 }
 
@@ -179,7 +188,9 @@ fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, Ba
             Some(Shape::try_new(form, Some(semi_axes.max_element() / 40.0))?.mesh())
         }
         BakeGeometry::RoundedBox { edges, round } => {
-            OctantSolver::rounded_box(*edges, *round, options.max_wavenumber, 1e-3)?.surface().cloned()
+            let solver = OctantSolver::rounded_box(*edges, *round, options.max_wavenumber, 1e-3)?;
+            // Its patches share no vertices.
+            solver.surface().map(|surface| surface.weld(1e-9 * surface.diagonal()))
         }
         BakeGeometry::Revolution(meridian) => {
             let solver =

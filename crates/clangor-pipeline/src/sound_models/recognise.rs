@@ -1,5 +1,5 @@
-//! Which exact form a mesh samples: an ellipsoid, a box, a box with rounded edges, or a body of revolution of the shape
-//! library.
+//! Which exact form a mesh samples: an ellipsoid, a box, a box with rounded edges, a torus or another body of revolution
+//! of the shape library.
 //!
 //! The solvers are cheaper and sharper on exact forms. The form is read off the mesh and not off the scene, so that a
 //! shape, a mesh file and a timeline's copy of either have the same model. It counts when all vertices lie on it and the
@@ -24,7 +24,9 @@ const CHORD: f64 = 1e-2;
 pub(super) fn exact_form(mesh: &TriMesh) -> Option<BakeGeometry> {
     let (low, high) = mesh.bounds();
     let radius = mesh.bounding_radius(DVec3::ZERO);
-    symmetric_form(mesh, low, high, radius).or_else(|| revolution(mesh, low, high, radius))
+    symmetric_form(mesh, low, high, radius)
+        .or_else(|| torus(mesh, radius))
+        .or_else(|| revolution(mesh, low, high, radius))
 }
 
 fn symmetric_form(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<BakeGeometry> {
@@ -100,6 +102,19 @@ fn revolution(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<Ba
     })
 }
 
+/// The torus about y through the vertices nearest to the axis and farthest from it: a mesh has vertices on both equators.
+fn torus(mesh: &TriMesh, radius: f64) -> Option<BakeGeometry> {
+    let from_axis = || mesh.vertices.iter().map(|v| v.x.hypot(v.z));
+    let (inner, outer) = (from_axis().fold(f64::INFINITY, f64::min), from_axis().fold(0.0, f64::max));
+    let (major, minor) = (twelve_digits(0.5 * (outer + inner)), twelve_digits(0.5 * (outer - inner)));
+    let distance = |x: DVec3| (x.x.hypot(x.z) - major).hypot(x.y) - minor;
+    // A ball or a coin has vertices on the axis, a tube has none on a circle.
+    if inner < ON_FORM * radius || !follows(mesh, radius, &distance) {
+        return None;
+    }
+    Shape::try_new(Form::Torus { major, minor }, None).ok()?.meridian().map(BakeGeometry::Revolution)
+}
+
 /// Part of its volume that a mesh may lose to its facets.
 const MOST_LOST_VOLUME: f64 = 0.05;
 
@@ -162,7 +177,15 @@ mod tests {
 
     #[test]
     fn bodies_of_revolution_find_their_section() {
-        for shape in ["coin", "cylinder:0.01x0.05", "bowl", "plate", "wineglass"] {
+        for shape in [
+            "coin",
+            "cylinder:0.01x0.05",
+            "bowl",
+            "plate",
+            "wineglass",
+            "torus:0.02x0.006",
+            "torus:0.05x0.002",
+        ] {
             let exact = Shape::parse(shape).unwrap().meridian().unwrap().about_centre_of_mass();
             let Some(BakeGeometry::Revolution(found)) = form_of(shape) else { panic!("{shape}") };
             assert!((found.volume() / exact.volume() - 1.0).abs() < 1e-9, "{shape}");
@@ -171,7 +194,7 @@ mod tests {
 
     #[test]
     fn other_bodies_stay_meshes() {
-        for shape in ["mug", "key", "rock:3x0.01", "ellipsoid:0.02x0.02x0.02@0.03"] {
+        for shape in ["mug", "key", "rock:3x0.01", "prism:8x0.02x0.01", "ellipsoid:0.02x0.02x0.02@0.03"] {
             assert_eq!(form_of(shape), None, "{shape}");
         }
     }

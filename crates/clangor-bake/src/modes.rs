@@ -59,6 +59,14 @@ pub enum ModalError {
         /// Where \[Hz\].
         frequency: f64,
     },
+    /// The modes are not accurate enough.
+    #[error(
+        "the residual of a mode is {residual:.1e}: the limit is too far above the lowest mode, or elements are too distorted"
+    )]
+    Inaccurate {
+        /// ‖K u − ω² M u‖ / ‖ω² M u‖.
+        residual: f64,
+    },
     /// No modes in the band.
     #[error("no audible modes: the first is at {:.2} kHz, above the limit of {:.2} kHz", first * 1e-3, limit * 1e-3)]
     Silent {

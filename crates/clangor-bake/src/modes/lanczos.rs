@@ -34,6 +34,9 @@ use crate::elasticity::ElasticSystem;
 
 /// Bound of the relative residual at which a Ritz vector has converged.
 const CONVERGED: f64 = 1e-8;
+/// Modes so low that the last factor of the bound is larger are not pressed further from this shift: their residual is
+/// rounding. They want a lower one.
+const MOST_AMPLIFIED: f64 = 100.0;
 /// Columns of a block.
 pub(super) const BLOCK: usize = 8;
 /// Restarts before giving up.
@@ -147,8 +150,8 @@ impl Search<'_> {
         let value = |k: usize| self.shift + 1.0 / ritz.theta[k];
         let good = |k: &usize| {
             let value = value(*k);
-            let bound =
-                ritz.residual[*k] / ritz.theta[*k].abs() * ((value - self.shift) / value).abs().max(1e-3);
+            let bound = ritz.residual[*k] / ritz.theta[*k].abs()
+                * ((value - self.shift) / value).abs().clamp(1e-3, MOST_AMPLIFIED);
             value > self.range[0] && value < self.range[1] && bound <= CONVERGED
         };
         let mut converged: Vec<usize> = (0..ritz.theta.len()).filter(good).collect();

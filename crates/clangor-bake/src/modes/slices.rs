@@ -16,7 +16,14 @@ use super::{ModalError, Mode, Modes, frequency};
 use crate::elasticity::ElasticSystem;
 
 /// Modes of a slice.
-const SLICE: usize = 70;
+const SLICE: usize = 140;
+/// Modes of a larger residual are found again, together with those up to so many times the lowest ω² among them, and
+/// so often at most.
+const POLISHED: f64 = 4e-7;
+const POLISHED_TOGETHER: f64 = 400.0;
+const POLISHES: usize = 4;
+/// Largest residual of what is returned.
+const WORST_RESIDUAL: f64 = 1e-5;
 /// How far a shift moves when it meets an eigenvalue, relative.
 const NUDGE: f64 = 1e-4;
 const NUDGES: usize = 4;
@@ -73,13 +80,18 @@ pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalE
     let mut counts: Vec<(f64, usize)> =
         shifts.iter().map(|(shift, factor)| (frequency(*shift), factor.below - 6)).collect();
     counts.push((frequency(limit), total));
-    band.finish(counts, max_frequency)
+    drop(shifts);
+    let residual = band.polish(&structure)?;
+    if residual.is_nan() || residual > WORST_RESIDUAL {
+        return Err(ModalError::Inaccurate { residual });
+    }
+    band.finish(counts, max_frequency, residual)
 }
 
 /// Where the shifts lie, as parts of the highest ω².
 fn fractions(total: usize) -> Vec<f64> {
     let slices = total.div_ceil(SLICE);
-    (0..slices).map(|k| ((k as f64 + 0.7) / slices as f64).powi(2)).collect()
+    (0..slices).map(|k| ((k as f64 + 0.75) / slices as f64).powi(2)).collect()
 }
 
 /// Factors near ω² = `shift`, on an eigenvalue just beside it.
@@ -144,9 +156,62 @@ impl<'a> Band<'a> {
         Ok(())
     }
 
-    /// Checks counts and residuals.
-    fn finish(self, counts: Vec<(f64, usize)>, max_frequency: f64) -> Result<Modes, ModalError> {
+    /// Relative residual of every mode.
+    fn residuals(&self) -> Vec<f64> {
         let size = self.known.nrows();
+        let (mut stiff, mut heavy) = (vec![0.0; size], vec![0.0; size]);
+        let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
+        let residual = |(k, square): (usize, &f64)| {
+            let shape: Vec<f64> = self.known.col(k + 6).iter().copied().collect();
+            self.system.multiply_stiffness(&shape, 1, &mut stiff);
+            self.system.multiply_mass(&shape, 1, &mut heavy);
+            let error = norm(&mut stiff.iter().zip(&heavy).map(|(k, m)| k - square * m));
+            error / (square * norm(&mut heavy.iter().copied()))
+        };
+        self.values.iter().enumerate().map(residual).collect()
+    }
+
+    /// Finds modes anew from a shift just below them, where rounding in factors of higher shifts has spoilt them.
+    fn polish(&mut self, structure: &Structure) -> Result<f64, ModalError> {
+        for _ in 0..POLISHES {
+            let residuals = self.residuals();
+            let bad = (0..residuals.len()).filter(|k| residuals[*k] > POLISHED);
+            let Some(lowest) = bad.map(|k| self.values[k]).reduce(f64::min) else { break };
+            let mut sorted = self.values.clone();
+            sorted.sort_by(f64::total_cmp);
+            // The group ends at a gap, so that no degenerate pair is torn.
+            let start = sorted.partition_point(|v| *v < 0.99 * lowest);
+            let ends = (start + 1..sorted.len())
+                .find(|k| sorted[*k] > POLISHED_TOGETHER * lowest && sorted[*k] > 1.01 * sorted[*k - 1]);
+            let high = ends.map_or(f64::INFINITY, |k| 0.5 * (sorted[k - 1] + sorted[k]));
+            let below = if start == 0 { 0.0 } else { sorted[start - 1] };
+            let low = 0.5 * (below + sorted[start]);
+            let (shift, factor) = factor_near(structure, self.system, low)?;
+            if factor.below != 6 + start {
+                return Err(ModalError::Incomplete {
+                    found: start,
+                    expected: factor.below - 6,
+                    frequency: frequency(shift),
+                });
+            }
+            let keep: Vec<usize> =
+                (0..self.values.len()).filter(|k| self.values[*k] < low || self.values[*k] > high).collect();
+            let again = self.values.len() - keep.len();
+            let kept = |k: usize| if k < 6 { k } else { keep[k - 6] + 6 };
+            self.known = Mat::from_fn(self.known.nrows(), keep.len() + 6, |i, k| self.known[(i, kept(k))]);
+            self.values = keep.iter().map(|k| self.values[*k]).collect();
+            self.search(&factor, shift, [below, high], 0, again)?;
+        }
+        Ok(self.residuals().into_iter().fold(0.0, f64::max))
+    }
+
+    /// Checks the counts and puts the modes in order.
+    fn finish(
+        self,
+        counts: Vec<(f64, usize)>,
+        max_frequency: f64,
+        residual: f64,
+    ) -> Result<Modes, ModalError> {
         for (frequency, count) in &counts {
             let square = (TAU * frequency).powi(2);
             let found = self.between(0.0, square);
@@ -156,20 +221,12 @@ impl<'a> Band<'a> {
         }
         let mut order: Vec<usize> = (0..self.values.len()).collect();
         order.sort_by(|a, b| self.values[*a].total_cmp(&self.values[*b]));
-        let mut residual = 0.0_f64;
-        let (mut stiff, mut heavy) = (vec![0.0; size], vec![0.0; size]);
-        let mut modes = Vec::with_capacity(order.len());
-        for k in order {
+        let mode = |k: usize| {
             let shape: Vec<f64> = self.known.col(k + 6).iter().copied().collect();
-            self.system.multiply_stiffness(&shape, 1, &mut stiff);
-            self.system.multiply_mass(&shape, 1, &mut heavy);
-            let square = self.values[k];
-            let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
-            let error = norm(&mut stiff.iter().zip(&heavy).map(|(k, m)| k - square * m));
-            residual = residual.max(error / (square * norm(&mut heavy.iter().copied())));
             let shape = shape.chunks_exact(3).map(DVec3::from_slice).collect();
-            modes.push(Mode { frequency: frequency(square), shape });
-        }
+            Mode { frequency: frequency(self.values[k]), shape }
+        };
+        let modes = order.into_iter().map(mode).collect();
         Ok(Modes { modes, max_frequency, residual, counts, solves: self.solves })
     }
 }

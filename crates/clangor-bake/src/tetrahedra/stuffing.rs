@@ -25,6 +25,8 @@ use clip::{Clipped, inner_part};
 /// A cut closer than this part of a long or a short edge draws its end.
 const NEAR_LONG: f64 = 0.249_99;
 const NEAR_SHORT: f64 = 0.411_89;
+/// Pieces less high than this part of the edge are left out.
+const FLAT: f64 = 0.003;
 /// Largest relative error of the volume.
 const VOLUME_TOLERANCE: f64 = 0.03;
 /// Finest grid in relation to the wall thickness, and how often it is made finer.
@@ -295,6 +297,8 @@ impl<'a> Grid<'a> {
             }
             inner_part(&mut clipped, tetrahedron, depth, &cut);
         }
+        // A corner that only just missed the surface leaves a flat piece on it. Inside, the gap would show as a cavity.
+        clipped.drop_flatter_than(FLAT * self.edge);
         clipped.compact()
     }
 

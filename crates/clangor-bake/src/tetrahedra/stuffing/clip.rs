@@ -32,6 +32,21 @@ impl Clipped {
         Clipped { points, tetrahedra }
     }
 
+    /// Leaves out tetrahedra whose smallest height is less than `height` \[m\].
+    pub(super) fn drop_flatter_than(&mut self, height: f64) {
+        let points = &self.points;
+        self.tetrahedra.retain(|t| {
+            let corners = t.map(|n| points[n as usize]);
+            let [a, b, c, d] = corners;
+            let volume = (b - a).cross(c - a).dot(d - a).abs();
+            let base = FACES.map(|f| {
+                let [a, b, c] = f.map(|k| corners[k]);
+                (b - a).cross(c - a).length()
+            });
+            volume >= height * base.into_iter().fold(0.0, f64::max)
+        });
+    }
+
     fn distance(&self, a: u32, b: u32) -> f64 {
         self.points[a as usize].distance_squared(self.points[b as usize])
     }

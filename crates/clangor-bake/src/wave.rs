@@ -19,7 +19,7 @@
 //!
 //! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), nor does it model the losses
 //! at walls. Sharp edges cost order: a wall of 1.8 mm with edges of 90° is 5.3, 3.0, 2.1 % too quiet at cells of 0.9, 0.6,
-//! 0.45 mm, falling with h^{4/3}, as triangles do. What still rings when the run ends is continued by its resonances (`tail`).
+//! 0.45 mm; in theory it falls with h^{4/3}, for triangles too. What still rings when the run ends is continued by its resonances (`tail`).
 
 mod absorber;
 mod boundary;

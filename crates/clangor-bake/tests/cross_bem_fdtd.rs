@@ -225,7 +225,7 @@ fn level(a: &[RadiationSample], b: &[RadiationSample], radius: f64) -> f64 {
     sums.map(|sum| (sum / b.len() as f64).sqrt()).into_iter().fold(0.0, f64::max)
 }
 
-/// Both methods fall from order 2 to order 4/3 at the sharp edges of the key, 1.8 mm apart; the limit of each is
+/// In theory the errors of both methods fall with order 4/3 at the sharp edges of the key, 1.8 mm apart; their limits are
 /// compared: `cargo test --release -p clangor-bake --test cross_bem_fdtd -- --ignored`, 12 CPU-min.
 #[test]
 #[ignore = "12 CPU-min"]

@@ -28,7 +28,7 @@ const NEAR_SHORT: f64 = 0.411_89;
 /// Pieces less high than this part of the edge are left out.
 const FLAT: f64 = 0.003;
 /// Largest relative error of the volume.
-const VOLUME_TOLERANCE: f64 = 0.03;
+const VOLUME_TOLERANCE: f64 = 0.02;
 /// Finest grid in relation to the wall thickness, and how often it is made finer.
 const GRID_PER_WALL: f64 = 1.0;
 const REFINEMENT: f64 = 0.8;

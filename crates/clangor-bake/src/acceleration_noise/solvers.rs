@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use clangor::geometry::hull::extreme_hull;
+use clangor::geometry::hull::{convex_hull, extreme_hull};
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::shape::{Form, Shape};
@@ -188,9 +188,17 @@ fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, Ba
             Some(Shape::try_new(form, Some(semi_axes.max_element() / 40.0))?.mesh())
         }
         BakeGeometry::RoundedBox { edges, round } => {
-            let solver = OctantSolver::rounded_box(*edges, *round, options.max_wavenumber, 1e-3)?;
-            // Its patches share no vertices.
-            solver.surface().map(|surface| surface.weld(1e-9 * surface.diagonal()))
+            // The hull of a ball in each corner.
+            let ball = match *round > 0.0 {
+                true => Shape::try_new(Form::Sphere { radius: *round }, Some(0.3 * *round))?.mesh().vertices,
+                false => vec![DVec3::ZERO],
+            };
+            let corner = 0.5 * *edges - *round;
+            let sign = |k: u32, axis: u32| if k >> axis & 1 == 1 { -1.0 } else { 1.0 };
+            let signs = (0..8).map(|k| DVec3::from_array([0, 1, 2].map(|axis| sign(k, axis))));
+            let points: Vec<DVec3> =
+                signs.flat_map(|signs| ball.iter().map(move |v| signs * (v.abs() + corner))).collect();
+            Some(convex_hull(&points)?)
         }
         BakeGeometry::Revolution(meridian) => {
             let solver =

@@ -226,9 +226,9 @@ fn level(a: &[RadiationSample], b: &[RadiationSample], radius: f64) -> f64 {
 }
 
 /// In theory the errors of both methods fall with order 4/3 at the sharp edges of the key, 1.8 mm apart; their limits are
-/// compared: `cargo test --release -p clangor-bake --test cross_bem_fdtd -- --ignored`, 12 CPU-min.
+/// compared: `cargo test --release -p clangor-bake --test cross_bem_fdtd -- --ignored`, 8 CPU-min.
 #[test]
-#[ignore = "12 CPU-min"]
+#[ignore = "8 CPU-min"]
 fn a_key_sounds_alike_in_the_limit() {
     let mesh = surface("key");
     let radius = mesh.bounding_radius(DVec3::ZERO);

@@ -1,4 +1,4 @@
-//! A published model as bytes: the signals of [`PublishedModel`](super::published::PublishedModel) with the solid that
+//! A published model as bytes: the signals of [`PublishedModel`] with the solid that
 //! they are of and where they come from; docs/format/model.md describes it.
 //!
 //! It is a file of its own kind beside the [sound model](super::model_file): what render plays by default is that one.

@@ -10,6 +10,7 @@
 pub mod convex;
 pub mod curvature;
 pub mod hull;
+pub mod icosahedron;
 pub mod mass_properties;
 pub mod meridian;
 pub mod parts_fit;

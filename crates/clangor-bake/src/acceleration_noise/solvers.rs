@@ -82,8 +82,11 @@ pub(super) fn prepare(
             })
         }
         (BakeGeometry::Mesh(mesh), Method::Auto | Method::Bem) => triangles(mesh, options, progress),
-        (BakeGeometry::Mesh(mesh), Method::Fdtd) => time_stepping(mesh, options, progress),
-        (exact, Method::Fdtd) => time_stepping(&surface_of(exact, options)?, options, progress),
+        (exact, Method::Fdtd) => {
+            let surface = surface_of(exact, options)?;
+            let fineness = resolution(&surface, options.max_wavenumber, options.accuracy)?;
+            time_stepping(&surface, fineness.wall, options, progress)
+        }
     }
 }
 
@@ -112,7 +115,7 @@ fn triangles(
     let planes = mirrors(mesh, &mass, options.accuracy * fineness.wall);
     let unknowns = fineness.unknowns >> planes.len();
     if options.method == Method::Auto && unknowns > MOST_TRIANGLE_UNKNOWNS {
-        return time_stepping(mesh, options, progress);
+        return time_stepping(mesh, fineness.wall, options, progress);
     }
     // The estimate is no better than that; the solver counts.
     if unknowns > MOST_UNKNOWNS + MOST_UNKNOWNS / 4 {
@@ -210,9 +213,10 @@ fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, Ba
     Ok(surface.unwrap_or_default())
 }
 
-/// Finite differences in time on the surface.
+/// Finite differences in time on a surface with walls of this thickness \[m\].
 fn time_stepping(
     mesh: &TriMesh,
+    wall: f64,
     options: &BakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<Prepared, BakeError> {
@@ -221,7 +225,6 @@ fn time_stepping(
     let wave = std::f64::consts::TAU / options.max_wavenumber;
     let cavity = has_cavities(mesh, &mass);
     // Two cells across a wall; at least ten on the shortest wave, eight on the radius.
-    let wall = resolution(mesh, options.max_wavenumber, options.accuracy)?.wall;
     let spacing = (0.5 * wall).min(wave / 10.0).min(radius / 8.0);
     let highest = options.max_wavenumber * radius;
     let solver = WaveSolver::try_new(

@@ -1,6 +1,7 @@
 //! Balls and ellipsoids: the twenty tetrahedra between the faces of an icosahedron and its middle, divided evenly and
 //! pushed out radially to the sphere.
 
+use clangor::geometry::icosahedron::icosahedron;
 use glam::DVec3;
 
 use super::block::divide_tetrahedron;
@@ -20,29 +21,14 @@ pub fn ellipsoid(semi_axes: DVec3, divisions: usize) -> Result<TetMesh, TetMeshE
 }
 
 fn unit_ball(divisions: usize) -> (Vec<DVec3>, Vec<[u32; 4]>) {
-    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
-    let mut corners = Vec::new();
-    for (one, phi) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
-        corners.push(DVec3::new(0.0, one, phi));
-        corners.push(DVec3::new(one, phi, 0.0));
-        corners.push(DVec3::new(phi, 0.0, one));
-    }
-    let near = |i: usize, j: usize| corners[i].distance_squared(corners[j]) < 4.5;
     let mut soup = Soup::default();
-    for i in 0..12 {
-        for j in (i + 1)..12 {
-            for k in (j + 1)..12 {
-                if near(i, j) && near(j, k) && near(k, i) {
-                    let face = [i, j, k].map(|n| corners[n]);
-                    divide_tetrahedron(divisions, |weights| {
-                        // The weights of the face alone set the direction, their sum the radius.
-                        let flat = face[0] * weights[1] + face[1] * weights[2] + face[2] * weights[3];
-                        flat.normalize_or_zero() * (weights[1] + weights[2] + weights[3])
-                    })
-                    .for_each(|t| soup.push(t));
-                }
-            }
-        }
+    for face in icosahedron() {
+        divide_tetrahedron(divisions, |weights| {
+            // The weights of the face alone set the direction, their sum the radius.
+            let flat = face[0] * weights[1] + face[1] * weights[2] + face[2] * weights[3];
+            flat.normalize_or_zero() * (weights[1] + weights[2] + weights[3])
+        })
+        .for_each(|t| soup.push(t));
     }
     soup.welded(0.1 / divisions as f64)
 }

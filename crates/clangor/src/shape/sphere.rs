@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::geometry::icosahedron::icosahedron;
 use crate::geometry::tri_mesh::TriMesh;
 
 /// An ellipsoid whose longest edges are about `edge` \[m\].
@@ -25,28 +26,12 @@ pub(super) fn ellipsoid_hull(semi_axes: DVec3) -> Vec<DVec3> {
 ///
 /// Face points go out to the sphere from the plane grid; neighbours along an edge share its points.
 pub(super) fn divided_icosahedron(divisions: u32) -> TriMesh {
-    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
-    let mut corners = Vec::new();
-    for (one, phi) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
-        corners.push(DVec3::new(0.0, one, phi));
-        corners.push(DVec3::new(one, phi, 0.0));
-        corners.push(DVec3::new(phi, 0.0, one));
-    }
-    let near = |i: usize, j: usize| corners[i].distance_squared(corners[j]) < 4.5;
     let mut mesh = TriMesh::default();
-    for i in 0..12 {
-        for j in (i + 1)..12 {
-            for k in (j + 1)..12 {
-                if !(near(i, j) && near(j, k) && near(k, i)) {
-                    continue;
-                }
-                let [a, mut b, mut c] = [i, j, k].map(|n| corners[n]);
-                if a.dot(b.cross(c)) < 0.0 {
-                    std::mem::swap(&mut b, &mut c);
-                }
-                append_face(&mut mesh, [a, b, c], divisions);
-            }
+    for [a, mut b, mut c] in icosahedron() {
+        if a.dot(b.cross(c)) < 0.0 {
+            std::mem::swap(&mut b, &mut c);
         }
+        append_face(&mut mesh, [a, b, c], divisions);
     }
     mesh.weld(0.1 / f64::from(divisions))
 }

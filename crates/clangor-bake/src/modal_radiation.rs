@@ -1,0 +1,36 @@
+//! What solvers of ringing answer: the field of each mode of one body at the mode's own frequency.
+//!
+//! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ U(x)·n on the surface, outgoing, e^{+iωt}: the pressure of a modal
+//! acceleration q̈ = 1, k = ω/c. What comes of it is the transfer of `clangor::model::modal_model`.
+
+use std::ops::ControlFlow;
+
+use clangor::model::modal_model::ModalTransfer;
+use clangor::model::modal_surface::ModalSurface;
+use glam::DVec3;
+
+use crate::radiation::RadiationError;
+
+/// A mode to be radiated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModalMotion<'a> {
+    /// k = ω/c [1/m].
+    pub wavenumber: f64,
+    /// U at the nodes of the surface [kg^−½].
+    pub shape: &'a [DVec3],
+}
+
+/// A solver of the modes of one body, in the frame with the centre of mass at the origin.
+pub trait ModalSolver {
+    /// The transfers of the modes, in the same order, for multipoles about the origin that are made 1 on the sphere of
+    /// `ModalSurface::radius`. `progress` is told how many modes are done.
+    ///
+    /// # Errors
+    /// [`RadiationError`].
+    fn transfers(
+        &self,
+        surface: &ModalSurface,
+        motions: &[ModalMotion<'_>],
+        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<ModalTransfer>, RadiationError>;
+}

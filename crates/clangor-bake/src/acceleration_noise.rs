@@ -49,6 +49,14 @@ pub struct BakeOptions {
     pub near_field: bool,
 }
 
+impl BakeOptions {
+    /// The solver that suits the body, on the processor, without a near field.
+    pub fn new(max_wavenumber: f64, accuracy: f64) -> Self {
+        let (method, device) = (Method::Auto, WaveDevice::Cpu);
+        BakeOptions { max_wavenumber, accuracy, method, device, near_field: false }
+    }
+}
+
 /// What is accelerated, about its centre of mass \[m\].
 #[derive(Clone, Debug, PartialEq)]
 pub enum BakeGeometry {
@@ -351,13 +359,7 @@ mod tests {
 
     #[test]
     fn a_bake_goes_on_where_it_was_interrupted() {
-        let options = BakeOptions {
-            max_wavenumber: 4.0,
-            accuracy: 3e-2,
-            method: Method::Bem,
-            device: WaveDevice::Cpu,
-            near_field: true,
-        };
+        let options = BakeOptions { method: Method::Bem, near_field: true, ..BakeOptions::new(4.0, 3e-2) };
         let solver = OctantSolver::ellipsoid(DVec3::new(1.0, 0.8, 0.6), 4.0, 1e-2).unwrap();
         let counting = Counting { solver, solved: AtomicUsize::new(0) };
         let mut go_on = |_: &BakeProgress| ControlFlow::Continue(());

@@ -19,7 +19,6 @@ use glam::DVec3;
 
 use crate::acceleration_noise::{BakeError, BakeOptions, BakeProgress, Evidence, Method, bake_with};
 use crate::helmholtz::octant::OctantSolver;
-use crate::wave::WaveDevice;
 
 /// Values of B and of C, in units of A.
 const STEPS: usize = 11;
@@ -72,13 +71,7 @@ pub fn bank_entry(
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(BankEntry, Evidence), BakeError> {
     // Half of the error is the solver's and the fit's, half that of the terms left out.
-    let options = BakeOptions {
-        max_wavenumber,
-        accuracy: 0.5 * accuracy,
-        method: Method::Bem,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions { method: Method::Bem, ..BakeOptions::new(max_wavenumber, 0.5 * accuracy) };
     let solver = OctantSolver::ellipsoid(DVec3::new(1.0, b, c), max_wavenumber, options.accuracy)?;
     let (mut model, mut evidence) = bake_with(&solver, SPACING, &options, progress)?;
     evidence.method = "boundary elements on one octant".to_owned();

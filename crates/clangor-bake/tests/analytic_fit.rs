@@ -8,9 +8,8 @@ use clangor::medium::Medium;
 use clangor::model::acceleration_field::DEGREES;
 use clangor::model::sphere_radiation::{SphereModel, SphereTransfer};
 use clangor::model::spherical_harmonics::{count, index};
-use clangor_bake::acceleration_noise::{BakeOptions, Method, bake_with};
+use clangor_bake::acceleration_noise::{BakeOptions, bake_with};
 use clangor_bake::radiation::{RadiationError, RadiationSample, RadiationSolver};
-use clangor_bake::wave::WaveDevice;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -48,13 +47,7 @@ impl RadiationSolver for ExactSphere {
 #[test]
 fn a_sphere_is_fitted_by_its_two_poles() {
     let a = 0.0075;
-    let options = BakeOptions {
-        max_wavenumber: 366.0,
-        accuracy: 1e-4,
-        method: Method::Auto,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions::new(366.0, 1e-4);
     let (model, evidence) =
         bake_with(&ExactSphere(a), 0.8, &options, &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(model.field.terms.len(), 3);

@@ -16,7 +16,7 @@ use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use clangor_bake::rational::poles;
 use clangor_bake::remesh::{RemeshOptions, remesh};
-use clangor_bake::wave::{Boundary, WaveDevice, WaveField, WaveOptions, WaveSolver};
+use clangor_bake::wave::{Boundary, WaveField, WaveOptions, WaveSolver};
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 
@@ -34,13 +34,7 @@ const SOUND_SPEED: f64 = TAU * 12e3 / HIGHEST;
 
 /// Field by boundary elements.
 fn by_elements(geometry: &BakeGeometry, accuracy: f64) -> AccelerationModel {
-    let options = BakeOptions {
-        max_wavenumber: HIGHEST,
-        accuracy,
-        method: Method::Bem,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions { method: Method::Bem, ..BakeOptions::new(HIGHEST, accuracy) };
     bake(geometry, &options, &mut |_: &_| ControlFlow::Continue(())).expect("boundary elements").0
 }
 
@@ -54,13 +48,7 @@ fn run(mesh: &TriMesh, spacing: f64, longest: f64, order: usize) -> WaveField {
 
 /// Field of a run.
 fn by_waves(field: &WaveField, accuracy: f64) -> AccelerationModel {
-    let options = BakeOptions {
-        max_wavenumber: HIGHEST,
-        accuracy,
-        method: Method::Fdtd,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions { method: Method::Fdtd, ..BakeOptions::new(HIGHEST, accuracy) };
     bake_with(field, 0.45, &options, &mut |_: &_| ControlFlow::Continue(())).expect("a fit").0
 }
 

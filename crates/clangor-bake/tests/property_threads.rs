@@ -6,17 +6,10 @@ use clangor::body::Surface;
 use clangor::model::acceleration_model::AccelerationModel;
 use clangor::shape::Shape;
 use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Evidence, Method, bake};
-use clangor_bake::wave::WaveDevice;
 use glam::DVec3;
 
 fn with_threads(threads: usize, geometry: &BakeGeometry, method: Method) -> (AccelerationModel, Evidence) {
-    let options = BakeOptions {
-        max_wavenumber: 150.0,
-        accuracy: 0.03,
-        method,
-        device: WaveDevice::Cpu,
-        near_field: true,
-    };
+    let options = BakeOptions { method, near_field: true, ..BakeOptions::new(150.0, 0.03) };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| bake(geometry, &options, &mut |_| ControlFlow::Continue(())).expect("a field"))
 }

@@ -8,7 +8,7 @@ use clangor::geometry::meridian::Meridian;
 use clangor::shape::Shape;
 use clangor_bake::acceleration_noise::{BakeError, BakeGeometry, BakeOptions, Evidence, Method, bake};
 use clangor_bake::radiation::RadiationError;
-use clangor_bake::wave::{WaveDevice, WaveError};
+use clangor_bake::wave::WaveError;
 
 fn wavenumber(frequency: f64) -> f64 {
     TAU * frequency / 343.0
@@ -20,13 +20,7 @@ fn evidence(
     accuracy: f64,
     method: Method,
 ) -> Result<Evidence, BakeError> {
-    let options = BakeOptions {
-        max_wavenumber: wavenumber(frequency),
-        accuracy,
-        method,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions { method, ..BakeOptions::new(wavenumber(frequency), accuracy) };
     bake(geometry, &options, &mut |_| ControlFlow::Continue(())).map(|(_, evidence)| evidence)
 }
 

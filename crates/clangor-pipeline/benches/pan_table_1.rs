@@ -8,8 +8,7 @@ use std::ops::ControlFlow;
 
 use clangor::medium::Medium;
 use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::{BakeOptions, Method};
-use clangor_bake::wave::WaveDevice;
+use clangor_bake::acceleration_noise::BakeOptions;
 use clangor_pipeline::sound_models::{ModelRequest, bake_model};
 
 /// Name, shape, accuracy, and what \[PAN\] prints: minutes of simulation and fit, megabytes at 40 × 80 and 5 × 10.
@@ -49,13 +48,7 @@ fn main() {
             continue;
         }
         let (surface, mass) = Shape::parse(text).expect("a shape").surface().expect("a solid");
-        let options = BakeOptions {
-            max_wavenumber: std::f64::consts::TAU * frequency / Medium::AIR.sound_speed,
-            accuracy,
-            method: Method::Auto,
-            device: WaveDevice::Cpu,
-            near_field: false,
-        };
+        let options = BakeOptions::new(std::f64::consts::TAU * frequency / Medium::AIR.sound_speed, accuracy);
         let request = ModelRequest::new(text, &surface, mass, options).expect("a body");
         let start = cpu_time();
         match bake_model(&request, &mut |_| ControlFlow::Continue(())) {

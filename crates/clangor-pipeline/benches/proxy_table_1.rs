@@ -17,9 +17,8 @@ use clangor::model::published::directions::Directions;
 use clangor::model::published::{HeardContact, PublishedModel};
 use clangor::shape::Shape;
 use clangor::synthesis::SoundRule;
-use clangor_bake::acceleration_noise::{BakeOptions, Method};
+use clangor_bake::acceleration_noise::BakeOptions;
 use clangor_bake::published::{FieldSampler, Fit, PublishedOptions, fit};
-use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::sound_models::{ModelRequest, obtain};
 use clangor_pipeline::soundbank::default_bank;
 
@@ -90,13 +89,7 @@ const MODELS: [Model; 5] = [
 
 fn request(model: &Model, frequency: f64) -> ModelRequest {
     let (surface, mass) = Shape::parse(model.shape).expect("a shape").surface().expect("a solid");
-    let options = BakeOptions {
-        max_wavenumber: std::f64::consts::TAU * frequency / Medium::AIR.sound_speed,
-        accuracy: 1e-2,
-        method: Method::Auto,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions::new(std::f64::consts::TAU * frequency / Medium::AIR.sound_speed, 1e-2);
     ModelRequest::new(model.shape, &surface, mass, options).expect("a body that moves")
 }
 

@@ -16,9 +16,8 @@ use clangor::medium::Medium;
 use clangor::model::acceleration_field::AccelerationField;
 use clangor::model::proxy_field::mean_field;
 use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::{BakeOptions, Method};
+use clangor_bake::acceleration_noise::BakeOptions;
 use clangor_bake::comparison::directions;
-use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::sound_models::{ModelRequest, bake_model};
 use clangor_pipeline::soundbank::default_bank;
 
@@ -77,13 +76,7 @@ fn main() {
             Shape::parse(&format!("rock:{seed}x0.015")).expect("a rock").surface().expect("a solid");
         let Surface::Mesh(mesh) = &surface else { panic!("a mesh") };
         let MassProperties { volume, inertia, .. } = mass;
-        let options = BakeOptions {
-            max_wavenumber: TAU * 20_000.0 / AIR.sound_speed,
-            accuracy: 1e-2,
-            method: Method::Auto,
-            device: WaveDevice::Cpu,
-            near_field: false,
-        };
+        let options = BakeOptions::new(TAU * 20_000.0 / AIR.sound_speed, 1e-2);
         let request = ModelRequest::new("rock", &surface, mass, options).expect("a body");
         let own = bake_model(&request, &mut |_| ControlFlow::Continue(())).expect("a field").acceleration;
         let proxy = bank.bank().proxy_for(inertia, volume).expect("a proxy");

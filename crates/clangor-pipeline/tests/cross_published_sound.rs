@@ -13,9 +13,8 @@ use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{
     Click, FieldSource, Listener, OverlapAdd, PublishedSource, RenderSettings, Renderer, SoundSource,
 };
-use clangor_bake::acceleration_noise::{BakeOptions, Method};
+use clangor_bake::acceleration_noise::BakeOptions;
 use clangor_bake::published::PublishedForm;
-use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::sound_models::{ModelRequest, bake_model, publish};
 
 /// Clicks in three directions, as two receivers hear them above a floor.
@@ -56,13 +55,7 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 #[test]
 fn both_published_forms_sound_as_ours() {
     let (surface, mass) = Shape::parse("die:0.03x0.004").unwrap().surface().unwrap();
-    let options = BakeOptions {
-        max_wavenumber: std::f64::consts::TAU * 20_000.0 / 343.2,
-        accuracy: 5e-3,
-        method: Method::Auto,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions::new(std::f64::consts::TAU * 20_000.0 / 343.2, 5e-3);
     let request = ModelRequest::new("die", &surface, mass, options).unwrap();
     let model = bake_model(&request, &mut |_| ControlFlow::Continue(())).unwrap();
     let surface: Arc<Surface> = Arc::new(surface);
@@ -94,13 +87,7 @@ fn both_published_forms_sound_as_ours() {
 #[test]
 fn an_octant_is_not_enough_for_a_stone() {
     let (surface, mass) = Shape::parse("rock:3x0.01").unwrap().surface().unwrap();
-    let options = BakeOptions {
-        max_wavenumber: 100.0,
-        accuracy: 0.05,
-        method: Method::Auto,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions::new(100.0, 0.05);
     let request = ModelRequest::new("rock", &surface, mass, options).unwrap();
     let model = bake_model(&request, &mut |_| ControlFlow::Continue(())).unwrap();
     let error = publish(&model, PublishedForm::Octant { tolerance: 0.01 }).unwrap_err().to_string();

@@ -14,7 +14,6 @@ use clangor::model::acceleration_field::{AccelerationField, Node, Term};
 use clangor::model::acceleration_model::AccelerationModel;
 use clangor::model::model_file::{ModelFile, Origin, Solid};
 use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, BakeProgress, Method};
-use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::model_cache::{Lookup, ModelCache, model_key};
 use clangor_pipeline::sound_models::{ModelRequest, bake_and_keep, bake_model, obtain};
 use num_complex::Complex64;
@@ -60,13 +59,7 @@ fn model(key: &str, version: f32) -> ModelFile {
 
 /// A bake of several batches of frequencies.
 fn slow_request() -> ModelRequest {
-    let options = BakeOptions {
-        max_wavenumber: 900.0,
-        accuracy: 0.05,
-        method: Method::Bem,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions { method: Method::Bem, ..BakeOptions::new(900.0, 0.05) };
     let surface = Surface::Sphere { radius: 0.01 };
     ModelRequest::new("ball", &surface, MassProperties::of_sphere(0.01), options).unwrap()
 }
@@ -272,13 +265,7 @@ fn a_full_disk_is_told_and_nothing_is_left() {
 
 #[test]
 fn keys_follow_whatever_the_model_depends_on() {
-    let options = BakeOptions {
-        max_wavenumber: 366.0,
-        accuracy: 1e-3,
-        method: Method::Auto,
-        device: WaveDevice::Cpu,
-        near_field: true,
-    };
+    let options = BakeOptions { near_field: true, ..BakeOptions::new(366.0, 1e-3) };
     let ball = |radius| BakeGeometry::Ellipsoid { semi_axes: DVec3::splat(radius) };
     let key = model_key(&ball(0.01), &options);
     assert_eq!(key, model_key(&ball(0.01), &options));

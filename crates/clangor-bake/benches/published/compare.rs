@@ -23,7 +23,6 @@ use clangor::synthesis::{
 use clangor_bake::acceleration_noise::{BakeOptions, Method, bake_with};
 use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::published::{FieldSampler, Fit, PublishedOptions, fit, half_sine_spectrum, synthesize};
-use clangor_bake::wave::WaveDevice;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -49,13 +48,7 @@ pub(crate) fn print() {
     {
         let Ok(meridian) = Meridian::spheroid(across, along) else { continue };
         let solver = RevolutionSolver::new(&meridian, DVec3::Z, RevolutionOptions::new(HIGHEST));
-        let bake_options = BakeOptions {
-            max_wavenumber: HIGHEST,
-            accuracy: 1e-4,
-            method: Method::Bem,
-            device: WaveDevice::Cpu,
-            near_field: false,
-        };
+        let bake_options = BakeOptions { method: Method::Bem, ..BakeOptions::new(HIGHEST, 1e-4) };
         let baked = bake_with(&solver, 0.8, &bake_options, &mut |_| std::ops::ControlFlow::Continue(()));
         match baked {
             Ok((model, evidence)) => {

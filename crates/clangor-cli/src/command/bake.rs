@@ -43,8 +43,6 @@ pub(crate) fn run(options: &Bake, global: &Global, console: &Console) -> Result<
 /// How to bake up to a wavenumber k [1/m].
 fn bake_options(options: &Bake, max_wavenumber: f64) -> BakeOptions {
     BakeOptions {
-        max_wavenumber,
-        accuracy: options.accuracy,
         method: match options.method {
             Solver::Auto => Method::Auto,
             Solver::Bem => Method::Bem,
@@ -55,6 +53,7 @@ fn bake_options(options: &Bake, max_wavenumber: f64) -> BakeOptions {
             Device::Gpu => WaveDevice::Gpu,
         },
         near_field: !options.no_near_field,
+        ..BakeOptions::new(max_wavenumber, options.accuracy)
     }
 }
 

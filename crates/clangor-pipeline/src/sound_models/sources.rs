@@ -11,8 +11,7 @@ use clangor::model::playable_model::{PlayableBank, PlayableModel};
 use clangor::model::proxy_field::ProxyFields;
 use clangor::synthesis::source_rule::{Decision, Reason, SourceKind, decide, source_of};
 use clangor::synthesis::{SoundRule, SoundSource};
-use clangor_bake::acceleration_noise::{BakeError, BakeOptions, BakeProgress, Method};
-use clangor_bake::wave::WaveDevice;
+use clangor_bake::acceleration_noise::{BakeError, BakeOptions, BakeProgress};
 
 use super::recognise::exact_form;
 use super::{SharedRequest, obtain, shared_requests};
@@ -43,13 +42,7 @@ pub struct SourceSettings<'a> {
 impl SourceSettings<'_> {
     /// How fields are baked.
     pub fn bake_options(&self) -> BakeOptions {
-        BakeOptions {
-            max_wavenumber: self.max_wavenumber,
-            accuracy: self.accuracy,
-            method: Method::Auto,
-            device: WaveDevice::Cpu,
-            near_field: true,
-        }
+        BakeOptions { near_field: true, ..BakeOptions::new(self.max_wavenumber, self.accuracy) }
     }
 
     /// What each body should sound as, in their order.

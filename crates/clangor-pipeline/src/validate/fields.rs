@@ -20,13 +20,13 @@ use clangor::model::acceleration_field::{AccelerationField, DEGREES};
 use clangor::model::radial::outgoing;
 use clangor::model::spherical_harmonics::{index, solid_harmonics};
 use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method, bake};
+use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, bake};
 use clangor_bake::comparison::directions;
 use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver};
 use clangor_bake::helmholtz::octant::OctantSolver;
 use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
-use clangor_bake::wave::{Boundary, WaveDevice, WaveOptions, WaveSolver};
+use clangor_bake::wave::{Boundary, WaveOptions, WaveSolver};
 use num_complex::Complex64;
 
 use super::{Check, Extent, Outcome, Timing, Validation, cpu_time};
@@ -209,13 +209,7 @@ fn unseen_frequencies(table: &mut Validation) -> Outcome {
     let meridian = Shape::parse("coin")?.meridian().ok_or("a coin has no meridian")?.about_centre_of_mass();
     let radius = meridian.bounding_radius();
     let highest = TAU * 20_000.0 / Medium::AIR.sound_speed;
-    let options = BakeOptions {
-        max_wavenumber: highest,
-        accuracy: 3e-3,
-        method: Method::Auto,
-        device: WaveDevice::Cpu,
-        near_field: false,
-    };
+    let options = BakeOptions::new(highest, 3e-3);
     let begin = cpu_time();
     let (model, evidence) =
         bake(&BakeGeometry::Revolution(meridian.clone()), &options, &mut |_| ControlFlow::Continue(()))?;

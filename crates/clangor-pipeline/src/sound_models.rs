@@ -112,6 +112,7 @@ fn bake_model_from(
     let (acceleration, evidence) = resume_bake(&request.geometry, &request.options, resumption, progress)?;
     Ok(ModelFile {
         acceleration,
+        modal: None,
         solid: request.solid.clone(),
         origin: Origin {
             program: format!("clangor {}", env!("CARGO_PKG_VERSION")),

@@ -41,6 +41,7 @@ fn sphere(radius: f64, max_wavenumber: f64) -> ModelFile {
     };
     ModelFile {
         acceleration: AccelerationModel { radius, field, near: None },
+        modal: None,
         solid: Solid { name: "ball".into(), mass: MassProperties::of_sphere(radius), surface: None },
         origin: Origin {
             program: "clangor".into(),

@@ -43,6 +43,7 @@ fn model(key: &str, version: f32) -> ModelFile {
             },
             near: None,
         },
+        modal: None,
         solid: Solid { name: "ball".into(), mass: MassProperties::of_sphere(0.01), surface: None },
         origin: Origin {
             program: "clangor".into(),

@@ -4,6 +4,7 @@ pub mod acceleration_field;
 pub mod acceleration_model;
 pub mod bank_file;
 pub mod ellipsoid_bank;
+pub mod modal_file;
 pub mod modal_model;
 pub mod modal_surface;
 pub mod model_file;

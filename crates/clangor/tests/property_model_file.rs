@@ -52,6 +52,7 @@ fn model() -> ModelFile {
     solid.vertices.iter_mut().for_each(|v| *v *= radius);
     ModelFile {
         acceleration: AccelerationModel { radius, field, near: Some(near) },
+        modal: None,
         solid: Solid {
             name: "tetra.obj".into(),
             mass: MassProperties {

@@ -1,8 +1,9 @@
 //! A baked sound model as bytes: what `NAME.safetensors` holds; docs/format/model.md describes it for other programs.
 //!
 //! The file carries the model, the solid that it was baked from (so that it can be struck without its mesh), and how
-//! good it is and how that is known. It depends on the shape alone: not on a material, and on the medium only through
-//! κ = ωR/c, so that one file serves every material and every gas.
+//! good it is and how that is known. The click depends on the shape alone: not on a material, and on the medium only
+//! through κ = ωR/c, so that one file serves every material and every gas. Ringing, which does depend on both, is a part
+//! that may be there ([`modal_file`](super::modal_file)); older programs read the file without it.
 //!
 //! Reading never trusts: shapes, order and range of every number are checked, after the hash of the whole.
 
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::acceleration_field::{AccelerationField, DEGREES, Node, Term};
 use super::acceleration_model::AccelerationModel;
+use super::modal_file::{ModalDescription, ModalPart};
 use super::near_field::NearField;
 use super::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
 use crate::geometry::mass_properties::MassProperties;
@@ -27,13 +29,15 @@ const MOST_NODES: usize = 1024;
 /// Highest n that a file may have: m must fit.
 const HIGHEST_ORDER: u8 = 127;
 /// Least and greatest bounding radius \[m\].
-const RADII: std::ops::RangeInclusive<f64> = 1e-7..=1e4;
+pub(super) const RADII: std::ops::RangeInclusive<f64> = 1e-7..=1e4;
 
 /// A sound model with its origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelFile {
     /// What the body sounds like when it is accelerated.
     pub acceleration: AccelerationModel,
+    /// How it rings, of one material in one medium.
+    pub modal: Option<ModalPart>,
     /// What it was baked from.
     pub solid: Solid,
     /// How it was baked, and how good it is.
@@ -79,6 +83,8 @@ struct Description {
     version: u32,
     units: String,
     acceleration: AccelerationDescription,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    modal: Option<ModalDescription>,
     solid: SolidDescription,
     origin: Origin,
 }
@@ -133,6 +139,7 @@ impl ModelFile {
             file.add("near.which", &rows, near.which.iter().copied());
             file.add("near.factors", &rows, near.factors.iter().copied());
         }
+        let modal = self.modal.as_ref().map(|modal| modal.put(&mut file));
         let solid = self.solid.put(&mut file);
         file.finish(&Description {
             kind: KIND.into(),
@@ -143,6 +150,7 @@ impl ModelFile {
                 max_wavenumber: field.max_wavenumber,
                 ring_time: field.ring_time,
             },
+            modal,
             solid,
             origin: self.origin.clone(),
         })
@@ -154,7 +162,7 @@ impl ModelFile {
     /// [`TensorFileError`] for anything that [`encode`](Self::encode) does not write.
     pub fn decode(bytes: &[u8]) -> Result<Self, TensorFileError> {
         let file = TensorReader::open(bytes, KIND, VERSION)?;
-        let Description { acceleration, solid, origin, .. } = file.describe()?;
+        let Description { acceleration, modal, solid, origin, .. } = file.describe()?;
         let (count, numbers) = file.rows::<f64>("acceleration.nodes", &[4])?;
         let nodes = numbers
             .chunks_exact(4)
@@ -186,6 +194,7 @@ impl ModelFile {
         };
         let model = ModelFile {
             acceleration: AccelerationModel { radius: acceleration.radius_m, field, near },
+            modal: modal.map(|modal| ModalPart::take(&file, modal)).transpose()?,
             solid: Solid::take(&file, solid)?,
             origin,
         };
@@ -207,6 +216,7 @@ impl ModelFile {
             check_mesh("near", &near.surface, 1.0)?;
             check_spectra(near, field.nodes.len())?;
         }
+        self.modal.as_ref().map_or(Ok(()), ModalPart::check)?;
         self.solid.check(*radius)?;
         check_origin(&self.origin)
     }
@@ -339,7 +349,7 @@ pub(crate) fn term(numbers: &[i16]) -> Result<Term, TensorFileError> {
     })
 }
 
-fn positive(what: &str, number: f64) -> Result<(), TensorFileError> {
+pub(super) fn positive(what: &str, number: f64) -> Result<(), TensorFileError> {
     if number > 0.0 && number.is_finite() {
         return Ok(());
     }

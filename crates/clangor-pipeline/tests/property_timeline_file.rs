@@ -63,7 +63,12 @@ fn header() -> TimelineHeader {
         body("ball", &ball, Motion::Free),
         body("floor", &Arc::new(Surface::HalfSpace), Motion::Fixed),
     ];
-    bodies[3].material = material(Damping::LossFactor(1e-4));
+    bodies[1].material = material(Damping::Rayleigh { alpha: 6.0, beta: 1e-7, g: 0.1 });
+    bodies[2].material = material(Damping::Modes {
+        t60: vec![[440.0, 1.0 / 3.0], [5e3, 0.1]],
+        otherwise: Box::new(Damping::T60Table(vec![[100.0, 1.5]])),
+    });
+    bodies[3].material = material(Damping::LossFactorTable(vec![[100.0, 1e-4], [2e3, 0.1]]));
     bodies[4].mass = f64::INFINITY;
     bodies[4].inertia = DMat3::from_diagonal(DVec3::INFINITY);
     let spring = |to| Link::Spring { body: BodyId(0), to, rest_length: 0.1, stiffness: 3.3, damping: 0.0 };

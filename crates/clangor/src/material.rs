@@ -1,6 +1,9 @@
 //! What a body is made of: elasticity for the contact, losses for the motion, damping and strength for the sound.
 
+pub mod damping;
 pub mod presets;
+
+pub use damping::Damping;
 
 /// An isotropic elastic material with the contact and loss coefficients that dynamics and sound need.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,15 +30,6 @@ pub struct Material {
     pub fracture_energy: Option<f64>,
     /// Where the numbers come from.
     pub source: String,
-}
-
-/// How fast vibration dies in a material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Damping {
-    /// Loss factor η \[-\], the same at every frequency: T60 = 6 ln 10 / (2π η f).
-    LossFactor(f64),
-    /// Time to decay by 60 dB \[s\], the same at every frequency.
-    T60(f64),
 }
 
 impl Material {

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use clangor::body::{BodyId, Link, Motion, SpringEnd, Surface, World};
 use clangor::glam::DVec3;
+use clangor::material::Damping;
 use clangor::pose::{Pose, Track};
 use clangor::scene::body_description::{Geometry, GeometryReference};
 use clangor::scene::diagnostic::{Doubt, Place, SceneErrors};
@@ -355,6 +356,23 @@ fn doubtful_scenes_are_accepted_with_a_warning() {
     // Gigapascals written as pascals.
     let soft = "[material.m]\nbase = \"steel\"\nyoungs_modulus = 200.0\n";
     assert!(doubts(&format!("{soft}{drop}"))[0].contains("a Young's modulus of 200 Pa is unusual"));
+}
+
+#[test]
+fn damping_is_a_number_a_table_or_a_law_and_single_modes_go_first() {
+    let damping = |keys: &str| {
+        let text = format!("[material.m]\nbase = \"ceramic\"\n{keys}\n{}", BALL.replace("steel", "m"));
+        world(&text).bodies[0].material.damping.clone()
+    };
+    let rows = vec![[100.0, 0.01], [2000.0, 0.002]];
+    assert_eq!(damping("loss_factor = [[100, 0.01], [2000, 0.002]]"), Damping::LossFactorTable(rows.clone()));
+    assert_eq!(damping("t60 = [[100, 0.01], [2000, 0.002]]"), Damping::T60Table(rows.clone()));
+    let law = Damping::Rayleigh { alpha: 6.0, beta: 1e-7, g: 0.0 };
+    assert_eq!(damping("rayleigh = { alpha = 6, beta = 1e-7 }"), law);
+    let modes = |otherwise| Damping::Modes { t60: rows.clone(), otherwise: Box::new(otherwise) };
+    let keys = "mode_t60 = [[100, 0.01], [2000, 0.002]]";
+    assert_eq!(damping(keys), modes(Damping::LossFactor(0.002)));
+    assert_eq!(damping(&format!("{keys}\nrayleigh = {{ alpha = 6, beta = 1e-7 }}")), modes(law));
 }
 
 #[test]

@@ -124,6 +124,10 @@ struct MaterialFields {
 enum DampingFields {
     LossFactor(f64),
     T60(f64),
+    Rayleigh { alpha: f64, beta: f64, g: f64 },
+    LossFactorTable(Vec<[f64; 2]>),
+    T60Table(Vec<[f64; 2]>),
+    Modes { t60: Vec<[f64; 2]>, otherwise: Box<DampingFields> },
 }
 
 #[derive(Serialize, Deserialize)]
@@ -253,10 +257,7 @@ fn body_fields(body: &Body, surface: SurfaceFields) -> BodyFields {
             restitution: material.restitution,
             friction: material.friction,
             rolling_loss: material.rolling_loss,
-            damping: match material.damping {
-                Damping::LossFactor(eta) => DampingFields::LossFactor(eta),
-                Damping::T60(time) => DampingFields::T60(time),
-            },
+            damping: damping_fields(&material.damping),
             tensile_strength: material.tensile_strength,
             fracture_energy: material.fracture_energy,
             source: material.source.clone(),
@@ -272,6 +273,32 @@ fn body_fields(body: &Body, surface: SurfaceFields) -> BodyFields {
         orientation: body.pose.orientation.to_array(),
         velocity: body.velocity.to_array(),
         angular_velocity: body.angular_velocity.to_array(),
+    }
+}
+
+fn damping_fields(damping: &Damping) -> DampingFields {
+    match damping {
+        Damping::LossFactor(eta) => DampingFields::LossFactor(*eta),
+        Damping::T60(time) => DampingFields::T60(*time),
+        Damping::Rayleigh { alpha, beta, g } => DampingFields::Rayleigh { alpha: *alpha, beta: *beta, g: *g },
+        Damping::LossFactorTable(rows) => DampingFields::LossFactorTable(rows.clone()),
+        Damping::T60Table(rows) => DampingFields::T60Table(rows.clone()),
+        Damping::Modes { t60, otherwise } => {
+            DampingFields::Modes { t60: t60.clone(), otherwise: Box::new(damping_fields(otherwise)) }
+        }
+    }
+}
+
+fn damping_of(fields: &DampingFields) -> Damping {
+    match fields {
+        DampingFields::LossFactor(eta) => Damping::LossFactor(*eta),
+        DampingFields::T60(time) => Damping::T60(*time),
+        DampingFields::Rayleigh { alpha, beta, g } => Damping::Rayleigh { alpha: *alpha, beta: *beta, g: *g },
+        DampingFields::LossFactorTable(rows) => Damping::LossFactorTable(rows.clone()),
+        DampingFields::T60Table(rows) => Damping::T60Table(rows.clone()),
+        DampingFields::Modes { t60, otherwise } => {
+            Damping::Modes { t60: t60.clone(), otherwise: Box::new(damping_of(otherwise)) }
+        }
     }
 }
 
@@ -434,16 +461,8 @@ impl Checks<'_> {
             let problem = format!("is {}, not above -1 and at most 0.5", m.poisson_ratio);
             return Err(self.field(&at("material.poisson_ratio"), problem));
         }
-        let damping = match m.damping {
-            DampingFields::LossFactor(eta) => {
-                self.not_negative(&at("material.damping.loss_factor"), eta)?;
-                Damping::LossFactor(eta)
-            }
-            DampingFields::T60(time) => {
-                self.positive(&at("material.damping.t60"), time)?;
-                Damping::T60(time)
-            }
-        };
+        let damping = damping_of(&m.damping);
+        damping.check().map_err(|e| self.field(&at("material.damping"), e.to_string()))?;
         let motion = match &fields.motion {
             MotionFields::Free => Motion::Free,
             MotionFields::Fixed => Motion::Fixed,

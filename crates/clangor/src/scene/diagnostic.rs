@@ -207,6 +207,14 @@ pub enum Problem {
         /// Time of the key before it \[s\].
         previous: f64,
     },
+    /// Frequencies of a table that do not ascend.
+    #[error("frequencies must ascend, but {frequency} Hz follows {previous} Hz")]
+    UnorderedFrequencies {
+        /// The offending frequency \[Hz\].
+        frequency: f64,
+        /// The one before it \[Hz\].
+        previous: f64,
+    },
     /// A size that no scene means.
     #[error("a bounding radius of {radius:.3e} m is absurd")]
     AbsurdSize {
@@ -298,6 +306,7 @@ impl Problem {
             Problem::UnorderedKeyframes { .. } => {
                 "sort the keyframes by `time`, each later than the last".into()
             }
+            Problem::UnorderedFrequencies { .. } => "sort the rows by frequency, each only once".into(),
             Problem::AbsurdSize { radius } if *radius > 1.0 => {
                 "lengths are in metres; if the file is in millimetres, set scale = 0.001".into()
             }

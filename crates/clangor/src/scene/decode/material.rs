@@ -15,6 +15,8 @@ pub(super) const KEYS: &[&str] = &[
     "rolling_loss",
     "loss_factor",
     "t60",
+    "rayleigh",
+    "mode_t60",
     "tensile_strength",
     "fracture_energy",
     "source",
@@ -27,6 +29,8 @@ const POISSON: Quantity = Quantity::between(-0.999, 0.4999, "");
 const RESTITUTION: Quantity = Quantity::between(0.0, 1.0, "");
 const FRICTION: Quantity = Quantity::between(0.0, 10.0, "");
 const LOSS_FACTOR: Quantity = Quantity::between(1e-9, 1.0, "");
+const T60: Quantity = Quantity::between(1e-6, 1e4, "s");
+const FREQUENCY: Quantity = Quantity::between(1.0, 1e6, "Hz");
 
 /// Materials of the scene, by name; presets are found behind them.
 pub(super) struct Materials {
@@ -91,9 +95,9 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str) -> Option<Material
     let poisson_ratio = required(d, "poisson_ratio", POISSON, base.as_ref().map(|b| b.poisson_ratio));
     let restitution = required(d, "restitution", RESTITUTION, base.as_ref().map(|b| b.restitution));
     let friction = required(d, "friction", FRICTION, base.as_ref().map(|b| b.friction));
-    let damping = damping(d, &section).or(base.as_ref().map(|b| b.damping));
-    if !has_base && !section.mentions("t60") {
-        section.missing(d, "loss_factor", format!("{}, or t60 in s", LOSS_FACTOR.expected()));
+    let damping = damping(d, &section, base.as_ref().map(|b| b.damping.clone()));
+    if !has_base && !["t60", "rayleigh"].iter().any(|key| section.mentions(key)) {
+        section.missing(d, "loss_factor", format!("{}, or t60 in s, or rayleigh", LOSS_FACTOR.expected()));
     }
     let rolling_loss = section.number(d, "rolling_loss", Quantity::between(0.0, 1.0, "m"));
     let tensile_strength = section.number(d, "tensile_strength", Quantity::between(1.0, 1e13, "Pa"));
@@ -143,11 +147,78 @@ fn base(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Material> {
     base
 }
 
-fn damping(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Damping> {
+fn damping(d: &mut Decoder<'_>, section: &Section<'_>, base: Option<Damping>) -> Option<Damping> {
     section.exclude(d, "t60", "loss_factor", "`loss_factor`");
-    let loss_factor = section.number(d, "loss_factor", LOSS_FACTOR).map(Damping::LossFactor);
-    let t60 = section.number(d, "t60", Quantity::between(1e-6, 1e4, "s")).map(Damping::T60);
-    loss_factor.or(t60)
+    section.exclude(d, "rayleigh", "loss_factor", "`loss_factor`");
+    section.exclude(d, "rayleigh", "t60", "`t60`");
+    let loss_factor = section.get("loss_factor").and_then(|node| {
+        constant_or_table(d, &node, LOSS_FACTOR, Damping::LossFactor, Damping::LossFactorTable)
+    });
+    let t60 =
+        section.get("t60").and_then(|node| constant_or_table(d, &node, T60, Damping::T60, Damping::T60Table));
+    let whole = loss_factor.or(t60).or_else(|| rayleigh(d, section)).or(base);
+    let modes = section.get("mode_t60").and_then(|node| table(d, &node, T60));
+    match (modes, whole) {
+        (Some(t60), Some(otherwise)) => Some(Damping::Modes { t60, otherwise: Box::new(otherwise) }),
+        (_, whole) => whole,
+    }
+}
+
+/// A number for all frequencies, or rows of a frequency and a number.
+fn constant_or_table(
+    d: &mut Decoder<'_>,
+    node: &Node<'_>,
+    quantity: Quantity,
+    constant: fn(f64) -> Damping,
+    rows: fn(Vec<[f64; 2]>) -> Damping,
+) -> Option<Damping> {
+    if node.is_array() { table(d, node, quantity).map(rows) } else { node.number(d, quantity).map(constant) }
+}
+
+/// Rows `[frequency, value]` in ascending order of frequency.
+fn table(d: &mut Decoder<'_>, node: &Node<'_>, quantity: Quantity) -> Option<Vec<[f64; 2]>> {
+    let expected = format!("a list of pairs [frequency in Hz, {}]", quantity.expected());
+    let elements = node.elements(d, &expected)?;
+    if elements.is_empty() {
+        d.error(node.place(d), Problem::WrongLength { found: 0, expected });
+        return None;
+    }
+    let mut rows: Vec<[f64; 2]> = Vec::new();
+    let mut good = true;
+    for element in &elements {
+        let pair = element.elements(d, &expected);
+        let Some([at, value]) = pair.as_deref() else {
+            if let Some(pair) = pair {
+                let expected = expected.clone();
+                d.error(element.place(d), Problem::WrongLength { found: pair.len(), expected });
+            }
+            good = false;
+            continue;
+        };
+        let (Some(frequency), Some(value)) = (at.number(d, FREQUENCY), value.number(d, quantity)) else {
+            good = false;
+            continue;
+        };
+        if let Some([previous, _]) = rows.last().copied().filter(|row| row[0] >= frequency) {
+            d.error(at.place(d), Problem::UnorderedFrequencies { frequency, previous });
+            good = false;
+        }
+        rows.push([frequency, value]);
+    }
+    good.then_some(rows)
+}
+
+fn rayleigh(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Damping> {
+    let section = section.get("rayleigh")?.section(d, &["alpha", "beta", "g"])?;
+    if !["beta", "g"].iter().any(|key| section.mentions(key)) {
+        section.missing(d, "alpha", "the damping of the mass in 1/s, or beta in s, or g in 1/s³");
+    }
+    let mut number =
+        |key, high, unit| section.number(d, key, Quantity::between(0.0, high, unit)).unwrap_or(0.0);
+    let alpha = number("alpha", 1e6, "1/s");
+    let beta = number("beta", 1.0, "s");
+    let g = number("g", 1e18, "1/s³");
+    Some(Damping::Rayleigh { alpha, beta, g })
 }
 
 /// Warns of a number outside the range of real solids, which is most often a slip of units.

@@ -269,7 +269,7 @@ fn settings_that_exclude_each_other() {
         "version = 1\n[material.m]\nbase = \"steel\"\nt60 = [[100, 1], [100, 2], [200]]\nrayleigh = {}\nmode_t60 = []",
         &[
             ("4:19", "material.m.t60[1][0]", "100 Hz follows 100 Hz", "sort the rows"),
-            ("4:29", "material.m.t60[2]", "this has 1 elements", "[frequency in Hz, a number in s"),
+            ("4:28", "material.m.t60[2]", "this has 1 elements", "[frequency in Hz, a number in s"),
             ("5:12", "material.m.rayleigh", "cannot be combined with `t60`", "keep either"),
             ("5:12", "material.m.rayleigh", "`alpha` is missing", "1/s"),
             ("6:12", "material.m.mode_t60", "this has 0 elements", "a list of pairs"),

@@ -24,4 +24,5 @@ pub mod rational;
 pub mod remesh;
 pub mod soundbank;
 pub mod tetrahedra;
+pub mod vibration;
 pub mod wave;

@@ -140,7 +140,7 @@ fn euler_characteristic(triangles: &[[u32; 3]]) -> i64 {
 }
 
 /// Thickness along the inward normal that 98 % of the area exceeds \[m\].
-fn wall_thickness(surface: &TriMesh, tree: &SurfaceTree) -> f64 {
+pub(crate) fn wall_thickness(surface: &TriMesh, tree: &SurfaceTree) -> f64 {
     let slack = 1e-6 * surface.diagonal();
     let mut walls: Vec<(f64, f64)> = (0..surface.triangles.len())
         .map(|t| {

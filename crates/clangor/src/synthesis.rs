@@ -21,6 +21,7 @@ mod field_interpolation;
 mod field_spectrum;
 pub mod listener;
 pub mod lowpass;
+pub mod modal;
 pub mod overlap_add;
 pub mod published_sound;
 pub mod renderer;

@@ -49,6 +49,15 @@ pub(super) fn transition(place: impl Fn(usize) -> f64) -> Vec<f64> {
     gains
 }
 
+/// The gain at one place of the transition.
+pub(super) fn gain(place: f64) -> f64 {
+    match place {
+        place if place >= 1.0 => 0.0,
+        place if place <= -1.0 => 1.0,
+        place => (integrated_window(place, 1.0) * BETA / (2.0 * BETA.sinh())).min(1.0),
+    }
+}
+
 /// ∫ I₀(β√(1−s²)) ds by three-point Gauss quadrature on panels of at most 1/64.
 fn integrated_window(lower: f64, upper: f64) -> f64 {
     let window = |s: f64| bessel_i0(BETA * (1.0 - s * s).max(0.0).sqrt());

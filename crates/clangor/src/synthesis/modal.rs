@@ -1,0 +1,74 @@
+//! Ringing: the modes of bodies, driven by contact forces and heard at the receivers.
+//!
+//! ```text
+//! ImpactPulse ─► ModalVoice::push_pulses ─► Q = Σ U(x)·j g(t) ─► ModalBank: ẇ = λw + Q, A = c (λw + Q)
+//!                                           ─► Σ Re{H A} on the emission grid ─► delay r/c ─► samples \[Pa\]
+//! ```
+//!
+//! Each mode of a [`ModalModel`](crate::model::modal_model::ModalModel) obeys q̈ + 2ξω q̇ + ω² q = Q and sounds as
+//! Re{H A}, with the transfer H = ρR × [`undelayed`](crate::model::modal_model::ModalTransfer::undelayed) for the
+//! direction and distance of the receiver in the frame of the body, and A the complex modal acceleration ([`bank`]).
+//! Pressure follows acceleration, so a force at rest is silent. The sound leaves at t with the pose of that time and
+//! arrives at t + r/c, r the distance from the centre of mass: a moving body or receiver is heard with its Doppler
+//! shift. A rigid floor adds the mirrored source, as for clicks. The motion is slow against sound: factors
+//! 1 + O(v/c) in the level are left out.
+//!
+//! # Use
+//!
+//! ```text
+//! let source = Arc::new(ModalSource::new(model, &body.material.damping, &modal_settings)?);   // once per model
+//! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?;     // per body and listener
+//! voice.push_pulses(&pulses)?;                 // any order, pulses of other bodies are passed over
+//! let mut channels = vec![vec![0.0; count]; receivers];
+//! voice.render_block(first_sample, &mut channels)?;   // ADDS [Pa]; blocks ascend; sample 0 is RenderSettings::start
+//! ```
+//!
+//! Voices are independent of each other: render them on any threads and add up in a fixed order. The samples have the
+//! same bits for any lengths of blocks. [`ModalVoice::first_sample`] and [`ModalVoice::is_finished`] tell when there is
+//! nothing to add.
+//!
+//! Differs from \[FRAC\] eq. (8), |p| q, which depends on how the modes of a degenerate pair are chosen and is too loud
+//! under soft contacts; [`ModalPressure::PublishedMagnitude`] plays it.
+
+pub mod bank;
+mod delay;
+mod drive;
+pub mod source;
+pub mod transfer;
+pub mod voice;
+
+pub use bank::{ModalBank, Resonance};
+pub use source::{ModalError, ModalSource};
+pub use transfer::{TransferEvaluator, TransferMemory, TransferOrder};
+pub use voice::ModalVoice;
+
+/// How a vibrating mode becomes pressure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ModalPressure {
+    /// Re{H A}: the complex transfer of the modal acceleration.
+    #[default]
+    Acceleration,
+    /// \[FRAC\] eq. (8), |p| q with p the pressure per amplitude q, |p| = ω²|H|.
+    PublishedMagnitude,
+}
+
+/// How bodies ring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModalSettings {
+    /// How modes become pressure.
+    pub pressure: ModalPressure,
+    /// Orders of the transfers that are played.
+    pub orders: TransferOrder,
+    /// Whether what a mode radiates damps it, on top of its material.
+    pub radiation_damping: bool,
+}
+
+impl Default for ModalSettings {
+    fn default() -> Self {
+        ModalSettings {
+            pressure: ModalPressure::default(),
+            orders: TransferOrder::default(),
+            radiation_damping: true,
+        }
+    }
+}

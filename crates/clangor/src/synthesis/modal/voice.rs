@@ -1,0 +1,331 @@
+//! One ringing body as the receivers of a listener hear it.
+//!
+//! The modes run on the grid of the samples at which sound leaves the body, in blocks of about 4 ms. At each end of a
+//! block the place of every receiver in the frame of the body gives the transfers, which run on a straight line in
+//! between; where the direction turns fast for the highest order, a block has up to eight parts. What leaves is carried
+//! to the receiver by a [`DelayLine`].
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use num_complex::Complex64;
+
+use super::bank::ModalBank;
+use super::delay::{DelayLine, HALF_TAPS};
+use super::source::ModalSource;
+use super::transfer::TransferMemory;
+use crate::body::BodyId;
+use crate::contact::{ForceProfile, ImpactPulse, PoseHistory};
+use crate::synthesis::listener::{Floor, Listener};
+use crate::synthesis::{RenderSettings, SynthesisError};
+
+/// Delays that are computed within a block.
+const DELAYS: i64 = 4;
+/// Parts of a block between which transfers are computed, at most.
+const MAX_PARTS: usize = 8;
+/// By how much order × direction may turn between two transfers [rad].
+const TURN: f64 = 0.5;
+
+/// See the module.
+pub struct ModalVoice<'a> {
+    source: Arc<ModalSource>,
+    body: BodyId,
+    poses: &'a PoseHistory,
+    listener: &'a Listener,
+    settings: RenderSettings,
+    bank: ModalBank,
+    /// By first sample, the next one last.
+    forces: Vec<Force>,
+    paths: Vec<Path>,
+    /// What each path sends.
+    sent: Vec<Vec<f64>>,
+    /// Samples of a block.
+    block: i64,
+    /// Whether anything has been sent.
+    begun: bool,
+    /// Sample from which on the next block is heard.
+    heard: i64,
+    memory: Memory,
+}
+
+/// A blow to come.
+#[derive(Clone, Debug, PartialEq)]
+struct Force {
+    /// When it is first felt \[samples\].
+    first: i64,
+    /// When it begins \[samples\].
+    onset: f64,
+    duration: f64,
+    profile: ForceProfile,
+    /// Places \[m\] and impulses [N s], frame of the body.
+    points: Vec<(DVec3, DVec3)>,
+}
+
+/// From the body to a receiver, directly or by the floor.
+#[derive(Clone, Debug, Default)]
+struct Path {
+    receiver: usize,
+    reflected: bool,
+    line: DelayLine,
+    /// Place of the receiver for which the transfers are [m, frame of the body]; `None` where it hears nothing.
+    place: Option<DVec3>,
+    /// Whether the transfers have been set.
+    set: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Memory {
+    amplitudes: Vec<f64>,
+    transfers: Vec<Complex64>,
+    evaluation: TransferMemory,
+}
+
+impl<'a> ModalVoice<'a> {
+    /// A body at rest.
+    ///
+    /// # Errors
+    /// A listener without receivers.
+    pub fn new(
+        source: Arc<ModalSource>,
+        body: BodyId,
+        poses: &'a PoseHistory,
+        listener: &'a Listener,
+        settings: &RenderSettings,
+    ) -> Result<Self, SynthesisError> {
+        if listener.receivers.is_empty() {
+            return Err(SynthesisError::NoReceivers { listener: listener.name.clone() });
+        }
+        let ways: &[bool] = if settings.floor == Floor::None { &[false] } else { &[false, true] };
+        let paths: Vec<Path> = (0..listener.receivers.len())
+            .flat_map(|receiver| ways.iter().map(move |reflected| (receiver, *reflected)))
+            .map(|(receiver, reflected)| Path { receiver, reflected, ..Path::default() })
+            .collect();
+        let rate = settings.sample_rate.as_f64();
+        let (low, high) = settings.band();
+        let bank = ModalBank::new(
+            source.resonances(),
+            paths.len(),
+            settings.sample_rate,
+            0.5 * (low + high),
+            source.pressure(),
+        );
+        Ok(ModalVoice {
+            source,
+            body,
+            poses,
+            listener,
+            settings: *settings,
+            bank,
+            forces: Vec::new(),
+            sent: vec![Vec::new(); paths.len()],
+            paths,
+            block: DELAYS * (rate / 1000.0).round() as i64,
+            begun: false,
+            heard: i64::MIN,
+            memory: Memory::default(),
+        })
+    }
+
+    /// Takes the impacts that strike this body; others are passed over.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, impacts of a time that has been rendered.
+    pub fn push_pulses(&mut self, pulses: &[ImpactPulse]) -> Result<(), SynthesisError> {
+        let rate = self.settings.sample_rate.as_f64();
+        for pulse in pulses {
+            for (side, share) in pulse.bodies.iter().enumerate() {
+                let Some(share) = share.filter(|share| share.body == self.body) else { continue };
+                let sign = if side == 0 { 1.0 } else { -1.0 };
+                let to_body = share.pose.orientation.inverse();
+                let points: Vec<(DVec3, DVec3)> = pulse
+                    .points
+                    .iter()
+                    .map(|(point, impulse)| (share.pose.body_from_world(*point), to_body * *impulse * sign))
+                    .collect();
+                let time = pulse.onset;
+                let bad = |what, value| SynthesisError::BadClick { what, value, body: self.body, time };
+                if !time.is_finite() {
+                    return Err(bad("the onset", time));
+                }
+                if !(pulse.duration > 0.0 && pulse.duration.is_finite()) {
+                    return Err(bad("the duration", pulse.duration));
+                }
+                if let Some((_, impulse)) = points.iter().find(|(x, j)| !x.is_finite() || !j.is_finite()) {
+                    return Err(bad("a point or an impulse", impulse.length()));
+                }
+                let onset = (time - self.settings.start) * rate;
+                let (duration, profile) = (pulse.duration, pulse.profile);
+                let first = ModalBank::first_sample(onset, duration, profile, self.settings.sample_rate);
+                if self.begun && first < self.bank.position() {
+                    return Err(SynthesisError::Late { body: self.body, time });
+                }
+                self.forces.push(Force { first, onset, duration, profile, points });
+            }
+        }
+        // Stable, so that the order of equal ones is that of the calls.
+        self.forces.sort_by(|a, b| b.first.cmp(&a.first));
+        Ok(())
+    }
+
+    /// A sample before which nothing is heard of the blows pushed so far; `None` if nothing is to come.
+    pub fn first_sample(&self) -> Option<i64> {
+        let first = if self.begun { self.bank.position() } else { self.forces.last()?.first };
+        (!self.is_finished()).then_some(first - HALF_TAPS as i64)
+    }
+
+    /// Whether the rest is silence, unless more blows are pushed.
+    pub fn is_finished(&self) -> bool {
+        self.forces.is_empty()
+            && self.bank.is_silent()
+            && (!self.begun || self.sent.iter().flatten().all(|pressure| *pressure == 0.0))
+    }
+
+    /// Adds the pressure \[Pa\] of the samples from `first_sample` on to one channel per receiver, all of one length.
+    ///
+    /// # Errors
+    /// A receiver below the rigid floor.
+    pub fn render_block(
+        &mut self,
+        first_sample: i64,
+        channels: &mut [Vec<f64>],
+    ) -> Result<(), SynthesisError> {
+        let count = channels.iter().map(Vec::len).min().unwrap_or(0);
+        let last = first_sample + count as i64 - 1;
+        if count == 0 || self.is_finished() {
+            return Ok(());
+        }
+        if !self.begun {
+            // Nothing arrives before it leaves.
+            let Some(force) = self.forces.last().filter(|force| force.first <= last) else { return Ok(()) };
+            let start = force.first.div_euclid(self.block) * self.block;
+            self.begin(start)?;
+        }
+        while !self.paths.iter().all(|path| path.line.covers(last, self.bank.position())) {
+            self.send_block()?;
+        }
+        if first_sample != self.heard {
+            self.paths.iter_mut().for_each(|path| path.line.forget_place());
+        }
+        for (path, sent) in self.paths.iter_mut().zip(&mut self.sent) {
+            let channel = &mut channels[path.receiver][..count];
+            path.line.listen(sent, first_sample, channel);
+            path.line.trim(sent);
+        }
+        self.heard = first_sample + count as i64;
+        Ok(())
+    }
+
+    /// Sends from sample `start` on.
+    fn begin(&mut self, start: i64) -> Result<(), SynthesisError> {
+        self.begun = true;
+        self.bank.seek(start);
+        let spacing = self.block / DELAYS;
+        let first = start / spacing - 1;
+        for p in 0..self.paths.len() {
+            self.paths[p].line = DelayLine::new(start, spacing, first);
+            for i in first..first + 1 + 3 {
+                let delay = self.delay(p, i * spacing)?;
+                self.paths[p].line.push_delay(delay);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends one block.
+    fn send_block(&mut self) -> Result<(), SynthesisError> {
+        let start = self.bank.position();
+        let end = start + self.block;
+        while let Some(force) = self.forces.pop_if(|force| force.first < end) {
+            self.source.amplitudes(&force.points, &mut self.memory.amplitudes);
+            self.bank.add_pulse(force.profile, force.onset, force.duration, &self.memory.amplitudes);
+        }
+        let spacing = self.block / DELAYS;
+        for p in 0..self.paths.len() {
+            for i in 1..=DELAYS {
+                // Two ahead of the block, for the slopes at its end.
+                let delay = self.delay(p, start + (i + 2) * spacing)?;
+                self.paths[p].line.push_delay(delay);
+            }
+        }
+        if self.bank.is_silent() {
+            for (path, sent) in self.paths.iter_mut().zip(&mut self.sent) {
+                sent.resize(sent.len() + self.block as usize, 0.0);
+                path.set = false;
+            }
+            self.bank.seek(end);
+            return Ok(());
+        }
+        self.set_transfers(start)?;
+        let parts = self.parts(end)?;
+        for part in 1..=parts {
+            let next = start + self.block * part as i64 / parts as i64;
+            self.set_transfers(next)?;
+            self.bank.render((next - self.bank.position()) as usize, &mut self.sent);
+        }
+        Ok(())
+    }
+
+    /// Into how many parts a block that ends at `end` is to be divided.
+    fn parts(&mut self, end: i64) -> Result<usize, SynthesisError> {
+        let mut largest: f64 = 0.0;
+        for p in 0..self.paths.len() {
+            let then = self.towards(p, end)?.1;
+            if let (Some(now), Some(then)) = (self.paths[p].place, then) {
+                let size = now.length().min(then.length());
+                // The angle and the change of distance, as a part of it.
+                largest = largest.max((now - then).length() / size.max(1e-3 * self.source.model().radius));
+            }
+        }
+        let turn = largest * (self.source.max_order() + 1) as f64;
+        Ok(((turn / TURN).ceil() as usize).clamp(1, MAX_PARTS))
+    }
+
+    /// Sets the transfers that all paths have at a sample.
+    fn set_transfers(&mut self, sample: i64) -> Result<(), SynthesisError> {
+        let mut jumped = false;
+        for p in 0..self.paths.len() {
+            let place = self.towards(p, sample)?.1;
+            let path = &mut self.paths[p];
+            if path.set && path.place == place {
+                continue;
+            }
+            jumped |= !path.set;
+            (path.place, path.set) = (place, true);
+            let Memory { transfers, evaluation, .. } = &mut self.memory;
+            match place {
+                Some(place) => self.source.transfers(place, evaluation, transfers),
+                None => {
+                    transfers.clear();
+                    transfers.resize(self.source.resonances().len(), Complex64::ZERO);
+                }
+            }
+            self.bank.set_transfers(p, transfers);
+        }
+        if jumped {
+            self.bank.jump_to_transfers();
+        }
+        Ok(())
+    }
+
+    /// Delay of what leaves at a sample \[samples\].
+    fn delay(&self, path: usize, sample: i64) -> Result<f64, SynthesisError> {
+        Ok(self.towards(path, sample)?.0 * self.settings.sample_rate.as_f64())
+    }
+
+    /// How long what leaves the centre of mass at a sample is on its way \[s\], and where the receiver that hears it is
+    /// [m, frame of the body]; nowhere if the body is below the floor.
+    fn towards(&self, path: usize, sample: i64) -> Result<(f64, Option<DVec3>), SynthesisError> {
+        let RenderSettings { medium, floor, start, sample_rate, .. } = self.settings;
+        let Path { receiver, reflected, .. } = self.paths[path];
+        let time = start + sample as f64 / sample_rate.as_f64();
+        let pose = self.poses.at(self.body, time);
+        let mirrored = |point: DVec3| floor.mirrored(point).filter(|_| reflected).unwrap_or(point);
+        let from = (mirrored(pose.position), 0.0);
+        let (heard, position) = self.listener.arrival(receiver, from, time, medium.sound_speed);
+        floor.check(self.listener, position, heard)?;
+        let below = floor.mirrored(pose.position).is_some_and(|mirrored| mirrored.y > pose.position.y);
+        // What the mirrored source makes at the receiver, the source makes at the mirrored receiver.
+        let towards = mirrored(position) - pose.position;
+        Ok((heard - time, (!below).then(|| pose.orientation.inverse() * towards)))
+    }
+}

@@ -3,6 +3,8 @@
 //! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ U(x)·n on the surface, outgoing, e^{+iωt}: the pressure of a modal
 //! acceleration q̈ = 1, k = ω/c. What comes of it is the transfer of `clangor::model::modal_model`.
 
+#[cfg(feature = "gpu")]
+pub mod gpu_transfers;
 pub mod surface_motion;
 
 use std::ops::ControlFlow;

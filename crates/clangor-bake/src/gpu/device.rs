@@ -122,6 +122,15 @@ impl Gpu {
         self.check(buffer)
     }
 
+    /// Replaces the first words of a buffer, before whatever is run next.
+    ///
+    /// # Errors
+    /// [`GpuError::Failed`] for more words than the buffer has.
+    pub fn write(&self, buffer: &GpuBuffer, words: &[u32]) -> Result<(), GpuError> {
+        self.queue.write_buffer(&buffer.buffer, 0, bytemuck::cast_slice(words));
+        self.check(())
+    }
+
     /// A buffer of zeros, of at least one word.
     ///
     /// # Errors

@@ -5,6 +5,7 @@
 
 #[cfg(feature = "gpu")]
 pub mod gpu_transfers;
+pub mod round;
 pub mod surface_motion;
 
 use std::ops::ControlFlow;

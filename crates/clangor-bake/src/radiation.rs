@@ -25,6 +25,15 @@ pub enum RadiationError {
         /// Wavenumber k [1/m].
         wavenumber: f64,
     },
+    /// Points inside the body that do not come to rest.
+    #[error("the solution at {wavenumber:.4e} 1/m cannot be told from a resonance of the body's inside")]
+    Resonance {
+        /// Wavenumber k [1/m].
+        wavenumber: f64,
+    },
+    /// Stopped by the caller.
+    #[error("interrupted")]
+    Interrupted,
     /// A solution that is not finite.
     #[error("the solution at {wavenumber:.4e} 1/m is not finite")]
     NotFinite {

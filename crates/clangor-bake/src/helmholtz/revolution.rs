@@ -1,14 +1,15 @@
 //! Boundary elements on the meridian: the field of a body of revolution.
 //!
-//! Around the axis the pressure of a rigid motion is p₀(s) or p₁(s) cos φ, so that the integral equation for the pressure
-//! on the surface
+//! Around the axis the pressure of a rigid motion is p₀(s) or p₁(s) cos φ, that of a vibration a sum of p_m(s) cos mφ and
+//! p_m(s) sin mφ, so that the integral equation for the pressure on the surface
 //!
 //! ```text
 //! ½ p(x) − ∫ p ∂G/∂n' dS' = ∫ a_n G dS',    G = e^{−ikρ}/(4πρ)
 //! ```
 //!
-//! is one over the meridian for each of the orders 0 (moving along the axis) and 1 (moving across it, turning about an
-//! axis across it). Turning about the axis itself moves no fluid. The two directions across are one solution.
+//! is one over the meridian for each order m: 0 for moving along the axis and 1 for moving across it or turning about an
+//! axis across it (here), any for vibrations ([`azimuthal`]). Turning about the axis itself moves no fluid. The
+//! directions cos mφ and sin mφ are one solution.
 //!
 //! Collocation at the Gauss–Legendre nodes of panels graded towards edges (`panels`), kernels integrated around the axis
 //! to ten digits at any distance (`ring`), singular and nearly singular integrals by graded rules (`rows`). The idea of
@@ -18,8 +19,11 @@
 //! The equation has no unique solution at the resonances of an interior with p = 0 on its surface. The lowest is no
 //! lower than about π/2 over the largest inscribed radius ρ (exactly so for convex bodies: Hersch, Z. Angew. Math. Phys.
 //! 11, 1960). Bands that stay below are solved on the real axis. Others at k − 0.05i/R, where the equation
-//! is well-conditioned, and the sample says so.
+//! is well-conditioned, and the sample says so; a vibration at its own real frequency with points inside
+//! the body where there is to be no pressure.
 
+pub mod azimuthal;
+mod inside;
 mod lanes;
 mod multipoles;
 mod panels;
@@ -27,28 +31,27 @@ mod ring;
 mod rows;
 mod turned;
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
+use std::ops::Range;
 
 use clangor::geometry::meridian::Meridian;
 use clangor::geometry::tri_mesh::TriMesh;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use self::multipoles::{AxisProjection, AxisTurn};
+use self::inside::inscribed_radius;
+use self::multipoles::{AxisProjection, AxisTurn, MOTIONS, motion};
 use self::panels::Panels;
 use self::ring::MidpointLadder;
-use self::rows::{MOTIONS, Row, RowContext};
+use self::rows::{Observer, Row, RowContext, Wave};
 use self::turned::TurnedSurface;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 /// Imaginary part of −kR where the band holds resonances of the interior.
 const DAMPING: f64 = 0.05;
-
-/// Part of π/(2ρ) below which there are none.
-const RESONANCE_MARGIN: f64 = 0.9;
 
 /// Longest edge of the surface mesh, in bounding radii.
 const COARSEST_SURFACE: f64 = 0.12;
@@ -95,7 +98,7 @@ impl RevolutionSolver {
     /// For a meridian whose y = 0 is the centre of mass, turned about `axis` through the origin.
     pub fn new(meridian: &Meridian, axis: DVec3, options: RevolutionOptions) -> Self {
         let radius = meridian.bounding_radius();
-        let resonance = RESONANCE_MARGIN * FRAC_PI_2 / inscribed_radius(meridian);
+        let resonance = inside::first_resonance(inscribed_radius(meridian));
         let damping = if options.max_wavenumber < resonance { 0.0 } else { -DAMPING / radius };
         let axis = axis.normalize();
         RevolutionSolver { meridian: meridian.clone(), axis, radius, options, damping, surface: None }
@@ -126,20 +129,35 @@ impl RevolutionSolver {
         wavenumbers: &[f64],
         order: usize,
     ) -> Result<Vec<RadiationSample>, RadiationError> {
-        let nodes = panels.nodes.len();
-        let complex: Vec<Complex64> = wavenumbers.iter().map(|k| Complex64::new(*k, self.damping)).collect();
+        let waves: Vec<Wave<2>> = wavenumbers
+            .iter()
+            .map(|k| Wave {
+                wavenumber: Complex64::new(*k, self.damping),
+                orders: [0, 1],
+                sources: [vec![0], vec![1, 2]],
+            })
+            .collect();
+        let accelerations: Vec<Vec<f64>> = (0..MOTIONS)
+            .map(|i| panels.nodes.iter().map(|n| motion(n.position, n.normal.normalize())[i]).collect())
+            .collect();
         let highest = wavenumbers.last().copied().unwrap_or(0.0);
-        let widest = panels.nodes.iter().map(|n| n.position.x).fold(0.0, f64::max);
-        let ladder = MidpointLadder::new(highest * widest);
-        let context = RowContext::new(panels, &ladder, &complex);
-        let rows: Vec<Row> = (0..nodes).into_par_iter().map(|i| context.row(i)).collect();
-        let projection = AxisProjection::new(panels, self.radius, order);
+        let ladder = MidpointLadder::new(highest * panels.widest(), 1);
+        let context = RowContext::new(panels, &ladder, &waves, &accelerations);
+        let rows: Vec<Row> = panels.nodes.par_iter().map(|node| context.row(Observer::node(node))).collect();
+        let projections = [0, 1].map(|m| AxisProjection::new(panels, self.radius, m, order));
         let turn = AxisTurn::new(self.axis, order);
-        (0..complex.len())
+        (0..waves.len())
             .into_par_iter()
             .map(|f| {
-                let pressure = solve_system(&rows, f);
-                let coefficients = turn.coefficients(&projection.coefficients(&pressure, complex[f]));
+                let wavenumber = waves[f].wavenumber;
+                let (along, across) =
+                    (solve_system::<2>(&rows, f, 0, 0..1), solve_system::<2>(&rows, f, 1, 1..3));
+                let pressure: [Vec<Complex64>; MOTIONS] =
+                    std::array::from_fn(|i| if i == 0 { along[0].clone() } else { across[i - 1].clone() });
+                let about_axis = std::array::from_fn(|i| {
+                    projections[i.min(1)].coefficients(&pressure[i], &accelerations[i], wavenumber)
+                });
+                let coefficients = turn.coefficients(&about_axis);
                 let surface_pressure = self
                     .surface
                     .as_ref()
@@ -148,7 +166,7 @@ impl RevolutionSolver {
                 if !finite {
                     return Err(RadiationError::NotFinite { wavenumber: wavenumbers[f] });
                 }
-                Ok(RadiationSample { wavenumber: complex[f], coefficients, surface_pressure })
+                Ok(RadiationSample { wavenumber, coefficients, surface_pressure })
             })
             .collect()
     }
@@ -188,44 +206,24 @@ impl RadiationSolver for RevolutionSolver {
     }
 }
 
-/// Pressures of the three motions at the nodes, for one wavenumber of a batch.
-fn solve_system(rows: &[Row], f: usize) -> [Vec<Complex64>; MOTIONS] {
+/// The equations of one order, by number, of a wave of a batch, as they stand for nodes (½ p on the diagonal).
+fn system_matrix<const M: usize>(rows: &[Row], wave: usize, order: usize) -> Mat<Complex64> {
     let nodes = rows.len();
-    let solve = |m: usize, motions: &[usize]| {
-        let start = (2 * f + m) * nodes;
-        let matrix = Mat::from_fn(nodes, nodes, |i, j| {
-            let diagonal = if i == j { 0.5 } else { 0.0 };
-            Complex64::new(diagonal - rows[i].real[start + j], -rows[i].imaginary[start + j])
-        });
-        let rhs = Mat::from_fn(nodes, motions.len(), |i, j| rows[i].rhs[f][motions[j]]);
-        let solution = matrix.partial_piv_lu().solve(&rhs);
-        move |j: usize| (0..nodes).map(|i| solution[(i, j)]).collect::<Vec<_>>()
-    };
-    let (along, across) = (solve(0, &[0]), solve(1, &[1, 2]));
-    [along(0), across(0), across(1)]
+    let start = (M * wave + order) * nodes;
+    Mat::from_fn(nodes, nodes, |i, j| {
+        let diagonal = if i == j { 0.5 } else { 0.0 };
+        Complex64::new(diagonal - rows[i].real[start + j], -rows[i].imaginary[start + j])
+    })
 }
 
-/// Radius \[m\] of the largest ball inside that touches the surface at one of many points.
-///
-/// The ball that touches at x with outward normal n and passes through q has the radius |q − x|²/(2 n·(x − q)).
-fn inscribed_radius(meridian: &Meridian) -> f64 {
-    const PARTS: usize = 96;
-    let mut points: Vec<(DVec2, DVec2)> = Vec::new();
-    for piece in meridian.pieces() {
-        points.extend((0..PARTS).map(|k| {
-            let t = (k as f64 + 0.5) / PARTS as f64;
-            let v = piece.velocity(t).normalize();
-            (piece.point(t), DVec2::new(v.y, -v.x))
-        }));
-    }
-    let radius_at = |(x, n): (DVec2, DVec2)| {
-        points
-            .iter()
-            .flat_map(|(q, _)| [*q, DVec2::new(-q.x, q.y)])
-            .map(|q| (q - x, n.dot(x - q)))
-            .filter(|(gap, depth)| *depth > 1e-9 * gap.length())
-            .map(|(gap, depth)| 0.5 * gap.length_squared() / depth)
-            .fold(f64::INFINITY, f64::min)
-    };
-    points.iter().map(|p| radius_at(*p)).filter(|r| r.is_finite()).fold(0.0, f64::max)
+/// Pressures at the nodes of some of the right-hand sides, which are of this order, of a wave of a batch.
+fn solve_system<const M: usize>(
+    rows: &[Row],
+    wave: usize,
+    order: usize,
+    sources: Range<usize>,
+) -> Vec<Vec<Complex64>> {
+    let rhs = Mat::from_fn(rows.len(), sources.len(), |i, j| rows[i].rhs[wave][sources.start + j]);
+    let solution = system_matrix::<M>(rows, wave, order).partial_piv_lu().solve(&rhs);
+    (0..sources.len()).map(|j| (0..rows.len()).map(|i| solution[(i, j)]).collect()).collect()
 }

@@ -1,13 +1,13 @@
-//! From the pressures of orders m = 0 and 1 on the meridian to multipoles about any axes.
+//! From the pressures on the meridian to multipoles, and of the rigid motions to multipoles about any axes.
 //!
-//! About the body's own axis a only harmonics of order 0 and 1 occur, so that the integral of
+//! About the body's own axis a pressure of order m has harmonics of order m only, so that the integral of
 //! [`multipole_projection`](crate::multipole_projection) is over the meridian alone:
 //!
 //! ```text
 //! c_n = θₙ(ikR)/R^{n+1} · (2π, π) ∫ [ p_m ∂/∂n (u_n(kr) rⁿ Y_nm) + a_m u_n(kr) rⁿ Y_nm ] r ds
 //! ```
 //!
-//! In the axes of the body they spread over all orders. With e any direction across the axis and φ counted from it, the
+//! with 2π for m = 0. Rigid motions have m = 0 and 1. In the axes of the body they spread over all orders. With e any direction across the axis and φ counted from it, the
 //! addition theorem for Pₙ(a·x) and its derivative when a tilts towards e give
 //!
 //! ```text
@@ -19,95 +19,123 @@ use std::f64::consts::PI;
 
 use clangor::model::acceleration_field::DEGREES;
 use clangor::model::radial::{regular, reverse_bessel};
-use clangor::model::spherical_harmonics::{count, index, solid_harmonics_with_gradient};
-use glam::DVec3;
+use clangor::model::spherical_harmonics::{count, solid_harmonics_with_gradient};
+use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 
 use super::panels::Panels;
-use super::rows::{MOTIONS, motion};
 
-/// Harmonics at a node, for m = 0 and 1.
+/// Rigid motions: along the axis (m = 0), across it, and turning about an axis across it (m = 1).
+pub(super) const MOTIONS: usize = 3;
+
+/// a_n of the motions at a point of the meridian with this normal.
+pub(super) fn motion(x: DVec2, normal: DVec2) -> [f64; MOTIONS] {
+    [normal.y, normal.x, x.x * normal.y - x.y * normal.x]
+}
+
+/// Harmonics of one order m at a node.
 struct NodeHarmonics {
     /// |x|², x·n dS, in units of R.
     square: f64,
     along: f64,
-    /// For each n and m: n·∇(rⁿY) dS and rⁿY.
-    terms: Vec<[[f64; 2]; 2]>,
-    /// a_m dS of the motions, without the normal's share.
-    motions: [f64; MOTIONS],
+    /// dS \[m²\].
+    area: f64,
+    /// For each n from m: n·∇(rⁿY) dS and rⁿY.
+    terms: Vec<[f64; 2]>,
 }
 
-/// The projection from one set of panels.
+/// The projection of order m from one set of panels.
 pub(super) struct AxisProjection {
     nodes: Vec<NodeHarmonics>,
     radius: f64,
+    around: usize,
     order: usize,
 }
 
 impl AxisProjection {
-    /// For coefficients on the sphere of `radius` \[m\] up to an order.
-    pub(super) fn new(panels: &Panels, radius: f64, order: usize) -> Self {
-        let (mut values, mut gradients) = (Vec::new(), Vec::new());
+    /// For pressures that go like cos mφ or sin mφ, m = `around`, and coefficients on the sphere of `radius` \[m\] up to
+    /// an order.
+    pub(super) fn new(panels: &Panels, radius: f64, around: usize, order: usize) -> Self {
+        let turn = if around == 0 { 2.0 * PI } else { PI };
+        let steps: Vec<[f64; 2]> = (around + 1..=order).map(|n| recurrence(n, around)).collect();
         let nodes = panels
             .nodes
             .iter()
             .map(|node| {
-                let p = node.position / radius;
-                // The polar axis is z here; φ = 0.
-                let x = DVec3::new(p.x, 0.0, p.y);
-                let area = node.weight * node.position.x;
-                let normal = DVec3::new(node.normal.x, 0.0, node.normal.y) * area;
-                solid_harmonics_with_gradient(x, order, &mut values, &mut gradients);
-                let terms = (0..=order)
-                    .map(|n| {
-                        [0, 1].map(|m| {
-                            if m > n {
-                                return [0.0; 2];
-                            }
-                            let i = index(n, m as isize);
-                            let turn = if m == 0 { 2.0 * PI } else { PI };
-                            [turn * gradients[i].dot(normal), turn * values[i]]
-                        })
-                    })
+                let x = node.position / radius;
+                let area = turn * node.weight * node.position.x;
+                let normal = node.normal * area;
+                let terms = harmonics(x, around, &steps)
+                    .into_iter()
+                    .map(|(value, gradient)| [gradient.dot(normal), value])
                     .collect();
-                let motions =
-                    motion(node.position.x, node.position.y, node.normal.x, node.normal.y).map(|a| a * area);
-                NodeHarmonics { square: x.length_squared(), along: x.dot(normal), terms, motions }
+                let area = area * node.normal.length();
+                NodeHarmonics { square: x.length_squared(), along: x.dot(normal), area, terms }
             })
             .collect();
-        AxisProjection { nodes, radius, order }
+        AxisProjection { nodes, radius, around, order }
     }
 
-    /// c_n of the three motions from their pressures at the nodes.
+    /// c_n, n from 0, of the pressures and normal accelerations at the nodes.
     pub(super) fn coefficients(
         &self,
-        pressure: &[Vec<Complex64>; MOTIONS],
+        pressure: &[Complex64],
+        acceleration: &[f64],
         wavenumber: Complex64,
-    ) -> [Vec<Complex64>; MOTIONS] {
-        let mut sums: [Vec<Complex64>; MOTIONS] =
-            std::array::from_fn(|_| vec![Complex64::ZERO; self.order + 1]);
+    ) -> Vec<Complex64> {
+        let mut sums = vec![Complex64::ZERO; self.order + 1];
         let square = wavenumber * wavenumber * (self.radius * self.radius);
         let mut radial = Vec::new();
-        for (k, node) in self.nodes.iter().enumerate() {
+        for ((node, p), a) in self.nodes.iter().zip(pressure).zip(acceleration) {
             regular(square * node.square, self.order + 1, &mut radial);
-            for (i, sum) in sums.iter_mut().enumerate() {
-                let m = usize::from(i > 0);
-                let p = pressure[i][k] / self.radius;
-                for n in m..=self.order {
-                    let [normal, value] = node.terms[n][m];
-                    // u'_n(z) = −z u_{n+1}(z).
-                    let slope = radial[n] * normal - square * radial[n + 1] * (node.along * value);
-                    sum[n] += p * slope + radial[n] * (value * node.motions[i]);
-                }
+            let (p, a) = (p / self.radius, a * node.area);
+            for ([normal, value], n) in node.terms.iter().zip(self.around..) {
+                // u'_n(z) = −z u_{n+1}(z).
+                let slope = radial[n] * *normal - square * radial[n + 1] * (node.along * value);
+                sums[n] += p * slope + radial[n] * (value * a);
             }
         }
         let mut scale = Vec::new();
         reverse_bessel(Complex64::I * wavenumber * self.radius, self.order, &mut scale);
-        for sum in &mut sums {
-            sum.iter_mut().zip(&scale).for_each(|(c, s)| *c *= s / self.radius);
-        }
+        sums.iter_mut().zip(&scale).for_each(|(c, s)| *c *= s / self.radius);
         sums
     }
+}
+
+/// rⁿ Y_nm and its gradient at φ = 0 for n = m and those of the steps, in the half-plane (r, y) with y the polar axis.
+fn harmonics(x: DVec2, m: usize, steps: &[[f64; 2]]) -> Vec<(f64, DVec2)> {
+    let mut size = (0.25 / PI).sqrt();
+    for k in 1..=m {
+        size *= ((2 * k + 1) as f64 / (2 * k) as f64).sqrt();
+    }
+    let (value, slope) = match m {
+        0 => (size, 0.0),
+        _ => {
+            let below = std::f64::consts::SQRT_2 * size * x.x.powi(m as i32 - 1);
+            (below * x.x, m as f64 * below)
+        }
+    };
+    let mut out = vec![(value, DVec2::new(slope, 0.0))];
+    let square = x.length_squared();
+    let mut before = (0.0, DVec2::ZERO);
+    for (k, [a, b]) in steps.iter().enumerate() {
+        let here = out[k];
+        let value = a * (x.y * here.0) - b * square * before.0;
+        let gradient =
+            *a * (DVec2::Y * here.0 + x.y * here.1) - *b * (2.0 * x * before.0 + square * before.1);
+        out.push((value, gradient));
+        before = here;
+    }
+    out
+}
+
+/// a and b of `P̄_n = a z P̄_{n−1} − b r² P̄_{n−2}` for fully normalised Legendre functions of degree m < n.
+fn recurrence(n: usize, m: usize) -> [f64; 2] {
+    let (n, m) = (n as f64, m as f64);
+    let below = n * n - m * m;
+    let before = (n - 1.0).powi(2) - m * m;
+    let b = ((2.0 * n + 1.0) * before / ((2.0 * n - 3.0) * below)).max(0.0).sqrt();
+    [((4.0 * n * n - 1.0) / below).sqrt(), b]
 }
 
 /// Turns coefficients about the axis into those of the six motions in the body's own axes.
@@ -166,5 +194,30 @@ pub(super) fn decompose(axis: DVec3, degree: usize) -> (f64, DVec3) {
         (along, unit - axis * along)
     } else {
         (0.0, axis.cross(unit))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clangor::model::spherical_harmonics::index;
+
+    use super::*;
+
+    #[test]
+    fn harmonics_are_those_of_the_whole_space_at_no_angle() {
+        let (mut values, mut gradients) = (Vec::new(), Vec::new());
+        let x = DVec2::new(0.4, -0.7);
+        solid_harmonics_with_gradient(DVec3::new(x.x, 0.0, x.y), 20, &mut values, &mut gradients);
+        for m in 0..=20 {
+            let steps: Vec<[f64; 2]> = (m + 1..=20).map(|n| recurrence(n, m)).collect();
+            let found = harmonics(x, m, &steps);
+            assert_eq!(found.len(), 21 - m);
+            for ((value, gradient), n) in found.iter().zip(m..) {
+                let i = index(n, m as isize);
+                // Residual seen: 2e-16.
+                assert!((value - values[i]).abs() < 1e-13);
+                assert!((*gradient - DVec2::new(gradients[i].x, gradients[i].z)).length() < 1e-12);
+            }
+        }
     }
 }

@@ -143,6 +143,11 @@ impl Panels {
         Panels { pieces, panels, nodes, rule, barycentric }
     }
 
+    /// Largest r of a node \[m\].
+    pub(super) fn widest(&self) -> f64 {
+        self.nodes.iter().map(|n| n.position.x).fold(0.0, f64::max)
+    }
+
     /// Values at x in [0, 1] of the polynomials that are 1 at one node of the rule and 0 at the others.
     #[inline(always)]
     pub(super) fn cardinal(&self, x: f64, values: &mut [f64]) {
@@ -155,6 +160,21 @@ impl Panels {
         }
         let inverse = 1.0 / sum;
         values.iter_mut().for_each(|v| *v *= inverse);
+    }
+
+    /// Slopes at each node of the rule on [0, 1], node after node, of the polynomials of [`cardinal`](Self::cardinal).
+    pub(super) fn slopes(&self) -> Vec<f64> {
+        let count = self.rule.len();
+        let mut out = vec![0.0; count * count];
+        for i in 0..count {
+            for j in (0..count).filter(|j| *j != i) {
+                let gap = self.rule[i].0 - self.rule[j].0;
+                let slope = self.barycentric[j] / self.barycentric[i] / gap;
+                out[i * count + j] = slope;
+                out[i * count + i] -= slope;
+            }
+        }
+        out
     }
 
     /// The panel and the place on it in [0, 1] of a parameter of a piece.

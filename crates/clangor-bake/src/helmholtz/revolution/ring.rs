@@ -9,10 +9,10 @@
 //! ```
 //!
 //! cos kρ, C, sin kρ/ρ and E/ρ³ are entire functions of ρ² and so of cos φ: their Fourier series end at about
-//! k min(r, r'), however close the target is. What does not is 1/ρ and 1/ρ³, whose Fourier coefficients are Laplace's,
-//! known by elliptic integrals and a recurrence. The integral of a product of the two over J midpoints is
-//! therefore as exact for a target on the ring as far away: Σ_j w_j cos kρ_j, w_j being the first J terms of the series of
-//! 1/ρ. The weights hold for all frequencies.
+//! k min(r, r'), and with cos mφ at m more, however close the target is. What does not is 1/ρ and 1/ρ³, whose Fourier
+//! coefficients are Laplace's, known by elliptic integrals and a recurrence. The integral of a product of the two
+//! over J midpoints is therefore as exact for a target on the ring as far away: Σ_j w_j cos kρ_j cos mφ_j, w_j being the
+//! first J terms of the series of 1/ρ. The weights hold for all frequencies and orders.
 //!
 //! With ρ² = s²(1 − 2t cos φ + t²), 1/ρ = s⁻¹ (b₀/2 + Σ bₙ cos nφ), b₀ = 4K(t)/π, b₁ = 4(K − E)/(πt) and
 //!
@@ -58,8 +58,6 @@ pub(super) struct Sources {
 pub(super) struct Midpoints {
     /// J, a multiple of 8.
     count: usize,
-    /// cos φ_j.
-    cosine: Vec<f64>,
     /// sin²(φ_j/2).
     haversine: Vec<f64>,
     /// cos nφ_j for the first half of the j, n running fastest.
@@ -81,11 +79,20 @@ impl Midpoints {
         }
         Midpoints {
             count,
-            cosine: (0..count).map(|j| angle(j).cos()).collect(),
             haversine: (0..count).map(|j| (0.5 * angle(j)).sin().powi(2)).collect(),
             harmonics,
             plain: (-DIED_OUT / count as f64).exp(),
         }
+    }
+
+    /// cos mφ_j for m < J.
+    #[inline(always)]
+    fn harmonic(&self, m: usize, j: usize) -> f64 {
+        if 2 * j < self.count {
+            return self.harmonics[j * self.count + m];
+        }
+        let mirrored = self.harmonics[(self.count - 1 - j) * self.count + m];
+        if m.is_multiple_of(2) { mirrored } else { -mirrored }
     }
 }
 
@@ -94,23 +101,25 @@ impl Midpoints {
 pub(super) struct MidpointLadder(Vec<Midpoints>);
 
 impl MidpointLadder {
-    /// Rules up to what rings need that are seen from a radius with kr up to `bandwidth`.
-    pub(super) fn new(bandwidth: f64) -> Self {
-        MidpointLadder((1..=points_for(bandwidth).div_ceil(8)).map(|k| Midpoints::new(8 * k)).collect())
+    /// Rules up to what rings need that are seen from a radius with kr up to `bandwidth`, for m up to `order`.
+    pub(super) fn new(bandwidth: f64, order: usize) -> Self {
+        let longest = points_for(bandwidth, order).div_ceil(8);
+        MidpointLadder((1..=longest).map(|k| Midpoints::new(8 * k)).collect())
     }
 
-    /// The rule for k min(r, r') = `bandwidth`.
+    /// The rule for k min(r, r') = `bandwidth` and m up to `order`.
     #[inline(always)]
-    pub(super) fn rule(&self, bandwidth: f64) -> &Midpoints {
-        let k = points_for(bandwidth).div_ceil(8).clamp(1, self.0.len());
+    pub(super) fn rule(&self, bandwidth: f64, order: usize) -> &Midpoints {
+        let k = points_for(bandwidth, order).div_ceil(8).clamp(1, self.0.len());
         &self.0[k - 1]
     }
 }
 
 /// The series of cos kρ ends like the Bessel functions J₂ₙ(2kr): at n = kr, and a few times (kr)^{1/3} beyond.
 #[inline(always)]
-fn points_for(bandwidth: f64) -> usize {
-    (bandwidth + 3.5 * bandwidth.cbrt() + 7.0).ceil() as usize
+fn points_for(bandwidth: f64, order: usize) -> usize {
+    // 7 points hold m = 1 too.
+    (bandwidth + 3.5 * bandwidth.cbrt() + 7.0).ceil() as usize + order.saturating_sub(1)
 }
 
 /// What is multiplied by C, E, cos kρ and sin kρ at the midpoints, and summed.
@@ -124,11 +133,11 @@ pub(super) struct RingRule {
     upward: Vec<Lanes>,
 }
 
-/// S₀, S₁, D₀, D₁ of eight points, real and imaginary parts.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct RingKernels {
-    pub(super) single: [[Lanes; 2]; 2],
-    pub(super) double: [[Lanes; 2]; 2],
+/// S_m and D_m of eight points for M orders m, real and imaginary parts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RingKernels<const M: usize> {
+    pub(super) single: [[Lanes; 2]; M],
+    pub(super) double: [[Lanes; 2]; M],
 }
 
 impl RingRule {
@@ -254,11 +263,16 @@ impl RingRule {
         }
     }
 
-    /// The kernels at a wavenumber, whose imaginary part is used if `DAMPED`.
+    /// The kernels of some orders at a wavenumber, whose imaginary part is used if `DAMPED`.
     #[inline(always)]
-    pub(super) fn kernels<const DAMPED: bool>(&self, k: Complex64, midpoints: &Midpoints) -> RingKernels {
-        let mut sums = [[Lanes::default(); 4]; 2];
-        for (point, cosine) in self.points.iter().zip(&midpoints.cosine) {
+    pub(super) fn kernels<const DAMPED: bool, const M: usize>(
+        &self,
+        k: Complex64,
+        orders: [usize; M],
+        midpoints: &Midpoints,
+    ) -> RingKernels<M> {
+        let mut sums = [[Lanes::default(); 4]; M];
+        for (j, point) in self.points.iter().enumerate() {
             let [distance, cos_single, sin_single, c_double, e_double] = *point;
             let phase = distance * k.re;
             let (s, c) = phase.sin_cos();
@@ -288,14 +302,17 @@ impl RingRule {
                 terms[2] = c_double * phase.mul_add(s, c);
                 terms[3] = e_double * (phase * c - s);
             }
-            let cosine = Lanes::splat(*cosine);
-            for i in 0..4 {
-                sums[0][i] += terms[i];
-                sums[1][i] = cosine.mul_add(terms[i], sums[1][i]);
+            for (sums, m) in sums.iter_mut().zip(orders) {
+                let cosine = Lanes::splat(midpoints.harmonic(m, j));
+                for i in 0..4 {
+                    sums[i] = cosine.mul_add(terms[i], sums[i]);
+                }
             }
         }
-        let parts = |m: usize, i: usize| [sums[m][i], sums[m][i + 1]];
-        RingKernels { single: [parts(0, 0), parts(1, 0)], double: [parts(0, 2), parts(1, 2)] }
+        RingKernels {
+            single: std::array::from_fn(|m| [sums[m][0], sums[m][1]]),
+            double: std::array::from_fn(|m| [sums[m][2], sums[m][3]]),
+        }
     }
 }
 
@@ -304,11 +321,14 @@ mod tests {
     use super::super::lanes::LANES;
     use super::*;
 
-    /// Kernels of one source by brute force: a midpoint rule on a grid graded to φ = 0.
-    fn brute(r: f64, source: [f64; 5], k: Complex64) -> [Complex64; 4] {
+    /// The orders tested.
+    const ORDERS: [usize; 4] = [0, 1, 7, 40];
+
+    /// S_m and D_m of one source by brute force: a midpoint rule on a grid graded to φ = 0.
+    fn brute(r: f64, source: [f64; 5], k: Complex64) -> [Complex64; 8] {
         let [radius, gap_square, normal_r, across, weight] = source;
-        let mut sums = [Complex64::ZERO; 4];
-        let rule = crate::quadrature::gauss_legendre(40);
+        let mut sums = [Complex64::ZERO; 8];
+        let rule = crate::quadrature::gauss_legendre(80);
         let mut high = PI;
         for level in 0..60 {
             let low = if level == 59 { 0.0 } else { 0.5 * high };
@@ -321,9 +341,10 @@ mod tests {
                 let wave = (-ik).exp() / rho;
                 let g = across + 2.0 * r * normal_r * h;
                 let double = -(ik + 1.0) * wave * (g / (rho * rho));
-                for (m, c) in [(0, 1.0), (1, phi.cos())] {
-                    sums[m] += w * c * wave;
-                    sums[2 + m] += w * c * double;
+                for (i, m) in ORDERS.into_iter().enumerate() {
+                    let c = (m as f64 * phi).cos();
+                    sums[i] += w * c * wave;
+                    sums[4 + i] += w * c * double;
                 }
             }
             high = low;
@@ -337,7 +358,7 @@ mod tests {
         for k in [0.0, 0.7, 6.0, 30.0, 55.0] {
             for damping in [0.0, 0.1] {
                 let k = Complex64::new(k, -damping);
-                let ladder = MidpointLadder::new(k.re);
+                let ladder = MidpointLadder::new(k.re, 40);
                 let r = 0.9;
                 for first in [1e-7, 1e-4, 1e-2, 0.3] {
                     // Rings beside the target, each lane farther away than the last.
@@ -348,18 +369,22 @@ mod tests {
                     let across = Lanes::from_fn(|l| 0.2 * gap_square.0[l] + 0.01 * first * gap.0[l]);
                     let weight = Lanes::splat(1.3);
                     let sources = Sources { radius, gap_square, normal_r, across, weight };
-                    let midpoints = ladder.rule(k.re * r);
+                    let midpoints = ladder.rule(k.re * r, 40);
                     rule.prepare(r, &sources, midpoints);
                     let found = if damping > 0.0 {
-                        rule.kernels::<true>(k, midpoints)
+                        rule.kernels::<true, 4>(k, ORDERS, midpoints)
                     } else {
-                        rule.kernels::<false>(k, midpoints)
+                        rule.kernels::<false, 4>(k, ORDERS, midpoints)
                     };
                     for l in 0..LANES {
                         let source = [radius.0[l], gap_square.0[l], normal_r.0[l], across.0[l], weight.0[l]];
                         let expected = brute(r, source, k);
-                        let found = [found.single[0], found.single[1], found.double[0], found.double[1]]
-                            .map(|[re, im]| Complex64::new(re.0[l], im.0[l]));
+                        let found: Vec<Complex64> = found
+                            .single
+                            .iter()
+                            .chain(&found.double)
+                            .map(|[re, im]| Complex64::new(re.0[l], im.0[l]))
+                            .collect();
                         for (a, b) in found.iter().zip(&expected) {
                             let error = (a - b).norm() / expected[0].norm().max(b.norm());
                             // Residual seen: 1.2e-11.

@@ -10,25 +10,58 @@
 //! are singular like ln|s − s'|: each side has a Gauss rule in the cube root of the distance, which makes of
 //! it a function of four derivatives.
 
+use glam::DVec2;
 use num_complex::Complex64;
 
 use super::lanes::{LANES, Lanes};
 use super::panels::{Node, Panels};
-use super::ring::{MidpointLadder, RingKernels, RingRule, Sources};
-
-/// Right-hand sides: moving along the axis (m = 0), across it, and turning about an axis across it (m = 1).
-pub(super) const MOTIONS: usize = 3;
+use super::ring::{MidpointLadder, RingRule, Sources};
 
 /// Accuracy of the rule on a panel far away, and on a part of one that is near.
 const FAR: f64 = 1e-13;
 const NEAR: f64 = 1e-10;
 
+/// A field to be solved for: its wavenumber and orders around the axis.
+#[derive(Clone, Debug)]
+pub(super) struct Wave<const M: usize> {
+    /// k [1/m].
+    pub(super) wavenumber: Complex64,
+    /// m.
+    pub(super) orders: [usize; M],
+    /// Right-hand sides of each order: which of the accelerations of the context.
+    pub(super) sources: [Vec<usize>; M],
+}
+
+/// Where the equation is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Observer {
+    /// (r, y) \[m\], off the axis.
+    position: DVec2,
+    /// Panel and parameter of a node; nothing for a point inside the body.
+    home: Option<(usize, f64)>,
+}
+
+impl Observer {
+    /// A collocation point.
+    pub(super) fn node(node: &Node) -> Self {
+        Observer { position: node.position, home: Some((node.panel, node.t)) }
+    }
+
+    /// A point inside, where the pressure is to vanish.
+    pub(super) fn inside(position: DVec2) -> Self {
+        Observer { position, home: None }
+    }
+}
+
 /// What all rows share.
-pub(super) struct RowContext<'a> {
-    pub(super) panels: &'a Panels,
-    pub(super) ladder: &'a MidpointLadder,
-    /// k [1/m] of the batch; the real parts in ascending order.
-    pub(super) wavenumbers: &'a [Complex64],
+pub(super) struct RowContext<'a, const M: usize> {
+    panels: &'a Panels,
+    ladder: &'a MidpointLadder,
+    waves: &'a [Wave<M>],
+    /// Normal accelerations at the nodes.
+    accelerations: &'a [Vec<f64>],
+    /// Highest Re k [1/m] and m.
+    highest: (f64, usize),
     /// Points and weights on [0, 1] of the rule for ln x, on each side of the target.
     singular: Vec<(f64, f64)>,
     /// (d₁ + d₂)/length beyond which a panel is far.
@@ -37,23 +70,23 @@ pub(super) struct RowContext<'a> {
     near: f64,
 }
 
-/// One row for every wavenumber.
+/// One row for every wave.
 pub(super) struct Row {
-    /// Real parts of ∫ D_m: wavenumber, m, column.
+    /// Real parts of ∫ D_m: wave, order, column.
     pub(super) real: Vec<f64>,
     /// Imaginary parts.
     pub(super) imaginary: Vec<f64>,
-    /// Right-hand sides of each wavenumber.
-    pub(super) rhs: Vec<[Complex64; MOTIONS]>,
+    /// Right-hand sides of each wave, order after order.
+    pub(super) rhs: Vec<Vec<Complex64>>,
 }
 
-/// a_n of the motions times the speed of the parameter.
-pub(super) fn motion(r: f64, y: f64, normal_r: f64, normal_y: f64) -> [f64; MOTIONS] {
-    [normal_y, normal_r, r * normal_y - y * normal_r]
-}
-
-impl<'a> RowContext<'a> {
-    pub(super) fn new(panels: &'a Panels, ladder: &'a MidpointLadder, wavenumbers: &'a [Complex64]) -> Self {
+impl<'a, const M: usize> RowContext<'a, M> {
+    pub(super) fn new(
+        panels: &'a Panels,
+        ladder: &'a MidpointLadder,
+        waves: &'a [Wave<M>],
+        accelerations: &'a [Vec<f64>],
+    ) -> Self {
         let order = panels.rule.len();
         // Gauss' rule with n points errs by ρ^{−2n} if the integrand is analytic within the ellipse of parameter ρ around
         // the panel; a point is on it if its distances from the ends are (ρ + 1/ρ)/2 lengths together.
@@ -65,40 +98,54 @@ impl<'a> RowContext<'a> {
             .into_iter()
             .map(|(x, w)| (x * x * x, 3.0 * x * x * w))
             .collect();
-        RowContext { panels, ladder, wavenumbers, singular, far: ratio(FAR), near: ratio(NEAR) }
+        let highest = (
+            waves.iter().map(|w| w.wavenumber.re).fold(0.0, f64::max),
+            waves.iter().flat_map(|w| w.orders).max().unwrap_or(0),
+        );
+        RowContext {
+            panels,
+            ladder,
+            waves,
+            accelerations,
+            highest,
+            singular,
+            far: ratio(FAR),
+            near: ratio(NEAR),
+        }
     }
 
-    /// The row of a node.
-    pub(super) fn row(&self, target: usize) -> Row {
-        pulp::Arch::new().dispatch(RowTask { context: self, target })
+    /// The row of a place.
+    pub(super) fn row(&self, observer: Observer) -> Row {
+        pulp::Arch::new().dispatch(RowTask { context: self, observer })
     }
 
     #[inline(always)]
-    fn row_inlined<const DAMPED: bool>(&self, target: usize) -> Row {
+    fn row_inlined<const DAMPED: bool>(&self, observer: Observer) -> Row {
         let panels = self.panels;
         let count = panels.rule.len();
-        let node = &panels.nodes[target];
-        let width = panels.nodes.len() * 2 * self.wavenumbers.len();
+        let width = panels.nodes.len() * M * self.waves.len();
+        let rhs = |wave: &Wave<M>| vec![Complex64::ZERO; wave.sources.iter().map(Vec::len).sum()];
         let mut row = RowBuilder {
             row: Row {
                 real: vec![0.0; width],
                 imaginary: vec![0.0; width],
-                rhs: vec![[Complex64::ZERO; MOTIONS]; self.wavenumbers.len()],
+                rhs: self.waves.iter().map(rhs).collect(),
             },
             rule: RingRule::default(),
             cardinal: vec![0.0; LANES * count],
+            accelerations: vec![Lanes::default(); self.accelerations.len()],
             column: 0,
         };
         let mut points: Vec<(f64, f64)> = Vec::new();
         for (index, panel) in panels.panels.iter().enumerate() {
             row.column = index * count;
-            let same_piece = panel.piece == panels.panels[node.panel].piece;
-            if index != node.panel && separated(node, panel.from, panel.to, panel.length, self.far) {
+            let at_home = observer.home.is_some_and(|(home, _)| home == index);
+            if !at_home && separated(observer.position, panel.from, panel.to, panel.length, self.far) {
                 for first in (0..count).step_by(LANES) {
                     let group = &panels.nodes[row.column + first..row.column + first + LANES];
                     let ring = Group::of(|l| {
                         let n = &group[l];
-                        let chord = n.position - node.position;
+                        let chord = n.position - observer.position;
                         Point {
                             position: n.position,
                             normal: n.normal,
@@ -107,19 +154,21 @@ impl<'a> RowContext<'a> {
                             across: chord.dot(n.normal),
                         }
                     });
-                    row.add::<DAMPED>(self, node, &ring, Target::Columns(first));
+                    row.add::<DAMPED, M>(self, observer, &ring, Target::Columns(first));
                 }
                 continue;
             }
             // Offsets of the parameter from the target's if on its piece, else the parameter itself.
-            let origin = if same_piece { node.t } else { 0.0 };
+            let same_piece =
+                observer.home.filter(|(home, _)| panels.panels[*home].piece == panel.piece).map(|(_, t)| t);
+            let origin = same_piece.unwrap_or(0.0);
             points.clear();
-            if index == node.panel {
-                for reach in [panel.start - node.t, panel.end - node.t] {
+            if at_home {
+                for reach in [panel.start - origin, panel.end - origin] {
                     points.extend(self.singular.iter().map(|(x, w)| (reach * x, (reach * w).abs())));
                 }
             } else {
-                self.near_points(node, index, origin, &mut points);
+                self.near_points(observer.position, index, origin, &mut points);
             }
             let piece = panels.pieces[panel.piece];
             let span = panel.end - panel.start;
@@ -128,13 +177,14 @@ impl<'a> RowContext<'a> {
                     let (step, weight) = group[l];
                     let t = origin + step;
                     let v = piece.velocity(t);
-                    let normal = glam::DVec2::new(v.y, -v.x);
+                    let normal = DVec2::new(v.y, -v.x);
                     let position = piece.point(t);
-                    let (chord, across) = if same_piece {
-                        piece.chord(node.t, step)
-                    } else {
-                        let chord = position - node.position;
-                        (chord, chord.dot(normal))
+                    let (chord, across) = match same_piece {
+                        Some(own) => piece.chord(own, step),
+                        None => {
+                            let chord = position - observer.position;
+                            (chord, chord.dot(normal))
+                        }
                     };
                     Point { position, normal, weight, gap_square: chord.length_squared(), across }
                 });
@@ -142,7 +192,7 @@ impl<'a> RowContext<'a> {
                     let x = (origin - panel.start + step) / span;
                     panels.cardinal(x, &mut row.cardinal[l * count..(l + 1) * count]);
                 }
-                row.add::<DAMPED>(self, node, &ring, Target::Interpolated);
+                row.add::<DAMPED, M>(self, observer, &ring, Target::Interpolated);
             }
         }
         row.row
@@ -150,7 +200,7 @@ impl<'a> RowContext<'a> {
 
     /// Points of a panel near a target, halved towards it; parameters less `origin`.
     #[inline(always)]
-    fn near_points(&self, node: &Node, index: usize, origin: f64, points: &mut Vec<(f64, f64)>) {
+    fn near_points(&self, position: DVec2, index: usize, origin: f64, points: &mut Vec<(f64, f64)>) {
         let panel = &self.panels.panels[index];
         let piece = &self.panels.pieces[panel.piece];
         let mut stack = vec![(panel.start, panel.end, 0)];
@@ -159,7 +209,7 @@ impl<'a> RowContext<'a> {
             let (from, centre, to) = (piece.point(start), piece.point(middle), piece.point(end));
             let length = from.distance(centre) + centre.distance(to);
             // A node is at least 1/200 of the smallest panel beside it away: the depth never gets there.
-            if depth < 40 && !separated(node, from, to, length, self.near) {
+            if depth < 40 && !separated(position, from, to, length, self.near) {
                 stack.push((middle, end, depth + 1));
                 stack.push((start, middle, depth + 1));
                 continue;
@@ -172,31 +222,33 @@ impl<'a> RowContext<'a> {
 
 /// Whether a target and its image behind the axis are outside the ellipse around a stretch of the meridian.
 #[inline(always)]
-fn separated(node: &Node, from: glam::DVec2, to: glam::DVec2, length: f64, ratio: f64) -> bool {
-    let image = glam::DVec2::new(-node.position.x, node.position.y);
-    [node.position, image].iter().all(|p| p.distance(from) + p.distance(to) >= ratio * length)
+fn separated(position: DVec2, from: DVec2, to: DVec2, length: f64, ratio: f64) -> bool {
+    let image = DVec2::new(-position.x, position.y);
+    [position, image].iter().all(|p| p.distance(from) + p.distance(to) >= ratio * length)
 }
 
 /// A row as `pulp` wants it, to be compiled for each instruction set.
-struct RowTask<'a> {
-    context: &'a RowContext<'a>,
-    target: usize,
+struct RowTask<'a, const M: usize> {
+    context: &'a RowContext<'a, M>,
+    observer: Observer,
 }
 
-impl pulp::WithSimd for RowTask<'_> {
+impl<const M: usize> pulp::WithSimd for RowTask<'_, M> {
     type Output = Row;
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Row {
-        if self.context.wavenumbers.iter().all(|k| k.im == 0.0) {
-            self.context.row_inlined::<false>(self.target)
+        // Single orders are solved at real frequencies only: no code for others.
+        if M == 1 || self.context.waves.iter().all(|w| w.wavenumber.im == 0.0) {
+            self.context.row_inlined::<false>(self.observer)
         } else {
-            self.context.row_inlined::<true>(self.target)
+            self.context.row_inlined::<true>(self.observer)
         }
     }
 }
 
 /// Where the kernels of eight points go.
+#[derive(Clone, Copy)]
 enum Target {
     /// To the columns of eight nodes, from this one of the panel.
     Columns(usize),
@@ -206,8 +258,8 @@ enum Target {
 
 /// A point of a quadrature on the meridian.
 struct Point {
-    position: glam::DVec2,
-    normal: glam::DVec2,
+    position: DVec2,
+    normal: DVec2,
     weight: f64,
     gap_square: f64,
     across: f64,
@@ -216,16 +268,15 @@ struct Point {
 /// Eight points in lanes.
 struct Group {
     sources: Sources,
-    /// a_m of the three motions.
-    motions: [Lanes; MOTIONS],
+    /// Speed of the parameter \[m\].
+    speed: Lanes,
     widest: f64,
 }
 
 impl Group {
     #[inline(always)]
     fn of(point: impl Fn(usize) -> Point) -> Self {
-        let mut group =
-            Group { sources: Sources::default(), motions: [Lanes::default(); MOTIONS], widest: 0.0 };
+        let mut group = Group { sources: Sources::default(), speed: Lanes::default(), widest: 0.0 };
         for l in 0..LANES {
             let p = point(l);
             group.sources.radius.0[l] = p.position.x;
@@ -233,10 +284,7 @@ impl Group {
             group.sources.normal_r.0[l] = p.normal.x;
             group.sources.across.0[l] = p.across;
             group.sources.weight.0[l] = p.weight;
-            let motions = motion(p.position.x, p.position.y, p.normal.x, p.normal.y);
-            for (lanes, value) in group.motions.iter_mut().zip(motions) {
-                lanes.0[l] = value;
-            }
+            group.speed.0[l] = p.normal.length();
             group.widest = group.widest.max(p.position.x);
         }
         group
@@ -249,29 +297,50 @@ struct RowBuilder {
     rule: RingRule,
     /// Cardinal polynomials at eight points.
     cardinal: Vec<f64>,
+    /// Accelerations at eight points, times the speed of the parameter.
+    accelerations: Vec<Lanes>,
     /// First column of the panel.
     column: usize,
 }
 
 impl RowBuilder {
     #[inline(always)]
-    fn add<const DAMPED: bool>(&mut self, context: &RowContext, node: &Node, group: &Group, target: Target) {
-        let r = node.position.x;
-        let highest = context.wavenumbers.last().map_or(0.0, |k| k.re);
-        let midpoints = context.ladder.rule(highest * r.min(group.widest));
+    fn add<const DAMPED: bool, const M: usize>(
+        &mut self,
+        context: &RowContext<M>,
+        observer: Observer,
+        group: &Group,
+        target: Target,
+    ) {
+        let r = observer.position.x;
+        let (wavenumber, order) = context.highest;
+        let midpoints = context.ladder.rule(wavenumber * r.min(group.widest), order);
         self.rule.prepare(r, &group.sources, midpoints);
         let nodes = context.panels.nodes.len();
         let count = context.panels.rule.len();
-        for (f, k) in context.wavenumbers.iter().enumerate() {
-            let RingKernels { single, double } = self.rule.kernels::<DAMPED>(*k, midpoints);
-            for (i, sum) in self.row.rhs[f].iter_mut().enumerate() {
-                let m = usize::from(i > 0);
-                for l in 0..LANES {
-                    *sum += Complex64::new(single[m][0].0[l], single[m][1].0[l]) * group.motions[i].0[l];
+        for (lanes, values) in self.accelerations.iter_mut().zip(context.accelerations) {
+            let values = &values[self.column..self.column + count];
+            *lanes = match target {
+                Target::Columns(first) => Lanes::from_fn(|l| values[first + l]),
+                Target::Interpolated => Lanes::from_fn(|l| {
+                    let cardinal = &self.cardinal[l * count..(l + 1) * count];
+                    cardinal.iter().zip(values).map(|(c, a)| c * a).sum()
+                }),
+            } * group.speed;
+        }
+        for (f, wave) in context.waves.iter().enumerate() {
+            let kernels = self.rule.kernels::<DAMPED, M>(wave.wavenumber, wave.orders, midpoints);
+            let mut rhs = self.row.rhs[f].iter_mut();
+            for ([re, im], sources) in kernels.single.iter().zip(&wave.sources) {
+                for (source, sum) in sources.iter().zip(&mut rhs) {
+                    let acceleration = &self.accelerations[*source];
+                    for l in 0..LANES {
+                        *sum += Complex64::new(re.0[l], im.0[l]) * acceleration.0[l];
+                    }
                 }
             }
-            for (m, [re, im]) in double.iter().enumerate() {
-                let start = (2 * f + m) * nodes + self.column;
+            for (m, [re, im]) in kernels.double.iter().enumerate() {
+                let start = (M * f + m) * nodes + self.column;
                 match target {
                     Target::Columns(first) => {
                         for l in 0..LANES {

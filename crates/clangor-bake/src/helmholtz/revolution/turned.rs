@@ -9,9 +9,8 @@ use clangor::model::acceleration_field::DEGREES;
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
 
-use super::multipoles::decompose;
+use super::multipoles::{MOTIONS, decompose};
 use super::panels::Panels;
-use super::rows::MOTIONS;
 
 /// Largest angle \[rad\] between neighbouring triangles on a curved surface.
 const BEND: f64 = 0.35;

@@ -1,0 +1,102 @@
+//! Radiation of all modes of bodies of revolution: `cargo bench --profile release -p clangor-bake --bench modal_round`.
+//!
+//! Processor time of the radiation alone, and the power of each mode against that of a finer run with `-- finer`. Names of
+//! shapes choose some of them.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use clangor::material::presets::{CERAMIC, STEEL};
+use clangor::model::modal_surface::ModalSurface;
+use clangor::shape::Shape;
+use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
+use clangor_bake::helmholtz::revolution::RevolutionOptions;
+use clangor_bake::modal_radiation::round::RoundSolver;
+use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
+use clangor_bake::modes::solve;
+use clangor_bake::tetrahedra::shape_mesh;
+use glam::DVec3;
+
+/// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the wall.
+fn processor_time(start: Instant) -> f64 {
+    std::fs::read_to_string("/proc/self/stat")
+        .ok()
+        .and_then(|stat| {
+            let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
+            Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
+        })
+        .unwrap_or_else(|| start.elapsed().as_secs_f64())
+}
+
+fn main() {
+    let start = Instant::now();
+    let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let is_finer = asked.iter().any(|a| a == "finer");
+    let sound_speed = 343.0;
+    for (name, material, edge) in [("coin", STEEL, 1.5e-3), ("bowl", CERAMIC, 5e-3), ("plate", CERAMIC, 7e-3)]
+    {
+        if asked.iter().any(|a| a != "finer") && !asked.iter().any(|a| a == name) {
+            continue;
+        }
+        let Ok(shape) = Shape::parse(name) else { return };
+        let Some(meridian) = shape.meridian() else { return };
+        let (Ok(mesh), Ok(constants)) =
+            (shape_mesh(&shape, edge), ElasticConstants::of(&material.material()))
+        else {
+            return println!("{name}: no mesh");
+        };
+        let before = processor_time(start);
+        let modes = match solve(&ElasticSystem::new(&mesh, &constants), 20e3) {
+            Ok(modes) => modes.modes,
+            Err(error) => return println!("{name}: {error}"),
+        };
+        println!(
+            "{name}: {} nodes, {} modes, {:.1} CPU-s",
+            mesh.nodes.len(),
+            modes.len(),
+            processor_time(start) - before
+        );
+        let centre = DVec3::Y * meridian.centre_of_mass();
+        let surface = ModalSurface {
+            nodes: mesh.nodes.iter().map(|x| x - centre).collect(),
+            triangles: mesh.surface(),
+        };
+        let motions: Vec<ModalMotion<'_>> = modes
+            .iter()
+            .map(|mode| ModalMotion {
+                wavenumber: std::f64::consts::TAU * mode.frequency / sound_speed,
+                shape: &mode.shape,
+            })
+            .collect();
+        let solver = RoundSolver::new(&meridian.about_centre_of_mass(), DVec3::Y);
+        let run = |solver: &RoundSolver| {
+            let before = processor_time(start);
+            let found = solver.transfers(&surface, &motions, &mut |_| ControlFlow::Continue(()));
+            (found, processor_time(start) - before)
+        };
+        let (transfers, spent) = match run(&solver) {
+            (Ok(transfers), spent) => (transfers, spent),
+            (Err(error), _) => return println!("{name}: {error}"),
+        };
+        let orders: usize = transfers.iter().map(|t| t.order).sum();
+        println!("{name}: radiation {spent:.2} CPU-s, sum of orders {orders}");
+        if !is_finer {
+            continue;
+        }
+        let options =
+            RevolutionOptions { nodes_per_wavelength: 16.0, edge_levels: 6, ..RevolutionOptions::new(0.0) };
+        let (Ok(finer), spent) = run(&solver.with_options(options)) else { return };
+        println!("{name}: finer {spent:.2} CPU-s");
+        let radius = surface.radius();
+        for ((motion, transfer), finer) in motions.iter().zip(&transfers).zip(&finer) {
+            let kr = motion.wavenumber * radius;
+            let (power, finer) = (transfer.power(kr), finer.power(kr));
+            println!(
+                "  {:8.1} Hz kR {kr:5.2} order {:2} power {power:.3e} {:+.1e}",
+                motion.wavenumber * sound_speed / std::f64::consts::TAU,
+                transfer.order,
+                power / finer - 1.0
+            );
+        }
+    }
+}

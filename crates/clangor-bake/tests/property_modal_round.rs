@@ -1,0 +1,174 @@
+//! What has to hold for the modes of any body of revolution.
+
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+
+use clangor::geometry::meridian::Meridian;
+use clangor::model::modal_model::ModalTransfer;
+use clangor::model::modal_surface::ModalSurface;
+use clangor::model::radial::outgoing;
+use clangor::model::spherical_harmonics::{count, solid_harmonics};
+use clangor::shape::Shape;
+use clangor_bake::helmholtz::revolution::azimuthal::{AzimuthalSolver, RingWave, turn_square};
+use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
+use clangor_bake::modal_radiation::round::RoundSolver;
+use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
+use clangor_bake::radiation::{RadiationSample, RadiationSolver};
+use clangor_bake::tetrahedra::shape_mesh;
+use glam::DVec3;
+use num_complex::Complex64;
+
+/// A body about its centre of mass: its meridian and the surface of tetrahedra in it.
+fn body(name: &str, edge: f64) -> (Meridian, ModalSurface) {
+    let shape = Shape::parse(name).expect("a shape");
+    let meridian = shape.meridian().expect("a body of revolution");
+    let centre = DVec3::Y * meridian.centre_of_mass();
+    let mesh = shape_mesh(&shape, edge).expect("a mesh");
+    let nodes = mesh.nodes.iter().map(|x| x - centre).collect();
+    (meridian.about_centre_of_mass(), ModalSurface { nodes, triangles: mesh.surface() })
+}
+
+fn transfers(
+    meridian: &Meridian,
+    surface: &ModalSurface,
+    wavenumber: f64,
+    shapes: &[Vec<DVec3>],
+) -> Vec<ModalTransfer> {
+    let motions: Vec<ModalMotion<'_>> =
+        shapes.iter().map(|shape| ModalMotion { wavenumber, shape }).collect();
+    RoundSolver::new(meridian, DVec3::Y)
+        .transfers(surface, &motions, &mut |_| ControlFlow::Continue(()))
+        .expect("transfers")
+}
+
+/// p e^{ikr} at `x` [m] for ρ = 1.
+fn field(sample: &RadiationSample, degree: usize, radius: f64, x: DVec3) -> Complex64 {
+    let c = &sample.coefficients[degree];
+    let order = (c.len() as f64).sqrt() as usize - 1;
+    let (mut harmonics, mut waves) = (Vec::new(), Vec::new());
+    solid_harmonics(x.normalize(), order, &mut harmonics);
+    outgoing(Complex64::I * sample.wavenumber * radius, x.length() / radius, order, &mut waves);
+    (0..=order).map(|n| (n * n..count(n)).map(|i| c[i] * harmonics[i]).sum::<Complex64>() * waves[n]).sum()
+}
+
+#[test]
+fn a_rigid_translation_sounds_like_acceleration_noise() {
+    for (name, edge, wavenumber) in [("coin", 2e-3, 300.0), ("bowl", 4e-3, 100.0)] {
+        let (meridian, surface) = body(name, edge);
+        let solver = RevolutionSolver::new(&meridian, DVec3::Y, RevolutionOptions::new(wavenumber));
+        let sample = solver.solve(&[wavenumber], 20).expect("a field").remove(0);
+        let directions = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(0.36, 0.48, -0.8)];
+        let shapes: Vec<Vec<DVec3>> = directions.iter().map(|d| vec![*d; surface.nodes.len()]).collect();
+        let radius = surface.radius();
+        for (direction, shape) in directions.iter().zip(&shapes) {
+            let transfer = transfers(&meridian, &surface, wavenumber, std::slice::from_ref(shape)).remove(0);
+            let at = DVec3::new(0.7, -1.9, 2.3) * radius;
+            let found = transfer.undelayed(at / radius, wavenumber * radius) * radius;
+            let part = |d: usize| field(&sample, d, solver.reference_radius(), at) * direction[d];
+            let expected: Complex64 = (0..3).map(part).sum();
+            let loudest =
+                (0..3).map(|d| field(&sample, d, solver.reference_radius(), at).norm()).fold(0.0, f64::max);
+            let error = (found - expected).norm() / loudest;
+            println!("{name} {direction}: {error:.1e}");
+            assert!(error < 1e-3, "{name} {direction}: {found} {expected}");
+        }
+        // Turning about the axis pushes no air.
+        let turn: Vec<DVec3> = surface.nodes.iter().map(|x| DVec3::Y.cross(*x)).collect();
+        let silent = &transfers(&meridian, &surface, wavenumber, &[turn])[0];
+        let loud = &transfers(&meridian, &surface, wavenumber, &shapes[1..2])[0];
+        let ratio = silent.power(wavenumber * radius) / (radius * radius * loud.power(wavenumber * radius));
+        println!("{name} turning: {ratio:.1e}");
+        assert!(ratio < 1e-8, "{name}: {ratio:e}");
+    }
+}
+
+#[test]
+fn a_pair_may_have_any_basis() {
+    let (meridian, surface) = body("coin", 2e-3);
+    let radius = surface.radius();
+    // A pair of m = 3, with some m = 0 and 1 that are not the same in both.
+    let bend = |phase: f64, other: f64| -> Vec<DVec3> {
+        let at = |x: &DVec3| {
+            let (r, phi) = (x.x.hypot(x.z) / radius, x.z.atan2(x.x));
+            DVec3::Y * (r.powi(3) * (3.0 * phi - phase).cos() + other * (0.4 + x.x / radius))
+        };
+        surface.nodes.iter().map(at).collect()
+    };
+    let (first, second) = (bend(0.0, 0.06), bend(0.5 * std::f64::consts::PI, 0.02));
+    let (sin, cos) = 0.7_f64.sin_cos();
+    let mix = |a: f64, b: f64| first.iter().zip(&second).map(|(u, v)| *u * a + *v * b).collect();
+    let shapes = [first.clone(), second.clone(), mix(cos, sin), mix(-sin, cos)];
+    let plain = transfers(&meridian, &surface, 250.0, &shapes[..2]);
+    let turned = transfers(&meridian, &surface, 250.0, &shapes[2..]);
+    let size: f64 = plain.iter().flat_map(|t| &t.coefficients).map(|c| c.norm_sqr()).sum();
+    let gap: f64 = (0..plain[0].coefficients.len())
+        .map(|i| {
+            let [a, b] = [0, 1].map(|k| plain[k].coefficients[i]);
+            let [c, d] = [0, 1].map(|k| turned[k].coefficients[i]);
+            (a * cos + b * sin - c).norm_sqr() + (b * cos - a * sin - d).norm_sqr()
+        })
+        .sum();
+    println!("turned basis: {:.1e}, order {}", (gap / size).sqrt(), plain[0].order);
+    assert_eq!(plain[0].order, turned[1].order);
+    assert!((gap / size).sqrt() < 1e-9, "{gap:e} {size:e}");
+    let squares = |of: &[ModalTransfer]| of.iter().map(|t| t.power(250.0 * radius)).sum::<f64>();
+    assert!((squares(&plain) / squares(&turned) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn power_leaves_the_surface_as_it_arrives_far_away() {
+    for (name, kr, m) in [
+        ("coin", 3.0, 2),
+        ("bowl", 4.0, 3),
+        ("bowl", 12.0, 0),
+        ("plate", 30.0, 12),
+        ("torus:0.03x0.01", 6.0, 4),
+    ] {
+        let shape = Shape::parse(name).expect("a shape");
+        let meridian = shape.meridian().expect("a body of revolution").about_centre_of_mass();
+        let radius = meridian.bounding_radius();
+        let solver = AzimuthalSolver::new(&meridian, radius, RevolutionOptions::new(0.0));
+        let wavenumber = kr / radius;
+        let mesh = solver.mesh(wavenumber).expect("panels");
+        let acceleration: Vec<f64> = mesh
+            .nodes()
+            .map(|node| {
+                let x = node.position / radius;
+                node.normal.y * x.x.powi(m as i32) * (8.0 * x.x).cos()
+            })
+            .collect();
+        let wave = RingWave { wavenumber, order: m, accelerations: vec![acceleration.clone()] };
+        let field = solver.solve(&mesh, &[wave]).expect("fields").remove(0).remove(0);
+        let near: f64 = mesh
+            .nodes()
+            .zip(&acceleration)
+            .zip(&field.pressure)
+            // ½ Re(p v*), v = a/(iω).
+            .map(|((node, a), p)| {
+                -0.5 / wavenumber * p.im * a * turn_square(m) * node.position.x * node.length
+            })
+            .sum();
+        let order = field.coefficients.len() - 1;
+        let mut coefficients = vec![Complex64::ZERO; count(order)];
+        for (n, c) in field.coefficients.iter().enumerate() {
+            coefficients[n * n] = c / radius;
+        }
+        let far = ModalTransfer { order, coefficients }.power(kr) * radius.powi(4);
+        println!("{name} kR {kr} m {m}: {:.1e}", near / far - 1.0);
+        assert!((near / far - 1.0).abs() < 1e-3, "{name} {m}: {near:e} {far:e}");
+    }
+}
+
+#[test]
+fn a_caller_may_stop_and_nothing_is_no_matter() {
+    let (meridian, surface) = body("coin", 4e-3);
+    let solver = RoundSolver::new(&meridian, DVec3::Y);
+    let shape = vec![DVec3::Y; surface.nodes.len()];
+    let motions = [ModalMotion { wavenumber: TAU, shape: &shape }];
+    assert!(solver.transfers(&surface, &motions, &mut |_| ControlFlow::Break(())).is_err());
+    let none = solver.transfers(&surface, &[], &mut |_| ControlFlow::Continue(())).expect("nothing");
+    assert!(none.is_empty());
+    let still = vec![DVec3::ZERO; surface.nodes.len()];
+    let silent = &transfers(&meridian, &surface, TAU, &[still])[0];
+    assert!(silent.coefficients.iter().all(|c| *c == Complex64::ZERO));
+}

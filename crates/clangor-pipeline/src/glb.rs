@@ -4,6 +4,8 @@
 //! rate, linearly between rows: a picture, not a record; sound needs the timeline. Spheres become icospheres of about
 //! 500 triangles, half-spaces square plates that reach under the whole motion. Metres and y up in both formats.
 
+pub(crate) mod container;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,6 +20,7 @@ use serde_json::{Value, json};
 
 use crate::atomic_file::{OutputError, write_atomically};
 use crate::timeline_file::TimelineError;
+use container::{Container, container_bytes};
 
 /// Pictures per second where none are chosen \[Hz\].
 pub const DEFAULT_RATE: f64 = 120.0;
@@ -274,7 +277,7 @@ impl Meshes {
                     Surface::HalfSpace => plate(2.0 * (reach + body.pose.position.length())),
                     Surface::Mesh(surface) => surface.mesh.clone(),
                 };
-                all.meshes.push(out.mesh(&body.name, &mesh, material));
+                all.meshes.push(out.mesh(&body.name, &mesh, Some(material)));
             }
             all.of_body.push(*known);
         }
@@ -329,106 +332,4 @@ fn write_animation(
         }
     }
     (channels, samplers)
-}
-
-/// The binary part and its tables of content.
-#[derive(Default)]
-struct Container {
-    bytes: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
-}
-
-/// Types of components and uses of buffers, as the format numbers them.
-const UNSIGNED_INT: u32 = 5125;
-const FLOAT: u32 = 5126;
-const VERTICES: u32 = 34_962;
-const INDICES: u32 = 34_963;
-
-impl Container {
-    fn mesh(&mut self, name: &str, mesh: &TriMesh, material: usize) -> Value {
-        let start = self.bytes.len();
-        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for vertex in &mesh.vertices {
-            for (axis, x) in vertex.to_array().into_iter().enumerate() {
-                let x = x as f32;
-                low[axis] = low[axis].min(x);
-                high[axis] = high[axis].max(x);
-                self.bytes.extend_from_slice(&x.to_le_bytes());
-            }
-        }
-        let positions = self.accessor(start, FLOAT, mesh.vertices.len(), "VEC3", Some(VERTICES));
-        self.accessors[positions]["min"] = json!(low);
-        self.accessors[positions]["max"] = json!(high);
-        let start = self.bytes.len();
-        for corner in mesh.triangles.iter().flatten() {
-            self.bytes.extend_from_slice(&corner.to_le_bytes());
-        }
-        let indices = self.accessor(start, UNSIGNED_INT, 3 * mesh.triangles.len(), "SCALAR", Some(INDICES));
-        json!({
-            "name": name,
-            "primitives": [{ "attributes": { "POSITION": positions }, "indices": indices, "material": material }],
-        })
-    }
-
-    fn floats(&mut self, values: &[f32], shape: &str, bounded: bool) -> usize {
-        let start = self.bytes.len();
-        for value in values {
-            self.bytes.extend_from_slice(&value.to_le_bytes());
-        }
-        let width = match shape {
-            "VEC3" => 3,
-            "VEC4" => 4,
-            _ => 1,
-        };
-        let accessor = self.accessor(start, FLOAT, values.len() / width, shape, None);
-        if bounded {
-            self.accessors[accessor]["min"] = json!([values.first()]);
-            self.accessors[accessor]["max"] = json!([values.last()]);
-        }
-        accessor
-    }
-
-    /// A view of the bytes from `start` on, and an accessor of all of it.
-    fn accessor(
-        &mut self,
-        start: usize,
-        component: u32,
-        count: usize,
-        shape: &str,
-        target: Option<u32>,
-    ) -> usize {
-        let mut view = json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start });
-        if let Some(target) = target {
-            view["target"] = json!(target);
-        }
-        self.accessors.push(json!({
-            "bufferView": self.views.len(), "componentType": component, "count": count, "type": shape,
-        }));
-        self.views.push(view);
-        self.accessors.len() - 1
-    }
-}
-
-/// Header, JSON chunk and binary chunk, each padded to 4 bytes.
-fn container_bytes(path: &Path, document: &Value, binary: Vec<u8>) -> Result<Vec<u8>, GlbError> {
-    let mut json = document.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let binary_chunk = if binary.is_empty() { 0 } else { 8 + binary.len() };
-    let total = 12 + 8 + json.len() + binary_chunk;
-    let length = |n: usize| {
-        u32::try_from(n).map_err(|_| GlbError::TooLarge { path: path.into(), bytes: total as u64 })
-    };
-    let mut out = b"glTF".to_vec();
-    out.extend_from_slice(&2_u32.to_le_bytes());
-    out.extend_from_slice(&length(total)?.to_le_bytes());
-    out.extend_from_slice(&length(json.len())?.to_le_bytes());
-    out.extend_from_slice(b"JSON");
-    out.append(&mut json);
-    if !binary.is_empty() {
-        out.extend_from_slice(&length(binary.len())?.to_le_bytes());
-        out.extend_from_slice(b"BIN\0");
-        out.extend_from_slice(&binary);
-    }
-    Ok(out)
 }

@@ -1,6 +1,7 @@
 //! The stages with their files: scene and meshes in, timeline and WAV out.
 
 pub mod atomic_file;
+pub mod audio_rigid_bodies;
 pub mod contact_list;
 pub mod exchange;
 pub mod field_plot;

@@ -138,6 +138,14 @@ fn load_mesh(path: &Path, scale: f64) -> Result<LoadedGeometry, GeometryError> {
         reason: e.to_string(),
         remedy: "correct the path, or export the mesh again".into(),
     })?;
+    mesh_geometry(mesh, scale)
+}
+
+/// A body from a triangle mesh in any frame, as if it were read from a file.
+///
+/// # Errors
+/// [`GeometryError`] with what to do.
+pub fn mesh_geometry(mesh: TriMesh, scale: f64) -> Result<LoadedGeometry, GeometryError> {
     let mesh = mesh.weld(WELD_TOLERANCE * mesh.diagonal());
     let not_solid = |e: MeshError| GeometryError {
         reason: e.to_string(),

@@ -1,0 +1,291 @@
+//! The parts of a glTF file: its JSON, its buffers, and the numbers in them.
+
+use std::fs;
+use std::path::{Component, Path};
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::super::{Located, MeshFault};
+
+const MAGIC: &[u8; 4] = b"glTF";
+const CHUNK_JSON: &[u8; 4] = b"JSON";
+const CHUNK_BINARY: &[u8; 4] = b"BIN\0";
+/// Numbers that the format gives to the types of components and to triangle lists.
+pub(crate) const BYTE: u32 = 5121;
+pub(crate) const SHORT: u32 = 5123;
+pub(crate) const INT: u32 = 5125;
+pub(crate) const FLOAT: u32 = 5126;
+pub(crate) const TRIANGLES: u32 = 4;
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+#[derive(Default)]
+pub(crate) struct Document {
+    pub(crate) scene: Option<usize>,
+    pub(crate) scenes: Vec<Scene>,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) meshes: Vec<Mesh>,
+    pub(crate) accessors: Vec<Accessor>,
+    pub(crate) buffer_views: Vec<BufferView>,
+    pub(crate) buffers: Vec<Buffer>,
+    pub(crate) extensions_used: Vec<String>,
+    pub(crate) extensions: Extensions,
+}
+
+/// What extensions add, as far as anything is made of it; what is wrong in it is no fault of the mesh.
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(crate) struct Extensions {
+    #[serde(rename = "KHR_audio_rigid_bodies")]
+    pub(crate) audio: Option<Value>,
+    #[serde(rename = "KHR_physics_rigid_bodies")]
+    pub(crate) physics: Option<Value>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Scene {
+    #[serde(default)]
+    pub(crate) nodes: Vec<usize>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Node {
+    pub(crate) name: Option<String>,
+    #[serde(default)]
+    pub(crate) extensions: Extensions,
+    #[serde(default)]
+    pub(crate) children: Vec<usize>,
+    pub(crate) mesh: Option<usize>,
+    pub(crate) matrix: Option<[f64; 16]>,
+    pub(crate) translation: Option<[f64; 3]>,
+    pub(crate) rotation: Option<[f64; 4]>,
+    pub(crate) scale: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Mesh {
+    pub(crate) primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Primitive {
+    pub(crate) attributes: Attributes,
+    pub(crate) indices: Option<usize>,
+    pub(crate) mode: Option<u32>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Attributes {
+    #[serde(rename = "POSITION")]
+    pub(crate) position: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Accessor {
+    pub(crate) buffer_view: Option<usize>,
+    #[serde(default)]
+    pub(crate) byte_offset: usize,
+    pub(crate) component_type: u32,
+    pub(crate) count: usize,
+    #[serde(rename = "type")]
+    pub(crate) shape: String,
+    pub(crate) sparse: Option<serde::de::IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct BufferView {
+    pub(crate) buffer: usize,
+    #[serde(default)]
+    pub(crate) byte_offset: usize,
+    pub(crate) byte_length: usize,
+    pub(crate) byte_stride: Option<usize>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Buffer {
+    pub(crate) uri: Option<String>,
+}
+
+/// A glTF file with its buffers.
+pub(crate) struct GltfFile {
+    pub(crate) document: Document,
+    pub(crate) buffers: Vec<Vec<u8>>,
+}
+
+impl GltfFile {
+    /// Reads a file; `folder` holds the buffers that it names.
+    pub(crate) fn open(bytes: &[u8], folder: &Path) -> Result<Self, Located> {
+        let (json, binary) = split(bytes)?;
+        let document: Document = serde_json::from_slice(json).map_err(|error| {
+            let reason = "the JSON is not that of a glTF 2.0 file; export it again";
+            Located::at_line(error.line(), MeshFault::Syntax { reason })
+        })?;
+        let buffers = document
+            .buffers
+            .iter()
+            .enumerate()
+            .map(|(i, buffer)| {
+                load(buffer, i, binary, folder).map_err(|f| Located::at_element("buffer", i, f))
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(GltfFile { document, buffers })
+    }
+
+    /// The bytes of the elements of an accessor, one after another.
+    pub(crate) fn records(&self, accessor: &Accessor) -> Result<impl Iterator<Item = &[u8]>, MeshFault> {
+        let syntax = |reason| MeshFault::Syntax { reason };
+        if accessor.sparse.is_some() {
+            return Err(syntax("sparse accessors are not read; export the mesh without them"));
+        }
+        let view = accessor.buffer_view.and_then(|v| self.document.buffer_views.get(v));
+        let view = view.ok_or(syntax("an accessor has no buffer view; export without compression"))?;
+        let size = component_size(accessor.component_type) * if accessor.shape == "VEC3" { 3 } else { 1 };
+        let stride = view.byte_stride.unwrap_or(size);
+        let count = accessor.count;
+        if stride < size {
+            return Err(syntax("the stride of a buffer view is smaller than its elements"));
+        }
+        let slice = || {
+            let buffer = self.buffers.get(view.buffer)?;
+            let view_end = view.byte_offset.checked_add(view.byte_length)?;
+            let bytes = buffer.get(view.byte_offset..view_end)?.get(accessor.byte_offset..)?;
+            let needed = match count {
+                0 => 0,
+                _ => (count - 1).checked_mul(stride)?.checked_add(size)?,
+            };
+            bytes.get(..needed)
+        };
+        let bytes = slice().ok_or(MeshFault::Truncated)?;
+        // The last element may be shorter than the stride.
+        Ok(bytes.chunks(stride).map(move |chunk| &chunk[..size]))
+    }
+
+    /// The numbers of a vector of 32-bit floats.
+    pub(crate) fn floats<const N: usize>(
+        &self,
+        accessor: &Accessor,
+    ) -> Result<impl Iterator<Item = [f64; N]>, MeshFault> {
+        let number = |record: &[u8], k: usize| {
+            let bytes = record.get(4 * k..).and_then(|b| b.first_chunk());
+            bytes.map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(*b)))
+        };
+        Ok(self.records(accessor)?.map(move |record| std::array::from_fn(|k| number(record, k))))
+    }
+
+    /// The unsigned integers of an accessor.
+    pub(crate) fn integers(&self, accessor: &Accessor) -> Result<impl Iterator<Item = u32>, MeshFault> {
+        let size = component_size(accessor.component_type);
+        Ok(self.records(accessor)?.map(move |record| {
+            let mut word = [0; 4];
+            word[..size].copy_from_slice(record);
+            u32::from_le_bytes(word)
+        }))
+    }
+}
+
+/// JSON and binary chunk of a file; the latter is empty for a text file.
+fn split(bytes: &[u8]) -> Result<(&[u8], &[u8]), Located> {
+    if !bytes.starts_with(MAGIC) {
+        return Ok((bytes, &[]));
+    }
+    let word = |at: usize| {
+        let bytes = bytes.get(at..).and_then(|b| b.first_chunk());
+        bytes.map(|b| u32::from_le_bytes(*b) as usize).ok_or(Located::at_byte(at, MeshFault::Truncated))
+    };
+    if word(4)? != 2 {
+        return Err(Located::at_byte(4, MeshFault::Syntax { reason: "only version 2 of glTF is read" }));
+    }
+    let (mut json, mut binary, mut at): (Option<&[u8]>, &[u8], usize) = (None, &[], 12);
+    while at < bytes.len() {
+        let length = word(at)?;
+        let kind = bytes.get(at + 4..at + 8).ok_or(Located::at_byte(at, MeshFault::Truncated))?;
+        let end = (at + 8).checked_add(length);
+        let content = end.and_then(|end| bytes.get(at + 8..end));
+        let content = content.ok_or(Located::at_byte(bytes.len(), MeshFault::Truncated))?;
+        if kind == CHUNK_JSON {
+            json = Some(content);
+        } else if kind == CHUNK_BINARY {
+            binary = content;
+        }
+        at += 8 + length;
+    }
+    let json = json.ok_or(Located::at_byte(12, MeshFault::Truncated))?;
+    Ok((json, binary))
+}
+
+/// The bytes of a buffer.
+fn load(buffer: &Buffer, index: usize, binary: &[u8], folder: &Path) -> Result<Vec<u8>, MeshFault> {
+    let Some(uri) = &buffer.uri else {
+        // Only the first may be the binary chunk.
+        return if index == 0 { Ok(binary.to_vec()) } else { Err(MeshFault::Truncated) };
+    };
+    let fault = |reason: String| MeshFault::Buffer { uri: uri.chars().take(60).collect(), reason };
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (_, text) =
+            data.split_once(";base64,").ok_or_else(|| fault("only base64 data are read".into()))?;
+        return base64(text).ok_or_else(|| fault("the base64 data are broken".into()));
+    }
+    let path = percent_decoded(uri);
+    let relative = Path::new(&path);
+    // A mesh from a stranger must not reach outside its folder.
+    if uri.contains("://")
+        || relative.components().any(|c| !matches!(c, Component::Normal(_) | Component::CurDir))
+    {
+        return Err(fault("only files in the folder of the mesh are read".into()));
+    }
+    fs::read(folder.join(relative)).map_err(|e| fault(e.to_string()))
+}
+
+fn base64(text: &str) -> Option<Vec<u8>> {
+    let mut out = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut word, mut bits) = (0_u32, 0);
+    for c in text.trim_end_matches('=').bytes() {
+        let six = match c {
+            b'A'..=b'Z' => c - b'A',
+            b'a'..=b'z' => c - b'a' + 26,
+            b'0'..=b'9' => c - b'0' + 52,
+            b'+' => 62,
+            b'/' => 63,
+            _ => return None,
+        };
+        word = (word << 6 | u32::from(six)) & 0xFFFF;
+        bits += 6;
+        if bits >= 8 {
+            bits -= 8;
+            out.push((word >> bits) as u8);
+        }
+    }
+    Some(out)
+}
+
+/// A URI's path with `%20` and the like resolved; what is no code stays.
+fn percent_decoded(uri: &str) -> String {
+    let bytes = uri.as_bytes();
+    let mut out = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let code = uri.get(at + 1..at + 3).filter(|_| bytes[at] == b'%');
+        match code.and_then(|code| u8::from_str_radix(code, 16).ok()) {
+            Some(byte) => {
+                out.push(byte);
+                at += 3;
+            }
+            None => {
+                out.push(bytes[at]);
+                at += 1;
+            }
+        }
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+fn component_size(kind: u32) -> usize {
+    match kind {
+        BYTE => 1,
+        SHORT => 2,
+        _ => 4,
+    }
+}

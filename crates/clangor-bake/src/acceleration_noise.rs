@@ -18,6 +18,7 @@ use num_complex::{Complex32, Complex64};
 
 use self::frequencies::{Band, FittedBand, solve_band};
 use self::solvers::{Prepared, prepare};
+pub(crate) use self::solvers::{has_cavities, watched};
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 use crate::remesh::RemeshError;
 use crate::wave::{WaveDevice, WaveError};

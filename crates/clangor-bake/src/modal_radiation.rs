@@ -6,7 +6,11 @@
 #[cfg(feature = "gpu")]
 pub mod gpu_transfers;
 pub mod round;
+pub mod surface_loads;
+pub mod surface_modes;
 pub mod surface_motion;
+pub mod triangles;
+pub mod waves;
 
 use std::ops::ControlFlow;
 
@@ -38,4 +42,14 @@ pub trait ModalSolver {
         motions: &[ModalMotion<'_>],
         progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<Vec<ModalTransfer>, RadiationError>;
+}
+
+/// Whether every mode moves every node of a surface that has faces.
+fn check(surface: &ModalSurface, motions: &[ModalMotion<'_>]) -> Result<(), RadiationError> {
+    let nodes = surface.nodes.len();
+    match motions.iter().find(|motion| motion.shape.len() != nodes) {
+        Some(motion) => Err(RadiationError::Shape { given: motion.shape.len(), nodes }),
+        None if surface.triangles.is_empty() && !motions.is_empty() => Err(RadiationError::Empty),
+        None => Ok(()),
+    }
 }

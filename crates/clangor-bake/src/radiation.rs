@@ -31,6 +31,17 @@ pub enum RadiationError {
         /// Wavenumber k [1/m].
         wavenumber: f64,
     },
+    /// Nothing that could move.
+    #[error("the surface has no triangles")]
+    Empty,
+    /// A mode that does not say how every node moves.
+    #[error("a mode moves {given} nodes of a surface that has {nodes}")]
+    Shape {
+        /// Nodes of the mode.
+        given: usize,
+        /// Nodes of the surface.
+        nodes: usize,
+    },
     /// Stopped by the caller.
     #[error("interrupted")]
     Interrupted,

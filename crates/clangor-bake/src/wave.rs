@@ -28,6 +28,7 @@ mod field;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod grid;
+mod modes;
 mod pulse;
 mod recorder;
 mod tail;
@@ -46,7 +47,8 @@ pub use boundary::Boundary;
 use boundary::Rows;
 use cut_cells::CutCells;
 pub use field::WaveField;
-use grid::{COURANT, Lattice, WaveGrid, phase_per_step};
+use grid::{COURANT, Drive, Lattice, WaveGrid, phase_per_step};
+pub use modes::{DrivenPlace, WaveMotion};
 use pulse::Pulse;
 use recorder::Recorder;
 use tail::Tail;
@@ -260,7 +262,8 @@ impl WaveSolver {
         (0..DEGREES)
             .into_par_iter()
             .map(|motion| {
-                let mut grid = WaveGrid::new(self.lattice, &self.rows, motion);
+                let drive = Drive::rigid(&self.rows, motion);
+                let mut grid = WaveGrid::new(self.lattice, &self.rows, vec![drive]);
                 let mut signals = Vec::with_capacity((steps / stride + 1) * count(self.options.order));
                 for step in 0..steps {
                     if step % stride == 0 {
@@ -270,7 +273,7 @@ impl WaveSolver {
                             return Err(WaveError::Interrupted);
                         }
                     }
-                    grid.step(pulse.at(step));
+                    grid.step(&[pulse.at(step)]);
                 }
                 Ok(signals)
             })

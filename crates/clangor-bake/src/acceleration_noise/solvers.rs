@@ -165,7 +165,7 @@ const CENTRED: f64 = 1e-6;
 const HULL_DIRECTIONS: usize = 300;
 
 /// Whether a body leaves much of its convex hull to the air.
-fn has_cavities(mesh: &TriMesh, mass: &MassProperties) -> bool {
+pub(crate) fn has_cavities(mesh: &TriMesh, mass: &MassProperties) -> bool {
     let hull = extreme_hull(mesh, HULL_DIRECTIONS).and_then(|hull| MassProperties::of(&hull));
     hull.is_ok_and(|hull| mass.volume < CONVEX * hull.volume)
 }
@@ -252,7 +252,7 @@ fn time_stepping(
 }
 
 /// Runs work that reports from any thread, and passes the reports on from this one.
-fn watched<T: Send>(
+pub(crate) fn watched<T: Send>(
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
     work: impl FnOnce(&(dyn Fn(f64) -> ControlFlow<()> + Sync)) -> T + Send,
 ) -> T {

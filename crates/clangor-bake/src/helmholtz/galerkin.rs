@@ -26,6 +26,8 @@
 //!
 //! Not for open sheets, nor for bodies that need more than [`MOST_UNKNOWNS`] in a class.
 
+use std::borrow::Cow;
+
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::model::acceleration_field::DEGREES;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -47,6 +49,8 @@ mod pair_integrals;
 mod pair_rules;
 mod panels;
 mod parity_classes;
+mod reception;
+mod surface_pressure;
 
 use far::{ClassMatrix, FarSystem};
 use near::NearSystem;
@@ -54,6 +58,8 @@ use pair_integrals::parity;
 use pair_rules::THREE_POINTS;
 use panels::{Panels, along_curve};
 use parity_classes::ParityClass;
+
+pub use reception::MOST_ORDER;
 
 /// Most unknowns of a dense system, one for each parity class.
 pub const MOST_UNKNOWNS: usize = 8000;
@@ -173,28 +179,9 @@ impl GalerkinSolver {
     /// The equations of the six motions at a wavenumber [1/m].
     pub fn assemble(&self, wavenumber: f64) -> DenseSystem {
         let k = wavenumber * self.radius;
-        let coupling = match self.equation {
-            Equation::BurtonMiller => 1.0 / k.max(1.0),
-            Equation::Conventional => 0.0,
-        };
-        let recomputed;
-        let near = if self.near.covers(k) {
-            &self.near
-        } else {
-            recomputed = NearSystem::new(&self.panels, &self.images, k);
-            &recomputed
-        };
-        let matrix = |class: &ParityClass| vec![Complex32::ZERO; class.size * class.size];
-        let mut matrices: Vec<ClassMatrix> = self
-            .classes
-            .iter()
-            .map(|class| ClassMatrix {
-                unknowns: &class.unknowns,
-                signs: &class.signs,
-                matrix: matrix(class),
-                size: class.size,
-            })
-            .collect();
+        let coupling = self.coupling(k);
+        let near = self.near_system(k);
+        let mut matrices: Vec<ClassMatrix> = self.classes.iter().map(empty_matrix).collect();
         let mut loads = near.loads(k, coupling);
         self.far.assemble(k, coupling, &mut matrices, &mut loads);
         near.for_each(k, coupling, |image, row, column, value| {
@@ -211,6 +198,35 @@ impl GalerkinSolver {
                 .collect(),
         });
         DenseSystem { wavenumber, systems: systems.collect() }
+    }
+
+    /// The matrices of some classes, column by column, at a wavenumber [1/m].
+    fn matrices(&self, wavenumber: f64, classes: &[ParityClass]) -> Vec<Vec<Complex32>> {
+        let k = wavenumber * self.radius;
+        let coupling = self.coupling(k);
+        let mut matrices: Vec<ClassMatrix> = classes.iter().map(empty_matrix).collect();
+        self.far.assemble_matrices(k, coupling, &mut matrices);
+        self.near_system(k).for_each(k, coupling, |image, row, column, value| {
+            matrices.iter_mut().for_each(|class| class.add_entry(image, row, column, value));
+        });
+        matrices.into_iter().map(|class| class.matrix).collect()
+    }
+
+    /// iγ at a wavenumber [1/R].
+    fn coupling(&self, k: f64) -> f64 {
+        match self.equation {
+            Equation::BurtonMiller => 1.0 / k.max(1.0),
+            Equation::Conventional => 0.0,
+        }
+    }
+
+    /// The near part at a wavenumber [1/R].
+    fn near_system(&self, k: f64) -> Cow<'_, NearSystem> {
+        if self.near.covers(k) {
+            Cow::Borrowed(&self.near)
+        } else {
+            Cow::Owned(NearSystem::new(&self.panels, &self.images, k))
+        }
     }
 
     /// Pressures at the vertices of the mesh.
@@ -246,6 +262,12 @@ impl GalerkinSolver {
             Err(RadiationError::NotFinite { wavenumber })
         }
     }
+}
+
+/// A matrix to be assembled.
+fn empty_matrix(class: &ParityClass) -> ClassMatrix<'_> {
+    let ParityClass { unknowns, signs, size, .. } = class;
+    ClassMatrix { unknowns, signs, matrix: vec![Complex32::ZERO; size * size], size: *size }
 }
 
 /// Unknowns of the largest class.

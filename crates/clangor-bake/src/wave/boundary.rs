@@ -62,6 +62,8 @@ pub(super) struct Rows {
     pub(super) drive: Vec<[f32; DEGREES]>,
     /// λ² ∫ (x·n) g_i dV / V, x from the middle of the cell.
     pub(super) bend: Vec<[f32; DEGREES]>,
+    /// λ²/V.
+    pub(super) scale: Vec<f32>,
     /// Cells of the body that touch the air.
     pub(super) solid: Vec<u32>,
 }
@@ -269,6 +271,7 @@ impl Rows {
             }
             rows.cells.push(cell as u32);
             rows.ends.push(rows.neighbours.len() as u32);
+            rows.scale.push(scale as f32);
             rows.drive.push(pieces.flux.map(|g| (scale * g) as f32));
             let lever = pieces.lever();
             rows.bend.push(pieces.flux.map(|g| (scale * lever * g) as f32));

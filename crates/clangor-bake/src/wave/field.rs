@@ -62,35 +62,75 @@ impl WaveField {
 
     fn sample(&self, wavenumber: Complex64, order: usize) -> RadiationSample {
         let phase = phase_per_step(wavenumber * self.spacing);
-        let recorded = count(self.order);
-        let kept = count(order.min(self.order));
-        let half = 0.5 * wavenumber * self.spacing;
-        let scale = self.stride as f64 * half.sin() / half / self.pulse.spectrum(phase);
-        let s = Complex64::I * wavenumber * self.radius;
-        let (mut here, mut there) = (Vec::new(), Vec::new());
-        reverse_bessel(s, self.order, &mut here);
-        reverse_bessel(s * RECORDING, self.order, &mut there);
+        let pulse = self.pulse.spectrum(phase);
+        let WaveField { spacing, radius, order: recorded, stride, .. } = *self;
+        let reading = Reading { spacing, radius, recorded, stride };
         let coefficients = std::array::from_fn(|motion| {
-            let mut sums = vec![Complex64::ZERO; count(order)];
-            for (n, sample) in self.signals[motion].chunks_exact(recorded).enumerate() {
-                let turn = (-Complex64::I * phase * (n * self.stride) as f64).exp();
-                for (sum, value) in sums[..kept].iter_mut().zip(sample) {
-                    *sum += *value * turn;
-                }
+            let mut multipoles =
+                reading.multipoles(wavenumber, order, &self.signals[motion], pulse, |phase, sums| {
+                    self.tail.add_spectrum(motion, phase, sums);
+                });
+            if motion >= 3 {
+                // An angular acceleration is one more length away from a pressure.
+                multipoles.iter_mut().for_each(|c| *c *= self.spacing);
             }
-            self.tail.add_spectrum(motion, phase * self.stride as f64, &mut sums[..kept]);
-            // Lengths were cells: an acceleration is one, an angular acceleration two lengths away from a pressure.
-            let length = if motion < 3 { self.spacing } else { self.spacing * self.spacing };
-            let advance = (s * RECORDING).exp();
-            for n in 0..=order.min(self.order) {
-                let radial = here[n] / there[n] * RECORDING.powi(n as i32 + 1);
-                for sum in &mut sums[n * n..(n + 1) * (n + 1)] {
-                    *sum *= scale * length * advance * radial;
-                }
-            }
-            sums
+            multipoles
         });
         RadiationSample { wavenumber, coefficients, surface_pressure: Vec::new() }
+    }
+}
+
+/// How signals were recorded.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading {
+    /// h \[m\].
+    pub(super) spacing: f64,
+    /// R \[m\].
+    pub(super) radius: f64,
+    /// Highest degree.
+    pub(super) recorded: usize,
+    /// Steps between samples.
+    pub(super) stride: usize,
+}
+
+impl Reading {
+    /// Multipoles up to degree `order` on the sphere of radius R at a wavenumber, of a motion whose acceleration had the
+    /// spectrum `pulse` there. `add_tail` adds to the sums what comes after the last sample, given the phase between
+    /// samples.
+    pub(super) fn multipoles(
+        &self,
+        wavenumber: Complex64,
+        order: usize,
+        signal: &[f64],
+        pulse: Complex64,
+        add_tail: impl FnOnce(Complex64, &mut [Complex64]),
+    ) -> Vec<Complex64> {
+        let phase = phase_per_step(wavenumber * self.spacing);
+        let highest = order.min(self.recorded);
+        let kept = count(highest);
+        let half = 0.5 * wavenumber * self.spacing;
+        // Lengths were cells: an acceleration is one away from a pressure.
+        let scale = self.spacing * self.stride as f64 * half.sin() / half / pulse;
+        let s = Complex64::I * wavenumber * self.radius;
+        let (mut here, mut there) = (Vec::new(), Vec::new());
+        reverse_bessel(s, highest, &mut here);
+        reverse_bessel(s * RECORDING, highest, &mut there);
+        let mut sums = vec![Complex64::ZERO; count(order)];
+        for (n, sample) in signal.chunks_exact(count(self.recorded)).enumerate() {
+            let turn = (-Complex64::I * phase * (n * self.stride) as f64).exp();
+            for (sum, value) in sums[..kept].iter_mut().zip(sample) {
+                *sum += *value * turn;
+            }
+        }
+        add_tail(phase * self.stride as f64, &mut sums[..kept]);
+        let advance = (s * RECORDING).exp();
+        for n in 0..=highest {
+            let radial = here[n] / there[n] * RECORDING.powi(n as i32 + 1);
+            for sum in &mut sums[n * n..(n + 1) * (n + 1)] {
+                *sum *= scale * advance * radial;
+            }
+        }
+        sums
     }
 }
 

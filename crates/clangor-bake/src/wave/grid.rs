@@ -62,7 +62,7 @@ pub(super) fn wavenumber_of(phase: Complex64) -> Complex64 {
 pub(super) struct WaveGrid<'a> {
     lattice: Lattice,
     rows: &'a Rows,
-    motion: usize,
+    drives: Vec<Drive>,
     pressure: Vec<f32>,
     /// One step earlier; becomes one step later.
     other: Vec<f32>,
@@ -71,13 +71,32 @@ pub(super) struct WaveGrid<'a> {
     arch: pulp::Arch,
 }
 
+/// How a motion of the body moves the air in each row.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Drive {
+    /// By its acceleration.
+    pub(super) drive: Vec<f32>,
+    /// By the second derivative of it.
+    pub(super) bend: Vec<f32>,
+}
+
+impl Drive {
+    /// One of the six rigid motions.
+    pub(super) fn rigid(rows: &Rows, motion: usize) -> Self {
+        Drive {
+            drive: rows.drive.iter().map(|d| d[motion]).collect(),
+            bend: rows.bend.iter().map(|b| b[motion]).collect(),
+        }
+    }
+}
+
 impl<'a> WaveGrid<'a> {
-    /// Air at rest around a body that will move in one of the six ways.
-    pub(super) fn new(lattice: Lattice, rows: &'a Rows, motion: usize) -> Self {
+    /// Air at rest around a body that will move in these ways.
+    pub(super) fn new(lattice: Lattice, rows: &'a Rows, drives: Vec<Drive>) -> Self {
         WaveGrid {
             lattice,
             rows,
-            motion,
+            drives,
             pressure: vec![GROUND; lattice.cells()],
             other: vec![GROUND; lattice.cells()],
             absorber: Absorber::new(lattice),
@@ -91,9 +110,17 @@ impl<'a> WaveGrid<'a> {
         &self.pressure
     }
 
-    /// One time step, given the body's acceleration and its second derivative in units of (h/c)².
-    pub(super) fn step(&mut self, [acceleration, bend]: [f32; 2]) {
-        let WaveGrid { lattice, rows, motion, pressure, other, absorber, near_body, arch } = self;
+    /// One time step, given for each motion the acceleration and its second derivative in units of (h/c)².
+    pub(super) fn step(&mut self, motions: &[[f32; 2]]) {
+        let WaveGrid { lattice, rows, drives, pressure, other, absorber, near_body, arch } = self;
+        near_body.fill(0.0);
+        for (Drive { drive, bend }, [acceleration, bending]) in drives.iter().zip(motions) {
+            if *acceleration != 0.0 || *bending != 0.0 {
+                for ((new, d), b) in near_body.iter_mut().zip(drive).zip(bend) {
+                    *new += d * acceleration + b * bending;
+                }
+            }
+        }
         let mut start = 0;
         for (row, new) in near_body.iter_mut().enumerate() {
             let cell = rows.cells[row] as usize;
@@ -104,8 +131,7 @@ impl<'a> WaveGrid<'a> {
                 sum += w * (pressure[*n as usize] - here);
             }
             start = end;
-            let drive = rows.drive[row][*motion] * acceleration + rows.bend[row][*motion] * bend;
-            *new = 2.0 * here - other[cell] + sum + drive;
+            *new += 2.0 * here - other[cell] + sum;
         }
         arch.dispatch(
             #[inline(always)]

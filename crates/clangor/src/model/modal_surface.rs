@@ -12,7 +12,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::surface_tree::SurfaceTree;
+use crate::geometry::surface_tree::{NearestPoint, SurfaceTree};
 use crate::geometry::tri_mesh::TriMesh;
 
 /// The four small triangles that six nodes span; nodes 3, 4, 5 lie between 0–1, 1–2, 2–0.
@@ -21,6 +21,9 @@ const QUARTERS: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
 /// Weights of the three corners at the six nodes.
 const NODE_WEIGHTS: [[f64; 3]; 6] =
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
+
+/// Least cosine between normals of the same side.
+const FACING: f64 = 0.2;
 
 /// Triangles of six nodes around a body.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -75,11 +78,27 @@ impl SurfaceLocator {
 
     /// The place of the surface nearest to a point [m, frame of the body]; nothing on an empty surface.
     pub fn nearest(&self, point: DVec3) -> Option<SurfacePoint> {
-        let nearest = self.tree.nearest(&self.quarters, point)?;
+        Some(self.place(self.tree.nearest(&self.quarters, point)?))
+    }
+
+    /// The nearest place whose outside is that of `normal`, of any length, as long as there is one: the two sides of a
+    /// thin wall are told apart.
+    pub fn nearest_facing(&self, point: DVec3, normal: DVec3) -> Option<SurfacePoint> {
+        let faces = |t: usize| {
+            let own = self.quarters.area_vector(t);
+            own.dot(normal) > FACING * own.length() * normal.length()
+        };
+        match self.tree.nearest_where(&self.quarters, point, f64::INFINITY, faces) {
+            Some(nearest) => Some(self.place(nearest)),
+            None => self.nearest(point),
+        }
+    }
+
+    fn place(&self, nearest: NearestPoint) -> SurfacePoint {
         let triangle = self.triangles[nearest.triangle / 4];
         let corners = QUARTERS[nearest.triangle % 4].map(|n| NODE_WEIGHTS[n]);
         let weights = std::array::from_fn(|k| (0..3).map(|c| nearest.weights[c] * corners[c][k]).sum());
-        Some(SurfacePoint { nodes: triangle, weights: node_weights(weights), distance: nearest.distance })
+        SurfacePoint { nodes: triangle, weights: node_weights(weights), distance: nearest.distance }
     }
 }
 
@@ -115,5 +134,25 @@ mod tests {
             assert!((place.interpolate(&values) - motion(on_it)).length() < 1e-14, "{place:?}");
             assert!((place.distance - point.z.abs()).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn the_sides_of_a_wall_are_told_apart() {
+        let (thickness, width) = (0.01, 1.0);
+        let mut nodes = Vec::new();
+        for z in [0.0, thickness] {
+            let corners = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|x| width * x + z * DVec3::Z);
+            nodes.extend(corners);
+            nodes.extend([0, 1, 2].map(|k| 0.5 * (corners[k] + corners[(k + 1) % 3])));
+        }
+        let surface = ModalSurface { nodes, triangles: vec![[0, 2, 1, 5, 4, 3], [6, 7, 8, 9, 10, 11]] };
+        let locator = SurfaceLocator::new(&surface);
+        // Nearer to the lower side, but of the upper.
+        let point = DVec3::new(0.2, 0.2, 0.4 * thickness);
+        assert!(locator.nearest(point).is_some_and(|p| p.nodes[0] == 0));
+        let above = locator.nearest_facing(point, DVec3::Z).expect("a place");
+        assert_eq!(above.nodes[0], 6);
+        assert!((above.distance - 0.6 * thickness).abs() < 1e-15);
+        assert!(locator.nearest_facing(point, DVec3::X).is_some_and(|p| p.nodes[0] == 0));
     }
 }

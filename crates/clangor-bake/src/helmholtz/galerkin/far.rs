@@ -135,13 +135,14 @@ impl FarSystem {
         classes: &mut [ClassMatrix<'_>],
         loads: &mut [[Complex64; DEGREES]],
     ) {
-        pulp::Arch::new().dispatch(Assembly {
-            system: self,
-            k: k as f32,
-            coupling: coupling as f32,
-            classes,
-            loads,
-        });
+        let (k, coupling) = (k as f32, coupling as f32);
+        pulp::Arch::new().dispatch(Assembly::<true> { system: self, k, coupling, classes, loads });
+    }
+
+    /// Adds the far pairs to the matrices alone.
+    pub(super) fn assemble_matrices(&self, k: f64, coupling: f64, classes: &mut [ClassMatrix<'_>]) {
+        let (k, coupling) = (k as f32, coupling as f32);
+        pulp::Arch::new().dispatch(Assembly::<false> { system: self, k, coupling, classes, loads: &mut [] });
     }
 }
 
@@ -225,7 +226,8 @@ fn turning(panels: &Panels, t: usize) -> [[f32; 3]; 3] {
     THREE_POINTS.map(|(shares, _)| single(panels.point(t, shares).cross(panels.normals[t])))
 }
 
-struct Assembly<'a, 'b> {
+/// `WITH_LOADS`: with those of the six motions, or without.
+struct Assembly<'a, 'b, const WITH_LOADS: bool> {
     system: &'a FarSystem,
     k: f32,
     coupling: f32,
@@ -233,7 +235,7 @@ struct Assembly<'a, 'b> {
     loads: &'a mut [[Complex64; DEGREES]],
 }
 
-impl WithSimd for Assembly<'_, '_> {
+impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
     type Output = ();
 
     #[inline(always)]
@@ -278,16 +280,21 @@ impl WithSimd for Assembly<'_, '_> {
                                 part,
                                 parts,
                             };
-                            pair.add(skip, own, local, sums, [forward, backward]);
+                            pair.add::<WITH_LOADS>(skip, own, local, sums, [forward, backward]);
                         }
                     }
                     if touched {
                         for class in classes.iter_mut() {
                             class.add(g, block, &system.corners[group], &sums);
                         }
-                        let sources = &system.triangles[group * GROUP..];
-                        add_backward(loads, sources, &backward_loads, &image.parities);
+                        if WITH_LOADS {
+                            let sources = &system.triangles[group * GROUP..];
+                            add_backward(loads, sources, &backward_loads, &image.parities);
+                        }
                     }
+                }
+                if !WITH_LOADS {
+                    continue;
                 }
                 for (vertex, values) in block.vertices.iter().zip(forward_loads.chunks_exact(LOADS * GROUP)) {
                     let mut values =
@@ -426,7 +433,7 @@ impl<S: Simd> PairLanes<'_, S> {
 
     /// Adds the pair, both ways, to the sums of the test vertices and the loads.
     #[inline(always)]
-    fn add(
+    fn add<const WITH_LOADS: bool>(
         &self,
         skip: u16,
         own: Option<usize>,
@@ -483,12 +490,17 @@ impl<S: Simd> PairLanes<'_, S> {
                 let by_test = [above_test * slope[0], above_test * slope[1]];
                 ahead[a] = [volume[0] - by_source[0], volume[1] - by_source[1]];
                 back[a] = [volume[0] + by_test[0], volume[1] + by_test[1]];
+                for z in 0..2 {
+                    total[z] = total[z] + value[z];
+                }
+                if !WITH_LOADS {
+                    continue;
+                }
                 // G − iγ' ∂G/∂n, of the test side and of the source side.
                 load[a] = [value[0] - self.coupling * by_test[1], value[1] + self.coupling * by_test[0]];
                 let other =
                     [value[0] + self.coupling * by_source[1], value[1] - self.coupling * by_source[0]];
                 for z in 0..2 {
-                    total[z] = total[z] + value[z];
                     back_total[b][z] = back_total[b][z] + other[z];
                     for c in 0..3 {
                         back_turning[c][b][z] =
@@ -496,11 +508,17 @@ impl<S: Simd> PairLanes<'_, S> {
                     }
                 }
             }
-            let turning_source = self.vector(TURNING + 3 * b);
-            let (ahead, back, load) = (self.spread(ahead), self.spread(back), self.spread(load));
+            let (ahead, back) = (self.spread(ahead), self.spread(back));
             for i in 0..3 {
                 forward[i][b] = ahead[i];
                 backward[i][b] = back[i];
+            }
+            if !WITH_LOADS {
+                continue;
+            }
+            let turning_source = self.vector(TURNING + 3 * b);
+            let load = self.spread(load);
+            for i in 0..3 {
                 for z in 0..2 {
                     load_total[i][z] = load_total[i][z] + load[i][z];
                     for c in 0..3 {
@@ -531,6 +549,9 @@ impl<S: Simd> PairLanes<'_, S> {
             }
         }
 
+        if !WITH_LOADS {
+            return;
+        }
         // Only one side is spread: 1/2 instead of 1/4.
         let amplitude = amplitude + amplitude;
         for i in 0..3 {

@@ -32,13 +32,17 @@ impl ParityClass {
             let signs: Vec<f64> = images.iter().map(|image| parity(*image, motion)).collect();
             match classes.iter_mut().find(|class| class.signs == signs) {
                 Some(class) => class.motions.push(motion),
-                None => classes.push(Self::new(motion, signs, vertices, images)),
+                None => {
+                    let class = Self::new(signs, vertices, images);
+                    classes.push(Self { motions: vec![motion], ..class });
+                }
             }
         }
         classes
     }
 
-    fn new(motion: usize, signs: Vec<f64>, vertices: &[DVec3], images: &[DVec3]) -> Self {
+    /// The class of fields with the given sign on each image; none of the six motions is in it.
+    pub(super) fn new(signs: Vec<f64>, vertices: &[DVec3], images: &[DVec3]) -> Self {
         let mut size = 0;
         let mut number = |vertex: &DVec3| {
             // A reflection that leaves the vertex where it is must not turn its pressure over.
@@ -51,7 +55,7 @@ impl ParityClass {
             size - 1
         };
         let unknowns = vertices.iter().map(&mut number).collect();
-        Self { motions: vec![motion], signs, unknowns, size: size as usize }
+        Self { motions: Vec::new(), signs, unknowns, size: size as usize }
     }
 
     /// Vertices of the unknowns, in order.

@@ -1,0 +1,113 @@
+//! Which method radiates the modes of a closed surface: boundary elements, or finite differences in time.
+//!
+//! Boundary elements to 20 kHz, CPU-s on one core:
+//!
+//! ```text
+//! body                    kR   unknowns   planes   largest system   mode of one parity   of all parities
+//! key                     12        922        1              531                  0.1               0.1
+//! mug with a handle       27       8162        1             4195                  5.7               9.6
+//! tile 250 × 250 × 8 mm   65     18 110        3             2305                  6.4                25
+//! ```
+//!
+//! of which assembly takes 5e-8 N²/2^planes and the factorisation 4.3e-11 n³ for each system of n unknowns. Finite differences
+//! run some 8e8 cell updates per second: the mug by cells of 1.7 mm takes 12 CPU-s for a mode alone,
+//! and its modes together 2 to 3 each, with the error that sharp edges and walls of few cells make, 2 to 5 %.
+//! So elements are the rule while a system fits in memory; a body of thousands of unknowns without mirror planes is run in time.
+
+use std::ops::ControlFlow;
+
+use clangor::geometry::mass_properties::MassProperties;
+use clangor::geometry::tri_mesh::TriMesh;
+use clangor::model::modal_model::ModalTransfer;
+use clangor::model::modal_surface::ModalSurface;
+
+use super::triangles::{TriangleModes, centred_mirrors};
+use super::waves::WaveModes;
+use super::{ModalMotion, ModalSolver};
+use crate::acceleration_noise::BakeError;
+use crate::helmholtz::galerkin::MOST_UNKNOWNS;
+use crate::radiation::RadiationError;
+use crate::remesh::resolution::resolution;
+
+/// CPU-s per square of the unknowns, and per cube of those of a system.
+const ASSEMBLY: f64 = 5e-8;
+const FACTORISATION: f64 = 4.3e-11;
+/// Cost of the average mode, for which half of the finest mesh may do, in that of the highest.
+const AVERAGE: f64 = 0.6;
+/// Cell updates per CPU-s.
+const UPDATES: f64 = 8e8;
+/// CPU-s that are not worth a look at the other method.
+const CHEAP: f64 = 100.0;
+/// How many times cheaper finite differences must be, which are less accurate.
+const PREFERENCE: f64 = 4.0;
+
+/// The modes of a closed surface by whichever method suits it.
+#[derive(Clone, Debug)]
+pub enum SurfaceModes {
+    /// By boundary elements.
+    Triangles(TriangleModes),
+    /// By finite differences in time.
+    Waves(WaveModes),
+}
+
+impl SurfaceModes {
+    /// Prepares the surface of a body whose centre of mass is at the origin, for so many modes up to `highest` [1/m] and a
+    /// level error of `accuracy`.
+    ///
+    /// # Errors
+    /// [`BakeError`].
+    pub fn try_new(surface: &TriMesh, highest: f64, modes: usize, accuracy: f64) -> Result<Self, BakeError> {
+        let mass = MassProperties::of(surface)?;
+        let fineness = resolution(surface, highest, accuracy)?;
+        let planes = centred_mirrors(surface, &mass, accuracy * fineness.wall, highest).len();
+        let parts = f64::from(1_u32 << planes);
+        let all = fineness.unknowns as f64;
+        let system = all / parts;
+        let elements = AVERAGE * modes as f64 * (ASSEMBLY * all * system + FACTORISATION * system.powi(3));
+        let fits = system <= MOST_UNKNOWNS as f64;
+        if !(fits && elements < CHEAP) {
+            match WaveModes::try_new(surface, highest, fineness.wall) {
+                Ok(waves) => {
+                    let spread = |i: usize| (i as f64 + 0.5) / modes as f64 * highest;
+                    let wavenumbers: Vec<f64> = (0..modes).map(spread).collect();
+                    if !fits || elements > PREFERENCE * waves.updates(&wavenumbers) / UPDATES {
+                        return Ok(SurfaceModes::Waves(waves));
+                    }
+                }
+                Err(error) if !fits => return Err(error.into()),
+                Err(_) => {}
+            }
+        }
+        Ok(SurfaceModes::Triangles(TriangleModes::try_new(surface, highest, accuracy)?))
+    }
+
+    /// The method, in words.
+    pub fn method(&self) -> &'static str {
+        match self {
+            SurfaceModes::Triangles(_) => "boundary elements on triangles",
+            SurfaceModes::Waves(_) => "finite differences in time",
+        }
+    }
+
+    /// Unknowns or cells.
+    pub fn size(&self) -> usize {
+        match self {
+            SurfaceModes::Triangles(triangles) => triangles.unknowns(),
+            SurfaceModes::Waves(waves) => waves.cells(),
+        }
+    }
+}
+
+impl ModalSolver for SurfaceModes {
+    fn transfers(
+        &self,
+        surface: &ModalSurface,
+        motions: &[ModalMotion<'_>],
+        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<ModalTransfer>, RadiationError> {
+        match self {
+            SurfaceModes::Triangles(triangles) => triangles.transfers(surface, motions, progress),
+            SurfaceModes::Waves(waves) => waves.transfers(surface, motions, progress),
+        }
+    }
+}

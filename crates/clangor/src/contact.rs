@@ -3,16 +3,20 @@
 //! ```text
 //! rows of an impact ─► effective mass, local radii, speed ─► duration τ (Hertz) ─► force profile ─► pulse per body
 //! ```
+//!
+//! What is too gentle for that is a stream of forces ([`force_stream`](mod@force_stream)).
 
 pub mod chain_onset;
 pub mod effective_mass;
 pub mod force_profile;
+pub mod force_stream;
 pub mod hertz;
 pub mod local_curvature;
 pub mod pose_history;
 pub mod pulses;
 
 pub use force_profile::ForceProfile;
+pub use force_stream::{StreamPoint, StreamSettings, StreamedForce, force_stream};
 pub use pose_history::PoseHistory;
 pub use pulses::{BodyPulse, ContactReport, ContactSettings, ImpactPulse, impact_pulses};
 

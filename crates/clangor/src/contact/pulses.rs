@@ -202,7 +202,7 @@ fn count(counts: &mut BodyContacts, outcome: &Result<ImpactPulse, Silence>, body
 }
 
 /// Groups rows by impact, in order of each impact's first row.
-fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
+pub(super) fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
     let mut impacts: Vec<Vec<ContactRow>> = Vec::new();
     let mut place: BTreeMap<u64, usize> = BTreeMap::new();
     for row in rows {
@@ -222,7 +222,7 @@ fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
 }
 
 /// Refuses rows of unknown bodies and numbers that are not finite.
-fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), ContactError> {
+pub(super) fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), ContactError> {
     for id in [row.body_a, row.body_b] {
         if id != BodyId::WORLD && id.index() >= bodies.len() {
             return Err(ContactError::UnknownBody {

@@ -19,6 +19,7 @@
 //! let source = Arc::new(ModalSource::new(model, &body.material.damping, &modal_settings)?);   // once per model
 //! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?;     // per body and listener
 //! voice.push_pulses(&pulses)?;                 // any order, pulses of other bodies are passed over
+//! voice.push_stream(&forces, time_step)?;      // if wanted: contact::force_stream, for rolling and contact damping
 //! let mut channels = vec![vec![0.0; count]; receivers];
 //! voice.render_block(first_sample, &mut channels)?;   // ADDS [Pa]; blocks ascend; sample 0 is RenderSettings::start
 //! ```
@@ -61,6 +62,8 @@ pub struct ModalSettings {
     pub orders: TransferOrder,
     /// Whether what a mode radiates damps it, on top of its material.
     pub radiation_damping: bool,
+    /// c [N s/m]: a touching point adds c (n·U)² to 2ξω of each mode; 0 for none.
+    pub contact_damping: f64,
 }
 
 impl Default for ModalSettings {
@@ -69,6 +72,7 @@ impl Default for ModalSettings {
             pressure: ModalPressure::default(),
             orders: TransferOrder::default(),
             radiation_damping: true,
+            contact_damping: 0.0,
         }
     }
 }

@@ -9,8 +9,11 @@
 //! and is heard as Re{H A}, H the transfer of the path. With Re c = 1 the real part of A is the modal acceleration
 //! exactly, free ringing follows H exactly, and under a force at rest w = −Q/λ, so that A = 0 whatever H is.
 //!
-//! From sample to sample w turns by e^{λT}, exactly: pitch and decay do not depend on the rate. Forces come as
-//! [`drive`](super::drive) integrates them. Between two settings of the transfers H runs on a straight line.
+//! From sample to sample w turns by e^{λT}, exactly: pitch and decay do not depend on the rate. Forces are limited to the
+//! band and integrated over each sample; the feed-through Q is that at the samples. Between two settings of the transfers
+//! H runs on a straight line.
+
+use std::sync::Arc;
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -93,7 +96,9 @@ struct Path {
 /// A force in progress.
 #[derive(Clone, Debug, Default)]
 struct Pulse {
-    course: Course,
+    /// Sample at which the course begins.
+    first: i64,
+    course: Arc<Course>,
     /// Share of each mode.
     amplitudes: Vec<f64>,
     /// Σ F × amplitude for each path: at the end of the last rendering, and of the next.
@@ -109,6 +114,13 @@ struct Memory {
     sums: Vec<f64>,
     /// The samples of each path.
     samples: Vec<f64>,
+}
+
+impl Pulse {
+    /// The sample after the last.
+    fn end(&self) -> i64 {
+        self.first + self.course.values.len() as i64
+    }
 }
 
 impl Planes {
@@ -157,7 +169,7 @@ impl ModalBank {
         let mut bank = ModalBank {
             rate,
             pressure,
-            shaper: Shaper::new(rate, centre),
+            shaper: Shaper::new(rate, centre, lowpass::HALF_WIDTH * rate),
             given: resonances.len(),
             state: Planes::zero(padded),
             step: Planes::zero(padded),
@@ -208,12 +220,12 @@ impl ModalBank {
     ///
     /// What of it is before the next sample is not rendered: add it in time, see [`first_sample`](Self::first_sample).
     pub fn add_pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64, amplitudes: &[f64]) {
-        let course = self.shaper.pulse(profile, onset, duration);
-        self.add_course(course, amplitudes);
+        let (first, course) = self.shaper.pulse(profile, onset, duration);
+        self.add_course(first, Arc::new(course), amplitudes);
     }
 
-    /// Adds a force of any course that is limited to the band.
-    pub(super) fn add_course(&mut self, course: Course, amplitudes: &[f64]) {
+    /// Adds a force of any course that is limited to the band, from sample `first` on.
+    pub(super) fn add_course(&mut self, first: i64, course: Arc<Course>, amplitudes: &[f64]) {
         debug_assert_eq!(amplitudes.len(), self.given);
         let mut own = vec![0.0; self.state.re.len()];
         for (i, voice) in self.voices.iter().enumerate() {
@@ -223,7 +235,7 @@ impl ModalBank {
             }
         }
         let feeds = self.paths.iter().map(|path| [dot(&path.feed, &own); 2]).collect();
-        self.pulses.push(Pulse { course, amplitudes: own, feeds });
+        self.pulses.push(Pulse { first, course, amplitudes: own, feeds });
     }
 
     /// Adds what rings after a pulse that is over when the next sample comes: no look ahead, for sound in real time. The
@@ -319,18 +331,18 @@ impl ModalBank {
             self.pulses.iter_mut().for_each(|pulse| pulse.feeds[p][0] = pulse.feeds[p][1]);
         }
         let next = self.next;
-        self.pulses.retain(|pulse| pulse.course.end() > next);
+        self.pulses.retain(|pulse| pulse.end() > next);
         self.rest();
     }
 
     /// Adds F Q of the forces in progress to the samples.
     fn feed_through(&mut self, samples: usize, done: usize, count: usize) {
         for pulse in &self.pulses {
-            let begin = pulse.course.first.max(self.next);
-            let end = pulse.course.end().min(self.next + samples as i64);
+            let begin = pulse.first.max(self.next);
+            let end = pulse.end().min(self.next + samples as i64);
             for at in begin..end {
                 let k = (at - self.next) as usize;
-                let value = pulse.course.values[(at - pulse.course.first) as usize];
+                let value = pulse.course.values[(at - pulse.first) as usize];
                 let part = (done + k) as f64 / count as f64;
                 for (p, [now, then]) in pulse.feeds.iter().enumerate() {
                     self.memory.samples[p * PASS + k] += value * (now + part * (then - now));
@@ -438,9 +450,8 @@ fn drive<S: Simd>(
 ) -> bool {
     let mut driven = false;
     for pulse in pulses {
-        let course = &pulse.course;
-        let begin = course.first.max(next);
-        let end = course.end().min(next + run.len() as i64);
+        let begin = pulse.first.max(next);
+        let end = pulse.end().min(next + run.len() as i64);
         if begin >= end {
             continue;
         }
@@ -457,7 +468,7 @@ fn drive<S: Simd>(
                 scaled[2 + v] = simd.mul_f64s(im[v], amplitude[v]);
             }
         }
-        let terms = &course.terms[(begin - course.first) as usize..(end - course.first) as usize];
+        let terms = &pulse.course.terms[(begin - pulse.first) as usize..(end - pulse.first) as usize];
         let run = &mut run[(begin - next) as usize..(end - next) as usize];
         for (sums, terms) in run.iter_mut().zip(terms) {
             for (term, scaled) in terms.iter().zip(&scaled) {

@@ -34,19 +34,10 @@ pub(super) const TERMS: usize = 6;
 /// The course of a force, from sample to sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Course {
-    /// Index of the first sample.
-    pub(super) first: i64,
     /// g at the samples [1/s].
     pub(super) values: Vec<f64>,
     /// γ_l between each sample and the next [1/s].
     pub(super) terms: Vec<[f64; TERMS]>,
-}
-
-impl Course {
-    /// Index of the sample after the last.
-    pub(super) fn end(&self) -> i64 {
-        self.first + self.values.len() as i64
-    }
 }
 
 /// φ_l of a pole, for a sample of T \[s\].
@@ -64,11 +55,12 @@ pub(super) fn term_weights(pole: Complex64, sample_time: f64) -> [Complex64; TER
     })
 }
 
-/// Makes courses of force pulses for one sample rate and band.
+/// Makes courses of forces for one sample rate and band.
 pub(super) struct Shaper {
     rate: f64,
-    /// Half-amplitude frequency of the band limit over the rate.
+    /// Half-amplitude frequency of the band limit \[Hz\], and half the width of its transition.
     centre: f64,
+    half_width: f64,
     planner: RealFftPlanner<f64>,
     tables: BTreeMap<usize, Arc<Tables>>,
     spectrum: Vec<Complex64>,
@@ -87,11 +79,12 @@ struct Tables {
 }
 
 impl Shaper {
-    /// For a sample rate \[Hz\] and the half-amplitude frequency of the band limit \[Hz\].
-    pub(super) fn new(rate: f64, centre_hz: f64) -> Self {
+    /// For a sample rate, the half-amplitude frequency of the band limit and half the width of its transition \[Hz\].
+    pub(super) fn new(rate: f64, centre: f64, half_width: f64) -> Self {
         Shaper {
             rate,
-            centre: centre_hz / rate,
+            centre,
+            half_width,
             planner: RealFftPlanner::new(),
             tables: BTreeMap::new(),
             spectrum: Vec::new(),
@@ -101,22 +94,45 @@ impl Shaper {
         }
     }
 
-    /// The course of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\].
-    pub(super) fn pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64) -> Course {
-        let (begin, end) = profile.extent(duration);
-        let first = (onset + begin * self.rate).floor() as i64 - REACH as i64;
-        let last = (onset + end * self.rate).ceil() as i64 + REACH as i64;
+    /// Half the length of what the band limit makes of an impulse \[samples\].
+    pub(super) fn reach(&self) -> i64 {
+        (REACH as f64 * lowpass::HALF_WIDTH * self.rate / self.half_width).ceil() as i64
+    }
+
+    /// The course of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\], and its first
+    /// sample.
+    pub(super) fn pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64) -> (i64, Course) {
+        let extent = profile.extent(duration);
+        let middle = onset + 0.5 * duration * self.rate;
+        let from_middle = [extent.0, extent.1].map(|t| t - 0.5 * duration);
+        self.course(middle, from_middle, |omega| profile.centred_spectrum(omega, duration))
+    }
+
+    /// The course of an impulse of 1 at a time \[samples\], and its first sample.
+    pub(super) fn impulse(&mut self, at: f64) -> (i64, Course) {
+        self.course(at, [0.0, 0.0], |_| 1.0)
+    }
+
+    /// The course of a force around a `middle` \[samples\], from which its spectrum is real, and which acts between two
+    /// times from there \[s\].
+    fn course(
+        &mut self,
+        middle: f64,
+        [begin, end]: [f64; 2],
+        spectrum: impl Fn(f64) -> f64,
+    ) -> (i64, Course) {
+        let first = (middle + begin * self.rate).floor() as i64 - self.reach();
+        let last = (middle + end * self.rate).ceil() as i64 + self.reach();
         let count = (last - first + 1) as usize;
         let length = (count + 1).next_power_of_two();
         let tables = self.tables(length);
         let spacing = std::f64::consts::TAU * self.rate / length as f64;
-        // From the middle of the pulse to the first sample.
-        let shift = (first as f64 - onset) / self.rate - 0.5 * duration;
+        let shift = (first as f64 - middle) / self.rate;
         self.spectrum.clear();
         let rotation = Complex64::cis(spacing * shift);
         let mut turn = Complex64::ONE;
         for (k, gain) in tables.gains.iter().enumerate() {
-            let amplitude = gain * profile.centred_spectrum(spacing * k as f64, duration);
+            let amplitude = gain * spectrum(spacing * k as f64);
             self.spectrum.push(amplitude * self.rate / length as f64 * turn);
             turn *= rotation;
         }
@@ -126,7 +142,7 @@ impl Shaper {
             let column = self.transformed(&tables, Some(factors));
             terms.iter_mut().zip(column).for_each(|(row, value)| row[l] = *value);
         }
-        Course { first, values, terms }
+        (first, Course { values, terms })
     }
 
     /// Inverse transform of the spectrum times factors.
@@ -150,9 +166,9 @@ impl Shaper {
     }
 
     fn tables(&mut self, length: usize) -> Arc<Tables> {
-        let planner = &mut self.planner;
+        let (planner, spacing) = (&mut self.planner, self.rate / length as f64);
         let make = || {
-            let gains = lowpass::gains(length, self.centre);
+            let gains = lowpass::transition(|k| (spacing * k as f64 - self.centre) / self.half_width);
             let mut terms: [Vec<Complex64>; TERMS] = Default::default();
             let mut bessel = Vec::new();
             for k in 0..gains.len() {
@@ -196,14 +212,14 @@ mod tests {
     /// Steps a resonator through a course and compares what is left with the closed form at the pole.
     fn residual(rate: f64, frequency: f64, duration: f64, profile: ForceProfile) -> f64 {
         let onset = 7.3;
-        let course = Shaper::new(rate, 0.45 * rate).pulse(profile, onset, duration);
+        let (first, course) = Shaper::new(rate, 0.45 * rate, rate / 30.0).pulse(profile, onset, duration);
         let pole = Complex64::new(-40.0, std::f64::consts::TAU * frequency);
         let step = (pole / rate).exp();
         let weights = term_weights(pole, 1.0 / rate);
         let state = course.terms.iter().fold(Complex64::ZERO, |w, terms| {
             step * w + terms.iter().zip(weights).map(|(g, phi)| g * phi).sum::<Complex64>()
         });
-        let elapsed = (course.first as f64 + course.terms.len() as f64 - onset) / rate;
+        let elapsed = (first as f64 + course.terms.len() as f64 - onset) / rate;
         let exact = (pole * elapsed).exp() * pulse_at_pole(profile, pole, duration);
         (state / exact - 1.0).norm()
     }

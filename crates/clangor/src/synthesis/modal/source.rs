@@ -54,6 +54,7 @@ pub struct ModalSource {
     transfers: TransferEvaluator,
     locator: SurfaceLocator,
     pressure: ModalPressure,
+    contact_damping: f64,
 }
 
 impl ModalSource {
@@ -83,7 +84,11 @@ impl ModalSource {
             settings.orders,
         );
         let locator = SurfaceLocator::new(&model.surface);
-        Ok(ModalSource { model, resonances, transfers, locator, pressure: settings.pressure })
+        let ModalSettings { pressure, contact_damping, .. } = *settings;
+        if !(contact_damping >= 0.0 && contact_damping.is_finite()) {
+            return Err(ModalError::BadModel { what: "a contact damping of", value: contact_damping });
+        }
+        Ok(ModalSource { model, resonances, transfers, locator, pressure, contact_damping })
     }
 
     /// The model.
@@ -99,6 +104,21 @@ impl ModalSource {
     /// How modes become pressure.
     pub fn pressure(&self) -> ModalPressure {
         self.pressure
+    }
+
+    /// c of the contact damping [N s/m].
+    pub fn contact_damping(&self) -> f64 {
+        self.contact_damping
+    }
+
+    /// Adds ½ c (n·U)² × `part` [1/s] of a touching point to what each mode has of it; place \[m\] and unit normal in the
+    /// frame of the body.
+    pub(super) fn add_contact_decay(&self, place: DVec3, normal: DVec3, part: f64, values: &mut [f64]) {
+        let Some(place) = self.locator.nearest(place) else { return };
+        for (value, mode) in values.iter_mut().zip(&self.model.modes) {
+            let along = place.interpolate(&mode.shape).dot(normal);
+            *value += 0.5 * self.contact_damping * along * along * part;
+        }
     }
 
     /// Highest order of the transfers.

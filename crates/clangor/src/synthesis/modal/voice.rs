@@ -3,8 +3,10 @@
 //! The modes run on the grid of the samples at which sound leaves the body, in blocks of about 4 ms. At each end of a
 //! block the place of every receiver in the frame of the body gives the transfers, which run on a straight line in
 //! between; where the direction turns fast for the highest order, a block has up to eight parts. What leaves is carried
-//! to the receiver by a [`DelayLine`].
+//! to the receiver by a delay that varies.
 
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -12,10 +14,11 @@ use num_complex::Complex64;
 
 use super::bank::ModalBank;
 use super::delay::{DelayLine, HALF_TAPS};
+use super::drive::{Course, Shaper};
 use super::source::ModalSource;
 use super::transfer::TransferMemory;
 use crate::body::BodyId;
-use crate::contact::{ForceProfile, ImpactPulse, PoseHistory};
+use crate::contact::{ForceProfile, ImpactPulse, PoseHistory, StreamPoint, StreamedForce};
 use crate::synthesis::listener::{Floor, Listener};
 use crate::synthesis::{RenderSettings, SynthesisError};
 
@@ -23,6 +26,8 @@ use crate::synthesis::{RenderSettings, SynthesisError};
 const DELAYS: i64 = 4;
 /// Parts of a block between which transfers are computed, at most.
 const MAX_PARTS: usize = 8;
+/// Parts of a sample between which the impulses of a stream are not told apart.
+const FRACTIONS: i64 = 1024;
 /// By how much order × direction may turn between two transfers [rad].
 const TURN: f64 = 0.5;
 
@@ -36,6 +41,7 @@ pub struct ModalVoice<'a> {
     bank: ModalBank,
     /// By first sample, the next one last.
     forces: Vec<Force>,
+    stream: Option<Stream>,
     paths: Vec<Path>,
     /// What each path sends.
     sent: Vec<Vec<f64>>,
@@ -61,6 +67,27 @@ struct Force {
     points: Vec<(DVec3, DVec3)>,
 }
 
+/// Gentle forces to come.
+struct Stream {
+    shaper: Shaper,
+    /// Courses of impulses at fractions of a sample, and by how much they begin earlier.
+    courses: BTreeMap<u64, (i64, Arc<Course>)>,
+    /// By first sample, the next one last.
+    forces: Vec<StreamForce>,
+    /// A time step \[samples\].
+    step: f64,
+    /// Whether contacts damp in the block at hand.
+    damping: bool,
+}
+
+struct StreamForce {
+    /// When it is first felt \[samples\].
+    first: i64,
+    /// When it acts, in parts of a sample, of which there are [`FRACTIONS`].
+    at: i64,
+    points: Vec<StreamPoint>,
+}
+
 /// From the body to a receiver, directly or by the floor.
 #[derive(Clone, Debug, Default)]
 struct Path {
@@ -69,13 +96,16 @@ struct Path {
     line: DelayLine,
     /// Place of the receiver for which the transfers are [m, frame of the body]; `None` where it hears nothing.
     place: Option<DVec3>,
-    /// Whether the transfers have been set.
+    /// Whether the transfers have been set since the modes were at rest.
     set: bool,
+    /// Whether they have been set since the damping changed.
+    fresh: bool,
 }
 
 #[derive(Clone, Debug, Default)]
 struct Memory {
     amplitudes: Vec<f64>,
+    points: Vec<(DVec3, DVec3)>,
     transfers: Vec<Complex64>,
     evaluation: TransferMemory,
 }
@@ -117,6 +147,7 @@ impl<'a> ModalVoice<'a> {
             settings: *settings,
             bank,
             forces: Vec::new(),
+            stream: None,
             sent: vec![Vec::new(); paths.len()],
             paths,
             block: DELAYS * (rate / 1000.0).round() as i64,
@@ -162,20 +193,64 @@ impl<'a> ModalVoice<'a> {
                 self.forces.push(Force { first, onset, duration, profile, points });
             }
         }
-        // Stable, so that the order of equal ones is that of the calls.
-        self.forces.sort_by(|a, b| b.first.cmp(&a.first));
+        self.forces.sort_by_key(|force| Reverse(force.first));
         Ok(())
+    }
+
+    /// Takes forces too gentle to be blows, limited to half the rate of their time step \[s\], and, if the source has
+    /// contact damping, damps while they last. Forces on other bodies are passed over.
+    ///
+    /// # Errors
+    /// A time step that is not positive, forces of a time that has been rendered, a second stream.
+    pub fn push_stream(&mut self, forces: &[StreamedForce], time_step: f64) -> Result<(), SynthesisError> {
+        let rate = self.settings.sample_rate.as_f64();
+        let bad = |what, value, time| SynthesisError::BadClick { what, value, body: self.body, time };
+        if !(time_step > 0.0 && time_step.is_finite()) || self.stream.is_some() {
+            return Err(bad("the time step of a stream", time_step, self.settings.start));
+        }
+        let (low, high) = self.settings.band();
+        let half_width = (0.5 * (high - low)).min(0.1 / time_step);
+        let centre = (0.5 * (low + high)).min(0.5 / time_step - half_width);
+        let shaper = Shaper::new(rate, centre, half_width);
+        let mut stream = Stream {
+            shaper,
+            courses: BTreeMap::new(),
+            forces: Vec::new(),
+            step: time_step * rate,
+            damping: false,
+        };
+        for force in forces.iter().filter(|force| force.body == self.body) {
+            let StreamedForce { time, points, .. } = force;
+            if !time.is_finite() || points.iter().any(|p| !p.place.is_finite() || !p.impulse.is_finite()) {
+                return Err(bad("a force of the stream", *time, *time));
+            }
+            let at = ((time - self.settings.start) * rate * FRACTIONS as f64).round() as i64;
+            let first = at.div_euclid(FRACTIONS) - stream.shaper.reach();
+            if self.begun && first < self.bank.position() {
+                return Err(SynthesisError::Late { body: self.body, time: *time });
+            }
+            stream.forces.push(StreamForce { first, at, points: points.clone() });
+        }
+        stream.forces.sort_by_key(|force| Reverse(force.first));
+        self.stream = Some(stream);
+        Ok(())
+    }
+
+    /// The first sample at which a force to come is felt.
+    fn next_force(&self) -> Option<i64> {
+        let streamed = self.stream.as_ref().and_then(|stream| stream.forces.last()).map(|force| force.first);
+        self.forces.last().map(|force| force.first).into_iter().chain(streamed).min()
     }
 
     /// A sample before which nothing is heard of the blows pushed so far; `None` if nothing is to come.
     pub fn first_sample(&self) -> Option<i64> {
-        let first = if self.begun { self.bank.position() } else { self.forces.last()?.first };
+        let first = if self.begun { self.bank.position() } else { self.next_force()? };
         (!self.is_finished()).then_some(first - HALF_TAPS as i64)
     }
 
     /// Whether the rest is silence, unless more blows are pushed.
     pub fn is_finished(&self) -> bool {
-        self.forces.is_empty()
+        self.next_force().is_none()
             && self.bank.is_silent()
             && (!self.begun || self.sent.iter().flatten().all(|pressure| *pressure == 0.0))
     }
@@ -196,8 +271,8 @@ impl<'a> ModalVoice<'a> {
         }
         if !self.begun {
             // Nothing arrives before it leaves.
-            let Some(force) = self.forces.last().filter(|force| force.first <= last) else { return Ok(()) };
-            let start = force.first.div_euclid(self.block) * self.block;
+            let Some(first) = self.next_force().filter(|first| *first <= last) else { return Ok(()) };
+            let start = first.div_euclid(self.block) * self.block;
             self.begin(start)?;
         }
         while !self.paths.iter().all(|path| path.line.covers(last, self.bank.position())) {
@@ -239,6 +314,7 @@ impl<'a> ModalVoice<'a> {
             self.source.amplitudes(&force.points, &mut self.memory.amplitudes);
             self.bank.add_pulse(force.profile, force.onset, force.duration, &self.memory.amplitudes);
         }
+        self.take_stream(end);
         let spacing = self.block / DELAYS;
         for p in 0..self.paths.len() {
             for i in 1..=DELAYS {
@@ -265,6 +341,46 @@ impl<'a> ModalVoice<'a> {
         Ok(())
     }
 
+    /// Passes the gentle forces that are felt before `end` to the modes, and damps these by the contacts until then.
+    fn take_stream(&mut self, end: i64) {
+        let (Some(stream), Memory { amplitudes, points, .. }) = (&mut self.stream, &mut self.memory) else {
+            return;
+        };
+        let contact_damping = self.source.contact_damping() > 0.0;
+        let mut decay = vec![0.0; if contact_damping { self.source.resonances().len() } else { 0 }];
+        // Damping begins when the band-limited force does, a little early.
+        let part = stream.step / self.block as f64;
+        let mut touches = false;
+        while let Some(force) = stream.forces.pop_if(|force| force.first < end) {
+            if contact_damping {
+                touches = true;
+                for point in &force.points {
+                    self.source.add_contact_decay(point.place, point.normal, part, &mut decay);
+                }
+            }
+            points.clear();
+            points.extend(force.points.iter().map(|point| (point.place, point.impulse)));
+            if points.iter().all(|(_, impulse)| *impulse == DVec3::ZERO) {
+                continue;
+            }
+            let fraction = force.at.rem_euclid(FRACTIONS);
+            let shaper = &mut stream.shaper;
+            let (before, course) = stream.courses.entry(fraction as u64).or_insert_with(|| {
+                let (first, course) = shaper.impulse(fraction as f64 / FRACTIONS as f64);
+                (first, Arc::new(course))
+            });
+            let first = force.at.div_euclid(FRACTIONS) + *before;
+            self.source.amplitudes(points, amplitudes);
+            self.bank.add_course(first, Arc::clone(course), amplitudes);
+        }
+        if touches || stream.damping {
+            self.bank.set_added_damping(|mode| decay.get(mode).copied().unwrap_or(0.0));
+            stream.damping = touches;
+            // What is heard of a mode depends on its pole.
+            self.paths.iter_mut().for_each(|path| path.fresh = false);
+        }
+    }
+
     /// Into how many parts a block that ends at `end` is to be divided.
     fn parts(&mut self, end: i64) -> Result<usize, SynthesisError> {
         let mut largest: f64 = 0.0;
@@ -286,11 +402,11 @@ impl<'a> ModalVoice<'a> {
         for p in 0..self.paths.len() {
             let place = self.towards(p, sample)?.1;
             let path = &mut self.paths[p];
-            if path.set && path.place == place {
+            if path.set && path.fresh && path.place == place {
                 continue;
             }
             jumped |= !path.set;
-            (path.place, path.set) = (place, true);
+            (path.place, path.set, path.fresh) = (place, true, true);
             let Memory { transfers, evaluation, .. } = &mut self.memory;
             match place {
                 Some(place) => self.source.transfers(place, evaluation, transfers),

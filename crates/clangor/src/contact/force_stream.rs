@@ -1,0 +1,157 @@
+//! Forces too gentle to be blows: rolling, sliding, and impacts slower than v_min, as one impulse per time step.
+//!
+//! They shake the modes of bodies and nothing else: a body that rolls has no click. The dynamics know them once per time
+//! step of length h, so that as forces they mean something below 1/(2h) only, to which who plays them limits the band.
+//!
+//! The load that a body carries is no sound. From each pair's impulses J, which last for a step each, the mean force of
+//! 50 ms around is taken away,
+//!
+//! ```text
+//! J'(t) = J(t) − h F̄(t),   F̄(t) = (1/50 ms) Σ J over |t' − t| < 25 ms
+//! ```
+//!
+//! shared equally among the points of the step. While no point touches there is none to take it from. Contacts of bodies
+//! that hardly move stay quiet: what solvers make of rest is no physics.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::effective_mass::inverse_mass;
+use super::pulses::{check_row, whole_impacts};
+use super::{ContactError, PoseHistory};
+use crate::body::{Body, BodyId};
+use crate::timeline::{ContactKind, ContactRow};
+
+/// Time over which forces are averaged \[s\].
+const MEAN_TIME: f64 = 0.05;
+/// Time over which a body is watched for motion, before and after \[s\].
+const WATCH_TIME: f64 = 0.005;
+
+/// Which contacts make a stream.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StreamSettings {
+    /// Impacts at least as fast are blows [m/s]; the same as that of [`ContactSettings`](super::ContactSettings).
+    pub v_min: f64,
+    /// Time step h of the dynamics \[s\].
+    pub time_step: f64,
+    /// A pair whose surfaces move more slowly is at rest, and only damps [m/s].
+    pub rest_speed: f64,
+}
+
+/// What acts on a body within a time step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StreamedForce {
+    /// When \[s\].
+    pub time: f64,
+    /// On which body.
+    pub body: BodyId,
+    /// Where.
+    pub points: Vec<StreamPoint>,
+}
+
+/// One point of a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StreamPoint {
+    /// Place [m, frame of the body].
+    pub place: DVec3,
+    /// Impulse J' [N s, frame of the body]; 0 at rest.
+    pub impulse: DVec3,
+    /// Unit normal, frame of the body.
+    pub normal: DVec3,
+}
+
+/// Forces on all bodies that contacts can move, in order of time.
+///
+/// # Errors
+/// Unknown bodies, numbers that are not finite.
+pub fn force_stream(
+    bodies: &[Body],
+    rows: &[ContactRow],
+    poses: &PoseHistory,
+    settings: &StreamSettings,
+) -> Result<Vec<StreamedForce>, ContactError> {
+    rows.iter().try_for_each(|row| check_row(bodies, row))?;
+    let mut pairs: BTreeMap<(BodyId, BodyId), Vec<ContactRow>> = BTreeMap::new();
+    let gentle = rows.iter().filter(|row| row.kind == ContactKind::Contact && row.impact_id == 0).copied();
+    for row in gentle.chain(slow_impacts(rows, settings.v_min)) {
+        pairs.entry((row.body_a, row.body_b)).or_default().push(row);
+    }
+    // Steps of the same time have the same bits.
+    let mut forces: BTreeMap<(u64, BodyId), StreamedForce> = BTreeMap::new();
+    for mut rows in pairs.into_values() {
+        rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let steps: Vec<&[ContactRow]> = rows.chunk_by(|a, b| a.time == b.time).collect();
+        for (step, mean) in steps.iter().zip(means(&steps)) {
+            let time = step[0].time;
+            let share = mean * settings.time_step / step.len() as f64;
+            let ids = [step[0].body_a, step[0].body_b];
+            let moves = ids.iter().any(|id| speed(bodies, poses, *id, time) >= settings.rest_speed);
+            for (id, sign) in ids.into_iter().zip([1.0, -1.0]) {
+                if id == BodyId::WORLD || inverse_mass(&bodies[id.index()]) == 0.0 {
+                    continue;
+                }
+                let pose = poses.at(id, time);
+                let to_body = pose.orientation.inverse();
+                let point = |row: &ContactRow| StreamPoint {
+                    place: pose.body_from_world(row.point),
+                    impulse: if moves { to_body * ((row.impulse() - share) * sign) } else { DVec3::ZERO },
+                    normal: to_body * row.normal,
+                };
+                forces
+                    .entry((order(time), id))
+                    .or_insert_with(|| StreamedForce { time, body: id, points: Vec::new() })
+                    .points
+                    .extend(step.iter().map(point));
+            }
+        }
+    }
+    Ok(forces.into_values().collect())
+}
+
+/// The rows of impacts that are no blows.
+fn slow_impacts(rows: &[ContactRow], v_min: f64) -> Vec<ContactRow> {
+    let speed = |impact: &[ContactRow]| {
+        let time = impact.iter().map(|row| row.time).fold(f64::INFINITY, f64::min);
+        let first = impact.iter().filter(|row| row.time == time);
+        first.map(ContactRow::approach_speed).fold(0.0, f64::max)
+    };
+    whole_impacts(rows).into_iter().filter(|impact| speed(impact) < v_min).flatten().collect()
+}
+
+/// F̄ [N] at each step.
+fn means(steps: &[&[ContactRow]]) -> Vec<DVec3> {
+    let impulse = |step: &[ContactRow]| step.iter().map(ContactRow::impulse).sum::<DVec3>();
+    let (mut from, mut to) = (0, 0);
+    let mut means = Vec::with_capacity(steps.len());
+    for step in steps {
+        let time = step[0].time;
+        while steps[from][0].time < time - 0.5 * MEAN_TIME {
+            from += 1;
+        }
+        while to < steps.len() && steps[to][0].time < time + 0.5 * MEAN_TIME {
+            to += 1;
+        }
+        // Summed anew: a running sum would keep the rounding of forces long gone.
+        means.push(steps[from..to].iter().map(|step| impulse(step)).sum::<DVec3>() / MEAN_TIME);
+    }
+    means
+}
+
+/// Speed of the surface of a body [m/s], at most, from where it is a little before and after.
+fn speed(bodies: &[Body], poses: &PoseHistory, id: BodyId, time: f64) -> f64 {
+    if id == BodyId::WORLD {
+        return 0.0;
+    }
+    let [before, after] = [-WATCH_TIME, WATCH_TIME].map(|step| poses.at(id, time + step));
+    let angle = before.orientation.angle_between(after.orientation);
+    let reach = bodies[id.index()].surface.bounding_radius();
+    let turned = if reach.is_finite() { angle * reach } else { 0.0 };
+    ((after.position - before.position).length() + turned) / (2.0 * WATCH_TIME)
+}
+
+/// Bits of a time, in its order.
+fn order(time: f64) -> u64 {
+    let bits = time.to_bits();
+    if time.is_sign_negative() { !bits } else { bits | (1 << 63) }
+}

@@ -4,17 +4,19 @@
 mod ringing;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
 
 use clangor::body::{BodyId, Motion};
+use clangor::contact::{ImpactPulse, PoseHistory};
 use clangor::glam::DVec3;
 use clangor::material::Damping;
 use clangor::medium::Medium;
 use clangor::pose::{Keyframe, Pose, Track};
 use clangor::synthesis::listener::Floor;
-use clangor::synthesis::modal::{ModalPressure, ModalSettings, ModalVoice};
+use clangor::synthesis::modal::{ModalPressure, ModalSettings, ModalSource, ModalVoice};
 use clangor::synthesis::{Listener, RenderSettings, SampleRate};
 use num_complex::Complex64;
-use ringing::{IMPULSE, RADIUS, blow, heard, mode, poses, source, still};
+use ringing::{IMPULSE, RADIUS, blow, mode, poses, source, still};
 
 /// Y₀₀.
 const MONOPOLE: f64 = 0.282_094_791_773_878_14;
@@ -39,6 +41,23 @@ fn acceleration(pole: Complex64, duration: f64, time: f64) -> Complex64 {
     let x = pole * duration;
     let transform = (1.0 + (-x).exp()) / (2.0 * (1.0 + (x / PI).powi(2)));
     -I * pole * pole / pole.im * transform * (pole * time).exp()
+}
+
+/// What the receivers of a listener hear in the first `count` samples.
+fn heard(
+    source: &Arc<ModalSource>,
+    poses: &PoseHistory,
+    listener: &Listener,
+    settings: &RenderSettings,
+    pulses: &[ImpactPulse],
+    count: usize,
+) -> Vec<Vec<f64>> {
+    let mut voice =
+        ModalVoice::new(Arc::clone(source), BodyId(0), poses, listener, settings).expect("receivers");
+    voice.push_pulses(pulses).expect("finite pulses");
+    let mut channels = vec![vec![0.0; count]; listener.receivers.len()];
+    voice.render_block(0, &mut channels).expect("a receiver above the floor");
+    channels
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Ringing bodies for tests: a triangle that moves along z, with transfers of any coefficients.
+//! Ringing bodies for tests: a triangle whose nodes move alike, with transfers of any coefficients.
 
 use std::sync::Arc;
 
@@ -10,8 +10,7 @@ use clangor::medium::Medium;
 use clangor::model::modal_model::{ModalMode, ModalModel, ModalTransfer};
 use clangor::model::modal_surface::ModalSurface;
 use clangor::pose::{Pose, Track};
-use clangor::synthesis::modal::{ModalSettings, ModalSource, ModalVoice};
-use clangor::synthesis::{Listener, RenderSettings};
+use clangor::synthesis::modal::{ModalSettings, ModalSource};
 use num_complex::Complex64;
 
 /// R [m].
@@ -42,13 +41,13 @@ pub(crate) fn source(modes: Vec<ModalMode>, damping: &Damping, settings: &ModalS
     Arc::new(ModalSource::new(Arc::new(model), damping, settings).expect("a good model"))
 }
 
-/// Where one body is, which moves as told.
-pub(crate) fn poses(motion: Motion) -> PoseHistory {
+/// A ball that moves as told.
+pub(crate) fn body(motion: Motion) -> Body {
     let pose = match &motion {
         Motion::Keyframed(track) => track.sample(0.0).0,
         _ => Pose::IDENTITY,
     };
-    let body = Body {
+    Body {
         name: "bell".into(),
         material: presets::CERAMIC.material(),
         surface: Arc::new(Surface::Sphere { radius: RADIUS }),
@@ -59,8 +58,12 @@ pub(crate) fn poses(motion: Motion) -> PoseHistory {
         angular_velocity: DVec3::ZERO,
         motion,
         edge_radius: 1e-3,
-    };
-    PoseHistory::try_new(&[body], &[]).expect("a history")
+    }
+}
+
+/// Where one body is, which moves as told.
+pub(crate) fn poses(motion: Motion) -> PoseHistory {
+    PoseHistory::try_new(&[body(motion)], &[]).expect("a history")
 }
 
 /// A body that stays at the origin.
@@ -95,21 +98,4 @@ pub(crate) fn blow(onset: f64, duration: f64, pose: Pose) -> ImpactPulse {
         bodies: [Some(share), None],
         points: vec![(pose.world_from_body(DVec3::new(0.03, 0.02, 0.0)), impulse)],
     }
-}
-
-/// What the receivers of a listener hear in the first `count` samples.
-pub(crate) fn heard(
-    source: &Arc<ModalSource>,
-    poses: &PoseHistory,
-    listener: &Listener,
-    settings: &RenderSettings,
-    pulses: &[ImpactPulse],
-    count: usize,
-) -> Vec<Vec<f64>> {
-    let mut voice =
-        ModalVoice::new(Arc::clone(source), BodyId(0), poses, listener, settings).expect("receivers");
-    voice.push_pulses(pulses).expect("finite pulses");
-    let mut channels = vec![vec![0.0; count]; listener.receivers.len()];
-    voice.render_block(0, &mut channels).expect("a receiver above the floor");
-    channels
 }

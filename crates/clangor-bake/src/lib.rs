@@ -14,6 +14,7 @@ pub mod elasticity;
 pub mod gpu;
 pub mod helmholtz;
 pub mod mirror_symmetry;
+pub mod modal;
 pub mod modal_radiation;
 pub mod modes;
 pub mod multipole_projection;

@@ -43,7 +43,7 @@ pub(crate) enum Command {
     Check(Check),
     /// Simulate a scene and write what happened as a timeline
     Simulate(Simulate),
-    /// Compute how a body sounds when it is accelerated: one model, or what a scene needs
+    /// Compute how a body sounds: one model, or what a scene needs
     Bake(Bake),
     /// One blow to one body, heard by one listener
     Strike(Strike),
@@ -86,6 +86,12 @@ pub(crate) struct Render {
     /// What bodies sound as, instead of what the scene says
     #[arg(long, value_enum)]
     pub(crate) sound: Option<Sound>,
+    /// What of the sound to render, instead of what the scene says
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "PARTS")]
+    pub(crate) parts: Vec<Part>,
+    /// How modes become pressure: to compare by ear
+    #[arg(long, value_enum, default_value = "baked")]
+    pub(crate) transfer: Transfer,
     /// A baked model, of either representation, for a body and its copies, whatever the scene says; repeat for several
     #[arg(long, value_name = "BODY=MODEL.safetensors", value_parser = body_model)]
     pub(crate) model: Vec<(String, PathBuf)>,
@@ -149,11 +155,11 @@ pub(crate) struct Bake {
     /// The model to write, of a shape or a mesh file
     #[arg(short, long, value_name = "MODEL.safetensors")]
     pub(crate) output: Option<PathBuf>,
-    /// Material preset; the sound of acceleration is the same for all of them
+    /// Material preset, for ringing; the sound of acceleration is the same for all of them
     #[arg(long, value_name = "NAME")]
     pub(crate) material: Option<String>,
-    /// What to compute
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "acceleration")]
+    /// What to compute (default: both, of a body without --material acceleration)
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "PARTS")]
     pub(crate) parts: Vec<Part>,
     /// Solver
     #[arg(long, value_enum, default_value = "auto")]
@@ -186,6 +192,8 @@ pub(crate) struct Bake {
 pub(crate) enum Part {
     /// The click of a body whose velocity changes
     Acceleration,
+    /// The ringing of its vibration
+    Modal,
 }
 
 /// Ways to compute a field.
@@ -266,6 +274,17 @@ pub(crate) struct Plot {
 
 #[derive(Subcommand)]
 pub(crate) enum Picture {
+    /// How a body vibrates: the shapes of its modes
+    Modes {
+        /// The model, with a modal part
+        model: PathBuf,
+        /// The picture to write
+        #[arg(short, long, value_name = "FILE.png|FILE.svg")]
+        output: PathBuf,
+        /// Number of the first mode to draw; twelve fit
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        first: usize,
+    },
     /// How a model radiates: its directivity, and the pressure around the body after a sudden acceleration
     Field {
         /// The model
@@ -324,12 +343,21 @@ pub(crate) struct Strike {
     /// Samples per second, 8000 to 384000
     #[arg(long, value_name = "HZ", default_value_t = 48_000)]
     pub(crate) sample_rate: u32,
-    /// Length of the output in seconds
-    #[arg(long, value_name = "S", default_value_t = 0.1, value_parser = duration)]
-    pub(crate) seconds: f64,
+    /// Length of the output in seconds (default: 0.1, or until what rings has fallen by 60 dB)
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub(crate) seconds: Option<f64>,
     /// What the body sounds as
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) sound: Sound,
+    /// What of its sound to compute
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        value_name = "PARTS",
+        default_value = "acceleration,modal"
+    )]
+    pub(crate) parts: Vec<Part>,
     /// Effort for its field
     #[arg(long, value_enum, default_value = "normal")]
     pub(crate) quality: Quality,
@@ -401,14 +429,14 @@ pub(crate) struct Validate {
     pub(crate) output: Option<PathBuf>,
 }
 
-/// Effort for the fields of bodies.
+/// Effort for the fields and the modes of bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Quality {
-    /// Bake nothing: what is not in the cache sounds as an ellipsoid or a sphere
+    /// Bake no fields: what is not in the cache clicks as an ellipsoid or a sphere; modes within 3 %
     Draft,
-    /// Fields within 1 %
+    /// Fields and modes within 1 %
     Normal,
-    /// Fields within 0.2 %
+    /// Fields within 0.2 %, modes within 0.5 %
     High,
 }
 
@@ -425,6 +453,17 @@ pub(crate) enum Sound {
     NearestProxy,
     /// Spheres of equal volume
     Sphere,
+}
+
+/// How modes become pressure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Transfer {
+    /// By the field of each, on its acceleration
+    Baked,
+    /// As FRAC does: by the magnitude of the field, on its amplitude
+    Published,
+    /// All alike, equally in all directions
+    Unit,
 }
 
 /// Sample formats of a WAV file.

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 
 use clangor_bake::acceleration_noise::BakeError;
+use clangor_bake::modal::ModalBakeError;
 use clangor_pipeline::exchange::ExchangeError;
 use clangor_pipeline::load::LoadError;
 use clangor_pipeline::render::RenderError;
@@ -55,5 +56,11 @@ impl From<ExchangeError> for Failure {
 impl From<BakeError> for Failure {
     fn from(error: BakeError) -> Self {
         if matches!(error, BakeError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
+    }
+}
+
+impl From<ModalBakeError> for Failure {
+    fn from(error: ModalBakeError) -> Self {
+        if matches!(error, ModalBakeError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
     }
 }

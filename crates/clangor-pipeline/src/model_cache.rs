@@ -1,13 +1,14 @@
 //! A folder of baked sound models, so that no body is baked twice.
 //!
-//! An entry is a model file named by the hash of everything that it depends on: the geometry, the band, the options and the
-//! versions of format and solvers; not the material, which no field depends on. It appears under its name only when it
+//! An entry is a file named by the hash of everything that it depends on: the geometry, the band, the options and the
+//! versions of format and solvers; ringing also on the elasticity and the medium, on which clicks do not. It appears under its name only when it
 //! is whole ([`write_atomically`]), so that a process may be killed at any moment, and several may bake the same model.
 //! What is read is verified and belongs to the hash in its name, or is baked again: an entry is never trusted.
 //!
-//! Beside the entries are the frequencies that long bakes have solved so far, `acceleration-HASH.partial`, under the same
-//! promises; they go when the entry comes.
+//! Beside the entries is what long bakes have so far, under the same promises: `acceleration-HASH.partial` the frequencies
+//! that are solved, `modal-HASH.partial` the modes whose sound is not. They go when the entry comes.
 
+mod key;
 mod partial_bake;
 
 use std::fs;
@@ -15,16 +16,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clangor::geometry::meridian::Piece;
-use clangor::model::model_file::{ModelFile, VERSION};
+use clangor::model::modal_file::ModalFile;
+use clangor::model::model_file::ModelFile;
 use clangor::model::tensor_file::TensorFileError;
-use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method, SolvedFrequency};
-use twox_hash::xxhash3_128::Hasher;
+use clangor_bake::acceleration_noise::SolvedFrequency;
 
 use crate::atomic_file::{OutputError, write_atomically};
+pub use key::{modal_key, model_key};
 
-/// To be raised when a change to the solvers changes what they compute by more than their accuracy.
-const SOLVERS: u32 = 1;
 /// A partial entry this old belongs to a process that was killed: writing one takes seconds.
 const ABANDONED: Duration = Duration::from_secs(3600);
 /// What was solved of a bake that nobody took up again for so long is given up.
@@ -53,9 +52,9 @@ pub enum CacheError {
 
 /// What is in the cache under a key.
 #[derive(Debug)]
-pub enum Lookup {
+pub enum Lookup<M = ModelFile> {
     /// A verified model.
-    Found(Box<ModelFile>),
+    Found(Box<M>),
     /// Nothing.
     Missing,
     /// Something that is not the model, and why.
@@ -106,6 +105,15 @@ impl ModelCache {
         self.folder.join(format!("acceleration-{key}.safetensors"))
     }
 
+    /// Where the modal entry of a key is, or would be.
+    pub fn modal_path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("modal-{key}.safetensors"))
+    }
+
+    fn modes_path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("modal-{key}.partial"))
+    }
+
     fn partial_path(&self, key: &str) -> PathBuf {
         self.folder.join(format!("acceleration-{key}.partial"))
     }
@@ -137,21 +145,43 @@ impl ModelCache {
 
     /// Looks an entry up and verifies it.
     pub fn read(&self, key: &str) -> Lookup {
-        let path = self.path(key);
-        let bytes = match fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Lookup::Missing,
-            Err(error) => return Lookup::Invalid(format!("{} cannot be read: {error}", path.display())),
-        };
-        match ModelFile::decode(&bytes) {
-            Ok(model) if model.origin.inputs == key => Lookup::Found(Box::new(model)),
-            Ok(model) => Lookup::Invalid(format!(
-                "{} is the model of other inputs, {}",
-                path.display(),
-                model.origin.inputs
-            )),
-            Err(error) => Lookup::Invalid(format!("{} is not valid: {error}", path.display())),
+        read_entry(&self.path(key), key, ModelFile::decode, |model| &model.origin.inputs)
+    }
+
+    /// Looks the modes of a body and their sound up, and verifies them.
+    pub fn read_modal(&self, key: &str) -> Lookup<ModalFile> {
+        read_entry(&self.modal_path(key), key, ModalFile::decode, |file| &file.modal.origin.inputs)
+    }
+
+    /// The modes that an interrupted bake has found; nothing if they cannot be used.
+    pub fn read_modes(&self, key: &str) -> Option<ModalFile> {
+        let path = self.modes_path(key);
+        match read_entry(&path, key, ModalFile::decode, |file| &file.modal.origin.inputs) {
+            Lookup::Found(file) => Some(*file),
+            _ => None,
         }
+    }
+
+    /// Keeps the modes of a body while their sound is computed.
+    ///
+    /// # Errors
+    /// [`CacheError`].
+    pub fn write_modes(&self, file: &ModalFile) -> Result<(), CacheError> {
+        let bytes = file.encode()?;
+        self.make_folder()?;
+        Ok(write_atomically(&self.modes_path(&file.modal.origin.inputs), &bytes)?)
+    }
+
+    /// Keeps how a body rings under the hash of its inputs, in place of what is there, and forgets the modes alone.
+    ///
+    /// # Errors
+    /// [`CacheError`]; whatever was there before is untouched then.
+    pub fn write_modal(&self, file: &ModalFile) -> Result<PathBuf, CacheError> {
+        let key = &file.modal.origin.inputs;
+        let path = self.modal_path(key);
+        self.write_entry(&path, &file.encode()?)?;
+        let _ = fs::remove_file(self.modes_path(key));
+        Ok(path)
     }
 
     /// Keeps a model under the hash of its inputs, in place of what is there.
@@ -159,12 +189,15 @@ impl ModelCache {
     /// # Errors
     /// [`CacheError`]; whatever was there before is untouched then.
     pub fn write(&self, model: &ModelFile) -> Result<PathBuf, CacheError> {
-        let bytes = model.encode()?;
+        let path = self.path(&model.origin.inputs);
+        self.write_entry(&path, &model.encode()?)?;
+        Ok(path)
+    }
+
+    fn write_entry(&self, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
         self.make_folder()?;
         self.remove_abandoned();
-        let path = self.path(&model.origin.inputs);
-        write_atomically(&path, &bytes)?;
-        Ok(path)
+        Ok(write_atomically(path, bytes)?)
     }
 
     /// Removes what processes that were killed have left. Failures matter to nobody: the next writer tries again.
@@ -188,81 +221,26 @@ impl ModelCache {
     }
 }
 
-/// The hash of everything that a baked model depends on, 32 hexadecimal digits. Where it was computed is none of it: what
-/// comes from either device is equal to well below any accuracy.
-pub fn model_key(geometry: &BakeGeometry, options: &BakeOptions) -> String {
-    let mut inputs = Inputs(Hasher::new());
-    inputs.text("acceleration");
-    inputs.whole(VERSION.into());
-    inputs.whole(SOLVERS.into());
-    inputs.geometry(geometry);
-    inputs.number(options.max_wavenumber);
-    inputs.number(options.accuracy);
-    inputs.text(match options.method {
-        Method::Auto => "auto",
-        Method::Bem => "bem",
-        Method::Fdtd => "fdtd",
-    });
-    inputs.whole(options.near_field.into());
-    format!("{:032x}", inputs.0.finish_128())
-}
-
-/// Hashes numbers bit by bit.
-struct Inputs(Hasher);
-
-impl Inputs {
-    /// A word, after its length, so that words do not run into each other.
-    fn text(&mut self, text: &str) {
-        self.whole(text.len() as u64);
-        self.0.write(text.as_bytes());
-    }
-
-    fn whole(&mut self, number: u64) {
-        self.0.write(&number.to_le_bytes());
-    }
-
-    fn number(&mut self, number: f64) {
-        // −0 is 0.
-        self.0.write(&(number + 0.0).to_le_bytes());
-    }
-
-    fn geometry(&mut self, geometry: &BakeGeometry) {
-        match geometry {
-            BakeGeometry::Ellipsoid { semi_axes } => {
-                self.text("ellipsoid");
-                semi_axes.to_array().into_iter().for_each(|a| self.number(a));
+/// Reads a file and verifies that it is the entry of a key.
+fn read_entry<M>(
+    path: &Path,
+    key: &str,
+    decode: impl FnOnce(&[u8]) -> Result<M, TensorFileError>,
+    inputs: impl FnOnce(&M) -> &String,
+) -> Lookup<M> {
+    let bytes = match fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Lookup::Missing,
+        Err(error) => return Lookup::Invalid(format!("{} cannot be read: {error}", path.display())),
+    };
+    match decode(&bytes) {
+        Ok(model) => {
+            let of = inputs(&model);
+            if of == key {
+                return Lookup::Found(Box::new(model));
             }
-            BakeGeometry::RoundedBox { edges, round } => {
-                self.text("rounded box");
-                edges.to_array().into_iter().for_each(|e| self.number(e));
-                self.number(*round);
-            }
-            BakeGeometry::Revolution(meridian) => {
-                self.text("revolution");
-                self.whole(meridian.pieces().len() as u64);
-                meridian.pieces().iter().for_each(|piece| self.piece(piece));
-            }
-            BakeGeometry::Mesh(mesh) => {
-                self.text("mesh");
-                self.whole(mesh.vertices.len() as u64);
-                mesh.vertices.iter().flat_map(|v| v.to_array()).for_each(|x| self.number(x));
-                self.whole(mesh.triangles.len() as u64);
-                mesh.triangles.iter().flatten().for_each(|i| self.whole((*i).into()));
-            }
+            Lookup::Invalid(format!("{} is the model of other inputs, {of}", path.display()))
         }
-    }
-
-    fn piece(&mut self, piece: &Piece) {
-        let numbers = match *piece {
-            Piece::Line { from, to } => {
-                self.text("line");
-                [from.x, from.y, to.x, to.y, 0.0, 0.0]
-            }
-            Piece::Arc { centre, semi_axes, from, to } => {
-                self.text("arc");
-                [centre.x, centre.y, semi_axes.x, semi_axes.y, from, to]
-            }
-        };
-        numbers.into_iter().for_each(|n| self.number(n));
+        Err(error) => Lookup::Invalid(format!("{} is not valid: {error}", path.display())),
     }
 }

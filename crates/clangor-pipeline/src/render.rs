@@ -1,22 +1,26 @@
 //! Impacts become sound at listeners, and sound becomes WAV files.
 //!
 //! ```text
-//! impacts ─► force pulses ─► clicks ─► one pass per listener and stem ─► WAV, levels, energies
+//! impacts ─► force pulses ─► clicks, voices ─► one pass per listener and stem ─► WAV, levels, energies
 //! ```
 //!
-//! A pass streams: blocks are rendered on all threads, added in a fixed order, and written as soon as they are complete.
+//! A pass streams: blocks of clicks are rendered on all threads, added in a fixed order, joined by what rings meanwhile,
+//! and written as soon as they are complete.
 //! Normalising takes a pass of its own to find the peak, so that memory stays flat however long the sound is.
 
 mod file_names;
+mod ringing;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use clangor::body::{Body, BodyId};
-use clangor::contact::{ContactError, ContactReport, ContactSettings, PoseHistory, impact_pulses};
+use clangor::contact::{
+    ContactError, ContactReport, ContactSettings, ImpactPulse, PoseHistory, impact_pulses,
+};
 use clangor::output::compressor::Compressor;
-use clangor::scene::render_settings::Compressor as CompressorSettings;
+use clangor::scene::render_settings::{Compressor as CompressorSettings, Parts};
 use clangor::synthesis::click::clicks_of;
 use clangor::synthesis::{
     BlockMemory, Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SoundSource,
@@ -26,8 +30,11 @@ use clangor::timeline::Timeline;
 use rayon::prelude::*;
 
 use self::file_names::{check_distinct, file_name};
+use self::ringing::{RingingBodies, Voices};
+pub use self::ringing::{Transfers, UnplayableModes};
 use crate::atomic_file::check_folder;
 use crate::levels::{LevelMeter, Levels};
+use crate::sound_models::ringers::Ringers;
 use crate::timeline_file::{TimelineError, TimelineReader};
 use crate::wav::{Meaning, SampleFormat, WavError, WavSpec, WavWriter};
 
@@ -40,6 +47,9 @@ pub enum RenderError {
     /// The sound cannot be synthesised.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),
+    /// Modes cannot be played.
+    #[error(transparent)]
+    Modes(#[from] UnplayableModes),
     /// A file cannot be written.
     #[error(transparent)]
     Wav(#[from] WavError),
@@ -87,6 +97,10 @@ pub struct RenderOptions {
     pub contact: ContactSettings,
     /// Forces to pressure; `start` is the time of the first sample written \[s\].
     pub synthesis: RenderSettings,
+    /// What of the sound is rendered.
+    pub parts: Parts,
+    /// How modes become pressure.
+    pub transfers: Transfers,
     /// End of the sound \[s\].
     pub to: f64,
     /// Format of a sample.
@@ -122,6 +136,47 @@ impl RenderOptions {
     }
 }
 
+/// What bodies sound as.
+#[derive(Clone, Copy, Debug)]
+pub struct Sounds<'a> {
+    /// When they are accelerated, in their order.
+    pub sources: &'a [SoundSource],
+    /// When they vibrate.
+    pub ringers: &'a Ringers,
+}
+
+/// One part of the sound of one body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Stem {
+    /// The body.
+    pub body: BodyId,
+    /// The part.
+    pub part: StemPart,
+}
+
+/// A part of a body's sound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum StemPart {
+    /// Clicks.
+    Acceleration,
+    /// Ringing.
+    Modal,
+}
+
+impl StemPart {
+    /// All parts.
+    pub const ALL: [StemPart; 2] = [StemPart::Acceleration, StemPart::Modal];
+}
+
+impl std::fmt::Display for StemPart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            StemPart::Acceleration => "acceleration",
+            StemPart::Modal => "modal",
+        })
+    }
+}
+
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedFile {
@@ -129,8 +184,8 @@ pub struct RenderedFile {
     pub path: PathBuf,
     /// Who heard it.
     pub listener: String,
-    /// The body of a stem.
-    pub stem: Option<BodyId>,
+    /// What is in a stem.
+    pub stem: Option<Stem>,
     /// Pressure of a sample of 1 \[Pa\].
     pub full_scale: f64,
     /// How loud it is.
@@ -148,22 +203,25 @@ pub struct RenderSummary {
     pub contacts: ContactReport,
     /// What each listener could not hear.
     pub listeners: Vec<RenderReport>,
-    /// Sum of ∫ p² dt over all receivers \[Pa² s\] by body.
+    /// Sum of ∫ p² dt of the clicks over all receivers \[Pa² s\] by body.
     pub energies: BTreeMap<BodyId, f64>,
+    /// The same of the ringing.
+    pub modal_energies: BTreeMap<BodyId, f64>,
     /// Estimates of the same above the band of the fields, for bodies whose field ends within the band rendered.
     pub missing_energies: BTreeMap<BodyId, f64>,
 }
 
-/// Renders the impacts of a timeline for every listener into `output`; `sources` says what each body sounds as.
+/// Renders the impacts of a timeline for every listener into `output`; `sounds` says what each body sounds as.
 ///
-/// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`.
+/// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`
+/// and `….BODY.modal.wav`.
 /// `progress` is told which part of the work is done, from 0 to 1.
 ///
 /// # Errors
 /// [`RenderError`]; a file appears only once it is complete.
 pub fn render(
     bodies: &[Body],
-    sources: &[SoundSource],
+    sounds: &Sounds<'_>,
     timeline: &Timeline,
     options: &RenderOptions,
     output: &Path,
@@ -172,12 +230,18 @@ pub fn render(
     options.check(bodies, output)?;
     let poses = PoseHistory::try_new(bodies, &timeline.poses)?;
     let (pulses, contacts) = impact_pulses(bodies, &timeline.contacts, &poses, &options.contact)?;
-    let mut clicks: Vec<Click> = pulses.iter().flat_map(|p| clicks_of(p, sources)).collect();
+    let mut clicks: Vec<Click> = match options.parts.acceleration {
+        true => pulses.iter().flat_map(|p| clicks_of(p, sounds.sources)).collect(),
+        false => Vec::new(),
+    };
     clicks.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let ringing = RingingBodies::new(bodies, sounds.ringers, options.transfers)?;
 
     let mut stems = vec![None];
     if options.stems {
-        let sounding: BTreeSet<BodyId> = clicks.iter().map(|c| c.body).collect();
+        let clicking = clicks.iter().map(|c| Stem { body: c.body, part: StemPart::Acceleration });
+        let ringing = ringing.bodies().map(|body| Stem { body, part: StemPart::Modal });
+        let sounding: BTreeSet<Stem> = clicking.chain(ringing).collect();
         stems.extend(sounding.into_iter().map(Some));
     }
     let passes = options.listeners.len()
@@ -188,30 +252,43 @@ pub fn render(
         let mut full_scale = None;
         for &stem in &stems {
             let own: Vec<Click>;
-            let heard = match stem {
-                None => &clicks[..],
-                Some(body) => {
+            let (heard, ringing) = match stem {
+                None => (&clicks[..], Some((&ringing, None))),
+                Some(Stem { body, part: StemPart::Acceleration }) => {
                     own = clicks.iter().filter(|c| c.body == body).cloned().collect();
-                    &own
+                    (&own[..], None)
                 }
+                Some(Stem { body, part: StemPart::Modal }) => (&[][..], Some((&ringing, Some(body)))),
             };
-            let mut pass =
-                Pass { listener, options, clicks: heard, passes, done: &mut done, progress: &mut *progress };
+            let mut pass = Pass {
+                listener,
+                options,
+                clicks: heard,
+                ringing,
+                pulses: &pulses,
+                poses: &poses,
+                passes,
+                done: &mut done,
+                progress: &mut *progress,
+            };
             // Stems keep the full scale of their mix, so that they add up to it.
             let scale = match full_scale {
                 Some(scale) => scale,
                 None => pass.full_scale()?,
             };
             full_scale = Some(scale);
-            let path = file_name(output, options, listener, stem.map(|id| bodies[id.index()].name.as_str()));
+            let named = stem.map(|stem| (bodies[stem.body.index()].name.as_str(), stem.part));
+            let path = file_name(output, options, listener, named);
             let (file, heard) = pass.write(&path, scale)?;
             if stem.is_none() {
                 summary.listeners.push(heard.report);
-                for (body, energy) in heard.energies {
-                    *summary.energies.entry(body).or_default() += energy;
-                }
-                for (body, energy) in heard.missing_energies {
-                    *summary.missing_energies.entry(body).or_default() += energy;
+                let sums = [
+                    (&mut summary.energies, heard.energies),
+                    (&mut summary.missing_energies, heard.missing_energies),
+                    (&mut summary.modal_energies, heard.modal_energies),
+                ];
+                for (sum, energies) in sums {
+                    energies.into_iter().for_each(|(body, energy)| *sum.entry(body).or_default() += energy);
                 }
             }
             summary.files.push(RenderedFile { stem, ..file });
@@ -225,13 +302,18 @@ struct Heard {
     report: RenderReport,
     energies: BTreeMap<BodyId, f64>,
     missing_energies: BTreeMap<BodyId, f64>,
+    modal_energies: BTreeMap<BodyId, f64>,
 }
 
-/// One listener, one selection of clicks.
+/// One listener, one selection of clicks and voices.
 struct Pass<'a> {
     listener: &'a Listener,
     options: &'a RenderOptions,
     clicks: &'a [Click],
+    /// What rings: all bodies, or one of them.
+    ringing: Option<(&'a RingingBodies, Option<BodyId>)>,
+    pulses: &'a [ImpactPulse],
+    poses: &'a PoseHistory,
     /// How many passes there are.
     passes: usize,
     /// How many are done.
@@ -300,6 +382,10 @@ impl Pass<'_> {
         let total = ((self.options.to - settings.start) * rate).round() as i64;
         let mut renderer = Renderer::new(self.listener, settings)?;
         let mut signal = OverlapAdd::new(self.listener.receivers.len(), 0);
+        let mut voices = match self.ringing {
+            Some((bodies, only)) => bodies.voices(self.pulses, self.poses, self.listener, settings, only)?,
+            None => Voices::none(),
+        };
         let quiet_before = earliest_from(self.clicks);
         for (index, click) in self.clicks.iter().enumerate() {
             if click.time > self.options.to {
@@ -315,7 +401,8 @@ impl Pass<'_> {
                         .map_init(BlockMemory::default, |memory, job| job.render_with(memory))
                         .collect();
                     blocks.iter().for_each(|block| signal.add(block));
-                    hand_over(&mut signal, renderer.complete_until().min(total), &mut compressor, sink)?;
+                    let end = renderer.complete_until().min(total);
+                    hand_over(&mut signal, &mut voices, end, &mut compressor, sink)?;
                     self.reached(signal.first() as f64 / total as f64)?;
                 }
             }
@@ -330,7 +417,7 @@ impl Pass<'_> {
         }
         while signal.first() < total {
             let end = (signal.first() + FRAMES_AT_ONCE).min(total);
-            hand_over(&mut signal, end, &mut compressor, sink)?;
+            hand_over(&mut signal, &mut voices, end, &mut compressor, sink)?;
             self.reached(signal.first() as f64 / total as f64)?;
         }
         *self.done += 1.0;
@@ -338,6 +425,7 @@ impl Pass<'_> {
             report: renderer.report().clone(),
             energies: signal.energies().clone(),
             missing_energies: signal.missing_energies().clone(),
+            modal_energies: voices.energies().clone(),
         })
     }
 
@@ -353,7 +441,7 @@ impl Pass<'_> {
 /// Blocks rendered between two looks at whether to stop.
 const BLOCKS_AT_ONCE: usize = 256;
 /// Frames handed over at once.
-const FRAMES_AT_ONCE: i64 = 1 << 18;
+const FRAMES_AT_ONCE: i64 = 1 << 16;
 
 /// For each click, the earliest time at which the force of it or of a later one acts \[s\].
 fn earliest_from(clicks: &[Click]) -> Vec<f64> {
@@ -366,17 +454,20 @@ fn earliest_from(clicks: &[Click]) -> Vec<f64> {
     earliest
 }
 
-/// Takes the samples before `end`, compresses them if asked to, and passes them on, interleaved.
+/// Takes the samples before `end`, adds what rings, compresses them if asked to, and passes them on, interleaved.
 fn hand_over(
     signal: &mut OverlapAdd,
+    voices: &mut Voices<'_>,
     end: i64,
     compressor: &mut Option<Compressor>,
     sink: &mut dyn FnMut(&[f32]) -> Result<(), WavError>,
-) -> Result<(), WavError> {
-    if end <= signal.first() {
+) -> Result<(), RenderError> {
+    let first = signal.first();
+    if end <= first {
         return Ok(());
     }
     let mut channels = signal.take_until(end);
+    voices.add(first, &mut channels)?;
     if let Some(compressor) = compressor {
         compressor.process(&mut channels);
     }
@@ -385,14 +476,15 @@ fn hand_over(
     for frame in 0..frames {
         interleaved.extend(channels.iter().map(|c| c[frame] as f32));
     }
-    sink(&interleaved)
+    Ok(sink(&interleaved)?)
 }
 
-/// The impacts of a timeline folder and the poses of their bodies at them, leaving the rest on the disk.
+/// The impacts of a timeline folder and the poses of their bodies at them, and all poses of the bodies that are `followed`,
+/// leaving the rest on the disk.
 ///
 /// # Errors
 /// [`TimelineError`] for rows that cannot be read.
-pub fn read_impacts(reader: &TimelineReader) -> Result<Timeline, TimelineError> {
+pub fn read_impacts(reader: &TimelineReader, followed: &BTreeSet<BodyId>) -> Result<Timeline, TimelineError> {
     let mut timeline = Timeline::default();
     for row in reader.contacts()? {
         let row = row?;
@@ -408,7 +500,7 @@ pub fn read_impacts(reader: &TimelineReader) -> Result<Timeline, TimelineError> 
     for row in reader.poses()? {
         let row = row?;
         let after = times.partition_point(|t| *t < row.time - margin);
-        if times.get(after).is_some_and(|t| *t <= row.time + margin) {
+        if followed.contains(&row.body) || times.get(after).is_some_and(|t| *t <= row.time + margin) {
             timeline.poses.push(row);
         }
     }

@@ -1,8 +1,10 @@
 //! A world is set in motion; what happens goes to memory, to a timeline folder, or to both.
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use clangor::body::BodyId;
 use clangor::scene::Scene;
 use clangor::timeline::{ContactRow, PoseRow, Timeline, TimelineSink};
 use clangor_sim::record::RecordSettings;
@@ -54,17 +56,21 @@ pub fn check_motion(loaded: &LoadedScene) -> Result<(), SimulateError> {
     }
 }
 
-/// Simulates a scene for its sound: the impacts, and where their bodies were.
+/// Simulates a scene for its sound: the impacts, and where their bodies were; of those that are `followed`, also where they
+/// were between.
 ///
 /// # Errors
 /// [`SimulateError`].
 pub fn simulate_impacts(
     loaded: &LoadedScene,
+    followed: &BTreeSet<BodyId>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Timeline, SimulationReport), SimulateError> {
     let mut settings = simulation_settings(&loaded.scene, false);
-    settings.record.pose_rate = 0.0;
-    let mut impacts = ImpactLog::default();
+    if followed.is_empty() {
+        settings.record.pose_rate = 0.0;
+    }
+    let mut impacts = ImpactLog::of(followed);
     let report = clangor_sim::simulate(&loaded.world, &settings, &mut impacts, progress)?;
     Ok((impacts.timeline, report))
 }
@@ -86,19 +92,20 @@ pub fn simulate_to_folder(
     Ok((report, folder.finish()?))
 }
 
-/// Simulates a scene into a timeline folder, and keeps its impacts in memory for rendering.
+/// Simulates a scene into a timeline folder, and keeps its impacts in memory for rendering, as [`simulate_impacts`] does.
 ///
 /// # Errors
 /// [`SimulateError`]; no folder is left then.
 pub fn simulate_and_keep(
     loaded: &LoadedScene,
+    followed: &BTreeSet<BodyId>,
     path: &Path,
     replace: bool,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Timeline, SimulationReport), SimulateError> {
     let settings = simulation_settings(&loaded.scene, false);
     let folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
-    let mut both = Both { folder, impacts: ImpactLog::default() };
+    let mut both = Both { folder, impacts: ImpactLog::of(followed) };
     let report = clangor_sim::simulate(&loaded.world, &settings, &mut both, progress)?;
     both.folder.finish()?;
     Ok((both.impacts.timeline, report))
@@ -115,12 +122,20 @@ fn header(loaded: &LoadedScene, settings: &SimulationSettings) -> TimelineHeader
     }
 }
 
-/// Keeps impacts and the poses at them, so that memory follows what is heard and not what moves.
+/// Keeps impacts and the poses at them, so that memory follows what is heard and not what moves; of bodies that may ring,
+/// which are heard between impacts, all poses.
 #[derive(Default)]
 struct ImpactLog {
     timeline: Timeline,
+    followed: BTreeSet<BodyId>,
     /// Poses since the last impact; those of the next one are among them.
     recent: Vec<PoseRow>,
+}
+
+impl ImpactLog {
+    fn of(followed: &BTreeSet<BodyId>) -> Self {
+        ImpactLog { followed: followed.clone(), ..ImpactLog::default() }
+    }
 }
 
 impl TimelineSink for ImpactLog {
@@ -136,6 +151,10 @@ impl TimelineSink for ImpactLog {
     }
 
     fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
+        if self.followed.contains(&row.body) {
+            self.timeline.poses.push(*row);
+            return Ok(());
+        }
         // Poses at the pose rate that no impact follows are of no use.
         if self.recent.len() >= RECENT_POSES {
             self.recent.drain(..RECENT_POSES / 2);

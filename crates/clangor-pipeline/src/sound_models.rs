@@ -1,6 +1,8 @@
 //! The sound model of a body: out of the cache, or baked and put there.
 
 mod recognise;
+pub mod ringers;
+pub mod ringing;
 pub mod sources;
 
 use std::collections::BTreeMap;
@@ -11,8 +13,10 @@ use std::time::{Duration, Instant};
 
 use clangor::body::{Body, BodyId, Motion, Surface};
 use clangor::geometry::mass_properties::MassProperties;
+use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::DVec3;
 use clangor::model::bank_file::{self, BankFile};
+use clangor::model::modal_file::{self, ModalFile};
 use clangor::model::model_file::{self, ModelFile, Origin, Solid};
 use clangor::model::published_file::{self, PublishedFile};
 use clangor::model::tensor_file::TensorFileError;
@@ -55,17 +59,7 @@ impl ModelRequest {
         mass: MassProperties,
         options: BakeOptions,
     ) -> Result<Self, RequestError> {
-        let (geometry, mesh) = match surface {
-            Surface::HalfSpace => return Err(RequestError::HalfSpace),
-            Surface::Sphere { radius } => {
-                (BakeGeometry::Ellipsoid { semi_axes: DVec3::splat(*radius) }, None)
-            }
-            Surface::Mesh(surface) => {
-                let mesh = &surface.mesh;
-                let exact = recognise::exact_form(mesh);
-                (exact.unwrap_or_else(|| BakeGeometry::Mesh(mesh.clone())), Some(mesh.clone()))
-            }
-        };
+        let (geometry, mesh) = radiating(surface)?;
         let key = model_key(&geometry, &options);
         Ok(ModelRequest { geometry, solid: Solid { name: name.into(), mass, surface: mesh }, options, key })
     }
@@ -75,11 +69,7 @@ impl ModelRequest {
     /// # Errors
     /// [`RequestError`].
     pub fn of_body(body: &Body, options: BakeOptions) -> Result<Self, RequestError> {
-        let density = body.material.density;
-        let volume = body.mass / density;
-        let mass =
-            MassProperties { volume, centre_of_mass: DVec3::ZERO, inertia: body.inertia * density.recip() };
-        ModelRequest::new(&body.name, &body.surface, mass, options)
+        ModelRequest::new(&body.name, &body.surface, unit_mass(body), options)
     }
 
     /// What radiates.
@@ -91,6 +81,28 @@ impl ModelRequest {
     pub fn key(&self) -> &str {
         &self.key
     }
+}
+
+/// What radiates, and its mesh if it has one.
+fn radiating(surface: &Surface) -> Result<(BakeGeometry, Option<TriMesh>), RequestError> {
+    match surface {
+        Surface::HalfSpace => Err(RequestError::HalfSpace),
+        Surface::Sphere { radius } => {
+            Ok((BakeGeometry::Ellipsoid { semi_axes: DVec3::splat(*radius) }, None))
+        }
+        Surface::Mesh(surface) => {
+            let mesh = &surface.mesh;
+            let exact = recognise::exact_form(mesh);
+            Ok((exact.unwrap_or_else(|| BakeGeometry::Mesh(mesh.clone())), Some(mesh.clone())))
+        }
+    }
+}
+
+/// Mass properties of a body if its density were 1.
+fn unit_mass(body: &Body) -> MassProperties {
+    let density = body.material.density;
+    let volume = body.mass / density;
+    MassProperties { volume, centre_of_mass: DVec3::ZERO, inertia: body.inertia * density.recip() }
 }
 
 /// Computes the model.
@@ -255,6 +267,8 @@ pub fn publish(file: &ModelFile, form: PublishedForm) -> Result<PublishedFile, P
 pub enum SoundFile {
     /// A sound model.
     Model(Box<ModelFile>),
+    /// How a body rings, and nothing else.
+    Modal(Box<ModalFile>),
     /// A sound model in the published representation.
     Published(Box<PublishedFile>),
     /// A bank of ellipsoids.
@@ -293,6 +307,9 @@ pub fn read_sound_file(path: &Path) -> Result<SoundFile, SoundFileError> {
         Err(TensorFileError::Kind { found, .. }) if found == bank_file::KIND => {
             BankFile::decode(&bytes).map(SoundFile::Bank).map_err(content)
         }
+        Err(TensorFileError::Kind { found, .. }) if found == modal_file::KIND => {
+            ModalFile::decode(&bytes).map(Box::new).map(SoundFile::Modal).map_err(content)
+        }
         Err(TensorFileError::Kind { found, .. }) if found == published_file::KIND => {
             PublishedFile::decode(&bytes).map(Box::new).map(SoundFile::Published).map_err(content)
         }
@@ -310,6 +327,7 @@ pub fn read_model(path: &Path) -> Result<ModelFile, SoundFileError> {
         other => {
             let found = match other {
                 SoundFile::Published(_) => published_file::KIND.into(),
+                SoundFile::Modal(_) => modal_file::KIND.into(),
                 _ => bank_file::KIND.into(),
             };
             let source = TensorFileError::Kind { found, expected: model_file::KIND };

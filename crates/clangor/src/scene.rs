@@ -73,6 +73,12 @@ impl Scene {
         bodies.flat_map(|(rule, count)| std::iter::repeat_n(rule, count)).collect()
     }
 
+    /// Whether each body of the instantiated scene is to ring, in their order, where the scene says it.
+    pub fn ringing_rules(&self) -> Vec<Option<bool>> {
+        let of = |body: &BodyDescription| std::iter::repeat_n(body.ringing, body.count());
+        self.bodies.iter().flat_map(of).collect()
+    }
+
     /// Reads a scene.
     ///
     /// # Errors

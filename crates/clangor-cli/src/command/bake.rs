@@ -1,29 +1,37 @@
 //! `clangor bake`: the sound model of a body, or those that a scene needs.
 
+pub(super) mod modal_report;
 pub(super) mod model_report;
 pub(super) mod published_report;
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
 
-use clangor::material::presets;
+use clangor::material::{Material, presets};
 use clangor::medium::Medium;
 use clangor::model::model_file::ModelFile;
 use clangor::scene::Scene;
 use clangor::synthesis::source_rule::SourceKind;
 use clangor::synthesis::{RenderSettings, SampleRate};
 use clangor_bake::acceleration_noise::{BakeOptions, BakeProgress, Method};
+use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::published::PublishedForm;
 use clangor_bake::wave::WaveDevice;
 use clangor_pipeline::atomic_file::{check_folder, write_atomically};
-use clangor_pipeline::load::{geometry_reference, load_geometry};
+use clangor_pipeline::load::{LoadedScene, geometry_reference, load_geometry};
 use clangor_pipeline::model_cache::ModelCache;
+use clangor_pipeline::sound_models::ringers::{FoundModes, RingingPlan};
+use clangor_pipeline::sound_models::ringing::{ModalRequest, ObtainedModes, obtain_modes};
 use clangor_pipeline::sound_models::sources::SourceSettings;
-use clangor_pipeline::sound_models::{ModelRequest, Obtained, obtain, publish, shared_requests};
+use clangor_pipeline::sound_models::{
+    ModelRequest, Obtained, RequestError, obtain, publish, shared_requests,
+};
 use clangor_pipeline::soundbank::default_bank;
-use serde_json::json;
+use serde_json::{Value, json};
 
+use super::sound_sources::find_ringers;
 use super::{check_ending, load};
 use crate::arguments::{Bake, Device, Global, Grid, Part, Representation, Solver};
 use crate::console::{Console, counted};
@@ -31,9 +39,6 @@ use crate::failure::Failure;
 
 pub(crate) fn run(options: &Bake, global: &Global, console: &Console) -> Result<(), Failure> {
     let cache = ModelCache::find(global.cache.as_deref());
-    if options.parts.iter().any(|part| *part != Part::Acceleration) {
-        return Err(Failure::new("only --parts acceleration can be baked"));
-    }
     match Path::new(&options.input).extension().is_some_and(|e| e == "toml") {
         true => scene(options, global, cache.as_ref(), console),
         false => body(options, cache.as_ref(), console),
@@ -71,26 +76,50 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
     check_ending(output, "safetensors")?;
     // A long computation is not begun for a file that cannot be written.
     check_folder(output).map_err(Failure::new)?;
-    if let Some(name) = &options.material {
-        presets::preset(name).ok_or_else(|| {
-            let known = presets::names().collect::<Vec<_>>().join(", ");
-            Failure::new(format_args!("there is no material \"{name}\"; known: {known}"))
-        })?;
-    }
+    let material = options.material.as_deref().map(preset).transpose()?;
+    let wants = |part| options.parts.contains(&part);
+    let (click, ringing) = match options.parts.is_empty() {
+        true => (true, material.is_some()),
+        false => (wants(Part::Acceleration), wants(Part::Modal)),
+    };
+    let of = match (ringing, material) {
+        (true, None) => {
+            return Err(Failure::new("ringing depends on the material: add --material NAME"));
+        }
+        (true, of) => of,
+        (false, _) => None,
+    };
     let reference = geometry_reference(&options.input, options.scale);
     let loaded = load_geometry(Path::new(""), &reference)
         .map_err(|e| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input)))?;
+    let refused = |e: RequestError| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input));
+    let started = Instant::now();
+    let modes = match of {
+        Some(material) => {
+            let bake = modal_options(options, Medium::AIR);
+            let request = ModalRequest::new(&options.input, &loaded.surface, loaded.mass, &material, bake)
+                .map_err(refused)?;
+            Some(modes_with_progress(&request, cache, console)?)
+        }
+        None => None,
+    };
+    if !click {
+        return modes.map_or(Ok(()), |modes| ringing_alone(modes, options, started, console));
+    }
     let highest = TAU * options.max_frequency.unwrap_or(AUDIBLE) / Medium::AIR.sound_speed;
     let bake_options = bake_options(options, highest);
-    let request = ModelRequest::new(&options.input, &loaded.surface, loaded.mass, bake_options)
-        .map_err(|e| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input)))?;
-
-    let started = Instant::now();
-    let obtained = obtain_with_progress(&request, cache, console)?;
+    let request =
+        ModelRequest::new(&options.input, &loaded.surface, loaded.mass, bake_options).map_err(refused)?;
+    let mut obtained = obtain_with_progress(&request, cache, console)?;
     if options.representation == Representation::Published {
         warn(&obtained, &options.input, console);
         return published(&obtained.model, options, output, console);
     }
+    let cached = obtained.cached && modes.as_ref().is_none_or(|modes| modes.cached);
+    if let Some(modes) = &modes {
+        warn_of_modes(modes, &options.input, console);
+    }
+    obtained.model.modal = modes.map(|modes| modes.file.modal);
     let seconds = started.elapsed().as_secs_f64();
     let bytes = obtained.model.encode().map_err(Failure::new)?;
     write_atomically(output, &bytes).map_err(Failure::new)?;
@@ -98,13 +127,93 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
     warn(&obtained, &options.input, console);
     let file = &obtained.model;
     model_report::say(console, output, file, bytes.len() as u64);
-    let from = if obtained.cached { "from the cache" } else { "baked" };
-    console.say(format_args!("{from} in {seconds:.2} s"));
     let mut result = model_report::json(output, file, bytes.len() as u64);
+    if let Some(part) = &file.modal {
+        modal_report::say(console, part, false);
+        result["modal"] = modal_report::json(part);
+    }
+    let from = if cached { "from the cache" } else { "baked" };
+    console.say(format_args!("{from} in {seconds:.2} s"));
     result["seconds"] = json!(seconds);
-    result["cached"] = json!(obtained.cached);
+    result["cached"] = json!(cached);
     console.json(&result);
     Ok(())
+}
+
+/// A material of the library.
+pub(super) fn preset(name: &str) -> Result<Material, Failure> {
+    presets::preset(name).ok_or_else(|| {
+        let known = presets::names().collect::<Vec<_>>().join(", ");
+        Failure::new(format_args!("there is no material \"{name}\"; known: {known}"))
+    })
+}
+
+/// How to bake modes.
+fn modal_options(options: &Bake, medium: Medium) -> ModalBakeOptions {
+    ModalBakeOptions {
+        max_frequency: options.max_frequency.unwrap_or(AUDIBLE).min(AUDIBLE),
+        mesh_error: options.accuracy,
+        accuracy: options.accuracy,
+        ..ModalBakeOptions::new(medium)
+    }
+}
+
+/// A file with nothing but modes.
+fn ringing_alone(
+    modes: ObtainedModes,
+    options: &Bake,
+    started: Instant,
+    console: &Console,
+) -> Result<(), Failure> {
+    let Some(output) = &options.output else { return Ok(()) };
+    warn_of_modes(&modes, &options.input, console);
+    let ObtainedModes { file, cached, .. } = modes;
+    let origin = &file.modal.origin;
+    if let Some(first) = origin.first_frequency {
+        let why = modal_report::no_modes(first, file.modal.model.max_frequency);
+        return Err(Failure::new(format_args!("\"{}\" has {why}", options.input)));
+    }
+    let bytes = file.encode().map_err(Failure::new)?;
+    write_atomically(output, &bytes).map_err(Failure::new)?;
+    let seconds = started.elapsed().as_secs_f64();
+    console.say(format_args!(
+        "{}: ringing of \"{}\", {:.1} kB",
+        output.display(),
+        options.input,
+        1e-3 * bytes.len() as f64
+    ));
+    modal_report::say(console, &file.modal, false);
+    let from = if cached { "from the cache" } else { "baked" };
+    console.say(format_args!("{from} in {seconds:.2} s"));
+    console.json(&json!({
+        "model": output,
+        "name": options.input,
+        "bytes": bytes.len(),
+        "modal": modal_report::json(&file.modal),
+        "seconds": seconds,
+        "cached": cached,
+    }));
+    Ok(())
+}
+
+/// Obtains modes under a progress bar.
+fn modes_with_progress(
+    request: &ModalRequest,
+    cache: Option<&ModelCache>,
+    console: &Console,
+) -> Result<ObtainedModes, Failure> {
+    let progress = console.progress("modes", 1.0);
+    let mut told = |p: &BakeProgress| {
+        progress.stage(p.stage);
+        progress.reached(p.done)
+    };
+    Ok(obtain_modes(request, cache, &mut told)?)
+}
+
+/// What a person should know of modes and of the cache.
+fn warn_of_modes(modes: &ObtainedModes, name: &str, console: &Console) {
+    let warnings = modes.file.modal.origin.warnings.iter().map(|w| format!("\"{name}\": {w}"));
+    modes.remarks.iter().cloned().chain(warnings).for_each(|remark| console.warn(remark));
 }
 
 /// A model in the published representation, into a file.
@@ -159,6 +268,8 @@ fn scene(
     let requests = shared_requests(bodies, bake_options(options, highest), &|id| {
         decisions[id.index()].kind == SourceKind::Own
     });
+    let wants = |part| options.parts.is_empty() || options.parts.contains(&part);
+    let requests = if wants(Part::Acceleration) { requests } else { Vec::new() };
     let mut models = Vec::new();
     for shared in &requests {
         let name = &bodies[shared.bodies[0].index()].name;
@@ -193,8 +304,51 @@ fn scene(
         cache.folder().display(),
         counted(bodies.len() - requests.iter().map(|r| r.bodies.len()).sum::<usize>(), "body", "bodies"),
     ));
-    console.json(&json!({ "cache": cache.folder(), "models": models }));
+    let ringing = match wants(Part::Modal) && scene.render.parts.modal {
+        true => scene_modes(options, &loaded, global, console)?,
+        false => Vec::new(),
+    };
+    console.json(&json!({ "cache": cache.folder(), "models": models, "modes": ringing }));
     Ok(())
+}
+
+/// The modes of all bodies that may ring, into the cache.
+fn scene_modes(
+    options: &Bake,
+    loaded: &LoadedScene,
+    global: &Global,
+    console: &Console,
+) -> Result<Vec<Value>, Failure> {
+    let (scene, bodies) = (&loaded.scene, &loaded.world.bodies);
+    let band = synthesis_settings(scene)?.band().0;
+    let mut bake = modal_options(options, scene.medium);
+    bake.max_frequency = options.max_frequency.unwrap_or(band).min(AUDIBLE);
+    let plan = RingingPlan::new(bodies, &scene.ringing_rules(), bake);
+    let all = plan.may_ring();
+    let found = find_ringers(plan, &all, &BTreeMap::new(), global, console)?;
+    let mut modes = Vec::new();
+    for FoundModes { body, bodies: count, cached, time } in &found.found {
+        let name = &bodies[body.index()].name;
+        let ringing = &found.bodies[body.index()];
+        let like = match count {
+            1 => String::new(),
+            more => format!(" and {} like it", more - 1),
+        };
+        let from = match cached {
+            true => "in the cache".into(),
+            false => format!("baked in {:.2} s", time.as_secs_f64()),
+        };
+        console.say(format_args!("\"{name}\"{like}: {ringing}, {from}"));
+        modes.push(json!({
+            "name": name,
+            "bodies": count,
+            "modes": found.modes(*body).map_or(0, |model| model.modes.len()),
+            "rings": ringing.to_string(),
+            "cached": cached,
+            "seconds": time.as_secs_f64(),
+        }));
+    }
+    Ok(modes)
 }
 
 /// How a scene is rendered if nothing else is asked for.

@@ -28,10 +28,9 @@ pub(crate) fn run(options: &Bank, console: &Console) -> Result<(), Failure> {
                 report(console, file, &bank);
                 Ok(())
             }
-            SoundFile::Model(_) | SoundFile::Published(_) => Err(Failure::new(format_args!(
-                "{} is the model of one body; see clangor inspect",
-                file.display()
-            ))),
+            SoundFile::Model(_) | SoundFile::Modal(_) | SoundFile::Published(_) => Err(Failure::new(
+                format_args!("{} is the model of one body; see clangor inspect", file.display()),
+            )),
         },
     }
 }

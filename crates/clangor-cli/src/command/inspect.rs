@@ -13,7 +13,7 @@ use clangor_pipeline::wav::{WavEncoding, WavReader};
 use clangor_sim::choose_solver;
 use serde_json::json;
 
-use super::bake::{model_report, published_report};
+use super::bake::{modal_report, model_report, published_report};
 use super::{bank, is_timeline, load};
 use crate::arguments::{Global, Inspect};
 use crate::console::{Console, counted, four_digits};
@@ -36,7 +36,17 @@ fn sound_file(path: &Path, console: &Console) -> Result<(), Failure> {
         SoundFile::Model(file) => {
             let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
             model_report::say(console, path, &file, bytes);
-            console.json(&model_report::json(path, &file, bytes));
+            let mut result = model_report::json(path, &file, bytes);
+            if let Some(part) = &file.modal {
+                modal_report::say(console, part, true);
+                result["modal"] = modal_report::json(part);
+            }
+            console.json(&result);
+        }
+        SoundFile::Modal(file) => {
+            console.say(format_args!("{}: ringing of \"{}\"", path.display(), file.solid.name));
+            modal_report::say(console, &file.modal, true);
+            console.json(&json!({ "name": file.solid.name, "modal": modal_report::json(&file.modal) }));
         }
         SoundFile::Published(file) => {
             published_report::say(console, path, &file, std::fs::metadata(path).map_or(0, |m| m.len()));

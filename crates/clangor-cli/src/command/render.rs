@@ -1,6 +1,6 @@
 //! `clangor render`: from a scene or a timeline to a WAV file.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use clangor::body::{Body, BodyId};
 use clangor::contact::ContactSettings;
@@ -14,17 +14,18 @@ use clangor::scene::render_settings as scene_render;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
 use clangor::timeline::Timeline;
 use clangor_pipeline::load::LoadedScene;
-use clangor_pipeline::render::{FullScale, RenderOptions, read_impacts, render};
+use clangor_pipeline::render::{FullScale, RenderOptions, Sounds, Transfers, read_impacts, render};
 use clangor_pipeline::simulate::{simulate_and_keep, simulate_impacts};
+use clangor_pipeline::sound_models::ringers::RingingPlan;
 use clangor_pipeline::timeline_file::TimelineReader;
 use clangor_pipeline::wav::{SampleFormat, WavSpec};
 use clangor_sim::SimulationReport;
 
 use self::report::Told;
 use super::simulate::say_simulated;
-use super::sound_sources::{Wanted, find_sources, given_models};
+use super::sound_sources::{Wanted, find_ringers, find_sources, given_models, modal_options, sound_parts};
 use super::{check_ending, is_timeline, load};
-use crate::arguments::{Bits, Global, Render};
+use crate::arguments::{Bits, Global, Render, Transfer};
 use crate::console::Console;
 use crate::failure::Failure;
 
@@ -39,6 +40,8 @@ struct Source {
     settings: scene_render::RenderSettings,
     /// What the scene says that its bodies sound as.
     rules: Vec<SoundRule>,
+    /// Which of them the scene wants to ring, or not.
+    ringing: Vec<Option<bool>>,
     v_min: f64,
     duration: f64,
 }
@@ -64,24 +67,40 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     let render_options = render_options(options, &source)?;
     // A long simulation is not begun for a sound that cannot be written.
     render_options.check(&source.bodies, &output)?;
-    let (timeline, simulated) = impacts(&source.motion, options, console)?;
+    let given = given_models(&source.bodies, &options.model, console)?;
+    let plan = match render_options.parts.modal {
+        true => {
+            let bake = modal_options(options.quality, &render_options.synthesis);
+            RingingPlan::new(&source.bodies, &source.ringing, bake)
+        }
+        false => RingingPlan::none(&source.bodies),
+    };
+    let mut followed = plan.may_ring();
+    if render_options.parts.modal {
+        followed.extend(given.modes.keys());
+    }
+    let (timeline, simulated) = impacts(&source.motion, &followed, options, console)?;
     let wanted = Wanted {
         rules: &rules(options, &source),
         quality: options.quality,
         settings: &render_options.synthesis,
     };
     let struck: BTreeSet<BodyId> = timeline.contacts.iter().flat_map(|r| [r.body_a, r.body_b]).collect();
-    let given = given_models(&source.bodies, &options.model, console)?;
-    let wanting: BTreeSet<BodyId> = struck.into_iter().filter(|id| !given.contains_key(id)).collect();
+    let click = |id: &BodyId| render_options.parts.acceleration && !given.sources.contains_key(id);
+    let wanting: BTreeSet<BodyId> = struck.iter().copied().filter(click).collect();
     let mut sources = find_sources(&source.bodies, &wanting, &wanted, global, console)?;
-    sources.replace(given);
+    sources.replace(given.sources);
+    let given = if render_options.parts.modal { given.modes } else { BTreeMap::new() };
+    let ringers = find_ringers(plan, &struck, &given, global, console)?;
     let progress = console.progress("render", 1.0);
     let mut told = |part| progress.reached(part);
-    let summary = render(&source.bodies, &sources.sources, &timeline, &render_options, &output, &mut told)?;
+    let sounds = Sounds { sources: &sources.sources, ringers: &ringers };
+    let summary = render(&source.bodies, &sounds, &timeline, &render_options, &output, &mut told)?;
     drop(progress);
     let told = Told {
         bodies: &source.bodies,
         sources: &sources,
+        ringers: &ringers,
         summary: &summary,
         options: &render_options,
         simulated: simulated.as_ref(),
@@ -121,6 +140,7 @@ fn from_scene(options: &Render, global: &Global, console: &Console) -> Result<So
         duration: scene.simulation.duration,
         settings: scene.render.clone(),
         rules: scene.sound_rules(),
+        ringing: scene.ringing_rules(),
         motion: Recorded::Scene(Box::new(loaded)),
     })
 }
@@ -161,26 +181,30 @@ fn from_timeline(options: &Render, global: &Global) -> Result<Source, Failure> {
         v_min: header.origin.v_min,
         duration: header.origin.duration,
         rules: scene.as_ref().map(Scene::sound_rules).unwrap_or_default(),
+        ringing: scene.as_ref().map(Scene::ringing_rules).unwrap_or_default(),
         settings: scene.map(|s| s.render).unwrap_or_default(),
         motion: Recorded::Timeline(Box::new(reader)),
     })
 }
 
-/// The impacts and the poses at them; of a scene also how its simulation went.
+/// The impacts and the poses at them, and all poses of those that are `followed`; of a scene also how its simulation went.
 fn impacts(
     motion: &Recorded,
+    followed: &BTreeSet<BodyId>,
     options: &Render,
     console: &Console,
 ) -> Result<(Timeline, Option<SimulationReport>), Failure> {
     let loaded = match motion {
         Recorded::Scene(loaded) => loaded,
-        Recorded::Timeline(reader) => return Ok((read_impacts(reader).map_err(Failure::new)?, None)),
+        Recorded::Timeline(reader) => {
+            return Ok((read_impacts(reader, followed).map_err(Failure::new)?, None));
+        }
     };
     let progress = console.progress("simulate", loaded.scene.simulation.duration);
     let reached = &mut |t| progress.reached(t);
     let (timeline, report) = match &options.timeline {
-        Some(folder) => simulate_and_keep(loaded, folder, options.force, reached)?,
-        None => simulate_impacts(loaded, reached)?,
+        Some(folder) => simulate_and_keep(loaded, followed, folder, options.force, reached)?,
+        None => simulate_impacts(loaded, followed, reached)?,
     };
     drop(progress);
     say_simulated(console, &report);
@@ -244,6 +268,15 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
             floor: settings.floor,
             max_frequency: options.max_frequency.or(settings.max_frequency),
             sphere_model: settings.radiation,
+        },
+        parts: match options.parts.is_empty() {
+            true => settings.parts,
+            false => sound_parts(&options.parts),
+        },
+        transfers: match options.transfer {
+            Transfer::Baked => Transfers::Baked,
+            Transfer::Published => Transfers::Published,
+            Transfer::Unit => Transfers::Unit,
         },
         to: options.to.unwrap_or(source.duration),
         format,

@@ -6,17 +6,23 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clangor::body::{Body, BodyId};
+use clangor::material::Material;
+use clangor::model::modal_file::{ModalOrigin, ModalPart};
+use clangor::model::modal_model::ModalModel;
 use clangor::model::model_file::Solid;
 use clangor::model::playable_model::PlayableModel;
 use clangor::model::published_file::PublishedFile;
+use clangor::scene::render_settings::Parts;
 use clangor::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor::synthesis::{PublishedSource, RenderSettings, SoundRule, SoundSource};
+use clangor_bake::modal::ModalBakeOptions;
 use clangor_pipeline::model_cache::ModelCache;
+use clangor_pipeline::sound_models::ringers::{Ringers, Ringing, RingingPlan};
 use clangor_pipeline::sound_models::sources::{SourceProgress, SourceSettings, Sources, sources};
 use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
 use clangor_pipeline::soundbank::default_bank;
 
-use crate::arguments::{Global, Quality, Sound};
+use crate::arguments::{Global, Part, Quality, Sound};
 use crate::console::{Console, Progress};
 use crate::failure::Failure;
 
@@ -78,30 +84,85 @@ pub(super) fn find_sources(
     Ok(found)
 }
 
+/// Parts that the command line names.
+pub(super) fn sound_parts(named: &[Part]) -> Parts {
+    Parts { acceleration: named.contains(&Part::Acceleration), modal: named.contains(&Part::Modal) }
+}
+
+/// How modes are baked for what is rendered so.
+pub(super) fn modal_options(quality: Quality, settings: &RenderSettings) -> ModalBakeOptions {
+    let normal = ModalBakeOptions::new(settings.medium);
+    let max_frequency = normal.max_frequency.min(settings.band().0);
+    let (mesh_error, most_nodes, accuracy) = match quality {
+        Quality::Draft => (0.03, normal.most_nodes, 0.05),
+        Quality::Normal => (normal.mesh_error, normal.most_nodes, normal.accuracy),
+        Quality::High => (0.005, 80_000, 0.002),
+    };
+    ModalBakeOptions { max_frequency, mesh_error, most_nodes, accuracy, ..normal }
+}
+
+/// The modes of those among the bodies of a plan that are `struck`, and those that the command line gives.
+pub(super) fn find_ringers(
+    plan: RingingPlan,
+    struck: &BTreeSet<BodyId>,
+    given: &BTreeMap<BodyId, Arc<ModalModel>>,
+    global: &Global,
+    console: &Console,
+) -> Result<Ringers, Failure> {
+    let cache = ModelCache::find(global.cache.as_deref());
+    let wanting: BTreeSet<BodyId> = struck.iter().filter(|id| !given.contains_key(id)).copied().collect();
+    let mut bar: Option<Progress<'_>> = None;
+    let mut told = |p: &SourceProgress<'_>| {
+        let bar = bar.get_or_insert_with(|| console.progress("modes", 1.0));
+        bar.stage(p.stage);
+        match bar.reached(p.done) {
+            ControlFlow::Continue(()) => console.flow(),
+            stop => stop,
+        }
+    };
+    let mut found = plan.find(&wanting, cache.as_ref(), &mut told)?;
+    drop(bar);
+    found.remarks.iter().for_each(|remark| console.warn(remark));
+    for (id, model) in given.iter().filter(|(id, _)| struck.contains(id)) {
+        found.bodies[id.index()] = Ringing::Modes(Arc::clone(model));
+    }
+    Ok(found)
+}
+
 /// Part of a body's volume by which that of the solid that a given model was baked from may differ.
 const SAME_VOLUME: f64 = 0.02;
 
 /// From a body to its sound by a model.
 type Play = Box<dyn Fn(&Body) -> SoundSource>;
 
+/// What the command line gives to bodies.
+#[derive(Default)]
+pub(super) struct GivenModels {
+    /// How they sound when they are accelerated.
+    pub(super) sources: BTreeMap<BodyId, SoundSource>,
+    /// How they ring.
+    pub(super) modes: BTreeMap<BodyId, Arc<ModalModel>>,
+}
+
 /// The models that the command line gives to bodies, and to copies of bodies, by name.
 pub(super) fn given_models(
     bodies: &[Body],
     given: &[(String, PathBuf)],
     console: &Console,
-) -> Result<BTreeMap<BodyId, SoundSource>, Failure> {
-    let mut sources = BTreeMap::new();
+) -> Result<GivenModels, Failure> {
+    let mut models = GivenModels::default();
     for (name, path) in given {
         let file = read_sound_file(path).map_err(Failure::new)?;
         let unplayable =
             |why: &dyn std::fmt::Display| Failure::new(format_args!("{}: {why}", path.display()));
-        let (play, solid): (Play, Solid) = match file {
+        let (play, modal, solid): (Option<Play>, _, Solid) = match file {
             SoundFile::Model(file) => {
                 let own = PlayableModel::try_new(&file.acceleration).map_err(|e| unplayable(&e))?;
                 let decision = Decision { kind: SourceKind::Own, reason: Reason::Asked };
                 let play = move |body: &Body| source_of(body, &decision, None, Some(&own)).0;
-                (Box::new(play), file.solid)
+                (Some(Box::new(play)), file.modal, file.solid)
             }
+            SoundFile::Modal(file) => (None, Some(file.modal), file.solid),
             SoundFile::Published(file) => {
                 let PublishedFile { model, solid, .. } = *file;
                 let model = Arc::new(model);
@@ -109,10 +170,12 @@ pub(super) fn given_models(
                     let source = PublishedSource::new(Arc::clone(&model), Arc::clone(&body.surface));
                     SoundSource::Published(Arc::new(source))
                 };
-                (Box::new(play), solid)
+                (Some(Box::new(play)), None, solid)
             }
             SoundFile::Bank(_) => return Err(unplayable(&"is a soundbank, not the model of one body")),
         };
+        let volume_of_solid = solid.mass.volume;
+        let modes = modal.map(|modal| (Arc::new(modal.model.clone()), modal));
         let copy_of = |body: &Body| {
             let number = body.name.strip_prefix(name.as_str()).and_then(|rest| rest.strip_prefix('-'));
             body.name == *name
@@ -121,20 +184,45 @@ pub(super) fn given_models(
         let mut found = false;
         for (index, body) in bodies.iter().enumerate().filter(|(_, body)| copy_of(body)) {
             found = true;
+            let id = BodyId(index as u32);
             let volume = body.mass / body.material.density;
-            if (volume / solid.mass.volume - 1.0).abs() > SAME_VOLUME {
+            if (volume / volume_of_solid - 1.0).abs() > SAME_VOLUME {
                 console.warn(format_args!(
-                    "\"{}\" has {volume:.3e} m³, and {} is the model of {:.3e} m³",
+                    "\"{}\" has {volume:.3e} m³, and {} is the model of {volume_of_solid:.3e} m³",
                     body.name,
                     path.display(),
-                    solid.mass.volume
                 ));
             }
-            sources.insert(BodyId(index as u32), play(body));
+            if let Some(play) = &play {
+                models.sources.insert(id, play(body));
+            }
+            if let Some((model, modal)) = &modes {
+                warn_of_other_material(&body.material, modal, console);
+                models.modes.insert(id, Arc::clone(model));
+            }
         }
         if !found {
             return Err(Failure::new(format_args!("--model {name}: there is no body of this name")));
         }
     }
-    Ok(sources)
+    Ok(models)
+}
+
+/// Part by which elastic constants that were written and read may differ.
+const SAME_CONSTANT: f64 = 1e-6;
+
+/// Warns of modes that were baked of something else.
+pub(super) fn warn_of_other_material(material: &Material, modes: &ModalPart, console: &Console) {
+    let ModalOrigin { youngs_modulus, poisson_ratio, .. } = modes.origin;
+    let pairs = [
+        (material.youngs_modulus, youngs_modulus),
+        (material.poisson_ratio, poisson_ratio),
+        (material.density, modes.model.density),
+    ];
+    if pairs.iter().any(|(a, b)| (a - b).abs() > SAME_CONSTANT * b.abs()) {
+        console.warn(format_args!(
+            "the modes are those of {}, and ring so, whatever the stiffness of {}; its damping is used",
+            modes.origin.material, material.name
+        ));
+    }
 }

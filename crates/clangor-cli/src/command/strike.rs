@@ -1,6 +1,7 @@
 //! `clangor strike`: one blow to one body, heard by one listener.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::{LN_10, TAU};
 use std::path::Path;
 use std::slice;
 use std::sync::Arc;
@@ -17,23 +18,28 @@ use clangor::pose::Pose;
 use clangor::scene::body_description::EDGE_RADIUS_RATIO;
 use clangor::scene::instantiate::LoadedGeometry;
 use clangor::synthesis::listener::Floor;
+use clangor::synthesis::modal::{ModalSettings, ModalSource, Resonance};
 use clangor::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor::synthesis::strike::{LEAD, Strike as Blow, strike};
+use clangor::synthesis::strike::{LEAD, Strike as Blow, StrikeSound, strike, struck_ringing};
 use clangor::synthesis::{PublishedSource, RenderSettings, SampleRate, SoundSource};
 use clangor_pipeline::atomic_file::write_atomically;
 use clangor_pipeline::levels::db_spl;
 use clangor_pipeline::load::{geometry_reference, load_geometry};
+use clangor_pipeline::sound_models::ringers::{Ringing, RingingPlan};
 use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
 use clangor_pipeline::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use serde_json::json;
 
-use super::sound_sources::{Wanted, find_sources};
+use super::sound_sources::{
+    Wanted, find_ringers, find_sources, modal_options, sound_parts, warn_of_other_material,
+};
 use crate::arguments::{Global, Strike};
 use crate::console::{Console, four_digits};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Result<(), Failure> {
     let (body, model) = body(options)?;
+    let parts = sound_parts(&options.parts);
     let blow = Blow {
         impulse: options.impulse,
         point: options.point,
@@ -41,12 +47,39 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
         duration: options.duration,
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::try_new(options.sample_rate).map_err(Failure::new)?,
-        seconds: Some(options.seconds),
+        seconds: Some(options.seconds.unwrap_or(SHORTEST)),
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
     };
-    let source = source(&body, model.as_ref(), &blow, options, global, console)?;
-    let sound = strike(&body, &source, &blow).map_err(Failure::new)?;
+    // What clicks in the place of a body whose click is not wanted: nothing that a listener could be inside of.
+    let point = SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
+    // A mistaken blow is told before anything is baked.
+    strike(&body, &point, &blow).map_err(Failure::new)?;
+    let ringing = match parts.modal {
+        true => modes(&body, model.as_ref(), &blow, options, global, console)?,
+        false => None,
+    };
+    let blow = Blow {
+        seconds: options.seconds.or(Some(ringing.as_ref().map_or(SHORTEST, |(_, seconds)| *seconds))),
+        ..blow
+    };
+    let source = match parts.acceleration {
+        true => source(&body, model.as_ref(), &blow, options, global, console)?,
+        false => point,
+    };
+    let mut sound = strike(&body, &source, &blow).map_err(Failure::new)?;
+    if !parts.acceleration {
+        sound.pressures.fill(0.0);
+    }
+    let mut modes = 0;
+    if let Some((source, _)) = ringing {
+        modes = source.model().modes.len();
+        let ringing = struck_ringing(&body, source, &blow, &sound).map_err(Failure::new)?;
+        sound.pressures.iter_mut().zip(ringing).for_each(|(sum, p)| *sum += p);
+        if options.seconds.is_none() {
+            cut_silence(&mut sound, options.sample_rate);
+        }
+    }
     let peak = sound.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
     match options.output.extension().and_then(|e| e.to_str()) {
         Some("csv") => {
@@ -92,9 +125,80 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
         "velocity_change_m_per_s": sound.velocity_change.to_array(),
         "radius_m": sound.radius,
         "peak_pa": peak,
+        "modes": modes,
         "samples": sound.pressures.len(),
     }));
     Ok(())
+}
+
+/// Shortest output, unless another is asked for \[s\].
+const SHORTEST: f64 = 0.1;
+/// Longest, unless another is asked for \[s\].
+const LONGEST: f64 = 20.0;
+
+/// The modes of the struck body, out of its model, or found or baked; and the time in which the longest has died away \[s\].
+fn modes(
+    body: &Body,
+    file: Option<&SoundFile>,
+    blow: &Blow,
+    options: &Strike,
+    global: &Global,
+    console: &Console,
+) -> Result<Option<(Arc<ModalSource>, f64)>, Failure> {
+    let (part, is_file) = match file {
+        Some(SoundFile::Model(file)) => (file.modal.as_ref(), true),
+        Some(SoundFile::Modal(file)) => (Some(&file.modal), true),
+        Some(SoundFile::Published(_)) => (None, true),
+        Some(SoundFile::Bank(_)) | None => (None, false),
+    };
+    let model = match part {
+        Some(part) => {
+            warn_of_other_material(&body.material, part, console);
+            Arc::new(part.model.clone())
+        }
+        // What a model does not have is not wanted.
+        None if is_file => return Ok(None),
+        None => {
+            let bodies = slice::from_ref(body);
+            let plan = RingingPlan::new(bodies, &[], modal_options(options.quality, &render_settings(blow)));
+            let struck = BTreeSet::from([BodyId(0)]);
+            let mut found = find_ringers(plan, &struck, &BTreeMap::new(), global, console)?;
+            match found.bodies.swap_remove(0) {
+                Ringing::Modes(model) => model,
+                other => {
+                    console.say(format_args!("\"{}\": {other}", options.body));
+                    return Ok(None);
+                }
+            }
+        }
+    };
+    let source = ModalSource::new(model, &body.material.damping, &ModalSettings::default())
+        .map_err(|e| Failure::new(format_args!("the modes of \"{}\" cannot be played: {e}", options.body)))?;
+    let t60 = |r: &Resonance| 3.0 * LN_10 / (TAU * r.frequency * r.damping_ratio);
+    let longest = source.resonances().iter().map(t60).fold(0.0, f64::max);
+    let travel = options.listener.length() / blow.medium.sound_speed;
+    Ok(Some((Arc::new(source), (longest + travel).clamp(SHORTEST, LONGEST))))
+}
+
+/// Cuts what is quieter than the peak by 60 dB at the end.
+fn cut_silence(sound: &mut StrikeSound, sample_rate: u32) {
+    let peak = sound.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
+    let heard = sound.pressures.iter().rposition(|p| p.abs() > 1e-3 * peak).map_or(0, |last| last + 1);
+    let shortest = ((SHORTEST + LEAD) * f64::from(sample_rate)).ceil() as usize;
+    sound.pressures.truncate(heard.max(shortest));
+    sound.times.truncate(heard.max(shortest));
+}
+
+/// How the blow is rendered.
+fn render_settings(blow: &Blow) -> RenderSettings {
+    RenderSettings {
+        sample_rate: blow.sample_rate,
+        start: 0.0,
+        medium: blow.medium,
+        floor: Floor::None,
+        sphere_model: blow.sphere_model,
+        max_frequency: None,
+    }
 }
 
 /// What the struck body sounds as: the model that was given, or what is found or baked for it.
@@ -106,14 +210,7 @@ fn source(
     global: &Global,
     console: &Console,
 ) -> Result<SoundSource, Failure> {
-    let settings = RenderSettings {
-        sample_rate: blow.sample_rate,
-        start: 0.0,
-        medium: blow.medium,
-        floor: Floor::None,
-        sphere_model: blow.sphere_model,
-        max_frequency: None,
-    };
+    let settings = render_settings(blow);
     let (kind, source) = match model {
         Some(SoundFile::Published(file)) => {
             let model = Arc::new(file.model.clone());
@@ -127,7 +224,7 @@ fn source(
             let (source, kind) = source_of(body, &decision, None, Some(&own));
             (kind, source)
         }
-        Some(SoundFile::Bank(_)) | None => {
+        Some(SoundFile::Modal(_) | SoundFile::Bank(_)) | None => {
             let wanted =
                 Wanted { rules: &[options.sound.into()], quality: options.quality, settings: &settings };
             let struck = BTreeSet::from([BodyId(0)]);
@@ -164,6 +261,7 @@ fn body(options: &Strike) -> Result<(Body, Option<SoundFile>), Failure> {
             let file = read_sound_file(path).map_err(Failure::new)?;
             let (solid, radius) = match &file {
                 SoundFile::Model(file) => (&file.solid, file.acceleration.radius),
+                SoundFile::Modal(file) => (&file.solid, file.modal.model.radius),
                 SoundFile::Published(file) => (&file.solid, file.model.radius()),
                 SoundFile::Bank(_) => {
                     let path = path.display();

@@ -17,12 +17,14 @@ use clangor::medium::Medium;
 use clangor::model::playable_model::PlayableBank;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
+use clangor::scene::render_settings::Parts;
 use clangor::shape::Shape;
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule, SoundSource};
 use clangor::timeline::{ContactKind, ContactRow, PoseRow, Timeline};
 use clangor_pipeline::model_cache::ModelCache;
-use clangor_pipeline::render::{FullScale, RenderOptions, render};
+use clangor_pipeline::render::{FullScale, RenderOptions, Sounds, Transfers, render};
+use clangor_pipeline::sound_models::ringers::Ringers;
 use clangor_pipeline::sound_models::sources::{SourceSettings, sources};
 use clangor_pipeline::wav::SampleFormat;
 
@@ -214,6 +216,8 @@ impl Stage {
                 sphere_model: SphereModel::Exact,
                 max_frequency: None,
             },
+            parts: Parts { acceleration: true, modal: false },
+            transfers: Transfers::Baked,
             to: seconds + 0.05,
             format: SampleFormat::Float32,
             full_scale: FullScale::Pascals(1.0),
@@ -221,9 +225,10 @@ impl Stage {
             stems: false,
             note: String::new(),
         };
+        let sounds = Sounds { sources, ringers: &Ringers::none(self.bodies.len()) };
         let begin = cpu_time();
         let summary =
-            render(&self.bodies, sources, timeline, &options, file, &mut |_| ControlFlow::Continue(()))
+            render(&self.bodies, &sounds, timeline, &options, file, &mut |_| ControlFlow::Continue(()))
                 .expect("a sound");
         Rendered { seconds: cpu_time() - begin, clicks: summary.listeners.iter().map(|l| l.clicks).sum() }
     }

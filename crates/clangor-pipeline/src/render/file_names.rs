@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use clangor::body::{Body, Motion};
 use clangor::synthesis::Listener;
 
-use super::{RenderError, RenderOptions};
+use super::{RenderError, RenderOptions, StemPart};
 
 /// `output`, with the listener's name if there are several, and the stem's.
 pub(super) fn file_name(
     output: &Path,
     options: &RenderOptions,
     listener: &Listener,
-    stem: Option<&str>,
+    stem: Option<(&str, StemPart)>,
 ) -> PathBuf {
     let mut name = output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     // A name may hold anything; a file name may not.
@@ -21,8 +21,8 @@ pub(super) fn file_name(
     if options.listeners.len() > 1 {
         name = format!("{name}.{}", safe(&listener.name));
     }
-    if let Some(stem) = stem {
-        name = format!("{name}.{}.acceleration", safe(stem));
+    if let Some((body, part)) = stem {
+        name = format!("{name}.{}.{part}", safe(body));
     }
     match output.extension() {
         Some(extension) => output.with_file_name(format!("{name}.{}", extension.to_string_lossy())),
@@ -37,14 +37,16 @@ pub(super) fn check_distinct(
     output: &Path,
 ) -> Result<(), RenderError> {
     let sounding = bodies.iter().filter(|b| options.stems && b.motion == Motion::Free);
-    let stems: Vec<Option<&str>> =
-        std::iter::once(None).chain(sounding.map(|b| Some(b.name.as_str()))).collect();
+    let mut stems: Vec<Option<(&str, StemPart)>> = vec![None];
+    for body in sounding {
+        stems.extend(StemPart::ALL.map(|part| Some((body.name.as_str(), part))));
+    }
     let mut files = BTreeMap::new();
     for listener in &options.listeners {
         for stem in &stems {
             let sound = match stem {
                 None => format!("listener \"{}\"", listener.name),
-                Some(body) => format!("body \"{body}\" at listener \"{}\"", listener.name),
+                Some((body, _)) => format!("body \"{body}\" at listener \"{}\"", listener.name),
             };
             let path = file_name(output, options, listener, *stem);
             // Some file systems do not tell A from a.

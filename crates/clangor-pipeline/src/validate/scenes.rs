@@ -1,5 +1,6 @@
 //! The whole path, from the text of a scene to a WAV file, against free fall, Hertz and the exact field.
 
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -8,14 +9,16 @@ use clangor::contact::ContactSettings;
 use clangor::glam::DVec3;
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
+use clangor::scene::render_settings::Parts;
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};
 
 use super::radiation::exact_spectrum;
 use super::{Check, Extent, Fault, Outcome, Validation};
 use crate::load::scene_from_text;
-use crate::render::{FullScale, RenderOptions, render};
+use crate::render::{FullScale, RenderOptions, Sounds, Transfers, render};
 use crate::simulate::simulate_impacts;
+use crate::sound_models::ringers::Ringers;
 use crate::wav::{SampleFormat, WavReader};
 
 const SCENE: &str = r#"
@@ -84,7 +87,7 @@ pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
 fn first_click() -> Result<Vec<f32>, Fault> {
     let loaded = scene_from_text(Path::new("validation.toml"), SCENE.into(), &|_| ())?;
     let go_on = |_: f64| ControlFlow::Continue(());
-    let (timeline, _) = simulate_impacts(&loaded, &mut { go_on })?;
+    let (timeline, _) = simulate_impacts(&loaded, &BTreeSet::new(), &mut { go_on })?;
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("drop.wav");
     let options = RenderOptions {
@@ -98,6 +101,8 @@ fn first_click() -> Result<Vec<f32>, Fault> {
             sphere_model: SphereModel::Exact,
             max_frequency: None,
         },
+        parts: Parts { acceleration: true, modal: false },
+        transfers: Transfers::Baked,
         to: 0.6,
         format: SampleFormat::Float32,
         full_scale: FullScale::Pascals(1.0),
@@ -106,7 +111,9 @@ fn first_click() -> Result<Vec<f32>, Fault> {
         note: String::new(),
     };
     let sources = SoundSource::spheres(&loaded.world.bodies);
-    render(&loaded.world.bodies, &sources, &timeline, &options, &file, &mut { go_on })?;
+    let bodies = &loaded.world.bodies;
+    let sounds = Sounds { sources: &sources, ringers: &Ringers::none(bodies.len()) };
+    render(bodies, &sounds, &timeline, &options, &file, &mut { go_on })?;
     let mut reader = WavReader::open(&file)?;
     let mut samples = Vec::new();
     while reader.read(&mut samples, 1 << 16)? > 0 {}

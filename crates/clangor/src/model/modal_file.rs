@@ -62,14 +62,15 @@ pub struct ModalOrigin {
     pub asked_mesh_error: f64,
     /// Level error of the transfers that was asked for.
     pub asked_accuracy: f64,
-    /// Tetrahedra of the mesh.
-    pub elements: u64,
-    /// Their nodes.
+    /// The volume mesh, in words.
+    pub mesh: String,
+    /// Nodes of the volume mesh.
     pub nodes: u64,
     /// Largest ‖K u − ω² M u‖ / ‖ω² M u‖ \[-\].
     pub residual: f64,
-    /// The proof that no mode is missing: frequency \[Hz\], and how many modes a factorisation counts below it.
-    pub counts: Vec<(f64, u64)>,
+    /// The lowest mode \[Hz\] of a body that has none below the highest frequency; absent of one that has.
+    #[serde(rename = "first_frequency_hz", default, skip_serializing_if = "Option::is_none")]
+    pub first_frequency: Option<f64>,
     /// Solver of the transfers, in words; empty without transfers.
     pub method: String,
     /// What a user should know.
@@ -237,7 +238,10 @@ impl ModalPart {
                 format!("is {}, not between -1 and 0.5", self.origin.poisson_ratio),
             ));
         }
-        check_surface(surface, *radius)?;
+        // Without modes there is nothing to say where they are.
+        if !modes.is_empty() {
+            check_surface(surface, *radius)?;
+        }
         let mut last = 0.0;
         for (at, mode) in modes.iter().enumerate() {
             let what = || format!("mode {at}");

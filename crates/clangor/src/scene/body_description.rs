@@ -33,6 +33,8 @@ pub struct BodyDescription {
     pub edge_radius: Option<f64>,
     /// What it sounds as; `None`: what the `[render]` section says.
     pub sound: Option<SoundRule>,
+    /// Whether it rings; `None`: unless that takes too long.
+    pub ringing: Option<bool>,
     /// How many, and where.
     pub copies: Copies,
     /// Where the body is written.

@@ -18,6 +18,8 @@ pub struct RenderSettings {
     pub floor: Floor,
     /// Time profile of a contact force.
     pub pulse: ForceProfile,
+    /// What of the sound is rendered.
+    pub parts: Parts,
     /// What bodies sound as that do not say it themselves.
     pub sound: SoundRule,
     /// Sound field of an accelerated sphere.
@@ -38,12 +40,28 @@ impl Default for RenderSettings {
             level: Level::Default,
             floor: Floor::None,
             pulse: ForceProfile::HalfSine,
+            parts: Parts::default(),
             sound: SoundRule::Auto,
             radiation: SphereModel::Exact,
             chain_onset: true,
             max_frequency: None,
             compressor: None,
         }
+    }
+}
+
+/// Parts of the sound of bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parts {
+    /// Clicks: the sound of sudden acceleration.
+    pub acceleration: bool,
+    /// Ringing: the sound of vibration.
+    pub modal: bool,
+}
+
+impl Default for Parts {
+    fn default() -> Self {
+        Parts { acceleration: true, modal: true }
     }
 }
 

@@ -3,21 +3,26 @@
 //! The body is at rest with its centre of mass at the origin and the axes of its mesh file. The force begins at t = 0;
 //! the output begins at −2 ms, because a band-limited onset rings before it arrives. The delay to the receiver is in it.
 
+use std::sync::Arc;
+
 use glam::{DQuat, DVec3};
 
 use super::click::Click;
 use super::listener::{Floor, Listener};
+use super::modal::{ModalSource, ModalVoice};
 use super::overlap_add::OverlapAdd;
 use super::renderer::{RenderSettings, Renderer};
 use super::source::SoundSource;
 use super::{SampleRate, SynthesisError};
-use crate::body::{Body, BodyId, Surface};
+use crate::body::{Body, BodyId, Motion, Surface};
 use crate::contact::effective_mass::inverse_effective_mass;
 use crate::contact::force_profile::ForceProfile;
 use crate::contact::hertz::{HertzContact, combined_curvature};
 use crate::contact::local_curvature::mean_curvature;
+use crate::contact::{BodyPulse, ImpactPulse, PoseHistory};
 use crate::medium::Medium;
 use crate::model::sphere_radiation::SphereModel;
+use crate::pose::Pose;
 
 /// Output before the first contact \[s\].
 pub const LEAD: f64 = 2e-3;
@@ -166,14 +171,7 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
         angular_velocity_change: body.inertia.inverse() * strike.point.cross(strike.impulse),
         source: source.clone(),
     };
-    let settings = RenderSettings {
-        sample_rate: strike.sample_rate,
-        start: -LEAD,
-        medium: strike.medium,
-        floor: Floor::None,
-        sphere_model: strike.sphere_model,
-        max_frequency: None,
-    };
+    let settings = settings(strike);
     // The band limit rings for as long after the sound as before it.
     let died_away = distance / strike.medium.sound_speed
         + strike.profile.extent(duration).1
@@ -195,6 +193,73 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
     let pressures = signal.take_until(count).swap_remove(0);
     let times = (0..pressures.len()).map(|i| i as f64 / rate - LEAD).collect();
     Ok(StrikeSound { times, pressures, duration, velocity_change, radius })
+}
+
+/// What a struck body rings, sample by sample \[Pa\] of what [`strike`] gave for the same blow.
+///
+/// # Errors
+/// [`StrikeError`].
+pub fn struck_ringing(
+    body: &Body,
+    source: Arc<ModalSource>,
+    strike: &Strike,
+    sound: &StrikeSound,
+) -> Result<Vec<f64>, StrikeError> {
+    let at_rest = Body {
+        pose: Pose::IDENTITY,
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+        motion: Motion::Free,
+        ..body.clone()
+    };
+    let angular_impulse = strike.point.cross(strike.impulse);
+    let share = BodyPulse {
+        body: BodyId(0),
+        pose: Pose::IDENTITY,
+        impulse: strike.impulse,
+        velocity_change: sound.velocity_change,
+        angular_impulse,
+        angular_velocity_change: body.inertia.inverse() * angular_impulse,
+        transit_ratio: f64::INFINITY,
+    };
+    let pulse = ImpactPulse {
+        impact_id: 0,
+        time: 0.0,
+        onset: 0.0,
+        duration: sound.duration,
+        profile: strike.profile,
+        speed: DEFAULT_SPEED,
+        effective_mass: body.mass,
+        radius: sound.radius,
+        point: strike.point,
+        normal: strike.impulse.normalize_or_zero(),
+        velocity_before: None,
+        bodies: [Some(share), None],
+        points: vec![(strike.point, strike.impulse)],
+    };
+    let settings = settings(strike);
+    let listener = Listener::fixed("listener", strike.listener);
+    // A body without rows stays where it starts, so that there is nothing to refuse.
+    let poses =
+        PoseHistory::try_new(&[at_rest], &[]).map_err(|_| StrikeError::NotFinite { what: "the pose" })?;
+    let mut voice = ModalVoice::new(source, BodyId(0), &poses, &listener, &settings)?;
+    voice.push_pulses(&[pulse])?;
+    let mut channels = [vec![0.0; sound.pressures.len()]];
+    voice.render_block(0, &mut channels)?;
+    let [ringing] = channels;
+    Ok(ringing)
+}
+
+/// How the blow is rendered.
+fn settings(strike: &Strike) -> RenderSettings {
+    RenderSettings {
+        sample_rate: strike.sample_rate,
+        start: -LEAD,
+        medium: strike.medium,
+        floor: Floor::None,
+        sphere_model: strike.sphere_model,
+        max_frequency: None,
+    }
 }
 
 /// Refuses a point that is not on the surface.

@@ -6,17 +6,19 @@ use clangor::body::{Body, BodyId, Motion, Surface};
 use clangor::synthesis::source_rule::SourceKind;
 use clangor_pipeline::levels::db_spl;
 use clangor_pipeline::render::{RenderOptions, RenderSummary, RenderedFile};
+use clangor_pipeline::sound_models::ringers::{MOST_FORMS, Ringers, Ringing};
 use clangor_pipeline::sound_models::sources::Sources;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 
-use crate::console::{Console, four_digits};
+use crate::console::{Console, counted, four_digits};
 
 /// What a rendering did.
 #[derive(Clone, Copy)]
 pub(super) struct Told<'a> {
     pub(super) bodies: &'a [Body],
     pub(super) sources: &'a Sources,
+    pub(super) ringers: &'a Ringers,
     pub(super) summary: &'a RenderSummary,
     pub(super) options: &'a RenderOptions,
     pub(super) simulated: Option<&'a SimulationReport>,
@@ -76,6 +78,7 @@ impl Told<'_> {
             }
         }
         self.say_sources(console);
+        self.say_modes(console);
         self.say_missing(console);
     }
 
@@ -96,10 +99,46 @@ impl Told<'_> {
         }
         if !counts.is_empty() {
             let list: Vec<String> = counts.iter().map(|(what, count)| format!("{count} {what}")).collect();
+            console.say(format_args!("bodies that are no spheres click: {}", list.join(", ")));
+        }
+    }
+
+    /// What rings, and what finding its modes took.
+    fn say_modes(&self, console: &Console) {
+        let Told { bodies, ringers, summary, .. } = *self;
+        for found in &ringers.found {
+            let Ringing::Modes(model) = &ringers.bodies[found.body.index()] else { continue };
             console.say(format_args!(
-                "bodies that are no spheres sound: {}; they do not ring yet",
-                list.join(", ")
+                "\"{}\"{} rings with {}, {}",
+                bodies[found.body.index()].name,
+                match found.bodies {
+                    1 => String::new(),
+                    more => format!(" and {} like it", more - 1),
+                },
+                counted(model.modes.len(), "mode", "modes"),
+                match found.cached {
+                    true => "from the cache".into(),
+                    false => format!("baked in {:.1} s", found.time.as_secs_f64()),
+                },
             ));
+        }
+        let above = ringers.bodies.iter().filter(|r| matches!(r, Ringing::Above { .. })).count();
+        let many = ringers.bodies.iter().filter(|r| matches!(r, Ringing::OneOfMany)).count();
+        if above > 0 {
+            console.say(format_args!(
+                "{} no audible modes; --explain says where they begin",
+                counted(above, "body has", "bodies have")
+            ));
+        }
+        if many > 0 {
+            console.say(format_args!(
+                "{many} bodies of more than {MOST_FORMS} different forms do not ring; ask for them with ringing = true"
+            ));
+        }
+        let (clicks, ringing) = (total(&summary.energies), total(&summary.modal_energies));
+        if clicks > 0.0 && ringing > 0.0 {
+            console
+                .say(format_args!("ringing has {:.1} dB of the clicks", 10.0 * (ringing / clicks).log10()));
         }
     }
 
@@ -120,7 +159,7 @@ impl Told<'_> {
     ///
     /// A simulation does not pass on what is slower than v_min: it is counted in `simulated`.
     pub(super) fn explain(&self, console: &Console) {
-        let Told { bodies, summary, simulated, .. } = *self;
+        let Told { bodies, summary, simulated, ringers, .. } = *self;
         let contacts = &summary.contacts;
         let dropped = simulated.map_or(0, |report| report.dropped_impacts);
         console.say(format_args!(
@@ -134,26 +173,38 @@ impl Told<'_> {
             "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  remark",
             "body", "part", "dB of all", "clicks", "too slow", "τc/L"
         ));
-        let total: f64 = summary.energies.values().sum();
+        let total = total(&summary.energies) + total(&summary.modal_energies);
+        let share = |energy: f64| match energy > 0.0 {
+            true => format!("{:.1}", 10.0 * (energy / total).log10()),
+            false => "−∞".into(),
+        };
         for (index, body) in bodies.iter().enumerate() {
             let energy = energy(summary, index);
             let counts = contacts.bodies.get(index).copied().unwrap_or_default();
             let slow = counts.slow + dropped_of(simulated, index);
-            let share = if energy > 0.0 {
-                format!("{:.1}", 10.0 * (energy / total).log10())
-            } else {
-                "−∞".into()
-            };
             let transit = counts.smallest_transit_ratio;
             console.say(format_args!(
-                "{:24} {:12} {share:>10} {:>8} {:>8} {:>8}  {}",
+                "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  {}",
                 body.name,
                 "acceleration",
+                share(energy),
                 counts.pulses,
                 slow,
                 if transit.is_finite() { format!("{transit:.2}") } else { "–".into() },
                 self.remark(energy, slow, index)
             ));
+            let ringing = &ringers.bodies[index];
+            if body.motion == Motion::Free && *ringing != Ringing::Unstruck {
+                console.say(format_args!(
+                    "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  {ringing}",
+                    "",
+                    "modal",
+                    share(modal_energy(summary, index)),
+                    "",
+                    "",
+                    "",
+                ));
+            }
         }
     }
 
@@ -163,7 +214,7 @@ impl Told<'_> {
         let body = &bodies[index];
         let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
         if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
-            "silent: it does not move, and nothing but acceleration sounds yet".into()
+            "silent: it does not move".into()
         } else if body.motion != Motion::Free {
             "silent: keyframes move it, not blows".into()
         } else if energy > 0.0 {
@@ -179,6 +230,8 @@ impl Told<'_> {
                     "{as_what}; some blows are shorter than a wave takes to cross it (τc/L < 1): an upper bound"
                 ),
             }
+        } else if counts.pulses > 0 && !self.options.parts.acceleration {
+            "clicks are not rendered".into()
         } else if counts.pulses > 0 {
             "silent: its clicks fall outside the written time, or the listener was inside it".into()
         } else if slow > 0 {
@@ -190,7 +243,7 @@ impl Told<'_> {
 
     /// The result as JSON.
     pub(super) fn print_json(&self, console: &Console) {
-        let Told { bodies, sources, summary, options, simulated } = *self;
+        let Told { bodies, sources, ringers, summary, options, simulated } = *self;
         if !console.wants_json() {
             return;
         }
@@ -202,7 +255,8 @@ impl Told<'_> {
                 json!({
                     "path": file.path,
                     "listener": file.listener,
-                    "stem": file.stem.map(|id| bodies[id.index()].name.clone()),
+                    "stem": file.stem.map(|stem| bodies[stem.body.index()].name.clone()),
+                    "part": file.stem.map(|stem| stem.part.to_string()),
                     "frames": file.levels.frames,
                     "full_scale_pa": file.full_scale,
                     "peak_pa": peak,
@@ -222,6 +276,9 @@ impl Told<'_> {
                 json!({
                     "name": body.name,
                     "acceleration_energy_pa2_s": energy(summary, index),
+                    "modal_energy_pa2_s": modal_energy(summary, index),
+                    "modes": ringers.modes(BodyId(index as u32)).map_or(0, |model| model.modes.len()),
+                    "rings": ringers.bodies[index].to_string(),
                     "sounds_as": sources.kinds[index].to_string(),
                     "because": sources.decisions[index].reason.to_string(),
                     "missing_energy_pa2_s": summary.missing_energies.get(&BodyId(index as u32)),
@@ -266,6 +323,14 @@ fn loudest(file: &RenderedFile) -> (f64, f64) {
 
 fn energy(summary: &RenderSummary, index: usize) -> f64 {
     summary.energies.get(&BodyId(index as u32)).copied().unwrap_or(0.0)
+}
+
+fn modal_energy(summary: &RenderSummary, index: usize) -> f64 {
+    summary.modal_energies.get(&BodyId(index as u32)).copied().unwrap_or(0.0)
+}
+
+fn total(energies: &BTreeMap<BodyId, f64>) -> f64 {
+    energies.values().sum()
 }
 
 fn decibels(pressure: f64) -> String {

@@ -30,6 +30,7 @@ pub(super) const KEYS: &[&str] = &[
     "keyframes",
     "edge_radius",
     "sound",
+    "ringing",
     "positions",
     "count",
     "placement",
@@ -133,6 +134,7 @@ fn body(
     let velocity = velocity(d, section, "velocity", sound_speed);
     let angular_velocity = section.vector(d, "angular_velocity", "rad/s");
     let sound = section.choice(d, "sound", SOUNDS);
+    let ringing = section.boolean(d, "ringing");
     let edge_radius = section.number(d, "edge_radius", Quantity::between(1e-9, 1e3, "m"));
     if !matches!(motion, Some(Motion::Free) | None) {
         for key in ["velocity", "angular_velocity"] {
@@ -159,6 +161,7 @@ fn body(
         motion,
         edge_radius,
         sound,
+        ringing,
         copies: copies?,
         place: section.place.clone(),
         geometry_place,

@@ -5,7 +5,7 @@ use crate::contact::ForceProfile;
 use crate::medium::Medium;
 use crate::model::sphere_radiation::SphereModel;
 use crate::scene::diagnostic::{Doubt, Problem};
-use crate::scene::render_settings::{Compressor, Level, RenderSettings, SampleFormat};
+use crate::scene::render_settings::{Compressor, Level, Parts, RenderSettings, SampleFormat};
 use crate::scene::simulation_settings::{SimulationSettings, SolverChoice};
 use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
@@ -80,6 +80,7 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "floor",
     "floor_height",
     "pulse",
+    "parts",
     "sound",
     "radiation",
     "chain_onset",
@@ -118,12 +119,32 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
         level: level(d, &section),
         floor: floor(d, &section),
         pulse: section.choice(d, "pulse", &pulses).unwrap_or(default.pulse),
+        parts: parts(d, &section).unwrap_or(default.parts),
         sound: section.choice(d, "sound", SOUNDS).unwrap_or(default.sound),
         radiation: section.choice(d, "radiation", &radiations).unwrap_or(default.radiation),
         chain_onset: section.boolean(d, "chain_onset").unwrap_or(default.chain_onset),
         max_frequency: section.number(d, "max_frequency", Quantity::between(100.0, nyquist, "Hz")),
         compressor: compressor(d, &section),
     }
+}
+
+fn parts(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Parts> {
+    let words = [("acceleration", true), ("modal", false)];
+    let node = section.get("parts")?;
+    let expected = "a list of parts, such as [\"acceleration\", \"modal\"]";
+    let elements = node.elements(d, expected)?;
+    if elements.is_empty() {
+        d.error(node.place(d), Problem::WrongLength { found: 0, expected: expected.into() });
+        return None;
+    }
+    let mut parts = Parts { acceleration: false, modal: false };
+    for element in elements {
+        match element.choice(d, "part", &words)? {
+            true => parts.acceleration = true,
+            false => parts.modal = true,
+        }
+    }
+    Some(parts)
 }
 
 fn level(d: &mut Decoder<'_>, section: &Section<'_>) -> Level {

@@ -1,0 +1,280 @@
+//! Ringing of one body: its modes, and the sound of each at its own frequency.
+//!
+//! ```text
+//! geometry, material ─► vibration ─► modes ─► ModalSolver ─► transfers ─► ModalModel
+//! ```
+//!
+//! A body whose lowest mode lies above the band is no error: its model has no modes, and the evidence says where they
+//! begin.
+
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+
+use clangor::geometry::meridian::Meridian;
+use clangor::material::Material;
+use clangor::medium::Medium;
+use clangor::model::modal_file::round_shape;
+use clangor::model::modal_model::ModalModel;
+use clangor::model::modal_surface::ModalSurface;
+use glam::DVec3;
+
+use crate::acceleration_noise::{BakeError, BakeGeometry, BakeProgress};
+use crate::elasticity::{ElasticConstants, ElasticError};
+use crate::modal_radiation::round::RoundSolver;
+use crate::modal_radiation::surface_modes::SurfaceModes;
+use crate::modal_radiation::{ModalMotion, ModalSolver};
+use crate::modes::ModalError;
+use crate::radiation::RadiationError;
+use crate::vibration::{Vibration, VibrationError, VibrationOptions, VibrationProgress, vibration};
+
+/// What modes to find, and how well.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModalBakeOptions {
+    /// What carries the sound.
+    pub medium: Medium,
+    /// All modes below this are found \[Hz\].
+    pub max_frequency: f64,
+    /// Part of itself by which a finer mesh may change a frequency.
+    pub mesh_error: f64,
+    /// Most nodes of a volume mesh.
+    pub most_nodes: usize,
+    /// Level error of the transfers.
+    pub accuracy: f64,
+}
+
+impl ModalBakeOptions {
+    /// To 20 kHz, within 1 %.
+    pub fn new(medium: Medium) -> Self {
+        ModalBakeOptions {
+            medium,
+            max_frequency: 20_000.0,
+            mesh_error: 0.01,
+            most_nodes: 40_000,
+            accuracy: 0.01,
+        }
+    }
+}
+
+/// How good a model is, and how that is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModalEvidence {
+    /// The volume mesh, in words.
+    pub mesh: String,
+    /// Its nodes.
+    pub nodes: usize,
+    /// Largest ‖K u − ω² M u‖ / ‖ω² M u‖.
+    pub residual: f64,
+    /// The lowest mode \[Hz\] of a body that has none in the band.
+    pub first_frequency: Option<f64>,
+    /// Solver of the transfers, in words; empty without transfers.
+    pub method: String,
+    /// What a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Why there is no model.
+#[derive(Debug, thiserror::Error)]
+pub enum ModalBakeError {
+    /// The material cannot vibrate.
+    #[error(transparent)]
+    Elastic(#[from] ElasticError),
+    /// The modes cannot be found.
+    #[error(transparent)]
+    Vibration(VibrationError),
+    /// The surface does not suit the solver of its sound.
+    #[error(transparent)]
+    Surface(BakeError),
+    /// The sound of the modes cannot be computed.
+    #[error(transparent)]
+    Radiation(RadiationError),
+    /// Stopped by the caller.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl From<RadiationError> for ModalBakeError {
+    fn from(error: RadiationError) -> Self {
+        match error {
+            RadiationError::Interrupted => ModalBakeError::Interrupted,
+            error => ModalBakeError::Radiation(error),
+        }
+    }
+}
+
+impl From<BakeError> for ModalBakeError {
+    fn from(error: BakeError) -> Self {
+        match error {
+            BakeError::Interrupted => ModalBakeError::Interrupted,
+            BakeError::Radiation(error) => error.into(),
+            error => ModalBakeError::Surface(error),
+        }
+    }
+}
+
+impl From<VibrationError> for ModalBakeError {
+    fn from(error: VibrationError) -> Self {
+        match error {
+            VibrationError::Interrupted => ModalBakeError::Interrupted,
+            error => ModalBakeError::Vibration(error),
+        }
+    }
+}
+
+/// Finds the modes of a body about its centre of mass; their sound is not there yet. Shapes are rounded as a file keeps
+/// them, so that what follows is the same after a pause.
+///
+/// # Errors
+/// [`ModalBakeError`].
+pub fn find_modes(
+    geometry: &BakeGeometry,
+    material: &Material,
+    options: &ModalBakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(ModalModel, ModalEvidence), ModalBakeError> {
+    let constants = ElasticConstants::of(material)?;
+    let settings = VibrationOptions {
+        max_frequency: options.max_frequency,
+        accuracy: options.mesh_error,
+        most_nodes: options.most_nodes,
+    };
+    let mut told = |p: &VibrationProgress| progress(&BakeProgress { done: p.done, stage: "finding modes" });
+    let found = match vibration(geometry, &constants, &settings, &mut told) {
+        Err(VibrationError::Modes(ModalError::Silent { first, .. })) => {
+            return Ok(silent(geometry, material, options, first));
+        }
+        found => found?,
+    };
+    let Vibration { mut modes, surface, density, max_frequency, method, nodes, residual, warnings } = found;
+    modes.iter_mut().for_each(|mode| round_shape(&mut mode.shape));
+    let (radius, medium) = (surface.radius(), options.medium);
+    let model = ModalModel { radius, medium, density, max_frequency, surface, modes };
+    let evidence = ModalEvidence {
+        mesh: method,
+        nodes,
+        residual,
+        first_frequency: None,
+        method: String::new(),
+        warnings,
+    };
+    Ok((model, evidence))
+}
+
+/// Solves the sound of the modes.
+///
+/// # Errors
+/// [`ModalBakeError`]; the model is as before then.
+pub fn radiate(
+    geometry: &BakeGeometry,
+    model: &mut ModalModel,
+    evidence: &mut ModalEvidence,
+    options: &ModalBakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(), ModalBakeError> {
+    if model.modes.is_empty() {
+        return Ok(());
+    }
+    let count = model.modes.len() as f64;
+    let mut told =
+        |done: f64| progress(&BakeProgress { done: (done / count).min(1.0), stage: "radiating modes" });
+    if told(0.0).is_break() {
+        return Err(ModalBakeError::Interrupted);
+    }
+    let (solver, method) = solver(geometry, model, options)?;
+    let motions: Vec<ModalMotion<'_>> = model
+        .modes
+        .iter()
+        .map(|m| ModalMotion { wavenumber: wavenumber(m.frequency, options), shape: &m.shape })
+        .collect();
+    let transfers = solver.transfers(&model.surface, &motions, &mut |done| told(done as f64))?;
+    for (mode, transfer) in model.modes.iter_mut().zip(transfers) {
+        mode.transfer = Some(transfer);
+    }
+    evidence.method = method.into();
+    Ok(())
+}
+
+/// The solver that suits a geometry.
+fn solver(
+    geometry: &BakeGeometry,
+    model: &ModalModel,
+    options: &ModalBakeOptions,
+) -> Result<(Box<dyn ModalSolver>, &'static str), ModalBakeError> {
+    if let Some((meridian, axis)) = round(geometry) {
+        return Ok((Box::new(RoundSolver::new(&meridian, axis)), "boundary elements on the meridian"));
+    }
+    let quarters;
+    let triangles = match geometry {
+        BakeGeometry::Mesh(mesh) => mesh,
+        _ => {
+            quarters = model.surface.quarters();
+            &quarters
+        }
+    };
+    let highest = model.modes.last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
+    let solver = SurfaceModes::try_new(triangles, highest, model.modes.len(), options.accuracy)?;
+    let method = solver.method();
+    Ok((Box::new(solver), method))
+}
+
+/// k of a mode [1/m].
+fn wavenumber(frequency: f64, options: &ModalBakeOptions) -> f64 {
+    TAU * frequency / options.medium.sound_speed
+}
+
+/// The meridian of a body of revolution, and its axis.
+fn round(geometry: &BakeGeometry) -> Option<(Meridian, DVec3)> {
+    match geometry {
+        BakeGeometry::Revolution(meridian) => Some((meridian.clone(), DVec3::Y)),
+        BakeGeometry::Ellipsoid { semi_axes } => {
+            let [x, y, z] = semi_axes.to_array();
+            let same = |a: f64, b: f64| (a - b).abs() <= SAME_AXIS * a;
+            let (axis, along, across) = match () {
+                () if same(z, x) => (DVec3::Y, y, x),
+                () if same(x, y) => (DVec3::Z, z, x),
+                () if same(y, z) => (DVec3::X, x, y),
+                () => return None,
+            };
+            Some((Meridian::spheroid(across, along).ok()?, axis))
+        }
+        BakeGeometry::RoundedBox { .. } | BakeGeometry::Mesh(_) => None,
+    }
+}
+
+/// Part by which semi-axes that are equal may differ.
+const SAME_AXIS: f64 = 1e-9;
+
+/// What is known of a body that does not ring in the band.
+fn silent(
+    geometry: &BakeGeometry,
+    material: &Material,
+    options: &ModalBakeOptions,
+    first: f64,
+) -> (ModalModel, ModalEvidence) {
+    let model = ModalModel {
+        radius: bounding_radius(geometry),
+        medium: options.medium,
+        density: material.density,
+        max_frequency: options.max_frequency,
+        surface: ModalSurface::default(),
+        modes: Vec::new(),
+    };
+    let evidence = ModalEvidence {
+        mesh: String::new(),
+        nodes: 0,
+        residual: 0.0,
+        first_frequency: Some(first),
+        method: String::new(),
+        warnings: Vec::new(),
+    };
+    (model, evidence)
+}
+
+/// Largest distance of a body from the origin \[m\].
+fn bounding_radius(geometry: &BakeGeometry) -> f64 {
+    match geometry {
+        BakeGeometry::Ellipsoid { semi_axes } => semi_axes.max_element(),
+        BakeGeometry::RoundedBox { edges, round } => (0.5 * *edges - *round).length() + round,
+        BakeGeometry::Revolution(meridian) => meridian.bounding_radius(),
+        BakeGeometry::Mesh(mesh) => mesh.bounding_radius(DVec3::ZERO),
+    }
+}

@@ -1,0 +1,237 @@
+//! The ringing of all bodies as one listener hears it, a stretch at a time.
+//!
+//! Every body is a voice of its own. Voices are played on all threads, and added in the order of the bodies.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use clangor::body::{Body, BodyId};
+use clangor::contact::{ImpactPulse, PoseHistory};
+use clangor::material::Damping;
+use clangor::model::modal_model::{ModalMode, ModalModel, ModalTransfer};
+use clangor::synthesis::modal::{ModalError, ModalPressure, ModalSettings, ModalSource, ModalVoice};
+use clangor::synthesis::{Listener, RenderSettings, SynthesisError};
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::sound_models::ringers::Ringers;
+
+/// Frames that a voice plays at once.
+const FRAMES: i64 = 1 << 14;
+
+/// How modes become pressure, for comparison by ear.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transfers {
+    /// As they were baked, on the acceleration of the mode.
+    #[default]
+    Baked,
+    /// \[FRAC\] eq. (8): their magnitude, on the amplitude of the mode.
+    Published,
+    /// The same without any: every mode sounds alike, equally in all directions, and all together radiate as much from equal
+    /// amplitudes as they should. \[FRAC\] §6 compares with this.
+    Unit,
+}
+
+impl Transfers {
+    fn settings(self) -> ModalSettings {
+        match self {
+            Transfers::Baked => ModalSettings::default(),
+            Transfers::Published => {
+                ModalSettings { pressure: ModalPressure::PublishedMagnitude, ..ModalSettings::default() }
+            }
+            Transfers::Unit => ModalSettings {
+                pressure: ModalPressure::PublishedMagnitude,
+                radiation_damping: false,
+                ..ModalSettings::default()
+            },
+        }
+    }
+}
+
+/// The model with |p| the same for all modes: |H| = C/ω².
+fn without_transfers(model: &ModalModel) -> ModalModel {
+    let crossing = TAU * model.radius / model.medium.sound_speed;
+    let square = |mode: &ModalMode| (TAU * mode.frequency).powi(2);
+    let power = |mode: &ModalMode| {
+        let transfer = mode.transfer.as_ref();
+        square(mode).powi(2) * transfer.map_or(0.0, |t| t.power(crossing * mode.frequency))
+    };
+    let count = model.modes.len().max(1) as f64;
+    // A monopole of coefficient 1 has the power ½.
+    let level = (2.0 * model.modes.iter().map(power).sum::<f64>() / count).sqrt();
+    let mut unit = model.clone();
+    for mode in &mut unit.modes {
+        let coefficients = vec![Complex64::new(level / square(mode), 0.0)];
+        mode.transfer = Some(ModalTransfer { order: 0, coefficients });
+    }
+    unit
+}
+
+/// The ringing bodies, ready to be played to any listener.
+pub(super) struct RingingBodies {
+    /// In the order of the bodies.
+    sources: Vec<(BodyId, Arc<ModalSource>)>,
+}
+
+/// A body of which the modes cannot be played.
+#[derive(Debug, thiserror::Error)]
+#[error("the modes of \"{body}\" cannot be played: {source}")]
+pub struct UnplayableModes {
+    /// The body.
+    body: String,
+    /// Why.
+    source: ModalError,
+}
+
+impl RingingBodies {
+    /// Prepares the modes of those that ring; bodies that share modes and damping share what is prepared.
+    pub(super) fn new(
+        bodies: &[Body],
+        ringers: &Ringers,
+        transfers: Transfers,
+    ) -> Result<Self, UnplayableModes> {
+        let settings = transfers.settings();
+        let mut prepared: Vec<(&Arc<ModalModel>, &Damping, Arc<ModalSource>)> = Vec::new();
+        let mut sources = Vec::new();
+        for (index, body) in bodies.iter().enumerate() {
+            let id = BodyId(index as u32);
+            let Some(model) = ringers.modes(id) else { continue };
+            let damping = &body.material.damping;
+            let same = prepared.iter().find(|(m, d, _)| Arc::ptr_eq(m, model) && *d == damping);
+            let source = match same {
+                Some((_, _, source)) => Arc::clone(source),
+                None => {
+                    let played = match transfers {
+                        Transfers::Unit => Arc::new(without_transfers(model)),
+                        Transfers::Baked | Transfers::Published => Arc::clone(model),
+                    };
+                    let source = ModalSource::new(played, damping, &settings)
+                        .map_err(|source| UnplayableModes { body: body.name.clone(), source })?;
+                    let source = Arc::new(source);
+                    prepared.push((model, damping, Arc::clone(&source)));
+                    source
+                }
+            };
+            sources.push((id, source));
+        }
+        Ok(RingingBodies { sources })
+    }
+
+    /// The bodies, in their order.
+    pub(super) fn bodies(&self) -> impl Iterator<Item = BodyId> {
+        self.sources.iter().map(|(id, _)| *id)
+    }
+
+    /// Those that are struck by pulses, or only one of them, as a listener hears them.
+    pub(super) fn voices<'a>(
+        &self,
+        pulses: &[ImpactPulse],
+        poses: &'a PoseHistory,
+        listener: &'a Listener,
+        settings: &RenderSettings,
+        only: Option<BodyId>,
+    ) -> Result<Voices<'a>, SynthesisError> {
+        let mut voices = Vec::new();
+        for (id, source) in self.sources.iter().filter(|(id, _)| only.is_none_or(|only| only == *id)) {
+            let mut voice = ModalVoice::new(Arc::clone(source), *id, poses, listener, settings)?;
+            voice.push_pulses(pulses)?;
+            voices.push((*id, voice));
+        }
+        let rate = settings.sample_rate.as_f64();
+        Ok(Voices { voices, energies: BTreeMap::new(), rate, receivers: listener.receivers.len() })
+    }
+}
+
+/// Voices in progress.
+pub(super) struct Voices<'a> {
+    voices: Vec<(BodyId, ModalVoice<'a>)>,
+    energies: BTreeMap<BodyId, f64>,
+    rate: f64,
+    receivers: usize,
+}
+
+impl Voices<'_> {
+    /// Silence.
+    pub(super) fn none() -> Self {
+        Voices { voices: Vec::new(), energies: BTreeMap::new(), rate: 1.0, receivers: 0 }
+    }
+
+    /// Adds the pressure \[Pa\] of the samples from `first` on to one channel per receiver.
+    pub(super) fn add(&mut self, first: i64, channels: &mut [Vec<f64>]) -> Result<(), SynthesisError> {
+        let count = channels.first().map_or(0, Vec::len) as i64;
+        let mut from = 0;
+        while from < count {
+            let length = (count - from).min(FRAMES);
+            let (receivers, rate) = (self.receivers, self.rate);
+            let played: Vec<Option<(BodyId, Vec<Vec<f64>>, f64)>> = self
+                .voices
+                .par_iter_mut()
+                .map(|(id, voice)| {
+                    let begins = voice.first_sample();
+                    if begins.is_none_or(|begins| begins >= first + from + length) {
+                        return Ok(None);
+                    }
+                    let mut own = vec![vec![0.0; length as usize]; receivers];
+                    voice.render_block(first + from, &mut own)?;
+                    let energy = own.iter().flatten().map(|p| p * p).sum::<f64>() / rate;
+                    Ok(Some((*id, own, energy)))
+                })
+                .collect::<Result<_, SynthesisError>>()?;
+            for (id, own, energy) in played.into_iter().flatten() {
+                *self.energies.entry(id).or_default() += energy;
+                for (channel, own) in channels.iter_mut().zip(own) {
+                    let part = &mut channel[from as usize..(from + length) as usize];
+                    part.iter_mut().zip(own).for_each(|(sum, p)| *sum += p);
+                }
+            }
+            from += length;
+        }
+        Ok(())
+    }
+
+    /// ∫ p² dt [Pa² s] of each body so far, over all receivers.
+    pub(super) fn energies(&self) -> &BTreeMap<BodyId, f64> {
+        &self.energies
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clangor::medium::Medium;
+    use clangor::model::modal_surface::ModalSurface;
+
+    use super::*;
+
+    #[test]
+    fn without_transfers_the_same_power_is_shared_equally() {
+        let mode = |frequency: f64, order: usize| ModalMode {
+            frequency,
+            mesh_error: 0.0,
+            shape: Vec::new(),
+            transfer: Some(ModalTransfer {
+                order,
+                coefficients: (0..(order + 1).pow(2))
+                    .map(|i| Complex64::cis(i as f64) * (1.0 + i as f64))
+                    .collect(),
+            }),
+        };
+        let model = ModalModel {
+            radius: 0.1,
+            medium: Medium::AIR,
+            density: 7850.0,
+            max_frequency: 2e4,
+            surface: ModalSurface::default(),
+            modes: vec![mode(700.0, 2), mode(1900.0, 3), mode(2600.0, 0)],
+        };
+        let powers = |model: &ModalModel| -> Vec<f64> {
+            let crossing = TAU * model.radius / model.medium.sound_speed;
+            let power = |m: &ModalMode| m.transfer.as_ref().unwrap().power(crossing * m.frequency);
+            model.modes.iter().map(|m| (TAU * m.frequency).powi(4) * power(m)).collect()
+        };
+        let (given, unit) = (powers(&model), powers(&without_transfers(&model)));
+        // Residual seen: 2e-16.
+        assert!((given.iter().sum::<f64>() / unit.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(unit.iter().all(|p| (p / unit[0] - 1.0).abs() < 1e-12), "{unit:?}");
+    }
+}

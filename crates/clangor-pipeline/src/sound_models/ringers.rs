@@ -1,0 +1,233 @@
+//! Which bodies of a scene ring, and their modes.
+//!
+//! Every body that moves freely and is struck rings, unless the scene says otherwise. Modes are found once for all bodies
+//! of the same form and material. Where these are many, as in a heap of stones, finding modes would take longer than all the
+//! rest: then only those ring that the scene asks for. A body whose modes all lie above the band does not ring, and is
+//! told apart from one whose modes cannot be found.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use clangor::body::{Body, BodyId, Motion};
+use clangor::medium::Medium;
+use clangor::model::modal_model::ModalModel;
+use clangor_bake::acceleration_noise::BakeProgress;
+use clangor_bake::modal::{ModalBakeError, ModalBakeOptions};
+
+use super::ringing::{ModalRequest, ObtainedModes, obtain_modes};
+use super::sources::SourceProgress;
+use crate::model_cache::ModelCache;
+
+/// Most different forms and materials whose modes are found without being asked for.
+pub const MOST_FORMS: usize = 16;
+
+/// Whether a body rings, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ringing {
+    /// With these modes; bodies of the same form and material share them.
+    Modes(Arc<ModalModel>),
+    /// All modes lie above the band.
+    Above {
+        /// The lowest \[Hz\].
+        first: f64,
+        /// The band \[Hz\].
+        limit: f64,
+    },
+    /// The scene says no.
+    Unwanted,
+    /// It is fixed, moved by keyframes, or not struck.
+    Unstruck,
+    /// It is one of too many different bodies.
+    OneOfMany,
+    /// Its modes or their sound cannot be computed.
+    Failed(String),
+}
+
+impl std::fmt::Display for Ringing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Ringing::Modes(model) => match model.modes.len() {
+                1 => write!(f, "one mode"),
+                count => write!(f, "{count} modes"),
+            },
+            Ringing::Above { first, limit } => {
+                let (first, limit) = (1e-3 * first, 1e-3 * limit);
+                write!(f, "no audible modes: first at {first:.2} kHz, above the limit of {limit:.2} kHz")
+            }
+            Ringing::Unwanted => f.write_str("it is not to ring"),
+            Ringing::Unstruck => f.write_str("nothing strikes it, or it cannot move"),
+            Ringing::OneOfMany => {
+                write!(f, "one of more than {MOST_FORMS} forms: ask for its modes with ringing = true")
+            }
+            Ringing::Failed(why) => write!(f, "its modes cannot be baked: {why}"),
+        }
+    }
+}
+
+/// Modes of one form, and what they took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundModes {
+    /// The first body that has them.
+    pub body: BodyId,
+    /// How many bodies share them.
+    pub bodies: usize,
+    /// Whether they were in the cache.
+    pub cached: bool,
+    /// Time that it took.
+    pub time: Duration,
+}
+
+/// How the bodies ring.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ringers {
+    /// In the order of the bodies.
+    pub bodies: Vec<Ringing>,
+    /// What was found or baked.
+    pub found: Vec<FoundModes>,
+    /// What the person should know.
+    pub remarks: Vec<String>,
+}
+
+impl Ringers {
+    /// Bodies that do not ring.
+    pub fn none(bodies: usize) -> Self {
+        Ringers { bodies: vec![Ringing::Unwanted; bodies], ..Ringers::default() }
+    }
+
+    /// The modes of a body, if it rings.
+    pub fn modes(&self, body: BodyId) -> Option<&Arc<ModalModel>> {
+        match self.bodies.get(body.index()) {
+            Some(Ringing::Modes(model)) => Some(model),
+            _ => None,
+        }
+    }
+}
+
+/// Who may ring, before anything moves.
+#[derive(Clone, Debug)]
+pub struct RingingPlan {
+    /// Of each body: why it does not ring, as far as is known.
+    bodies: Vec<Ringing>,
+    /// What is wanted, and who shares it.
+    requests: Vec<(ModalRequest, Vec<BodyId>)>,
+    names: Vec<String>,
+}
+
+impl RingingPlan {
+    /// Plans for bodies, of which `rules` say what the scene says.
+    pub fn new(bodies: &[Body], rules: &[Option<bool>], options: ModalBakeOptions) -> Self {
+        let mut plan = RingingPlan {
+            bodies: vec![Ringing::Unstruck; bodies.len()],
+            requests: Vec::new(),
+            names: bodies.iter().map(|body| body.name.clone()).collect(),
+        };
+        // Copies share their surface, and to recognise its form takes time.
+        let mut known: BTreeMap<String, usize> = BTreeMap::new();
+        let mut copies: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut unasked = BTreeSet::new();
+        for (index, body) in bodies.iter().enumerate() {
+            let rule = rules.get(index).copied().flatten();
+            if body.motion != Motion::Free {
+                continue;
+            }
+            if rule == Some(false) {
+                plan.bodies[index] = Ringing::Unwanted;
+                continue;
+            }
+            if rule.is_none() && unasked.len() > MOST_FORMS {
+                plan.bodies[index] = Ringing::OneOfMany;
+                continue;
+            }
+            let id = BodyId(index as u32);
+            let same = copies.entry(Arc::as_ptr(&body.surface).addr()).or_default();
+            let equal = |at: &&usize| bodies[plan.requests[**at].1[0].index()].material == body.material;
+            let at = match same.iter().find(equal) {
+                Some(at) => *at,
+                None => {
+                    let Ok(request) = ModalRequest::of_body(body, options) else { continue };
+                    let at = *known.entry(request.key().to_owned()).or_insert(plan.requests.len());
+                    if at == plan.requests.len() {
+                        plan.requests.push((request, Vec::new()));
+                    }
+                    same.push(at);
+                    at
+                }
+            };
+            if rule.is_none() {
+                unasked.insert(at);
+            }
+            plan.requests[at].1.push(id);
+        }
+        if unasked.len() > MOST_FORMS {
+            let asked = |id: &BodyId| rules.get(id.index()).copied().flatten().is_some();
+            for (_, own) in &mut plan.requests {
+                for id in own.iter().filter(|id| !asked(id)) {
+                    plan.bodies[id.index()] = Ringing::OneOfMany;
+                }
+                own.retain(asked);
+            }
+            plan.requests.retain(|(_, own)| !own.is_empty());
+        }
+        plan
+    }
+
+    /// A plan in which nothing rings.
+    pub fn none(bodies: &[Body]) -> Self {
+        RingingPlan::new(bodies, &vec![Some(false); bodies.len()], ModalBakeOptions::new(Medium::AIR))
+    }
+
+    /// Bodies whose motion matters because they may ring.
+    pub fn may_ring(&self) -> BTreeSet<BodyId> {
+        self.requests.iter().flat_map(|(_, own)| own.iter().copied()).collect()
+    }
+
+    /// Finds or bakes the modes of those that are `struck`.
+    ///
+    /// Modes that cannot be computed are told among the remarks, and the body does not ring.
+    ///
+    /// # Errors
+    /// [`ModalBakeError::Interrupted`], when `progress` says so.
+    pub fn find(
+        self,
+        struck: &BTreeSet<BodyId>,
+        cache: Option<&ModelCache>,
+        progress: &mut dyn FnMut(&SourceProgress<'_>) -> ControlFlow<()>,
+    ) -> Result<Ringers, ModalBakeError> {
+        let RingingPlan { bodies, mut requests, names } = self;
+        let mut result = Ringers { bodies, ..Ringers::default() };
+        requests.iter_mut().for_each(|(_, own)| own.retain(|id| struck.contains(id)));
+        requests.retain(|(_, own)| !own.is_empty());
+        let count = requests.len();
+        for (at, (request, own)) in requests.iter().enumerate() {
+            let name = names[own[0].index()].as_str();
+            let mut told = |p: &BakeProgress| {
+                let done = (at as f64 + p.done) / count as f64;
+                progress(&SourceProgress { body: name, done, stage: p.stage })
+            };
+            let started = Instant::now();
+            let ringing = match obtain_modes(request, cache, &mut told) {
+                Ok(ObtainedModes { file, cached, remarks }) => {
+                    let origin = &file.modal.origin;
+                    result.remarks.extend(remarks);
+                    result.remarks.extend(origin.warnings.iter().map(|w| format!("\"{name}\": {w}")));
+                    let (bodies, time) = (own.len(), started.elapsed());
+                    result.found.push(FoundModes { body: own[0], bodies, cached, time });
+                    match origin.first_frequency {
+                        Some(first) => Ringing::Above { first, limit: file.modal.model.max_frequency },
+                        None => Ringing::Modes(Arc::new(file.modal.model)),
+                    }
+                }
+                Err(ModalBakeError::Interrupted) => return Err(ModalBakeError::Interrupted),
+                Err(error) => {
+                    let why = format!("the modes of \"{name}\" cannot be baked: {error}; it does not ring");
+                    result.remarks.push(why);
+                    Ringing::Failed(error.to_string())
+                }
+            };
+            own.iter().for_each(|id| result.bodies[id.index()] = ringing.clone());
+        }
+        Ok(result)
+    }
+}

@@ -16,8 +16,8 @@ mod system;
 
 use clangor::material::Material;
 
-pub use rigid_motions::rigid_motions;
 pub use system::ElasticSystem;
+pub(crate) use system::Elements;
 
 /// What the equations need of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]

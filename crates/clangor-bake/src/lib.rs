@@ -25,5 +25,6 @@ pub mod rational;
 pub mod remesh;
 pub mod soundbank;
 pub mod tetrahedra;
+mod turned_body;
 pub mod vibration;
 pub mod wave;

@@ -49,7 +49,7 @@ impl ModalBakeOptions {
             medium,
             max_frequency: 20_000.0,
             mesh_error: 0.01,
-            most_nodes: 40_000,
+            most_nodes: VibrationOptions::MOST_NODES,
             accuracy: 0.01,
         }
     }

@@ -167,6 +167,26 @@ impl TetMesh {
         single.map(|same| same[0].1).collect()
     }
 
+    /// Number of parts that have no node in common.
+    pub fn parts(&self) -> usize {
+        let mut root: Vec<u32> = (0..self.nodes.len() as u32).collect();
+        let find = |root: &mut Vec<u32>, mut n: u32| {
+            while root[n as usize] != n {
+                root[n as usize] = root[root[n as usize] as usize];
+                n = root[n as usize];
+            }
+            n
+        };
+        for element in &self.elements {
+            let first = find(&mut root, element[0]);
+            for node in &element[1..] {
+                let other = find(&mut root, *node);
+                root[other as usize] = first;
+            }
+        }
+        (0..root.len()).filter(|n| root[*n] == *n as u32).count()
+    }
+
     /// Volume and shape of the elements.
     pub fn quality(&self) -> Quality {
         shape_of(self)

@@ -1,16 +1,17 @@
 //! The vibration of a free body of any form: its modes up to a frequency, and how far each is from a finer mesh.
 //!
-//! The frequency of mode k falls as the mesh is refined, and the spectra of two meshes are complete, so that the k-th
-//! of one belongs to the k-th of the other. From the edges h and r h of their elements follows what is still missing:
+//! Frequencies fall as a mesh is refined, and the spectra of two meshes are complete, so that the k-th mode of one belongs
+//! to the k-th of the other. From the edges h and r h of their elements follows what is still missing:
 //!
 //! ```text
-//! f(h) − f(0) ≈ (f(r h) − f(h)) / (r^p − 1),    p = 4 for quadratic elements; less where layers are few or the surface is cut anew
+//! f(h) − f(0) ≈ (f(r h) − f(h)) / (r^p − 1),    p = 4 for quadratic elements; less where layers are few or cut
 //! ```
 //!
 //! Meshes are refined until that is less than the part asked for, in all modes, or until the nodes run out.
 
-mod mesh_family;
+mod filled_body;
 
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 use clangor::model::modal_model::ModalMode;
@@ -18,11 +19,11 @@ use clangor::model::modal_surface::ModalSurface;
 use glam::DVec3;
 
 use crate::acceleration_noise::BakeGeometry;
-use crate::elasticity::{ElasticConstants, ElasticSystem};
-use crate::modes::{ModalError, Mode, Modes, solve};
-use crate::tetrahedra::TetMesh;
+use crate::elasticity::ElasticConstants;
+use crate::modes::ModalError;
 use crate::tetrahedra::stuffing::StuffingError;
-use mesh_family::MeshFamily;
+use crate::turned_body::TurnedBody;
+use filled_body::FilledBody;
 
 /// How to find modes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +37,12 @@ pub struct VibrationOptions {
 }
 
 impl VibrationOptions {
-    /// Within 1 %, on at most 40 000 nodes.
+    /// Nodes of meshes unless other limits are asked for: two gigabytes of factors.
+    pub const MOST_NODES: usize = 80_000;
+
+    /// Within 1 %.
     pub fn to(max_frequency: f64) -> Self {
-        VibrationOptions { max_frequency, accuracy: 0.01, most_nodes: 40_000 }
+        VibrationOptions { max_frequency, accuracy: 0.01, most_nodes: Self::MOST_NODES }
     }
 }
 
@@ -81,6 +85,12 @@ pub enum VibrationError {
     /// The body cannot be filled with tetrahedra.
     #[error(transparent)]
     Mesh(#[from] StuffingError),
+    /// The curve that a body is turned from crosses itself.
+    #[error("the section of the body crosses itself")]
+    Section,
+    /// More bodies than one.
+    #[error("the body falls into {0} parts that do not hang together; give each a body of its own")]
+    LooseParts(usize),
     /// Even the coarsest mesh that resolves the body is too large.
     #[error("a mesh that resolves the body has {nodes} nodes, more than the {most} allowed")]
     TooLarge {
@@ -97,11 +107,9 @@ pub enum VibrationError {
     Interrupted,
 }
 
-/// Edge of the first, coarser mesh over that of the second.
-const FIRST_RATIO: f64 = 1.5;
 /// Meshes at most.
 const MOST_MESHES: usize = 5;
-/// The coarser spectrum is sought a little further, because its frequencies are higher.
+/// The coarsest spectrum is sought a little further, because its frequencies are higher.
 const COARSE_MARGIN: f64 = 1.1;
 /// A mesh is made a little finer than the estimate says.
 const SAFETY: f64 = 0.85;
@@ -122,143 +130,156 @@ pub fn vibration(
     if !(options.max_frequency > 0.0 && options.max_frequency.is_finite()) {
         return Err(ModalError::Frequency(options.max_frequency).into());
     }
-    let family = MeshFamily::of(geometry)?;
+    match TurnedBody::of(geometry, constants) {
+        Some(body) => refined(&body, constants, options, progress),
+        None => refined(&FilledBody::of(geometry, constants)?, constants, options, progress),
+    }
+}
+
+/// A body that can be cut into elements of any size.
+pub(crate) trait Divisible {
+    /// A mesh.
+    type Mesh;
+    /// Modes of a mesh.
+    type Modes;
+
+    /// What the elements are, in words.
+    fn method(&self) -> &'static str;
+    /// Order p at which frequencies converge.
+    fn convergence(&self) -> f64;
+    /// Edge of the first, coarse mesh over that of the second.
+    fn first_ratio(&self) -> f64;
+    /// A coarse mesh, whose frequencies up to a limit \[Hz\] may be off by several times the accuracy.
+    fn coarse(&self, limit: f64, accuracy: f64) -> Result<Self::Mesh, VibrationError>;
+    /// A mesh finer by about `ratio`, and by no less in any direction.
+    fn finer(&self, than: &Self::Mesh, ratio: f64) -> Result<Self::Mesh, VibrationError>;
+    /// Number of nodes, and length of edges in any unit.
+    fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
+    /// All modes up to a limit \[Hz\].
+    fn solve(&self, mesh: &Self::Mesh, limit: f64) -> Result<Spectrum<Self::Modes>, ModalError>;
+    /// The surface and the first `count` shapes there.
+    fn shapes(&self, mesh: &Self::Mesh, modes: &Self::Modes, count: usize)
+    -> (ModalSurface, Vec<Vec<DVec3>>);
+}
+
+/// The modes of one mesh.
+pub(crate) struct Spectrum<M> {
+    /// Ascending \[Hz\].
+    pub(crate) frequencies: Vec<f64>,
+    /// The lowest frequency, be it below or above the limit \[Hz\].
+    pub(crate) first: f64,
+    /// Largest relative residual.
+    pub(crate) residual: f64,
+    /// The modes themselves.
+    pub(crate) modes: M,
+}
+
+fn refined<B: Divisible>(
+    body: &B,
+    constants: &ElasticConstants,
+    options: &VibrationOptions,
+    progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
+) -> Result<Vibration, VibrationError> {
     let mut tell = |done: f64, nodes: usize| match progress(&VibrationProgress { done, nodes }) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(VibrationError::Interrupted),
     };
     let limit = options.max_frequency;
-    let first = FIRST_RATIO * family.first_edge(constants, limit, options.accuracy);
-    let mut sized = family.coarse(first)?;
-    let nodes = sized.mesh.nodes.len();
+    let mut mesh = body.coarse(limit, options.accuracy)?;
+    let (nodes, mut edge) = body.size(&mesh);
     if nodes > options.most_nodes {
         return Err(VibrationError::TooLarge { nodes, most: options.most_nodes });
     }
     tell(0.0, nodes)?;
-    let mut solution = Solution::of(&sized.mesh, constants, limit * COARSE_MARGIN)?;
-    let mut ratio = FIRST_RATIO;
+    let mut spectrum = body.solve(&mesh, limit * COARSE_MARGIN)?;
+    let mut errors = Vec::new();
+    let mut ratio = body.first_ratio();
     for meshes in 2..=MOST_MESHES {
-        let finer = family.finer(&sized, ratio)?;
-        if finer.mesh.nodes.len() > options.most_nodes {
+        let finer = body.finer(&mesh, ratio)?;
+        let (nodes, fine_edge) = body.size(&finer);
+        if nodes > options.most_nodes {
             break;
         }
-        tell(1.0 - 0.5_f64.powi(meshes as i32 - 1), finer.mesh.nodes.len())?;
-        let times = (sized.edge / finer.edge).powf(family.order());
-        sized = finer;
-        solution = Solution::of(&sized.mesh, constants, limit)?.compared_with(&solution, times);
-        let worst = solution.worst_error();
+        tell(1.0 - 0.5_f64.powi(meshes as i32 - 1), nodes)?;
+        let fine = body.solve(&finer, limit)?;
+        errors = mesh_errors(
+            &spectrum.frequencies,
+            &fine.frequencies,
+            (edge / fine_edge).powf(body.convergence()),
+        );
+        (mesh, edge, spectrum) = (finer, fine_edge, fine);
+        let worst = largest(&errors);
         if worst <= options.accuracy {
             break;
         }
-        ratio = ((worst / options.accuracy).powf(family.order().recip()) / SAFETY).clamp(1.2, 2.5);
+        ratio = ((worst / options.accuracy).powf(body.convergence().recip()) / SAFETY).clamp(1.2, 2.5);
     }
-    let vibration = solution.finished(&sized.mesh, &family, constants, options)?;
-    tell(1.0, vibration.nodes)?;
-    Ok(vibration)
+    let count = spectrum.frequencies.partition_point(|f| *f < limit);
+    if count == 0 {
+        return Err(ModalError::Silent { first: spectrum.first, limit }.into());
+    }
+    errors.truncate(count);
+    let (surface, shapes) = body.shapes(&mesh, &spectrum.modes, count);
+    let (nodes, _) = body.size(&mesh);
+    tell(1.0, nodes)?;
+    let error = |k: usize| errors.get(k).copied().unwrap_or(f64::NAN);
+    let mode = |(k, shape): (usize, Vec<DVec3>)| ModalMode {
+        frequency: spectrum.frequencies[k],
+        mesh_error: error(k),
+        shape,
+        transfer: None,
+    };
+    Ok(Vibration {
+        modes: shapes.into_iter().enumerate().map(mode).collect(),
+        surface,
+        density: constants.density,
+        max_frequency: limit,
+        method: body.method().into(),
+        nodes,
+        residual: spectrum.residual,
+        warnings: warnings(&errors, nodes, options),
+    })
 }
 
-/// The modes of one mesh.
-struct Solution {
-    modes: Result<Modes, Silence>,
-    errors: Vec<f64>,
+fn largest(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(0.0, f64::max)
 }
 
-/// There are no modes in the band; the frequency of the first \[Hz\].
-#[derive(Clone, Copy, Debug)]
-struct Silence(f64);
-
-impl Solution {
-    fn of(mesh: &TetMesh, constants: &ElasticConstants, limit: f64) -> Result<Self, ModalError> {
-        let modes = match solve(&ElasticSystem::new(mesh, constants), limit) {
-            Ok(modes) => Ok(modes),
-            // A finer mesh may have some.
-            Err(ModalError::Silent { first, .. }) => Err(Silence(first)),
-            Err(error) => return Err(error),
-        };
-        Ok(Solution { modes, errors: Vec::new() })
-    }
-
-    fn modes(&self) -> &[Mode] {
-        self.modes.as_ref().map_or(&[], |modes| &modes.modes)
-    }
-
-    /// With errors by a coarser solution whose errors are `times` as large.
-    fn compared_with(mut self, coarser: &Solution, times: f64) -> Self {
-        let share = 1.0 / (times - 1.0);
-        let pairs = coarser.modes().iter().zip(self.modes());
-        let mut errors: Vec<f64> =
-            pairs.map(|(b, m)| (b.frequency / m.frequency - 1.0).abs() * share).collect();
-        // A mode that the coarser mesh moved beyond the band has the error of the worst that it did not.
-        let worst = errors.iter().copied().reduce(f64::max).unwrap_or((COARSE_MARGIN - 1.0) * share);
-        errors.resize(self.modes().len(), worst);
-        self.errors = errors;
-        self
-    }
-
-    fn worst_error(&self) -> f64 {
-        self.errors.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// What is below the limit.
-    fn finished(
-        self,
-        mesh: &TetMesh,
-        family: &MeshFamily<'_>,
-        constants: &ElasticConstants,
-        options: &VibrationOptions,
-    ) -> Result<Vibration, VibrationError> {
-        let limit = options.max_frequency;
-        let silent = |first: f64| VibrationError::from(ModalError::Silent { first, limit });
-        let modes = self.modes.as_ref().map_err(|first| silent(first.0))?;
-        let count = modes.modes.partition_point(|m| m.frequency < limit);
-        if count == 0 {
-            return Err(silent(modes.modes[0].frequency));
-        }
-        let mut warnings = Vec::new();
-        let (nodes, asked) = (mesh.nodes.len(), 100.0 * options.accuracy);
-        let worst = self.errors.iter().take(count).copied().fold(0.0, f64::max);
-        if self.errors.is_empty() {
-            warnings.push(format!(
-                "how accurate frequencies are is not known: a finer mesh than this of {nodes} nodes would have more \
-                 than {}",
-                options.most_nodes
-            ));
-        } else if worst > options.accuracy {
-            let worst = 100.0 * worst;
-            warnings.push(format!(
-                "frequencies may be off by {worst:.1} % on {nodes} nodes; {asked:.1} % was asked for"
-            ));
-        }
-        let (surface, kept) = modal_surface(mesh);
-        let error = |k: usize| self.errors.get(k).copied().unwrap_or(f64::NAN);
-        let mode = |(k, mode): (usize, &Mode)| ModalMode {
-            frequency: mode.frequency,
-            mesh_error: error(k),
-            shape: kept.iter().map(|n| mode.shape[*n as usize]).collect(),
-            transfer: None,
-        };
-        Ok(Vibration {
-            modes: modes.modes.iter().take(count).enumerate().map(mode).collect(),
-            surface,
-            density: constants.density,
-            max_frequency: limit,
-            method: family.name().into(),
-            nodes,
-            residual: modes.residual,
-            warnings,
-        })
-    }
+/// What part of each frequency a finer mesh would take away, by those of a mesh with errors `times` as large.
+fn mesh_errors(coarse: &[f64], fine: &[f64], times: f64) -> Vec<f64> {
+    let share = 1.0 / (times - 1.0);
+    let mut errors: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c / f - 1.0).abs() * share).collect();
+    // A mode that the coarser mesh moved beyond the band has the error of the worst that it did not.
+    let worst = errors.iter().copied().reduce(f64::max).unwrap_or((COARSE_MARGIN - 1.0) * share);
+    errors.resize(fine.len(), worst);
+    errors
 }
 
-/// The surface of a mesh, and which of its nodes are those of the surface.
-fn modal_surface(mesh: &TetMesh) -> (ModalSurface, Vec<u32>) {
-    let mut triangles = mesh.surface();
-    let mut kept: Vec<u32> = triangles.iter().flatten().copied().collect();
-    kept.sort_unstable();
-    kept.dedup();
-    for node in triangles.iter_mut().flatten() {
-        *node = kept.partition_point(|k| *k < *node) as u32;
+fn warnings(errors: &[f64], nodes: usize, options: &VibrationOptions) -> Vec<String> {
+    let (worst, asked) = (100.0 * largest(errors), 100.0 * options.accuracy);
+    if errors.is_empty() {
+        let most = options.most_nodes;
+        return vec![format!(
+            "how accurate frequencies are is not known: a finer mesh than this of {nodes} nodes would have more than \
+             {most}"
+        )];
     }
-    let nodes: Vec<DVec3> = kept.iter().map(|n| mesh.nodes[*n as usize]).collect();
-    (ModalSurface { nodes, triangles }, kept)
+    if worst > asked {
+        return vec![format!(
+            "frequencies may be off by {worst:.1} % on {nodes} nodes; {asked:.1} % was asked for"
+        )];
+    }
+    Vec::new()
+}
+
+/// The shortest wave up to a frequency \[m\]: of bending in walls of a thickness \[m\], or along a surface.
+///
+/// ```text
+/// λ = min(√(2π c_p t / (√12 f)), 0.92 c_s / f),    c_p² = E/(ρ (1 − ν²)),    c_s² = μ/ρ
+/// ```
+pub(crate) fn shortest_wave(constants: &ElasticConstants, wall: f64, limit: f64) -> f64 {
+    let ElasticConstants { lame_lambda: lambda, shear_modulus: mu, density } = *constants;
+    let plate_speed = (4.0 * mu * (lambda + mu) / (lambda + 2.0 * mu) / density).sqrt();
+    let bending = (TAU * plate_speed * wall / (12.0_f64.sqrt() * limit)).sqrt();
+    bending.min(0.92 * (mu / density).sqrt() / limit)
 }

@@ -47,13 +47,13 @@ pub(crate) const FIFTH_DEGREE: [([f64; 4], f64); 14] = {
     ]
 };
 
-/// Matrices of an element: `stiffness[i][j]` and `mass[i][j]` for i ≥ j.
+/// Matrices of an element of N nodes: `stiffness[i][j]` and `mass[i][j]` for i ≥ j.
 #[derive(Clone, Debug)]
-pub struct ElementMatrices {
+pub struct ElementMatrices<const N: usize> {
     /// 3 × 3 blocks [N/m].
-    pub stiffness: [[DMat3; 10]; 10],
+    pub stiffness: [[DMat3; N]; N],
     /// Factors of unit blocks \[kg\].
-    pub mass: [[f64; 10]; 10],
+    pub mass: [[f64; N]; N],
 }
 
 fn shapes(at: [f64; 4]) -> [f64; 10] {
@@ -68,7 +68,7 @@ fn shapes(at: [f64; 4]) -> [f64; 10] {
 }
 
 /// The matrices of an element with the given node positions \[m\].
-pub fn element_matrices(nodes: &[DVec3; 10], constants: &ElasticConstants) -> ElementMatrices {
+pub fn element_matrices(nodes: &[DVec3; 10], constants: &ElasticConstants) -> ElementMatrices<10> {
     let ElasticConstants { lame_lambda: lambda, shear_modulus: mu, density } = *constants;
     let mut stiffness = [[DMat3::ZERO; 10]; 10];
     let mut mass = [[0.0; 10]; 10];

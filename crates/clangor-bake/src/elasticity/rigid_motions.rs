@@ -1,40 +1,39 @@
-//! The six motions of a free body that cost no energy, in closed form.
+//! The motions of a free body that cost no energy, in closed form: three translations and three turns.
 //!
 //! Their frequency is zero. A solver that has to find them itself finds them badly, and takes their errors for modes;
-//! so it is given them: three translations and three turns, orthonormal in the mass.
+//! so it is given them, orthonormal in the mass.
 
 use glam::DVec3;
 
 use super::ElasticSystem;
 
-/// Six vectors R with RᵀM R = 1 and K R = 0.
-pub fn rigid_motions(system: &ElasticSystem) -> [Vec<f64>; 6] {
-    let nodes = system.nodes();
+/// Six independent rigid motions at the nodes of a body.
+pub(super) fn rigid_motions(nodes: &[DVec3]) -> [Vec<DVec3>; 6] {
     let middle = nodes.iter().sum::<DVec3>() / nodes.len().max(1) as f64;
-    let motion = |k: usize| -> Vec<f64> {
+    std::array::from_fn(|k| {
         let axis = DVec3::from_array(std::array::from_fn(|a| if a == k % 3 { 1.0 } else { 0.0 }));
-        let at = |x: &DVec3| if k < 3 { axis } else { axis.cross(*x - middle) };
-        nodes.iter().flat_map(|x| at(x).to_array()).collect()
-    };
-    let mut motions: [Vec<f64>; 6] = std::array::from_fn(motion);
-    let mut heavy = vec![0.0; 3 * nodes.len()];
-    for k in 0..6 {
+        nodes.iter().map(|x| if k < 3 { axis } else { axis.cross(*x - middle) }).collect()
+    })
+}
+
+/// Vectors R that span the same, with RᵀM R = 1.
+pub(super) fn normalised(system: &ElasticSystem, motions: &[Vec<DVec3>]) -> Vec<Vec<f64>> {
+    let mut heavy = vec![0.0; 3 * system.node_count()];
+    let mut done: Vec<Vec<f64>> = Vec::with_capacity(motions.len());
+    for motion in motions {
+        let mut own: Vec<f64> = motion.iter().flat_map(|u| u.to_array()).collect();
         // Twice, so that rounding of the first pass is mended.
-        for pass in 0..2 * k + 1 {
-            let (before, rest) = motions.split_at_mut(k);
-            let own = &mut rest[0];
-            system.multiply_mass(own, 1, &mut heavy);
-            if pass == 2 * k {
-                let norm = dot(own, &heavy).sqrt();
-                own.iter_mut().for_each(|x| *x /= norm);
-            } else {
-                let other = &before[pass % k];
-                let overlap = dot(other, &heavy);
-                own.iter_mut().zip(other).for_each(|(x, y)| *x -= overlap * y);
-            }
+        for other in done.iter().chain(&done) {
+            system.multiply_mass(&own, 1, &mut heavy);
+            let overlap = dot(other, &heavy);
+            own.iter_mut().zip(other).for_each(|(x, y)| *x -= overlap * y);
         }
+        system.multiply_mass(&own, 1, &mut heavy);
+        let norm = dot(&own, &heavy).sqrt();
+        own.iter_mut().for_each(|x| *x /= norm);
+        done.push(own);
     }
-    motions
+    done
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -1,12 +1,14 @@
 //! Stiffness and mass of a whole mesh, sparse and symmetric.
 //!
-//! Both have one entry per pair of nodes that share an element: a 3 × 3 block of the stiffness and one number of the
+//! A mesh of a volume or of a section: its elements have any number of nodes, and nodes three unknowns each. Both
+//! matrices have one entry per pair of nodes that share an element: a 3 × 3 block of the stiffness and one number of the
 //! mass, which is the same along x, y and z. Only pairs with row ≥ column are kept.
 
 use glam::{DMat3, DVec3};
 
-use super::element::element_matrices;
-use super::{ElasticConstants, rigid_motions};
+use super::ElasticConstants;
+use super::element::{ElementMatrices, element_matrices};
+use super::rigid_motions::{normalised, rigid_motions};
 use crate::tetrahedra::TetMesh;
 
 /// K and M of a free body. Unknown 3n + c is the displacement of node n along axis c.
@@ -22,17 +24,42 @@ pub struct ElasticSystem {
     stiffness: Vec<DMat3>,
     /// Factors of M \[kg\].
     mass: Vec<f64>,
+    /// Motions without energy, at the nodes.
+    rigid: Vec<Vec<DVec3>>,
+}
+
+/// A mesh, as a system sees it: elements of N nodes.
+pub(crate) struct Elements<'a, const N: usize> {
+    /// Node positions \[m\].
+    pub(crate) nodes: Vec<DVec3>,
+    /// Nodes of each element.
+    pub(crate) elements: &'a [[u32; N]],
+    /// Independent motions without energy, at the nodes.
+    pub(crate) rigid: Vec<Vec<DVec3>>,
 }
 
 impl ElasticSystem {
     /// Assembles the matrices of a mesh.
     pub fn new(mesh: &TetMesh, constants: &ElasticConstants) -> Self {
-        let (starts, rows) = pattern(mesh);
+        let elements = Elements {
+            nodes: mesh.nodes.clone(),
+            elements: &mesh.elements,
+            rigid: rigid_motions(&mesh.nodes).into(),
+        };
+        Self::assemble(elements, |e| element_matrices(&mesh.positions(e), constants))
+    }
+
+    /// Assembles the matrices of elements, which `matrices` gives by their number.
+    pub(crate) fn assemble<const N: usize>(
+        mesh: Elements<'_, N>,
+        matrices: impl Fn(usize) -> ElementMatrices<N>,
+    ) -> Self {
+        let (starts, rows) = pattern(mesh.nodes.len(), mesh.elements);
         let mut stiffness = vec![DMat3::ZERO; rows.len()];
         let mut mass = vec![0.0; rows.len()];
         for (e, element) in mesh.elements.iter().enumerate() {
-            let matrices = element_matrices(&mesh.positions(e), constants);
-            for i in 0..10 {
+            let matrices = matrices(e);
+            for i in 0..N {
                 for j in 0..=i {
                     let (a, b) = (element[i], element[j]);
                     let (row, column) = (a.max(b), a.min(b) as usize);
@@ -44,7 +71,7 @@ impl ElasticSystem {
                 }
             }
         }
-        ElasticSystem { nodes: mesh.nodes.clone(), starts, rows, stiffness, mass }
+        ElasticSystem { nodes: mesh.nodes, starts, rows, stiffness, mass, rigid: mesh.rigid }
     }
 
     /// Number of nodes.
@@ -62,9 +89,14 @@ impl ElasticSystem {
         (&self.starts, &self.rows)
     }
 
-    /// The six rigid motions; see [`rigid_motions`].
-    pub fn rigid_motions(&self) -> [Vec<f64>; 6] {
-        rigid_motions(self)
+    /// The motions that cost no energy, orthonormal in the mass: six of a volume.
+    pub fn rigid_motions(&self) -> Vec<Vec<f64>> {
+        normalised(self, &self.rigid)
+    }
+
+    /// How many motions cost no energy.
+    pub fn rigid_count(&self) -> usize {
+        self.rigid.len()
     }
 
     /// The block of K − σ M at an entry of the pattern.
@@ -129,10 +161,9 @@ fn add_block(
 }
 
 /// The pairs of nodes that share an element, by columns.
-fn pattern(mesh: &TetMesh) -> (Vec<usize>, Vec<u32>) {
-    let count = mesh.nodes.len();
+fn pattern<const N: usize>(count: usize, elements: &[[u32; N]]) -> (Vec<usize>, Vec<u32>) {
     let mut filled = vec![0_usize; count + 1];
-    for element in &mesh.elements {
+    for element in elements {
         for i in element {
             filled[*i as usize + 1] += element.iter().filter(|j| *j >= i).count();
         }
@@ -142,7 +173,7 @@ fn pattern(mesh: &TetMesh) -> (Vec<usize>, Vec<u32>) {
     }
     let mut all = vec![0_u32; filled[count]];
     let mut next = filled.clone();
-    for element in &mesh.elements {
+    for element in elements {
         for i in element {
             for j in element.iter().filter(|j| *j >= i) {
                 all[next[*i as usize]] = *j;

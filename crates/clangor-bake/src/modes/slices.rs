@@ -36,13 +36,14 @@ pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalE
     if !(max_frequency > 0.0 && max_frequency.is_finite()) {
         return Err(ModalError::Frequency(max_frequency));
     }
+    let rigid = system.rigid_count();
     let structure = Structure::new(system)?;
     let limit = (TAU * max_frequency).powi(2);
     let (limit, top) = factor_near(&structure, system, limit)?;
-    if top.below < 6 {
+    if top.below < rigid {
         return Err(ModalError::LooseParts);
     }
-    let total = top.below - 6;
+    let total = top.below - rigid;
     let mut band = Band::new(system);
     if total == 0 {
         let first = Search {
@@ -57,6 +58,7 @@ pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalE
         let first = frequency(first.run()?.values[0]);
         return Err(ModalError::Silent { first, limit: max_frequency });
     }
+    let top_below = top.below;
     drop(top);
     let mut shifts: Vec<(f64, Factor<'_>)> = Vec::new();
     for fraction in fractions(total) {
@@ -64,8 +66,8 @@ pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalE
     }
     for k in 0..shifts.len() {
         let (shift, factor) = &shifts[k];
-        let before = if k == 0 { (0.0, 6) } else { (shifts[k - 1].0, shifts[k - 1].1.below) };
-        let (end, below_end) = shifts.get(k + 1).map_or((limit, total + 6), |(s, f)| (*s, f.below));
+        let before = if k == 0 { (0.0, rigid) } else { (shifts[k - 1].0, shifts[k - 1].1.below) };
+        let (end, below_end) = shifts.get(k + 1).map_or((limit, top_below), |(s, f)| (*s, f.below));
         let there = below_end - factor.below;
         let above = if k + 1 < shifts.len() { there.div_ceil(2) } else { there };
         let below = (factor.below - before.1).checked_sub(band.between(before.0, *shift)).ok_or(
@@ -78,7 +80,7 @@ pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalE
         band.search(factor, *shift, [before.0, end], below, above)?;
     }
     let mut counts: Vec<(f64, usize)> =
-        shifts.iter().map(|(shift, factor)| (frequency(*shift), factor.below - 6)).collect();
+        shifts.iter().map(|(shift, factor)| (frequency(*shift), factor.below - rigid)).collect();
     counts.push((frequency(limit), total));
     drop(shifts);
     let residual = band.polish(&structure)?;
@@ -113,6 +115,8 @@ fn factor_near<'a>(
 
 struct Band<'a> {
     system: &'a ElasticSystem,
+    /// How many motions are rigid.
+    rigid: usize,
     /// Rigid motions, then modes.
     known: Mat<f64>,
     values: Vec<f64>,
@@ -121,9 +125,10 @@ struct Band<'a> {
 
 impl<'a> Band<'a> {
     fn new(system: &'a ElasticSystem) -> Self {
-        let rigid = system.rigid_motions();
-        let known = Mat::from_fn(3 * system.node_count(), 6, |i, k| rigid[k][i]);
-        Band { system, known, values: Vec::new(), solves: 0 }
+        let motions = system.rigid_motions();
+        let rigid = motions.len();
+        let known = Mat::from_fn(3 * system.node_count(), rigid, |i, k| motions[k][i]);
+        Band { system, rigid, known, values: Vec::new(), solves: 0 }
     }
 
     fn between(&self, low: f64, high: f64) -> usize {
@@ -139,8 +144,8 @@ impl<'a> Band<'a> {
         above: usize,
     ) -> Result<(), ModalError> {
         // Modes far from this slice are not found again anyway.
-        let near: Vec<usize> = (0..6)
-            .chain((0..self.values.len()).filter(|k| self.values[*k] > range[0]).map(|k| k + 6))
+        let near: Vec<usize> = (0..self.rigid)
+            .chain((0..self.values.len()).filter(|k| self.values[*k] > range[0]).map(|k| k + self.rigid))
             .collect();
         let known = Mat::from_fn(self.known.nrows(), near.len(), |i, k| self.known[(i, near[k])]);
         let search =
@@ -162,7 +167,7 @@ impl<'a> Band<'a> {
         let (mut stiff, mut heavy) = (vec![0.0; size], vec![0.0; size]);
         let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
         let residual = |(k, square): (usize, &f64)| {
-            let shape: Vec<f64> = self.known.col(k + 6).iter().copied().collect();
+            let shape: Vec<f64> = self.known.col(k + self.rigid).iter().copied().collect();
             self.system.multiply_stiffness(&shape, 1, &mut stiff);
             self.system.multiply_mass(&shape, 1, &mut heavy);
             let error = norm(&mut stiff.iter().zip(&heavy).map(|(k, m)| k - square * m));
@@ -173,6 +178,7 @@ impl<'a> Band<'a> {
 
     /// Finds modes anew from a shift just below them, where rounding in factors of higher shifts has spoilt them.
     fn polish(&mut self, structure: &Structure) -> Result<f64, ModalError> {
+        let rigid = self.rigid;
         for _ in 0..POLISHES {
             let residuals = self.residuals();
             let bad = (0..residuals.len()).filter(|k| residuals[*k] > POLISHED);
@@ -187,18 +193,19 @@ impl<'a> Band<'a> {
             let below = if start == 0 { 0.0 } else { sorted[start - 1] };
             let low = 0.5 * (below + sorted[start]);
             let (shift, factor) = factor_near(structure, self.system, low)?;
-            if factor.below != 6 + start {
+            if factor.below != self.rigid + start {
                 return Err(ModalError::Incomplete {
                     found: start,
-                    expected: factor.below - 6,
+                    expected: factor.below.saturating_sub(self.rigid),
                     frequency: frequency(shift),
                 });
             }
             let keep: Vec<usize> =
                 (0..self.values.len()).filter(|k| self.values[*k] < low || self.values[*k] > high).collect();
             let again = self.values.len() - keep.len();
-            let kept = |k: usize| if k < 6 { k } else { keep[k - 6] + 6 };
-            self.known = Mat::from_fn(self.known.nrows(), keep.len() + 6, |i, k| self.known[(i, kept(k))]);
+            let kept = |k: usize| if k < rigid { k } else { keep[k - rigid] + rigid };
+            let columns = keep.len() + rigid;
+            self.known = Mat::from_fn(self.known.nrows(), columns, |i, k| self.known[(i, kept(k))]);
             self.values = keep.iter().map(|k| self.values[*k]).collect();
             self.search(&factor, shift, [below, high], 0, again)?;
         }
@@ -222,7 +229,7 @@ impl<'a> Band<'a> {
         let mut order: Vec<usize> = (0..self.values.len()).collect();
         order.sort_by(|a, b| self.values[*a].total_cmp(&self.values[*b]));
         let mode = |k: usize| {
-            let shape: Vec<f64> = self.known.col(k + 6).iter().copied().collect();
+            let shape: Vec<f64> = self.known.col(k + self.rigid).iter().copied().collect();
             let shape = shape.chunks_exact(3).map(DVec3::from_slice).collect();
             Mode { frequency: frequency(self.values[k]), shape }
         };

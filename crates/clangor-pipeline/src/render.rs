@@ -16,6 +16,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use clangor::body::{Body, BodyId};
+use clangor::contact::force_stream::{StreamSettings, force_stream};
 use clangor::contact::{
     ContactError, ContactReport, ContactSettings, ImpactPulse, PoseHistory, impact_pulses,
 };
@@ -26,11 +27,11 @@ use clangor::synthesis::{
     BlockMemory, Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SoundSource,
     SynthesisError,
 };
-use clangor::timeline::Timeline;
+use clangor::timeline::{ContactRow, Timeline};
 use rayon::prelude::*;
 
 use self::file_names::{check_distinct, file_name};
-use self::ringing::{RingingBodies, Voices};
+use self::ringing::{RingingBodies, Rolling, Voices};
 pub use self::ringing::{Transfers, UnplayableModes};
 use crate::atomic_file::check_folder;
 use crate::levels::{LevelMeter, Levels};
@@ -101,6 +102,8 @@ pub struct RenderOptions {
     pub parts: Parts,
     /// How modes become pressure.
     pub transfers: Transfers,
+    /// Time step \[s\] of the dynamics whose gentle forces make bodies ring too; `None`: only blows do.
+    pub rolling: Option<f64>,
     /// End of the sound \[s\].
     pub to: f64,
     /// Format of a sample.
@@ -229,7 +232,18 @@ pub fn render(
 ) -> Result<RenderSummary, RenderError> {
     options.check(bodies, output)?;
     let poses = PoseHistory::try_new(bodies, &timeline.poses)?;
-    let (pulses, contacts) = impact_pulses(bodies, &timeline.contacts, &poses, &options.contact)?;
+    // What touches gently has no number.
+    let impacts: Vec<ContactRow> =
+        timeline.contacts.iter().filter(|row| row.impact_id != 0).copied().collect();
+    let (pulses, contacts) = impact_pulses(bodies, &impacts, &poses, &options.contact)?;
+    let rolling = match options.rolling.filter(|_| options.parts.modal) {
+        Some(time_step) => {
+            let v_min = options.contact.v_min;
+            let settings = StreamSettings { v_min, time_step, rest_speed: REST_SPEED };
+            Some(Rolling { forces: force_stream(bodies, &timeline.contacts, &poses, &settings)?, time_step })
+        }
+        None => None,
+    };
     let mut clicks: Vec<Click> = match options.parts.acceleration {
         true => pulses.iter().flat_map(|p| clicks_of(p, sounds.sources)).collect(),
         false => Vec::new(),
@@ -266,6 +280,7 @@ pub fn render(
                 clicks: heard,
                 ringing,
                 pulses: &pulses,
+                rolling: rolling.as_ref(),
                 poses: &poses,
                 passes,
                 done: &mut done,
@@ -313,6 +328,7 @@ struct Pass<'a> {
     /// What rings: all bodies, or one of them.
     ringing: Option<(&'a RingingBodies, Option<BodyId>)>,
     pulses: &'a [ImpactPulse],
+    rolling: Option<&'a Rolling>,
     poses: &'a PoseHistory,
     /// How many passes there are.
     passes: usize,
@@ -383,7 +399,10 @@ impl Pass<'_> {
         let mut renderer = Renderer::new(self.listener, settings)?;
         let mut signal = OverlapAdd::new(self.listener.receivers.len(), 0);
         let mut voices = match self.ringing {
-            Some((bodies, only)) => bodies.voices(self.pulses, self.poses, self.listener, settings, only)?,
+            Some((bodies, only)) => {
+                let forces = (self.pulses, self.rolling);
+                bodies.voices(forces, self.poses, self.listener, settings, only)?
+            }
             None => Voices::none(),
         };
         let quiet_before = earliest_from(self.clicks);
@@ -438,6 +457,8 @@ impl Pass<'_> {
     }
 }
 
+/// A pair whose surfaces move more slowly is at rest, and silent [m/s].
+const REST_SPEED: f64 = 1e-3;
 /// Blocks rendered between two looks at whether to stop.
 const BLOCKS_AT_ONCE: usize = 256;
 /// Frames handed over at once.
@@ -480,20 +501,26 @@ fn hand_over(
 }
 
 /// The impacts of a timeline folder and the poses of their bodies at them, and all poses of the bodies that are `followed`,
-/// leaving the rest on the disk.
+/// leaving the rest on the disk; with `rolling`, what touches them gently too.
 ///
 /// # Errors
 /// [`TimelineError`] for rows that cannot be read.
-pub fn read_impacts(reader: &TimelineReader, followed: &BTreeSet<BodyId>) -> Result<Timeline, TimelineError> {
+pub fn read_impacts(
+    reader: &TimelineReader,
+    followed: &BTreeSet<BodyId>,
+    rolling: bool,
+) -> Result<Timeline, TimelineError> {
     let mut timeline = Timeline::default();
     for row in reader.contacts()? {
         let row = row?;
-        if row.impact_id != 0 {
+        let gentle = || rolling && [row.body_a, row.body_b].iter().any(|id| followed.contains(id));
+        if row.impact_id != 0 || gentle() {
             timeline.contacts.push(row);
         }
     }
     timeline.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let times: Vec<f64> = timeline.contacts.iter().map(|r| r.time).collect();
+    let impacts = timeline.contacts.iter().filter(|r| r.impact_id != 0);
+    let times: Vec<f64> = impacts.map(|r| r.time).collect();
     // A pose at an impact has its very time; where there is none, its neighbours at the pose rate are needed.
     let margin =
         if reader.header().origin.pose_rate > 0.0 { 1.5 / reader.header().origin.pose_rate } else { 0.0 };

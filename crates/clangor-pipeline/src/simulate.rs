@@ -6,6 +6,7 @@ use std::path::Path;
 
 use clangor::body::BodyId;
 use clangor::scene::Scene;
+use clangor::scene::simulation_settings::SolverChoice;
 use clangor::timeline::{ContactRow, PoseRow, Timeline, TimelineSink};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, choose_solver};
@@ -57,7 +58,7 @@ pub fn check_motion(loaded: &LoadedScene) -> Result<(), SimulateError> {
 }
 
 /// Simulates a scene for its sound: the impacts, and where their bodies were; of those that are `followed`, also where they
-/// were between.
+/// were between, and, if the scene wants rolling, what touched them gently.
 ///
 /// # Errors
 /// [`SimulateError`].
@@ -66,13 +67,19 @@ pub fn simulate_impacts(
     followed: &BTreeSet<BodyId>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Timeline, SimulationReport), SimulateError> {
-    let mut settings = simulation_settings(&loaded.scene, false);
+    let mut settings = simulation_settings(&loaded.scene, hears_rolling(loaded, followed));
     if followed.is_empty() {
         settings.record.pose_rate = 0.0;
     }
     let mut impacts = ImpactLog::of(followed);
     let report = clangor_sim::simulate(&loaded.world, &settings, &mut impacts, progress)?;
     Ok((impacts.timeline, report))
+}
+
+/// Whether gentle forces are wanted, and there is somebody to hear them on.
+fn hears_rolling(loaded: &LoadedScene, followed: &BTreeSet<BodyId>) -> bool {
+    let stepped = choose_solver(&loaded.world, loaded.scene.simulation.solver) == SolverChoice::Rigid;
+    loaded.scene.render.rolling && stepped && !followed.is_empty()
 }
 
 /// Simulates a scene into a timeline folder; memory does not grow with the rows.
@@ -103,7 +110,7 @@ pub fn simulate_and_keep(
     replace: bool,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Timeline, SimulationReport), SimulateError> {
-    let settings = simulation_settings(&loaded.scene, false);
+    let settings = simulation_settings(&loaded.scene, hears_rolling(loaded, followed));
     let folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
     let mut both = Both { folder, impacts: ImpactLog::of(followed) };
     let report = clangor_sim::simulate(&loaded.world, &settings, &mut both, progress)?;
@@ -145,6 +152,10 @@ impl TimelineSink for ImpactLog {
             // The recorder gives an impact's poses right before its rows.
             let poses: Vec<PoseRow> = latest_of_each(self.recent.drain(..).filter(takes_part));
             self.timeline.poses.extend(poses);
+        }
+        let gentle =
+            row.impact_id == 0 && [row.body_a, row.body_b].iter().any(|id| self.followed.contains(id));
+        if row.impact_id != 0 || gentle {
             self.timeline.contacts.push(*row);
         }
         Ok(())

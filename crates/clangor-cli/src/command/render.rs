@@ -11,6 +11,7 @@ use clangor::scene::Scene;
 use clangor::scene::diagnostic::Place;
 use clangor::scene::listener::Listener as SceneListener;
 use clangor::scene::render_settings as scene_render;
+use clangor::scene::simulation_settings::SolverChoice;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
 use clangor::timeline::Timeline;
 use clangor_pipeline::load::LoadedScene;
@@ -19,7 +20,7 @@ use clangor_pipeline::simulate::{simulate_and_keep, simulate_impacts};
 use clangor_pipeline::sound_models::ringers::RingingPlan;
 use clangor_pipeline::timeline_file::TimelineReader;
 use clangor_pipeline::wav::{SampleFormat, WavSpec};
-use clangor_sim::SimulationReport;
+use clangor_sim::{SimulationReport, choose_solver};
 
 use self::report::Told;
 use super::simulate::say_simulated;
@@ -43,6 +44,8 @@ struct Source {
     /// Which of them the scene wants to ring, or not.
     ringing: Vec<Option<bool>>,
     v_min: f64,
+    /// Time step \[s\], if the dynamics tell all forces.
+    time_step: Option<f64>,
     duration: f64,
 }
 
@@ -65,6 +68,12 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
         from_scene(options, global, console)?
     };
     let render_options = render_options(options, &source)?;
+    if source.settings.rolling && render_options.rolling.is_none() {
+        console.warn(
+            "nothing is known of gentle forces, and only blows are heard: rolling needs the time-stepped solver, and of a timeline \
+             its --raw-log",
+        );
+    }
     // A long simulation is not begun for a sound that cannot be written.
     render_options.check(&source.bodies, &output)?;
     let given = given_models(&source.bodies, &options.model, console)?;
@@ -79,7 +88,8 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     if render_options.parts.modal {
         followed.extend(given.modes.keys());
     }
-    let (timeline, simulated) = impacts(&source.motion, &followed, options, console)?;
+    let (timeline, simulated) =
+        impacts(&source.motion, &followed, render_options.rolling.is_some(), options, console)?;
     let wanted = Wanted {
         rules: &rules(options, &source),
         quality: options.quality,
@@ -137,6 +147,8 @@ fn from_scene(options: &Render, global: &Global, console: &Console) -> Result<So
         medium: scene.medium,
         listeners: scene.listeners.iter().map(receivers).collect(),
         v_min: scene.simulation.v_min,
+        time_step: Some(scene.simulation.time_step)
+            .filter(|_| choose_solver(&loaded.world, scene.simulation.solver) == SolverChoice::Rigid),
         duration: scene.simulation.duration,
         settings: scene.render.clone(),
         rules: scene.sound_rules(),
@@ -179,6 +191,7 @@ fn from_timeline(options: &Render, global: &Global) -> Result<Source, Failure> {
         medium: header.medium,
         listeners: listeners.iter().map(receivers).collect(),
         v_min: header.origin.v_min,
+        time_step: Some(header.origin.time_step).filter(|step| *step > 0.0 && header.origin.raw_log),
         duration: header.origin.duration,
         rules: scene.as_ref().map(Scene::sound_rules).unwrap_or_default(),
         ringing: scene.as_ref().map(Scene::ringing_rules).unwrap_or_default(),
@@ -191,13 +204,15 @@ fn from_timeline(options: &Render, global: &Global) -> Result<Source, Failure> {
 fn impacts(
     motion: &Recorded,
     followed: &BTreeSet<BodyId>,
+    rolling: bool,
     options: &Render,
     console: &Console,
 ) -> Result<(Timeline, Option<SimulationReport>), Failure> {
     let loaded = match motion {
         Recorded::Scene(loaded) => loaded,
         Recorded::Timeline(reader) => {
-            return Ok((read_impacts(reader, followed).map_err(Failure::new)?, None));
+            let timeline = read_impacts(reader, followed, rolling).map_err(Failure::new)?;
+            return Ok((timeline, None));
         }
     };
     let progress = console.progress("simulate", loaded.scene.simulation.duration);
@@ -278,6 +293,7 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
             Transfer::Published => Transfers::Published,
             Transfer::Unit => Transfers::Unit,
         },
+        rolling: source.time_step.filter(|_| settings.rolling),
         to: options.to.unwrap_or(source.duration),
         format,
         full_scale,

@@ -93,12 +93,12 @@ pub(super) fn sound_parts(named: &[Part]) -> Parts {
 pub(super) fn modal_options(quality: Quality, settings: &RenderSettings) -> ModalBakeOptions {
     let normal = ModalBakeOptions::new(settings.medium);
     let max_frequency = normal.max_frequency.min(settings.band().0);
-    let (mesh_error, most_nodes, accuracy) = match quality {
-        Quality::Draft => (0.03, normal.most_nodes, 0.05),
-        Quality::Normal => (normal.mesh_error, normal.most_nodes, normal.accuracy),
-        Quality::High => (0.005, 80_000, 0.002),
+    let (mesh_error, accuracy) = match quality {
+        Quality::Draft => (0.03, 0.05),
+        Quality::Normal => (normal.mesh_error, normal.accuracy),
+        Quality::High => (0.005, 0.002),
     };
-    ModalBakeOptions { max_frequency, mesh_error, most_nodes, accuracy, ..normal }
+    ModalBakeOptions { max_frequency, mesh_error, accuracy, ..normal }
 }
 
 /// The modes of those among the bodies of a plan that are `struck`, and those that the command line gives.

@@ -218,6 +218,7 @@ impl Stage {
             },
             parts: Parts { acceleration: true, modal: false },
             transfers: Transfers::Baked,
+            rolling: None,
             to: seconds + 0.05,
             format: SampleFormat::Float32,
             full_scale: FullScale::Pascals(1.0),

@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use clangor::body::{Body, BodyId};
+use clangor::contact::force_stream::StreamedForce;
 use clangor::contact::{ImpactPulse, PoseHistory};
 use clangor::material::Damping;
 use clangor::model::modal_model::{ModalMode, ModalModel, ModalTransfer};
@@ -126,7 +127,7 @@ impl RingingBodies {
     /// Those that are struck by pulses, or only one of them, as a listener hears them.
     pub(super) fn voices<'a>(
         &self,
-        pulses: &[ImpactPulse],
+        (pulses, rolling): (&[ImpactPulse], Option<&Rolling>),
         poses: &'a PoseHistory,
         listener: &'a Listener,
         settings: &RenderSettings,
@@ -136,11 +137,21 @@ impl RingingBodies {
         for (id, source) in self.sources.iter().filter(|(id, _)| only.is_none_or(|only| only == *id)) {
             let mut voice = ModalVoice::new(Arc::clone(source), *id, poses, listener, settings)?;
             voice.push_pulses(pulses)?;
+            if let Some(Rolling { forces, time_step }) = rolling {
+                voice.push_stream(forces, *time_step)?;
+            }
             voices.push((*id, voice));
         }
         let rate = settings.sample_rate.as_f64();
         Ok(Voices { voices, energies: BTreeMap::new(), rate, receivers: listener.receivers.len() })
     }
+}
+
+/// Forces too gentle to be blows.
+pub(super) struct Rolling {
+    pub(super) forces: Vec<StreamedForce>,
+    /// Of the dynamics \[s\].
+    pub(super) time_step: f64,
 }
 
 /// Voices in progress.

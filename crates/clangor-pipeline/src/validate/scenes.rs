@@ -103,6 +103,7 @@ fn first_click() -> Result<Vec<f32>, Fault> {
         },
         parts: Parts { acceleration: true, modal: false },
         transfers: Transfers::Baked,
+        rolling: None,
         to: 0.6,
         format: SampleFormat::Float32,
         full_scale: FullScale::Pascals(1.0),

@@ -20,6 +20,8 @@ pub struct RenderSettings {
     pub pulse: ForceProfile,
     /// What of the sound is rendered.
     pub parts: Parts,
+    /// Whether forces too gentle to be blows make bodies ring too: rolling, sliding, rattling to rest.
+    pub rolling: bool,
     /// What bodies sound as that do not say it themselves.
     pub sound: SoundRule,
     /// Sound field of an accelerated sphere.
@@ -41,6 +43,7 @@ impl Default for RenderSettings {
             floor: Floor::None,
             pulse: ForceProfile::HalfSine,
             parts: Parts::default(),
+            rolling: false,
             sound: SoundRule::Auto,
             radiation: SphereModel::Exact,
             chain_onset: true,

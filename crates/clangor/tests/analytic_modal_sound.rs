@@ -276,3 +276,62 @@ fn a_blow_in_real_time_rings_as_one_that_was_known_ahead() {
         assert!((ahead[k] - now[k]).abs() < 1e-9 * level, "{k}: {} {}", ahead[k], now[k]);
     }
 }
+
+/// Three modes with directions of their own, which die in a few hundredths of a second.
+fn directed() -> Arc<ModalSource> {
+    let value = |i: usize, p: f64| Complex64::new((p * i as f64).sin(), (p * i as f64 + p).cos());
+    let modes = [(800.0, 9), (5000.0, 36), (12_000.0, 100)]
+        .map(|(f, count)| mode(f, DVec3::new(0.3, 1e-4 * f, 0.9), (0..count).map(|i| value(i, f)).collect()));
+    source(modes.into(), &Damping::T60Table(vec![[800.0, 0.05], [12_000.0, 0.01]]), &undamped_by_air())
+}
+
+fn largest_difference(one: &[f64], other: &[f64]) -> f64 {
+    let level = one.iter().fold(0.0f64, |m, p| m.max(p.abs()));
+    assert!(level > 0.0);
+    one.iter().zip(other).fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) / level
+}
+
+#[test]
+fn blows_add_up_though_modes_die_in_between() {
+    let source = directed();
+    let key = |i: i32| Keyframe { time: 0.1 * f64::from(i), pose: Pose::at(DVec3::X * 0.2 * f64::from(i)) };
+    let track = Track::try_new((-1..9).map(key).collect()).unwrap();
+    let pulses = [0.011, 0.3].map(|onset| blow(onset, 50e-6, track.sample(onset).0));
+    let poses = poses(Motion::Keyframed(track));
+    let listener = Listener::fixed("microphone", DVec3::new(0.3, 0.4, 0.8));
+    let render = |pulses: &[ImpactPulse]| {
+        heard(&source, &poses, &listener, &settings(48_000), pulses, 24_000).swap_remove(0)
+    };
+    let [both, first, second] = [&pulses[..], &pulses[..1], &pulses[1..]].map(render);
+    let sum: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+    // What has died away is gone when the next blow comes. Residual seen: 0.
+    assert!(largest_difference(&both, &sum) < 1e-12, "{:e}", largest_difference(&both, &sum));
+}
+
+#[test]
+fn a_floor_is_a_listener_below_it_and_turning_everything_changes_nothing() {
+    let source = directed();
+    let listen = |at: DVec3, pose: Pose, floor: Floor| {
+        let poses = poses(Motion::Keyframed(Track::fixed(pose)));
+        let settings = RenderSettings { floor, ..settings(48_000) };
+        // The blow acts along z of the world.
+        let mut pulse = blow(0.01, 50e-6, pose);
+        pulse.points[0].1 = pose.orientation * (IMPULSE * DVec3::Z);
+        heard(&source, &poses, &Listener::fixed("microphone", at), &settings, &[pulse], 6000).swap_remove(0)
+    };
+    let (pose, at) = (Pose::at(DVec3::new(0.0, 0.5, 0.0)), DVec3::new(0.7, 0.9, -0.2));
+    let floor = listen(at, pose, Floor::Rigid { height: 0.1 });
+    let direct = listen(at, pose, Floor::None);
+    let mirrored = listen(DVec3::new(0.7, -0.7, -0.2), pose, Floor::None);
+    let sum: Vec<f64> = direct.iter().zip(&mirrored).map(|(a, b)| a + b).collect();
+    // Residual seen: 0.
+    assert!(largest_difference(&floor, &sum) < 1e-12, "{:e}", largest_difference(&floor, &sum));
+
+    let turn = clangor::glam::DQuat::from_euler(clangor::glam::EulerRot::XYZ, 0.4, 1.1, -2.0);
+    let turned = Pose { position: turn * pose.position, orientation: turn };
+    let moved = listen(turn * at, turned, Floor::None);
+    // Residual seen: 9e-14.
+    assert!(largest_difference(&direct, &moved) < 1e-11, "{:e}", largest_difference(&direct, &moved));
+    let only_turned = listen(at, Pose { orientation: turn, ..pose }, Floor::None);
+    assert!(largest_difference(&direct, &only_turned) > 0.1);
+}

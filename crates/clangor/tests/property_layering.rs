@@ -15,7 +15,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("timeline", &["body"]),
     ("model", &["geometry", "math", "medium"]),
     ("contact", &["body", "geometry", "material", "math", "pose", "timeline"]),
-    ("synthesis", &["body", "contact", "math", "medium", "model", "pose", "timeline"]),
+    ("synthesis", &["body", "contact", "material", "math", "medium", "model", "pose", "timeline"]),
     (
         "scene",
         &["body", "contact", "geometry", "material", "math", "medium", "model", "pose", "shape", "synthesis"],

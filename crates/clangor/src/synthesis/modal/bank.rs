@@ -13,11 +13,14 @@
 //! band and integrated over each sample; the feed-through Q is that at the samples. Between two settings of the transfers
 //! H runs on a straight line.
 
+mod passes;
+
 use std::sync::Arc;
 
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
+use self::passes::Passing;
 use super::ModalPressure;
 use super::drive::{Course, Shaper, TERMS, pulse_at_pole, term_weights};
 use crate::contact::ForceProfile;
@@ -55,6 +58,10 @@ pub struct ModalBank {
     /// Largest |w|² since the mode was at rest.
     peaks: Vec<f64>,
     awake: Vec<bool>,
+    /// Whether some woke since somebody asked.
+    woken: bool,
+    /// Chunk of each mode given, if it is played.
+    chunks: Vec<Option<u32>>,
     paths: Vec<Path>,
     pulses: Vec<Pulse>,
     next: i64,
@@ -159,6 +166,8 @@ impl ModalBank {
             })
             .filter(|voice| voice.gain > 0.0)
             .collect();
+        let mut chunks = vec![None; resonances.len()];
+        voices.iter().enumerate().for_each(|(i, voice)| chunks[voice.mode] = Some((i / CHUNK) as u32));
         let padded = voices.len().next_multiple_of(CHUNK);
         let path = Path {
             now: Planes::zero(padded),
@@ -176,6 +185,8 @@ impl ModalBank {
             weights: std::array::from_fn(|_| Planes::zero(padded)),
             peaks: vec![0.0; padded],
             awake: vec![false; padded / CHUNK],
+            woken: false,
+            chunks,
             paths: vec![path; paths],
             pulses: Vec::new(),
             next: 0,
@@ -210,6 +221,16 @@ impl ModalBank {
         self.pulses.is_empty() && !self.awake.contains(&true)
     }
 
+    /// Whether a mode, or one that sleeps and wakes with it, is not at rest.
+    pub fn rings(&self, mode: usize) -> bool {
+        self.chunks[mode].is_some_and(|chunk| self.awake[chunk as usize])
+    }
+
+    /// Whether modes woke since this was asked last, so that their transfers must be set.
+    pub(super) fn take_woken(&mut self) -> bool {
+        std::mem::take(&mut self.woken)
+    }
+
     /// The first sample at which a pulse of this `onset` \[samples\] is felt, because it is limited to the band.
     pub fn first_sample(onset: f64, duration: f64, profile: ForceProfile, sample_rate: SampleRate) -> i64 {
         (onset + profile.extent(duration).0 * sample_rate.as_f64()).floor() as i64 - lowpass::REACH as i64
@@ -231,6 +252,7 @@ impl ModalBank {
         for (i, voice) in self.voices.iter().enumerate() {
             own[i] = amplitudes[voice.mode];
             if own[i] != 0.0 {
+                self.woken |= !self.awake[i / CHUNK];
                 self.awake[i / CHUNK] = true;
             }
         }
@@ -249,6 +271,7 @@ impl ModalBank {
                     amplitude * (voice.pole * elapsed).exp() * pulse_at_pole(profile, voice.pole, duration);
                 self.state.re[i] += ring.re;
                 self.state.im[i] += ring.im;
+                self.woken |= !self.awake[i / CHUNK];
                 self.awake[i / CHUNK] = true;
             }
         }
@@ -391,155 +414,4 @@ fn pole(omega: f64, decay: f64) -> Complex64 {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Advances all modes by some samples, with the vector instructions of the machine.
-struct Passing<'a> {
-    bank: &'a mut ModalBank,
-    samples: usize,
-}
-
-impl WithSimd for Passing<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Passing { bank, samples } = self;
-        let ModalBank { state, step, weights, awake, paths, pulses, next, memory, .. } = bank;
-        let Memory { run, sums, samples: outputs } = memory;
-        let run = &mut S::as_mut_simd_f64s(run).0.as_chunks_mut::<4>().0[..samples];
-        let sums = S::as_mut_simd_f64s(sums).0;
-        sums.fill(simd.splat_f64s(0.0));
-        let width = 2 * S::F64_LANES;
-        for chunk in (0..awake.len()).filter(|chunk| awake[*chunk]) {
-            for at in (chunk * CHUNK..(chunk + 1) * CHUNK).step_by(width) {
-                let own = at..at + width;
-                let driven = drive(simd, run, weights, pulses, *next, own.clone());
-                rotate(simd, run, state, step, driven, own.clone());
-                for (path, sums) in paths.iter_mut().zip(sums.chunks_exact_mut(PASS)) {
-                    listen(simd, run, path, &mut sums[..samples], own.clone());
-                }
-            }
-        }
-        for (sums, outputs) in sums.chunks_exact(PASS).zip(outputs.chunks_exact_mut(PASS)) {
-            for (sum, output) in sums.iter().zip(outputs) {
-                *output = simd.reduce_sum_f64s(*sum);
-            }
-        }
-    }
-}
-
-/// Two vectors.
-type Two<S> = [<S as Simd>::f64s; 2];
-
-#[inline(always)]
-fn two<S: Simd>(values: &[f64]) -> Two<S> {
-    let vectors = S::as_simd_f64s(values).0;
-    [vectors[0], vectors[1]]
-}
-
-/// b_k of the forces in progress, as (re, re, im, im) for each sample; whether there are any.
-#[inline(always)]
-fn drive<S: Simd>(
-    simd: S,
-    run: &mut [[S::f64s; 4]],
-    weights: &[Planes; TERMS],
-    pulses: &[Pulse],
-    next: i64,
-    own: std::ops::Range<usize>,
-) -> bool {
-    let mut driven = false;
-    for pulse in pulses {
-        let begin = pulse.first.max(next);
-        let end = pulse.end().min(next + run.len() as i64);
-        if begin >= end {
-            continue;
-        }
-        if !driven {
-            run.fill([simd.splat_f64s(0.0); 4]);
-            driven = true;
-        }
-        let amplitude = two::<S>(&pulse.amplitudes[own.clone()]);
-        let mut scaled = [[simd.splat_f64s(0.0); 4]; TERMS];
-        for (scaled, weights) in scaled.iter_mut().zip(weights) {
-            let (re, im) = (two::<S>(&weights.re[own.clone()]), two::<S>(&weights.im[own.clone()]));
-            for v in 0..2 {
-                scaled[v] = simd.mul_f64s(re[v], amplitude[v]);
-                scaled[2 + v] = simd.mul_f64s(im[v], amplitude[v]);
-            }
-        }
-        let terms = &pulse.course.terms[(begin - pulse.first) as usize..(end - pulse.first) as usize];
-        let run = &mut run[(begin - next) as usize..(end - next) as usize];
-        for (sums, terms) in run.iter_mut().zip(terms) {
-            for (term, scaled) in terms.iter().zip(&scaled) {
-                let term = simd.splat_f64s(*term);
-                for v in 0..4 {
-                    sums[v] = simd.mul_add_e_f64s(term, scaled[v], sums[v]);
-                }
-            }
-        }
-    }
-    driven
-}
-
-/// Turns two vectors of modes through all samples and leaves w_k where b_k was.
-#[inline(always)]
-fn rotate<S: Simd>(
-    simd: S,
-    run: &mut [[S::f64s; 4]],
-    state: &mut Planes,
-    step: &Planes,
-    driven: bool,
-    own: std::ops::Range<usize>,
-) {
-    let (step_re, step_im) = (two::<S>(&step.re[own.clone()]), two::<S>(&step.im[own.clone()]));
-    let minus_im = step_im.map(|x| simd.neg_f64s(x));
-    let (mut re, mut im) = (two::<S>(&state.re[own.clone()]), two::<S>(&state.im[own.clone()]));
-    if driven {
-        for sample in run {
-            let forced = *sample;
-            *sample = [re[0], re[1], im[0], im[1]];
-            for v in 0..2 {
-                let across = simd.mul_add_e_f64s(minus_im[v], im[v], forced[v]);
-                let along = simd.mul_add_e_f64s(step_im[v], re[v], forced[2 + v]);
-                re[v] = simd.mul_add_e_f64s(step_re[v], re[v], across);
-                im[v] = simd.mul_add_e_f64s(step_re[v], im[v], along);
-            }
-        }
-    } else {
-        for sample in run {
-            *sample = [re[0], re[1], im[0], im[1]];
-            for v in 0..2 {
-                let across = simd.mul_f64s(minus_im[v], im[v]);
-                let along = simd.mul_f64s(step_im[v], re[v]);
-                re[v] = simd.mul_add_e_f64s(step_re[v], re[v], across);
-                im[v] = simd.mul_add_e_f64s(step_re[v], im[v], along);
-            }
-        }
-    }
-    S::as_mut_simd_f64s(&mut state.re[own.clone()]).0.copy_from_slice(&re);
-    S::as_mut_simd_f64s(&mut state.im[own]).0.copy_from_slice(&im);
-}
-
-/// Adds Re{G w} of two vectors of modes to the samples of a path.
-#[inline(always)]
-fn listen<S: Simd>(
-    simd: S,
-    run: &[[S::f64s; 4]],
-    path: &mut Path,
-    sums: &mut [S::f64s],
-    own: std::ops::Range<usize>,
-) {
-    let (mut re, mut im) = (two::<S>(&path.now.re[own.clone()]), two::<S>(&path.now.im[own.clone()]));
-    let (slope_re, slope_im) = (two::<S>(&path.slope.re[own.clone()]), two::<S>(&path.slope.im[own.clone()]));
-    for (sample, sum) in run.iter().zip(sums) {
-        for v in 0..2 {
-            *sum = simd.mul_add_e_f64s(re[v], sample[v], *sum);
-            *sum = simd.mul_add_e_f64s(im[v], sample[2 + v], *sum);
-            re[v] = simd.add_f64s(re[v], slope_re[v]);
-            im[v] = simd.add_f64s(im[v], slope_im[v]);
-        }
-    }
-    S::as_mut_simd_f64s(&mut path.now.re[own.clone()]).0.copy_from_slice(&re);
-    S::as_mut_simd_f64s(&mut path.now.im[own]).0.copy_from_slice(&im);
 }

@@ -129,7 +129,18 @@ impl ModalSource {
     /// H \[Pa s²/kg^½·m\], pressure per modal acceleration without the delay, of every mode at a place
     /// [m, frame of the body]; within the bounding sphere that on it.
     pub fn transfers(&self, place: DVec3, memory: &mut TransferMemory, values: &mut Vec<Complex64>) {
-        self.transfers.evaluate(place / self.model.radius, memory, values);
+        self.transfers_of(place, |_| true, memory, values);
+    }
+
+    /// The same for some modes; 0 for the others.
+    pub(super) fn transfers_of(
+        &self,
+        place: DVec3,
+        wanted: impl Fn(usize) -> bool,
+        memory: &mut TransferMemory,
+        values: &mut Vec<Complex64>,
+    ) {
+        self.transfers.evaluate_some(place / self.model.radius, wanted, memory, values);
         let scale = self.model.medium.density * self.model.radius;
         values.iter_mut().for_each(|value| *value *= scale);
     }

@@ -122,6 +122,17 @@ impl TransferEvaluator {
 
     /// [`ModalTransfer::undelayed`] of every mode at `x`, in units of R; inside the sphere of radius R that on it.
     pub fn evaluate(&self, x: DVec3, memory: &mut TransferMemory, values: &mut Vec<Complex64>) {
+        self.evaluate_some(x, |_| true, memory, values);
+    }
+
+    /// The same for the modes that are `wanted`; 0 for the others.
+    pub(super) fn evaluate_some(
+        &self,
+        x: DVec3,
+        wanted: impl Fn(usize) -> bool,
+        memory: &mut TransferMemory,
+        values: &mut Vec<Complex64>,
+    ) {
         let distance = x.length();
         let direction = if distance > 0.0 { x / distance } else { DVec3::Z };
         self.harmonics.evaluate(direction, &mut memory.harmonics);
@@ -136,28 +147,30 @@ impl TransferEvaluator {
             evaluator: self,
             rows: &memory.rows,
             inverse: 1.0 / distance.max(1.0),
+            wanted,
             values,
         });
     }
 }
 
 /// Sums up all modes, with the vector instructions of the machine.
-struct Summing<'a> {
+struct Summing<'a, W> {
     evaluator: &'a TransferEvaluator,
     rows: &'a [f64],
     inverse: f64,
+    wanted: W,
     values: &'a mut Vec<Complex64>,
 }
 
-impl WithSimd for Summing<'_> {
+impl<W: Fn(usize) -> bool> WithSimd for Summing<'_, W> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Summing { evaluator, rows, inverse, values } = self;
+        let Summing { evaluator, rows, inverse, wanted, values } = self;
         let rows = S::as_simd_f64s(rows).0;
-        for mode in &evaluator.modes {
-            let Some(order) = mode.order else {
+        for (index, mode) in evaluator.modes.iter().enumerate() {
+            let Some(order) = mode.order.filter(|_| wanted(index)) else {
                 values.push(Complex64::ZERO);
                 continue;
             };

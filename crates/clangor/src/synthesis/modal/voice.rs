@@ -2,19 +2,21 @@
 //!
 //! The modes run on the grid of the samples at which sound leaves the body, in blocks of about 4 ms. At each end of a
 //! block the place of every receiver in the frame of the body gives the transfers, which run on a straight line in
-//! between; where the direction turns fast for the highest order, a block has up to eight parts. What leaves is carried
+//! between; where the direction turns fast for the highest order, a block has up to eight parts. Modes that have
+//! died away cost nothing. What leaves is carried
 //! to the receiver by a delay that varies.
 
+mod stream;
+
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
 use num_complex::Complex64;
 
+use self::stream::Stream;
 use super::bank::ModalBank;
 use super::delay::{DelayLine, HALF_TAPS};
-use super::drive::{Course, Shaper};
 use super::source::ModalSource;
 use super::transfer::TransferMemory;
 use crate::body::BodyId;
@@ -26,8 +28,6 @@ use crate::synthesis::{RenderSettings, SynthesisError};
 const DELAYS: i64 = 4;
 /// Parts of a block between which transfers are computed, at most.
 const MAX_PARTS: usize = 8;
-/// Parts of a sample between which the impulses of a stream are not told apart.
-const FRACTIONS: i64 = 1024;
 /// By how much order × direction may turn between two transfers [rad].
 const TURN: f64 = 0.5;
 
@@ -67,27 +67,6 @@ struct Force {
     points: Vec<(DVec3, DVec3)>,
 }
 
-/// Gentle forces to come.
-struct Stream {
-    shaper: Shaper,
-    /// Courses of impulses at fractions of a sample, and by how much they begin earlier.
-    courses: BTreeMap<u64, (i64, Arc<Course>)>,
-    /// By first sample, the next one last.
-    forces: Vec<StreamForce>,
-    /// A time step \[samples\].
-    step: f64,
-    /// Whether contacts damp in the block at hand.
-    damping: bool,
-}
-
-struct StreamForce {
-    /// When it is first felt \[samples\].
-    first: i64,
-    /// When it acts, in parts of a sample, of which there are [`FRACTIONS`].
-    at: i64,
-    points: Vec<StreamPoint>,
-}
-
 /// From the body to a receiver, directly or by the floor.
 #[derive(Clone, Debug, Default)]
 struct Path {
@@ -96,7 +75,7 @@ struct Path {
     line: DelayLine,
     /// Place of the receiver for which the transfers are [m, frame of the body]; `None` where it hears nothing.
     place: Option<DVec3>,
-    /// Whether the transfers have been set since the modes were at rest.
+    /// Whether the transfers have been set since modes at rest woke.
     set: bool,
     /// Whether they have been set since the damping changed.
     fresh: bool,
@@ -105,7 +84,6 @@ struct Path {
 #[derive(Clone, Debug, Default)]
 struct Memory {
     amplitudes: Vec<f64>,
-    points: Vec<(DVec3, DVec3)>,
     transfers: Vec<Complex64>,
     evaluation: TransferMemory,
 }
@@ -203,42 +181,31 @@ impl<'a> ModalVoice<'a> {
     /// # Errors
     /// A time step that is not positive, forces of a time that has been rendered, a second stream.
     pub fn push_stream(&mut self, forces: &[StreamedForce], time_step: f64) -> Result<(), SynthesisError> {
-        let rate = self.settings.sample_rate.as_f64();
         let bad = |what, value, time| SynthesisError::BadClick { what, value, body: self.body, time };
         if !(time_step > 0.0 && time_step.is_finite()) || self.stream.is_some() {
             return Err(bad("the time step of a stream", time_step, self.settings.start));
         }
-        let (low, high) = self.settings.band();
-        let half_width = (0.5 * (high - low)).min(0.1 / time_step);
-        let centre = (0.5 * (low + high)).min(0.5 / time_step - half_width);
-        let shaper = Shaper::new(rate, centre, half_width);
-        let mut stream = Stream {
-            shaper,
-            courses: BTreeMap::new(),
-            forces: Vec::new(),
-            step: time_step * rate,
-            damping: false,
-        };
         for force in forces.iter().filter(|force| force.body == self.body) {
             let StreamedForce { time, points, .. } = force;
-            if !time.is_finite() || points.iter().any(|p| !p.place.is_finite() || !p.impulse.is_finite()) {
+            let good = |point: &StreamPoint| {
+                point.place.is_finite() && point.impulse.is_finite() && point.normal.is_finite()
+            };
+            if !(time.is_finite() && points.iter().all(good)) {
                 return Err(bad("a force of the stream", *time, *time));
             }
-            let at = ((time - self.settings.start) * rate * FRACTIONS as f64).round() as i64;
-            let first = at.div_euclid(FRACTIONS) - stream.shaper.reach();
-            if self.begun && first < self.bank.position() {
-                return Err(SynthesisError::Late { body: self.body, time: *time });
-            }
-            stream.forces.push(StreamForce { first, at, points: points.clone() });
         }
-        stream.forces.sort_by_key(|force| Reverse(force.first));
+        let own = forces.iter().filter(|force| force.body == self.body);
+        let stream = Stream::new(own, time_step, &self.settings);
+        if self.begun && stream.next().is_some_and(|first| first < self.bank.position()) {
+            return Err(SynthesisError::Late { body: self.body, time: self.settings.start });
+        }
         self.stream = Some(stream);
         Ok(())
     }
 
     /// The first sample at which a force to come is felt.
     fn next_force(&self) -> Option<i64> {
-        let streamed = self.stream.as_ref().and_then(|stream| stream.forces.last()).map(|force| force.first);
+        let streamed = self.stream.as_ref().and_then(Stream::next);
         self.forces.last().map(|force| force.first).into_iter().chain(streamed).min()
     }
 
@@ -314,7 +281,16 @@ impl<'a> ModalVoice<'a> {
             self.source.amplitudes(&force.points, &mut self.memory.amplitudes);
             self.bank.add_pulse(force.profile, force.onset, force.duration, &self.memory.amplitudes);
         }
-        self.take_stream(end);
+        if let Some(stream) = &mut self.stream
+            && stream.take(end, self.block, &self.source, &mut self.bank)
+        {
+            // How a mode is heard depends on its pole.
+            self.paths.iter_mut().for_each(|path| path.fresh = false);
+        }
+        if self.bank.take_woken() {
+            // What is at rest has no transfers.
+            self.paths.iter_mut().for_each(|path| path.set = false);
+        }
         let spacing = self.block / DELAYS;
         for p in 0..self.paths.len() {
             for i in 1..=DELAYS {
@@ -324,9 +300,8 @@ impl<'a> ModalVoice<'a> {
             }
         }
         if self.bank.is_silent() {
-            for (path, sent) in self.paths.iter_mut().zip(&mut self.sent) {
+            for sent in &mut self.sent {
                 sent.resize(sent.len() + self.block as usize, 0.0);
-                path.set = false;
             }
             self.bank.seek(end);
             return Ok(());
@@ -339,46 +314,6 @@ impl<'a> ModalVoice<'a> {
             self.bank.render((next - self.bank.position()) as usize, &mut self.sent);
         }
         Ok(())
-    }
-
-    /// Passes the gentle forces that are felt before `end` to the modes, and damps these by the contacts until then.
-    fn take_stream(&mut self, end: i64) {
-        let (Some(stream), Memory { amplitudes, points, .. }) = (&mut self.stream, &mut self.memory) else {
-            return;
-        };
-        let contact_damping = self.source.contact_damping() > 0.0;
-        let mut decay = vec![0.0; if contact_damping { self.source.resonances().len() } else { 0 }];
-        // Damping begins when the band-limited force does, a little early.
-        let part = stream.step / self.block as f64;
-        let mut touches = false;
-        while let Some(force) = stream.forces.pop_if(|force| force.first < end) {
-            if contact_damping {
-                touches = true;
-                for point in &force.points {
-                    self.source.add_contact_decay(point.place, point.normal, part, &mut decay);
-                }
-            }
-            points.clear();
-            points.extend(force.points.iter().map(|point| (point.place, point.impulse)));
-            if points.iter().all(|(_, impulse)| *impulse == DVec3::ZERO) {
-                continue;
-            }
-            let fraction = force.at.rem_euclid(FRACTIONS);
-            let shaper = &mut stream.shaper;
-            let (before, course) = stream.courses.entry(fraction as u64).or_insert_with(|| {
-                let (first, course) = shaper.impulse(fraction as f64 / FRACTIONS as f64);
-                (first, Arc::new(course))
-            });
-            let first = force.at.div_euclid(FRACTIONS) + *before;
-            self.source.amplitudes(points, amplitudes);
-            self.bank.add_course(first, Arc::clone(course), amplitudes);
-        }
-        if touches || stream.damping {
-            self.bank.set_added_damping(|mode| decay.get(mode).copied().unwrap_or(0.0));
-            stream.damping = touches;
-            // What is heard of a mode depends on its pole.
-            self.paths.iter_mut().for_each(|path| path.fresh = false);
-        }
     }
 
     /// Into how many parts a block that ends at `end` is to be divided.
@@ -409,7 +344,10 @@ impl<'a> ModalVoice<'a> {
             (path.place, path.set, path.fresh) = (place, true, true);
             let Memory { transfers, evaluation, .. } = &mut self.memory;
             match place {
-                Some(place) => self.source.transfers(place, evaluation, transfers),
+                Some(place) => {
+                    let bank = &self.bank;
+                    self.source.transfers_of(place, |mode| bank.rings(mode), evaluation, transfers);
+                }
                 None => {
                     transfers.clear();
                     transfers.resize(self.source.resonances().len(), Complex64::ZERO);

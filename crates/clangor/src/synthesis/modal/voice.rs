@@ -2,7 +2,7 @@
 //!
 //! The modes run on the grid of the samples at which sound leaves the body, in blocks of about 4 ms. At each end of a
 //! block the place of every receiver in the frame of the body gives the transfers, which run on a straight line in
-//! between; where the direction turns fast for the highest order, a block has up to eight parts. Modes that have
+//! between; where the direction turns fast for the highest order, a block has up to 32 parts. Modes that have
 //! died away cost nothing. What leaves is carried
 //! to the receiver by a delay that varies.
 
@@ -27,9 +27,9 @@ use crate::synthesis::{RenderSettings, SynthesisError};
 /// Delays that are computed within a block.
 const DELAYS: i64 = 4;
 /// Parts of a block between which transfers are computed, at most.
-const MAX_PARTS: usize = 8;
+const MAX_PARTS: usize = 32;
 /// By how much order × direction may turn between two transfers [rad].
-const TURN: f64 = 0.5;
+const TURN: f64 = 0.25;
 
 /// See the module.
 pub struct ModalVoice<'a> {

@@ -11,7 +11,8 @@
 //! Pressure follows acceleration, so a force at rest is silent. The sound leaves at t with the pose of that time and
 //! arrives at t + r/c, r the distance from the centre of mass: a moving body or receiver is heard with its Doppler
 //! shift. A rigid floor adds the mirrored source, as for clicks. The motion is slow against sound: factors
-//! 1 + O(v/c) in the level are left out.
+//! 1 + O(v/c) in the level are left out. A receiver in the bounding sphere of the body hears what is on the sphere in its
+//! direction, also inside the body.
 //!
 //! # Use
 //!

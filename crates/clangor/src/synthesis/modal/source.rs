@@ -6,6 +6,8 @@
 //! ```text
 //! η_rad = P/(ωE) = 2ωP,   ξ = ξ_material + η_rad/2
 //! ```
+//!
+//! Each mode by itself: that the air also couples modes of nearly one frequency is left out.
 
 use std::sync::Arc;
 

@@ -154,6 +154,15 @@ pub(super) struct Rolling {
     pub(super) time_step: f64,
 }
 
+/// A stretch of a voice.
+struct Played {
+    body: BodyId,
+    /// Pressure at each receiver \[Pa\].
+    channels: Vec<Vec<f64>>,
+    /// ∫ p² dt over all receivers [Pa² s].
+    energy: f64,
+}
+
 /// Voices in progress.
 pub(super) struct Voices<'a> {
     voices: Vec<(BodyId, ModalVoice<'a>)>,
@@ -175,7 +184,7 @@ impl Voices<'_> {
         while from < count {
             let length = (count - from).min(FRAMES);
             let (receivers, rate) = (self.receivers, self.rate);
-            let played: Vec<Option<(BodyId, Vec<Vec<f64>>, f64)>> = self
+            let played: Vec<Option<Played>> = self
                 .voices
                 .par_iter_mut()
                 .map(|(id, voice)| {
@@ -186,11 +195,11 @@ impl Voices<'_> {
                     let mut own = vec![vec![0.0; length as usize]; receivers];
                     voice.render_block(first + from, &mut own)?;
                     let energy = own.iter().flatten().map(|p| p * p).sum::<f64>() / rate;
-                    Ok(Some((*id, own, energy)))
+                    Ok(Some(Played { body: *id, channels: own, energy }))
                 })
                 .collect::<Result<_, SynthesisError>>()?;
-            for (id, own, energy) in played.into_iter().flatten() {
-                *self.energies.entry(id).or_default() += energy;
+            for Played { body, channels: own, energy } in played.into_iter().flatten() {
+                *self.energies.entry(body).or_default() += energy;
                 for (channel, own) in channels.iter_mut().zip(own) {
                     let part = &mut channel[from as usize..(from + length) as usize];
                     part.iter_mut().zip(own).for_each(|(sum, p)| *sum += p);

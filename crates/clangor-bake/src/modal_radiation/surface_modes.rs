@@ -47,7 +47,7 @@ pub enum SurfaceModes {
     /// By boundary elements.
     Triangles(TriangleModes),
     /// By finite differences in time.
-    Waves(WaveModes),
+    Waves(Box<WaveModes>),
 }
 
 impl SurfaceModes {
@@ -71,7 +71,7 @@ impl SurfaceModes {
                     let spread = |i: usize| (i as f64 + 0.5) / modes as f64 * highest;
                     let wavenumbers: Vec<f64> = (0..modes).map(spread).collect();
                     if !fits || elements > PREFERENCE * waves.updates(&wavenumbers) / UPDATES {
-                        return Ok(SurfaceModes::Waves(waves));
+                        return Ok(SurfaceModes::Waves(Box::new(waves)));
                     }
                 }
                 Err(error) if !fits => return Err(error.into()),

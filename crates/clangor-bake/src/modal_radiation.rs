@@ -18,6 +18,7 @@ use clangor::model::modal_model::ModalTransfer;
 use clangor::model::modal_surface::ModalSurface;
 use glam::DVec3;
 
+use crate::helmholtz::galerkin::MOST_ORDER;
 use crate::radiation::RadiationError;
 
 /// A mode to be radiated.
@@ -44,9 +45,14 @@ pub trait ModalSolver {
     ) -> Result<Vec<ModalTransfer>, RadiationError>;
 }
 
-/// Whether every mode moves every node of a surface that has faces.
+/// Whether every mode moves every node of a surface that has faces, and needs no more multipoles than are computed.
 fn check(surface: &ModalSurface, motions: &[ModalMotion<'_>]) -> Result<(), RadiationError> {
     let nodes = surface.nodes.len();
+    let orders = |motion: &ModalMotion<'_>| (motion.wavenumber * surface.radius() + 4.0).ceil() as usize;
+    if let Some(motion) = motions.iter().find(|motion| orders(motion) > MOST_ORDER) {
+        let (order, wavenumber) = (orders(motion), motion.wavenumber);
+        return Err(RadiationError::Orders { order, most: MOST_ORDER, wavenumber });
+    }
     match motions.iter().find(|motion| motion.shape.len() != nodes) {
         Some(motion) => Err(RadiationError::Shape { given: motion.shape.len(), nodes }),
         None if surface.triangles.is_empty() && !motions.is_empty() => Err(RadiationError::Empty),

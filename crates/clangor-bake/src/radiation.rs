@@ -42,6 +42,18 @@ pub enum RadiationError {
         /// Nodes of the surface.
         nodes: usize,
     },
+    /// More multipoles than are computed.
+    #[error(
+        "a mode at {wavenumber:.4e} 1/m needs multipoles to order {order}, more than the {most} that are computed"
+    )]
+    Orders {
+        /// Order needed, about kR.
+        order: usize,
+        /// Highest order.
+        most: usize,
+        /// Wavenumber k [1/m].
+        wavenumber: f64,
+    },
     /// Stopped by the caller.
     #[error("interrupted")]
     Interrupted,

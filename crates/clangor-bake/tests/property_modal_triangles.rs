@@ -206,6 +206,9 @@ fn bad_input_and_interruption_are_errors() {
     assert_eq!(solver.transfers(&nothing, &motions, &mut go_on), Err(RadiationError::Empty));
     let other = solver.transfers(&ModalSurface::default(), &motions, &mut go_on);
     assert_eq!(other, Err(RadiationError::Shape { given: shape.len(), nodes: 0 }));
+    let fast = [ModalMotion { wavenumber: 1e3, shape: &shape }];
+    let refused = solver.transfers(&surface, &fast, &mut go_on);
+    assert!(matches!(refused, Err(RadiationError::Orders { .. })));
     let open = TriMesh { vertices: sphere.vertices.clone(), triangles: sphere.triangles[1..].to_vec() };
     assert!(TriangleModes::try_new(&open, 1.0, 0.05).is_err());
     assert!(TriangleModes::try_new(&sphere, f64::NAN, 0.05).is_err());

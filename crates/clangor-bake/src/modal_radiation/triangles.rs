@@ -12,6 +12,9 @@
 //! Each octave has its own mesh, as fine as its waves, the walls and the edges ask for
 //! ([`resolution`](crate::remesh::resolution)); bending waves, which may be shorter than the waves in air, need no mesh,
 //! only a quadrature ([`SurfaceLoads`]). Mirror planes divide the systems; a mode has one parity, mostly.
+//!
+//! The power is too low by 0.2 % where nine edges are on a wave and by 1.7 % where five are; six at least are asked for. The
+//! error grows with k^3.5 (spheres of 1280 triangles, n ≤ 5; tests/analytic_modal_sphere_flat.rs).
 
 use std::ops::ControlFlow;
 

@@ -25,8 +25,9 @@ use super::{ClassSystem, GalerkinSolver, narrow, widen};
 use crate::quadrature::gauss_legendre;
 use crate::radiation::RadiationError;
 
-/// Part of a motion in a parity class below which it is the mesh that is not symmetric, not the motion.
-const ABSENT: f64 = 3e-3;
+/// Part of a motion in a parity class below which it is the mesh of the elements that is not symmetric, not the body: in
+/// power, 4e-4.
+const ABSENT: f64 = 0.02;
 
 /// Highest order of the multipoles: (2n − 1)!! above is not a number.
 pub const MOST_ORDER: usize = 120;

@@ -10,6 +10,7 @@ pub mod surface_loads;
 pub mod surface_modes;
 pub mod surface_motion;
 pub mod triangles;
+mod truncation;
 pub mod waves;
 
 use std::ops::ControlFlow;

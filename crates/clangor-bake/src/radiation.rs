@@ -34,6 +34,14 @@ pub enum RadiationError {
     /// Nothing that could move.
     #[error("the surface has no triangles")]
     Empty,
+    /// A solver for another body than the one whose modes it is given.
+    #[error("a body of {radius:.4} m is {distance:.4} m from the surface whose modes it is to radiate")]
+    OffSurface {
+        /// Largest distance between the two surfaces \[m\].
+        distance: f64,
+        /// Bounding radius \[m\].
+        radius: f64,
+    },
     /// A mode that does not say how every node moves.
     #[error("a mode moves {given} nodes of a surface that has {nodes}")]
     Shape {

@@ -100,7 +100,8 @@ fn orders_around_the_axis_radiate_as_they_should() {
         }
     }
     println!("surface {on_surface:.1e}, away {away:.1e}");
-    assert!(on_surface < 1e-4 && away < 1e-4, "{on_surface:e} {away:e}");
+    // Residuals seen: 5.5e-7, 1.1e-6.
+    assert!(on_surface < 1e-5 && away < 1e-5, "{on_surface:e} {away:e}");
 }
 
 #[test]
@@ -152,5 +153,6 @@ fn modes_of_a_sphere_radiate_as_they_should() {
             }
         }
     }
+    // Residual seen: 4e-4, of the elements of the surface.
     assert!(worst < 1e-3, "{worst:e}");
 }

@@ -13,7 +13,7 @@ use clangor_bake::helmholtz::revolution::azimuthal::{AzimuthalSolver, RingWave, 
 use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::modal_radiation::round::RoundSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::radiation::{RadiationSample, RadiationSolver};
+use clangor_bake::radiation::{RadiationError, RadiationSample, RadiationSolver};
 use clangor_bake::tetrahedra::shape_mesh;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -51,34 +51,61 @@ fn field(sample: &RadiationSample, degree: usize, radius: f64, x: DVec3) -> Comp
     (0..=order).map(|n| (n * n..count(n)).map(|i| c[i] * harmonics[i]).sum::<Complex64>() * waves[n]).sum()
 }
 
+/// Power at the surface over that of the multipoles, less 1, of a motion along the axis.
+fn power_balance(solver: &AzimuthalSolver, wavenumber: f64, m: usize, radius: f64) -> f64 {
+    let mesh = solver.mesh(wavenumber).expect("panels");
+    let acceleration: Vec<f64> = mesh
+        .nodes()
+        .map(|node| {
+            let x = node.position / radius;
+            (node.normal.y + 0.3 * node.normal.x) * x.x.powi(m as i32) * (8.0 * x.x).cos()
+        })
+        .collect();
+    let wave = RingWave { wavenumber, order: m, accelerations: vec![acceleration.clone()] };
+    let field = solver.solve(&mesh, &[wave]).expect("fields").remove(0).remove(0);
+    let near: f64 = mesh
+        .nodes()
+        .zip(&acceleration)
+        .zip(&field.pressure)
+        // ½ Re(p v*), v = a/(iω).
+        .map(|((node, a), p)| -0.5 / wavenumber * p.im * a * turn_square(m) * node.position.x * node.length)
+        .sum();
+    let order = field.coefficients.len() - 1;
+    let mut coefficients = vec![Complex64::ZERO; count(order)];
+    for (n, c) in field.coefficients.iter().enumerate() {
+        coefficients[n * n] = c / radius;
+    }
+    near / (ModalTransfer { order, coefficients }.power(wavenumber * radius) * radius.powi(4)) - 1.0
+}
+
 #[test]
 fn a_rigid_translation_sounds_like_acceleration_noise() {
-    for (name, edge, wavenumber) in [("coin", 2e-3, 300.0), ("bowl", 4e-3, 100.0)] {
+    for (name, edge, wavenumber) in [("coin", 2e-3, 300.0), ("bowl", 6e-3, 100.0)] {
         let (meridian, surface) = body(name, edge);
         let solver = RevolutionSolver::new(&meridian, DVec3::Y, RevolutionOptions::new(wavenumber));
         let sample = solver.solve(&[wavenumber], 20).expect("a field").remove(0);
         let directions = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(0.36, 0.48, -0.8)];
-        let shapes: Vec<Vec<DVec3>> = directions.iter().map(|d| vec![*d; surface.nodes.len()]).collect();
+        let mut shapes: Vec<Vec<DVec3>> = directions.iter().map(|d| vec![*d; surface.nodes.len()]).collect();
+        shapes.push(surface.nodes.iter().map(|x| DVec3::Y.cross(*x)).collect());
+        let found = transfers(&meridian, &surface, wavenumber, &shapes);
         let radius = surface.radius();
-        for (direction, shape) in directions.iter().zip(&shapes) {
-            let transfer = transfers(&meridian, &surface, wavenumber, std::slice::from_ref(shape)).remove(0);
-            let at = DVec3::new(0.7, -1.9, 2.3) * radius;
+        let at = DVec3::new(0.7, -1.9, 2.3) * radius;
+        let along = |d: usize| field(&sample, d, solver.reference_radius(), at);
+        let loudest = (0..3).map(|d| along(d).norm()).fold(0.0, f64::max);
+        for (direction, transfer) in directions.iter().zip(&found) {
             let found = transfer.undelayed(at / radius, wavenumber * radius) * radius;
-            let part = |d: usize| field(&sample, d, solver.reference_radius(), at) * direction[d];
-            let expected: Complex64 = (0..3).map(part).sum();
-            let loudest =
-                (0..3).map(|d| field(&sample, d, solver.reference_radius(), at).norm()).fold(0.0, f64::max);
+            let expected: Complex64 = (0..3).map(|d| along(d) * direction[d]).sum();
             let error = (found - expected).norm() / loudest;
             println!("{name} {direction}: {error:.1e}");
+            // Residual seen: 2e-4 of the bowl, whose surface is made of straight edges.
             assert!(error < 1e-3, "{name} {direction}: {found} {expected}");
         }
         // Turning about the axis pushes no air.
-        let turn: Vec<DVec3> = surface.nodes.iter().map(|x| DVec3::Y.cross(*x)).collect();
-        let silent = &transfers(&meridian, &surface, wavenumber, &[turn])[0];
-        let loud = &transfers(&meridian, &surface, wavenumber, &shapes[1..2])[0];
-        let ratio = silent.power(wavenumber * radius) / (radius * radius * loud.power(wavenumber * radius));
+        let power = |i: usize| found[i].power(wavenumber * radius);
+        let ratio = power(4) / (radius * radius * power(1));
         println!("{name} turning: {ratio:.1e}");
-        assert!(ratio < 1e-8, "{name}: {ratio:e}");
+        // Residual seen: 4e-20 of the coin.
+        assert!(ratio < 1e-6, "{name}: {ratio:e}");
     }
 }
 
@@ -129,33 +156,26 @@ fn power_leaves_the_surface_as_it_arrives_far_away() {
         let radius = meridian.bounding_radius();
         let solver = AzimuthalSolver::new(&meridian, radius, RevolutionOptions::new(0.0));
         let wavenumber = kr / radius;
-        let mesh = solver.mesh(wavenumber).expect("panels");
-        let acceleration: Vec<f64> = mesh
-            .nodes()
-            .map(|node| {
-                let x = node.position / radius;
-                node.normal.y * x.x.powi(m as i32) * (8.0 * x.x).cos()
-            })
-            .collect();
-        let wave = RingWave { wavenumber, order: m, accelerations: vec![acceleration.clone()] };
-        let field = solver.solve(&mesh, &[wave]).expect("fields").remove(0).remove(0);
-        let near: f64 = mesh
-            .nodes()
-            .zip(&acceleration)
-            .zip(&field.pressure)
-            // ½ Re(p v*), v = a/(iω).
-            .map(|((node, a), p)| {
-                -0.5 / wavenumber * p.im * a * turn_square(m) * node.position.x * node.length
-            })
-            .sum();
-        let order = field.coefficients.len() - 1;
-        let mut coefficients = vec![Complex64::ZERO; count(order)];
-        for (n, c) in field.coefficients.iter().enumerate() {
-            coefficients[n * n] = c / radius;
-        }
-        let far = ModalTransfer { order, coefficients }.power(kr) * radius.powi(4);
-        println!("{name} kR {kr} m {m}: {:.1e}", near / far - 1.0);
-        assert!((near / far - 1.0).abs() < 1e-3, "{name} {m}: {near:e} {far:e}");
+        let balance = power_balance(&solver, wavenumber, m, radius);
+        println!("{name} kR {kr} m {m}: {balance:.1e}");
+        // Residual seen: 2e-7.
+        assert!(balance.abs() < 1e-3, "{name} {m}: {balance:e}");
+    }
+}
+#[test]
+fn resonances_inside_a_thick_body_are_not_heard() {
+    // Radius 1, height 1: k² = j_ms² + (πl)². Power is lost or made there if the pressure is not the right one.
+    let zeros = [(0, 2.404_825_557_695_773), (1, 3.831_705_970_207_512), (2, 5.135_622_301_840_683)];
+    let shape = Shape::parse("cylinder:1x1").expect("a shape");
+    let meridian = shape.meridian().expect("a body of revolution").about_centre_of_mass();
+    let radius = meridian.bounding_radius();
+    let solver = AzimuthalSolver::new(&meridian, radius, RevolutionOptions::new(0.0));
+    for ((m, zero), level) in zeros.into_iter().flat_map(|z| [(z, 1.0), (z, 2.0), (z, 5.0)]) {
+        let wavenumber = f64::hypot(zero, level * std::f64::consts::PI);
+        let balance = power_balance(&solver, wavenumber, m, radius);
+        println!("cylinder m {m} k {wavenumber:.3}: {balance:.1e}");
+        // Residual seen: 4e-8.
+        assert!(balance.abs() < 1e-3, "m {m} k {wavenumber}: {balance:e}");
     }
 }
 
@@ -168,6 +188,16 @@ fn a_caller_may_stop_and_nothing_is_no_matter() {
     assert!(solver.transfers(&surface, &motions, &mut |_| ControlFlow::Break(())).is_err());
     let none = solver.transfers(&surface, &[], &mut |_| ControlFlow::Continue(())).expect("nothing");
     assert!(none.is_empty());
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let empty =
+        solver.transfers(&ModalSurface::default(), &[ModalMotion { wavenumber: TAU, shape: &[] }], go_on);
+    assert_eq!(empty, Err(RadiationError::Empty));
+    let backwards = [ModalMotion { wavenumber: -TAU, shape: &shape }];
+    assert!(matches!(solver.transfers(&surface, &backwards, go_on), Err(RadiationError::NotFinite { .. })));
+    let other = Shape::parse("coin:0.02x0.002").expect("a shape").meridian().expect("a meridian");
+    let other =
+        RoundSolver::new(&other.about_centre_of_mass(), DVec3::Y).transfers(&surface, &motions, go_on);
+    assert!(matches!(other, Err(RadiationError::OffSurface { .. })), "{other:?}");
     let still = vec![DVec3::ZERO; surface.nodes.len()];
     let silent = &transfers(&meridian, &surface, TAU, &[still])[0];
     assert!(silent.coefficients.iter().all(|c| *c == Complex64::ZERO));

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A mode of a perfect body has one m, and comes in pairs, C and S, but for m = 0. Modes of a mesh have a little of other
-//! orders, which the body has not; what is less than [`LEAST_SHARE`] of the power is left out, else a little of m = 0
+//! orders, which the body has not; what is less than a thousandth of the power is left out, else a little of m = 0
 //! would outshout a high m that hardly radiates. Each C_m and S_m is a field of
 //! [`azimuthal`](crate::helmholtz::revolution::azimuthal) waves; modes of the same frequency and order share the matrix.
 //!
@@ -18,18 +18,21 @@ mod harmonic_rotation;
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use clangor::geometry::meridian::Meridian;
 use clangor::model::modal_model::ModalTransfer;
 use clangor::model::modal_surface::ModalSurface;
 use clangor::model::spherical_harmonics::count;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
+use realfft::{RealFftPlanner, RealToComplex};
 
 use self::harmonic_rotation::{HarmonicRotation, place};
 use super::surface_motion::{MotionSampler, balance, volume_flux};
-use super::{ModalMotion, ModalSolver};
+use super::truncation::last_order;
+use super::{ModalMotion, ModalSolver, check};
 use crate::helmholtz::revolution::RevolutionOptions;
 use crate::helmholtz::revolution::azimuthal::{AzimuthalSolver, MeridianMesh, MeridianNode, RingWave};
 use crate::radiation::RadiationError;
@@ -37,15 +40,15 @@ use crate::radiation::RadiationError;
 /// Share of ∫ (U·n)² dS below which an order is taken for an accident of the mesh.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// ∫ (U·n)² dS over ∫ |U|² dS below which nothing pushes the air.
-const LEAST_PUSH: f64 = 1e-16;
+/// ∫ (U·n)² dS of an order over ∫ |U|² dS below which nothing pushes the air: what the flat faces of a mesh make of a motion
+/// along the surface.
+const LEAST_PUSH: f64 = 1e-7;
 
 /// Relative distance of wavenumbers that are the same.
 const SAME: f64 = 1e-6;
 
-/// Radiated power that may be dropped with the highest multipoles, as a part of all: an error of 1e-3 of the pressure. Two
-/// orders more than 1e-4 takes.
-const DROPPED_POWER: f64 = 1e-6;
+/// Distance of the meridian from the surface, in bounding radii, from which they are not the same body's.
+const FARTHEST: f64 = 0.05;
 
 /// Samples around the axis per edge of the surface on the widest ring, and their limits.
 const SAMPLES_PER_EDGE: f64 = 4.0;
@@ -76,25 +79,35 @@ impl RoundSolver {
     }
 }
 
-/// Normal motions of all modes, order by order.
-struct OrderSamples {
+/// Where normal motions are sampled: on rings through the nodes of the finest panels that any mode may need.
+struct Rings {
     mesh: MeridianMesh,
-    /// ∫ dS share of each node, without the angle: 2π r ds \[m²\].
+    /// 2π r ds of each node \[m²\].
     areas: Vec<f64>,
-    /// C_m and S_m at the nodes for each mode and order.
-    parts: Vec<Vec<[Vec<f64>; 2]>>,
-    /// ∫ |U|² dS of each mode.
-    squares: Vec<f64>,
+    sampler: MotionSampler,
+    /// Outward normals at the samples, ring after ring.
+    normals: Vec<DVec3>,
+    fourier: Arc<dyn RealToComplex<f64>>,
 }
 
-/// Waves to be solved, and whose they are.
+/// C_m and S_m at the nodes, order by order.
+type Parts = Vec<[Vec<f64>; 2]>;
+
+/// Waves to be solved: one order of the modes of one frequency.
 struct Job {
     /// k [1/m] of the body's motion, and what the panels are to resolve.
     wavenumber: f64,
     fineness: f64,
     order: usize,
-    /// Mode and whether it is its sine part.
-    parts: Vec<(usize, bool)>,
+    parts: Vec<Part>,
+}
+
+/// C_m or S_m of a mode.
+struct Part {
+    mode: usize,
+    is_sine: bool,
+    /// At the nodes of the rings.
+    motion: Vec<f64>,
 }
 
 /// Modes of the same frequency.
@@ -110,19 +123,25 @@ impl ModalSolver for RoundSolver {
         motions: &[ModalMotion<'_>],
         progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<Vec<ModalTransfer>, RadiationError> {
-        let silent = || ModalTransfer { order: 0, coefficients: vec![Complex64::ZERO] };
-        if motions.is_empty() || surface.triangles.is_empty() {
-            return Ok(motions.iter().map(|_| silent()).collect());
+        check(surface, motions)?;
+        if motions.is_empty() {
+            return Ok(Vec::new());
+        }
+        let is_wave = |motion: &ModalMotion<'_>| motion.wavenumber >= 0.0 && motion.wavenumber.is_finite();
+        if let Some(ModalMotion { wavenumber, .. }) = motions.iter().find(|motion| !is_wave(motion)) {
+            return Err(RadiationError::NotFinite { wavenumber: *wavenumber });
         }
         let radius = surface.radius();
         let solver = AzimuthalSolver::new(&self.meridian, radius, self.options);
-        let samples = self.samples(&solver, surface, motions)?;
+        let highest = motions.iter().map(|m| m.wavenumber).fold(0.0, f64::max);
+        let rings = self.rings(&solver, surface, highest)?;
         let clusters = clusters(motions);
-        let mut jobs = jobs(&samples, &clusters);
+        let mut jobs: Vec<Job> =
+            clusters.par_iter().flat_map_iter(|cluster| rings.jobs(cluster, motions)).collect();
         jobs.sort_by(|a, b| b.fineness.total_cmp(&a.fineness));
         let mut waiting = vec![0_usize; motions.len()];
-        for (mode, _) in jobs.iter().flat_map(|job| &job.parts) {
-            waiting[*mode] += 1;
+        for part in jobs.iter().flat_map(|job| &job.parts) {
+            waiting[part.mode] += 1;
         }
         let fluxes: Vec<f64> = motions.par_iter().map(|motion| volume_flux(surface, motion.shape)).collect();
         // About the axis of the body, with as many orders as each mode got.
@@ -140,11 +159,10 @@ impl ModalSolver for RoundSolver {
             let waves: Vec<RingWave> = batch
                 .par_iter()
                 .map(|job| {
-                    let acceleration = |(mode, is_sine): &(usize, bool)| {
-                        let own = &samples.parts[*mode][job.order][usize::from(*is_sine)];
-                        let mut values = samples.mesh.interpolate(own, &mesh);
+                    let acceleration = |part: &Part| {
+                        let mut values = rings.mesh.interpolate(&part.motion, &mesh);
                         if job.order == 0 {
-                            balance(&mut values, &areas, fluxes[*mode]);
+                            balance(&mut values, &areas, fluxes[part.mode]);
                         }
                         values
                     };
@@ -156,15 +174,15 @@ impl ModalSolver for RoundSolver {
                 })
                 .collect();
             for (job, fields) in batch.iter().zip(solver.solve(&mesh, &waves)?) {
-                for ((mode, is_sine), field) in job.parts.iter().zip(fields) {
-                    let own = &mut about_axis[*mode];
+                for (part, field) in job.parts.iter().zip(fields) {
+                    let own = &mut about_axis[part.mode];
                     if own.len() < count(field.coefficients.len() - 1) {
                         own.resize(count(field.coefficients.len() - 1), Complex64::ZERO);
                     }
                     for (n, c) in field.coefficients.iter().enumerate().skip(job.order) {
-                        own[place(n, job.order, *is_sine)] += c / radius;
+                        own[place(n, job.order, part.is_sine)] += c / radius;
                     }
-                    waiting[*mode] -= 1;
+                    waiting[part.mode] -= 1;
                 }
             }
         }
@@ -177,14 +195,13 @@ impl ModalSolver for RoundSolver {
 }
 
 impl RoundSolver {
-    /// Samples the motions on the finest panels that any mode may need, and splits them.
-    fn samples(
+    /// Where motions up to a wavenumber [1/m] are sampled.
+    fn rings(
         &self,
         solver: &AzimuthalSolver,
         surface: &ModalSurface,
-        motions: &[ModalMotion<'_>],
-    ) -> Result<OrderSamples, RadiationError> {
-        let highest = motions.iter().map(|m| m.wavenumber).fold(0.0, f64::max);
+        highest: f64,
+    ) -> Result<Rings, RadiationError> {
         let edge = mean_edge(surface);
         // Two elements span half a wave or more.
         let mesh = solver.mesh(highest.max(TAU / (4.0 * edge)))?;
@@ -195,32 +212,26 @@ impl RoundSolver {
             .next_multiple_of(8);
         let turns: Vec<(f64, f64)> =
             (0..angles).map(|k| (TAU * k as f64 / angles as f64).sin_cos()).collect();
-        let at = |p: glam::DVec2, (sin, cos): (f64, f64)| self.frame * DVec3::new(p.x * cos, p.x * sin, p.y);
-        let on_rings = |of: &dyn Fn(&MeridianNode) -> glam::DVec2| -> Vec<DVec3> {
-            nodes.iter().flat_map(|node| turns.iter().map(|turn| at(of(node), *turn))).collect()
+        let on_rings = |of: fn(&MeridianNode) -> DVec2| -> Vec<DVec3> {
+            let at = |p: DVec2, (sin, cos): (f64, f64)| self.frame * DVec3::new(p.x * cos, p.x * sin, p.y);
+            nodes.iter().flat_map(|node| turns.iter().map(move |turn| at(of(node), *turn))).collect()
         };
-        let points = on_rings(&|node| node.position);
-        let normals = on_rings(&|node| node.normal);
-        let Some(sampler) = MotionSampler::new(surface, &points) else {
-            return Err(RadiationError::NotFinite { wavenumber: highest });
-        };
-        let areas: Vec<f64> = nodes.iter().map(|node| area(*node)).collect();
-        let orders = angles / 4;
-        let share = |i: usize| areas[i / angles] / angles as f64;
-        let split: Vec<(f64, Vec<[Vec<f64>; 2]>)> = motions
-            .par_iter()
-            .map(|motion| {
-                let moved = sampler.motions(motion.shape);
-                let square = moved.iter().enumerate().map(|(i, u)| u.length_squared() * share(i)).sum();
-                let values: Vec<f64> = moved.iter().zip(&normals).map(|(u, n)| u.dot(*n)).collect();
-                (square, split_orders(&values, &turns, orders))
-            })
-            .collect();
-        let (squares, parts) = split.into_iter().unzip();
-        Ok(OrderSamples { mesh, areas, parts, squares })
+        let points = on_rings(|node| node.position);
+        let sampler = MotionSampler::new(surface, &points).ok_or(RadiationError::Empty)?;
+        let (distance, radius) = (sampler.farthest(), surface.radius());
+        if distance > FARTHEST * radius {
+            return Err(RadiationError::OffSurface { distance, radius });
+        }
+        Ok(Rings {
+            areas: nodes.iter().map(|node| area(*node)).collect(),
+            normals: on_rings(|node| node.normal),
+            fourier: RealFftPlanner::new().plan_fft_forward(angles),
+            mesh,
+            sampler,
+        })
     }
 
-    /// The coefficients in the axes of the body, with as many orders as radiate.
+    /// The coefficients in the axes of the body, with as many orders as count.
     fn turned(
         &self,
         about_axis: Vec<Vec<Complex64>>,
@@ -231,7 +242,7 @@ impl RoundSolver {
         for cluster in clusters {
             let of: Vec<&[Complex64]> =
                 cluster.modes.iter().map(|mode| about_axis[*mode].as_slice()).collect();
-            let order = loudest_order(&of, cluster.wavenumber * radius);
+            let order = last_order(&of, cluster.wavenumber * radius);
             cluster.modes.iter().for_each(|mode| orders[*mode] = order);
         }
         let rotation = HarmonicRotation::new(self.frame, orders.iter().copied().max().unwrap_or(0));
@@ -258,27 +269,6 @@ fn mean_edge(surface: &ModalSurface) -> f64 {
     surface.triangles.iter().map(around).sum::<f64>() / surface.triangles.len() as f64
 }
 
-/// C_m and S_m, m below `orders`, at each node from values at equal angles, which run fastest.
-fn split_orders(values: &[f64], turns: &[(f64, f64)], orders: usize) -> Vec<[Vec<f64>; 2]> {
-    let angles = turns.len();
-    (0..orders)
-        .map(|m| {
-            let factor = if m == 0 { 1.0 } else { 2.0 } / angles as f64;
-            let rings = values.chunks_exact(angles);
-            rings
-                .map(|ring| {
-                    let sums = ring.iter().enumerate().fold((0.0, 0.0), |(c, s), (k, u)| {
-                        let (sin, cos) = turns[(m * k) % angles];
-                        (c + u * cos, s + u * sin)
-                    });
-                    (factor * sums.0, factor * sums.1)
-                })
-                .unzip()
-        })
-        .map(|(cosine, sine): (Vec<f64>, Vec<f64>)| [cosine, sine])
-        .collect()
-}
-
 /// Modes of the same frequency together.
 fn clusters(motions: &[ModalMotion<'_>]) -> Vec<Cluster> {
     let mut ascending: Vec<usize> = (0..motions.len()).collect();
@@ -295,71 +285,69 @@ fn clusters(motions: &[ModalMotion<'_>]) -> Vec<Cluster> {
         .collect()
 }
 
-/// What has to be solved.
-///
-/// Orders are chosen for all modes of a frequency together, so that it does not matter which of a degenerate pair's many
-/// bases it is.
-fn jobs(samples: &OrderSamples, clusters: &[Cluster]) -> Vec<Job> {
-    let widest = samples.mesh.nodes().map(|node| node.position.x).fold(0.0, f64::max);
-    let of_cluster = |cluster: &Cluster| -> Vec<Job> {
-        let orders = samples.parts[cluster.modes[0]].len();
+impl Rings {
+    /// What has to be solved of the modes of one frequency.
+    ///
+    /// Orders are chosen for all of them together, so that it does not matter which of a degenerate pair's many bases it is.
+    fn jobs(&self, cluster: &Cluster, motions: &[ModalMotion<'_>]) -> Vec<Job> {
+        let (squares, mut modes): (Vec<f64>, Vec<Parts>) =
+            cluster.modes.iter().map(|mode| self.split(motions[*mode].shape)).unzip();
+        let square = |values: &[f64]| values.iter().zip(&self.areas).map(|(u, a)| u * u * a).sum::<f64>();
         let power = |m: usize| -> f64 {
             let turn = if m == 0 { 1.0 } else { 0.5 };
-            let own = cluster.modes.iter().flat_map(|mode| &samples.parts[*mode][m]);
-            own.map(|values| {
-                values.iter().zip(&samples.areas).map(|(u, area)| turn * u * u * area).sum::<f64>()
-            })
-            .sum()
+            modes.iter().flat_map(|parts| &parts[m]).map(|values| turn * square(values)).sum()
         };
-        let powers: Vec<f64> = (0..orders).map(power).collect();
-        let moved: f64 = cluster.modes.iter().map(|mode| samples.squares[*mode]).sum();
-        let least = (LEAST_SHARE * powers.iter().sum::<f64>()).max(LEAST_PUSH * moved);
-        (0..orders)
-            .filter(|m| powers[*m] > least)
-            .map(|order| {
-                let is_sine: &[bool] = if order == 0 { &[false] } else { &[false, true] };
-                let parts: Vec<(usize, bool)> =
-                    cluster.modes.iter().flat_map(|mode| is_sine.iter().map(|s| (*mode, *s))).collect();
-                let own = |(mode, is_sine): &(usize, bool)| {
-                    samples.parts[*mode][order][usize::from(*is_sine)].as_slice()
-                };
-                let slopes: f64 = parts.iter().map(|part| samples.mesh.slope_square(own(part))).sum();
-                let squares: f64 = parts
-                    .iter()
-                    .flat_map(|part| own(part).iter().zip(&samples.areas))
-                    .map(|(u, area)| u * u * area / TAU)
-                    .sum();
-                let bending = (slopes / squares).sqrt();
-                let wavenumber = cluster.wavenumber;
-                let fineness = wavenumber.max(bending).max(order as f64 / widest);
-                Job { wavenumber, fineness, order, parts }
-            })
-            .collect()
-    };
-    clusters.par_iter().flat_map_iter(of_cluster).collect()
-}
-
-/// The smallest order above which next to no power is radiated, by all of some modes together.
-fn loudest_order(modes: &[&[Complex64]], wavenumber: f64) -> usize {
-    let order = modes.iter().map(|c| (c.len() as f64).sqrt().round() as usize - 1).max().unwrap_or(0);
-    // The power of one n: that of a transfer that has no other.
-    let power = |n: usize| -> f64 {
-        let of_mode = |mode: &&[Complex64]| {
-            let mut coefficients = vec![Complex64::ZERO; count(n)];
-            let own = n * n..count(n).min(mode.len());
-            if own.start < own.end {
-                coefficients[own.clone()].copy_from_slice(&mode[own]);
+        let powers: Vec<f64> = (0..self.orders()).map(power).collect();
+        let least = (LEAST_SHARE * powers.iter().sum::<f64>()).max(LEAST_PUSH * squares.iter().sum::<f64>());
+        let widest = self.mesh.nodes().map(|node| node.position.x).fold(0.0, f64::max);
+        let kept = (0..powers.len()).filter(|m| powers[*m] > least);
+        kept.map(|order| {
+            let is_sine: &[bool] = if order == 0 { &[false] } else { &[false, true] };
+            let mut parts = Vec::new();
+            for (mode, own) in cluster.modes.iter().zip(&mut modes) {
+                parts.extend(is_sine.iter().map(|is_sine| Part {
+                    mode: *mode,
+                    is_sine: *is_sine,
+                    motion: std::mem::take(&mut own[order][usize::from(*is_sine)]),
+                }));
             }
-            ModalTransfer { order: n, coefficients }.power(wavenumber)
-        };
-        modes.iter().map(of_mode).sum()
-    };
-    let powers: Vec<f64> = (0..=order).map(power).collect();
-    let most = DROPPED_POWER * powers.iter().sum::<f64>();
-    let mut dropped = 0.0;
-    let is_dropped = |power: &&f64| {
-        dropped += **power;
-        dropped < most || (most == 0.0 && dropped == 0.0)
-    };
-    order.saturating_sub(powers.iter().rev().take_while(is_dropped).count())
+            let slopes: f64 = parts.iter().map(|part| self.mesh.slope_square(&part.motion)).sum();
+            let squares: f64 = parts.iter().map(|part| square(&part.motion)).sum();
+            let bending = (TAU * slopes / squares).sqrt();
+            let wavenumber = cluster.wavenumber;
+            let fineness = wavenumber.max(bending).max(order as f64 / widest);
+            Job { wavenumber, fineness, order, parts }
+        })
+        .collect()
+    }
+
+    /// ∫ |U|² dS, and the parts of U·n.
+    fn split(&self, shape: &[DVec3]) -> (f64, Parts) {
+        let angles = self.fourier.len();
+        let (mut ring, mut spectrum) = (self.fourier.make_input_vec(), self.fourier.make_output_vec());
+        let mut parts = vec![[vec![0.0; self.areas.len()], vec![0.0; self.areas.len()]]; self.orders()];
+        let mut square = 0.0;
+        let motions = self.sampler.motions(shape);
+        let rings = motions.chunks_exact(angles).zip(self.normals.chunks_exact(angles));
+        for (node, (motions, normals)) in rings.enumerate() {
+            for ((u, n), value) in motions.iter().zip(normals).zip(&mut ring) {
+                square += u.length_squared() * self.areas[node] / angles as f64;
+                *value = u.dot(*n);
+            }
+            // The lengths are those that it was planned for.
+            let done = self.fourier.process(&mut ring, &mut spectrum);
+            debug_assert!(done.is_ok());
+            for (m, (part, c)) in parts.iter_mut().zip(&spectrum).enumerate() {
+                let factor = if m == 0 { 1.0 } else { 2.0 } / angles as f64;
+                part[0][node] = factor * c.re;
+                part[1][node] = -factor * c.im;
+            }
+        }
+        (square, parts)
+    }
+
+    /// Orders from 0 that the samples tell apart with certainty.
+    fn orders(&self) -> usize {
+        self.fourier.len() / 4
+    }
 }

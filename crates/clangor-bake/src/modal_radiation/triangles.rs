@@ -22,12 +22,12 @@ use clangor::geometry::mass_properties::MassProperties;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::model::modal_model::ModalTransfer;
 use clangor::model::modal_surface::ModalSurface;
-use clangor::model::radial::outgoing;
 use glam::{BVec3, DMat3, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::surface_loads::SurfaceLoads;
+use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration_noise::has_cavities;
 use crate::helmholtz::galerkin::{Equation, GalerkinSolver, MOST_ORDER};
@@ -50,9 +50,6 @@ const WORTH: f64 = 0.75;
 const TOGETHER: f64 = 1e-4;
 /// Memory of the systems that are solved at the same time [bytes].
 const MEMORY: usize = 4 << 30;
-/// Part of the power, and of the square pressure at [`NEAR`] bounding radii, that the orders left out may have.
-const DROPPED: f64 = 1e-6;
-const NEAR: f64 = 1.5;
 
 /// The modes of a closed surface by boundary elements.
 #[derive(Clone, Debug)]
@@ -246,33 +243,7 @@ pub(super) fn order(kappa: f64) -> usize {
 
 /// A transfer without the highest orders, as long as they are nothing.
 pub(super) fn trimmed(mut coefficients: Vec<Complex64>, kappa: f64) -> ModalTransfer {
-    let order = coefficients.len().isqrt() - 1;
-    let power = |n: usize| {
-        let order = n;
-        let mut own = vec![Complex64::ZERO; n * n];
-        own.extend_from_slice(&coefficients[n * n..(n + 1) * (n + 1)]);
-        ModalTransfer { order, coefficients: own }.power(kappa)
-    };
-    let powers: Vec<f64> = (0..=order).map(power).collect();
-    let mut waves = Vec::new();
-    outgoing(Complex64::new(0.0, kappa), NEAR, order, &mut waves);
-    let near = |n: usize| {
-        let own = &coefficients[n * n..(n + 1) * (n + 1)];
-        own.iter().map(|c| c.norm_sqr()).sum::<f64>() * waves[n].norm_sqr()
-    };
-    let fields: Vec<f64> = (0..=order).map(near).collect();
-    let least = |values: &[f64]| {
-        let all: f64 = values.iter().sum();
-        let mut left_out = 0.0;
-        (1..=order)
-            .rev()
-            .find(|n| {
-                left_out += values[*n];
-                left_out > DROPPED * all
-            })
-            .unwrap_or(0)
-    };
-    let order = least(&powers).max(least(&fields));
+    let order = last_order(&[&coefficients], kappa);
     coefficients.truncate((order + 1) * (order + 1));
     ModalTransfer { order, coefficients }
 }

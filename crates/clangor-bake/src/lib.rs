@@ -13,6 +13,7 @@ pub mod comparison;
 pub mod elasticity;
 pub mod gpu;
 pub mod helmholtz;
+pub mod meridian_fit;
 pub mod mirror_symmetry;
 pub mod modal;
 pub mod modal_radiation;

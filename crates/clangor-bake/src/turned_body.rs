@@ -22,7 +22,8 @@ use clangor::model::modal_surface::ModalSurface;
 use glam::DVec3;
 
 use crate::acceleration_noise::BakeGeometry;
-use crate::elasticity::ElasticConstants;
+use crate::elasticity::{ElasticConstants, ElasticSystem};
+use crate::meridian_fit::fitted_meridian;
 use crate::modes::ModalError;
 use crate::vibration::{Divisible, Spectrum, VibrationError, shortest_wave};
 use section_mesh::SectionMesh;
@@ -64,6 +65,7 @@ impl<'a> TurnedBody<'a> {
             BakeGeometry::Ellipsoid { semi_axes } if semi_axes.x == semi_axes.z => {
                 Cow::Owned(Meridian::spheroid(semi_axes.x, semi_axes.y).ok()?)
             }
+            BakeGeometry::Mesh(mesh) => Cow::Owned(fitted_meridian(mesh)?.meridian),
             _ => return None,
         };
         Some(TurnedBody { meridian, constants })
@@ -118,6 +120,10 @@ impl Divisible for TurnedBody<'_> {
             residual: found.residual,
             modes: found.modes,
         })
+    }
+
+    fn system(&self, _mesh: &Turned) -> Option<ElasticSystem> {
+        None
     }
 
     fn shapes(

@@ -19,7 +19,7 @@ use clangor::model::modal_surface::ModalSurface;
 use glam::DVec3;
 
 use crate::acceleration_noise::BakeGeometry;
-use crate::elasticity::ElasticConstants;
+use crate::elasticity::{ElasticConstants, ElasticSystem};
 use crate::modes::ModalError;
 use crate::tetrahedra::stuffing::StuffingError;
 use crate::turned_body::TurnedBody;
@@ -124,6 +124,19 @@ pub fn vibration(
     options: &VibrationOptions,
     progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
 ) -> Result<Vibration, VibrationError> {
+    vibration_and_system(geometry, constants, options, progress).map(|(vibration, _)| vibration)
+}
+
+/// The same with the matrices of the finest mesh; there are none of bodies that are solved by their section.
+///
+/// # Errors
+/// As [`vibration`].
+pub fn vibration_and_system(
+    geometry: &BakeGeometry,
+    constants: &ElasticConstants,
+    options: &VibrationOptions,
+    progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
+) -> Result<(Vibration, Option<ElasticSystem>), VibrationError> {
     if !(options.accuracy > 0.0 && options.accuracy < 1.0) {
         return Err(VibrationError::Accuracy(options.accuracy));
     }
@@ -157,6 +170,8 @@ pub(crate) trait Divisible {
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
     /// All modes up to a limit \[Hz\].
     fn solve(&self, mesh: &Self::Mesh, limit: f64) -> Result<Spectrum<Self::Modes>, ModalError>;
+    /// The matrices of a mesh, if there is one system of the whole body.
+    fn system(&self, mesh: &Self::Mesh) -> Option<ElasticSystem>;
     /// The surface and the first `count` shapes there.
     fn shapes(&self, mesh: &Self::Mesh, modes: &Self::Modes, count: usize)
     -> (ModalSurface, Vec<Vec<DVec3>>);
@@ -179,7 +194,7 @@ fn refined<B: Divisible>(
     constants: &ElasticConstants,
     options: &VibrationOptions,
     progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
-) -> Result<Vibration, VibrationError> {
+) -> Result<(Vibration, Option<ElasticSystem>), VibrationError> {
     let mut tell = |done: f64, nodes: usize| match progress(&VibrationProgress { done, nodes }) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(VibrationError::Interrupted),
@@ -229,7 +244,7 @@ fn refined<B: Divisible>(
         shape,
         transfer: None,
     };
-    Ok(Vibration {
+    let vibration = Vibration {
         modes: shapes.into_iter().enumerate().map(mode).collect(),
         surface,
         density: constants.density,
@@ -238,7 +253,8 @@ fn refined<B: Divisible>(
         nodes,
         residual: spectrum.residual,
         warnings: warnings(&errors, nodes, options),
-    })
+    };
+    Ok((vibration, body.system(&mesh)))
 }
 
 fn largest(errors: &[f64]) -> f64 {

@@ -45,6 +45,8 @@ pub(crate) enum Command {
     Simulate(Simulate),
     /// Compute how a body sounds: one model, or what a scene needs
     Bake(Bake),
+    /// Find how a free body vibrates: frequencies, how sure they are, damping
+    Modes(crate::command::modes::Modes),
     /// One blow to one body, heard by one listener
     Strike(Strike),
     /// The bank of ellipsoids that stand for small bodies
@@ -493,12 +495,12 @@ fn body_model(text: &str) -> Result<(String, PathBuf), String> {
     }
 }
 
-fn finite(text: &str) -> Result<f64, String> {
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number"))?;
     if number.is_finite() { Ok(number) } else { Err(format!("{text} is not a finite number")) }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be greater than 0".into()) })
 }
 
@@ -530,11 +532,11 @@ fn contact_duration(text: &str) -> Result<f64, String> {
     between(text, 1e-9, 1.0, "s")
 }
 
-fn accuracy(text: &str) -> Result<f64, String> {
+pub(crate) fn accuracy(text: &str) -> Result<f64, String> {
     between(text, 1e-6, 0.5, "")
 }
 
-fn band(text: &str) -> Result<f64, String> {
+pub(crate) fn band(text: &str) -> Result<f64, String> {
     between(text, 100.0, 192_000.0, "Hz")
 }
 

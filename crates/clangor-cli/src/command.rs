@@ -6,6 +6,7 @@ pub(crate) mod check;
 pub(crate) mod export;
 pub(crate) mod import;
 pub(crate) mod inspect;
+pub(crate) mod modes;
 pub(crate) mod plot;
 pub(crate) mod render;
 pub(crate) mod simulate;

@@ -30,6 +30,7 @@ fn main() -> ExitCode {
         Command::Bake(options) => command::bake::run(options, global, &console),
         Command::Bank(options) => command::bank::run(options, &console),
         Command::Plot(options) => command::plot::run(options, &console),
+        Command::Modes(options) => command::modes::run(options, &console),
         Command::Strike(options) => command::strike::run(options, global, &console),
         Command::Import(options) => command::import::run(options, global, &console),
         Command::Export(options) => command::export::run(options, global, &console),

@@ -4,12 +4,16 @@
 //! --ignored` looks for `bowl.obj` and `coin.obj` in its folder `meshes`. \[PAN\] Table 1 has 2.00 kHz and 10.07 kHz for the
 //! first modes, from linear elements, which are too stiff.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
+use clangor::geometry::mass_properties::MassProperties;
 use clangor::material::presets::preset;
+use clangor_bake::acceleration_noise::BakeGeometry;
 use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
 use clangor_bake::modes::solve;
 use clangor_bake::tetrahedra::stuffing::stuff;
+use clangor_bake::vibration::{VibrationOptions, vibration};
 use clangor_pipeline::mesh_reader::read_mesh;
 
 #[test]
@@ -19,9 +23,9 @@ fn the_first_modes_of_files_have_converged() {
         println!("skipped: CLANGOR_SHARED is not set");
         return;
     };
-    // Grid and reference: of the bowl on a grid of 4.4 mm, of the coin on one of 0.7 mm.
+    // Grid and reference: of the bowl on a grid of 3.4 mm, of the coin on one of 0.7 mm.
     let bodies = [
-        ("bowl.obj", "ceramic", 0.0045, 4500.0, [1844.9, 1849.2, 3604.1, 3615.7]),
+        ("bowl.obj", "ceramic", 0.0045, 4500.0, [1841.1, 1841.2, 3642.6, 3642.6]),
         ("coin.obj", "pan-steel", 0.00085, 22e3, [9268.9, 9283.9, 16325.5, 20052.9]),
     ];
     for (file, material, edge, limit, reference) in bodies {
@@ -33,9 +37,32 @@ fn the_first_modes_of_files_have_converged() {
         println!("{file}: {} nodes, {report:?}", mesh.nodes.len());
         for (mode, reference) in modes.modes.iter().zip(reference) {
             println!("{:.1} Hz, {reference:.1} Hz", mode.frequency);
-            // Seen: 2.5e-3 (bowl, grids of 4.4 and 4.5 mm), 7.3e-4 (coin).
-            assert!((mode.frequency / reference - 1.0).abs() < 0.01, "{file}: {} Hz", mode.frequency);
+            // Seen on grids of 4.4 mm: 1.1e-2 (bowl); 7.3e-4 (coin).
+            assert!((mode.frequency / reference - 1.0).abs() < 0.015, "{file}: {} Hz", mode.frequency);
         }
         assert!(modes.modes.len() >= 4 && modes.residual < 1e-6);
     }
+}
+
+/// The bowl is a body of revolution but for the roughness of its triangles, and is found to be one.
+#[test]
+#[ignore = "needs the authors' meshes"]
+fn the_bowl_is_solved_by_its_section() {
+    let Ok(shared) = std::env::var("CLANGOR_SHARED") else {
+        println!("skipped: CLANGOR_SHARED is not set");
+        return;
+    };
+    let surface = read_mesh(&Path::new(&shared).join("meshes/bowl.obj")).expect("a mesh file");
+    let centre = MassProperties::of(&surface).expect("a solid").centre_of_mass;
+    let geometry = BakeGeometry::Mesh(surface.relative_to(centre));
+    let constants = ElasticConstants::of(&preset("ceramic").expect("a preset")).expect("an elastic material");
+    let mut go_on = |_: &_| ControlFlow::Continue(());
+    let found = vibration(&geometry, &constants, &VibrationOptions::to(20e3), &mut go_on).expect("modes");
+    // Tetrahedra on a grid of 3.4 mm, 94 667 nodes: four CPU minutes.
+    for (mode, reference) in found.modes.iter().zip([1841.14, 1841.15, 3642.60, 3642.61, 6057.16, 6059.27]) {
+        // Seen: 1.1e-3.
+        assert!((mode.frequency / reference - 1.0).abs() < 3e-3, "{} Hz", mode.frequency);
+    }
+    assert_eq!(found.modes.len(), 33);
+    assert!(found.modes.iter().all(|m| m.mesh_error < 2e-3), "{:?}", found.warnings);
 }

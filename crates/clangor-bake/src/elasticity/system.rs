@@ -89,6 +89,20 @@ impl ElasticSystem {
         (&self.starts, &self.rows)
     }
 
+    /// Row, column, entry of K [N/m] and entry of M \[kg\] for the lower half of both, by unknowns.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64, f64)> {
+        let pairs = (0..self.nodes.len()).flat_map(|column| {
+            (self.starts[column]..self.starts[column + 1]).map(move |entry| (column, entry))
+        });
+        pairs.flat_map(|(column, entry)| {
+            let row = self.rows[entry] as usize;
+            let (block, mass) = (self.stiffness[entry], self.mass[entry]);
+            (0..9).map(|k| (k % 3, k / 3)).filter(move |(r, c)| row != column || r >= c).map(move |(r, c)| {
+                (3 * row + r, 3 * column + c, block.col(c)[r], if r == c { mass } else { 0.0 })
+            })
+        })
+    }
+
     /// The motions that cost no energy, orthonormal in the mass: six of a volume.
     pub fn rigid_motions(&self) -> Vec<Vec<f64>> {
         normalised(self, &self.rigid)

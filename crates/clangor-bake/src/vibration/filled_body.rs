@@ -23,6 +23,10 @@ const THIN: f64 = 0.1;
 /// Elements along the longest extent at least.
 const LEAST_ELEMENTS: f64 = 6.0;
 
+/// A grid that loses too much of the body is made finer by this, so often.
+const COARSE_STEP: f64 = 0.55;
+const COARSE_TRIALS: i32 = 3;
+
 /// A body, and what decides how fine its meshes must be.
 pub(super) struct FilledBody<'a> {
     form: Filling<'a>,
@@ -140,7 +144,19 @@ impl Divisible for FilledBody<'_> {
         match &self.form {
             Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge),
             Filling::Block(edges) => self.with_cells(edges.to_array().map(count), edge),
-            Filling::Surface(_) => self.with_cells([0; 3], edge),
+            Filling::Surface(_) => {
+                // Bodies with sharp edges lose much of their volume on a coarse grid.
+                let mut trial = self.with_cells([0; 3], edge);
+                for k in 1..COARSE_TRIALS {
+                    match trial {
+                        Err(VibrationError::Mesh(StuffingError::Unresolved { .. })) => {
+                            trial = self.with_cells([0; 3], edge * COARSE_STEP.powi(k));
+                        }
+                        _ => break,
+                    }
+                }
+                trial
+            }
         }
     }
 
@@ -167,6 +183,10 @@ impl Divisible for FilledBody<'_> {
             }
             Err(error) => Err(error),
         }
+    }
+
+    fn system(&self, mesh: &Filled) -> Option<ElasticSystem> {
+        Some(ElasticSystem::new(&mesh.mesh, self.constants))
     }
 
     fn shapes(&self, mesh: &Filled, modes: &Vec<Mode>, count: usize) -> (ModalSurface, Vec<Vec<DVec3>>) {

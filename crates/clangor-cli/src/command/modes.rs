@@ -1,0 +1,175 @@
+//! `clangor modes`: at which frequencies a free body rings, for how long, and how sure that is.
+
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clangor::material::{Material, presets};
+use clangor_bake::acceleration_noise::BakeOptions;
+use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
+use clangor_bake::vibration::{
+    Vibration, VibrationError, VibrationOptions, VibrationProgress, vibration_and_system,
+};
+use clangor_pipeline::atomic_file::AtomicFile;
+use clangor_pipeline::load::{geometry_reference, load_geometry};
+use clangor_pipeline::sound_models::ModelRequest;
+use clap::Args;
+use serde_json::json;
+
+use crate::arguments::{accuracy, band, finite, positive};
+use crate::console::{Console, counted, four_digits};
+use crate::failure::Failure;
+
+#[derive(Args)]
+pub(crate) struct Modes {
+    /// A shape (bowl, coin, box:0.3x0.03x0.01 …) or a mesh file
+    body: String,
+    /// Material preset
+    #[arg(long, value_name = "NAME")]
+    material: String,
+    /// Highest frequency
+    #[arg(long, value_name = "HZ", default_value_t = 20_000.0, value_parser = band)]
+    max_frequency: f64,
+    /// Part of itself by which a finer mesh may change a frequency
+    #[arg(long, value_name = "E", default_value_t = 0.01, value_parser = accuracy)]
+    accuracy: f64,
+    /// Most nodes of a mesh
+    #[arg(long, value_name = "N", default_value_t = VibrationOptions::MOST_NODES)]
+    max_nodes: usize,
+    /// Scale of a mesh file to metres
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    scale: f64,
+    /// Density instead of the material's, in kg/m³
+    #[arg(long, value_name = "RHO", value_parser = finite)]
+    density: Option<f64>,
+    /// Young's modulus instead of the material's, in Pa
+    #[arg(long, value_name = "E", value_parser = finite)]
+    youngs_modulus: Option<f64>,
+    /// Poisson's ratio instead of the material's
+    #[arg(long, value_name = "NU", value_parser = finite, allow_hyphen_values = true)]
+    poisson_ratio: Option<f64>,
+    /// Write stiffness and mass there, as stiffness.mtx and mass.mtx for Matrix Market readers
+    #[arg(long, value_name = "DIR")]
+    export: Option<PathBuf>,
+}
+
+pub(crate) fn run(options: &Modes, console: &Console) -> Result<(), Failure> {
+    let body = &options.body;
+    let material = material(options)?;
+    let constants = ElasticConstants::of(&material).map_err(|e| cannot_ring(body, &e))?;
+    let reference = geometry_reference(body, options.scale);
+    let loaded = load_geometry(Path::new(""), &reference).map_err(|e| cannot_ring(body, &e))?;
+    // How a body is recognised does not depend on the band.
+    let request = ModelRequest::new(body, &loaded.surface, loaded.mass, BakeOptions::new(1.0, 0.01))
+        .map_err(|e| cannot_ring(body, &e))?;
+    if let Some(folder) = options.export.as_deref().filter(|folder| !folder.is_dir()) {
+        return Err(Failure::new(format_args!("there is no folder {}", folder.display())));
+    }
+    let started = Instant::now();
+    let progress = console.progress("find modes", 1.0);
+    let mut told = |p: &VibrationProgress| progress.reached(p.done);
+    let settings = VibrationOptions {
+        max_frequency: options.max_frequency,
+        accuracy: options.accuracy,
+        most_nodes: options.max_nodes,
+    };
+    let (found, system) = vibration_and_system(request.geometry(), &constants, &settings, &mut told)
+        .map_err(|error| match error {
+            VibrationError::Interrupted => Failure::Interrupted,
+            error => cannot_ring(body, &error),
+        })?;
+    drop(progress);
+    let seconds = started.elapsed().as_secs_f64();
+    for warning in &found.warnings {
+        console.warn(format_args!("\"{body}\": {warning}"));
+    }
+    if let Some(folder) = &options.export {
+        let system = system.ok_or_else(|| {
+            Failure::new(format_args!("\"{body}\" is solved by its section and has no matrices to export"))
+        })?;
+        export(&system, folder)?;
+    }
+    report(&found, &material, seconds, options, console);
+    Ok(())
+}
+
+fn cannot_ring(body: &str, error: &dyn std::fmt::Display) -> Failure {
+    Failure::new(format_args!("\"{body}\": {error}"))
+}
+
+fn material(options: &Modes) -> Result<Material, Failure> {
+    let mut material = presets::preset(&options.material).ok_or_else(|| {
+        let known = presets::names().collect::<Vec<_>>().join(", ");
+        Failure::new(format_args!("there is no material \"{}\"; known: {known}", options.material))
+    })?;
+    material.density = options.density.unwrap_or(material.density);
+    material.youngs_modulus = options.youngs_modulus.unwrap_or(material.youngs_modulus);
+    material.poisson_ratio = options.poisson_ratio.unwrap_or(material.poisson_ratio);
+    Ok(material)
+}
+
+fn report(found: &Vibration, material: &Material, seconds: f64, options: &Modes, console: &Console) {
+    let known = found.modes.iter().all(|m| m.mesh_error.is_finite());
+    console.say(format_args!(
+        "{:>5} {:>13} {:>11} {:>14} {:>9}",
+        "mode", "frequency", "mesh error", "damping ratio", "T60"
+    ));
+    for (k, mode) in found.modes.iter().enumerate() {
+        let error = if known { format!("{:.2} %", 100.0 * mode.mesh_error) } else { "unknown".into() };
+        console.say(format_args!(
+            "{:>5} {:>10.1} Hz {error:>11} {:>14} {:>7} s",
+            k + 1,
+            mode.frequency,
+            four_digits(material.damping.damping_ratio(mode.frequency)),
+            four_digits(material.damping.t60(mode.frequency)),
+        ));
+    }
+    console.say(format_args!(
+        "{} below {} Hz, all of them by count; {} on {} nodes, residual {:.0e}, {seconds:.2} s",
+        counted(found.modes.len(), "mode", "modes"),
+        options.max_frequency,
+        found.method,
+        found.nodes,
+        found.residual
+    ));
+    let of = |value: &dyn Fn(f64) -> f64| found.modes.iter().map(|m| value(m.frequency)).collect::<Vec<_>>();
+    console.json(&json!({
+        "frequencies_hz": of(&|f| f),
+        "damping_ratios": of(&|f| material.damping.damping_ratio(f)),
+        "t60_s": of(&|f| material.damping.t60(f)),
+        // Null where no second mesh was possible.
+        "convergence": found.modes.iter().map(|m| m.mesh_error).collect::<Vec<_>>(),
+        // A spectrum with gaps is an error, and never comes here.
+        "complete": true,
+        "nodes": found.nodes,
+        "method": found.method,
+        "residual": found.residual,
+        "max_frequency_hz": found.max_frequency,
+        "seconds": seconds,
+        "warnings": found.warnings,
+    }));
+}
+
+/// Both matrices, their lower halves: <https://math.nist.gov/MatrixMarket/formats.html>.
+fn export(system: &ElasticSystem, folder: &Path) -> Result<(), Failure> {
+    let size = 3 * system.node_count();
+    let write = |name: &str, of: &dyn Fn((usize, usize, f64, f64)) -> (usize, usize, f64)| {
+        let entries = || system.entries().map(of).filter(|(_, _, value)| *value != 0.0);
+        let mut file = AtomicFile::create(&folder.join(name)).map_err(Failure::new)?;
+        let mut text = BufWriter::new(&mut file);
+        let mut lines = || -> std::io::Result<()> {
+            writeln!(text, "%%MatrixMarket matrix coordinate real symmetric")?;
+            writeln!(text, "{size} {size} {}", entries().count())?;
+            for (row, column, value) in entries() {
+                writeln!(text, "{} {} {value:e}", row + 1, column + 1)?;
+            }
+            text.flush()
+        };
+        lines()
+            .map_err(|e| Failure::new(format_args!("cannot write {}: {e}", folder.join(name).display())))?;
+        drop(text);
+        file.commit().map_err(Failure::new)
+    };
+    write("stiffness.mtx", &|(row, column, k, _)| (row, column, k))?;
+    write("mass.mtx", &|(row, column, _, m)| (row, column, m))
+}

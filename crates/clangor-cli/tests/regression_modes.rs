@@ -1,0 +1,96 @@
+//! `clangor modes`: what it prints, and what it refuses with a reason.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A closed tetrahedron of 2 cm, moved along x.
+fn tetrahedron(x: f64, first: usize) -> String {
+    let corners = [[0.01, 0.01, 0.01], [0.01, -0.01, -0.01], [-0.01, 0.01, -0.01], [-0.01, -0.01, 0.01]];
+    let vertices: String = corners.map(|[a, b, c]| format!("v {} {b} {c}\n", a + x)).concat();
+    let faces = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
+    let faces: String =
+        faces.map(|f| format!("f {} {} {}\n", f[0] + first, f[1] + first, f[2] + first)).concat();
+    vertices + &faces
+}
+
+fn clangor(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_clangor"));
+    command.args(arguments).current_dir(folder).env("CLANGOR_CACHE", folder.join("cache"));
+    command.output().expect("runs")
+}
+
+fn refuse(folder: &Path, arguments: &[&str], wanted: &[&str]) {
+    let output = clangor(folder, &[&["modes"], arguments].concat());
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");
+    for text in wanted {
+        assert!(message.contains(text), "{arguments:?}: no {text:?} in {message}");
+    }
+    assert!(!message.contains("panicked") && message.lines().count() == 1, "{message}");
+}
+
+#[test]
+fn what_cannot_ring_is_refused_with_a_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: String| fs::write(folder.path().join(name), text).unwrap();
+    write("open.obj", tetrahedron(0.0, 1).replace("f 2 4 3\n", ""));
+    write("two.obj", tetrahedron(0.0, 1) + &tetrahedron(0.05, 5));
+    write(
+        "sheet.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1e-6\nv 1 0 1e-6\nv 1 1 1e-6\nv 0 1 1e-6\n\
+f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n"
+            .into(),
+    );
+    let refuse = |arguments: &[&str], wanted: &[&str]| refuse(folder.path(), arguments, wanted);
+    refuse(&["open.obj", "--material", "steel"], &["open.obj", "open", "near", "thickness"]);
+    refuse(&["two.obj", "--material", "plastic"], &["two.obj", "2 parts", "hang together"]);
+    refuse(&["bowl", "--material", "ceramic", "--poisson-ratio", "0.5"], &["Poisson", "0.5"]);
+    refuse(&["bowl", "--material", "ceramic", "--density", "0"], &["density", "0 kg/m³"]);
+    refuse(&["bowl", "--material", "ceramic", "--youngs-modulus", "-1"], &["Young", "-1 Pa"]);
+    refuse(&["sphere:0.0075", "--material", "steel"], &["no audible modes: the first is at", "kHz"]);
+    refuse(&["bowl", "--material", "cheese"], &["cheese", "known:", "steel"]);
+    refuse(&["bowl", "--material", "steel", "--export", "nowhere"], &["nowhere"]);
+    refuse(&["coin", "--material", "steel", "--export", "."], &["section"]);
+    refuse(&["rock:1x0.2", "--material", "steel", "--max-nodes", "100"], &["nodes", "100 allowed"]);
+}
+
+#[test]
+fn modes_of_a_bowl_are_told_in_full() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = clangor(folder.path(), &["modes", "bowl", "--material", "ceramic", "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let numbers = |name: &str| -> Vec<f64> {
+        told[name].as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect()
+    };
+    let (frequencies, damping, errors) =
+        (numbers("frequencies_hz"), numbers("damping_ratios"), numbers("convergence"));
+    assert_eq!((frequencies.len(), damping.len(), errors.len()), (39, 39, 39));
+    // The pair of four nodal meridians; 1253.5 Hz on the finest section.
+    assert!((frequencies[0] - 1253.5).abs() < 3.0 && frequencies[1] == frequencies[0], "{frequencies:?}");
+    assert!(damping.iter().all(|d| *d == 0.001), "{damping:?}");
+    assert!(errors.iter().all(|e| *e > 0.0 && *e < 0.01), "{errors:?}");
+    assert_eq!(told["complete"], true);
+    assert!(told["nodes"].as_u64().unwrap() > 100);
+    let table = clangor(folder.path(), &["modes", "bowl", "--material", "ceramic"]);
+    let table = String::from_utf8(table.stdout).unwrap();
+    assert!(table.lines().count() == 41 && table.contains("39 modes below 20000 Hz"), "{table}");
+}
+
+#[test]
+fn matrices_are_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = clangor(
+        folder.path(),
+        &["modes", "box:0.05x0.04x0.03", "--material", "glass", "--max-frequency", "60000", "--export", "."],
+    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for name in ["stiffness.mtx", "mass.mtx"] {
+        let text = fs::read_to_string(folder.path().join(name)).unwrap();
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some("%%MatrixMarket matrix coordinate real symmetric"));
+        let header: Vec<usize> = lines.next().unwrap().split(' ').map(|n| n.parse().unwrap()).collect();
+        assert_eq!((header[0], header[0] % 3, lines.count()), (header[1], 0, header[2]), "{name}");
+    }
+}

@@ -113,6 +113,7 @@ fn bad_input_is_refused() {
     assert_eq!(ElasticConstants::of(&material), Err(ElasticError::Density(0.0)));
     let [a, b] = [0.0, 3.0].map(|x| [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| p + DVec3::X * x));
     let loose = TetMesh::straight([a, b].concat(), &[[0, 1, 2, 3], [4, 5, 6, 7]]).expect("two tetrahedra");
+    assert_eq!(loose.parts(), 2);
     let constants = ElasticConstants::of(&STEEL.material()).expect("an elastic material");
     assert!(solve(&ElasticSystem::new(&loose, &constants), 1e3).is_err());
 }

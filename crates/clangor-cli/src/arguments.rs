@@ -94,7 +94,7 @@ pub(crate) struct Render {
     /// How modes become pressure: to compare by ear
     #[arg(long, value_enum, default_value = "baked")]
     pub(crate) transfer: Transfer,
-    /// A baked model, of either representation, for a body and its copies, whatever the scene says; repeat for several
+    /// A baked model, of either representation, or modes (.glb), for a body and its copies, whatever the scene says; repeat for several
     #[arg(long, value_name = "BODY=MODEL.safetensors", value_parser = body_model)]
     pub(crate) model: Vec<(String, PathBuf)>,
     /// Sample format
@@ -152,12 +152,12 @@ pub(crate) struct Simulate {
 
 #[derive(Args)]
 pub(crate) struct Bake {
-    /// A shape (coin, die:0.016x0.002 …), a mesh file, or a scene, whose models go to the cache
+    /// A shape (coin, die:0.016x0.002 …), a mesh file (FILE.glb#BODY: one of several), or a scene, whose models go to the cache
     pub(crate) input: String,
     /// The model to write, of a shape or a mesh file
     #[arg(short, long, value_name = "MODEL.safetensors")]
     pub(crate) output: Option<PathBuf>,
-    /// Material preset, for ringing; the sound of acceleration is the same for all of them
+    /// Material preset, for ringing, unless a glTF file tells; the sound of acceleration is the same for all of them
     #[arg(long, value_name = "NAME")]
     pub(crate) material: Option<String>,
     /// What to compute (default: both, of a body without --material acceleration)
@@ -322,11 +322,11 @@ pub(crate) enum Degree {
 
 #[derive(Args)]
 pub(crate) struct Strike {
-    /// A shape (sphere:0.0075, coin, mug …), a mesh file or a sound model
+    /// A shape (sphere:0.0075, coin, mug …), a mesh file (of a glTF file with several bodies: FILE.glb#BODY) or a sound model
     pub(crate) body: String,
-    /// Material preset
+    /// Material preset; a glTF file with KHR_audio_rigid_bodies may tell the material itself
     #[arg(long, value_name = "NAME")]
-    pub(crate) material: String,
+    pub(crate) material: Option<String>,
     /// Impulse in newton seconds
     #[arg(long, value_name = "JX,JY,JZ", value_parser = vector, allow_hyphen_values = true)]
     pub(crate) impulse: DVec3,
@@ -409,6 +409,17 @@ pub(crate) enum ExportFormat {
         /// Animation keys per second
         #[arg(long, value_name = "HZ", default_value_t = 120.0, value_parser = positive)]
         rate: f64,
+    },
+    /// A baked body with its modes, material and mass, as binary glTF with KHR_audio_rigid_bodies
+    Modal {
+        /// A model with a modal part (.safetensors)
+        model: PathBuf,
+        /// The GLB file to write
+        #[arg(short, long, value_name = "OUT.glb")]
+        output: PathBuf,
+        /// Material preset whose damping gives the decays (default: what the model was baked of)
+        #[arg(long, value_name = "NAME")]
+        material: Option<String>,
     },
 }
 

@@ -1,5 +1,6 @@
 //! One module per command, and what they share: how a scene is loaded, and how a seed is replaced.
 
+mod audio_file;
 pub(crate) mod bake;
 pub(crate) mod bank;
 pub(crate) mod check;

@@ -22,7 +22,7 @@ use clangor::model::tensor_file::TensorFileError;
 use clangor_bake::acceleration_noise::SolvedFrequency;
 
 use crate::atomic_file::{OutputError, write_atomically};
-pub use key::{modal_key, model_key};
+pub use key::{given_modes_key, modal_key, model_key};
 
 /// A partial entry this old belongs to a process that was killed: writing one takes seconds.
 const ABANDONED: Duration = Duration::from_secs(3600);

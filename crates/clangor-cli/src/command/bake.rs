@@ -31,6 +31,7 @@ use clangor_pipeline::sound_models::{
 use clangor_pipeline::soundbank::default_bank;
 use serde_json::{Value, json};
 
+use super::audio_file::audio_input;
 use super::sound_sources::find_ringers;
 use super::{check_ending, load};
 use crate::arguments::{Bake, Device, Global, Grid, Part, Representation, Solver};
@@ -76,7 +77,11 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
     check_ending(output, "safetensors")?;
     // A long computation is not begun for a file that cannot be written.
     check_folder(output).map_err(Failure::new)?;
-    let material = options.material.as_deref().map(preset).transpose()?;
+    let mut material = options.material.as_deref().map(preset).transpose()?;
+    let audio = audio_input(&options.input, options.scale, material.as_ref(), console)?;
+    if let Some(audio) = &audio {
+        material = Some(audio.material.clone());
+    }
     let wants = |part| options.parts.contains(&part);
     let (click, ringing) = match options.parts.is_empty() {
         true => (true, material.is_some()),
@@ -89,16 +94,26 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
         (true, of) => of,
         (false, _) => None,
     };
-    let reference = geometry_reference(&options.input, options.scale);
-    let loaded = load_geometry(Path::new(""), &reference)
-        .map_err(|e| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input)))?;
+    let (loaded, given) = match audio {
+        Some(audio) => (audio.geometry, audio.modal),
+        None => {
+            let reference = geometry_reference(&options.input, options.scale);
+            let loaded = load_geometry(Path::new(""), &reference)
+                .map_err(|e| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input)))?;
+            (loaded, None)
+        }
+    };
     let refused = |e: RequestError| Failure::new(format_args!("\"{}\" cannot be baked: {e}", options.input));
     let started = Instant::now();
     let modes = match of {
         Some(material) => {
             let bake = modal_options(options, Medium::AIR);
-            let request = ModalRequest::new(&options.input, &loaded.surface, loaded.mass, &material, bake)
-                .map_err(refused)?;
+            let (name, surface, mass) = (&options.input, &loaded.surface, loaded.mass);
+            let request = match given {
+                Some(modes) => ModalRequest::of_modes(name, surface, mass, &material, modes, bake),
+                None => ModalRequest::new(name, surface, mass, &material, bake),
+            };
+            let request = request.map_err(refused)?;
             Some(modes_with_progress(&request, cache, console)?)
         }
         None => None,

@@ -1,24 +1,117 @@
-//! `clangor export`: a scene or a timeline becomes another tool's file.
+//! `clangor export`: a scene, a timeline or a model becomes another tool's file.
 
+use std::path::Path;
+
+use clangor::geometry::tri_mesh::TriMesh;
+use clangor::glam::DVec3;
+use clangor::material::{Material, presets};
+use clangor::model::model_file::Solid;
+use clangor::shape::{Form, Shape};
+use clangor_pipeline::audio_rigid_bodies::{AudioBody, AudioMaterial, BodyMass, Ringing, write_audio_body};
 use clangor_pipeline::exchange::{export_scene_gltf, export_timeline_gltf};
+use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
+use super::bake::preset;
 use super::{check_ending, is_timeline, load};
 use crate::arguments::{Export, ExportFormat, Global};
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Export, global: &Global, console: &Console) -> Result<(), Failure> {
-    let ExportFormat::Gltf { input, output, rate } = &options.format;
+    match &options.format {
+        ExportFormat::Gltf { input, output, rate } => motion(input, output, *rate, global, console),
+        ExportFormat::Modal { model, output, material } => modal(model, output, material.as_deref(), console),
+    }
+}
+
+/// The moving bodies of a scene or a timeline.
+fn motion(input: &Path, output: &Path, rate: f64, global: &Global, console: &Console) -> Result<(), Failure> {
     check_ending(output, "glb")?;
     let summary = if is_timeline(input) {
-        export_timeline_gltf(input, output, *rate)?
+        export_timeline_gltf(input, output, rate)?
     } else {
         let loaded = load(input, global, &|_| (), console)?;
         let progress = console.progress("simulate", loaded.scene.simulation.duration);
-        export_scene_gltf(&loaded, output, *rate, &mut |t| progress.reached(t))?
+        export_scene_gltf(&loaded, output, rate, &mut |t| progress.reached(t))?
     };
     console.say(format_args!("{}: {} nodes, {} instants", output.display(), summary.nodes, summary.frames));
     console.json(&json!({ "gltf": output, "nodes": summary.nodes, "frames": summary.frames }));
     Ok(())
+}
+
+/// A body with its modes.
+fn modal(model: &Path, output: &Path, material: Option<&str>, console: &Console) -> Result<(), Failure> {
+    check_ending(output, "glb")?;
+    let (modal, solid) = match read_sound_file(model).map_err(Failure::new)? {
+        SoundFile::Model(file) => (file.modal, file.solid),
+        SoundFile::Modal(file) => (Some(file.modal), file.solid),
+        SoundFile::Published(_) | SoundFile::Bank(_) => {
+            return Err(Failure::new(format_args!("{} is not the model of one body", model.display())));
+        }
+    };
+    let Some(modal) = modal else {
+        return Err(Failure::new(format_args!(
+            "{} has no modes; bake them with --parts acceleration,modal --material NAME",
+            model.display()
+        )));
+    };
+    let origin = &modal.origin;
+    let damping = match material {
+        Some(name) => preset(name)?.damping,
+        None => {
+            let known = presets::preset(&origin.material).ok_or_else(|| {
+                Failure::new(format_args!(
+                    "nothing tells the damping of \"{}\"; add --material NAME",
+                    origin.material
+                ))
+            })?;
+            known.damping
+        }
+    };
+    let material = Material {
+        name: origin.material.clone(),
+        density: modal.model.density,
+        youngs_modulus: origin.youngs_modulus,
+        poisson_ratio: origin.poisson_ratio,
+        damping,
+        ..presets::STEEL.material()
+    };
+    // Vertices are about the centre of mass, as they are in the model.
+    let mut mass = BodyMass::of_solid(&solid.mass, material.density);
+    mass.centre_of_mass = DVec3::ZERO;
+    let body = AudioBody {
+        name: body_name(&solid.name),
+        mesh: mesh(&solid, modal.model.radius)?,
+        material: AudioMaterial::of(&material),
+        mass: Some(mass),
+        ringing: Some(Ringing::of_model(&modal.model, &material.damping)),
+        gain: 1.0,
+        remarks: Vec::new(),
+    };
+    let modes = write_audio_body(output, &body).map_err(Failure::new)?;
+    console.say(format_args!(
+        "{}: \"{}\" of {}, {}",
+        output.display(),
+        body.name,
+        material.name,
+        counted(modes, "mode", "modes")
+    ));
+    console.json(&json!({ "gltf": output, "name": body.name, "material": material.name, "modes": modes }));
+    Ok(())
+}
+
+/// What a body is called in the file: its shape, or its file without the folder.
+fn body_name(solid: &str) -> String {
+    solid.rsplit(['/', '\\']).next().unwrap_or(solid).into()
+}
+
+/// The surface of a solid about its centre of mass; that of a sphere in flat triangles.
+fn mesh(solid: &Solid, radius: f64) -> Result<TriMesh, Failure> {
+    match &solid.surface {
+        Some(mesh) => Ok(mesh.clone()),
+        None => {
+            Ok(Shape::try_new(Form::Sphere { radius }, Some(0.25 * radius)).map_err(Failure::new)?.mesh())
+        }
+    }
 }

@@ -23,6 +23,7 @@ use clangor_pipeline::wav::{SampleFormat, WavSpec};
 use clangor_sim::{SimulationReport, choose_solver};
 
 use self::report::Told;
+use super::audio_file::{is_gltf, modes_of_files};
 use super::simulate::say_simulated;
 use super::sound_sources::{Wanted, find_ringers, find_sources, given_models, modal_options, sound_parts};
 use super::{check_ending, is_timeline, load};
@@ -62,7 +63,7 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     if let Some(folder) = &options.timeline {
         check_ending(folder, "timeline")?;
     }
-    let source = if is_timeline(&options.input) {
+    let mut source = if is_timeline(&options.input) {
         from_timeline(options, global)?
     } else {
         from_scene(options, global, console)?
@@ -76,11 +77,18 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     }
     // A long simulation is not begun for a sound that cannot be written.
     render_options.check(&source.bodies, &output)?;
-    let given = given_models(&source.bodies, &options.model, console)?;
+    let (files, models): (Vec<_>, Vec<_>) =
+        options.model.iter().cloned().partition(|(_, path)| is_gltf(path));
+    let given = given_models(&source.bodies, &models, console)?;
+    let given_modes = modes_of_files(&mut source.bodies, &files, console)?;
     let plan = match render_options.parts.modal {
         true => {
             let bake = modal_options(options.quality, &render_options.synthesis);
-            RingingPlan::new(&source.bodies, &source.ringing, bake)
+            let mut plan = RingingPlan::new(&source.bodies, &source.ringing, bake);
+            for (copies, modes) in &given_modes {
+                plan.give(copies, &source.bodies[copies[0].index()], modes, bake);
+            }
+            plan
         }
         false => RingingPlan::none(&source.bodies),
     };

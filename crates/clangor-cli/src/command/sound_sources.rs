@@ -130,7 +130,7 @@ pub(super) fn find_ringers(
 }
 
 /// Part of a body's volume by which that of the solid that a given model was baked from may differ.
-const SAME_VOLUME: f64 = 0.02;
+pub(super) const SAME_VOLUME: f64 = 0.02;
 
 /// From a body to its sound by a model.
 type Play = Box<dyn Fn(&Body) -> SoundSource>;
@@ -176,13 +176,8 @@ pub(super) fn given_models(
         };
         let volume_of_solid = solid.mass.volume;
         let modes = modal.map(|modal| (Arc::new(modal.model.clone()), modal));
-        let copy_of = |body: &Body| {
-            let number = body.name.strip_prefix(name.as_str()).and_then(|rest| rest.strip_prefix('-'));
-            body.name == *name
-                || number.is_some_and(|n| !n.is_empty() && n.bytes().all(|c| c.is_ascii_digit()))
-        };
         let mut found = false;
-        for (index, body) in bodies.iter().enumerate().filter(|(_, body)| copy_of(body)) {
+        for (index, body) in bodies.iter().enumerate().filter(|(_, body)| is_copy(body, name)) {
             found = true;
             let id = BodyId(index as u32);
             let volume = body.mass / body.material.density;
@@ -206,6 +201,12 @@ pub(super) fn given_models(
         }
     }
     Ok(models)
+}
+
+/// Whether a body has this name, or is one of the copies of the body that has it.
+pub(super) fn is_copy(body: &Body, name: &str) -> bool {
+    let number = body.name.strip_prefix(name).and_then(|rest| rest.strip_prefix('-'));
+    body.name == *name || number.is_some_and(|n| !n.is_empty() && n.bytes().all(|c| c.is_ascii_digit()))
 }
 
 /// Part by which elastic constants that were written and read may differ.

@@ -10,8 +10,9 @@ use clangor::body::{Body, BodyId, MeshSurface, Motion, Surface};
 use clangor::contact::force_profile::ForceProfile;
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::DVec3;
-use clangor::material::presets;
+use clangor::material::Material;
 use clangor::medium::Medium;
+use clangor::model::modal_model::ModalModel;
 use clangor::model::playable_model::PlayableModel;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
@@ -30,6 +31,8 @@ use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
 use clangor_pipeline::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use serde_json::json;
 
+use super::audio_file::{AudioInput, audio_input};
+use super::bake::preset;
 use super::sound_sources::{
     Wanted, find_ringers, find_sources, modal_options, sound_parts, warn_of_other_material,
 };
@@ -38,7 +41,7 @@ use crate::console::{Console, four_digits};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Result<(), Failure> {
-    let (body, model) = body(options)?;
+    let Struck { body, model, modes } = body(options, console)?;
     let parts = sound_parts(&options.parts);
     let blow = Blow {
         impulse: options.impulse,
@@ -56,7 +59,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     // A mistaken blow is told before anything is baked.
     strike(&body, &point, &blow).map_err(Failure::new)?;
     let ringing = match parts.modal {
-        true => modes(&body, model.as_ref(), &blow, options, global, console)?,
+        true => ringing(&body, model.as_ref(), modes, &blow, options, global, console)?,
         false => None,
     };
     let blow = Blow {
@@ -96,7 +99,10 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
                 format: SampleFormat::Float32,
                 full_scale: WavSpec::default_full_scale(SampleFormat::Float32),
                 meaning: Meaning::Pressure,
-                note: format!("{} of {}, begins {LEAD} s before the contact", options.body, options.material),
+                note: format!(
+                    "{} of {}, begins {LEAD} s before the contact",
+                    options.body, body.material.name
+                ),
             };
             let samples: Vec<f32> = sound.pressures.iter().map(|p| *p as f32).collect();
             let mut file = WavWriter::create(&options.output, spec).map_err(Failure::new)?;
@@ -137,9 +143,10 @@ const SHORTEST: f64 = 0.1;
 const LONGEST: f64 = 20.0;
 
 /// The modes of the struck body, out of its model, or found or baked; and the time in which the longest has died away \[s\].
-fn modes(
+fn ringing(
     body: &Body,
     file: Option<&SoundFile>,
+    given: Option<ModalModel>,
     blow: &Blow,
     options: &Strike,
     global: &Global,
@@ -160,7 +167,15 @@ fn modes(
         None if is_file => return Ok(None),
         None => {
             let bodies = slice::from_ref(body);
-            let plan = RingingPlan::new(bodies, &[], modal_options(options.quality, &render_settings(blow)));
+            let bake = modal_options(options.quality, &render_settings(blow));
+            let plan = match given {
+                Some(modes) => {
+                    let mut plan = RingingPlan::none(bodies);
+                    plan.give(&[BodyId(0)], body, &modes, bake);
+                    plan
+                }
+                None => RingingPlan::new(bodies, &[], bake),
+            };
             let struck = BTreeSet::from([BodyId(0)]);
             let mut found = find_ringers(plan, &struck, &BTreeMap::new(), global, console)?;
             match found.bodies.swap_remove(0) {
@@ -249,11 +264,26 @@ fn source(
     Ok(source)
 }
 
+/// What is struck.
+struct Struck {
+    body: Body,
+    /// The model that it was baked into, if that was given.
+    model: Option<SoundFile>,
+    /// Its modes without their sound, if a glTF file has them.
+    modes: Option<ModalModel>,
+}
+
 /// The struck body, at rest at the origin: a shape, a mesh file, or what a sound model was baked from.
-fn body(options: &Strike) -> Result<(Body, Option<SoundFile>), Failure> {
-    let material = presets::preset(&options.material).ok_or_else(|| {
-        let known = presets::names().collect::<Vec<_>>().join(", ");
-        Failure::new(format_args!("there is no material \"{}\"; known: {known}", options.material))
+fn body(options: &Strike, console: &Console) -> Result<Struck, Failure> {
+    let asked = options.material.as_deref().map(preset).transpose()?;
+    if let Some(AudioInput { geometry, material, modal }) =
+        audio_input(&options.body, options.scale, asked.as_ref(), console)?
+    {
+        let body = at_rest(options, geometry.surface, geometry.mass, material);
+        return Ok(Struck { body, model: None, modes: modal });
+    }
+    let material = asked.ok_or_else(|| {
+        Failure::new(format_args!("what is \"{}\" made of? add --material NAME", options.body))
     })?;
     let path = Path::new(&options.body);
     let (surface, mass, model) = match path.extension().is_some_and(|e| e == "safetensors") {
@@ -288,8 +318,14 @@ fn body(options: &Strike) -> Result<(Body, Option<SoundFile>), Failure> {
             (surface, mass, None)
         }
     };
+    let body = at_rest(options, surface, mass, material);
+    Ok(Struck { body, model, modes: None })
+}
+
+/// A body at the origin.
+fn at_rest(options: &Strike, surface: Arc<Surface>, mass: MassProperties, material: Material) -> Body {
     let MassProperties { volume, inertia, .. } = mass;
-    let body = Body {
+    Body {
         name: options.body.clone(),
         mass: material.density * volume,
         inertia: inertia * material.density,
@@ -300,6 +336,5 @@ fn body(options: &Strike) -> Result<(Body, Option<SoundFile>), Failure> {
         velocity: DVec3::ZERO,
         angular_velocity: DVec3::ZERO,
         motion: Motion::Free,
-    };
-    Ok((body, model))
+    }
 }

@@ -2,6 +2,7 @@
 
 use clangor::geometry::meridian::Piece;
 use clangor::material::Material;
+use clangor::model::modal_model::ModalModel;
 use clangor::model::{modal_file, model_file};
 use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method};
 use clangor_bake::modal::ModalBakeOptions;
@@ -44,6 +45,28 @@ pub fn modal_key(geometry: &BakeGeometry, material: &Material, options: &ModalBa
     let numbers = [medium.density, medium.sound_speed, max_frequency, mesh_error, accuracy];
     numbers.into_iter().for_each(|n| inputs.number(n));
     inputs.whole(most_nodes as u64);
+    format!("{:032x}", inputs.0.finish_128())
+}
+
+/// The same of the sound of modes that somebody else found.
+pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &ModalBakeOptions) -> String {
+    let mut inputs = Inputs(Hasher::new());
+    inputs.text("given modes");
+    inputs.whole(modal_file::VERSION.into());
+    inputs.whole(MODAL_SOLVERS.into());
+    inputs.geometry(geometry);
+    let ModalBakeOptions { medium, accuracy, max_frequency, .. } = *options;
+    let numbers = [medium.density, medium.sound_speed, max_frequency, accuracy];
+    numbers.into_iter().chain([model.density, model.max_frequency]).for_each(|n| inputs.number(n));
+    inputs.whole(model.surface.nodes.len() as u64);
+    model.surface.nodes.iter().flat_map(|x| x.to_array()).for_each(|x| inputs.number(x));
+    inputs.whole(model.surface.triangles.len() as u64);
+    model.surface.triangles.iter().flatten().for_each(|i| inputs.whole((*i).into()));
+    inputs.whole(model.modes.len() as u64);
+    for mode in &model.modes {
+        inputs.number(mode.frequency);
+        mode.shape.iter().flat_map(|u| u.to_array()).for_each(|u| inputs.number(u));
+    }
     format!("{:032x}", inputs.0.finish_128())
 }
 

@@ -173,6 +173,17 @@ impl RingingPlan {
         plan
     }
 
+    /// Lets copies of one body ring with modes that are known; only their sound is to be found.
+    pub fn give(&mut self, copies: &[BodyId], body: &Body, modes: &ModalModel, options: ModalBakeOptions) {
+        self.requests.iter_mut().for_each(|(_, own)| own.retain(|id| !copies.contains(id)));
+        self.requests.retain(|(_, own)| !own.is_empty());
+        let (mass, modes) = (super::unit_mass(body), modes.clone());
+        let request = ModalRequest::of_modes(&body.name, &body.surface, mass, &body.material, modes, options);
+        if let (Ok(request), Motion::Free) = (request, &body.motion) {
+            self.requests.push((request, copies.to_vec()));
+        }
+    }
+
     /// A plan in which nothing rings.
     pub fn none(bodies: &[Body]) -> Self {
         RingingPlan::new(bodies, &vec![Some(false); bodies.len()], ModalBakeOptions::new(Medium::AIR))

@@ -5,14 +5,14 @@ use std::ops::ControlFlow;
 use clangor::body::{Body, Surface};
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::material::Material;
-use clangor::model::modal_file::{ModalFile, ModalOrigin, ModalPart};
+use clangor::model::modal_file::{ModalFile, ModalOrigin, ModalPart, round_shape};
 use clangor::model::modal_model::ModalModel;
 use clangor::model::model_file::Solid;
 use clangor_bake::acceleration_noise::{BakeGeometry, BakeProgress};
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_modes, radiate};
 
 use super::{RequestError, radiating};
-use crate::model_cache::{Lookup, ModelCache, modal_key};
+use crate::model_cache::{Lookup, ModelCache, given_modes_key, modal_key};
 
 /// Modes that somebody wants.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +23,8 @@ pub struct ModalRequest {
     solid: Solid,
     /// Of what.
     material: Material,
+    /// Its modes, if they need not be found.
+    given: Option<ModalModel>,
     /// How to bake.
     options: ModalBakeOptions,
     /// Hash of all that but names.
@@ -44,7 +46,27 @@ impl ModalRequest {
         let (geometry, mesh) = radiating(surface)?;
         let key = modal_key(&geometry, material, &options);
         let solid = Solid { name: name.into(), mass, surface: mesh };
-        Ok(ModalRequest { geometry, solid, material: material.clone(), options, key })
+        Ok(ModalRequest { geometry, solid, material: material.clone(), given: None, options, key })
+    }
+
+    /// A request for the sound of modes that somebody else found, in the same frame: those in the band.
+    ///
+    /// # Errors
+    /// [`RequestError`].
+    pub fn of_modes(
+        name: &str,
+        surface: &Surface,
+        mass: MassProperties,
+        material: &Material,
+        mut modes: ModalModel,
+        options: ModalBakeOptions,
+    ) -> Result<Self, RequestError> {
+        let (geometry, mesh) = radiating(surface)?;
+        modes.medium = options.medium;
+        modes.modes.iter_mut().for_each(|mode| round_shape(&mut mode.shape));
+        let key = given_modes_key(&geometry, &modes, &options);
+        let solid = Solid { name: name.into(), mass, surface: mesh };
+        Ok(ModalRequest { geometry, solid, material: material.clone(), given: Some(modes), options, key })
     }
 
     /// A request for the modes of a body of a scene or a timeline.
@@ -106,7 +128,17 @@ fn bake_modes(
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<ModalFile, ModalBakeError> {
-    let ModalRequest { geometry, material, options, key, .. } = request;
+    let ModalRequest { geometry, material, options, key, given, .. } = request;
+    if let Some(given) = given {
+        let (mut model, mut evidence) = (given.clone(), evidence_of_given(given));
+        model.max_frequency = model.max_frequency.min(options.max_frequency);
+        model.modes.retain(|mode| mode.frequency <= options.max_frequency);
+        if model.modes.is_empty() {
+            evidence.first_frequency = given.modes.first().map(|mode| mode.frequency);
+        }
+        radiate(geometry, &mut model, &mut evidence, options, progress)?;
+        return Ok(request.file(model, evidence));
+    }
     let kept = cache.and_then(|cache| cache.read_modes(key));
     let (mut model, mut evidence) = match kept {
         Some(ModalFile { modal, .. }) => (modal.model, evidence_of(modal.origin)),
@@ -127,6 +159,18 @@ fn bake_modes(
 
 /// Share of the work that modes take; a guess.
 const MODES: f64 = 0.3;
+
+/// What is known of modes that somebody else found.
+fn evidence_of_given(model: &ModalModel) -> ModalEvidence {
+    ModalEvidence {
+        mesh: "modes from a glTF file".into(),
+        nodes: model.surface.nodes.len(),
+        residual: 0.0,
+        first_frequency: None,
+        method: String::new(),
+        warnings: Vec::new(),
+    }
+}
 
 /// The evidence in a file.
 fn evidence_of(origin: ModalOrigin) -> ModalEvidence {

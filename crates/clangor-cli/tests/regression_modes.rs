@@ -31,7 +31,7 @@ fn what_cannot_ring_is_refused_with_a_reason() {
     refuse(&["open.obj", "--material", "steel"], &["open.obj", "open", "near", "thickness"]);
     refuse(&["bowl", "--material", "ceramic", "--poisson-ratio", "0.5"], &["Poisson", "0.5"]);
     refuse(&["bowl", "--material", "ceramic", "--density", "0"], &["density", "0 kg/m³"]);
-    refuse(&["bowl", "--material", "ceramic", "--youngs-modulus", "-1"], &["Young", "-1 Pa"]);
+    refuse(&["bowl", "--material", "ceramic", "--youngs-modulus=-1"], &["Young", "-1 Pa"]);
     refuse(&["sphere:0.0075", "--material", "steel"], &["no audible modes: the first is at", "kHz"]);
     refuse(&["bowl", "--material", "cheese"], &["cheese", "known:", "steel"]);
     refuse(&["bowl", "--material", "steel", "--export", "nowhere"], &["nowhere"]);

@@ -66,7 +66,7 @@ mod tests {
         // Does not, but the pressure nearby is 0.03 of the monopole's.
         assert_eq!(last_order(&[&one(8, 1.0)], 0.3), 8);
         assert_eq!(last_order(&[&one(8, 1e-3)], 0.3), 0);
-        let (loud, faint) = (one(2, 1.0), one(9, 1e-3));
+        let (loud, faint) = (one(2, 1.0), one(9, 1e-2));
         assert_eq!(last_order(&[&loud[..9], &faint], 9.0), 9);
         assert_eq!(last_order(&[&[Complex64::ZERO]], 1.0), 0);
     }

@@ -278,7 +278,6 @@ mod tests {
         let phases: Vec<f64> = (1..40).map(|i| 0.01 * f64::from(i) + 1e-6 * f64::from(i % 2)).collect();
         // Where what follows the bursts is short, a few runs are cheaper than one of long bursts.
         let [short, long] = [0, 300].map(|after| colours(&phases, after));
-        println!("{} {}", short.len(), long.len());
         assert!(short.len() > 1 && short.len() < 20 && long.len() == 1, "{} {}", short.len(), long.len());
         for run in short.iter().chain(&long) {
             let own: Vec<f64> = run.iter().map(|i| phases[*i]).collect();

@@ -8,6 +8,7 @@
 //! and written as soon as they are complete.
 //! Normalising takes a pass of its own to find the peak, so that memory stays flat however long the sound is.
 
+mod energy_limit;
 mod file_names;
 mod ringing;
 
@@ -17,9 +18,7 @@ use std::path::{Path, PathBuf};
 
 use clangor::body::{Body, BodyId};
 use clangor::contact::force_stream::{StreamSettings, force_stream};
-use clangor::contact::{
-    ContactError, ContactReport, ContactSettings, ImpactPulse, PoseHistory, impact_pulses,
-};
+use clangor::contact::{ContactError, ContactReport, ContactSettings, PoseHistory, impact_pulses};
 use clangor::output::compressor::Compressor;
 use clangor::scene::render_settings::{Compressor as CompressorSettings, Parts};
 use clangor::synthesis::click::clicks_of;
@@ -30,6 +29,7 @@ use clangor::synthesis::{
 use clangor::timeline::{ContactRow, Timeline};
 use rayon::prelude::*;
 
+pub use self::energy_limit::EnergyLimits;
 use self::file_names::{check_distinct, file_name};
 use self::ringing::{RingingBodies, Rolling, Voices};
 pub use self::ringing::{Transfers, UnplayableModes};
@@ -102,6 +102,8 @@ pub struct RenderOptions {
     pub parts: Parts,
     /// How modes become pressure.
     pub transfers: Transfers,
+    /// Whether blows put no more energy into modes than they have.
+    pub limit_energy: bool,
     /// Time step \[s\] of the dynamics whose gentle forces make bodies ring too; `None`: only blows do.
     pub rolling: Option<f64>,
     /// End of the sound \[s\].
@@ -210,6 +212,8 @@ pub struct RenderSummary {
     pub energies: BTreeMap<BodyId, f64>,
     /// The same of the ringing.
     pub modal_energies: BTreeMap<BodyId, f64>,
+    /// Energy of the blows on bodies that ring, against that which they have.
+    pub energy_limits: BTreeMap<BodyId, EnergyLimits>,
     /// Estimates of the same above the band of the fields, for bodies whose field ends within the band rendered.
     pub missing_energies: BTreeMap<BodyId, f64>,
 }
@@ -249,7 +253,8 @@ pub fn render(
         false => Vec::new(),
     };
     clicks.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let ringing = RingingBodies::new(bodies, sounds.ringers, options.transfers)?;
+    let blows = (&pulses[..], options.limit_energy);
+    let ringing = RingingBodies::new(bodies, sounds.ringers, options.transfers, blows)?;
 
     let mut stems = vec![None];
     if options.stems {
@@ -260,7 +265,7 @@ pub fn render(
     }
     let passes = options.listeners.len()
         * (stems.len() + usize::from(matches!(options.full_scale, FullScale::Peak(_))));
-    let mut summary = RenderSummary { contacts, ..RenderSummary::default() };
+    let mut summary = RenderSummary { contacts, energy_limits: ringing.limits(), ..RenderSummary::default() };
     let mut done = 0.0;
     for listener in &options.listeners {
         let mut full_scale = None;
@@ -279,7 +284,6 @@ pub fn render(
                 options,
                 clicks: heard,
                 ringing,
-                pulses: &pulses,
                 rolling: rolling.as_ref(),
                 poses: &poses,
                 passes,
@@ -327,7 +331,6 @@ struct Pass<'a> {
     clicks: &'a [Click],
     /// What rings: all bodies, or one of them.
     ringing: Option<(&'a RingingBodies, Option<BodyId>)>,
-    pulses: &'a [ImpactPulse],
     rolling: Option<&'a Rolling>,
     poses: &'a PoseHistory,
     /// How many passes there are.
@@ -399,10 +402,7 @@ impl Pass<'_> {
         let mut renderer = Renderer::new(self.listener, settings)?;
         let mut signal = OverlapAdd::new(self.listener.receivers.len(), 0);
         let mut voices = match self.ringing {
-            Some((bodies, only)) => {
-                let forces = (self.pulses, self.rolling);
-                bodies.voices(forces, self.poses, self.listener, settings, only)?
-            }
+            Some((bodies, only)) => bodies.voices(self.rolling, self.poses, self.listener, settings, only)?,
             None => Voices::none(),
         };
         let quiet_before = earliest_from(self.clicks);

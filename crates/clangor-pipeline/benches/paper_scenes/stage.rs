@@ -219,6 +219,7 @@ impl Stage {
             parts: Parts { acceleration: true, modal: false },
             transfers: Transfers::Baked,
             rolling: None,
+            limit_energy: true,
             to: seconds + 0.05,
             format: SampleFormat::Float32,
             full_scale: FullScale::Pascals(1.0),

@@ -16,6 +16,7 @@ use clangor::synthesis::{Listener, RenderSettings, SynthesisError};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use super::energy_limit::{EnergyLimits, blows_on};
 use crate::sound_models::ringers::Ringers;
 
 /// Frames that a voice plays at once.
@@ -72,7 +73,15 @@ fn without_transfers(model: &ModalModel) -> ModalModel {
 /// The ringing bodies, ready to be played to any listener.
 pub(super) struct RingingBodies {
     /// In the order of the bodies.
-    sources: Vec<(BodyId, Arc<ModalSource>)>,
+    sources: Vec<Ringer>,
+}
+
+/// A ringing body, and what strikes it.
+struct Ringer {
+    body: BodyId,
+    source: Arc<ModalSource>,
+    blows: Vec<ImpactPulse>,
+    limits: EnergyLimits,
 }
 
 /// A body of which the modes cannot be played.
@@ -91,6 +100,7 @@ impl RingingBodies {
         bodies: &[Body],
         ringers: &Ringers,
         transfers: Transfers,
+        (pulses, limit): (&[ImpactPulse], bool),
     ) -> Result<Self, UnplayableModes> {
         let settings = transfers.settings();
         let mut prepared: Vec<(&Arc<ModalModel>, &Damping, Arc<ModalSource>)> = Vec::new();
@@ -114,33 +124,40 @@ impl RingingBodies {
                     source
                 }
             };
-            sources.push((id, source));
+            let (blows, limits) = blows_on(id, &source, pulses, limit);
+            sources.push(Ringer { body: id, source, blows, limits });
         }
         Ok(RingingBodies { sources })
     }
 
     /// The bodies, in their order.
     pub(super) fn bodies(&self) -> impl Iterator<Item = BodyId> {
-        self.sources.iter().map(|(id, _)| *id)
+        self.sources.iter().map(|ringer| ringer.body)
     }
 
-    /// Those that are struck by pulses, or only one of them, as a listener hears them.
+    /// What became of the blows on each.
+    pub(super) fn limits(&self) -> BTreeMap<BodyId, EnergyLimits> {
+        self.sources.iter().map(|ringer| (ringer.body, ringer.limits)).collect()
+    }
+
+    /// Those that are struck, or only one of them, as a listener hears them.
     pub(super) fn voices<'a>(
         &self,
-        (pulses, rolling): (&[ImpactPulse], Option<&Rolling>),
+        rolling: Option<&Rolling>,
         poses: &'a PoseHistory,
         listener: &'a Listener,
         settings: &RenderSettings,
         only: Option<BodyId>,
     ) -> Result<Voices<'a>, SynthesisError> {
         let mut voices = Vec::new();
-        for (id, source) in self.sources.iter().filter(|(id, _)| only.is_none_or(|only| only == *id)) {
-            let mut voice = ModalVoice::new(Arc::clone(source), *id, poses, listener, settings)?;
-            voice.push_pulses(pulses)?;
+        let wanted = |ringer: &&Ringer| only.is_none_or(|only| only == ringer.body);
+        for Ringer { body, source, blows, .. } in self.sources.iter().filter(wanted) {
+            let mut voice = ModalVoice::new(Arc::clone(source), *body, poses, listener, settings)?;
+            voice.push_pulses(blows)?;
             if let Some(Rolling { forces, time_step }) = rolling {
                 voice.push_stream(forces, *time_step)?;
             }
-            voices.push((*id, voice));
+            voices.push((*body, voice));
         }
         let rate = settings.sample_rate.as_f64();
         Ok(Voices { voices, energies: BTreeMap::new(), rate, receivers: listener.receivers.len() })

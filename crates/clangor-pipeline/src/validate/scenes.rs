@@ -104,6 +104,7 @@ fn first_click() -> Result<Vec<f32>, Fault> {
         parts: Parts { acceleration: true, modal: false },
         transfers: Transfers::Baked,
         rolling: None,
+        limit_energy: true,
         to: 0.6,
         format: SampleFormat::Float32,
         full_scale: FullScale::Pascals(1.0),

@@ -20,6 +20,8 @@ pub struct RenderSettings {
     pub pulse: ForceProfile,
     /// What of the sound is rendered.
     pub parts: Parts,
+    /// Whether blows put no more energy into modes than they have.
+    pub limit_energy: bool,
     /// Whether forces too gentle to be blows make bodies ring too: rolling, sliding, rattling to rest.
     pub rolling: bool,
     /// What bodies sound as that do not say it themselves.
@@ -43,6 +45,7 @@ impl Default for RenderSettings {
             floor: Floor::None,
             pulse: ForceProfile::HalfSine,
             parts: Parts::default(),
+            limit_energy: true,
             rolling: false,
             sound: SoundRule::Auto,
             radiation: SphereModel::Exact,

@@ -135,6 +135,19 @@ impl Told<'_> {
                 "{many} bodies of more than {MOST_FORMS} different forms do not ring; ask for them with ringing = true"
             ));
         }
+        for (body, limits) in summary.energy_limits.iter().filter(|(_, limits)| limits.limited > 0) {
+            console.say(format_args!(
+                "\"{}\": {} of {} would put more energy into its modes than they have, {:.1} times at most; {}",
+                bodies[body.index()].name,
+                limits.limited,
+                counted(limits.blows as usize, "blow", "blows"),
+                limits.largest,
+                match self.options.limit_energy {
+                    true => "they are limited to it",
+                    false => "its ringing is too loud",
+                },
+            ));
+        }
         let (clicks, ringing) = (total(&summary.energies), total(&summary.modal_energies));
         if clicks > 0.0 && ringing > 0.0 {
             console
@@ -278,6 +291,7 @@ impl Told<'_> {
                     "acceleration_energy_pa2_s": energy(summary, index),
                     "modal_energy_pa2_s": modal_energy(summary, index),
                     "modes": ringers.modes(BodyId(index as u32)).map_or(0, |model| model.modes.len()),
+                    "limited_blows": summary.energy_limits.get(&BodyId(index as u32)).map(|l| l.limited),
                     "rings": ringers.bodies[index].to_string(),
                     "sounds_as": sources.kinds[index].to_string(),
                     "because": sources.decisions[index].reason.to_string(),

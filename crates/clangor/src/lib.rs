@@ -19,7 +19,7 @@ pub mod body;
 pub mod contact;
 pub mod geometry;
 pub mod material;
-mod math;
+pub mod math;
 pub mod medium;
 pub mod model;
 pub mod output;

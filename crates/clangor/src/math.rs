@@ -1,4 +1,4 @@
 //! Mathematics that more than one module needs.
 
 pub(crate) mod bessel;
-pub(crate) mod random;
+pub mod random;

@@ -1,10 +1,12 @@
 //! Reproducible random numbers: shapes and placements made from a seed.
 
 /// SplitMix64: Steele, Lea, Flood (2014), "Fast splittable pseudorandom number generators".
-pub(crate) struct SplitMix(u64);
+#[derive(Clone, Debug)]
+pub struct SplitMix(u64);
 
 impl SplitMix {
-    pub(crate) fn new(seed: u64) -> Self {
+    /// The sequence of a seed.
+    pub fn new(seed: u64) -> Self {
         SplitMix(seed)
     }
 
@@ -17,7 +19,7 @@ impl SplitMix {
     }
 
     /// Uniform in [low, high).
-    pub(crate) fn uniform(&mut self, low: f64, high: f64) -> f64 {
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.next() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
     }
 }

@@ -1,0 +1,199 @@
+//! Cuts a body into closed pieces that fit together.
+//!
+//! Elements whose corners belong to several regions are divided by the walls of `tetrahedron_parts`: through the middles
+//! of their edges, or exactly along the planes of scores.
+//!
+//! Why pieces are closed and manifold: in the barycentric division of a tetrahedral mesh, the neighbourhood of the part
+//! that the corners of one region span is a manifold with boundary if the mesh is one (Rourke and Sanderson,
+//! *Introduction to piecewise-linear topology*, ch. 3). It is checked all
+//! the same, piece by piece, because everything after it (mass, contact, sound) relies on it.
+//!
+
+use clangor::glam::DVec3;
+use clangor_bake::tetrahedra::TetMesh;
+
+use super::FractureError;
+use super::cells::{Cells, SharedFace};
+use super::piece::{Piece, check_manifold};
+
+/// A cut of a score keeps this share of an edge away from its ends.
+const LEAST_CUT: f64 = 0.02;
+/// Ends of edges this near to a plane, as a share of the body's size, are on it.
+const ON_PLANE: f64 = 1e-9;
+
+/// A plane along which a body was weakened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Score {
+    /// A point of it \[m\], in the frame of the body's mesh.
+    pub point: DVec3,
+    /// Normal; its length does not matter.
+    pub normal: DVec3,
+}
+
+/// One triangle of a crack, which bounds a piece on either side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CrackFace {
+    /// The pieces a and b; a has the smaller number.
+    pub pieces: [u32; 2],
+    /// Which triangle of `Piece::faces` it is in each.
+    pub faces: [u32; 2],
+    /// The element of the body before the fracture, on either side; mostly the same.
+    pub elements: [u32; 2],
+    /// Corners \[m\], counter-clockwise seen from outside a, that is from b.
+    pub corners: [DVec3; 3],
+}
+
+impl CrackFace {
+    /// Area \[m²\] along the normal that points out of a, into b.
+    pub fn area_vector(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        0.5 * (b - a).cross(c - a)
+    }
+
+    /// Centre \[m\].
+    pub fn centroid(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        (a + b + c) / 3.0
+    }
+}
+
+/// What a body falls into.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Split {
+    /// The pieces, in the frame of the body.
+    pub pieces: Vec<Piece>,
+    /// The triangles between them.
+    pub crack_faces: Vec<CrackFace>,
+}
+
+impl Split {
+    /// Area A_F of the crack \[m²\], counted once.
+    pub fn crack_area(&self) -> f64 {
+        self.crack_faces.iter().map(|f| f.area_vector().length()).sum()
+    }
+}
+
+/// Cuts between corners of different regions; `None` if they are all of one. Parts of a region that do not hang together
+/// become pieces of their own.
+///
+/// # Errors
+/// [`FractureError::Counts`]; and [`FractureError::Mesh`], [`FractureError::Surface`] or [`FractureError::Pinched`] for
+/// a body that has no valid pieces.
+pub fn split_by_regions(piece: &Piece, region: &[u32]) -> Result<Option<Split>, FractureError> {
+    if region.len() != piece.mesh.corners {
+        return Err(FractureError::Counts { what: "regions", got: region.len(), wanted: piece.mesh.corners });
+    }
+    let whole = Cells::of(piece);
+    let middle = |a: u32, b: u32| 0.5 * (whole.points[a as usize] + whole.points[b as usize]);
+    pieces_of(piece, whole.divide(region, middle))
+}
+
+/// Cuts along planes; `None` if none of them divides the body.
+///
+/// # Errors
+/// [`FractureError::Setting`] for a plane that is not finite or has no normal; the rest as for [`split_by_regions`].
+pub fn split_by_scores(piece: &Piece, scores: &[Score]) -> Result<Option<Split>, FractureError> {
+    let mut cells = Cells::of(piece);
+    let (low, high) = piece.surface().bounds();
+    let size = (high - low).length();
+    for score in scores {
+        let normal = score.normal.normalize_or_zero();
+        if normal == DVec3::ZERO || !score.point.is_finite() {
+            return Err(FractureError::Setting {
+                setting: "length of a score's normal",
+                value: score.normal.length(),
+            });
+        }
+        let height: Vec<f64> = cells.points.iter().map(|p| (*p - score.point).dot(normal)).collect();
+        let side: Vec<u32> = height.iter().map(|h| u32::from(*h > ON_PLANE * size)).collect();
+        let points = &cells.points;
+        let cut = |a: u32, b: u32| {
+            let (from, to) = (height[a as usize], height[b as usize]);
+            let along = (from / (from - to)).clamp(LEAST_CUT, 1.0 - LEAST_CUT);
+            points[a as usize].lerp(points[b as usize], along)
+        };
+        cells = cells.divide(&side, cut);
+    }
+    pieces_of(piece, cells)
+}
+
+/// The pieces that cells of several regions make.
+fn pieces_of(parent: &Piece, mut cells: Cells) -> Result<Option<Split>, FractureError> {
+    let count = cells.separate();
+    if count < 2 {
+        return Ok(None);
+    }
+    let mut outer: Vec<([u32; 3], bool)> =
+        cells.outer.iter().map(|f| (ascending(f.corners), f.inside)).collect();
+    outer.sort_unstable();
+    let mut pieces = Vec::with_capacity(count);
+    // For each piece its corners' numbers among all points, ascending.
+    let mut origins = Vec::with_capacity(count);
+    for members in by_region(&cells, count) {
+        let mut own: Vec<u32> = members.iter().flat_map(|k| cells.cells[*k as usize].corners).collect();
+        own.sort_unstable();
+        own.dedup();
+        let number = |n: u32| own.partition_point(|o| *o < n) as u32;
+        let points = own.iter().map(|n| cells.points[*n as usize]).collect();
+        let tetrahedra: Vec<[u32; 4]> =
+            members.iter().map(|k| cells.cells[*k as usize].corners.map(number)).collect();
+        let mesh = TetMesh::straight(points, &tetrahedra)?;
+        let faces: Vec<[u32; 3]> = mesh.surface().iter().map(|f| [f[0], f[1], f[2]]).collect();
+        let inside = faces
+            .iter()
+            .map(|f| {
+                let key = ascending(f.map(|n| own[n as usize]));
+                outer.binary_search_by(|o| o.0.cmp(&key)).map_or(true, |k| outer[k].1)
+            })
+            .collect();
+        let size = |k: &u32| parent.element_size[cells.cells[*k as usize].element as usize];
+        let element_size = members.iter().map(size).collect();
+        let piece = Piece { mesh, faces, inside, element_size };
+        check_manifold(&piece.surface())?;
+        pieces.push(piece);
+        origins.push(own);
+    }
+    let crack_faces = cells
+        .shared_faces()
+        .iter()
+        .filter(|f| cells.cells[f.cells[0] as usize].region != cells.cells[f.cells[1] as usize].region)
+        .filter_map(|face| crack_face(&cells, face, &pieces, &origins))
+        .collect();
+    Ok(Some(Split { pieces, crack_faces }))
+}
+
+/// The cells of each region.
+fn by_region(cells: &Cells, count: usize) -> Vec<Vec<u32>> {
+    let mut members = vec![Vec::new(); count];
+    for (k, cell) in cells.cells.iter().enumerate() {
+        members[cell.region as usize].push(k as u32);
+    }
+    members
+}
+
+fn crack_face(
+    cells: &Cells,
+    shared: &SharedFace,
+    pieces: &[Piece],
+    origins: &[Vec<u32>],
+) -> Option<CrackFace> {
+    let mut sides = shared.cells.map(|k| cells.cells[k as usize]);
+    sides.sort_unstable_by_key(|c| c.region);
+    let numbers = sides.map(|c| c.region);
+    let mut faces = [0; 2];
+    for (side, region) in numbers.iter().enumerate() {
+        let own = &origins[*region as usize];
+        let key = shared.corners.map(|n| own.partition_point(|o| *o < n) as u32);
+        // Faces of a mesh come in the order of their corners.
+        let found = pieces[*region as usize].faces.binary_search_by(|f| ascending(*f).cmp(&key));
+        faces[side] = found.ok()? as u32;
+    }
+    let piece = &pieces[numbers[0] as usize];
+    let corners = piece.faces[faces[0] as usize].map(|n| piece.mesh.nodes[n as usize]);
+    Some(CrackFace { pieces: numbers, faces, elements: sides.map(|c| c.element), corners })
+}
+
+fn ascending(mut corners: [u32; 3]) -> [u32; 3] {
+    corners.sort_unstable();
+    corners
+}

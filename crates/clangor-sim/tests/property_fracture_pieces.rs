@@ -1,0 +1,145 @@
+//! Pieces of random fractures are closed, manifold and positively oriented, and nothing is lost or gained.
+//!
+//! All 10 000: `cargo test -p clangor-sim --release --test property_fracture_pieces -- --ignored`.
+
+use std::collections::BTreeMap;
+
+use clangor::geometry::mass_properties::MassProperties;
+use clangor::geometry::tri_mesh::TriMesh;
+use clangor::glam::DVec3;
+use clangor::math::random::SplitMix;
+use clangor_bake::tetrahedra::TetMesh;
+use clangor_bake::tetrahedra::ball::ellipsoid;
+use clangor_bake::tetrahedra::block::block;
+use clangor_bake::tetrahedra::round::{cylinder, torus};
+use clangor_bake::tetrahedra::stuffing::stuff;
+use clangor_sim::fracture::pattern::{PatternSettings, draw_pattern};
+use clangor_sim::fracture::piece::Piece;
+use clangor_sim::fracture::split::{Split, split_by_regions};
+
+/// Bodies of about 200 tetrahedra.
+fn bodies() -> Vec<Piece> {
+    let ball = ellipsoid(DVec3::new(0.05, 0.04, 0.03), 2).unwrap();
+    let surface = Piece::whole(&ellipsoid(DVec3::splat(0.05), 3).unwrap()).unwrap().surface();
+    let meshes: [TetMesh; 6] = [
+        block(DVec3::new(0.1, 0.08, 0.06), [4, 3, 3]).unwrap(),
+        block(DVec3::new(0.1, 0.1, 0.004), [6, 6, 1]).unwrap(),
+        ball,
+        stuff(&surface, 0.03).unwrap().0,
+        cylinder(0.05, 0.006, 2, 1).unwrap(),
+        torus(0.05, 0.015, 1, 12).unwrap(),
+    ];
+    meshes.iter().map(|m| Piece::whole(m).unwrap()).collect()
+}
+
+/// Smooth random numbers at the corners: how strained a body is, if blows fell on some of its points.
+fn random_energy(piece: &Piece, random: &mut SplitMix) -> Vec<f64> {
+    let nodes = &piece.mesh.nodes[..piece.mesh.corners];
+    let size = piece.surface().diagonal();
+    let blows: Vec<DVec3> = (0..3).map(|_| nodes[random.uniform(0.0, nodes.len() as f64) as usize]).collect();
+    let density = |p: &DVec3| blows.iter().map(|b| 1.0 / (0.01 + (p.distance(*b) / size).powi(2))).sum();
+    nodes.iter().map(density).collect()
+}
+
+/// Regions from seeds, or without any order: every corner for itself.
+fn random_regions(piece: &Piece, random: &mut SplitMix) -> Option<Vec<u32>> {
+    let regions = 2 + random.uniform(0.0, 11.0) as usize;
+    if random.uniform(0.0, 1.0) < 0.25 {
+        let draw = |_| random.uniform(0.0, regions as f64) as u32;
+        return Some((0..piece.mesh.corners).map(draw).collect());
+    }
+    let settings = PatternSettings {
+        fracture_energy: 1.0,
+        efficiency: 1.0,
+        exponent: random.uniform(0.0, 0.6),
+        smallest_piece: 0.0,
+        most_pieces: regions,
+        seed: random.uniform(0.0, 1e15) as u64,
+    };
+    let energy = random_energy(piece, random);
+    draw_pattern(&piece.mesh, &energy, 1e9, &settings).unwrap().map(|p| p.region)
+}
+
+/// Every edge has two triangles, in opposite directions; around every vertex they make one ring; and the volume is
+/// positive. Written without the library's own topology.
+fn assert_solid(surface: &TriMesh) {
+    let mut edges: BTreeMap<(u32, u32), i32> = BTreeMap::new();
+    let mut links: BTreeMap<u32, BTreeMap<u32, u32>> = BTreeMap::new();
+    for [a, b, c] in &surface.triangles {
+        for (from, to, third) in [(*a, *b, *c), (*b, *c, *a), (*c, *a, *b)] {
+            assert!(edges.insert((from, to), 1).is_none(), "two triangles run along one edge alike");
+            links.entry(from).or_default().insert(to, third);
+        }
+    }
+    assert!(edges.keys().all(|(a, b)| edges.contains_key(&(*b, *a))), "open edge");
+    for link in links.values() {
+        let start = *link.keys().next().unwrap();
+        let (mut at, mut steps) = (start, 0);
+        while steps == 0 || at != start {
+            at = link[&at];
+            steps += 1;
+        }
+        assert_eq!(steps, link.len(), "two fans at one vertex");
+    }
+    assert_eq!(links.len(), surface.vertices.len());
+}
+
+/// What must not change when a body breaks: volume, first and second moments, and with them mass, centre, momentum and
+/// angular momentum of every rigid motion.
+fn assert_balance(parent: &Piece, split: &Split) {
+    let whole = parent.mass_properties().unwrap();
+    let parts: Vec<MassProperties> = split.pieces.iter().map(|p| p.mass_properties().unwrap()).collect();
+    let volume: f64 = parts.iter().map(|p| p.volume).sum();
+    // Seen: below 1e-12.
+    assert!((volume / whole.volume - 1.0).abs() < 1e-11, "volume {:e}", volume / whole.volume - 1.0);
+    let (v, w) = (DVec3::new(1.0, -2.0, 0.5), DVec3::new(30.0, 10.0, -20.0));
+    let at = |x: DVec3| v + w.cross(x - whole.centre_of_mass);
+    let momentum: DVec3 = parts.iter().map(|p| p.volume * at(p.centre_of_mass)).sum();
+    assert!((momentum - whole.volume * v).length() < 1e-11 * whole.volume * v.length());
+    let spin: DVec3 = parts
+        .iter()
+        .map(|p| {
+            let arm = p.centre_of_mass - whole.centre_of_mass;
+            p.inertia * w + p.volume * arm.cross(at(p.centre_of_mass))
+        })
+        .sum();
+    let before = whole.inertia * w;
+    assert!((spin - before).length() < 1e-11 * before.length(), "{:e}", (spin - before).length());
+}
+
+/// Fractures `bodies` one after the other, and the largest piece of each again; returns the number of fractures.
+fn fracture_many(count: usize, seed: u64) {
+    let bodies = bodies();
+    let mut random = SplitMix::new(seed);
+    let mut done = 0;
+    while done < count {
+        let mut body = bodies[done % bodies.len()].clone();
+        for _generation in 0..2 {
+            let Some(regions) = random_regions(&body, &mut random) else { break };
+            let Some(split) = split_by_regions(&body, &regions).unwrap() else { break };
+            done += 1;
+            for piece in &split.pieces {
+                assert_solid(&piece.surface());
+                let quality = piece.mesh.quality();
+                assert!(quality.least_jacobian > 0.0);
+            }
+            assert_balance(&body, &split);
+            let cracks: usize = split.pieces.iter().map(|p| p.inside.iter().filter(|i| **i).count()).sum();
+            let old = body.inside.iter().any(|i| *i);
+            assert!(old || cracks == 2 * split.crack_faces.len());
+            let largest = split.pieces.iter().max_by_key(|p| p.mesh.elements.len()).unwrap();
+            body = largest.clone();
+        }
+    }
+}
+
+#[test]
+fn three_hundred_fractures() {
+    fracture_many(300, 1);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn ten_thousand_fractures() {
+    fracture_many(10_000, 2);
+}

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor::body::BodyId;
+use clangor::body::{Body, BodyId};
 use clangor::scene::Scene;
 use clangor::scene::simulation_settings::SolverChoice;
-use clangor::timeline::{ContactRow, PoseRow, Timeline, TimelineSink};
+use clangor::timeline::{ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, choose_solver};
 
@@ -173,6 +173,14 @@ impl TimelineSink for ImpactLog {
         self.recent.push(*row);
         Ok(())
     }
+
+    fn fracture(&mut self, row: &FractureRow, children: &[Body]) -> std::io::Result<()> {
+        // Pieces of what may ring may ring.
+        if self.followed.contains(&row.parent) {
+            self.followed.extend(row.pieces());
+        }
+        self.timeline.fracture(row, children)
+    }
 }
 
 /// Poses that wait for their impact: more than an impact has bodies.
@@ -205,5 +213,10 @@ impl TimelineSink for Both {
     fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
         self.folder.pose(row)?;
         self.impacts.pose(row)
+    }
+
+    fn fracture(&mut self, row: &FractureRow, children: &[Body]) -> std::io::Result<()> {
+        self.folder.fracture(row, children)?;
+        self.impacts.fracture(row, children)
     }
 }

@@ -1,9 +1,10 @@
 //! Timelines on disk: a folder `NAME.timeline` that opens in pandas, Polars and DuckDB.
 //!
 //! ```text
-//! NAME.timeline/timeline.json      bodies, links, medium, settings, counts of rows
+//! NAME.timeline/timeline.json      bodies, pieces included, links, medium, settings, counts of rows
 //!               contacts.parquet   one row per contact point
 //!               poses.parquet      one row per body and instant
+//!               fractures.parquet  one row per body that broke, if any did
 //!               meshes/HASH.ply    every distinct surface, with its mean curvature
 //! ```
 //!
@@ -43,12 +44,14 @@ pub const FORMAT_VERSION: u32 = 1;
 const DESCRIPTION_FILE: &str = "timeline.json";
 const CONTACTS_FILE: &str = "contacts.parquet";
 const POSES_FILE: &str = "poses.parquet";
+const FRACTURES_FILE: &str = "fractures.parquet";
 const MESH_FOLDER: &str = "meshes";
 
 /// What a timeline is about: everything but its rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimelineHeader {
-    /// The bodies, links and gravity. When read, meshes have no convex parts.
+    /// The bodies that are there from the beginning, links and gravity. When read, meshes have no convex parts, and bodies
+    /// that broke know when.
     pub world: World,
     /// The fluid around them.
     pub medium: Medium,
@@ -257,6 +260,32 @@ pub enum RowProblem {
         body: u32,
         /// Bodies there are.
         bodies: usize,
+    },
+    /// A body that is not there at that time.
+    #[error("{column} is {body}, which lives from {birth} s to {death} s, but the row is of {time} s")]
+    NotAlive {
+        /// The column.
+        column: &'static str,
+        /// The body.
+        body: u32,
+        /// Time of the row \[s\].
+        time: f64,
+        /// First instant of the body \[s\].
+        birth: f64,
+        /// Last instant of the body \[s\].
+        death: f64,
+    },
+    /// Pieces that are not those which the bodies tell of.
+    #[error(
+        "pieces {first} to {first} + {count} - 1 are not what is born of the parent as it dies at {time} s"
+    )]
+    Pieces {
+        /// The first piece.
+        first: u32,
+        /// How many.
+        count: u32,
+        /// When \[s\].
+        time: f64,
     },
     /// A time before that of an earlier row.
     #[error("time {time} s comes after {latest} s; sort the rows by time")]

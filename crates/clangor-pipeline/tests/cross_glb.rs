@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, MeshSurface, Motion, Surface, World};
+use clangor::body::{Body, BodyId, Life, MeshSurface, Motion, Surface, World};
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::material::{Damping, Material};
 use clangor::pose::{Keyframe, Pose, Track};
@@ -38,6 +38,7 @@ fn body(name: &str, surface: &Arc<Surface>, position: DVec3, motion: Motion) -> 
         angular_velocity: DVec3::ZERO,
         motion,
         edge_radius: 1e-4,
+        life: Life::LASTING,
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Link, MeshSurface, Motion, SpringEnd, Surface, World};
+use clangor::body::{Body, BodyId, Life, Link, MeshSurface, Motion, SpringEnd, Surface, World};
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::material::{Damping, Material};
 use clangor::medium::Medium;
@@ -51,6 +51,7 @@ fn header() -> TimelineHeader {
         angular_velocity: DVec3::X * std::f64::consts::PI,
         motion,
         edge_radius: 2e-4,
+        life: Life::LASTING,
     };
     let key = |time, x| Keyframe { time, pose: Pose::at(DVec3::X * x) };
     let track = Track::try_new(vec![key(-0.1, 0.0), key(0.3, 1.0)]).unwrap();
@@ -215,9 +216,13 @@ fn example() -> (TempDir, PathBuf, Timeline) {
             angular_velocity: DVec3::ZERO,
         })
         .collect();
-    let timeline = Timeline { contacts, poses };
+    let timeline = Timeline { contacts, poses, ..Timeline::default() };
     write(&path, &header(), &timeline).unwrap();
     (folder, path, timeline)
+}
+
+fn recorded(contacts: Vec<ContactRow>, poses: Vec<PoseRow>) -> Timeline {
+    Timeline { contacts, poses, ..Timeline::default() }
 }
 
 /// Reads everything there is.
@@ -252,7 +257,7 @@ proptest! {
     ) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.timeline");
-        write(&path, &header(), &Timeline { contacts: contacts.clone(), poses: poses.clone() }).unwrap();
+        write(&path, &header(), &recorded(contacts.clone(), poses.clone())).unwrap();
         let reader = TimelineReader::open(&path).unwrap();
         let back = reader.contacts().unwrap().collect::<Result<Vec<_>, _>>().unwrap();
         prop_assert_eq!(back.len(), contacts.len());
@@ -315,8 +320,7 @@ fn impossible_rows_are_not_written() {
         (ContactRow { time: 0.999, ..good }, "time 0.999 s comes after 1 s"),
     ];
     for (bad, expected) in wrong {
-        let error =
-            write(&path, &header(), &Timeline { contacts: vec![good, bad], poses: vec![] }).unwrap_err();
+        let error = write(&path, &header(), &recorded(vec![good, bad], vec![])).unwrap_err();
         let message = error.to_string();
         assert!(message.contains("contacts.parquet, row 1: ") && message.contains(expected), "{message}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -324,7 +328,7 @@ fn impossible_rows_are_not_written() {
     // Within the window of a merged impact order is free, and a link needs no normal.
     let earlier = ContactRow { time: 0.9995, ..good };
     let link = ContactRow { kind: ContactKind::Constraint, normal: DVec3::ZERO, ..good };
-    write(&path, &header(), &Timeline { contacts: vec![good, earlier, link], poses: vec![] }).unwrap();
+    write(&path, &header(), &recorded(vec![good, earlier, link], vec![])).unwrap();
     let mut bad_header = header();
     bad_header.world.gravity.y = f64::NAN;
     assert!(matches!(TimelineWriter::create(&path, &bad_header, true), Err(TimelineError::Json { .. })));
@@ -372,7 +376,7 @@ fn damaged_tables_are_refused_by_name() {
     }
     // A table of another run, and a table of other columns.
     let (_other_folder, other, _) = example();
-    write(&other, &header(), &Timeline { contacts: vec![row(0.0)], poses: vec![] }).unwrap();
+    write(&other, &header(), &recorded(vec![row(0.0)], vec![])).unwrap();
     fs::copy(other.join("contacts.parquet"), path.join("contacts.parquet")).unwrap();
     assert!(matches!(read(&path), Err(TimelineError::RowCount { promised: 3000, found: 1, .. })));
     fs::copy(other.join("poses.parquet"), path.join("contacts.parquet")).unwrap();

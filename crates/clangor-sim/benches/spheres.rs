@@ -15,8 +15,8 @@ use std::ops::ControlFlow;
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use clangor::body::World;
-use clangor::timeline::{ContactRow, PoseRow, TimelineSink};
+use clangor::body::{Body, World};
+use clangor::timeline::{ContactRow, FractureRow, PoseRow, TimelineSink};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::{SimulationSettings, simulate};
 use glam::DVec3;
@@ -73,6 +73,10 @@ impl TimelineSink for Counter {
         if row.time == 0.0 || row.time == self.end {
             self.poses.push(*row);
         }
+        Ok(())
+    }
+
+    fn fracture(&mut self, _row: &FractureRow, _children: &[Body]) -> std::io::Result<()> {
         Ok(())
     }
 }

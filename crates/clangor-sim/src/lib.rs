@@ -51,6 +51,10 @@ pub struct SimulationReport {
     pub dropped_by_body: Vec<u64>,
     /// Contact rows written.
     pub rows: u64,
+    /// Bodies that broke.
+    pub fractures: u64,
+    /// Pieces that were born.
+    pub births: u64,
     /// Events of the sphere solver: impacts, cells left, phases ended, searches renewed; 0 where time is stepped.
     pub events: u64,
     /// Largest overlap seen \[m\].
@@ -112,6 +116,16 @@ pub enum SimulationError {
         b: String,
         /// Overlap \[m\].
         depth: f64,
+    },
+    /// A body cannot be replaced by pieces.
+    #[error("\"{body}\" breaks at t = {time:.6} s, but it {reason}")]
+    CannotBreak {
+        /// The body.
+        body: String,
+        /// Why not.
+        reason: &'static str,
+        /// When \[s\].
+        time: f64,
     },
     /// The state is no longer finite.
     #[error("the motion of \"{body}\" diverged at t = {time:.6} s")]
@@ -175,7 +189,7 @@ pub fn simulate(
     match choose_solver(world, settings.solver) {
         Solver::Spheres => spheres::simulate(world, settings, &mut recorder, progress)?,
         #[cfg(feature = "rigid")]
-        _ => rigid::simulate(world, settings, &mut recorder, progress)?,
+        _ => rigid::run(world, settings, &mut recorder, &mut |_, _| Ok(Vec::new()), progress)?,
         #[cfg(not(feature = "rigid"))]
         _ => {
             let mesh = world.bodies.iter().find(|b| matches!(*b.surface, Surface::Mesh(_)));
@@ -183,5 +197,23 @@ pub fn simulate(
             return Err(SimulationError::Unsupported { what: "time-stepped solver in this build", name });
         }
     }
+    Ok(recorder.finish(settings.duration)?)
+}
+
+/// Simulates a world whose bodies may break, in steps of time whatever the settings choose: `breaker` looks at each step,
+/// and the bodies that it names are replaced by its pieces at the end of that step.
+///
+/// # Errors
+/// [`SimulationError`], also those of `breaker`; rows already given to the sink stay there.
+#[cfg(feature = "rigid")]
+pub fn simulate_breaking(
+    world: &World,
+    settings: &SimulationSettings,
+    sink: &mut dyn TimelineSink,
+    breaker: rigid::Breaker<'_>,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<SimulationReport, SimulationError> {
+    let mut recorder = Recorder::new(settings.record, sink);
+    rigid::run(world, settings, &mut recorder, breaker, progress)?;
     Ok(recorder.finish(settings.duration)?)
 }

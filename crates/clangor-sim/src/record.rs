@@ -8,8 +8,8 @@
 
 use std::collections::BTreeMap;
 
-use clangor::body::BodyId;
-use clangor::timeline::{ContactKind, ContactRow, PoseRow, TimelineSink};
+use clangor::body::{Body, BodyId};
+use clangor::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, TimelineSink};
 
 use crate::SimulationReport;
 
@@ -121,6 +121,26 @@ impl<'a> Recorder<'a> {
     /// Takes a pose at the pose rate.
     pub fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
         self.sink.pose(row)
+    }
+
+    /// Takes a fracture, its pieces, and the impulses of its cracks; those between the same two pieces are one impact.
+    pub fn fracture(
+        &mut self,
+        row: &FractureRow,
+        pieces: &[Body],
+        mut cracks: Vec<ContactRow>,
+    ) -> std::io::Result<()> {
+        self.report.fractures += 1;
+        self.report.births += pieces.len() as u64;
+        self.sink.fracture(row, pieces)?;
+        cracks.sort_by_key(|crack| (crack.body_a, crack.body_b));
+        for same in cracks.chunk_by(|a, b| (a.body_a, a.body_b) == (b.body_a, b.body_b)) {
+            for crack in same {
+                self.write(&ContactRow { impact_id: self.next_id, ..*crack })?;
+            }
+            self.next_id += 1;
+        }
+        Ok(())
     }
 
     /// Tells that no row before `time` will follow: closes the impacts that are over.

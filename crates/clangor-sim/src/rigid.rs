@@ -15,6 +15,8 @@
 //!
 //! A ball's flight and impacts are exact for any Δt, those of other shapes to the accuracy of `flight`.
 //!
+//! Between two steps bodies may die and their pieces be born (`replacement`).
+//!
 //! Differs: \[GUE\] orders nothing inside a step and uses shock propagation; neither gives a logged balance.
 
 mod broad_phase;
@@ -24,27 +26,29 @@ mod contact_phase;
 mod flight;
 mod manifold;
 mod pair;
+mod replacement;
+mod run;
 mod shape;
 mod sleep;
 mod spring;
 mod state;
 mod step_log;
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use clangor::body::{Body, BodyId, World};
 use clangor::material::PairCoefficients;
-use clangor::timeline::{ContactKind, PoseRow};
+use clangor::timeline::PoseRow;
 use glam::DVec3;
 
-use crate::record::Recorder;
-use crate::{SimulationError, SimulationSettings};
+use crate::SimulationError;
 
 use broad_phase::Neighbours;
 use collision_phase::{CollisionPhase, Scene};
 use contact_phase::ContactPhase;
 use pair::{Pair, PairScratch, Step};
+pub use replacement::{Breaker, CrackImpulse, Replacement};
+pub(crate) use run::run;
 use shape::Shape;
 use spring::Spring;
 use state::BodyState;
@@ -56,8 +60,6 @@ const START_OVERLAP: f64 = 1e-4;
 const SLEEP_CHECK: u64 = 16;
 /// Steps between two bottom-up orderings.
 const ORDER_CHECK: u64 = 64;
-/// Steps between two calls of the progress report.
-const PROGRESS_CHECK: u64 = 64;
 
 /// A world that is stepped.
 pub struct RigidWorld {
@@ -73,6 +75,8 @@ pub struct RigidWorld {
     steps: u64,
     sweeps: u64,
     pairs: Vec<Pair>,
+    /// How many bodies the pairs were found among; the others are newborn.
+    paired: usize,
     neighbours: Neighbours,
     collision: CollisionPhase,
     contact: ContactPhase,
@@ -132,11 +136,14 @@ impl RigidWorld {
             steps: 0,
             sweeps: 0,
             pairs: Vec::new(),
+            paired: 0,
             neighbours: Neighbours::default(),
             collision: CollisionPhase::default(),
             contact: ContactPhase::default(),
             scratch: PairScratch::default(),
         };
+        // What overlaps now was not born so.
+        rigid.paired = rigid.bodies.len();
         rigid.find_pairs();
         rigid.refuse_overlaps()?;
         Ok(rigid)
@@ -147,7 +154,7 @@ impl RigidWorld {
         self.steps as f64 * self.time_step
     }
 
-    /// State of a body now.
+    /// State of a body now, or at its death.
     pub fn pose(&self, body: BodyId) -> PoseRow {
         let state = &self.bodies[body.index()];
         PoseRow {
@@ -183,12 +190,22 @@ impl RigidWorld {
         state.velocity.length() + state.start_angular_velocity().length() * state.radius
     }
 
+    /// Whether a body is there and has not broken.
+    pub fn is_alive(&self, body: BodyId) -> bool {
+        self.bodies.get(body.index()).is_some_and(|state| !state.is_gone())
+    }
+
+    /// Number of bodies there ever were; the next one that is born has this id.
+    pub fn count(&self) -> usize {
+        self.bodies.len()
+    }
+
     /// Whether a body sleeps.
     pub fn is_asleep(&self, body: BodyId) -> bool {
         self.bodies[body.index()].asleep
     }
 
-    /// Deepest overlap of any two bodies in the last step \[m\], 0 if none.
+    /// Deepest overlap of any two bodies in the last step \[m\], beyond that with which one of them was born; 0 if none.
     pub fn deepest_overlap(&self) -> f64 {
         let points = self.pairs.iter().filter(|p| p.live && p.hits == 0).flat_map(|p| &p.points);
         points.map(|p| -p.gap).fold(0.0, f64::max)
@@ -206,7 +223,7 @@ impl RigidWorld {
     pub fn step(&mut self, log: &mut StepLog) -> Result<(), SimulationError> {
         let step = Step { time: self.time(), length: self.time_step, gravity: self.gravity };
         log.clear();
-        let mut rebuild = false;
+        let mut rebuild = self.paired < self.bodies.len();
         for body in &mut self.bodies {
             body.begin_step(step.time, step.length);
             rebuild |= body.moved > 0.5 * body.margin;
@@ -275,10 +292,12 @@ impl RigidWorld {
                 Some(pair) => pair,
                 None => {
                     let coefficients = PairCoefficients::of(&self.materials[a], &self.materials[b]);
-                    Pair::new(key, coefficients, &self.bodies[a], &self.bodies[b], &self.shapes)
+                    let newborn = a.max(b) >= self.paired;
+                    Pair::new(key, coefficients, (&self.bodies[a], &self.bodies[b]), &self.shapes, newborn)
                 }
             });
         }
+        self.paired = self.bodies.len();
         self.contact.sort(&self.bodies, &self.pairs, self.gravity);
     }
 
@@ -301,50 +320,4 @@ impl RigidWorld {
             _ => Ok(()),
         }
     }
-}
-
-pub(crate) fn simulate(
-    world: &World,
-    settings: &SimulationSettings,
-    recorder: &mut Recorder<'_>,
-    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<(), SimulationError> {
-    if !(settings.duration >= 0.0 && settings.duration.is_finite()) {
-        return Err(SimulationError::BadSetting { setting: "duration", value: settings.duration });
-    }
-    let mut rigid = RigidWorld::try_new(world, settings.time_step, settings.sleep)?;
-    let mut log = if recorder.ignores_slow_contacts() {
-        StepLog::without_slow_contacts(recorder.settings().v_min)
-    } else {
-        StepLog::new()
-    };
-    let interval = recorder.pose_interval();
-    let bodies = (0..world.bodies.len() as u32).map(BodyId);
-    for body in bodies.clone() {
-        recorder.pose(&rigid.pose(body))?;
-    }
-    let moving: Vec<BodyId> = bodies.filter(|b| rigid.bodies[b.index()].can_move()).collect();
-    let mut next_pose = 1_u64;
-    let steps = (settings.duration / settings.time_step - 1e-9).ceil() as u64;
-    for k in 0..steps {
-        rigid.step(&mut log)?;
-        for (kind, rows, poses) in log.groups() {
-            match kind {
-                ContactKind::Impact => recorder.impact(rows, poses)?,
-                _ => recorder.contact(rows, poses)?,
-            }
-        }
-        recorder.advance(rigid.time())?;
-        // Half a step of tolerance keeps the rate where interval and step are commensurable.
-        if rigid.time() + 0.5 * settings.time_step >= next_pose as f64 * interval {
-            for &body in &moving {
-                recorder.pose(&rigid.pose(body))?;
-            }
-            next_pose = (rigid.time() / interval + 0.5).floor() as u64 + 1;
-        }
-        if k % PROGRESS_CHECK == 0 && progress(rigid.time()).is_break() {
-            return Err(SimulationError::Interrupted);
-        }
-    }
-    Ok(())
 }

@@ -15,7 +15,7 @@ use std::hint::black_box;
 use std::sync::{Arc, LazyLock};
 use std::time::Instant;
 
-use clangor::body::{Body, BodyId, Motion, Surface};
+use clangor::body::{Body, BodyId, Life, Motion, Surface};
 use clangor::contact::{BodyPulse, ForceProfile, ImpactPulse, PoseHistory};
 use clangor::glam::{DMat3, DQuat, DVec3};
 use clangor::material::presets;
@@ -136,6 +136,7 @@ fn voice() -> f64 {
         angular_velocity: DVec3::ZERO,
         motion: Motion::Keyframed(track.clone()),
         edge_radius: 1e-3,
+        life: Life::LASTING,
     };
     let poses = PoseHistory::try_new(std::slice::from_ref(&body), &[]).expect("a history");
     let settings = RenderSettings { floor: Floor::Rigid { height: 0.0 }, ..RenderSettings::default() };

@@ -17,7 +17,7 @@ use crate::geometry::tri_mesh::TriMesh;
 use crate::material::Material;
 use crate::pose::{Pose, Track};
 
-/// Index of a body in [`World::bodies`].
+/// Index of a body in [`World::bodies`]; bodies that are born later follow, in the order of their births.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BodyId(pub u32);
 
@@ -164,7 +164,39 @@ pub enum Motion {
     Keyframed(Track),
 }
 
-/// A body at the start of a simulation.
+/// When a body exists. One that breaks dies, and its pieces are born at the same instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Life {
+    /// First instant \[s\]; 0 for a body that is there from the beginning.
+    pub birth: f64,
+    /// Last instant \[s\]; infinite for one that lasts.
+    pub death: f64,
+    /// The body of which it is a piece.
+    pub parent: Option<BodyId>,
+}
+
+impl Life {
+    /// From the beginning and without end.
+    pub const LASTING: Life = Life { birth: 0.0, death: f64::INFINITY, parent: None };
+
+    /// Of a piece of `parent`, from `birth` \[s\] on.
+    pub fn of_piece(parent: BodyId, birth: f64) -> Self {
+        Life { birth, parent: Some(parent), ..Life::LASTING }
+    }
+
+    /// Whether the body exists at a time \[s\]; both ends belong to its life.
+    pub fn holds(&self, time: f64) -> bool {
+        (self.birth <= 0.0 || time >= self.birth) && time <= self.death
+    }
+}
+
+impl Default for Life {
+    fn default() -> Self {
+        Life::LASTING
+    }
+}
+
+/// A body at the beginning of its life.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Name, unique in the world.
@@ -177,16 +209,18 @@ pub struct Body {
     pub mass: f64,
     /// Inertia about the centre of mass in the body frame \[kg m²\].
     pub inertia: DMat3,
-    /// Pose at t = 0.
+    /// Pose at birth.
     pub pose: Pose,
-    /// Velocity of the centre of mass at t = 0 \[m/s\].
+    /// Velocity of the centre of mass at birth \[m/s\].
     pub velocity: DVec3,
-    /// Angular velocity at t = 0 \[rad/s\], world frame.
+    /// Angular velocity at birth \[rad/s\], world frame.
     pub angular_velocity: DVec3,
     /// What moves it.
     pub motion: Motion,
     /// Lower bound of the local contact radius \[m\], for edges and vertices, where mesh curvature is meaningless.
     pub edge_radius: f64,
+    /// When it exists.
+    pub life: Life,
 }
 
 /// A force or constraint between two points.

@@ -1,10 +1,10 @@
-//! What happened: contacts and poses over time, the waist between dynamics and sound.
+//! What happened: contacts, poses and fractures over time, the waist between dynamics and sound.
 //!
 //! Our own solvers, an importer and a hand-written list produce the same rows; sound reads nothing else.
 
 use glam::{DQuat, DVec3};
 
-use crate::body::BodyId;
+use crate::body::{Body, BodyId};
 
 /// What a contact row records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -88,6 +88,54 @@ pub struct PoseRow {
     pub angular_velocity: DVec3,
 }
 
+/// A body that broke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FractureRow {
+    /// When \[s\]: death of the parent and birth of the pieces.
+    pub time: f64,
+    /// The body that broke.
+    pub parent: BodyId,
+    /// The first piece; the others follow it.
+    pub first_child: BodyId,
+    /// Number of pieces.
+    pub children: u32,
+    /// Strain energy in the parent \[J\].
+    pub strain_energy: f64,
+    /// Energy of the new surfaces \[J\].
+    pub fracture_energy: f64,
+    /// Kinetic energy that the impulses of the cracks gave to the pieces \[J\].
+    pub kinetic_energy_gain: f64,
+    /// Area of the cracks, each counted once \[m²\].
+    pub crack_area: f64,
+    /// How long the impulses of the cracks act \[s\].
+    pub duration: f64,
+    /// Seed of the pattern.
+    pub seed: u64,
+}
+
+impl FractureRow {
+    /// A fracture of `parent` of which nothing is known yet.
+    pub fn of(parent: BodyId) -> Self {
+        FractureRow {
+            time: 0.0,
+            parent,
+            first_child: BodyId(0),
+            children: 0,
+            strain_energy: 0.0,
+            fracture_energy: 0.0,
+            kinetic_energy_gain: 0.0,
+            crack_area: 0.0,
+            duration: 0.0,
+            seed: 0,
+        }
+    }
+
+    /// The pieces.
+    pub fn pieces(&self) -> impl Iterator<Item = BodyId> + use<> {
+        (self.first_child.0..self.first_child.0.saturating_add(self.children)).map(BodyId)
+    }
+}
+
 /// Where a simulation puts its rows as they happen: memory, or a file.
 ///
 /// Rows come in order of time within each kind, up to the merging window of impacts (0.5 ms).
@@ -96,6 +144,9 @@ pub trait TimelineSink {
     fn contact(&mut self, row: &ContactRow) -> std::io::Result<()>;
     /// Takes a pose row.
     fn pose(&mut self, row: &PoseRow) -> std::io::Result<()>;
+    /// Takes a fracture and the pieces, before any row that names one of them. The first has the id `row.first_child`,
+    /// which is the number of bodies so far.
+    fn fracture(&mut self, row: &FractureRow, children: &[Body]) -> std::io::Result<()>;
 }
 
 /// A timeline in memory.
@@ -105,6 +156,24 @@ pub struct Timeline {
     pub contacts: Vec<ContactRow>,
     /// Poses, in order of time.
     pub poses: Vec<PoseRow>,
+    /// Fractures, in order of time.
+    pub fractures: Vec<FractureRow>,
+    /// Bodies born after the beginning, in the order of their ids, which follow those of the world.
+    pub births: Vec<Body>,
+}
+
+impl Timeline {
+    /// Every body that ever was: those of the world at the beginning, `start`, then those born later, each with its
+    /// whole life.
+    pub fn all_bodies(&self, start: &[Body]) -> Vec<Body> {
+        let mut bodies = [start, &self.births].concat();
+        for fracture in &self.fractures {
+            if let Some(parent) = bodies.get_mut(fracture.parent.index()) {
+                parent.life.death = fracture.time;
+            }
+        }
+        bodies
+    }
 }
 
 impl TimelineSink for Timeline {
@@ -115,6 +184,18 @@ impl TimelineSink for Timeline {
 
     fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
         self.poses.push(*row);
+        Ok(())
+    }
+
+    fn fracture(&mut self, row: &FractureRow, children: &[Body]) -> std::io::Result<()> {
+        // Of the bodies that were there from the beginning only the number is known.
+        let start = row.first_child.index().saturating_sub(self.births.len());
+        let born = row.parent.index().checked_sub(start);
+        if let Some(parent) = born.and_then(|at| self.births.get_mut(at)) {
+            parent.life.death = row.time;
+        }
+        self.fractures.push(*row);
+        self.births.extend_from_slice(children);
         Ok(())
     }
 }

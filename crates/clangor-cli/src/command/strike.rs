@@ -6,7 +6,7 @@ use std::path::Path;
 use std::slice;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, MeshSurface, Motion, Surface};
+use clangor::body::{Body, BodyId, Life, MeshSurface, Motion, Surface};
 use clangor::contact::force_profile::ForceProfile;
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::DVec3;
@@ -330,6 +330,7 @@ fn at_rest(options: &Strike, surface: Arc<Surface>, mass: MassProperties, materi
         mass: material.density * volume,
         inertia: inertia * material.density,
         edge_radius: EDGE_RADIUS_RATIO * surface.bounding_radius(),
+        life: Life::LASTING,
         material,
         surface,
         pose: Pose::IDENTITY,

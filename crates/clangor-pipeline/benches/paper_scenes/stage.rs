@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Motion, Surface};
+use clangor::body::{Body, BodyId, Life, Motion, Surface};
 use clangor::contact::ContactSettings;
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::{DQuat, DVec3};
@@ -114,6 +114,7 @@ impl Stage {
             angular_velocity: DVec3::ZERO,
             motion,
             edge_radius: 2e-4,
+            life: Life::LASTING,
         });
         self.rules.push(rule);
     }

@@ -1,7 +1,7 @@
 //! An imitated raw log of a settling rock pile: the same pairs of bodies touch step after step, at points that creep and
 //! with impulses that fluctuate about the load they carry.
 
-use clangor::body::{Body, BodyId, Motion, Surface, World};
+use clangor::body::{Body, BodyId, Life, Motion, Surface, World};
 use clangor::material::{Damping, Material};
 use clangor::medium::Medium;
 use clangor::pose::Pose;
@@ -46,6 +46,7 @@ pub(crate) fn header() -> TimelineHeader {
             angular_velocity: DVec3::ZERO,
             motion: Motion::Free,
             edge_radius: 3e-4,
+            life: Life::LASTING,
         })
         .collect();
     TimelineHeader {

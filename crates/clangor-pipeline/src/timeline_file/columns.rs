@@ -1,7 +1,7 @@
-//! The columns of both tables: each ties a name and a type in the file to a field of a row.
+//! The columns of the tables: each ties a name and a type in the file to a field of a row.
 
-use clangor::body::BodyId;
-use clangor::timeline::{ContactKind, ContactRow, PoseRow};
+use clangor::body::{BodyId, Life};
+use clangor::timeline::{ContactKind, ContactRow, FractureRow, PoseRow};
 use glam::{DQuat, DVec3};
 
 use super::{RowProblem, resolution};
@@ -22,7 +22,7 @@ pub(super) enum Field<R> {
     Kind(fn(&R) -> u8, fn(&mut R, u8) -> bool),
 }
 
-/// A row that is stored as a table. Two are: contacts and poses.
+/// A row that is stored as a table. Three are: contacts, poses and fractures.
 pub(super) trait TableRow: Copy + 'static {
     /// The columns, in the order of the file.
     fn columns() -> Vec<Column<Self>>;
@@ -32,8 +32,8 @@ pub(super) trait TableRow: Copy + 'static {
     fn time(&self) -> f64;
     /// The row as the file keeps it, before rounding to 32 bits.
     fn stored(&self) -> Self;
-    /// What columns alone cannot check.
-    fn check(&self, bodies: usize) -> Result<(), RowProblem>;
+    /// What columns alone cannot check: `lives` are those of the bodies.
+    fn check(&self, lives: &[Life]) -> Result<(), RowProblem>;
 }
 
 /// A column of 32-bit floats.
@@ -42,6 +42,16 @@ macro_rules! float {
         Column { name: $name, field: Field::F32(|r| r.$($field)+, |r, v| r.$($field)+ = v) }
     };
 }
+
+/// A column of 64-bit floats.
+macro_rules! double {
+    ($name:literal, $($field:tt)+) => {
+        Column { name: $name, field: Field::F64(|r| r.$($field)+, |r, v| r.$($field)+ = v) }
+    };
+}
+
+/// How far the time of a row may lie outside the life of its body \[s\]: rounding.
+const LIFE_SLACK: f64 = 1e-9;
 
 /// How far a stored unit vector may be from length 1: f32 rounding is 1e-7, the rest is for hand-made tables.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -103,12 +113,10 @@ impl TableRow for ContactRow {
         resolution::stored(self)
     }
 
-    fn check(&self, bodies: usize) -> Result<(), RowProblem> {
-        if self.body_a.index() >= bodies {
-            return Err(RowProblem::Body { column: "body_a", body: self.body_a.0, bodies });
-        }
-        if self.body_b != BodyId::WORLD && self.body_b.index() >= bodies {
-            return Err(RowProblem::Body { column: "body_b", body: self.body_b.0, bodies });
+    fn check(&self, lives: &[Life]) -> Result<(), RowProblem> {
+        check_alive("body_a", self.body_a, self.time, lives)?;
+        if self.body_b != BodyId::WORLD {
+            check_alive("body_b", self.body_b, self.time, lives)?;
         }
         // A link has no surface and need not have a normal.
         if self.kind == ContactKind::Constraint && self.normal == DVec3::ZERO {
@@ -156,12 +164,81 @@ impl TableRow for PoseRow {
         *self
     }
 
-    fn check(&self, bodies: usize) -> Result<(), RowProblem> {
-        if self.body.index() >= bodies {
-            return Err(RowProblem::Body { column: "body", body: self.body.0, bodies });
-        }
+    fn check(&self, lives: &[Life]) -> Result<(), RowProblem> {
+        check_alive("body", self.body, self.time, lives)?;
         check_unit("orientation", self.orientation.length_squared())
     }
+}
+
+impl TableRow for FractureRow {
+    fn columns() -> Vec<Column<Self>> {
+        vec![
+            double!("t", time),
+            Column { name: "parent", field: Field::U32(|r| r.parent.0, |r, v| r.parent = BodyId(v)) },
+            Column {
+                name: "first_child",
+                field: Field::U32(|r| r.first_child.0, |r, v| r.first_child = BodyId(v)),
+            },
+            Column { name: "children", field: Field::U32(|r| r.children, |r, v| r.children = v) },
+            double!("strain_energy", strain_energy),
+            double!("fracture_energy", fracture_energy),
+            double!("kinetic_energy_gain", kinetic_energy_gain),
+            double!("crack_area", crack_area),
+            double!("duration", duration),
+            Column { name: "seed", field: Field::U64(|r| r.seed, |r, v| r.seed = v) },
+        ]
+    }
+
+    const BLANK: Self = FractureRow {
+        time: 0.0,
+        parent: BodyId(0),
+        first_child: BodyId(0),
+        children: 0,
+        strain_energy: 0.0,
+        fracture_energy: 0.0,
+        kinetic_energy_gain: 0.0,
+        crack_area: 0.0,
+        duration: 0.0,
+        seed: 0,
+    };
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn stored(&self) -> Self {
+        *self
+    }
+
+    fn check(&self, lives: &[Life]) -> Result<(), RowProblem> {
+        let bodies = lives.len();
+        let Some(parent) = lives.get(self.parent.index()) else {
+            return Err(RowProblem::Body { column: "parent", body: self.parent.0, bodies });
+        };
+        let first = self.first_child.index();
+        let pieces = lives.get(first..first.saturating_add(self.children as usize)).unwrap_or_default();
+        let born = |life: &Life| life.parent == Some(self.parent) && life.birth == self.time;
+        if pieces.is_empty() || !pieces.iter().all(born) || parent.death != self.time {
+            return Err(RowProblem::Pieces {
+                first: self.first_child.0,
+                count: self.children,
+                time: self.time,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a body that is not there, or not at that time.
+fn check_alive(column: &'static str, id: BodyId, time: f64, lives: &[Life]) -> Result<(), RowProblem> {
+    let Some(life) = lives.get(id.index()) else {
+        return Err(RowProblem::Body { column, body: id.0, bodies: lives.len() });
+    };
+    if life.holds(time) || life.holds(time + LIFE_SLACK) || life.holds(time - LIFE_SLACK) || !time.is_finite()
+    {
+        return Ok(());
+    }
+    Err(RowProblem::NotAlive { column, body: id.0, time, birth: life.birth, death: life.death })
 }
 
 fn check_unit(column: &'static str, length_squared: f64) -> Result<(), RowProblem> {

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface, World};
 use clangor::material::{Damping, Material};
 use clangor::medium::Medium;
 use clangor::pose::{Keyframe, Pose, Track};
@@ -26,6 +26,8 @@ pub(super) struct Description {
     units: Units,
     pub(super) contacts: TableFields,
     pub(super) poses: TableFields,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) fractures: Option<TableFields>,
     origin: OriginFields,
     medium: MediumFields,
     gravity: [f64; 3],
@@ -93,6 +95,17 @@ struct BodyFields {
     orientation: [f64; 4],
     velocity: [f64; 3],
     angular_velocity: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    life: Option<LifeFields>,
+}
+
+/// When a body exists; left out for one that is there from beginning to end.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LifeFields {
+    birth: f64,
+    death: Extended,
+    parent: Option<u32>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -196,22 +209,13 @@ pub(super) fn describe(header: &TimelineHeader) -> (Description, BTreeMap<String
     let mut hashed: Vec<(*const Surface, String)> = Vec::new();
     let mut bodies = Vec::new();
     for body in &header.world.bodies {
-        let surface = match &*body.surface {
-            Surface::Sphere { radius } => SurfaceFields::Sphere { radius: *radius },
-            Surface::HalfSpace => SurfaceFields::HalfSpace {},
-            Surface::Mesh(surface) => {
-                let address = Arc::as_ptr(&body.surface);
-                let known = hashed.iter().rev().find(|(a, _)| *a == address).map(|(_, hash)| hash.clone());
-                let hash = known.unwrap_or_else(|| {
-                    let bytes = surface_file::to_bytes(surface);
-                    let name = hash::of(&bytes);
-                    files.insert(name.clone(), bytes);
-                    hashed.push((address, name.clone()));
-                    name
-                });
-                SurfaceFields::Mesh { hash, volume: surface.volume }
-            }
-        };
+        let address = Arc::as_ptr(&body.surface);
+        let known = hashed.iter().rev().find(|(a, _)| *a == address).map(|(_, hash)| hash.clone());
+        let (surface, file) = surface_fields(&body.surface, known);
+        if let Some((hash, bytes)) = file {
+            files.insert(hash.clone(), bytes);
+            hashed.push((address, hash));
+        }
         bodies.push(body_fields(body, surface));
     }
     let origin = &header.origin;
@@ -222,6 +226,7 @@ pub(super) fn describe(header: &TimelineHeader) -> (Description, BTreeMap<String
         units: Units { length: "m".into(), mass: "kg".into(), time: "s".into(), angle: "rad".into() },
         contacts: TableFields::default(),
         poses: TableFields::default(),
+        fractures: None,
         origin: OriginFields {
             solver: origin.solver.clone(),
             time_step: origin.time_step,
@@ -239,6 +244,51 @@ pub(super) fn describe(header: &TimelineHeader) -> (Description, BTreeMap<String
         scene: header.scene.clone(),
     };
     (description, files)
+}
+
+impl Description {
+    /// Adds the pieces of a body that broke, and returns the content of their mesh files by hash.
+    ///
+    /// # Errors
+    /// A number that JSON does not have.
+    pub(super) fn replace(
+        &mut self,
+        parent: BodyId,
+        pieces: &[Body],
+    ) -> Result<Vec<(String, Vec<u8>)>, serde_json::Error> {
+        let mut files = Vec::new();
+        for piece in pieces {
+            let (surface, file) = surface_fields(&piece.surface, None);
+            let fields = body_fields(piece, surface);
+            // JSON turns NaN into null, which is no number: better refused now than found when the file is read.
+            serde_json::from_slice::<BodyFields>(&serde_json::to_vec(&fields)?)?;
+            self.bodies.push(fields);
+            files.extend(file);
+        }
+        if let (Some(parent), Some(piece)) = (self.bodies.get_mut(parent.index()), pieces.first()) {
+            let life =
+                parent.life.unwrap_or(LifeFields { birth: 0.0, death: f64::INFINITY.into(), parent: None });
+            parent.life = Some(LifeFields { death: piece.life.birth.into(), ..life });
+        }
+        Ok(files)
+    }
+}
+
+/// The description of a surface; unless the hash of its file is `known`, also that and the file's content.
+fn surface_fields(surface: &Surface, known: Option<String>) -> (SurfaceFields, Option<(String, Vec<u8>)>) {
+    match surface {
+        Surface::Sphere { radius } => (SurfaceFields::Sphere { radius: *radius }, None),
+        Surface::HalfSpace => (SurfaceFields::HalfSpace {}, None),
+        Surface::Mesh(surface) => {
+            let volume = surface.volume;
+            if let Some(hash) = known {
+                return (SurfaceFields::Mesh { hash, volume }, None);
+            }
+            let bytes = surface_file::to_bytes(surface);
+            let hash = hash::of(&bytes);
+            (SurfaceFields::Mesh { hash: hash.clone(), volume }, Some((hash, bytes)))
+        }
+    }
 }
 
 fn body_fields(body: &Body, surface: SurfaceFields) -> BodyFields {
@@ -273,6 +323,11 @@ fn body_fields(body: &Body, surface: SurfaceFields) -> BodyFields {
         orientation: body.pose.orientation.to_array(),
         velocity: body.velocity.to_array(),
         angular_velocity: body.angular_velocity.to_array(),
+        life: (body.life != Life::LASTING).then(|| LifeFields {
+            birth: body.life.birth,
+            death: body.life.death.into(),
+            parent: body.life.parent.map(|id| id.0),
+        }),
     }
 }
 
@@ -506,7 +561,23 @@ impl Checks<'_> {
             angular_velocity: fields.angular_velocity.into(),
             motion,
             edge_radius: fields.edge_radius,
+            life: self.life(index, fields.life)?,
         })
+    }
+
+    fn life(&self, index: usize, fields: Option<LifeFields>) -> Result<Life, TimelineError> {
+        let Some(LifeFields { birth, death, parent }) = fields else { return Ok(Life::LASTING) };
+        let (death, parent) = (f64::from(death), parent.map(BodyId));
+        self.not_negative(&format!("bodies[{index}].life.birth"), birth)?;
+        if !(death >= birth) {
+            let problem = format!("is {death}, before the birth at {birth}");
+            return Err(self.field(&format!("bodies[{index}].life.death"), problem));
+        }
+        if let Some(parent) = parent.filter(|id| id.index() >= index) {
+            let problem = format!("is {}, which does not come before it", parent.0);
+            return Err(self.field(&format!("bodies[{index}].life.parent"), problem));
+        }
+        Ok(Life { birth, death, parent })
     }
 
     fn link(&self, index: usize, link: &LinkFields) -> Result<Link, TimelineError> {

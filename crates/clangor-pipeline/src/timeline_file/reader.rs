@@ -3,13 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clangor::timeline::{ContactRow, PoseRow, Timeline};
+use clangor::body::{Body, Life};
+use clangor::timeline::{ContactRow, FractureRow, PoseRow, Timeline};
 
 use super::columns::TableRow;
 use super::table::TableReader;
 use super::{
-    CONTACTS_FILE, DESCRIPTION_FILE, POSES_FILE, TimelineError, TimelineHeader, TimelineSummary, description,
-    hash,
+    CONTACTS_FILE, DESCRIPTION_FILE, FRACTURES_FILE, POSES_FILE, RowProblem, TimelineError, TimelineHeader,
+    TimelineSummary, description, hash,
 };
 
 /// A timeline on disk. Opening reads its description and meshes; rows are read by the iterators.
@@ -17,6 +18,8 @@ use super::{
 pub struct TimelineReader {
     folder: PathBuf,
     header: TimelineHeader,
+    births: Vec<Body>,
+    fractures: Vec<FractureRow>,
     program: String,
     rows: TimelineSummary,
 }
@@ -29,23 +32,47 @@ impl TimelineReader {
     pub fn open(folder: &Path) -> Result<Self, TimelineError> {
         let path = folder.join(DESCRIPTION_FILE);
         let text = fs::read(&path).map_err(|source| hash::read_error(&path, source))?;
-        let (description, header) = description::read(&path, &text, folder)?;
-        let rows = TimelineSummary { contacts: description.contacts.rows, poses: description.poses.rows };
-        for (name, table) in [(CONTACTS_FILE, &description.contacts), (POSES_FILE, &description.poses)] {
-            if let Some(hash) = &table.hash {
+        let (description, mut header) = description::read(&path, &text, folder)?;
+        let births = split_births(&path, &mut header.world.bodies)?;
+        let tables = [
+            (CONTACTS_FILE, Some(&description.contacts)),
+            (POSES_FILE, Some(&description.poses)),
+            (FRACTURES_FILE, description.fractures.as_ref()),
+        ];
+        for (name, table) in tables {
+            if let Some(hash) = table.and_then(|table| table.hash.as_ref()) {
                 hash::check_file(&folder.join(name), hash)?;
             }
         }
-        let reader = TimelineReader { folder: folder.into(), header, program: description.program, rows };
+        let rows = TimelineSummary {
+            contacts: description.contacts.rows,
+            poses: description.poses.rows,
+            fractures: description.fractures.map_or(0, |table| table.rows),
+            births: births.len() as u64,
+        };
+        let program = description.program;
+        let mut reader =
+            TimelineReader { folder: folder.into(), header, births, fractures: Vec::new(), program, rows };
         // Both tables must at least begin and end well.
         let _ = reader.contacts()?;
         let _ = reader.poses()?;
+        reader.read_fractures()?;
         Ok(reader)
     }
 
     /// Everything but the rows.
     pub fn header(&self) -> &TimelineHeader {
         &self.header
+    }
+
+    /// Every body that ever was, in the order of their ids: those of the header, then those born later.
+    pub fn bodies(&self) -> Vec<Body> {
+        [&self.header.world.bodies[..], &self.births].concat()
+    }
+
+    /// The fractures, in order of time.
+    pub fn fractures(&self) -> &[FractureRow] {
+        &self.fractures
     }
 
     /// The program that wrote it, with its version.
@@ -86,21 +113,61 @@ impl TimelineReader {
         let mut timeline = Timeline {
             contacts: self.contacts()?.collect::<Result<_, _>>()?,
             poses: self.poses()?.collect::<Result<_, _>>()?,
+            fractures: self.fractures.clone(),
+            births: self.births.clone(),
         };
         timeline.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
         timeline.poses.sort_by(|a, b| a.time.total_cmp(&b.time));
         Ok(timeline)
     }
 
+    /// Reads the fractures, and checks that the pieces are theirs one after the other.
+    fn read_fractures(&mut self) -> Result<(), TimelineError> {
+        let start = self.header.world.bodies.len();
+        let mut next = start;
+        if self.rows.fractures > 0 {
+            let path = self.folder.join(FRACTURES_FILE);
+            for (row, fracture) in self.table::<FractureRow>(FRACTURES_FILE, self.rows.fractures)?.enumerate()
+            {
+                let fracture = fracture?;
+                if fracture.first_child.index() != next {
+                    let FractureRow { first_child, children, time, .. } = fracture;
+                    let problem = RowProblem::Pieces { first: first_child.0, count: children, time };
+                    return Err(TimelineError::Row { path, row: row as u64, problem });
+                }
+                next += fracture.children as usize;
+                self.fractures.push(fracture);
+            }
+        }
+        if next != start + self.births.len() {
+            let (field, path) = (format!("bodies[{next}].life"), self.folder.join(DESCRIPTION_FILE));
+            let problem = format!("has a parent, but {FRACTURES_FILE} does not know how it broke");
+            return Err(TimelineError::Field { path, field, problem });
+        }
+        Ok(())
+    }
+
     fn table<R: TableRow>(&self, name: &str, promised: u64) -> Result<Rows<R>, TimelineError> {
-        let bodies = self.header.world.bodies.len();
+        let lives: Vec<Life> = self.header.world.bodies.iter().chain(&self.births).map(|b| b.life).collect();
         let slack = self.header.origin.order_slack();
         Ok(Rows {
-            table: TableReader::open(&self.folder.join(name), promised, bodies, slack)?,
+            table: TableReader::open(&self.folder.join(name), promised, lives, slack)?,
             next: 0,
             ended: false,
         })
     }
+}
+
+/// Takes those that are pieces of others, which must come last, out of the list.
+fn split_births(path: &Path, bodies: &mut Vec<Body>) -> Result<Vec<Body>, TimelineError> {
+    let start = bodies.iter().position(|body| body.life.parent.is_some()).unwrap_or(bodies.len());
+    let births = bodies.split_off(start);
+    if let Some(at) = births.iter().position(|body| body.life.parent.is_none()) {
+        let field = format!("bodies[{}].life", start + at);
+        let problem = "has no parent, but comes after a body that has one".into();
+        return Err(TimelineError::Field { path: path.into(), field, problem });
+    }
+    Ok(births)
 }
 
 /// The rows of a table, one after another; a fault is the last item.

@@ -10,6 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clangor::body::{BodyId, Life};
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::column::writer::ColumnWriter;
@@ -69,12 +70,12 @@ pub(super) struct TableWriter<R: TableRow> {
     grouped: usize,
     rows: u64,
     order: Order,
-    bodies: usize,
+    lives: Vec<Life>,
 }
 
 impl<R: TableRow> TableWriter<R> {
     /// Creates the file. `slack` is how far rows may be out of order \[s\].
-    pub(super) fn create(path: &Path, bodies: usize, slack: f64) -> Result<Self, TimelineError> {
+    pub(super) fn create(path: &Path, lives: Vec<Life>, slack: f64) -> Result<Self, TimelineError> {
         let columns = R::columns();
         let level = ZstdLevel::try_new(ZSTD_LEVEL).map_err(|e| parquet_error(path, &e))?;
         let mut properties = WriterProperties::builder()
@@ -103,22 +104,12 @@ impl<R: TableRow> TableWriter<R> {
         let values = columns.iter().map(|c| empty(&c.field)).collect();
         let order = Order { latest: f64::NEG_INFINITY, slack };
         let block = Vec::with_capacity(BLOCK_ROWS);
-        Ok(TableWriter {
-            path: path.into(),
-            file,
-            columns,
-            block,
-            values,
-            grouped: 0,
-            rows: 0,
-            order,
-            bodies,
-        })
+        Ok(TableWriter { path: path.into(), file, columns, block, values, grouped: 0, rows: 0, order, lives })
     }
 
     /// Appends a row.
     pub(super) fn push(&mut self, row: &R) -> Result<(), TimelineError> {
-        let checked = self.order.check(row.time()).and_then(|()| row.check(self.bodies));
+        let checked = self.order.check(row.time()).and_then(|()| row.check(&self.lives));
         checked.map_err(|problem| self.row_error(self.rows, problem))?;
         self.block.push(row.stored());
         self.rows += 1;
@@ -129,6 +120,19 @@ impl<R: TableRow> TableWriter<R> {
             }
         }
         Ok(())
+    }
+
+    /// Rows so far.
+    pub(super) fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// Takes note of a death, and of the births that come of it.
+    pub(super) fn replace(&mut self, parent: BodyId, pieces: &[Life]) {
+        if let (Some(parent), Some(piece)) = (self.lives.get_mut(parent.index()), pieces.first()) {
+            parent.death = piece.birth;
+        }
+        self.lives.extend_from_slice(pieces);
     }
 
     /// Writes what is left and synchronises the file.
@@ -278,7 +282,7 @@ pub(super) struct TableReader<R: TableRow> {
     scratch: Scratch,
     rows: u64,
     order: Order,
-    bodies: usize,
+    lives: Vec<Life>,
 }
 
 /// Buffers for one column's share of a block.
@@ -293,11 +297,21 @@ struct Scratch {
 
 impl<R: TableRow> TableReader<R> {
     /// Opens the file and checks its columns and number of rows.
-    pub(super) fn open(path: &Path, promised: u64, bodies: usize, slack: f64) -> Result<Self, TimelineError> {
-        guarded(path, || Self::open_unguarded(path, promised, bodies, slack))
+    pub(super) fn open(
+        path: &Path,
+        promised: u64,
+        lives: Vec<Life>,
+        slack: f64,
+    ) -> Result<Self, TimelineError> {
+        guarded(path, || Self::open_unguarded(path, promised, lives, slack))
     }
 
-    fn open_unguarded(path: &Path, promised: u64, bodies: usize, slack: f64) -> Result<Self, TimelineError> {
+    fn open_unguarded(
+        path: &Path,
+        promised: u64,
+        lives: Vec<Life>,
+        slack: f64,
+    ) -> Result<Self, TimelineError> {
         let file = File::open(path).map_err(|source| read_error(path, source))?;
         let file = SerializedFileReader::new(file).map_err(|e| parquet_error(path, &e))?;
         let metadata = file.metadata().file_metadata();
@@ -337,7 +351,7 @@ impl<R: TableRow> TableReader<R> {
             scratch: Scratch::default(),
             rows: 0,
             order: Order { latest: f64::NEG_INFINITY, slack },
-            bodies,
+            lives,
         })
     }
 
@@ -375,7 +389,7 @@ impl<R: TableRow> TableReader<R> {
             })?;
         }
         for (index, row) in self.block.iter().enumerate() {
-            self.order.check(row.time()).and_then(|()| row.check(self.bodies)).map_err(|problem| {
+            self.order.check(row.time()).and_then(|()| row.check(&self.lives)).map_err(|problem| {
                 TimelineError::Row { path: self.path.clone(), row: self.rows + index as u64, problem }
             })?;
         }

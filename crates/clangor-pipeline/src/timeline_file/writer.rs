@@ -1,14 +1,19 @@
 //! Writing a timeline as it happens.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::Path;
 
-use clangor::timeline::{ContactRow, PoseRow, TimelineSink};
+use clangor::body::{Body, Life};
+use clangor::timeline::{ContactRow, FractureRow, PoseRow, TimelineSink};
 
 use super::description::{Description, check_json, describe};
 use super::table::TableWriter;
-use super::{CONTACTS_FILE, DESCRIPTION_FILE, MESH_FOLDER, POSES_FILE, TimelineError, TimelineHeader};
+use super::{
+    CONTACTS_FILE, DESCRIPTION_FILE, FRACTURES_FILE, MESH_FOLDER, POSES_FILE, RowProblem, TimelineError,
+    TimelineHeader,
+};
 use crate::atomic_file::AtomicFolder;
 
 /// What a finished timeline holds.
@@ -18,6 +23,10 @@ pub struct TimelineSummary {
     pub contacts: u64,
     /// Pose rows.
     pub poses: u64,
+    /// Bodies that broke.
+    pub fractures: u64,
+    /// Bodies that were born of it.
+    pub births: u64,
 }
 
 /// Writes one timeline; the folder appears under its name when [`TimelineWriter::finish`] succeeds, and not at all
@@ -27,6 +36,15 @@ pub struct TimelineWriter {
     description: Description,
     contacts: TableWriter<ContactRow>,
     poses: TableWriter<PoseRow>,
+    /// Only once something broke.
+    fractures: Option<TableWriter<FractureRow>>,
+    /// Of all bodies so far.
+    lives: Vec<Life>,
+    /// Bodies at the beginning.
+    start: usize,
+    /// Hashes of the meshes that have been written.
+    meshes: BTreeSet<String>,
+    slack: f64,
 }
 
 impl TimelineWriter {
@@ -42,18 +60,76 @@ impl TimelineWriter {
         // JSON turns NaN into null: better refused now than found when the file is read.
         let text = to_json(&description, &description_file)?;
         check_json(&description_file, &text)?;
-        if !meshes.is_empty() {
-            let mesh_folder = folder.path().join(MESH_FOLDER);
-            fs::create_dir(&mesh_folder).map_err(io_error("create", &mesh_folder))?;
-            for (hash, bytes) in meshes {
-                write_synchronised(&mesh_folder.join(format!("{hash}.ply")), &bytes)?;
+        let lives: Vec<Life> = header.world.bodies.iter().map(|body| body.life).collect();
+        let slack = header.origin.order_slack();
+        let contacts = TableWriter::create(&folder.path().join(CONTACTS_FILE), lives.clone(), slack)?;
+        let poses = TableWriter::create(&folder.path().join(POSES_FILE), lives.clone(), slack)?;
+        let mut writer = TimelineWriter {
+            folder,
+            description,
+            contacts,
+            poses,
+            fractures: None,
+            start: lives.len(),
+            lives,
+            meshes: BTreeSet::new(),
+            slack,
+        };
+        writer.write_meshes(meshes)?;
+        Ok(writer)
+    }
+
+    /// Writes the meshes, by hash, that are not there yet.
+    fn write_meshes(
+        &mut self,
+        meshes: impl IntoIterator<Item = (String, Vec<u8>)>,
+    ) -> Result<(), TimelineError> {
+        let folder = self.folder.path().join(MESH_FOLDER);
+        for (hash, bytes) in meshes {
+            if self.meshes.is_empty() {
+                fs::create_dir(&folder).map_err(io_error("create", &folder))?;
+            }
+            if self.meshes.insert(hash.clone()) {
+                write_synchronised(&folder.join(format!("{hash}.ply")), &bytes)?;
             }
         }
-        let bodies = header.world.bodies.len();
-        let slack = header.origin.order_slack();
-        let contacts = TableWriter::create(&folder.path().join(CONTACTS_FILE), bodies, slack)?;
-        let poses = TableWriter::create(&folder.path().join(POSES_FILE), bodies, slack)?;
-        Ok(TimelineWriter { folder, description, contacts, poses })
+        Ok(())
+    }
+
+    /// Adds the pieces of a body that broke.
+    fn replace(&mut self, row: &FractureRow, pieces: &[Body]) -> Result<(), TimelineError> {
+        let path = self.folder.path().join(FRACTURES_FILE);
+        let known = self.lives.len();
+        if row.first_child.index() != known
+            || row.children as usize != pieces.len()
+            || row.parent.index() >= known
+        {
+            let problem =
+                RowProblem::Pieces { first: row.first_child.0, count: row.children, time: row.time };
+            return Err(TimelineError::Row {
+                path,
+                row: self.fractures.as_ref().map_or(0, TableWriter::rows),
+                problem,
+            });
+        }
+        let lives: Vec<Life> = pieces.iter().map(|piece| piece.life).collect();
+        self.lives[row.parent.index()].death = row.time;
+        self.lives.extend_from_slice(&lives);
+        self.contacts.replace(row.parent, &lives);
+        self.poses.replace(row.parent, &lives);
+        match &mut self.fractures {
+            Some(table) => table.replace(row.parent, &lives),
+            none => *none = Some(TableWriter::create(&path, self.lives.clone(), self.slack)?),
+        }
+        if let Some(table) = &mut self.fractures {
+            table.push(row)?;
+        }
+        let meshes = self.description.replace(row.parent, pieces).map_err(|e| {
+            let (line, column) = (e.line(), e.column());
+            let path = self.folder.path().join(DESCRIPTION_FILE);
+            TimelineError::Json { path, line, column, reason: format!("a piece: {e}") }
+        })?;
+        self.write_meshes(meshes)
     }
 
     /// Completes the files and puts the folder in place.
@@ -63,9 +139,16 @@ impl TimelineWriter {
     pub fn finish(mut self) -> Result<TimelineSummary, TimelineError> {
         let contacts = self.contacts.finish()?;
         let poses = self.poses.finish()?;
-        let summary = TimelineSummary { contacts: contacts.rows, poses: poses.rows };
+        let fractures = self.fractures.map(TableWriter::finish).transpose()?;
+        let summary = TimelineSummary {
+            contacts: contacts.rows,
+            poses: poses.rows,
+            fractures: fractures.as_ref().map_or(0, |table| table.rows),
+            births: (self.lives.len() - self.start) as u64,
+        };
         self.description.contacts = contacts;
         self.description.poses = poses;
+        self.description.fractures = fractures;
         let path = self.folder.path().join(DESCRIPTION_FILE);
         write_synchronised(&path, &to_json(&self.description, &path)?)?;
         self.folder.commit()?;
@@ -80,6 +163,10 @@ impl TimelineSink for TimelineWriter {
 
     fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
         self.poses.push(row).map_err(std::io::Error::other)
+    }
+
+    fn fracture(&mut self, row: &FractureRow, children: &[Body]) -> std::io::Result<()> {
+        self.replace(row, children).map_err(std::io::Error::other)
     }
 }
 

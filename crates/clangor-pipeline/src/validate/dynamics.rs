@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Motion, Surface, World};
+use clangor::body::{Body, BodyId, Life, Motion, Surface, World};
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::{DMat3, DQuat, DVec3};
 use clangor::material::{Material, presets};
@@ -55,6 +55,7 @@ pub(super) fn ball(name: &str, material: &Material, position: DVec3, velocity: D
         angular_velocity: DVec3::ZERO,
         motion: Motion::Free,
         edge_radius: 0.0,
+        life: Life::LASTING,
     }
 }
 
@@ -71,6 +72,7 @@ pub(super) fn plane(material: &Material, point: DVec3, normal: DVec3) -> Body {
         angular_velocity: DVec3::ZERO,
         motion: Motion::Fixed,
         edge_radius: 0.0,
+        life: Life::LASTING,
     }
 }
 
@@ -229,6 +231,7 @@ fn first_impact(table: &mut Validation) -> Outcome {
         angular_velocity: DVec3::new(11.0, -7.0, 5.0),
         motion: Motion::Free,
         edge_radius: 0.0,
+        life: Life::LASTING,
     };
     let floor = plane(&material, DVec3::ZERO, DVec3::Y);
     let world = World { bodies: vec![die, floor], links: Vec::new(), gravity: DVec3::NEG_Y * GRAVITY };

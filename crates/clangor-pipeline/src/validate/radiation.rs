@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use clangor::body::{Body, Motion, Surface};
+use clangor::body::{Body, Life, Motion, Surface};
 use clangor::contact::ForceProfile;
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::glam::DVec3;
@@ -64,6 +64,7 @@ fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, St
         angular_velocity: DVec3::ZERO,
         motion: Motion::Free,
         edge_radius: 0.0,
+        life: Life::LASTING,
     };
     let impulse = DVec3::new(0.0, body.mass, 0.0);
     let blow = Strike {

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::pair::PairKey;
 use super::shape::{Part, Shape};
-use super::state::BodyState;
+use super::state::{BodyState, Drive};
 
 /// Margin as a fraction of the radius.
 const MARGIN: f64 = 0.15;
@@ -18,7 +18,8 @@ const MARGIN_STEPS: f64 = 4.0;
 pub(super) fn pairs(bodies: &mut [BodyState], shapes: &[Shape], step: f64) -> Vec<PairKey> {
     for body in bodies.iter_mut() {
         body.moved = 0.0;
-        body.margin = if body.radius.is_finite() && !matches!(body.drive, super::state::Drive::Fixed) {
+        let stays = matches!(body.drive, Drive::Fixed | Drive::Gone);
+        body.margin = if body.radius.is_finite() && !stays {
             MARGIN * body.radius + MARGIN_STEPS * body.surface_speed() * step
         } else {
             0.0
@@ -26,7 +27,7 @@ pub(super) fn pairs(bodies: &mut [BodyState], shapes: &[Shape], step: f64) -> Ve
     }
     let bodies = &*bodies;
     let (mut bounded, mut half_spaces) = (Vec::new(), Vec::new());
-    for (i, body) in bodies.iter().enumerate() {
+    for (i, body) in bodies.iter().enumerate().filter(|(_, body)| !body.is_gone()) {
         if shapes[body.shape].half_space { half_spaces.push(i) } else { bounded.push(i) }
     }
     let reach = |i: usize| bodies[i].radius + bodies[i].margin;

@@ -34,6 +34,8 @@ const CAP_CORNERS: usize = 16;
 /// one, whose lowest point may run round the rim within a step, most often a little way.
 const SLOW_RIM: &[f64] = &[0.5 * PI, PI];
 const FAST_RIM: &[f64] = &[0.04, 0.1, 0.18, 0.3, 0.45, 0.7, 1.1, 1.6, 2.3, PI];
+/// Cores that are nearer than this have no direction between them that rounding leaves alone \[m\].
+const IN_TOUCH: f64 = 1e-9;
 /// The distance query looks this much farther than asked \[m\].
 const QUERY_MARGIN: f64 = 1e-4;
 
@@ -190,7 +192,7 @@ fn convex(
 ) -> Separation {
     let (ra, rb) = (a.part.rounding(b.part), b.part.rounding(a.part));
     if axis != DVec3::ZERO {
-        let gap = (a.support(-axis) - b.support(axis)).dot(axis) - ra - rb;
+        let gap = core_gap(a, b, axis) - ra - rb;
         if gap > prediction {
             return Separation { gap, normal: axis, normal_of_a: false };
         }
@@ -207,7 +209,13 @@ fn convex(
             (a.position + a.orientation * on_a, a.position + a.orientation * on_b, a.orientation * -outward)
         }
         GJKResult::NoIntersection(direction) => {
-            return Separation { gap: far, normal: a.orientation * -direction, normal_of_a: false };
+            let normal = a.orientation * -direction;
+            if core_gap(a, b, normal) > 0.0 {
+                return Separation { gap: far, normal, normal_of_a: false };
+            }
+            // The expanding polytope gave up on faces that coincide.
+            let deepest = a.support(-normal);
+            (deepest, deepest - normal * core_gap(a, b, normal), normal)
         }
         _ => return Separation { gap: far, normal: DVec3::ZERO, normal_of_a: false },
     };
@@ -215,7 +223,7 @@ fn convex(
         return Separation { gap: far, normal: DVec3::ZERO, normal_of_a: false };
     }
     let (normal, on_a, on_b) = match (on_a - on_b).dot(normal) {
-        core if core < 0.0 => least_overlap(a, b, normal, on_a, on_b),
+        core if core < IN_TOUCH => least_overlap(a, b, normal, on_a, on_b),
         _ => (normal, on_a, on_b),
     };
     let gap = (on_a - on_b).dot(normal) - ra - rb;
@@ -239,6 +247,11 @@ fn convex(
     Separation { gap, normal, normal_of_a }
 }
 
+/// Distance of the cores along a unit normal from B to A \[m\], negative if they overlap along it.
+fn core_gap(a: &Placed<'_>, b: &Placed<'_>, normal: DVec3) -> f64 {
+    (a.support(-normal) - b.support(normal)).dot(normal)
+}
+
 /// The direction of least overlap among the one found and the face normals. Where hulls lie parallel the expanding
 /// polytope may stop at a direction that is none.
 fn least_overlap(
@@ -248,7 +261,7 @@ fn least_overlap(
     on_a: DVec3,
     on_b: DVec3,
 ) -> (DVec3, DVec3, DVec3) {
-    let gap = |normal: DVec3| (a.support(-normal) - b.support(normal)).dot(normal);
+    let gap = |normal: DVec3| core_gap(a, b, normal);
     let faces = |placed: &Placed<'_>, sign: f64| -> Vec<DVec3> {
         let PartShape::Hull(hull) = &placed.part.shape else { return Vec::new() };
         hull.faces.iter().map(|f| placed.orientation * f.normal * sign).collect()

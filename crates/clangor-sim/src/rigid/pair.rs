@@ -4,6 +4,11 @@
 //! anew after [`DRIFT`] of relative travel (every step where a surface is curved, as the point of contact wanders).
 //! Impulses of the last step move to the nearest new anchors, which starts the contact phase near its answer. A pair
 //! that is farther apart than it can travel is skipped until it has travelled that far.
+//!
+//! A piece of a broken body is born touching its siblings, and the convex parts that stand for it may overlap theirs, or
+//! those of other bodies. That overlap counts as touching, so that nothing is pushed out of anything and no energy comes
+//! of it; as the bodies part it is forgotten, and never counts again. Bodies so are born without impulses between them
+//! and stay without while they part or rest, but if they approach each other they are stopped where they are.
 
 use clangor::material::PairCoefficients;
 use glam::{DQuat, DVec3};
@@ -75,6 +80,9 @@ pub(super) struct Pair {
     axis: DVec3,
     normal_in_owner: DVec3,
     normal_of_a: bool,
+    /// Overlap that counts as touching \[m\]: what was there when one of the bodies was born, as far as it has not opened
+    /// since; infinite until it has been measured.
+    allowance: f64,
     /// Distance that the pair is known to be apart beyond its foresight \[m\].
     slack: f64,
     /// Travel since the manifold was found \[m\].
@@ -101,12 +109,13 @@ pub(super) struct Step {
 }
 
 impl Pair {
+    /// A pair of which nothing is known; `newborn`: one of the bodies is in its first step.
     pub(super) fn new(
         key: PairKey,
         coefficients: PairCoefficients,
-        a: &BodyState,
-        b: &BodyState,
+        (a, b): (&BodyState, &BodyState),
         shapes: &[Shape],
+        newborn: bool,
     ) -> Self {
         let part_a = &shapes[a.shape].parts[usize::from(key.part_a)];
         let part_b = &shapes[b.shape].parts[usize::from(key.part_b)];
@@ -123,6 +132,7 @@ impl Pair {
             exact: ExactManifold::default(),
             rim_lift: 0.0,
             rolls_on_rim: part_a.cylinder_radius() > 0.0 && shapes[b.shape].half_space,
+            allowance: if newborn { f64::INFINITY } else { 0.0 },
             curved: part_a.is_curved() || part_b.is_curved(),
             axis: DVec3::ZERO,
             normal_in_owner: DVec3::Y,
@@ -130,6 +140,11 @@ impl Pair {
             slack: -1.0,
             travel: f64::INFINITY,
         }
+    }
+
+    /// Indices of its bodies.
+    pub(super) fn ends(&self) -> [usize; 2] {
+        [self.key.a as usize, self.key.b as usize]
     }
 
     /// Bodies of the pair.
@@ -168,6 +183,9 @@ impl Pair {
             self.slack -= reach;
             return;
         }
+        if self.allowance > 0.0 && (!self.live || self.travel > DRIFT) {
+            self.forget_opened(bodies, shapes, step, scratch);
+        }
         self.update(bodies, shapes, step, 0.5 * step.length, reach, scratch);
     }
 
@@ -192,6 +210,26 @@ impl Pair {
         self.update(bodies, shapes, step, t, reach, scratch);
     }
 
+    /// Reduces the overlap that counts as touching to what is left of it at the start of the step.
+    fn forget_opened(
+        &mut self,
+        bodies: &[BodyState],
+        shapes: &[Shape],
+        step: &Step,
+        scratch: &mut PairScratch,
+    ) {
+        let (a, b) = self.bodies(bodies);
+        let (xa, qa) = a.weightless_pose(step.time, step.length, 0.0);
+        let (xb, qb) = b.weightless_pose(step.time, step.length, 0.0);
+        let (placed_a, placed_b) = self.placed(shapes, (a, xa, qa), (b, xb, qb));
+        let PairScratch { found, manifold: buffers, .. } = scratch;
+        let Separation { gap, normal, .. } =
+            manifold(&placed_a, &placed_b, SLOP, true, self.axis, found, buffers);
+        if normal != DVec3::ZERO {
+            self.allowance = self.allowance.min(-gap).max(0.0);
+        }
+    }
+
     fn update(
         &mut self,
         bodies: &[BodyState],
@@ -201,6 +239,10 @@ impl Pair {
         reach: f64,
         scratch: &mut PairScratch,
     ) {
+        if self.allowance == f64::INFINITY {
+            self.live = false;
+            return;
+        }
         if !self.live || self.curved || self.travel > DRIFT {
             self.find(bodies, shapes, step, t, reach, scratch);
         }
@@ -218,7 +260,7 @@ impl Pair {
         self.normal = if self.normal_of_a { qa } else { qb } * self.normal_in_owner;
         for point in &mut self.points {
             let (on_a, on_b) = (xa + qa * point.anchor_a, xb + qb * point.anchor_b);
-            point.gap = (on_a - on_b).dot(self.normal);
+            point.gap = (on_a - on_b).dot(self.normal) + self.allowance;
             let middle = (on_a + on_b) * 0.5;
             point.arm_a = middle - xa;
             point.arm_b = middle - xb;
@@ -331,6 +373,7 @@ impl Pair {
         self.exact.time = t;
         self.exact.normal = found.normal;
         self.exact.points.clone_from(&scratch.found);
+        self.exact.points.iter_mut().for_each(|point| point.gap += self.allowance);
     }
 
     fn placed<'a>(

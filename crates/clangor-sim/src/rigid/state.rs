@@ -23,6 +23,8 @@ pub(super) enum Drive {
     Free,
     Fixed,
     Keyframed(Track),
+    /// The body has died, and only its index is left.
+    Gone,
 }
 
 /// A body as it flies through a step.
@@ -93,7 +95,7 @@ impl Instant {
 }
 
 impl BodyState {
-    /// A body at t = 0; `Err` says what is wrong with it.
+    /// A body at its birth; `Err` says what is wrong with it.
     pub(super) fn try_new(body: &Body, shape: usize, radius: f64) -> Result<Self, &'static str> {
         let drive = match &body.motion {
             Motion::Free => Drive::Free,
@@ -162,9 +164,20 @@ impl BodyState {
     pub(super) fn can_move(&self) -> bool {
         match &self.drive {
             Drive::Free => true,
-            Drive::Fixed => false,
+            Drive::Fixed | Drive::Gone => false,
             Drive::Keyframed(track) => !track.is_fixed(),
         }
+    }
+
+    /// Whether it has died.
+    pub(super) fn is_gone(&self) -> bool {
+        matches!(self.drive, Drive::Gone)
+    }
+
+    /// Dies.
+    pub(super) fn vanish(&mut self) {
+        self.drive = Drive::Gone;
+        self.asleep = false;
     }
 
     /// Whether impulses and gravity move it now.

@@ -127,8 +127,9 @@ impl StepLog {
         }
     }
 
-    /// Kind, rows and poses of each group, in the order in which they happened.
-    pub(super) fn groups(&self) -> impl Iterator<Item = (ContactKind, &[ContactRow], &[PoseRow])> {
+    /// Kind, rows and poses of each group of one pair at one instant, in the order in which they happened; the poses are
+    /// those of the moving bodies before the impulses.
+    pub fn groups(&self) -> impl Iterator<Item = (ContactKind, &[ContactRow], &[PoseRow])> {
         self.groups.iter().map(|g| (g.kind, &self.rows[g.rows.clone()], &self.poses[g.poses.clone()]))
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use clangor::body::{Body, MeshSurface, Motion, Surface, World};
+use clangor::body::{Body, Life, MeshSurface, Motion, Surface, World};
 use clangor::geometry::convex::ConvexPart;
 use clangor::geometry::hull::convex_hull;
 use clangor::geometry::mass_properties::MassProperties;
@@ -76,6 +76,7 @@ fn body(name: &str, material: &Material, surface: Surface, mass: f64, inertia: D
         angular_velocity: DVec3::ZERO,
         motion: Motion::Free,
         edge_radius: 1e-3,
+        life: Life::LASTING,
     }
 }
 

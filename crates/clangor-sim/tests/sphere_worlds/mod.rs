@@ -4,7 +4,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Link, Motion, Surface, World};
+use clangor::body::{Body, BodyId, Life, Link, Motion, Surface, World};
 use clangor::material::{Damping, Material};
 use clangor::pose::Pose;
 use clangor::timeline::{ContactRow, PoseRow, Timeline};
@@ -43,6 +43,7 @@ pub(crate) fn sphere(radius: f64, position: DVec3, velocity: DVec3, material: &M
         angular_velocity: DVec3::ZERO,
         motion: Motion::Free,
         edge_radius: radius,
+        life: Life::LASTING,
     }
 }
 

@@ -18,7 +18,7 @@ use super::body_description::{
 use super::diagnostic::{Doubt, Place, Problem, SceneError, SceneErrors, SceneWarning};
 use super::listener::below_floor;
 use super::{MAX_BODIES, Scene};
-use crate::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use crate::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface, World};
 use crate::geometry::mass_properties::MassProperties;
 use crate::pose::Pose;
 
@@ -132,6 +132,7 @@ fn plane(description: &PlaneDescription) -> Body {
         angular_velocity: DVec3::ZERO,
         motion: Motion::Fixed,
         edge_radius: 0.0,
+        life: Life::LASTING,
     }
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use clangor::body::{Body, MeshSurface, Motion, Surface};
+use clangor::body::{Body, Life, MeshSurface, Motion, Surface};
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::{DMat3, DVec3};
 use clangor::material::{Damping, Material};
@@ -42,6 +42,7 @@ pub(crate) fn ball(material: Material, radius: f64, position: DVec3) -> Body {
         angular_velocity: DVec3::ZERO,
         motion: Motion::Free,
         edge_radius: 0.02 * radius,
+        life: Life::LASTING,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Motion, Surface};
+use clangor::body::{Body, BodyId, Life, Motion, Surface};
 use clangor::contact::{BodyPulse, ForceProfile, ImpactPulse, PoseHistory};
 use clangor::glam::{DMat3, DVec3};
 use clangor::material::{Damping, presets};
@@ -58,6 +58,7 @@ pub(crate) fn body(motion: Motion) -> Body {
         angular_velocity: DVec3::ZERO,
         motion,
         edge_radius: 1e-3,
+        life: Life::LASTING,
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 
 use super::{Builder, GeometryError, LoadedGeometry, Loader, edge_radius};
-use crate::body::Body;
+use crate::body::{Body, Life};
 use crate::math::random::SplitMix;
 use crate::scene::Scene;
 use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, PlacedBy};
@@ -89,6 +89,7 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, builder: &mut B
                 angular_velocity: description.angular_velocity + spin,
                 motion: description.motion.clone(),
                 edge_radius: edge_radius(description, &geometry.surface),
+                life: Life::LASTING,
             };
             drafts.push(Draft { description, body });
         }

@@ -11,6 +11,8 @@
 //! Linear tetrahedra are not here on purpose: a thin plate needs a thousand times as many of them.
 
 pub mod element;
+pub(crate) mod elimination;
+mod ordering;
 mod rigid_motions;
 mod system;
 

@@ -11,6 +11,7 @@
 pub mod acceleration_noise;
 pub mod comparison;
 pub mod elasticity;
+pub mod elastostatics;
 pub mod gpu;
 pub mod helmholtz;
 pub mod meridian_fit;

@@ -10,13 +10,13 @@
 
 mod factor;
 mod lanczos;
-mod ordering;
 mod slices;
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use crate::elasticity::elimination::OutOfMemory;
 pub use slices::solve;
 
 /// A mode of a free body.
@@ -93,6 +93,12 @@ pub enum ModalError {
         /// Number of unknowns.
         unknowns: usize,
     },
+}
+
+impl From<OutOfMemory> for ModalError {
+    fn from(OutOfMemory { unknowns }: OutOfMemory) -> Self {
+        ModalError::Memory { unknowns }
+    }
 }
 
 /// √(ω²) / 2π.

@@ -15,6 +15,7 @@ pub mod quality;
 pub mod round;
 mod shape_mesh;
 pub mod stuffing;
+pub mod turned;
 
 use glam::DVec3;
 

@@ -10,10 +10,11 @@ use std::f64::consts::TAU;
 use faer::Mat;
 use glam::DVec3;
 
-use super::factor::{Factor, Structure};
+use super::factor::{Factor, factor};
 use super::lanczos::{Found, Search};
 use super::{ModalError, Mode, Modes, frequency};
 use crate::elasticity::ElasticSystem;
+use crate::elasticity::elimination::Elimination;
 
 /// Modes of a slice.
 const SLICE: usize = 140;
@@ -37,7 +38,7 @@ pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalE
         return Err(ModalError::Frequency(max_frequency));
     }
     let rigid = system.rigid_count();
-    let structure = Structure::new(system)?;
+    let structure = Elimination::new(system)?;
     let limit = (TAU * max_frequency).powi(2);
     let (limit, top) = factor_near(&structure, system, limit)?;
     if top.below < rigid {
@@ -98,14 +99,14 @@ fn fractions(total: usize) -> Vec<f64> {
 
 /// Factors near ω² = `shift`, on an eigenvalue just beside it.
 fn factor_near<'a>(
-    structure: &'a Structure,
+    structure: &'a Elimination,
     system: &ElasticSystem,
     shift: f64,
 ) -> Result<(f64, Factor<'a>), ModalError> {
     let mut failure = ModalError::Singular { shift };
     for k in 0..NUDGES {
         let shift = shift * (1.0 + NUDGE * k as f64);
-        match structure.factor(system, shift) {
+        match factor(structure, system, shift) {
             Ok(factor) => return Ok((shift, factor)),
             Err(error) => failure = error,
         }
@@ -177,7 +178,7 @@ impl<'a> Band<'a> {
     }
 
     /// Finds modes anew from a shift just below them, where rounding in factors of higher shifts has spoilt them.
-    fn polish(&mut self, structure: &Structure) -> Result<f64, ModalError> {
+    fn polish(&mut self, structure: &Elimination) -> Result<f64, ModalError> {
         let rigid = self.rigid;
         for _ in 0..POLISHES {
             let residuals = self.residuals();

@@ -13,8 +13,8 @@ use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
 use glam::DVec3;
 
-use super::ModalError;
-use crate::elasticity::ElasticSystem;
+use super::ElasticSystem;
+use super::elimination::OutOfMemory;
 
 /// Sets of so few nodes are not cut further.
 const LEAF: usize = 60;
@@ -26,7 +26,7 @@ pub(super) struct Ordering {
     pub(super) inverse: Vec<usize>,
 }
 
-pub(super) fn best_ordering(system: &ElasticSystem) -> Result<Ordering, ModalError> {
+pub(super) fn best_ordering(system: &ElasticSystem) -> Result<Ordering, OutOfMemory> {
     let graph = Graph::of(system);
     let degree = minimum_degree(system)?;
     let dissection = dissect(&graph, system.nodes());
@@ -38,12 +38,12 @@ pub(super) fn best_ordering(system: &ElasticSystem) -> Result<Ordering, ModalErr
     Ok(Ordering { forward, inverse })
 }
 
-fn minimum_degree(system: &ElasticSystem) -> Result<Vec<u32>, ModalError> {
+fn minimum_degree(system: &ElasticSystem) -> Result<Vec<u32>, OutOfMemory> {
     let count = system.node_count();
     let (starts, rows) = system.pattern();
     let rows: Vec<usize> = rows.iter().map(|r| *r as usize).collect();
     let graph = SymbolicSparseColMatRef::new_checked(count, count, starts, None, &rows);
-    let memory = || ModalError::Memory { unknowns: 3 * count };
+    let memory = || OutOfMemory { unknowns: 3 * count };
     let (mut forward, mut inverse) = (vec![0; count], vec![0; count]);
     let scratch = amd::order_maybe_unsorted_scratch::<usize>(count, rows.len());
     let mut buffer = MemBuffer::try_new(scratch).map_err(|_| memory())?;

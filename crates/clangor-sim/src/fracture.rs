@@ -10,6 +10,8 @@
 //! | [`pattern`] | as many regions as the strain energy pays for |
 //! | [`split`] | closed pieces that fit together, and the crack between them |
 //! | [`piece`] | a body of tetrahedra that knows its old surface from its cracks |
+//! | [`motion`] | how pieces move when they come off |
+//! | [`crack_impulse`] | how the released stress drives them apart |
 //!
 //! Stresses and energies come from outside (`clangor_bake::elastostatics`); what happens to the pieces afterwards is the
 //! solver's business.
@@ -17,6 +19,9 @@
 //! Source: \[FRAC\] §3.2 and §3.3.
 
 mod cells;
+mod coarsen;
+pub mod crack_impulse;
+pub mod motion;
 pub mod pattern;
 pub mod piece;
 pub mod split;

@@ -117,6 +117,11 @@ impl Cells {
         divided
     }
 
+    /// The worst shape of a cell.
+    pub(super) fn worst_shape(&self) -> f64 {
+        self.cells.iter().map(|c| super::coarsen::shape(self.places(c.corners))).fold(f64::INFINITY, f64::min)
+    }
+
     /// The number of a point of a cell, which is made if it is new.
     fn number(
         &mut self,

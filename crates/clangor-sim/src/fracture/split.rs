@@ -1,23 +1,27 @@
 //! Cuts a body into closed pieces that fit together.
 //!
 //! Elements whose corners belong to several regions are divided by the walls of `tetrahedron_parts`: through the middles
-//! of their edges, or exactly along the planes of scores.
+//! of their edges, or along the planes of scores. Elements that come out smaller or flatter than need be are then merged
+//! with their neighbours (`coarsen`), which moves no point of the outer surface off it.
 //!
 //! Why pieces are closed and manifold: in the barycentric division of a tetrahedral mesh, the neighbourhood of the part
 //! that the corners of one region span is a manifold with boundary if the mesh is one (Rourke and Sanderson,
-//! *Introduction to piecewise-linear topology*, ch. 3). It is checked all
+//! *Introduction to piecewise-linear topology*, ch. 3), and merging keeps that by its own conditions. It is checked all
 //! the same, piece by piece, because everything after it (mass, contact, sound) relies on it.
-//!
 
 use clangor::glam::DVec3;
 use clangor_bake::tetrahedra::TetMesh;
 
 use super::FractureError;
 use super::cells::{Cells, SharedFace};
+use super::coarsen::{Walls, coarsen};
 use super::piece::{Piece, check_manifold};
 
-/// A cut of a score keeps this share of an edge away from its ends.
-const LEAST_CUT: f64 = 0.02;
+/// How near a plane may cut an edge to its end, as a share of the edge: exactly where it runs, unless elements stay poor
+/// that way.
+const MARGINS: [f64; 4] = [1e-7, 1e-3, 0.02, 0.1];
+/// The worst shape that needs no further try.
+const FAIR: f64 = 0.1;
 /// Ends of edges this near to a plane, as a share of the body's size, are on it.
 const ON_PLANE: f64 = 1e-9;
 
@@ -85,7 +89,11 @@ pub fn split_by_regions(piece: &Piece, region: &[u32]) -> Result<Option<Split>, 
     }
     let whole = Cells::of(piece);
     let middle = |a: u32, b: u32| 0.5 * (whole.points[a as usize] + whole.points[b as usize]);
-    pieces_of(piece, whole.divide(region, middle))
+    let mut divided = whole.divide(region, middle);
+    if divided.separate() < 2 {
+        return Ok(None);
+    }
+    pieces_of(piece, coarsen(divided, &piece.element_size, Walls::Free)).map(Some)
 }
 
 /// Cuts along planes; `None` if none of them divides the body.
@@ -93,36 +101,53 @@ pub fn split_by_regions(piece: &Piece, region: &[u32]) -> Result<Option<Split>, 
 /// # Errors
 /// [`FractureError::Setting`] for a plane that is not finite or has no normal; the rest as for [`split_by_regions`].
 pub fn split_by_scores(piece: &Piece, scores: &[Score]) -> Result<Option<Split>, FractureError> {
+    for score in scores {
+        let length = score.normal.length();
+        if !(length > 0.0 && length.is_finite() && score.point.is_finite()) {
+            return Err(FractureError::Setting { setting: "length of a score's normal", value: length });
+        }
+    }
+    let mut best: Option<(f64, Cells)> = None;
+    for margin in MARGINS {
+        let mut cells = cut_along(piece, scores, margin);
+        if cells.separate() < 2 {
+            return Ok(None);
+        }
+        let cells = coarsen(cells, &piece.element_size, Walls::Flat);
+        let worst = cells.worst_shape();
+        if best.as_ref().is_none_or(|(least, _)| worst > *least) {
+            best = Some((worst, cells));
+        }
+        if worst >= FAIR {
+            break;
+        }
+    }
+    best.map(|(_, cells)| pieces_of(piece, cells)).transpose()
+}
+
+/// Cuts along one plane after the other, no nearer to the end of an edge than `margin` of its length.
+fn cut_along(piece: &Piece, scores: &[Score], margin: f64) -> Cells {
     let mut cells = Cells::of(piece);
     let (low, high) = piece.surface().bounds();
-    let size = (high - low).length();
+    let on_plane = ON_PLANE * (high - low).length();
     for score in scores {
-        let normal = score.normal.normalize_or_zero();
-        if normal == DVec3::ZERO || !score.point.is_finite() {
-            return Err(FractureError::Setting {
-                setting: "length of a score's normal",
-                value: score.normal.length(),
-            });
-        }
+        let normal = score.normal.normalize();
         let height: Vec<f64> = cells.points.iter().map(|p| (*p - score.point).dot(normal)).collect();
-        let side: Vec<u32> = height.iter().map(|h| u32::from(*h > ON_PLANE * size)).collect();
+        let side: Vec<u32> = height.iter().map(|h| u32::from(*h > on_plane)).collect();
         let points = &cells.points;
         let cut = |a: u32, b: u32| {
             let (from, to) = (height[a as usize], height[b as usize]);
-            let along = (from / (from - to)).clamp(LEAST_CUT, 1.0 - LEAST_CUT);
+            let along = (from / (from - to)).clamp(margin, 1.0 - margin);
             points[a as usize].lerp(points[b as usize], along)
         };
         cells = cells.divide(&side, cut);
     }
-    pieces_of(piece, cells)
+    cells
 }
 
 /// The pieces that cells of several regions make.
-fn pieces_of(parent: &Piece, mut cells: Cells) -> Result<Option<Split>, FractureError> {
-    let count = cells.separate();
-    if count < 2 {
-        return Ok(None);
-    }
+fn pieces_of(parent: &Piece, cells: Cells) -> Result<Split, FractureError> {
+    let count = cells.cells.iter().map(|c| c.region as usize + 1).max().unwrap_or(0);
     let mut outer: Vec<([u32; 3], bool)> =
         cells.outer.iter().map(|f| (ascending(f.corners), f.inside)).collect();
     outer.sort_unstable();
@@ -159,7 +184,7 @@ fn pieces_of(parent: &Piece, mut cells: Cells) -> Result<Option<Split>, Fracture
         .filter(|f| cells.cells[f.cells[0] as usize].region != cells.cells[f.cells[1] as usize].region)
         .filter_map(|face| crack_face(&cells, face, &pieces, &origins))
         .collect();
-    Ok(Some(Split { pieces, crack_faces }))
+    Ok(Split { pieces, crack_faces })
 }
 
 /// The cells of each region.

@@ -1,0 +1,478 @@
+//! Merges the small and flat elements that cutting leaves, without moving the body's surface.
+//!
+//! An edge is contracted: one end moves onto the other, and the elements between them vanish; or a point moves towards the
+//! middle of its neighbours. Three conditions keep what must be kept.
+//!
+//! * Regions stay what they are, topologically: the link conditions of Dey, Edelsbrunner, Guha and Nekhayev, "Topology
+//!   preserving edge contraction" (1999), for the whole complex with the outside, and for the strata of surfaces, lines
+//!   and points at which regions meet. Each side of the outer surface, old or made by a crack, counts as a region.
+//! * The outer surface stays where it is: its triangles around the end that moves go on in their own planes. The walls
+//!   between regions may move, but their area does not grow, so that the energy that was counted for the crack holds.
+//!   Walls that scores ask for stay in their planes, and leave them only where a sliver would stay otherwise.
+//! * Elements do not become worse: see [`GOOD`].
+//!
+//! The size of an element is measured against that of the element of the first whole body that it came from, so that
+//! pieces of pieces do not fill up with ever smaller elements.
+
+use clangor::glam::DVec3;
+
+use super::cells::{Cell, Cells, six_volumes};
+
+/// Edges shorter than this share of the mean edge of the first element are contracted.
+const SHORT: f64 = 0.45;
+/// Elements of this shape, 1 for the regular one, are good enough to replace any other; else the worst must not become
+/// worse.
+const GOOD: f64 = 0.4;
+/// Elements below this are tried for improvement whatever their size.
+const POOR: f64 = 0.25;
+/// Rounds over all edges; few find anything after the third.
+const ROUNDS: usize = 5;
+/// A plane goes on if it is left by no more than this share of the way.
+const FLAT: f64 = 1e-10;
+/// Flat walls may leave their planes by this share of an element anyway, and by that where it spares a poor element.
+pub(super) const ON_PLANE: f64 = 1e-6;
+const SNAP: f64 = 0.1;
+
+/// How walls may move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Walls {
+    /// Anywhere, as long as their area does not grow.
+    Free,
+    /// In their planes.
+    Flat,
+}
+
+/// Shape of a tetrahedron: 12 (3V)^(2/3) / Σ edge², which is 1 for the regular one and 0 or less for a flat one.
+pub(super) fn shape(corners: [DVec3; 4]) -> f64 {
+    let [a, b, c, d] = corners;
+    let volume = six_volumes(corners) / 6.0;
+    let squares: f64 =
+        [b - a, c - a, d - a, c - b, d - b, d - c].into_iter().map(DVec3::length_squared).sum();
+    12.0 * (3.0 * volume.abs()).powf(2.0 / 3.0) * volume.signum() / squares
+}
+
+/// Merges elements; those of the first body that were not cut keep all their corners that no cut element has.
+pub(super) fn coarsen(cells: Cells, element_size: &[f64], walls: Walls) -> Cells {
+    let mut merger = Merger::new(cells, element_size, walls);
+    for _ in 0..ROUNDS {
+        let merged = merger.contract_short() + merger.mend_poor();
+        let moved = merger.smooth();
+        if merged + moved == 0 {
+            break;
+        }
+    }
+    if walls == Walls::Flat {
+        merger.leave = SNAP;
+        while merger.mend_poor() > 0 {}
+    }
+    merger.finish()
+}
+
+/// The outside, as a region: the old surface, and the surface that earlier cracks made.
+const OUTSIDE: u32 = u32::MAX - 1;
+
+struct Merger<'a> {
+    points: Vec<DVec3>,
+    cells: Vec<Cell>,
+    alive: Vec<bool>,
+    outer: Vec<([u32; 3], bool)>,
+    outer_alive: Vec<bool>,
+    cells_of: Vec<Vec<u32>>,
+    outer_of: Vec<Vec<u32>>,
+    element_size: &'a [f64],
+    walls: Walls,
+    /// How far flat walls may leave their planes, as a share of an element.
+    leave: f64,
+    /// By how much the area of the walls may grow [m²]: what contractions have taken away so far.
+    spare_area: f64,
+    /// Cells that cutting made, or that have changed since.
+    touched: Vec<bool>,
+}
+
+/// What surrounds a point.
+#[derive(Default)]
+struct Star {
+    /// Opposite faces of its cells.
+    triangles: Vec<[u32; 3]>,
+    /// Edges of these, ascending.
+    edges: Vec<[u32; 2]>,
+    points: Vec<u32>,
+    outer_edges: Vec<[u32; 2]>,
+    outer_points: Vec<u32>,
+    /// Edges whose triangle with the point separates two regions.
+    wall_edges: Vec<[u32; 2]>,
+    wall_points: Vec<u32>,
+    /// Points to which a line runs where walls meet.
+    line_points: Vec<u32>,
+}
+
+impl Star {
+    fn is_end_of_lines(&self) -> bool {
+        !self.line_points.is_empty() && self.line_points.len() != 2
+    }
+}
+
+impl<'a> Merger<'a> {
+    fn new(cells: Cells, element_size: &'a [f64], walls: Walls) -> Self {
+        let Cells { points, cells, outer } = cells;
+        let mut cells_of = vec![Vec::new(); points.len()];
+        let mut parts = vec![0_u32; element_size.len()];
+        for (k, cell) in cells.iter().enumerate() {
+            cell.corners.iter().for_each(|n| cells_of[*n as usize].push(k as u32));
+            parts[cell.element as usize] += 1;
+        }
+        let mut outer_of = vec![Vec::new(); points.len()];
+        for (k, face) in outer.iter().enumerate() {
+            face.corners.iter().for_each(|n| outer_of[*n as usize].push(k as u32));
+        }
+        Merger {
+            touched: cells.iter().map(|c| parts[c.element as usize] > 1).collect(),
+            alive: vec![true; cells.len()],
+            outer_alive: vec![true; outer.len()],
+            outer: outer.iter().map(|f| (f.corners, f.inside)).collect(),
+            points,
+            cells,
+            cells_of,
+            outer_of,
+            element_size,
+            walls,
+            leave: ON_PLANE,
+            spare_area: 0.0,
+        }
+    }
+
+    fn finish(self) -> Cells {
+        let alive = |k: &usize| self.alive[*k];
+        let cells = (0..self.cells.len()).filter(alive).map(|k| self.cells[k]).collect();
+        let outer = (0..self.outer.len())
+            .filter(|k| self.outer_alive[*k])
+            .map(|k| super::cells::OuterFace { corners: self.outer[k].0, inside: self.outer[k].1 })
+            .collect();
+        Cells { points: self.points, cells, outer }
+    }
+
+    fn place(&self, n: u32) -> DVec3 {
+        self.points[n as usize]
+    }
+
+    fn size_of(&self, cell: u32) -> f64 {
+        self.element_size[self.cells[cell as usize].element as usize]
+    }
+
+    /// Contracts short edges, the shortest first; returns how many.
+    fn contract_short(&mut self) -> usize {
+        let mut short: Vec<(u64, [u32; 2])> = Vec::new();
+        for k in (0..self.cells.len()).filter(|k| self.alive[*k] && self.touched[*k]) {
+            let limit = SHORT * self.size_of(k as u32);
+            for [i, j] in clangor_bake::tetrahedra::EDGES {
+                let (a, b) = (self.cells[k].corners[i], self.cells[k].corners[j]);
+                let length = self.place(a).distance(self.place(b));
+                if length < limit {
+                    short.push(((length / limit).to_bits(), [a.min(b), a.max(b)]));
+                }
+            }
+        }
+        short.sort_unstable();
+        short.dedup_by_key(|s| s.1);
+        short.iter().filter(|(_, edge)| self.contract(*edge, 0.0)).count()
+    }
+
+    /// Contracts an edge of each badly shaped cell if that helps; returns how many.
+    fn mend_poor(&mut self) -> usize {
+        let mut count = 0;
+        for k in 0..self.cells.len() {
+            if !self.alive[k] || !self.touched[k] {
+                continue;
+            }
+            let corners = self.cells[k].corners;
+            let now = shape(corners.map(|n| self.place(n)));
+            if now >= POOR {
+                continue;
+            }
+            let mut edges = clangor_bake::tetrahedra::EDGES.map(|[i, j]| [corners[i], corners[j]]);
+            edges.sort_by(|a, b| {
+                let length = |e: &[u32; 2]| self.place(e[0]).distance_squared(self.place(e[1]));
+                length(a).total_cmp(&length(b)).then(a.cmp(b))
+            });
+            count += usize::from(edges.into_iter().any(|edge| self.contract(edge, 1.1)));
+        }
+        count
+    }
+
+    /// Contracts an edge onto the end that leaves the better shapes, if any is allowed. With a positive `gain` the worst
+    /// shape must grow by that factor, even if it is good.
+    fn contract(&mut self, [a, b]: [u32; 2], gain: f64) -> bool {
+        let joined = self.cells_of[a as usize].iter().any(|k| self.cells[*k as usize].corners.contains(&b));
+        if !joined {
+            return false;
+        }
+        let rated = |from, to| self.rate(from, to, gain).map(|(worst, growth)| (worst, growth, from, to));
+        let best = match (rated(a, b), rated(b, a)) {
+            (Some(x), Some(y)) => Some(if x.0 >= y.0 { x } else { y }),
+            (x, y) => x.or(y),
+        };
+        let Some((_, growth, from, to)) = best else { return false };
+        if !keeps_regions(&self.star(from), &self.star(to), to) {
+            return false;
+        }
+        self.spare_area -= growth;
+        self.merge(from, to);
+        true
+    }
+
+    /// The worst shape and the growth of the walls' area if `from` moves onto `to`; `None` if geometry forbids it.
+    fn rate(&self, from: u32, to: u32, gain: f64) -> Option<(f64, f64)> {
+        let (source, target) = (self.place(from), self.place(to));
+        let way = source.distance(target);
+        let goes_on = |corners: [u32; 3], slack: f64| {
+            let area = |moved: bool| {
+                let place = |n: u32| if moved && n == from { target } else { self.place(n) };
+                let [a, b, c] = corners.map(place);
+                (b - a).cross(c - a)
+            };
+            let normal = area(false).normalize_or_zero();
+            normal.dot(target - source).abs() <= slack && normal.dot(area(true)) > 0.0
+        };
+        for k in &self.outer_of[from as usize] {
+            let corners = self.outer[*k as usize].0;
+            if !corners.contains(&to) && !goes_on(corners, FLAT * way) {
+                return None;
+            }
+        }
+        let (mut before, mut after) = (f64::INFINITY, f64::INFINITY);
+        for k in &self.cells_of[from as usize] {
+            let corners = self.cells[*k as usize].corners;
+            before = before.min(shape(corners.map(|n| self.place(n))));
+            if !corners.contains(&to) {
+                after = after.min(shape(corners.map(|n| if n == from { target } else { self.place(n) })));
+            }
+        }
+        let enough = if gain > 0.0 { after >= gain * before } else { after >= GOOD || after >= before };
+        if !enough || after <= 0.0 {
+            return None;
+        }
+        let mut growth = 0.0;
+        for [p, q] in self.crack_edges(from) {
+            let old = (self.place(p) - source).cross(self.place(q) - source).length();
+            growth -= 0.5 * old;
+            if p != to && q != to {
+                growth += 0.5 * (self.place(p) - target).cross(self.place(q) - target).length();
+                let size = self.size_of(self.cells_of[from as usize][0]);
+                let slack = (FLAT * way).max(self.leave * size);
+                if self.walls == Walls::Flat && !goes_on([from, p, q], slack) {
+                    return None;
+                }
+            }
+        }
+        let allowed = self.walls != Walls::Free || growth <= self.spare_area;
+        allowed.then_some((after, growth))
+    }
+
+    /// Moves points of touched cells towards the middle of those neighbours that are on the same line, wall or inside;
+    /// returns how many moved.
+    fn smooth(&mut self) -> usize {
+        let touched = (0..self.cells.len()).filter(|k| self.alive[*k] && self.touched[*k]);
+        let mut points: Vec<u32> = touched.flat_map(|k| self.cells[k].corners).collect();
+        points.sort_unstable();
+        points.dedup();
+        points.into_iter().filter(|n| self.smooth_point(*n)).count()
+    }
+
+    fn smooth_point(&mut self, point: u32) -> bool {
+        let star = self.star(point);
+        let like = match (&star.line_points[..], &star.wall_points[..]) {
+            ([], []) => &star.points,
+            ([], walls) => walls,
+            (lines, _) if lines.len() == 2 => lines,
+            _ => return false,
+        };
+        let middle = like.iter().map(|n| self.place(*n)).sum::<DVec3>() / like.len() as f64;
+        let now = self.place(point);
+        let Some(way) = self.along_surfaces(point, middle - now) else { return false };
+        let walls = self.crack_edges(point);
+        let rate = |at: DVec3| {
+            let cells = self.cells_of[point as usize].iter().map(|k| self.cells[*k as usize].corners);
+            let shapes = cells.map(|c| shape(c.map(|n| if n == point { at } else { self.place(n) })));
+            let area = |[p, q]: &[u32; 2]| 0.5 * (self.place(*p) - at).cross(self.place(*q) - at).length();
+            (shapes.fold(f64::INFINITY, f64::min), walls.iter().map(area).sum::<f64>())
+        };
+        let (worst, area) = rate(now);
+        for step in [1.0, 0.5, 0.25] {
+            let (shape, walls) = rate(now + step * way);
+            let better = shape > 1.02 * worst && worst < GOOD;
+            let smoother = walls < 0.99 * area && shape >= worst.min(GOOD);
+            if (better || smoother) && shape > 0.0 && walls - area <= self.spare_area {
+                self.spare_area -= walls - area;
+                self.points[point as usize] = now + step * way;
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The part of a way that does not leave the planes of the outer surface at a point, nor those of flat walls; `None`
+    /// if there is none.
+    fn along_surfaces(&self, point: u32, way: DVec3) -> Option<DVec3> {
+        let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
+        let outer = self.outer_of[point as usize].iter().map(|k| self.outer[*k as usize]);
+        let mut marks = outer.clone().map(|o| o.1);
+        let first = marks.next();
+        if marks.any(|mark| Some(mark) != first) {
+            return None;
+        }
+        let mut normals: Vec<DVec3> = outer.map(|o| normal(o.0.map(|n| self.place(n)))).collect();
+        if self.walls == Walls::Flat {
+            let walls = self.crack_edges(point).into_iter();
+            normals.extend(walls.map(|[p, q]| normal([point, p, q].map(|n| self.place(n)))));
+        }
+        // Planes that differ less than this are one.
+        const SAME: f64 = 1e-10;
+        let Some(first) = normals.first().copied() else { return Some(way) };
+        let other = normals.iter().map(|n| first.cross(*n)).find(|axis| axis.length() > SAME);
+        let Some(axis) = other else { return Some(way.reject_from(first)) };
+        let axis = axis.normalize();
+        let held = normals.iter().any(|n| n.dot(axis).abs() > SAME);
+        (!held).then(|| way.project_onto(axis))
+    }
+
+    /// The edges whose triangles with a point are walls inside the body.
+    fn crack_edges(&self, point: u32) -> Vec<[u32; 2]> {
+        let sides = self.sides(point);
+        let inner = sides.chunk_by(|a, b| a.0 == b.0).filter(|s| s.len() == 2 && s[0].1 != s[1].1);
+        inner.map(|s| s[0].0).collect()
+    }
+
+    /// For each triangle at a point its other edge and the region of one of its sides, in order.
+    fn sides(&self, point: u32) -> Vec<([u32; 2], u32)> {
+        let mut sides = Vec::with_capacity(3 * self.cells_of[point as usize].len());
+        for k in &self.cells_of[point as usize] {
+            let cell = &self.cells[*k as usize];
+            let [a, b, c] = others(cell.corners, point);
+            sides.extend([[a, b], [a, c], [b, c]].map(|edge| (edge, cell.region)));
+        }
+        sides.sort_unstable();
+        sides
+    }
+
+    fn star(&self, point: u32) -> Star {
+        let mut star = Star::default();
+        for k in &self.cells_of[point as usize] {
+            star.triangles.push(others(self.cells[*k as usize].corners, point));
+        }
+        star.triangles.sort_unstable();
+        let mut outer: Vec<([u32; 2], bool)> = Vec::new();
+        for k in &self.outer_of[point as usize] {
+            let (corners, inside) = self.outer[*k as usize];
+            let mut edge = [0; 2];
+            corners.iter().filter(|n| **n != point).zip(&mut edge).for_each(|(n, e)| *e = *n);
+            edge.sort_unstable();
+            outer.push((edge, inside));
+        }
+        outer.sort_unstable();
+        star.outer_edges = outer.iter().map(|o| o.0).collect();
+        star.outer_points = points_of(&star.outer_edges);
+        // Walls at each neighbour, with the regions on their sides.
+        let mut walls: Vec<(u32, [u32; 2])> = Vec::new();
+        for same in self.sides(point).chunk_by(|a, b| a.0 == b.0) {
+            let edge = same[0].0;
+            star.edges.push(edge);
+            let between = match same {
+                [a, b] => [a.1.min(b.1), a.1.max(b.1)],
+                _ => {
+                    let inside = outer.binary_search_by(|o| o.0.cmp(&edge)).is_ok_and(|k| outer[k].1);
+                    [same[0].1, OUTSIDE + u32::from(inside)]
+                }
+            };
+            if between[0] != between[1] {
+                star.wall_edges.push(edge);
+                walls.extend(edge.map(|n| (n, between)));
+            }
+        }
+        star.points = points_of(&star.edges);
+        walls.sort_unstable();
+        for at in walls.chunk_by(|a, b| a.0 == b.0) {
+            star.wall_points.push(at[0].0);
+            if at.len() != 2 || at[0].1 != at[1].1 {
+                star.line_points.push(at[0].0);
+            }
+        }
+        star
+    }
+
+    /// Moves `from` onto `to`.
+    fn merge(&mut self, from: u32, to: u32) {
+        for k in std::mem::take(&mut self.cells_of[from as usize]) {
+            let cell = &mut self.cells[k as usize];
+            if cell.corners.contains(&to) {
+                self.alive[k as usize] = false;
+                let gone = cell.corners;
+                for n in gone {
+                    self.cells_of[n as usize].retain(|other| *other != k);
+                }
+            } else {
+                cell.corners.iter_mut().filter(|n| **n == from).for_each(|n| *n = to);
+                self.cells_of[to as usize].push(k);
+                self.touched[k as usize] = true;
+            }
+        }
+        for k in std::mem::take(&mut self.outer_of[from as usize]) {
+            let corners = &mut self.outer[k as usize].0;
+            if corners.contains(&to) {
+                self.outer_alive[k as usize] = false;
+                let gone = *corners;
+                for n in gone {
+                    self.outer_of[n as usize].retain(|other| *other != k);
+                }
+            } else {
+                corners.iter_mut().filter(|n| **n == from).for_each(|n| *n = to);
+                self.outer_of[to as usize].push(k);
+            }
+        }
+    }
+}
+
+/// Whether contracting the edge between two points leaves every region, and how regions meet, as it was.
+fn keeps_regions(a: &Star, b: &Star, to: u32) -> bool {
+    let pair = |w: u32| [w.min(to), w.max(to)];
+    let triple = |[w, x]: [u32; 2]| {
+        let mut key = [w, x, to];
+        key.sort_unstable();
+        key
+    };
+    // The complex itself, then with the outside as a further point.
+    let whole = common(&a.points, &b.points).all(|w| a.edges.binary_search(&pair(w)).is_ok())
+        && common(&a.edges, &b.edges).all(|e| a.triangles.binary_search(&triple(e)).is_ok())
+        && common(&a.triangles, &b.triangles).next().is_none();
+    let joined =
+        |own: &[u32], other: &[u32]| own.is_empty() || other.is_empty() || own.binary_search(&to).is_ok();
+    let outside = joined(&a.outer_points, &b.outer_points)
+        && common(&a.outer_points, &b.outer_points).all(|w| a.outer_edges.binary_search(&pair(w)).is_ok())
+        && common(&a.outer_edges, &b.outer_edges).next().is_none();
+    let walls = joined(&a.wall_points, &b.wall_points)
+        && common(&a.wall_points, &b.wall_points).all(|w| a.wall_edges.binary_search(&pair(w)).is_ok())
+        && common(&a.wall_edges, &b.wall_edges).next().is_none();
+    let lines = joined(&a.line_points, &b.line_points)
+        && common(&a.line_points, &b.line_points).next().is_none()
+        && !(a.is_end_of_lines() && b.is_end_of_lines());
+    whole && outside && walls && lines
+}
+
+/// What two ascending lists share.
+fn common<'l, T: Ord + Copy>(a: &'l [T], b: &'l [T]) -> impl Iterator<Item = T> + 'l {
+    a.iter().copied().filter(|x| b.binary_search(x).is_ok())
+}
+
+fn points_of(edges: &[[u32; 2]]) -> Vec<u32> {
+    let mut points: Vec<u32> = edges.iter().flatten().copied().collect();
+    points.sort_unstable();
+    points.dedup();
+    points
+}
+
+/// The other three corners, ascending.
+fn others(corners: [u32; 4], point: u32) -> [u32; 3] {
+    let mut rest = [0; 3];
+    corners.iter().filter(|n| **n != point).zip(&mut rest).for_each(|(n, r)| *r = *n);
+    rest.sort_unstable();
+    rest
+}

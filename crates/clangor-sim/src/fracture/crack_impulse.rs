@@ -1,0 +1,124 @@
+//! Impulses with which the stress that a crack releases drives the pieces apart: what makes a crack loud.
+//!
+//! On a triangle of the crack with area a and normal n out of piece a the body transmitted the traction P n. With the
+//! crack it is gone; for a time τ the piece feels what it no longer holds against,
+//!
+//! ```text
+//! j = −τ a P n    on piece a at the centroid,   −j on piece b
+//! ΔE_K(τ) = τ Σ_d (v_d·S_d + ω_d·J_d) + τ²/2 Σ_d (|S_d|²/m_d + J_d·I_d⁻¹ J_d) = E_S − E_F
+//! ```
+//!
+//! with S_d, J_d the sums of −a P n and of its moments over the triangles of piece d. P is the mean of the stresses of the
+//! elements on both sides, so that both pieces feel the same, and momentum and angular momentum stay what they were. τ is
+//! the smallest positive root; the first sum vanishes where the pieces still move as one body.
+//!
+//! Source: \[FRAC\] §3.3, eqs. (4), (5). Differs: the sign, with which eqs. (4) and (5) as printed pull the halves of a
+//! stretched bar into each other; and one traction for each pair of triangles.
+//!
+//! Where the stress across the crack presses, the release pulls the pieces together, as an elastic body does; contact
+//! then holds them off.
+
+use clangor::glam::{DMat3, DVec3};
+
+use super::motion::Motion;
+use super::split::CrackFace;
+
+/// What a crack does to the pieces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrackImpulses {
+    /// How long the tractions act, τ \[s\].
+    pub duration: f64,
+    /// For each crack face the impulse on its piece a \[N s\], at the centroid; b gets the opposite.
+    pub impulses: Vec<DVec3>,
+    /// How the pieces move afterwards.
+    pub motions: Vec<Motion>,
+}
+
+/// Why a crack gives no impulses.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoImpulse {
+    /// The crack took all energy.
+    #[error("the crack leaves {0:.3e} J for the motion of the pieces")]
+    NoSurplus(f64),
+    /// The faces of the crack carried no stress that could move a piece.
+    #[error("the crack runs where the body carries no load")]
+    NoTraction,
+    /// Lists do not fit.
+    #[error("a crack face names {what} {index}, but there are {count}")]
+    Missing {
+        /// What is named.
+        what: &'static str,
+        /// Its number.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A mass, an inertia or a stress is not finite, or an inertia cannot be inverted.
+    #[error("a stress, a mass or an inertia is not finite or zero")]
+    NotFinite,
+}
+
+/// The impulses of a crack; `stress` \[Pa\] is that of each element of the body before it broke, `surplus` \[J\] what the
+/// crack left of the strain energy, E_S − E_F. Pieces, faces and stresses have the same axes.
+///
+/// # Errors
+/// [`NoImpulse`].
+pub fn crack_impulses(
+    faces: &[CrackFace],
+    stress: &[DMat3],
+    pieces: &[Motion],
+    surplus: f64,
+) -> Result<CrackImpulses, NoImpulse> {
+    if surplus.is_nan() || surplus <= 0.0 {
+        return Err(NoImpulse::NoSurplus(surplus));
+    }
+    for face in faces {
+        let missing = |what, numbers: [u32; 2], count: usize| {
+            let index = numbers.into_iter().map(|n| n as usize).find(|n| *n >= count)?;
+            Some(NoImpulse::Missing { what, index, count })
+        };
+        let wrong = missing("piece", face.pieces, pieces.len());
+        if let Some(reason) = wrong.or_else(|| missing("element", face.elements, stress.len())) {
+            return Err(reason);
+        }
+    }
+    let release = |face: &CrackFace| {
+        let [p, q] = face.elements.map(|e| stress[e as usize]);
+        -(0.5 * (p + q) * face.area_vector())
+    };
+    let forces: Vec<DVec3> = faces.iter().map(release).collect();
+    // Sums over the triangles of each piece: force and moment about its centre.
+    let mut sums = vec![(DVec3::ZERO, DVec3::ZERO); pieces.len()];
+    for (face, force) in faces.iter().zip(&forces) {
+        for (piece, force) in face.pieces.into_iter().zip([*force, -*force]) {
+            let (total, moment) = &mut sums[piece as usize];
+            *total += force;
+            *moment += (face.centroid() - pieces[piece as usize].centre).cross(force);
+        }
+    }
+    let (mut linear, mut square) = (0.0, 0.0);
+    for (piece, (force, moment)) in pieces.iter().zip(&sums) {
+        linear += piece.velocity.dot(*force) + piece.angular_velocity.dot(*moment);
+        square += 0.5 * (force.length_squared() / piece.mass + moment.dot(piece.inertia.inverse() * *moment));
+    }
+    if !(linear.is_finite() && square.is_finite() && square >= 0.0) {
+        return Err(NoImpulse::NotFinite);
+    }
+    // square τ² + linear τ = surplus > 0 has one positive root; this form of it does not cancel.
+    let root = (linear * linear + 4.0 * square * surplus).sqrt();
+    let duration =
+        if linear > 0.0 { 2.0 * surplus / (linear + root) } else { (root - linear) / (2.0 * square) };
+    if square <= 0.0 || !duration.is_finite() {
+        return Err(NoImpulse::NoTraction);
+    }
+    let move_on = |(piece, (force, moment)): (&Motion, &(DVec3, DVec3))| Motion {
+        velocity: piece.velocity + duration / piece.mass * *force,
+        angular_velocity: piece.angular_velocity + duration * (piece.inertia.inverse() * *moment),
+        ..*piece
+    };
+    Ok(CrackImpulses {
+        duration,
+        impulses: forces.into_iter().map(|f| duration * f).collect(),
+        motions: pieces.iter().zip(&sums).map(move_on).collect(),
+    })
+}

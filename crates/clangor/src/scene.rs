@@ -10,6 +10,7 @@
 //! the caller supplies.
 
 pub mod body_description;
+pub mod breaking;
 mod decode;
 pub mod diagnostic;
 pub mod instantiate;
@@ -24,6 +25,7 @@ use glam::DVec3;
 use crate::medium::Medium;
 use crate::synthesis::SoundRule;
 use body_description::{BodyDescription, HangDescription, PlaneDescription, SpringDescription};
+use breaking::Breaking;
 use diagnostic::{SceneErrors, SceneWarning};
 use listener::Listener;
 use render_settings::RenderSettings;
@@ -77,6 +79,12 @@ impl Scene {
     pub fn ringing_rules(&self) -> Vec<Option<bool>> {
         let of = |body: &BodyDescription| std::iter::repeat_n(body.ringing, body.count());
         self.bodies.iter().flat_map(of).collect()
+    }
+
+    /// How each body of the instantiated scene breaks, in their order; `None` for those that do not.
+    pub fn breaking_rules(&self) -> Vec<Option<&Breaking>> {
+        let bodies = self.bodies.iter();
+        bodies.flat_map(|body| std::iter::repeat_n(body.breaking.as_ref(), body.count())).collect()
     }
 
     /// Reads a scene.

@@ -55,6 +55,36 @@ fn unknown_keys() {
 }
 
 #[test]
+fn bodies_that_cannot_break() {
+    let brittle = "[material.glue]\ndensity = 1000\nyoungs_modulus = 1e9\npoisson_ratio = 0.3\nrestitution = 0.5\n\
+                   friction = 0.3\nloss_factor = 0.1\n";
+    let text = |lines: &str| {
+        format!("version = 1\n[[body]]\nshape = \"box:0.1x0.1x0.1\"\nmaterial = \"glue\"\n{lines}\n{brittle}")
+    };
+    refuse(
+        &text("fracture = {}"),
+        &[(
+            "5:12",
+            "body[0].fracture",
+            "material \"glue\" has no `tensile_strength`",
+            "add `tensile_strength`",
+        )],
+    );
+    refuse(
+        &ball("fracture = { seeds = 3 }"),
+        &[("5:14", "body[0].fracture.seeds", "unknown key", "did you mean `seed`?")],
+    );
+    refuse(
+        &ball("fracture = { scores = [{ point = [0, 0, 0] }] }"),
+        &[("5:24", "body[0].fracture.scores[0]", "`normal` is missing", "a vector that is not zero")],
+    );
+    refuse(
+        &ball("motion = \"fixed\"\nfracture = {}"),
+        &[("6:12", "body[0].fracture", "", "keep either `fracture` or a motion that nothing changes")],
+    );
+}
+
+#[test]
 fn wrong_types_and_lengths() {
     refuse(
         &ball("velocity = 3"),

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::breaking::Breaking;
 use super::diagnostic::Place;
 use crate::body::Motion;
 use crate::material::Material;
@@ -35,6 +36,8 @@ pub struct BodyDescription {
     pub sound: Option<SoundRule>,
     /// Whether it rings; `None`: unless that takes too long.
     pub ringing: Option<bool>,
+    /// How it breaks; `None` if it does not.
+    pub breaking: Option<Breaking>,
     /// How many, and where.
     pub copies: Copies,
     /// Where the body is written.

@@ -4,6 +4,7 @@
 //! of the broken place (anything on the same lines, missing keys, unknown names) is left out.
 
 mod body;
+mod breaking;
 mod geometry;
 mod links;
 mod listener;
@@ -177,6 +178,7 @@ mod tests {
             ("### Orientation", &[motion::ORIENTATION_KEYS]),
             ("### Keyframes", &[motion::KEYFRAME_KEYS]),
             ("### Random placement", &[body::PLACEMENT_KEYS]),
+            ("### Fracture", &[breaking::KEYS, breaking::SCORE_KEYS]),
             ("## Planes", &[body::PLANE_KEYS]),
             ("## Hung spheres", &[links::HANG_KEYS]),
             ("## Springs", &[links::SPRING_KEYS]),

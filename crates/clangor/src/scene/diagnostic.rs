@@ -166,6 +166,14 @@ pub enum Problem {
         /// What excludes it.
         other: &'static str,
     },
+    /// A body that is to break, of a material whose strength or toughness is not known.
+    #[error("it cannot break: material \"{material}\" has no `{missing}`")]
+    CannotBreak {
+        /// The material.
+        material: String,
+        /// The number that it lacks.
+        missing: &'static str,
+    },
     /// A key without its partner.
     #[error("`{key}` means nothing without {other}")]
     Needs {
@@ -298,6 +306,9 @@ impl Problem {
                 format!("choose another name, and write base = \"{name}\" to start from the preset")
             }
             Problem::Conflict { key, other } => format!("keep either `{key}` or {other}"),
+            Problem::CannotBreak { material, missing } => {
+                format!("add `{missing}` to [material.{material}], or start it from a preset with `base`")
+            }
             Problem::Needs { key, other } => format!("add {other}, or delete `{key}`"),
             Problem::UnsupportedVersion { .. } => "write version = 1, or use a newer program".into(),
             Problem::Shape(error) => shape_remedy(error),

@@ -2,6 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
+use super::breaking::breaking;
 use super::material::Materials;
 use super::motion::{body_track, orientation};
 use super::reader::{Decoder, Node, Quantity, Section};
@@ -12,6 +13,7 @@ use crate::material::{Material, presets};
 use crate::pose::Pose;
 use crate::scene::MAX_BODIES;
 use crate::scene::body_description::{BodyDescription, Copies, PlacedBy, PlaneDescription, RandomPlacement};
+use crate::scene::breaking::Breaking;
 use crate::scene::diagnostic::{Doubt, Problem};
 
 pub(super) const KEYS: &[&str] = &[
@@ -31,6 +33,7 @@ pub(super) const KEYS: &[&str] = &[
     "edge_radius",
     "sound",
     "ringing",
+    "fracture",
     "positions",
     "count",
     "placement",
@@ -135,6 +138,8 @@ fn body(
     let angular_velocity = section.vector(d, "angular_velocity", "rad/s");
     let sound = section.choice(d, "sound", SOUNDS);
     let ringing = section.boolean(d, "ringing");
+    let breaking =
+        section.get("fracture").map(|node| breakable(d, section, &node, motion.as_ref(), material.as_ref()));
     let edge_radius = section.number(d, "edge_radius", Quantity::between(1e-9, 1e3, "m"));
     if !matches!(motion, Some(Motion::Free) | None) {
         for key in ["velocity", "angular_velocity"] {
@@ -162,6 +167,7 @@ fn body(
         edge_radius,
         sound,
         ringing,
+        breaking: breaking.flatten(),
         copies: copies?,
         place: section.place.clone(),
         geometry_place,
@@ -181,6 +187,33 @@ fn material(
         section.missing(d, "material", "the name of a material in quotes, such as \"steel\"");
     }
     materials.named(d, section, "material")
+}
+
+/// How a body breaks, if it can.
+fn breakable(
+    d: &mut Decoder<'_>,
+    section: &Section<'_>,
+    node: &Node<'_>,
+    motion: Option<&Motion>,
+    material: Option<&Material>,
+) -> Option<Breaking> {
+    let breaking = breaking(d, node);
+    let unknown = |material: &Material| {
+        let strength = material.tensile_strength.is_none().then_some("tensile_strength");
+        strength.or(material.fracture_energy.is_none().then_some("fracture_energy"))
+    };
+    if let Some(material) = material
+        && let Some(missing) = unknown(material)
+    {
+        d.error(node.place(d), Problem::CannotBreak { material: material.name.clone(), missing });
+    }
+    if matches!(motion, Some(Motion::Fixed | Motion::Keyframed(_))) {
+        let other = "a motion that nothing changes";
+        for key in ["preset", "keyframes", "motion"].into_iter().filter(|key| section.has(key)).take(1) {
+            section.exclude(d, "fracture", key, other);
+        }
+    }
+    breaking
 }
 
 fn motion(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Motion> {

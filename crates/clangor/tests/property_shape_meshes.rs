@@ -4,7 +4,7 @@ use clangor::geometry::parts_fit::measure_parts;
 use clangor::geometry::solid::check_solid;
 use clangor::shape::Shape;
 
-const SHAPES: [&str; 24] = [
+const SHAPES: [&str; 25] = [
     "sphere:0.0075",
     "ellipsoid:0.02x0.01x0.015",
     "ellipsoid:0.02x0.002x0.002",
@@ -26,6 +26,7 @@ const SHAPES: [&str; 24] = [
     "plate",
     "mug",
     "wineglass",
+    "moneybox",
     "key",
     "tile",
     "pane",
@@ -69,6 +70,7 @@ fn convex_parts_stay_close_to_the_surface() {
         ("plate", 25, 0.45, 0.52),
         ("mug", 35, 0.65, 0.65),
         ("wineglass", 67, 1.2, 0.9),
+        ("moneybox", 97, 1.3, 1.35),
         ("key", 16, 0.12, 0.12),
         ("pane", 1, 1e-9, 1e-9),
     ];

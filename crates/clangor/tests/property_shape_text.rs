@@ -6,7 +6,7 @@ use clangor::shape::{Shape, ShapeError};
 fn bare_names_have_the_papers_sizes() {
     assert_eq!(Shape::parse("sphere").unwrap().sphere_radius(), Some(0.0075));
     assert_eq!(Shape::parse("coin").unwrap(), Shape::parse("coin:0.01213x0.00175").unwrap());
-    for name in ["die", "ring", "bowl", "plate", "mug", "wineglass", "key", "tile", "pane"] {
+    for name in ["die", "ring", "bowl", "plate", "mug", "wineglass", "moneybox", "key", "tile", "pane"] {
         assert!(Shape::parse(name).is_ok(), "{name}");
     }
 }
@@ -30,6 +30,7 @@ fn text_survives_a_round_trip() {
         "plate",
         "mug@0.006",
         "wineglass",
+        "moneybox",
         "key",
         "tile",
         "pane",

@@ -289,9 +289,16 @@ mod tests {
 
     #[test]
     fn sections_are_filled_with_well_shaped_triangles() {
-        for shape in
-            ["sphere:0.02", "coin", "cylinder:0.01x0.2", "torus:0.05x0.01", "bowl", "plate", "wineglass"]
-        {
+        for shape in [
+            "sphere:0.02",
+            "coin",
+            "cylinder:0.01x0.2",
+            "torus:0.05x0.01",
+            "bowl",
+            "plate",
+            "wineglass",
+            "moneybox",
+        ] {
             let meridian = Shape::parse(shape).unwrap().meridian().unwrap();
             for fineness in [1.0, 0.5, 0.2] {
                 let mesh = SectionMesh::new(&meridian, 0.01, fineness).expect("a section");

@@ -81,7 +81,8 @@ fn rounded_box(mesh: &TriMesh, half: DVec3, radius: f64) -> Option<BakeGeometry>
 /// mesh's extents.
 fn revolution(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<BakeGeometry> {
     let (across, height) = (twelve_digits(high.x), twelve_digits(high.y - low.y));
-    let forms = [Form::Cylinder { radius: across, height }, Form::Bowl, Form::Plate, Form::Wineglass];
+    let forms =
+        [Form::Cylinder { radius: across, height }, Form::Bowl, Form::Plate, Form::Wineglass, Form::Moneybox];
     let volume = MassProperties::of(mesh).ok()?.volume;
     forms.into_iter().find_map(|form| {
         let meridian = Shape::try_new(form, None).ok()?.meridian()?;
@@ -183,6 +184,7 @@ mod tests {
             "bowl",
             "plate",
             "wineglass",
+            "moneybox",
             "torus:0.02x0.006",
             "torus:0.05x0.002",
         ] {

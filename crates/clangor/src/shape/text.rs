@@ -17,6 +17,7 @@
 //! | `plate` | | 260 mm wide, 4.5 mm thick |
 //! | `mug` | | 84 mm wide, 98 mm high, walls of 5 mm, a handle |
 //! | `wineglass` | | 142 mm high, walls of 1.5 mm |
+//! | `moneybox` | | 110 mm wide, walls of 4 mm, a hole of 19 mm in its top |
 //! | `key` | | 53 mm long, 1.8 mm thick, a hole of 8 mm to hang it by |
 //! | `tile` | | 100 × 8 × 100 mm |
 //! | `pane` | | 400 × 4 × 400 mm |
@@ -92,7 +93,7 @@ const fn entry(name: &'static str, expected: &'static str, example: &'static str
     Entry { name, expected, example }
 }
 
-const ENTRIES: [Entry; 18] = [
+const ENTRIES: [Entry; 19] = [
     entry("sphere", "a radius or nothing", "sphere:0.0075"),
     entry("ellipsoid", "three semi-axes AxBxC", "ellipsoid:0.02x0.01x0.015"),
     entry("box", "three full edges XxYxZ", "box:0.1x0.05x0.2"),
@@ -108,6 +109,7 @@ const ENTRIES: [Entry; 18] = [
     entry("plate", "no sizes", "plate"),
     entry("mug", "no sizes", "mug"),
     entry("wineglass", "no sizes", "wineglass"),
+    entry("moneybox", "no sizes", "moneybox"),
     entry("key", "no sizes", "key"),
     entry("tile", "no sizes", "tile"),
     entry("pane", "no sizes", "pane"),
@@ -161,6 +163,7 @@ fn form_of(name: &str, fields: &[&str], numbers: &[f64]) -> Option<Form> {
         ("plate", []) => Form::Plate,
         ("mug", []) => Form::Mug,
         ("wineglass", []) => Form::Wineglass,
+        ("moneybox", []) => Form::Moneybox,
         ("key", []) => Form::Key,
         ("tile", []) => Form::Box { edges: DVec3::new(0.1, 0.008, 0.1) },
         ("pane", []) => Form::Box { edges: DVec3::new(0.4, 0.004, 0.4) },
@@ -205,7 +208,7 @@ pub(super) fn check_form(form: &Form) -> Result<(), ShapeError> {
             Err(ShapeError::Value { what: "the number of sides", value: f64::from(sides), limit })
         }
         Form::Shard { size: full, .. } => size("the size", full),
-        Form::Bowl | Form::Plate | Form::Mug | Form::Wineglass | Form::Key => Ok(()),
+        Form::Bowl | Form::Plate | Form::Mug | Form::Wineglass | Form::Moneybox | Form::Key => Ok(()),
         Form::Torus { major, minor } => {
             size("the radius of the circle", major)?;
             size("the radius of the tube", minor)?;
@@ -254,6 +257,7 @@ impl fmt::Display for Shape {
             Form::Plate => f.write_str("plate"),
             Form::Mug => f.write_str("mug"),
             Form::Wineglass => f.write_str("wineglass"),
+            Form::Moneybox => f.write_str("moneybox"),
             Form::Key => f.write_str("key"),
         }?;
         write!(f, "@{}", self.edge())

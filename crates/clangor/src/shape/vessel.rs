@@ -1,4 +1,4 @@
-//! Bowl, plate and wineglass: bodies of revolution of the size of everyday ones. The table they stand on is y = 0.
+//! Bowl, plate, wineglass and moneybox: bodies of revolution of the size of everyday ones. The table they stand on is y = 0.
 //!
 //! Their sides are spheres and cones, so that volume and curvature are known in closed form. The bowl and the plate
 //! have about the volume that the pulse time scales in \[PAN\] Table 1 imply (160 cm³, 230 to 280 cm³).
@@ -33,6 +33,11 @@ pub(super) const BOWL: Shell =
 /// The cup of a glass 142 mm high: a sphere 80 mm wide with walls of 1.5 mm.
 pub(super) const GLASS: Shell =
     Shell { centre: 0.118, inner: 0.0385, outer: 0.040, base: 0.004, floor: 0.0135, rim: 2.18 };
+
+/// A moneybox: a sphere 110 mm wide with walls of 4 mm, on a foot 44 mm wide. The hole in its top is 19 mm wide, less than
+/// a coin, so that what is inside stays there.
+const MONEYBOX: Shell =
+    Shell { centre: 0.055, inner: 0.051, outer: 0.055, base: 0.022, floor: 0.018, rim: 2.92 };
 
 impl Shell {
     fn at(&self, radius: f64, angle: f64) -> DVec2 {
@@ -99,6 +104,19 @@ pub(super) fn bowl_profile(edge: f64) -> Profile {
 pub(super) fn bowl_parts() -> Vec<ConvexPart> {
     let (mut parts, [below, floor]) = BOWL.parts(3, 16);
     parts.push(turned_hull(&[DVec2::new(BOWL.base, 0.0), below, floor]));
+    parts
+}
+
+pub(super) fn moneybox_profile(edge: f64) -> Profile {
+    let foot = MONEYBOX.foot();
+    let profile =
+        Profile::start(DVec2::ZERO, edge, MONEYBOX.sagitta()).line_to(foot.x, 0.0).line_to(foot.x, foot.y);
+    MONEYBOX.continue_profile(profile)
+}
+
+pub(super) fn moneybox_parts() -> Vec<ConvexPart> {
+    let (mut parts, [below, floor]) = MONEYBOX.parts(6, 16);
+    parts.push(turned_hull(&[DVec2::new(MONEYBOX.base, 0.0), below, floor]));
     parts
 }
 

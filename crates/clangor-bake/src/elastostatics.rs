@@ -23,6 +23,7 @@ mod surface_loads;
 mod symmetric_tensor;
 mod unit_loads;
 
+pub use clangor::scene::breaking::Reaction;
 use glam::{DMat3, DVec3};
 
 use crate::elasticity::elimination::OutOfMemory;
@@ -40,16 +41,6 @@ use unit_loads::UnitLoads;
 const STRAIGHT: f64 = 1e-6;
 /// Columns that are solved for together: more cost less each, but take more memory.
 const COLUMNS_TOGETHER: usize = 12;
-
-/// What holds a free body in balance under a load.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Reaction {
-    /// The inertia of the body, which accelerates as a rigid one.
-    #[default]
-    InertiaRelief,
-    /// Published: equal forces on all nodes, which depend on the mesh. \[FRAC\] eq. (2).
-    LeastResidual,
-}
 
 /// How stress is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -169,6 +160,17 @@ impl Deformation {
             stresses.fold((0, f64::NEG_INFINITY), |most, here| if here.1 > most.1 { here } else { most });
         let (stress, direction) = self.corner_stress[corner].largest_with_direction();
         Tension { stress, corner, direction }
+    }
+
+    /// The same under forces that are `factor` times as large.
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.displacement.iter_mut().for_each(|u| *u *= factor);
+        let stresses = self.corner_stress.iter_mut().chain(&mut self.element_stress);
+        stresses.for_each(|stress| *stress = *stress * factor);
+        let densities = self.corner_energy_density.iter_mut().chain(&mut self.element_energy_density);
+        densities.for_each(|density| *density *= factor * factor);
+        self.strain_energy *= factor * factor;
+        self
     }
 }
 

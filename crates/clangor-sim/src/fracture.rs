@@ -18,19 +18,27 @@
 //!
 //! Source: \[FRAC\] §3.2 and §3.3.
 
+mod blows;
+pub mod breaking;
 mod cells;
 mod coarsen;
 pub mod crack_impulse;
+mod fragments;
 pub mod motion;
 pub mod pattern;
 pub mod piece;
 pub mod split;
 mod tetrahedron_parts;
 
+use clangor::contact::ContactError;
 use clangor::geometry::solid::MeshError;
 use clangor::glam::DVec3;
+use clangor_bake::elasticity::ElasticError;
+use clangor_bake::elastostatics::ElastostaticsError;
 use clangor_bake::tetrahedra::TetMeshError;
 
+pub use breaking::{Breakable, BreakingBodies, BreakingReport};
+use crack_impulse::NoImpulse;
 use pattern::{PatternSettings, draw_pattern};
 use piece::Piece;
 use split::{CrackFace, Score, Split, split_by_regions, split_by_scores};
@@ -120,6 +128,26 @@ pub enum FractureError {
         /// How many there should be.
         wanted: usize,
     },
+    /// Its material does not say how strong or how tough it is.
+    #[error("material \"{material}\" has no {number}")]
+    Unknown {
+        /// The material.
+        material: String,
+        /// Which number.
+        number: &'static str,
+    },
+    /// Its material is not elastic.
+    #[error(transparent)]
+    Elastic(#[from] ElasticError),
+    /// Its stress cannot be computed.
+    #[error(transparent)]
+    Stress(#[from] ElastostaticsError),
+    /// The blow that breaks it makes no sense.
+    #[error(transparent)]
+    Blow(#[from] ContactError),
+    /// The cracks give impulses that are no numbers.
+    #[error(transparent)]
+    Impulse(#[from] NoImpulse),
     /// The body falls into parts that do not hang together before it breaks.
     #[error("the body has {0} parts that do not hang together; only one body at a time can break")]
     Parts(usize),

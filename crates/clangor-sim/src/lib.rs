@@ -127,6 +127,15 @@ pub enum SimulationError {
         /// When \[s\].
         time: f64,
     },
+    /// A body that may break cannot.
+    #[cfg(feature = "fracture")]
+    #[error("\"{body}\" cannot break: {source}")]
+    Fracture {
+        /// The body.
+        body: String,
+        /// Why.
+        source: fracture::FractureError,
+    },
     /// The state is no longer finite.
     #[error("the motion of \"{body}\" diverged at t = {time:.6} s")]
     Diverged {

@@ -10,6 +10,7 @@
 //! the same, piece by piece, because everything after it (mass, contact, sound) relies on it.
 
 use clangor::glam::DVec3;
+pub use clangor::scene::breaking::Score;
 use clangor_bake::tetrahedra::TetMesh;
 
 use super::FractureError;
@@ -24,15 +25,6 @@ const MARGINS: [f64; 4] = [1e-7, 1e-3, 0.02, 0.1];
 const FAIR: f64 = 0.1;
 /// Ends of edges this near to a plane, as a share of the body's size, are on it.
 const ON_PLANE: f64 = 1e-9;
-
-/// A plane along which a body was weakened.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Score {
-    /// A point of it \[m\], in the frame of the body's mesh.
-    pub point: DVec3,
-    /// Normal; its length does not matter.
-    pub normal: DVec3,
-}
 
 /// One triangle of a crack, which bounds a piece on either side.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,359 @@
+//! Which bodies break under the blows of a step, and what they leave.
+//!
+//! ```text
+//! K u = F − reaction,    E_S = ½ uᵀF ≤ Σ ½ m V²,    largest σ₁ ≥ strength: it breaks
+//! ```
+//!
+//! Blows that still last press together. No more energy than they carry is strained into the body: where the static answer
+//! asks for it, the forces are smaller, and so are stress and energy. Cracks and the motion of the pieces are paid with what the
+//! blows took from the motion for good, so that the mechanical energy of all bodies never grows; the rest was given back as
+//! rebound.
+//!
+//! Nothing is solved where no stress can reach the strength σ_c, because a single element that held all the energy
+//! would not:
+//!
+//! ```text
+//! Σ ½ m V² < V_least σ_c² (1 − 2ν²/(1 − ν))/(2 E)
+//! ```
+//!
+//! Source: \[FRAC\] §3. Differs: its load is j/Δt (`Load::Step`, which takes any energy), and its E_S has no bound.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use clangor::body::{Body, BodyId, World};
+use clangor::scene::breaking::{Breaking, Load, Score};
+use clangor::timeline::ContactKind;
+use clangor_bake::elasticity::ElasticConstants;
+use clangor_bake::elastostatics::{PointLoad, SymmetricTensor, StressBody, StressOptions};
+use clangor_bake::tetrahedra::TetMesh;
+use glam::DVec3;
+
+use super::blows::{Blow, blow_on, impact};
+use super::fragments::{Broken, Fragments, Parent, fragments};
+use super::pattern::PatternSettings;
+use super::piece::Piece;
+use super::{FractureError, shatter, shatter_along};
+use crate::SimulationError;
+use crate::rigid::{Replacement, RigidWorld, StepLog};
+
+/// A body that may break.
+#[derive(Clone, Debug)]
+pub struct Breakable {
+    /// The body.
+    pub body: BodyId,
+    /// Its tetrahedra, about its centre of mass, in its axes.
+    pub mesh: TetMesh,
+    /// What the scene says.
+    pub breaking: Breaking,
+    /// Seed of its cracks.
+    pub seed: u64,
+}
+
+/// What became of the blows on bodies that may break.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BreakingReport {
+    /// Blows too weak for any stress to reach the strength.
+    pub screened: u64,
+    /// Blows for which stress was computed.
+    pub solved: u64,
+    /// Fractures.
+    pub fractures: u64,
+    /// Blows beyond the strength that paid for no crack.
+    pub withstood: u64,
+    /// Blows beyond the strength that found as many pieces as are allowed.
+    pub capped: u64,
+    /// Bodies that should have broken and could not, and why; each once.
+    pub refused: BTreeMap<String, String>,
+}
+
+/// The bodies of a world that may break, and their pieces.
+pub struct BreakingBodies {
+    /// All bodies, in the order of their ids, as they were born.
+    bodies: Vec<Body>,
+    fragile: BTreeMap<BodyId, Fragile>,
+    families: Vec<Family>,
+    v_min: f64,
+    time_step: f64,
+    report: BreakingReport,
+}
+
+/// A body of the scene that may break, and all its pieces.
+struct Family {
+    breaking: Breaking,
+    constants: ElasticConstants,
+    strength: f64,
+    fracture_energy: f64,
+    /// σ_c² (1 − 2ν²/(1 − ν))/(2E): what an element must hold to reach the strength [J/m³].
+    critical_density: f64,
+    smallest_piece: f64,
+    /// Name of the first.
+    name: String,
+    /// Pieces that there are, and that there ever were.
+    pieces: usize,
+    born: usize,
+}
+
+/// A body that may break.
+struct Fragile {
+    family: usize,
+    piece: Piece,
+    /// Its centre of mass in the frame of `piece`.
+    centre: DVec3,
+    least_volume: f64,
+    stress: Option<StressBody>,
+    blows: Vec<Blow>,
+    seed: u64,
+}
+
+impl BreakingBodies {
+    /// Prepares bodies of a world; blows slower than `v_min` \[m/s\] break nothing.
+    ///
+    /// # Errors
+    /// [`SimulationError::Fracture`] for a body that cannot break: its material has no strength or toughness, or its
+    /// tetrahedra are no body.
+    pub fn new(
+        world: &World,
+        breakables: Vec<Breakable>,
+        v_min: f64,
+        time_step: f64,
+    ) -> Result<Self, SimulationError> {
+        let mut all = BreakingBodies {
+            bodies: world.bodies.clone(),
+            fragile: BTreeMap::new(),
+            families: Vec::new(),
+            v_min,
+            time_step,
+            report: BreakingReport::default(),
+        };
+        for breakable in breakables {
+            let Some(body) = world.bodies.get(breakable.body.index()) else { continue };
+            let refuse = |source| SimulationError::Fracture { body: body.name.clone(), source };
+            let family = Family::of(body, breakable.breaking).map_err(refuse)?;
+            let piece = Piece::whole(&breakable.mesh).map_err(refuse)?;
+            let fragile = Fragile::new(all.families.len(), piece, breakable.seed).map_err(refuse)?;
+            all.families.push(family);
+            all.fragile.insert(breakable.body, fragile);
+        }
+        Ok(all)
+    }
+
+    /// What happened so far.
+    pub fn report(&self) -> &BreakingReport {
+        &self.report
+    }
+
+    /// Looks at a step that has been taken; says which bodies break, and into what.
+    ///
+    /// # Errors
+    /// [`SimulationError::Fracture`] for numbers that are not finite.
+    pub fn look(&mut self, rigid: &RigidWorld, log: &StepLog) -> Result<Vec<Replacement>, SimulationError> {
+        let struck = self.take_blows(log)?;
+        let mut replacements = Vec::new();
+        for id in struck {
+            let next = BodyId((rigid.count() + self.pending(&replacements)) as u32);
+            if let Some(replacement) = self.strike(id, next, rigid) {
+                replacements.push(replacement);
+            }
+        }
+        Ok(replacements)
+    }
+
+    /// Pieces that are not in the world yet.
+    fn pending(&self, replacements: &[Replacement]) -> usize {
+        replacements.iter().map(|r| r.pieces.len()).sum()
+    }
+
+    /// Adds the blows of a step to the bodies that may break, and says which those are.
+    fn take_blows(&mut self, log: &StepLog) -> Result<BTreeSet<BodyId>, SimulationError> {
+        let mut struck = BTreeSet::new();
+        for (kind, rows, poses) in log.groups() {
+            let Some(first) = rows.first() else { continue };
+            let ids = [first.body_a, first.body_b];
+            let felt = matches!(kind, ContactKind::Impact | ContactKind::Contact)
+                && ids.iter().any(|id| self.fragile.contains_key(id));
+            if !felt || rows.iter().all(|r| r.approach_speed() < self.v_min) {
+                continue;
+            }
+            let pair = ids.map(|id| self.bodies.get(id.index()));
+            let name = || pair.iter().flatten().next().map_or_else(String::new, |b| b.name.clone());
+            let refuse = |source| SimulationError::Fracture { body: name(), source: FractureError::Blow(source) };
+            let Some(pulse) = impact(pair, rows, poses, self.v_min).map_err(refuse)? else { continue };
+            for id in ids {
+                let Some(fragile) = self.fragile.get_mut(&id) else { continue };
+                let load = self.families[fragile.family].breaking.load;
+                if let Some(blow) = blow_on(id, &pulse, rows, pair, load, self.time_step) {
+                    // What ended before this blow began presses no more.
+                    fragile.blows.retain(|earlier| earlier.end > pulse.time);
+                    fragile.blows.push(blow);
+                    struck.insert(id);
+                }
+            }
+        }
+        Ok(struck)
+    }
+
+    /// What the blows on a body leave of it, if it breaks; pieces get ids from `next` on.
+    fn strike(&mut self, id: BodyId, next: BodyId, rigid: &RigidWorld) -> Option<Replacement> {
+        let fragile = self.fragile.get_mut(&id)?;
+        let family = &mut self.families[fragile.family];
+        let body = &self.bodies[id.index()];
+        let energy: f64 = fragile.blows.iter().map(|b| b.energy).sum();
+        let published = family.breaking.load == Load::Step;
+        if !published && energy < fragile.least_volume * family.critical_density {
+            self.report.screened += 1;
+            return None;
+        }
+        self.report.solved += 1;
+        let outcome = fragile.break_up(family, energy, &mut self.report).and_then(|broken| {
+            let Some(broken) = broken else { return Ok(None) };
+            let parent = Parent { body, state: rigid.pose(id), centre: fragile.centre };
+            let name = |k| format!("{}-piece-{}", family.name, family.born + k + 1);
+            fragments(&parent, broken, family.breaking.crack_impulses, name).map(Some)
+        });
+        let Fragments { replacement, pieces } = match outcome {
+            Ok(Some(found)) => found,
+            Ok(None) => return None,
+            Err(error) => {
+                self.report.refused.entry(body.name.clone()).or_insert_with(|| error.to_string());
+                return None;
+            }
+        };
+        let count = pieces.len();
+        let (number, seed) = (fragile.family, fragile.seed);
+        let mut fragile_pieces = Vec::with_capacity(count);
+        for (k, piece) in pieces.into_iter().enumerate() {
+            match Fragile::new(number, piece, child_seed(seed, k)) {
+                Ok(piece) => fragile_pieces.push(piece),
+                Err(error) => {
+                    self.report.refused.entry(body.name.clone()).or_insert_with(|| error.to_string());
+                    return None;
+                }
+            }
+        }
+        family.pieces += count - 1;
+        family.born += count;
+        self.report.fractures += 1;
+        self.fragile.remove(&id);
+        for (k, piece) in fragile_pieces.into_iter().enumerate() {
+            self.fragile.insert(BodyId(next.0 + k as u32), piece);
+        }
+        // Ids follow the order of births, and so does this list.
+        self.bodies.extend(replacement.pieces.iter().cloned());
+        Some(replacement)
+    }
+}
+
+impl Family {
+    fn of(body: &Body, breaking: Breaking) -> Result<Self, FractureError> {
+        let material = &body.material;
+        let unknown = |number| FractureError::Unknown { material: material.name.clone(), number };
+        let strength = material.tensile_strength.ok_or_else(|| unknown("tensile_strength"))?;
+        let fracture_energy = material.fracture_energy.ok_or_else(|| unknown("fracture_energy"))?;
+        let constants = ElasticConstants::of(material)?;
+        let nu = material.poisson_ratio;
+        let volume = body.mass / material.density;
+        Ok(Family {
+            smallest_piece: breaking.smallest_piece.map_or(1e-3 * volume, |edge| edge.powi(3)),
+            breaking,
+            constants,
+            strength,
+            fracture_energy,
+            critical_density: strength * strength * (1.0 - 2.0 * nu * nu / (1.0 - nu))
+                / (2.0 * material.youngs_modulus),
+            name: body.name.clone(),
+            pieces: 1,
+            born: 0,
+        })
+    }
+}
+
+impl Fragile {
+    fn new(family: usize, piece: Piece, seed: u64) -> Result<Self, FractureError> {
+        let volume = |e: usize| {
+            let [a, b, c, d, ..] = piece.mesh.positions(e);
+            (b - a).cross(c - a).dot(d - a) / 6.0
+        };
+        let least_volume = (0..piece.mesh.elements.len()).map(volume).fold(f64::INFINITY, f64::min);
+        let centre = piece.mass_properties()?.centre_of_mass;
+        Ok(Fragile { family, piece, centre, least_volume, stress: None, blows: Vec::new(), seed })
+    }
+
+    /// The pieces of this body under its blows, which carry `energy` \[J\]; `None` if it stays whole.
+    fn break_up(
+        &mut self,
+        family: &Family,
+        energy: f64,
+        report: &mut BreakingReport,
+    ) -> Result<Option<Broken>, FractureError> {
+        let stress = match &mut self.stress {
+            Some(stress) => stress,
+            empty => {
+                let options = StressOptions { reaction: family.breaking.reaction, ..StressOptions::default() };
+                empty.insert(StressBody::new(self.piece.mesh.clone(), &family.constants, &options)?)
+            }
+        };
+        let forces = self.blows.iter().flat_map(|blow| &blow.forces);
+        let loads: Vec<PointLoad> =
+            forces.map(|(point, force)| PointLoad { point: *point + self.centre, force: *force }).collect();
+        // Forces that the energy bounds are smaller, and so is their stress.
+        if stress.tension_above(&loads, family.strength)?.is_none() {
+            return Ok(None);
+        }
+        let mut deformation = stress.solve(&loads)?;
+        if family.breaking.load == Load::HalfSinePeak && deformation.strain_energy > energy {
+            let factor = (energy / deformation.strain_energy).sqrt();
+            deformation = deformation.scaled(factor);
+        }
+        let scores = &family.breaking.scores;
+        let tension = match scores.is_empty() {
+            true => deformation.maximum_tension().stress,
+            false => across_scores(&self.piece.mesh, &deformation.element_stress, scores),
+        };
+        if tension < family.strength {
+            return Ok(None);
+        }
+        let room = family.breaking.most_pieces.saturating_sub(family.pieces - 1);
+        if room < 2 {
+            report.capped += 1;
+            return Ok(None);
+        }
+        let lost: f64 = self.blows.iter().map(|b| b.loss).sum();
+        let strain = match family.breaking.load {
+            Load::HalfSinePeak => deformation.strain_energy.min(lost),
+            Load::Step => deformation.strain_energy,
+        };
+        let settings = PatternSettings {
+            most_pieces: room,
+            smallest_piece: family.smallest_piece,
+            ..PatternSettings::new(family.fracture_energy, 0.0, self.seed)
+        };
+        let shatter = match scores.is_empty() {
+            true => shatter(&self.piece, &deformation.corner_energy_density, strain, &settings)?,
+            false => shatter_along(&self.piece, scores, strain, &settings)?,
+        };
+        if shatter.is_none() {
+            report.withstood += 1;
+        }
+        Ok(shatter.map(|shatter| Broken { shatter, stress: deformation.element_stress, seed: self.seed }))
+    }
+}
+
+/// The largest tension across the planes of scores \[Pa\].
+fn across_scores(mesh: &TetMesh, stress: &[SymmetricTensor], scores: &[Score]) -> f64 {
+    let across = |score: &Score| {
+        let normal = score.normal.normalize_or_zero();
+        let height = |n: &u32| (mesh.nodes[*n as usize] - score.point).dot(normal);
+        let reaches = |(element, stress): (&[u32; 10], &SymmetricTensor)| {
+            let heights = || element[..4].iter().map(height);
+            let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+            (low <= 0.0 && high >= 0.0).then(|| normal.dot(stress.on(normal)))
+        };
+        mesh.elements.iter().zip(stress).filter_map(reaches).fold(f64::NEG_INFINITY, f64::max)
+    };
+    scores.iter().map(across).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Seed of a piece.
+fn child_seed(parent: u64, piece: usize) -> u64 {
+    (parent ^ (piece as u64 + 1)).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(31)
+}

@@ -1,0 +1,164 @@
+//! The pieces of a broken body as bodies of their own: where they are, how they move, and the impulses that parted them.
+//!
+//! A piece keeps the axes of its parent and the motion that it had as a part of it, so that momentum, angular momentum and
+//! energy are what they were. Then the cracks release what is left of the strain energy (`crack_impulse`). The triangles
+//! between two pieces act as one impulse, at the middle of the parts that press and pull, with the couple that is left:
+//!
+//! ```text
+//! j = Σ jᵢ,    x = Σ |jᵢ| xᵢ / Σ |jᵢ|,    c = Σ (xᵢ − x) × jᵢ
+//! ```
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use clangor::body::{Body, Life, MeshSurface, Motion as Moved, Surface};
+use clangor::geometry::convex::ConvexPart;
+use clangor::geometry::hull::extreme_hull;
+use clangor::pose::Pose;
+use clangor::scene::body_description::EDGE_RADIUS_RATIO;
+use clangor::timeline::{FractureRow, PoseRow};
+use clangor_bake::elastostatics::SymmetricTensor;
+use glam::{DMat3, DVec3};
+
+use super::crack_impulse::{CrackImpulses, NoImpulse, crack_impulses};
+use super::motion::Motion;
+use super::piece::Piece;
+use super::split::CrackFace;
+use super::{FractureError, Shatter};
+use crate::rigid::{CrackImpulse, Replacement};
+
+/// A body at the instant at which it breaks.
+pub(super) struct Parent<'a> {
+    /// As it was born.
+    pub(super) body: &'a Body,
+    /// Where it is, and how it moves.
+    pub(super) state: PoseRow,
+    /// Its centre of mass in the frame of its tetrahedra \[m\].
+    pub(super) centre: DVec3,
+}
+
+/// What has become of a body.
+pub(super) struct Broken {
+    pub(super) shatter: Shatter,
+    /// Stress of each element before \[Pa\].
+    pub(super) stress: Vec<SymmetricTensor>,
+    /// Seed of the pattern.
+    pub(super) seed: u64,
+}
+
+/// The pieces for the solver, and their tetrahedra in the same order.
+pub(super) struct Fragments {
+    pub(super) replacement: Replacement,
+    pub(super) pieces: Vec<Piece>,
+}
+
+/// Makes bodies of pieces; `name` names them by their number.
+///
+/// # Errors
+/// [`FractureError`] for a piece that is no body.
+pub(super) fn fragments(
+    parent: &Parent<'_>,
+    broken: Broken,
+    released: bool,
+    name: impl Fn(usize) -> String,
+) -> Result<Fragments, FractureError> {
+    let Broken { shatter, stress, seed } = broken;
+    let density = parent.body.material.density;
+    let solids = shatter.pieces.iter().map(Piece::mass_properties).collect::<Result<Vec<_>, _>>()?;
+    let mass: f64 = solids.iter().map(|s| s.volume).sum();
+    // The parent's mass is that of its exact form: its pieces share it.
+    let density = if mass > 0.0 { parent.body.mass / mass } else { density };
+    let turn = DMat3::from_quat(parent.state.orientation);
+    let whole = Motion {
+        mass: parent.body.mass,
+        centre: parent.centre,
+        inertia: parent.body.inertia,
+        velocity: turn.transpose() * parent.state.velocity,
+        angular_velocity: turn.transpose() * parent.state.angular_velocity,
+    };
+    let mut motions: Vec<Motion> = solids.iter().map(|solid| whole.of_piece(solid, density)).collect();
+    let surplus = shatter.surplus();
+    let tensors: Vec<DMat3> = stress.iter().map(|s| s.matrix()).collect();
+    let release = match released {
+        true => match crack_impulses(&shatter.crack_faces, &tensors, &motions, surplus) {
+            Ok(release) => Some(release),
+            // Then nothing drives the pieces apart.
+            Err(NoImpulse::NoSurplus(_) | NoImpulse::NoTraction) => None,
+            Err(error) => return Err(error.into()),
+        },
+        false => None,
+    };
+    let before: f64 = motions.iter().map(Motion::kinetic_energy).sum();
+    if let Some(release) = &release {
+        motions.clone_from(&release.motions);
+    }
+    let after: f64 = motions.iter().map(Motion::kinetic_energy).sum();
+    let to_world = |x: DVec3| parent.state.position + turn * (x - parent.centre);
+    let mut bodies = Vec::with_capacity(motions.len());
+    for (k, (piece, motion)) in shatter.pieces.iter().zip(&motions).enumerate() {
+        let surface = piece.surface();
+        let (surface, _) = MeshSurface::try_new(surface.clone(), contact_parts(piece)?)?;
+        let surface = Surface::Mesh(surface);
+        bodies.push(Body {
+            name: name(k),
+            material: parent.body.material.clone(),
+            edge_radius: EDGE_RADIUS_RATIO * surface.bounding_radius(),
+            surface: Arc::new(surface),
+            mass: motion.mass,
+            inertia: motion.inertia,
+            pose: Pose { position: to_world(motion.centre), orientation: parent.state.orientation },
+            velocity: turn * motion.velocity,
+            angular_velocity: turn * motion.angular_velocity,
+            motion: Moved::Free,
+            life: Life::default(),
+        });
+    }
+    let row = FractureRow {
+        strain_energy: shatter.strain_energy,
+        fracture_energy: shatter.fracture_energy,
+        kinetic_energy_gain: after - before,
+        crack_area: shatter.crack_faces.iter().map(|f| f.area_vector().length()).sum(),
+        duration: release.as_ref().map_or(0.0, |r| r.duration),
+        seed,
+        ..FractureRow::of(parent.state.body)
+    };
+    let cracks = release.map_or_else(Vec::new, |release| together(&shatter.crack_faces, &release, turn, to_world));
+    Ok(Fragments { replacement: Replacement { row, pieces: bodies, cracks }, pieces: shatter.pieces })
+}
+
+/// One impulse for each pair of pieces.
+fn together(
+    faces: &[CrackFace],
+    release: &CrackImpulses,
+    turn: DMat3,
+    to_world: impl Fn(DVec3) -> DVec3,
+) -> Vec<CrackImpulse> {
+    let mut pairs: BTreeMap<[u32; 2], Vec<(&CrackFace, DVec3)>> = BTreeMap::new();
+    for (face, impulse) in faces.iter().zip(&release.impulses) {
+        pairs.entry(face.pieces).or_default().push((face, *impulse));
+    }
+    let join = |(pieces, parts): ([u32; 2], Vec<(&CrackFace, DVec3)>)| {
+        let impulse: DVec3 = parts.iter().map(|(_, j)| *j).sum();
+        let weight: f64 = parts.iter().map(|(_, j)| j.length()).sum();
+        let point = parts.iter().map(|(face, j)| face.centroid() * j.length()).sum::<DVec3>() / weight;
+        let couple: DVec3 = parts.iter().map(|(face, j)| (face.centroid() - point).cross(*j)).sum();
+        let outward: DVec3 = parts.iter().map(|(face, _)| face.area_vector()).sum();
+        // The normal of a crack points out of b, into a.
+        let normal = -outward.try_normalize()?;
+        let [piece_a, piece_b] = pieces.map(|p| p as usize);
+        (weight > 0.0).then(|| CrackImpulse {
+            piece_a,
+            piece_b,
+            point: to_world(point),
+            normal: turn * normal,
+            impulse: turn * impulse,
+            couple: turn * couple,
+        })
+    };
+    pairs.into_iter().filter_map(join).collect()
+}
+
+/// What stands for a piece in collisions.
+fn contact_parts(piece: &Piece) -> Result<Vec<ConvexPart>, FractureError> {
+    Ok(vec![ConvexPart::Hull(extreme_hull(&piece.surface(), 100)?.vertices)])
+}

@@ -45,10 +45,13 @@ fn load(
     Ok(loaded)
 }
 
-/// Draws every random placement of a scene from a new seed.
+/// Draws every random placement and crack pattern of a scene from a new seed.
 fn reseed(scene: &mut Scene, seed: u64) {
     scene.simulation.seed = seed;
     for body in &mut scene.bodies {
+        if let Some(breaking) = &mut body.breaking {
+            breaking.seed = None;
+        }
         if let Copies::Random(placement) = &mut body.copies {
             placement.seed = None;
         }

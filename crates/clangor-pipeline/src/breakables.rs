@@ -6,8 +6,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use clangor::body::{Body, Surface, World};
 use clangor::body::BodyId;
+use clangor::body::{Body, Surface, World};
 use clangor::scene::Scene;
 use clangor::scene::breaking::Breaking;
 use clangor::scene::diagnostic::{Problem, SceneError, SceneErrors};
@@ -25,13 +25,12 @@ use crate::sound_models::radiating;
 /// Every body that cannot be filled, at its place in the file.
 pub(crate) fn breakables(scene: &Scene, world: &mut World) -> Result<Vec<Breakable>, SceneErrors> {
     let rules = scene.breaking_rules();
-    let wanted: Vec<(BodyId, &Breaking)> = rules
-        .iter()
-        .enumerate()
-        .filter_map(|(index, rule)| Some((BodyId(index as u32), (*rule)?)))
-        .collect();
+    let wanted: Vec<(BodyId, &Breaking)> =
+        rules.iter().enumerate().filter_map(|(index, rule)| Some((BodyId(index as u32), (*rule)?))).collect();
     // Copies share their surface, and then their tetrahedra.
-    let key = |body: &Body, breaking: &Breaking| (Arc::as_ptr(&body.surface).addr(), breaking.edge.map(f64::to_bits));
+    let key = |body: &Body, breaking: &Breaking| {
+        (Arc::as_ptr(&body.surface).addr(), breaking.edge.map(f64::to_bits))
+    };
     let mut forms: BTreeMap<_, (&Surface, Option<f64>)> = BTreeMap::new();
     for (id, breaking) in &wanted {
         let body = &world.bodies[id.index()];
@@ -49,7 +48,9 @@ pub(crate) fn breakables(scene: &Scene, world: &mut World) -> Result<Vec<Breakab
                 if let Ok(mass) = Piece::whole(mesh).and_then(|piece| piece.mass_properties()) {
                     body.inertia = mass.inertia * (body.mass / mass.volume);
                 }
-                let seed = breaking.seed.unwrap_or(scene.simulation.seed ^ (u64::from(id.0) + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+                let seed = breaking.seed.unwrap_or(
+                    scene.simulation.seed ^ (u64::from(id.0) + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15),
+                );
                 breakables.push(Breakable { body: id, mesh: mesh.clone(), breaking: breaking.clone(), seed });
             }
             Err(reason) => {

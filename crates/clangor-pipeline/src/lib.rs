@@ -2,6 +2,7 @@
 
 pub mod atomic_file;
 pub mod audio_rigid_bodies;
+mod breakables;
 pub mod contact_list;
 pub mod exchange;
 pub mod field_plot;

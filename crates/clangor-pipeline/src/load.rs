@@ -14,8 +14,10 @@ use clangor::scene::diagnostic::{Doubt, SceneErrors, SceneWarning};
 use clangor::scene::instantiate::{GeometryError, LoadedGeometry, load_shape, references};
 use clangor::scene::{Scene, instantiate};
 use clangor_sim::decompose::{DecomposeSettings, convex_parts};
+use clangor_sim::fracture::Breakable;
 use rayon::prelude::*;
 
+use crate::breakables::breakables;
 use crate::mesh_reader::read_mesh;
 
 /// A scene with everything that its file refers to.
@@ -29,6 +31,8 @@ pub struct LoadedScene {
     pub scene: Scene,
     /// The bodies.
     pub world: World,
+    /// Those of them that may break.
+    pub breakables: Vec<Breakable>,
     /// Allowed but probably not meant.
     pub warnings: Vec<SceneWarning>,
 }
@@ -103,7 +107,9 @@ pub fn scene_from_text(
     };
     let instance = instantiate(&scene, &mut find).map_err(|e| refuse(&text, e))?;
     let warnings = scene.warnings.iter().cloned().chain(instance.warnings).collect();
-    Ok(LoadedScene { path: path.into(), text, world: instance.world, scene, warnings })
+    let mut world = instance.world;
+    let breakables = breakables(&scene, &mut world).map_err(|e| refuse(&text, e))?;
+    Ok(LoadedScene { path: path.into(), text, world, breakables, scene, warnings })
 }
 
 /// Endings of the mesh files that can be read.

@@ -8,7 +8,9 @@ use clangor::body::{Body, BodyId};
 use clangor::scene::Scene;
 use clangor::scene::simulation_settings::SolverChoice;
 use clangor::timeline::{ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
+use clangor_sim::fracture::BreakingBodies;
 use clangor_sim::record::RecordSettings;
+use clangor_sim::rigid::{RigidWorld, StepLog};
 use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, choose_solver};
 
 use crate::load::LoadedScene;
@@ -51,9 +53,10 @@ pub fn simulation_settings(scene: &Scene, raw_log: bool) -> SimulationSettings {
 pub fn check_motion(loaded: &LoadedScene) -> Result<(), SimulateError> {
     let settings = simulation_settings(&loaded.scene, false);
     let mut stop = |_: f64| ControlFlow::Break(());
-    match clangor_sim::simulate(&loaded.world, &settings, &mut ImpactLog::default(), &mut stop) {
-        Ok(_) | Err(SimulationError::Interrupted) => Ok(()),
-        Err(error) => Err(error.into()),
+    match run(loaded, &settings, &mut ImpactLog::default(), &mut stop) {
+        Ok(_) => Ok(()),
+        Err(error) if error.is_interruption() => Ok(()),
+        Err(error) => Err(error),
     }
 }
 
@@ -72,14 +75,39 @@ pub fn simulate_impacts(
         settings.record.pose_rate = 0.0;
     }
     let mut impacts = ImpactLog::of(followed);
-    let report = clangor_sim::simulate(&loaded.world, &settings, &mut impacts, progress)?;
+    let report = run(loaded, &settings, &mut impacts, progress)?;
     Ok((impacts.timeline, report))
+}
+
+/// Simulates a scene; in time steps, whatever its solver, if a body of it may break.
+fn run(
+    loaded: &LoadedScene,
+    settings: &SimulationSettings,
+    sink: &mut dyn TimelineSink,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<SimulationReport, SimulateError> {
+    let world = &loaded.world;
+    if loaded.breakables.is_empty() {
+        return Ok(clangor_sim::simulate(world, settings, sink, progress)?);
+    }
+    let (v_min, step) = (settings.record.v_min, settings.time_step);
+    let mut breaking = BreakingBodies::new(world, loaded.breakables.clone(), v_min, step)?;
+    let mut breaker = |rigid: &RigidWorld, log: &StepLog| breaking.look(rigid, log);
+    let report = clangor_sim::simulate_breaking(world, settings, sink, &mut breaker, progress)?;
+    Ok(SimulationReport { breaking: breaking.report().clone(), ..report })
+}
+
+/// The solver of a scene: one in which bodies may break is stepped in time.
+pub fn solver(loaded: &LoadedScene) -> SolverChoice {
+    match loaded.breakables.is_empty() {
+        true => choose_solver(&loaded.world, loaded.scene.simulation.solver),
+        false => SolverChoice::Rigid,
+    }
 }
 
 /// Whether gentle forces are wanted, and there is somebody to hear them on.
 fn hears_rolling(loaded: &LoadedScene, followed: &BTreeSet<BodyId>) -> bool {
-    let stepped = choose_solver(&loaded.world, loaded.scene.simulation.solver) == SolverChoice::Rigid;
-    loaded.scene.render.rolling && stepped && !followed.is_empty()
+    loaded.scene.render.rolling && solver(loaded) == SolverChoice::Rigid && !followed.is_empty()
 }
 
 /// Simulates a scene into a timeline folder; memory does not grow with the rows.
@@ -95,7 +123,7 @@ pub fn simulate_to_folder(
 ) -> Result<(SimulationReport, TimelineSummary), SimulateError> {
     let settings = simulation_settings(&loaded.scene, raw_log);
     let mut folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
-    let report = clangor_sim::simulate(&loaded.world, &settings, &mut folder, progress)?;
+    let report = run(loaded, &settings, &mut folder, progress)?;
     Ok((report, folder.finish()?))
 }
 
@@ -113,18 +141,17 @@ pub fn simulate_and_keep(
     let settings = simulation_settings(&loaded.scene, hears_rolling(loaded, followed));
     let folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
     let mut both = Both { folder, impacts: ImpactLog::of(followed) };
-    let report = clangor_sim::simulate(&loaded.world, &settings, &mut both, progress)?;
+    let report = run(loaded, &settings, &mut both, progress)?;
     both.folder.finish()?;
     Ok((both.impacts.timeline, report))
 }
 
 /// What a timeline folder says of a simulated scene.
 fn header(loaded: &LoadedScene, settings: &SimulationSettings) -> TimelineHeader {
-    let solver = choose_solver(&loaded.world, settings.solver);
     TimelineHeader {
         world: loaded.world.clone(),
         medium: loaded.scene.medium,
-        origin: Origin::of_simulation(settings, solver, loaded.scene.simulation.seed),
+        origin: Origin::of_simulation(settings, solver(loaded), loaded.scene.simulation.seed),
         scene: Some(loaded.text.clone()),
     }
 }

@@ -84,7 +84,7 @@ impl ModelRequest {
 }
 
 /// What radiates, and its mesh if it has one.
-fn radiating(surface: &Surface) -> Result<(BakeGeometry, Option<TriMesh>), RequestError> {
+pub(crate) fn radiating(surface: &Surface) -> Result<(BakeGeometry, Option<TriMesh>), RequestError> {
     match surface {
         Surface::HalfSpace => Err(RequestError::HalfSpace),
         Surface::Sphere { radius } => {

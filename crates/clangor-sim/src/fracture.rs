@@ -37,7 +37,7 @@ use clangor_bake::elasticity::ElasticError;
 use clangor_bake::elastostatics::ElastostaticsError;
 use clangor_bake::tetrahedra::TetMeshError;
 
-pub use breaking::{Breakable, BreakingBodies, BreakingReport};
+pub use breaking::{Breakable, BreakingBodies};
 use crack_impulse::NoImpulse;
 use pattern::{PatternSettings, draw_pattern};
 use piece::Piece;

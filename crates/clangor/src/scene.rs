@@ -22,6 +22,7 @@ mod suggest;
 
 use glam::DVec3;
 
+use crate::body::BodyId;
 use crate::medium::Medium;
 use crate::synthesis::SoundRule;
 use body_description::{BodyDescription, HangDescription, PlaneDescription, SpringDescription};
@@ -85,6 +86,15 @@ impl Scene {
     pub fn breaking_rules(&self) -> Vec<Option<&Breaking>> {
         let bodies = self.bodies.iter();
         bodies.flat_map(|body| std::iter::repeat_n(body.breaking.as_ref(), body.count())).collect()
+    }
+
+    /// The `[[body]]` of a body of the instantiated scene; `None` for planes.
+    pub fn description_of(&self, body: BodyId) -> Option<&BodyDescription> {
+        let mut first = 0;
+        self.bodies.iter().find(|description| {
+            first += description.count();
+            body.index() < first
+        })
     }
 
     /// Reads a scene.

@@ -16,11 +16,11 @@ use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
 use clangor::timeline::Timeline;
 use clangor_pipeline::load::LoadedScene;
 use clangor_pipeline::render::{FullScale, RenderOptions, Sounds, Transfers, read_impacts, render};
-use clangor_pipeline::simulate::{simulate_and_keep, simulate_impacts};
+use clangor_pipeline::simulate::{simulate_and_keep, simulate_impacts, solver};
 use clangor_pipeline::sound_models::ringers::RingingPlan;
 use clangor_pipeline::timeline_file::TimelineReader;
 use clangor_pipeline::wav::{SampleFormat, WavSpec};
-use clangor_sim::{SimulationReport, choose_solver};
+use clangor_sim::SimulationReport;
 
 use self::report::Told;
 use super::audio_file::{is_gltf, modes_of_files};
@@ -155,8 +155,7 @@ fn from_scene(options: &Render, global: &Global, console: &Console) -> Result<So
         medium: scene.medium,
         listeners: scene.listeners.iter().map(receivers).collect(),
         v_min: scene.simulation.v_min,
-        time_step: Some(scene.simulation.time_step)
-            .filter(|_| choose_solver(&loaded.world, scene.simulation.solver) == SolverChoice::Rigid),
+        time_step: Some(scene.simulation.time_step).filter(|_| solver(&loaded) == SolverChoice::Rigid),
         duration: scene.simulation.duration,
         settings: scene.render.clone(),
         rules: scene.sound_rules(),

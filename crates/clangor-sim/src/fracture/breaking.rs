@@ -24,7 +24,7 @@ use clangor::body::{Body, BodyId, World};
 use clangor::scene::breaking::{Breaking, Load, Score};
 use clangor::timeline::ContactKind;
 use clangor_bake::elasticity::ElasticConstants;
-use clangor_bake::elastostatics::{PointLoad, SymmetricTensor, StressBody, StressOptions};
+use clangor_bake::elastostatics::{PointLoad, StressBody, StressOptions, SymmetricTensor};
 use clangor_bake::tetrahedra::TetMesh;
 use glam::DVec3;
 
@@ -33,8 +33,8 @@ use super::fragments::{Broken, Fragments, Parent, fragments};
 use super::pattern::PatternSettings;
 use super::piece::Piece;
 use super::{FractureError, shatter, shatter_along};
-use crate::SimulationError;
 use crate::rigid::{Replacement, RigidWorld, StepLog};
+use crate::{BreakingReport, SimulationError};
 
 /// A body that may break.
 #[derive(Clone, Debug)]
@@ -47,23 +47,6 @@ pub struct Breakable {
     pub breaking: Breaking,
     /// Seed of its cracks.
     pub seed: u64,
-}
-
-/// What became of the blows on bodies that may break.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BreakingReport {
-    /// Blows too weak for any stress to reach the strength.
-    pub screened: u64,
-    /// Blows for which stress was computed.
-    pub solved: u64,
-    /// Fractures.
-    pub fractures: u64,
-    /// Blows beyond the strength that paid for no crack.
-    pub withstood: u64,
-    /// Blows beyond the strength that found as many pieces as are allowed.
-    pub capped: u64,
-    /// Bodies that should have broken and could not, and why; each once.
-    pub refused: BTreeMap<String, String>,
 }
 
 /// The bodies of a world that may break, and their pieces.
@@ -176,7 +159,8 @@ impl BreakingBodies {
             }
             let pair = ids.map(|id| self.bodies.get(id.index()));
             let name = || pair.iter().flatten().next().map_or_else(String::new, |b| b.name.clone());
-            let refuse = |source| SimulationError::Fracture { body: name(), source: FractureError::Blow(source) };
+            let refuse =
+                |source| SimulationError::Fracture { body: name(), source: FractureError::Blow(source) };
             let Some(pulse) = impact(pair, rows, poses, self.v_min).map_err(refuse)? else { continue };
             for id in ids {
                 let Some(fragile) = self.fragile.get_mut(&id) else { continue };
@@ -232,7 +216,6 @@ impl BreakingBodies {
         }
         family.pieces += count - 1;
         family.born += count;
-        self.report.fractures += 1;
         self.fragile.remove(&id);
         for (k, piece) in fragile_pieces.into_iter().enumerate() {
             self.fragile.insert(BodyId(next.0 + k as u32), piece);
@@ -288,7 +271,8 @@ impl Fragile {
         let stress = match &mut self.stress {
             Some(stress) => stress,
             empty => {
-                let options = StressOptions { reaction: family.breaking.reaction, ..StressOptions::default() };
+                let options =
+                    StressOptions { reaction: family.breaking.reaction, ..StressOptions::default() };
                 empty.insert(StressBody::new(self.piece.mesh.clone(), &family.constants, &options)?)
             }
         };
@@ -345,7 +329,8 @@ fn across_scores(mesh: &TetMesh, stress: &[SymmetricTensor], scores: &[Score]) -
         let height = |n: &u32| (mesh.nodes[*n as usize] - score.point).dot(normal);
         let reaches = |(element, stress): (&[u32; 10], &SymmetricTensor)| {
             let heights = || element[..4].iter().map(height);
-            let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+            let (low, high) =
+                (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
             (low <= 0.0 && high >= 0.0).then(|| normal.dot(stress.on(normal)))
         };
         mesh.elements.iter().zip(stress).filter_map(reaches).fold(f64::NEG_INFINITY, f64::max)

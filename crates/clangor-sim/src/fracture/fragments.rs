@@ -122,7 +122,8 @@ pub(super) fn fragments(
         seed,
         ..FractureRow::of(parent.state.body)
     };
-    let cracks = release.map_or_else(Vec::new, |release| together(&shatter.crack_faces, &release, turn, to_world));
+    let cracks =
+        release.map_or_else(Vec::new, |release| together(&shatter.crack_faces, &release, turn, to_world));
     Ok(Fragments { replacement: Replacement { row, pieces: bodies, cracks }, pieces: shatter.pieces })
 }
 

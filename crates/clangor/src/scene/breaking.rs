@@ -49,8 +49,8 @@ impl Default for Breaking {
 /// What balances the contact forces on a free body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reaction {
-    #[default]
     /// The inertia of its mass: f − M T (TᵀMT)⁻¹ Tᵀ f.
+    #[default]
     InertiaRelief,
     /// An equal force at each node: f − Q Qᵀ f, as \[FRAC\] App. B prints it. It depends on the mesh.
     LeastResidual,

@@ -16,9 +16,12 @@
 //! Σ ½ m V² < V_least σ_c² (1 − 2ν²/(1 − ν))/(2 E)
 //! ```
 //!
+//! A scratch of depth d weakens a scored body there to K/(1.12 √(π d)), K = √(E G_c/(1 − ν²)) (Griffith, Irwin).
+//!
 //! Source: \[FRAC\] §3. Differs: its load is j/Δt (`Load::Step`, which takes any energy), and its E_S has no bound.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
 
 use clangor::body::{Body, BodyId, World};
 use clangor::scene::breaking::{Breaking, Load, Score};
@@ -35,6 +38,9 @@ use super::piece::Piece;
 use super::{FractureError, shatter, shatter_along};
 use crate::rigid::{Replacement, RigidWorld, StepLog};
 use crate::{BreakingReport, SimulationError};
+
+/// Factor of the stress intensity of a shallow crack in an edge (Irwin 1958).
+const EDGE_CRACK: f64 = 1.12;
 
 /// A body that may break.
 #[derive(Clone, Debug)]
@@ -68,6 +74,8 @@ struct Family {
     fracture_energy: f64,
     /// σ_c² (1 − 2ν²/(1 − ν))/(2E): what an element must hold to reach the strength [J/m³].
     critical_density: f64,
+    youngs_modulus: f64,
+    poisson_ratio: f64,
     smallest_piece: f64,
     /// Name of the first.
     name: String,
@@ -235,18 +243,35 @@ impl Family {
         let constants = ElasticConstants::of(material)?;
         let nu = material.poisson_ratio;
         let volume = body.mass / material.density;
-        Ok(Family {
+        let mut family = Family {
             smallest_piece: breaking.smallest_piece.map_or(1e-3 * volume, |edge| edge.powi(3)),
             breaking,
             constants,
             strength,
             fracture_energy,
-            critical_density: strength * strength * (1.0 - 2.0 * nu * nu / (1.0 - nu))
-                / (2.0 * material.youngs_modulus),
+            critical_density: 0.0,
+            youngs_modulus: material.youngs_modulus,
+            poisson_ratio: nu,
             name: body.name.clone(),
             pieces: 1,
             born: 0,
-        })
+        };
+        family.critical_density = family.least_strength().powi(2) * (1.0 - 2.0 * nu * nu / (1.0 - nu))
+            / (2.0 * material.youngs_modulus);
+        Ok(family)
+    }
+
+    /// What the material bears beside a scratch \[Pa\], at most its strength.
+    fn strength_at(&self, score: &Score) -> f64 {
+        let plane_strain = 1.0 - self.poisson_ratio * self.poisson_ratio;
+        let toughness = (self.youngs_modulus * self.fracture_energy / plane_strain).sqrt();
+        // Without depth the quotient is infinite.
+        self.strength.min(toughness / (EDGE_CRACK * (PI * score.depth).sqrt()))
+    }
+
+    /// The least stress that breaks the body anywhere \[Pa\].
+    fn least_strength(&self) -> f64 {
+        self.breaking.scores.iter().map(|score| self.strength_at(score)).fold(self.strength, f64::min)
     }
 }
 
@@ -280,7 +305,7 @@ impl Fragile {
         let loads: Vec<PointLoad> =
             forces.map(|(point, force)| PointLoad { point: *point + self.centre, force: *force }).collect();
         // Forces that the energy bounds are smaller, and so is their stress.
-        if stress.tension_above(&loads, family.strength)?.is_none() {
+        if stress.tension_above(&loads, family.least_strength())?.is_none() {
             return Ok(None);
         }
         let mut deformation = stress.solve(&loads)?;
@@ -289,11 +314,11 @@ impl Fragile {
             deformation = deformation.scaled(factor);
         }
         let scores = &family.breaking.scores;
-        let tension = match scores.is_empty() {
-            true => deformation.maximum_tension().stress,
-            false => across_scores(&self.piece.mesh, &deformation.element_stress, scores),
+        let utilisation = match scores.is_empty() {
+            true => deformation.maximum_tension().stress / family.strength,
+            false => across_scores(&self.piece.mesh, &deformation.element_stress, scores, family),
         };
-        if tension < family.strength {
+        if utilisation < 1.0 {
             return Ok(None);
         }
         let room = family.breaking.most_pieces.saturating_sub(family.pieces - 1);
@@ -322,8 +347,8 @@ impl Fragile {
     }
 }
 
-/// The largest tension across the planes of scores \[Pa\].
-fn across_scores(mesh: &TetMesh, stress: &[SymmetricTensor], scores: &[Score]) -> f64 {
+/// The largest tension across the planes of scores over what they bear there.
+fn across_scores(mesh: &TetMesh, stress: &[SymmetricTensor], scores: &[Score], family: &Family) -> f64 {
     let across = |score: &Score| {
         let normal = score.normal.normalize_or_zero();
         let height = |n: &u32| (mesh.nodes[*n as usize] - score.point).dot(normal);
@@ -334,6 +359,7 @@ fn across_scores(mesh: &TetMesh, stress: &[SymmetricTensor], scores: &[Score]) -
             (low <= 0.0 && high >= 0.0).then(|| normal.dot(stress.on(normal)))
         };
         mesh.elements.iter().zip(stress).filter_map(reaches).fold(f64::NEG_INFINITY, f64::max)
+            / family.strength_at(score)
     };
     scores.iter().map(across).fold(f64::NEG_INFINITY, f64::max)
 }

@@ -72,4 +72,6 @@ pub struct Score {
     pub point: DVec3,
     /// Its unit normal, in the frame of the body.
     pub normal: DVec3,
+    /// How deep the scratch is \[m\]: stress concentrates at its bottom. 0 for none.
+    pub depth: f64,
 }

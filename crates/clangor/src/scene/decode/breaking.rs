@@ -7,7 +7,7 @@ use crate::scene::breaking::{Breaking, Load, Reaction, Score};
 
 pub(super) const KEYS: &[&str] =
     &["edge", "seed", "smallest_piece", "most_pieces", "crack_impulses", "reaction", "load", "scores"];
-pub(super) const SCORE_KEYS: &[&str] = &["point", "normal"];
+pub(super) const SCORE_KEYS: &[&str] = &["point", "normal", "depth"];
 
 pub(super) fn breaking(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<Breaking> {
     let section = node.section(d, KEYS)?;
@@ -35,5 +35,6 @@ fn score(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Score> {
         section.missing(d, "normal", "a vector that is not zero, such as [1, 0, 0]");
     }
     let point = section.vector(d, "point", "m").unwrap_or(DVec3::ZERO);
-    Some(Score { point, normal: section.get("normal")?.direction(d)? })
+    let depth = section.number(d, "depth", Quantity::between(0.0, 1.0, "m")).unwrap_or(0.0);
+    Some(Score { point, normal: section.get("normal")?.direction(d)?, depth })
 }

@@ -12,6 +12,7 @@
 //! | [`piece`] | a body of tetrahedra that knows its old surface from its cracks |
 //! | [`motion`] | how pieces move when they come off |
 //! | [`crack_impulse`] | how the released stress drives them apart |
+//! | [`hulls`] | what pieces collide with |
 //!
 //! Stresses and energies come from outside (`clangor_bake::elastostatics`); what happens to the pieces afterwards is the
 //! solver's business.
@@ -24,6 +25,7 @@ mod cells;
 mod coarsen;
 pub mod crack_impulse;
 mod fragments;
+pub mod hulls;
 pub mod motion;
 pub mod pattern;
 pub mod piece;

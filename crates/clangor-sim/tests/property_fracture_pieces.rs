@@ -105,9 +105,25 @@ fn assert_balance(parent: &Piece, split: &Split) {
         .sum();
     let before = whole.inertia * w;
     assert!((spin - before).length() < 1e-11 * before.length(), "{:e}", (spin - before).length());
+    // The old surface is shared out, the crack comes twice.
+    let [outside, inside] = areas(parent);
+    let sums = split.pieces.iter().map(areas).fold([0.0; 2], |s, a| [s[0] + a[0], s[1] + a[1]]);
+    let all = outside + inside;
+    assert!((sums[0] - outside).abs() < 1e-9 * all, "outside {:e}", sums[0] / outside - 1.0);
+    assert!((sums[1] - inside - 2.0 * split.crack_area()).abs() < 1e-9 * all);
 }
 
-/// Fractures `bodies` one after the other, and the largest piece of each again; returns the number of fractures.
+/// Area of the old surface, and of that which cracks have made.
+fn areas(piece: &Piece) -> [f64; 2] {
+    let surface = piece.surface();
+    let mut sums = [0.0; 2];
+    for (t, inside) in piece.inside.iter().enumerate() {
+        sums[usize::from(*inside)] += surface.area_vector(t).length();
+    }
+    sums
+}
+
+/// Fractures bodies one after the other, and the largest piece of each again, until there were so many fractures.
 fn fracture_many(count: usize, seed: u64) {
     let bodies = bodies();
     let mut random = SplitMix::new(seed);
@@ -129,6 +145,51 @@ fn fracture_many(count: usize, seed: u64) {
             assert!(old || cracks == 2 * split.crack_faces.len());
             let largest = split.pieces.iter().max_by_key(|p| p.mesh.elements.len()).unwrap();
             body = largest.clone();
+        }
+    }
+}
+
+/// 12 (3V)^(2/3) / Σ edge², 1 for the regular tetrahedron.
+fn worst_shape(mesh: &TetMesh) -> f64 {
+    let shape = |e| {
+        let [a, b, c, d, ..] = mesh.positions(e);
+        let volume = (b - a).cross(c - a).dot(d - a) / 6.0;
+        let squares: f64 =
+            [b - a, c - a, d - a, c - b, d - b, d - c].into_iter().map(DVec3::length_squared).sum();
+        12.0 * (3.0 * volume).powf(2.0 / 3.0) / squares
+    };
+    (0..mesh.elements.len()).map(shape).fold(f64::INFINITY, f64::min)
+}
+
+/// Everything breaks in three, five times over. Elements do not collapse, and do not multiply without end: each
+/// generation has three times the pieces, and at most twice the elements at first, fewer later.
+#[test]
+fn elements_stay_sound_over_generations() {
+    let mut random = SplitMix::new(8);
+    for body in bodies() {
+        let volume = body.mass_properties().unwrap().volume;
+        let mut before = body.mesh.elements.len();
+        let mut pieces = vec![body];
+        for (generation, least) in [0.2, 0.1, 0.06, 0.03, 0.02].into_iter().enumerate() {
+            let mut next = Vec::new();
+            for body in &pieces {
+                let settings = PatternSettings {
+                    most_pieces: 3,
+                    smallest_piece: 1e-4 * volume,
+                    ..PatternSettings::new(1.0, volume, generation as u64)
+                };
+                let energy = random_energy(body, &mut random);
+                let pattern = draw_pattern(&body.mesh, &energy, 1e9, &settings).unwrap();
+                let split = pattern.and_then(|p| split_by_regions(body, &p.region).unwrap());
+                next.extend(split.map_or_else(|| vec![body.clone()], |s| s.pieces));
+            }
+            let worst = next.iter().map(|p| worst_shape(&p.mesh)).fold(f64::INFINITY, f64::min);
+            let elements: usize = next.iter().map(|p| p.mesh.elements.len()).sum();
+            println!("{generation}: {} pieces, {elements} elements, worst {worst}", next.len());
+            assert!(worst > least, "generation {generation}: {worst}");
+            assert!(elements < 3 * before, "generation {generation}: {before} to {elements}");
+            before = elements;
+            pieces = next;
         }
     }
 }

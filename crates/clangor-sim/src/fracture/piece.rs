@@ -7,7 +7,7 @@ use clangor_bake::tetrahedra::{EDGES, TetMesh};
 
 use super::FractureError;
 
-/// A body that may break, or a piece of one.
+/// A body that may break, as [`whole`](Self::whole) makes it, or a piece of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
     /// Tetrahedra with straight edges, in the frame of the first whole body.
@@ -30,7 +30,7 @@ impl Piece {
     /// tetrahedra do not hang together.
     pub fn whole(mesh: &TetMesh) -> Result<Self, FractureError> {
         let tetrahedra: Vec<[u32; 4]> = mesh.elements.iter().map(|e| [e[0], e[1], e[2], e[3]]).collect();
-        let mesh = TetMesh::straight(mesh.nodes[..mesh.corners].to_vec(), &tetrahedra)?;
+        let mesh = TetMesh::straight(mesh.nodes.iter().take(mesh.corners).copied().collect(), &tetrahedra)?;
         let element_size = (0..mesh.elements.len())
             .map(|e| {
                 let nodes = mesh.positions(e);

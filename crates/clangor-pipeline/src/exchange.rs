@@ -124,5 +124,5 @@ pub fn export_scene_gltf(
 /// [`ExchangeError`].
 pub fn export_timeline_gltf(timeline: &Path, output: &Path, rate: f64) -> Result<GlbSummary, ExchangeError> {
     let reader = TimelineReader::open(timeline)?;
-    Ok(write_glb(output, &reader.header().world, reader.poses()?, rate)?)
+    Ok(write_glb(output, &reader.bodies(), reader.poses()?, rate)?)
 }

@@ -2,7 +2,8 @@
 //!
 //! One node per body, with its surface and one animation of translations and rotations. Poses are sampled at a common
 //! rate, linearly between rows: a picture, not a record; sound needs the timeline. Spheres become icospheres of about
-//! 500 triangles, half-spaces square plates that reach under the whole motion. Metres and y up in both formats.
+//! 500 triangles, half-spaces square plates that reach under the whole motion. Metres and y up in both formats. A body that
+//! is not alive has the scale 0, which the format has for what is not to be seen.
 
 pub(crate) mod container;
 
@@ -10,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clangor::body::{Body, Motion, Surface, World};
+use clangor::body::{Body, Life, Motion, Surface};
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::pose::Pose;
 use clangor::shape::{Form, Shape, ShapeError};
@@ -74,7 +75,7 @@ pub struct GlbSummary {
     pub frames: usize,
 }
 
-/// Writes the bodies of `world` and their motion by `poses`, `rate` pictures per second [`DEFAULT_RATE`].
+/// Writes `bodies`, all that ever were, and their motion by `poses`, `rate` pictures per second [`DEFAULT_RATE`].
 ///
 /// `poses` come in order of time as a timeline has them. A body without any moves by its track if it is keyframed, else
 /// it stands still.
@@ -83,31 +84,35 @@ pub struct GlbSummary {
 /// [`GlbError`]; no file is left then.
 pub fn write_glb(
     path: &Path,
-    world: &World,
+    bodies: &[Body],
     poses: impl Iterator<Item = Result<PoseRow, TimelineError>>,
     rate: f64,
 ) -> Result<GlbSummary, GlbError> {
     if !(1.0..=10_000.0).contains(&rate) {
         return Err(GlbError::Rate { rate });
     }
-    let tracks = sample(path, world, poses, rate)?;
+    let tracks = sample(path, bodies, poses, rate)?;
     let mut out = Container::default();
     let frames = tracks.iter().map(|t| t.poses.len()).max().unwrap_or(0);
-    let reach = reach(world, &tracks);
-    let meshes = Meshes::write(&mut out, world, reach)?;
-    let (channels, samplers) = write_animation(&mut out, &tracks, frames, rate);
+    let reach = reach(bodies, &tracks);
+    let meshes = Meshes::write(&mut out, bodies, reach)?;
+    let (mut channels, mut samplers) = write_animation(&mut out, &tracks, frames, rate);
+    write_lives(&mut out, bodies, &mut channels, &mut samplers);
     let animated = tracks.iter().filter(|t| t.moves).count();
-    let nodes: Vec<Value> = world
-        .bodies
+    let nodes: Vec<Value> = bodies
         .iter()
         .zip(&meshes.of_body)
         .map(|(body, mesh)| {
-            json!({
+            let mut node = json!({
                 "name": body.name,
                 "mesh": mesh,
                 "translation": body.pose.position.to_array(),
                 "rotation": body.pose.orientation.normalize().to_array(),
-            })
+            });
+            if body.life.birth > 0.0 {
+                node["scale"] = json!([0.0, 0.0, 0.0]);
+            }
+            node
         })
         .collect();
     let mut document = json!({
@@ -132,7 +137,7 @@ pub fn write_glb(
         }
     }
     write_atomically(path, &container_bytes(path, &document, out.bytes)?)?;
-    Ok(GlbSummary { nodes: world.bodies.len(), animated, frames })
+    Ok(GlbSummary { nodes: bodies.len(), animated, frames })
 }
 
 /// A body's poses at the common instants.
@@ -144,20 +149,19 @@ struct Sampled {
 /// Brings rows to the instants k / rate.
 fn sample(
     path: &Path,
-    world: &World,
+    bodies: &[Body],
     rows: impl Iterator<Item = Result<PoseRow, TimelineError>>,
     rate: f64,
 ) -> Result<Vec<Sampled>, GlbError> {
-    let bodies = world.bodies.len();
-    let mut tracks: Vec<Vec<Pose>> = vec![Vec::new(); bodies];
-    let mut latest: Vec<(f64, Pose)> = world.bodies.iter().map(|b| (0.0, b.pose)).collect();
-    let mut has_rows = vec![false; bodies];
+    let mut tracks: Vec<Vec<Pose>> = vec![Vec::new(); bodies.len()];
+    let mut latest: Vec<(f64, Pose)> = bodies.iter().map(|b| (b.life.birth, b.pose)).collect();
+    let mut has_rows = vec![false; bodies.len()];
     let mut end: f64 = 0.0;
     for row in rows {
         let row = row?;
         let body = row.body.index();
-        if body >= bodies {
-            return Err(GlbError::Body { body: row.body.0, bodies });
+        if body >= bodies.len() {
+            return Err(GlbError::Body { body: row.body.0, bodies: bodies.len() });
         }
         end = end.max(row.time);
         // A wrong time must not fill the memory: a body's translation and rotation take 28 bytes an instant.
@@ -180,13 +184,13 @@ fn sample(
         }
         latest[body] = (row.time, next);
     }
-    let keyed_end = world.bodies.iter().filter_map(|b| match &b.motion {
+    let keyed_end = bodies.iter().filter_map(|b| match &b.motion {
         Motion::Keyframed(track) => track.keys().last().map(|k| k.time),
         _ => None,
     });
     let end = if end > 0.0 { end } else { keyed_end.fold(0.0, f64::max) };
     let frames = (end * rate).ceil() as usize + 1;
-    let sampled = world.bodies.iter().zip(tracks).zip(latest).zip(has_rows);
+    let sampled = bodies.iter().zip(tracks).zip(latest).zip(has_rows);
     Ok(sampled
         .map(|(((body, mut poses), (_, last)), has_rows)| {
             for frame in poses.len()..frames {
@@ -229,9 +233,8 @@ fn finish_track(body: &Body, mut poses: Vec<Pose>) -> Sampled {
 const STILL: f64 = 1e-7;
 
 /// How far from the origin anything finite gets \[m\].
-fn reach(world: &World, tracks: &[Sampled]) -> f64 {
-    world
-        .bodies
+fn reach(bodies: &[Body], tracks: &[Sampled]) -> f64 {
+    bodies
         .iter()
         .zip(tracks)
         .filter(|(body, _)| !matches!(*body.surface, Surface::HalfSpace))
@@ -251,12 +254,12 @@ struct Meshes {
 }
 
 impl Meshes {
-    fn write(out: &mut Container, world: &World, reach: f64) -> Result<Self, GlbError> {
+    fn write(out: &mut Container, bodies: &[Body], reach: f64) -> Result<Self, GlbError> {
         let mut all = Meshes { meshes: Vec::new(), materials: Vec::new(), of_body: Vec::new() };
         let mut materials: BTreeMap<&str, usize> = BTreeMap::new();
         let mut surfaces: BTreeMap<(*const Surface, usize), usize> = BTreeMap::new();
         let mut spheres: BTreeMap<(u64, usize), usize> = BTreeMap::new();
-        for body in &world.bodies {
+        for body in bodies {
             let count = materials.len();
             let material = *materials.entry(body.material.name.as_str()).or_insert(count);
             if material == count {
@@ -332,4 +335,25 @@ fn write_animation(
         }
     }
     (channels, samplers)
+}
+
+/// Channels and samplers that show each body while it lives.
+fn write_lives(out: &mut Container, bodies: &[Body], channels: &mut Vec<Value>, samplers: &mut Vec<Value>) {
+    for (node, body) in bodies.iter().enumerate() {
+        let Life { birth, death, .. } = body.life;
+        let mut keys = vec![(0.0_f32, if birth > 0.0 { 0.0_f32 } else { 1.0 })];
+        keys.extend((birth > 0.0).then_some((birth as f32, 1.0)));
+        keys.extend(death.is_finite().then_some((death as f32, 0.0)));
+        // Times must increase; a body that dies as it is born is never seen.
+        keys.dedup_by(|later, earlier| later.0 <= earlier.0);
+        if keys.len() == 1 {
+            continue;
+        }
+        let times: Vec<f32> = keys.iter().map(|(time, _)| *time).collect();
+        let scales: Vec<f32> = keys.iter().flat_map(|(_, scale)| [*scale; 3]).collect();
+        let input = out.floats(&times, "SCALAR", true);
+        let output = out.floats(&scales, "VEC3", false);
+        channels.push(json!({ "sampler": samplers.len(), "target": { "node": node, "path": "scale" } }));
+        samplers.push(json!({ "input": input, "output": output, "interpolation": "STEP" }));
+    }
 }

@@ -18,7 +18,9 @@ use std::path::{Path, PathBuf};
 
 use clangor::body::{Body, BodyId};
 use clangor::contact::force_stream::{StreamSettings, force_stream};
-use clangor::contact::{ContactError, ContactReport, ContactSettings, PoseHistory, impact_pulses};
+use clangor::contact::{
+    ContactError, ContactReport, ContactSettings, PoseHistory, crack_pulses, impact_pulses,
+};
 use clangor::output::compressor::Compressor;
 use clangor::scene::render_settings::{Compressor as CompressorSettings, Parts};
 use clangor::synthesis::click::clicks_of;
@@ -239,7 +241,9 @@ pub fn render(
     // What touches gently has no number.
     let impacts: Vec<ContactRow> =
         timeline.contacts.iter().filter(|row| row.impact_id != 0).copied().collect();
-    let (pulses, contacts) = impact_pulses(bodies, &impacts, &poses, &options.contact)?;
+    let (mut pulses, contacts) = impact_pulses(bodies, &impacts, &poses, &options.contact)?;
+    pulses.extend(crack_pulses(bodies, &impacts, &timeline.fractures, &poses, options.contact.profile)?);
+    pulses.sort_by(|a, b| a.time.total_cmp(&b.time));
     let rolling = match options.rolling.filter(|_| options.parts.modal) {
         Some(time_step) => {
             let v_min = options.contact.v_min;
@@ -500,8 +504,8 @@ fn hand_over(
     Ok(sink(&interleaved)?)
 }
 
-/// The impacts of a timeline folder and the poses of their bodies at them, and all poses of the bodies that are `followed`,
-/// leaving the rest on the disk; with `rolling`, what touches them gently too.
+/// The impacts of a timeline folder and the poses of their bodies at them, and all poses of the bodies that are `followed`
+/// and of their pieces, leaving the rest on the disk; with `rolling`, what touches them gently too.
 ///
 /// # Errors
 /// [`TimelineError`] for rows that cannot be read.
@@ -510,7 +514,17 @@ pub fn read_impacts(
     followed: &BTreeSet<BodyId>,
     rolling: bool,
 ) -> Result<Timeline, TimelineError> {
-    let mut timeline = Timeline::default();
+    let mut timeline = Timeline {
+        fractures: reader.fractures().to_vec(),
+        births: reader.births().to_vec(),
+        ..Timeline::default()
+    };
+    let mut followed = followed.clone();
+    for fracture in reader.fractures() {
+        if followed.contains(&fracture.parent) {
+            followed.extend(fracture.pieces());
+        }
+    }
     for row in reader.contacts()? {
         let row = row?;
         let gentle = || rolling && [row.body_a, row.body_b].iter().any(|id| followed.contains(id));

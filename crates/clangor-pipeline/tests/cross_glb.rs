@@ -97,7 +97,7 @@ fn animation(document: &gltf::Document, blob: &[u8]) -> Animation {
 
 fn export(path: &Path, rate: f64) -> (gltf::Document, Vec<u8>) {
     let rows = (0..=1000).map(|k| Ok(row(f64::from(k) * 1e-3)));
-    let summary = write_glb(path, &world(), rows, rate).unwrap();
+    let summary = write_glb(path, &world().bodies, rows, rate).unwrap();
     assert_eq!((summary.nodes, summary.animated, summary.frames), (4, 2, rate as usize + 1));
     let gltf = gltf::Gltf::open(path).unwrap();
     let blob = gltf.blob.clone().unwrap();
@@ -167,8 +167,9 @@ fn another_reader_sees_the_same_bodies() {
 fn impossible_exports_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.glb");
-    let wrong =
-        |rows: Vec<PoseRow>, rate| write_glb(&path, &world(), rows.into_iter().map(Ok), rate).unwrap_err();
+    let wrong = |rows: Vec<PoseRow>, rate| {
+        write_glb(&path, &world().bodies, rows.into_iter().map(Ok), rate).unwrap_err()
+    };
     for rate in [0.0, -1.0, f64::NAN, 1e9] {
         assert!(matches!(wrong(vec![], rate), GlbError::Rate { .. }));
     }
@@ -177,6 +178,37 @@ fn impossible_exports_are_refused() {
     assert!(matches!(wrong(vec![row(1e12)], 60.0), GlbError::TooLarge { .. }));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     let nothing = World { bodies: Vec::new(), links: Vec::new(), gravity: DVec3::ZERO };
-    write_glb(&path, &nothing, std::iter::empty(), 60.0).unwrap();
+    write_glb(&path, &nothing.bodies, std::iter::empty(), 60.0).unwrap();
     assert_eq!(gltf::Gltf::open(&path).unwrap().nodes().count(), 0);
+}
+
+#[test]
+fn bodies_are_seen_while_they_live() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let mut bodies = world().bodies;
+    bodies[0].life.death = 0.25;
+    let piece = Body { name: "piece".into(), life: Life::of_piece(BodyId(0), 0.25), ..bodies[0].clone() };
+    bodies.push(Body { life: Life { death: 0.75, ..piece.life }, ..piece });
+    let of_piece = |k: i32| PoseRow { body: BodyId(4), ..row(f64::from(k) * 1e-3) };
+    let rows = (0..=250).map(|k| row(f64::from(k) * 1e-3)).chain((250..=750).map(of_piece)).map(Ok);
+    write_glb(&path, &bodies, rows, 60.0).unwrap();
+    let gltf = gltf::Gltf::open(&path).unwrap();
+    let blob = gltf.blob.clone().unwrap();
+    let mut scales = BTreeMap::new();
+    for channel in gltf.animations().next().unwrap().channels() {
+        let reader = channel.reader(|_| Some(&blob));
+        let times: Vec<f32> = reader.read_inputs().unwrap().collect();
+        let Some(ReadOutputs::Scales(values)) = reader.read_outputs() else { continue };
+        assert_eq!(channel.sampler().interpolation(), gltf::animation::Interpolation::Step);
+        let keys: Vec<(f32, [f32; 3])> = times.into_iter().zip(values).collect();
+        scales.insert(channel.target().node().name().unwrap().to_string(), keys);
+    }
+    let (seen, hidden) = ([1.0; 3], [0.0; 3]);
+    assert_eq!(scales["rock"], [(0.0, seen), (0.25, hidden)]);
+    assert_eq!(scales["piece"], [(0.0, hidden), (0.25, seen), (0.75, hidden)]);
+    assert_eq!(scales.len(), 2);
+    // Viewers that play nothing show the beginning.
+    let shown: Vec<_> = gltf.nodes().map(|node| node.transform().decomposed().2).collect();
+    assert_eq!(shown, [seen, seen, seen, seen, hidden]);
 }

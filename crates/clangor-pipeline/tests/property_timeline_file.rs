@@ -9,7 +9,7 @@ use clangor::geometry::tri_mesh::TriMesh;
 use clangor::material::{Damping, Material};
 use clangor::medium::Medium;
 use clangor::pose::{Keyframe, Pose, Track};
-use clangor::timeline::{ContactKind, ContactRow, PoseRow, Timeline, TimelineSink};
+use clangor::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
 use clangor_pipeline::timeline_file::{
     Origin, RowProblem, TimelineError, TimelineHeader, TimelineReader, TimelineWriter,
 };
@@ -171,6 +171,14 @@ fn write(
     timeline: &Timeline,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let mut writer = TimelineWriter::create(path, header, true)?;
+    let mut births = &timeline.births[..];
+    for row in &timeline.fractures {
+        let (children, later) = births.split_at(row.children as usize);
+        // As they are born, nobody knows when they will die.
+        let children: Vec<Body> = children.iter().map(|b| Body { life: born(b.life), ..b.clone() }).collect();
+        writer.fracture(row, &children)?;
+        births = later;
+    }
     for row in &timeline.contacts {
         writer.contact(row)?;
     }
@@ -180,7 +188,51 @@ fn write(
     let summary = writer.finish()?;
     assert_eq!(summary.contacts, timeline.contacts.len() as u64);
     assert_eq!(summary.poses, timeline.poses.len() as u64);
+    assert_eq!(summary.fractures, timeline.fractures.len() as u64);
+    assert_eq!(summary.births, timeline.births.len() as u64);
     Ok(())
+}
+
+fn born(life: Life) -> Life {
+    Life { death: f64::INFINITY, ..life }
+}
+
+/// The example, in which the first rock breaks at 0.3 s into three, and the second of these at 0.4 s into two.
+fn broken() -> (TempDir, PathBuf, Timeline) {
+    let (folder, path, _) = example();
+    let start = header().world.bodies;
+    let mut timeline = Timeline::default();
+    for (parent, first, count, time) in [(0, 5, 3, 0.1 + 0.2), (6, 8, 2, 0.4)] {
+        let row = FractureRow {
+            time,
+            parent: BodyId(parent),
+            first_child: BodyId(first),
+            children: count,
+            strain_energy: 1.0 / 3.0,
+            fracture_energy: 0.1,
+            kinetic_energy_gain: 1.0 / 3.0 - 0.1,
+            crack_area: 1e-5 / 7.0,
+            duration: 1e-4 / 3.0,
+            seed: u64::MAX - 1,
+        };
+        let piece = |k: u32| {
+            let surface = tetrahedron().scaled(1.0 + f64::from(first + k));
+            Body {
+                name: format!("piece {}", first + k),
+                surface: Arc::new(Surface::Mesh(surface)),
+                life: Life::of_piece(BodyId(parent), time),
+                ..start[3].clone()
+            }
+        };
+        timeline.fracture(&row, &(0..count).map(piece).collect::<Vec<_>>()).unwrap();
+    }
+    timeline.contacts = vec![
+        row(0.1),
+        ContactRow { body_a: BodyId(6), body_b: BodyId(7), kind: ContactKind::Fracture, ..row(0.1 + 0.2) },
+        ContactRow { body_a: BodyId(9), ..row(0.5) },
+    ];
+    write(&path, &header(), &timeline).unwrap();
+    (folder, path, timeline)
 }
 
 fn row(time: f64) -> ContactRow {
@@ -287,6 +339,72 @@ fn world_comes_back_bit_exact() {
     assert!(Arc::ptr_eq(&bodies[0].surface, &bodies[2].surface));
     // Minus zero and the smallest number are themselves.
     assert!(bodies[0].velocity.y.is_sign_negative() && bodies[0].velocity.z > 0.0);
+}
+
+#[test]
+fn births_come_back_bit_exact() {
+    let (_folder, path, timeline) = broken();
+    let reader = TimelineReader::open(&path).unwrap();
+    assert_eq!(reader.read_all().unwrap(), timeline);
+    assert_eq!(reader.bodies(), timeline.all_bodies(&header().world.bodies));
+    let deaths: Vec<f64> = reader.bodies().iter().map(|body| body.life.death).collect();
+    assert_eq!((deaths[0], deaths[6], deaths[5]), (0.1 + 0.2, 0.4, f64::INFINITY));
+    // Of the beginning it differs from what was written by the death that came later.
+    let mut start = header();
+    start.world.bodies[0].life.death = 0.1 + 0.2;
+    assert_eq!(reader.header(), &start);
+    assert_eq!(fs::read_dir(path.join("meshes")).unwrap().count(), 6);
+    // A timeline in which nothing breaks has no such table.
+    let (_folder, whole, _) = example();
+    assert!(path.join("fractures.parquet").exists() && !whole.join("fractures.parquet").exists());
+}
+
+#[test]
+fn births_that_contradict_themselves_are_refused() {
+    let (_folder, path, timeline) = broken();
+    let file = path.join("timeline.json");
+    let good = fs::read_to_string(&file).unwrap();
+    let cases = [
+        (
+            "\"birth\": 0.30000000000000004",
+            "\"birth\": 0.25",
+            "fractures.parquet, row 0: pieces 5 to 5 + 3 - 1",
+        ),
+        ("\"birth\": 0.4", "\"birth\": -0.4", "bodies[8].life.birth is -0.4"),
+        ("\"death\": 0.4", "\"death\": 0.35", "fractures.parquet, row 1: pieces 8 to 8 + 2 - 1"),
+        ("\"death\": 0.4", "\"death\": 0.2", "bodies[6].life.death is 0.2, before the birth at 0.3"),
+        ("\"parent\": 6", "\"parent\": 8", "bodies[8].life.parent is 8, which does not come before it"),
+        ("\"parent\": 6", "\"parent\": null", "bodies[8].life has no parent, but comes after"),
+        ("\"rows\": 2", "\"rows\": 0", "bodies[5].life has a parent, but fractures.parquet does not know"),
+    ];
+    for (from, to, expected) in cases {
+        assert!(good.contains(from), "{from}");
+        fs::write(&file, good.replacen(from, to, 1)).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        assert!(message.contains(expected), "{from} -> {to}: {message}");
+    }
+    fs::write(&file, &good).unwrap();
+    fs::remove_file(path.join("fractures.parquet")).unwrap();
+    assert!(matches!(read(&path), Err(TimelineError::Missing { .. })));
+
+    // What is written is checked as well.
+    let (dead, unborn) = (row(0.31), ContactRow { body_a: BodyId(8), ..row(0.31) });
+    for (bad, expected) in [
+        (dead, "body_a is 0, which lives from 0 s to 0.30000000000000004 s, but the row is of 0.31 s"),
+        (unborn, "body_a is 8, which lives from 0.4 s to inf s"),
+    ] {
+        let wrong = Timeline { contacts: vec![bad], ..timeline.clone() };
+        let message = write(&path, &header(), &wrong).unwrap_err().to_string();
+        assert!(message.contains("contacts.parquet, row 0: ") && message.contains(expected), "{message}");
+    }
+    let mut wrong = timeline.clone();
+    wrong.fractures[0].first_child = BodyId(6);
+    let message = write(&path, &header(), &wrong).unwrap_err().to_string();
+    assert!(message.contains("fractures.parquet, row 0: pieces 6 to"), "{message}");
+    let mut wrong = timeline;
+    wrong.births[1].velocity.x = f64::NAN;
+    let message = write(&path, &header(), &wrong).unwrap_err().to_string();
+    assert!(message.contains("timeline.json") && message.contains("a piece"), "{message}");
 }
 
 #[test]

@@ -175,6 +175,9 @@ pub struct Life {
     pub parent: Option<BodyId>,
 }
 
+/// By how much the times of a birth and of what happens then may differ \[s\].
+const ROUNDING: f64 = 1e-9;
+
 impl Life {
     /// From the beginning and without end.
     pub const LASTING: Life = Life { birth: 0.0, death: f64::INFINITY, parent: None };
@@ -184,9 +187,9 @@ impl Life {
         Life { birth, parent: Some(parent), ..Life::LASTING }
     }
 
-    /// Whether the body exists at a time \[s\]; both ends belong to its life.
+    /// Whether the body exists at a time \[s\], but for rounding; both ends belong to its life.
     pub fn holds(&self, time: f64) -> bool {
-        (self.birth <= 0.0 || time >= self.birth) && time <= self.death
+        (self.birth <= 0.0 || time >= self.birth - ROUNDING) && time <= self.death + ROUNDING
     }
 }
 

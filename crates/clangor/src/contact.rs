@@ -7,6 +7,7 @@
 //! What is too gentle for that is a stream of forces ([`force_stream`](mod@force_stream)).
 
 pub mod chain_onset;
+pub mod crack_pulses;
 pub mod effective_mass;
 pub mod force_profile;
 pub mod force_stream;
@@ -15,6 +16,7 @@ pub mod local_curvature;
 pub mod pose_history;
 pub mod pulses;
 
+pub use crack_pulses::crack_pulses;
 pub use force_profile::ForceProfile;
 pub use force_stream::{StreamPoint, StreamSettings, StreamedForce, force_stream};
 pub use pose_history::PoseHistory;
@@ -34,6 +36,20 @@ pub enum ContactError {
         bodies: usize,
         /// When \[s\].
         time: f64,
+    },
+    /// A row names a body that is not there yet, or no longer.
+    #[error("the {what} at t = {time} s names body {body}, which lives from {birth} s to {death} s")]
+    NotAlive {
+        /// Contact or pose.
+        what: &'static str,
+        /// The index it names.
+        body: u32,
+        /// When \[s\].
+        time: f64,
+        /// First instant of the body \[s\].
+        birth: f64,
+        /// Last instant of the body \[s\].
+        death: f64,
     },
     /// A number that is not finite.
     #[error("the {what} of body {body} at t = {time} s holds a number that is not finite")]

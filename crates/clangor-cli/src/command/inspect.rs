@@ -159,9 +159,20 @@ fn timeline(path: &Path, console: &Console) -> Result<(), Failure> {
         impacts.len(),
         rows.poses
     ));
+    if rows.fractures > 0 {
+        let cracks: f64 = reader.fractures().iter().map(|fracture| fracture.crack_area).sum();
+        console.say(format_args!(
+            "{} into {}, along {:.3} cm² of cracks",
+            counted(rows.fractures as usize, "fracture", "fractures"),
+            counted(rows.births as usize, "piece", "pieces"),
+            1e4 * cracks
+        ));
+    }
     console.json(&json!({
         "program": reader.program(),
-        "bodies": header.world.bodies.iter().map(|b| b.name.clone()).collect::<Vec<_>>(),
+        "bodies": reader.bodies().into_iter().map(|b| b.name).collect::<Vec<_>>(),
+        "fractures": rows.fractures,
+        "births": rows.births,
         "duration_s": origin.duration,
         "solver": origin.solver,
         "time_step_s": origin.time_step,

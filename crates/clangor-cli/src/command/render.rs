@@ -12,6 +12,7 @@ use clangor::scene::diagnostic::Place;
 use clangor::scene::listener::Listener as SceneListener;
 use clangor::scene::render_settings as scene_render;
 use clangor::scene::simulation_settings::SolverChoice;
+use clangor::synthesis::source_rule::rules_with_pieces;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
 use clangor::timeline::Timeline;
 use clangor_pipeline::load::LoadedScene;
@@ -36,6 +37,7 @@ mod report;
 /// What is rendered, and what the scene says about how.
 struct Source {
     motion: Recorded,
+    /// Those that are there from the beginning, until it is known what broke.
     bodies: Vec<Body>,
     medium: Medium,
     listeners: Vec<Listener>,
@@ -81,7 +83,7 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
         options.model.iter().cloned().partition(|(_, path)| is_gltf(path));
     let given = given_models(&source.bodies, &models, console)?;
     let given_modes = modes_of_files(&mut source.bodies, &files, console)?;
-    let plan = match render_options.parts.modal {
+    let mut plan = match render_options.parts.modal {
         true => {
             let bake = modal_options(options.quality, &render_options.synthesis);
             let mut plan = RingingPlan::new(&source.bodies, &source.ringing, bake);
@@ -98,6 +100,8 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     }
     let (timeline, simulated) =
         impacts(&source.motion, &followed, render_options.rolling.is_some(), options, console)?;
+    source.bodies = timeline.all_bodies(&source.bodies);
+    plan.add_pieces(&source.bodies);
     let wanted = Wanted {
         rules: &rules(options, &source),
         quality: options.quality,
@@ -135,7 +139,7 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
 fn rules(options: &Render, source: &Source) -> Vec<SoundRule> {
     match options.sound {
         Some(sound) => vec![sound.into(); source.bodies.len()],
-        None => source.rules.clone(),
+        None => rules_with_pieces(&source.bodies, &source.rules),
     }
 }
 

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::{check_ending, load};
 use crate::arguments::{Global, Simulate};
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Result<(), Failure> {
@@ -31,6 +31,8 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
         "timeline": output,
         "impacts": report.impacts,
         "dropped_impacts": report.dropped_impacts,
+        "fractures": report.fractures,
+        "births": report.births,
         "contact_rows": rows.contacts,
         "pose_rows": rows.poses,
         "deepest_overlap_m": report.deepest_overlap,
@@ -48,4 +50,11 @@ pub(super) fn say_simulated(console: &Console, report: &SimulationReport) {
         report.dropped_impacts,
         report.deepest_overlap * 1e6
     ));
+    if report.fractures > 0 {
+        console.say(format_args!(
+            "{} broke, and {} were born",
+            counted(report.fractures as usize, "body", "bodies"),
+            counted(report.births as usize, "piece", "pieces")
+        ));
+    }
 }

@@ -41,6 +41,8 @@ pub enum Ringing {
     Unstruck,
     /// It is one of too many different bodies.
     OneOfMany,
+    /// It is a piece of a broken body, of which the modes are not known.
+    Piece,
     /// Its modes or their sound cannot be computed.
     Failed(String),
 }
@@ -61,6 +63,7 @@ impl std::fmt::Display for Ringing {
             Ringing::OneOfMany => {
                 write!(f, "one of more than {MOST_FORMS} forms: ask for its modes with ringing = true")
             }
+            Ringing::Piece => f.write_str("it is a piece of a broken body"),
             Ringing::Failed(why) => write!(f, "its modes cannot be baked: {why}"),
         }
     }
@@ -181,6 +184,14 @@ impl RingingPlan {
         let request = ModalRequest::of_modes(&body.name, &body.surface, mass, &body.material, modes, options);
         if let (Ok(request), Motion::Free) = (request, &body.motion) {
             self.requests.push((request, copies.to_vec()));
+        }
+    }
+
+    /// Takes note of the bodies that have been born since; `bodies` are all that ever were.
+    pub fn add_pieces(&mut self, bodies: &[Body]) {
+        for body in bodies.iter().skip(self.bodies.len()) {
+            self.bodies.push(Ringing::Piece);
+            self.names.push(body.name.clone());
         }
     }
 

@@ -50,9 +50,6 @@ macro_rules! double {
     };
 }
 
-/// How far the time of a row may lie outside the life of its body \[s\]: rounding.
-const LIFE_SLACK: f64 = 1e-9;
-
 /// How far a stored unit vector may be from length 1: f32 rounding is 1e-7, the rest is for hand-made tables.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
@@ -234,8 +231,8 @@ fn check_alive(column: &'static str, id: BodyId, time: f64, lives: &[Life]) -> R
     let Some(life) = lives.get(id.index()) else {
         return Err(RowProblem::Body { column, body: id.0, bodies: lives.len() });
     };
-    if life.holds(time) || life.holds(time + LIFE_SLACK) || life.holds(time - LIFE_SLACK) || !time.is_finite()
-    {
+    // A time that is not finite is refused as such.
+    if life.holds(time) || !time.is_finite() {
         return Ok(());
     }
     Err(RowProblem::NotAlive { column, body: id.0, time, birth: life.birth, death: life.death })

@@ -70,6 +70,11 @@ impl TimelineReader {
         [&self.header.world.bodies[..], &self.births].concat()
     }
 
+    /// Those born after the beginning, in the order of their ids.
+    pub fn births(&self) -> &[Body] {
+        &self.births
+    }
+
     /// The fractures, in order of time.
     pub fn fractures(&self) -> &[FractureRow] {
         &self.fractures

@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::ContactError;
-use crate::body::{Body, BodyId, Motion};
+use super::pulses::check_body;
+use crate::body::{Body, BodyId, Life, Motion};
 use crate::pose::{Pose, Track};
 use crate::timeline::PoseRow;
 
@@ -11,6 +12,7 @@ use crate::timeline::PoseRow;
 #[derive(Clone, Debug)]
 pub struct PoseHistory {
     bodies: Vec<BodyPoses>,
+    lives: Vec<Life>,
 }
 
 #[derive(Clone, Debug)]
@@ -30,25 +32,21 @@ struct State {
 }
 
 impl PoseHistory {
-    /// Sorts rows by body and time. A body without rows is where it started; the start counts as a row at t = 0.
+    /// Sorts rows by body and time. A body without rows is where it started; the start counts as a row at its birth.
     ///
     /// # Errors
-    /// Rows of unknown bodies or with numbers that are not finite.
+    /// Rows of bodies that are unknown or not alive, or with numbers that are not finite.
     pub fn try_new(bodies: &[Body], rows: &[PoseRow]) -> Result<Self, ContactError> {
         let start = |body: &Body| State {
-            time: 0.0,
+            time: body.life.birth,
             pose: body.pose,
             velocity: body.velocity,
             angular_velocity: body.angular_velocity,
         };
         let mut recorded: Vec<Vec<State>> = bodies.iter().map(|body| vec![start(body)]).collect();
         for row in rows {
-            let states = recorded.get_mut(row.body.index()).ok_or(ContactError::UnknownBody {
-                what: "pose",
-                body: row.body.0,
-                bodies: bodies.len(),
-                time: row.time,
-            })?;
+            check_body(bodies, row.body, "pose", row.time)?;
+            let states = &mut recorded[row.body.index()];
             if !(row.time.is_finite() && row.position.is_finite() && row.orientation.is_finite()) {
                 return Err(ContactError::NotFinite { what: "pose", body: row.body.0, time: row.time });
             }
@@ -66,11 +64,18 @@ impl PoseHistory {
                 BodyPoses::Recorded(states)
             }
         };
-        Ok(PoseHistory { bodies: bodies.iter().zip(recorded).map(order).collect() })
+        let lives = bodies.iter().map(|body| body.life).collect();
+        Ok(PoseHistory { bodies: bodies.iter().zip(recorded).map(order).collect(), lives })
+    }
+
+    /// When a body exists.
+    pub fn life(&self, body: BodyId) -> Life {
+        self.lives[body.index()]
     }
 
     /// Pose of a body at a time \[s\]: a row of that very time if there is one (of several, the last given), else
-    /// between its neighbours on a straight line and the shortest rotation, else the nearest.
+    /// between its neighbours on a straight line and the shortest rotation, else the nearest; so before its birth it is
+    /// where it is born, and after its death where it died.
     ///
     /// Straight, because the recorded velocities are those before an impact and say nothing about after it; at a pose
     /// rate of 1 kHz free fall is 1 µm off.

@@ -4,6 +4,9 @@
 //! curvatures weighted likewise, and the approach speed before the first instant, the largest of its points. Impulses
 //! are summed exactly: Σj and Σ (x − x_com) × j.
 //!
+//! A body that breaks gets the whole of the pulse that broke it, even what comes after its death: the time of a fracture is
+//! known to a time step, and the impulse has moved the body by then.
+//!
 //! A body that contacts cannot move (fixed, keyframed, half-space, world) radiates nothing; its stiffness and curvature
 //! count. The world, which has no material, is a rigid plane.
 
@@ -18,7 +21,7 @@ use super::force_profile::ForceProfile;
 use super::hertz::{HertzContact, combined_curvature};
 use super::local_curvature::mean_curvature;
 use super::pose_history::PoseHistory;
-use crate::body::{Body, BodyId, Motion};
+use crate::body::{Body, BodyId, Life, Motion};
 use crate::material::Material;
 use crate::pose::Pose;
 use crate::timeline::{ContactKind, ContactRow};
@@ -136,7 +139,8 @@ impl Default for BodyContacts {
     }
 }
 
-/// Turns the impacts among `rows` into pulses, in order of time; rows of other kinds are left alone.
+/// Turns the impacts among `rows` into pulses, in order of time; rows of other kinds are left alone, those of cracks to
+/// [`crack_pulses`](fn@super::crack_pulses::crack_pulses).
 ///
 /// `rows` hold whole impacts in order of time: rows with the same impact id, or single rows of kind
 /// [`ContactKind::Impact`] with id 0.
@@ -207,6 +211,7 @@ pub(super) fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
     let mut place: BTreeMap<u64, usize> = BTreeMap::new();
     for row in rows {
         match (row.kind, row.impact_id) {
+            (ContactKind::Fracture, _) => {}
             (ContactKind::Impact, 0) => impacts.push(vec![*row]),
             (_, 0) => {}
             (_, id) => {
@@ -221,17 +226,10 @@ pub(super) fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
     impacts
 }
 
-/// Refuses rows of unknown bodies and numbers that are not finite.
+/// Refuses rows of bodies that are unknown or not alive, and numbers that are not finite.
 pub(super) fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), ContactError> {
-    for id in [row.body_a, row.body_b] {
-        if id != BodyId::WORLD && id.index() >= bodies.len() {
-            return Err(ContactError::UnknownBody {
-                what: "contact",
-                body: id.0,
-                bodies: bodies.len(),
-                time: row.time,
-            });
-        }
+    for id in [row.body_a, row.body_b].into_iter().filter(|id| *id != BodyId::WORLD) {
+        check_body(bodies, id, "contact", row.time)?;
     }
     let vectors = [row.point, row.normal, row.impulse_t, row.couple, row.velocity];
     let finite = row.time.is_finite() && row.impulse_n.is_finite() && vectors.iter().all(|v| v.is_finite());
@@ -240,6 +238,24 @@ pub(super) fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), Contact
     } else {
         Err(ContactError::NotFinite { what: "contact", body: row.body_a.0, time: row.time })
     }
+}
+
+/// Refuses bodies that are unknown, or not alive at a time \[s\].
+pub(super) fn check_body(
+    bodies: &[Body],
+    id: BodyId,
+    what: &'static str,
+    time: f64,
+) -> Result<(), ContactError> {
+    let Some(body) = bodies.get(id.index()) else {
+        return Err(ContactError::UnknownBody { what, body: id.0, bodies: bodies.len(), time });
+    };
+    let Life { birth, death, .. } = body.life;
+    // A time that is not finite is refused as such.
+    if body.life.holds(time) || !time.is_finite() {
+        return Ok(());
+    }
+    Err(ContactError::NotAlive { what, body: id.0, time, birth, death })
 }
 
 /// The pulse of the rows of one impact, or why it is silent.
@@ -301,20 +317,7 @@ fn pulse(
 
     let share = |i: usize| {
         let body = pair[i].filter(|body| inverse_mass(body) > 0.0)?;
-        let sign = if i == 0 { 1.0 } else { -1.0 };
-        let impulse: DVec3 = rows.iter().map(|r| sign * r.impulse()).sum();
-        let centre = body_poses[i].position;
-        let turn = |r: &ContactRow| sign * ((r.point - centre).cross(r.impulse()) + r.couple);
-        let angular_impulse = rows.iter().map(turn).sum();
-        Some(BodyPulse {
-            body: ids[i],
-            pose: body_poses[i],
-            impulse,
-            velocity_change: impulse * inverse_mass(body),
-            angular_impulse,
-            angular_velocity_change: angular_velocity_change(body, &body_poses[i], angular_impulse),
-            transit_ratio: duration * rayleigh_speed(&body.material) / (2.0 * body.surface.bounding_radius()),
-        })
+        Some(body_pulse(body, ids[i], body_poses[i], rows, if i == 0 { 1.0 } else { -1.0 }, duration))
     };
     let velocity_of = |i: usize| match pair[i] {
         Some(body) if inverse_mass(body) > 0.0 || matches!(body.motion, Motion::Keyframed(_)) => {
@@ -337,6 +340,29 @@ fn pulse(
         bodies: [share(0), share(1)],
         points: rows.iter().map(|r| (r.point, r.impulse())).collect(),
     }))
+}
+
+/// What the rows of an impact do to one body, which is A for a `sign` of 1 and B for −1.
+pub(super) fn body_pulse(
+    body: &Body,
+    id: BodyId,
+    pose: Pose,
+    rows: &[ContactRow],
+    sign: f64,
+    duration: f64,
+) -> BodyPulse {
+    let impulse: DVec3 = rows.iter().map(|r| sign * r.impulse()).sum();
+    let turn = |r: &ContactRow| sign * ((r.point - pose.position).cross(r.impulse()) + r.couple);
+    let angular_impulse = rows.iter().map(turn).sum();
+    BodyPulse {
+        body: id,
+        pose,
+        impulse,
+        velocity_change: impulse * inverse_mass(body),
+        angular_impulse,
+        angular_velocity_change: angular_velocity_change(body, &pose, angular_impulse),
+        transit_ratio: duration * rayleigh_speed(&body.material) / (2.0 * body.surface.bounding_radius()),
+    }
 }
 
 /// Speed of Rayleigh waves [m/s], Viktorov's approximation c_s (0.87 + 1.12 ν)/(1 + ν), good to 0.5 %.

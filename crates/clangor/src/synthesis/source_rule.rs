@@ -36,6 +36,22 @@ pub enum SoundRule {
     Sphere,
 }
 
+/// The rules of all bodies, of which `rules` has those that are there from the beginning: a piece of a broken body has
+/// that of the whole. Where the whole is left to itself, pieces sound as ellipsoids, whatever their size: they are many,
+/// and each is heard for an instant.
+pub fn rules_with_pieces(bodies: &[Body], rules: &[SoundRule]) -> Vec<SoundRule> {
+    let mut all: Vec<SoundRule> = Vec::with_capacity(bodies.len());
+    for (index, body) in bodies.iter().enumerate() {
+        let parent = body.life.parent.and_then(|parent| all.get(parent.index()).copied());
+        all.push(match parent {
+            Some(SoundRule::Auto) => SoundRule::Proxy,
+            Some(rule) => rule,
+            None => rules.get(index).copied().unwrap_or_default(),
+        });
+    }
+    all
+}
+
 /// What is to sound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SourceKind {

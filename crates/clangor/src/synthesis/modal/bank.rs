@@ -216,6 +216,15 @@ impl ModalBank {
         self.next = sample;
     }
 
+    /// Puts everything to rest.
+    pub(super) fn silence(&mut self) {
+        for values in [&mut self.state.re, &mut self.state.im, &mut self.peaks] {
+            values.fill(0.0);
+        }
+        self.awake.fill(false);
+        self.pulses.clear();
+    }
+
     /// Whether nothing moves and no force is to come.
     pub fn is_silent(&self) -> bool {
         self.pulses.is_empty() && !self.awake.contains(&true)

@@ -5,6 +5,9 @@
 //! between; where the direction turns fast for the highest order, a block has up to 32 parts. Modes that have
 //! died away cost nothing. What leaves is carried
 //! to the receiver by a delay that varies.
+//!
+//! A body that dies is no longer driven, and what leaves it fades within 1 ms after, as ½ (1 + cos): a step would click, and
+//! what it shook lives on in its pieces, which may rise by the complement. What has left it arrives as ever.
 
 mod stream;
 
@@ -31,6 +34,9 @@ const MAX_PARTS: usize = 32;
 /// By how much order × direction may turn between two transfers [rad].
 const TURN: f64 = 0.25;
 
+/// Time in which the sound of a body ends after its death \[s\].
+pub const FADE: f64 = 1e-3;
+
 /// See the module.
 pub struct ModalVoice<'a> {
     source: Arc<ModalSource>,
@@ -45,6 +51,8 @@ pub struct ModalVoice<'a> {
     paths: Vec<Path>,
     /// What each path sends.
     sent: Vec<Vec<f64>>,
+    /// When the body dies \[samples\].
+    death: f64,
     /// Samples of a block.
     block: i64,
     /// Whether anything has been sent.
@@ -118,6 +126,7 @@ impl<'a> ModalVoice<'a> {
             source.pressure(),
         );
         Ok(ModalVoice {
+            death: (poses.life(body).death - settings.start) * rate,
             source,
             body,
             poses,
@@ -313,7 +322,29 @@ impl<'a> ModalVoice<'a> {
             self.set_transfers(next)?;
             self.bank.render((next - self.bank.position()) as usize, &mut self.sent);
         }
+        self.fade(start, end);
         Ok(())
+    }
+
+    /// Fades what was sent from `start` to `end` if the body is dead by then, and ends it once that is over.
+    fn fade(&mut self, start: i64, end: i64) {
+        let length = FADE * self.settings.sample_rate.as_f64();
+        if (end as f64) <= self.death {
+            return;
+        }
+        let gain = |sample: i64| {
+            let part = ((sample as f64 - self.death) / length).clamp(0.0, 1.0);
+            0.5 * (1.0 + (std::f64::consts::PI * part).cos())
+        };
+        for sent in &mut self.sent {
+            let first = sent.len() - (end - start) as usize;
+            sent[first..].iter_mut().zip(start..).for_each(|(pressure, sample)| *pressure *= gain(sample));
+        }
+        if end as f64 >= self.death + length {
+            self.bank.silence();
+            self.forces.clear();
+            self.stream = None;
+        }
     }
 
     /// Into how many parts a block that ends at `end` is to be divided.

@@ -1,0 +1,87 @@
+//! The release of cracks becomes force pulses, as impacts do.
+//!
+//! A crack that opens lets go the tractions that held its sides together: an impulse on one piece, and the opposite on the
+//! other, over the time that the fracture took (\[FRAC\] §3.3). There is no contact, so neither curvature nor Hertz's
+//! duration; speed and mass of the pulse are those with which the impulse alone would drive two pieces at rest apart.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::effective_mass::body_inverse_effective_mass;
+use super::pulses::{body_pulse, check_row};
+use super::{ContactError, ForceProfile, ImpactPulse, PoseHistory};
+use crate::body::{Body, BodyId};
+use crate::timeline::{ContactKind, ContactRow, FractureRow};
+
+/// Turns the rows of cracks into pulses, in order of time; rows of the same impact id are one pulse.
+///
+/// # Errors
+/// Bodies that are unknown, not alive, or not born of one of the `fractures`; numbers that are not finite; fractures that
+/// take no time.
+pub fn crack_pulses(
+    bodies: &[Body],
+    rows: &[ContactRow],
+    fractures: &[FractureRow],
+    poses: &PoseHistory,
+    profile: ForceProfile,
+) -> Result<Vec<ImpactPulse>, ContactError> {
+    let mut cracks: BTreeMap<u64, Vec<ContactRow>> = BTreeMap::new();
+    for row in rows.iter().filter(|row| row.kind == ContactKind::Fracture && row.impact_id != 0) {
+        check_row(bodies, row)?;
+        cracks.entry(row.impact_id).or_default().push(*row);
+    }
+    let mut pulses = Vec::new();
+    for rows in cracks.values() {
+        pulses.extend(pulse(bodies, rows, fractures, poses, profile)?);
+    }
+    pulses.sort_by(|a, b| a.time.total_cmp(&b.time));
+    Ok(pulses)
+}
+
+/// The pulse of the rows of one crack; `None` for one without impulse.
+fn pulse(
+    bodies: &[Body],
+    rows: &[ContactRow],
+    fractures: &[FractureRow],
+    poses: &PoseHistory,
+    profile: ForceProfile,
+) -> Result<Option<ImpactPulse>, ContactError> {
+    let ContactRow { time, body_a, body_b, impact_id, .. } = rows[0];
+    let duration = duration_at_birth(fractures, body_a).unwrap_or(0.0);
+    if !(duration > 0.0 && duration.is_finite()) {
+        return Err(ContactError::NoDuration { body: body_a.0, time, duration });
+    }
+    let strengths: Vec<f64> = rows.iter().map(|row| row.impulse().length()).collect();
+    let total: f64 = strengths.iter().sum();
+    let impulse: DVec3 = rows.iter().map(ContactRow::impulse).sum();
+    let Some(normal) = impulse.try_normalize().filter(|_| body_b != BodyId::WORLD) else { return Ok(None) };
+    let point = rows.iter().zip(&strengths).map(|(row, strength)| row.point * (strength / total)).sum();
+    let pair = [body_a, body_b].map(|id| (id, &bodies[id.index()], poses.at(id, time)));
+    let inverse_mass: f64 =
+        pair.iter().map(|(_, body, pose)| body_inverse_effective_mass(body, pose, point, normal)).sum();
+    let [a, b] = pair;
+    Ok(Some(ImpactPulse {
+        impact_id,
+        time,
+        onset: time,
+        duration,
+        profile,
+        speed: impulse.length() * inverse_mass,
+        effective_mass: inverse_mass.recip(),
+        radius: f64::INFINITY,
+        point,
+        normal,
+        velocity_before: None,
+        bodies: [(a, 1.0), (b, -1.0)]
+            .map(|((id, body, pose), sign)| Some(body_pulse(body, id, pose, rows, sign, duration))),
+        points: rows.iter().map(|row| (row.point, row.impulse())).collect(),
+    }))
+}
+
+/// How long the fracture took that a body was born of \[s\].
+fn duration_at_birth(fractures: &[FractureRow], body: BodyId) -> Option<f64> {
+    let last = fractures.partition_point(|fracture| fracture.first_child <= body).checked_sub(1)?;
+    let fracture = fractures[last];
+    (body.0 - fracture.first_child.0 < fracture.children).then_some(fracture.duration)
+}

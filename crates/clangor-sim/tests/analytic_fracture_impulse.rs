@@ -96,6 +96,7 @@ fn any_crack_keeps_momentum_and_brings_the_energy() {
         let plane = Score {
             point: DVec3::new(0.05 * number(), 0.0, 0.0),
             normal: DVec3::new(1.0, number(), number()),
+            depth: 0.0,
         };
         let Some(split) = split_by_scores(&bar, &[plane]).unwrap() else { panic!("no cut") };
         let stress: Vec<DMat3> = (0..bar.mesh.elements.len())

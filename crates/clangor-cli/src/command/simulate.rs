@@ -1,5 +1,7 @@
 //! `clangor simulate`: dynamics only.
 
+mod breaking;
+
 use clangor_pipeline::simulate::simulate_to_folder;
 use clangor_sim::SimulationReport;
 use serde_json::json;
@@ -36,6 +38,7 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
         "contact_rows": rows.contacts,
         "pose_rows": rows.poses,
         "deepest_overlap_m": report.deepest_overlap,
+        "breaking": breaking::json(&report.breaking),
         "simulated_s": report.time,
     }));
     Ok(())
@@ -57,4 +60,5 @@ pub(super) fn say_simulated(console: &Console, report: &SimulationReport) {
             counted(report.births as usize, "piece", "pieces")
         ));
     }
+    breaking::say(console, &report.breaking);
 }

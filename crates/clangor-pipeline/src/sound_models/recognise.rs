@@ -19,6 +19,8 @@ const ON_FORM: f64 = 2e-6;
 /// Largest distance of the middle of a triangle from a curved form, over the bounding radius: a mesh as coarse as that
 /// stands for the form, and not for its facets.
 const CHORD: f64 = 1e-2;
+/// Longest semi-axis of an ellipsoid over the distance of its farthest vertex: a mesh need not have one at its ends.
+const MOST_BEYOND: f64 = 1.2;
 
 /// The form that the vertices of a mesh about its centre of mass lie on.
 pub(super) fn exact_form(mesh: &TriMesh) -> Option<BakeGeometry> {
@@ -50,6 +52,10 @@ fn ellipsoid(mesh: &TriMesh, radius: f64) -> Option<BakeGeometry> {
         return None;
     }
     let semi_axes = inverse_squares.map(|q| twelve_digits(radius / q.sqrt()));
+    // The vertices of a flat box lie on an ellipsoid without end.
+    if semi_axes.max_element() > MOST_BEYOND * radius {
+        return None;
+    }
     // The scaled distance to the centre, over the length of its gradient: the distance from the surface to first order.
     let distance = |x: DVec3| {
         let scaled = x / semi_axes;
@@ -172,6 +178,7 @@ mod tests {
         let cuboid = |x, y, z, round| Some(BakeGeometry::RoundedBox { edges: DVec3::new(x, y, z), round });
         assert_eq!(form_of("box:0.1x0.2x0.05"), cuboid(0.1, 0.2, 0.05, 0.0));
         assert_eq!(form_of("box:0.1x0.2x0.05@0.2"), cuboid(0.1, 0.2, 0.05, 0.0));
+        assert_eq!(form_of("box:0.38x0.008x0.38"), cuboid(0.38, 0.008, 0.38, 0.0));
         assert_eq!(form_of("die:0.016x0.002"), cuboid(0.016, 0.016, 0.016, 0.002));
         assert_eq!(form_of("die:0.02x0"), cuboid(0.02, 0.02, 0.02, 0.0));
     }

@@ -1,0 +1,129 @@
+//! A brittle tile that hits a stone floor, and what a run of it sees.
+
+use std::sync::Arc;
+
+use clangor::body::{Body, BodyId, Life, Motion, Surface, World};
+use clangor::glam::{DMat3, DQuat, DVec3};
+use clangor::material::{Material, presets};
+use clangor::pose::Pose;
+use clangor::scene::breaking::{Breaking, Score};
+use clangor::shape::Shape;
+use clangor_bake::acceleration_noise::BakeGeometry;
+use clangor_bake::elastostatics::fracture_mesh;
+use clangor_sim::fracture::{Breakable, BreakingBodies};
+use clangor_sim::rigid::{Replacement, RigidWorld, StepLog};
+
+pub const EDGES: DVec3 = DVec3::new(0.12, 0.006, 0.12);
+
+/// A tile as hard to break as asked [J/m²] that falls at a speed [m/s] from a height [m] onto a plane, tilted by some degrees.
+pub fn tile(
+    toughness: f64,
+    (drop, speed): (f64, f64),
+    degrees: f64,
+    breaking: Breaking,
+    seed: u64,
+) -> (World, Vec<Breakable>) {
+    let material = Material { fracture_energy: Some(toughness), ..presets::CERAMIC.material() };
+    let shape = Shape::parse(&format!("box:{}x{}x{}", EDGES.x, EDGES.y, EDGES.z)).unwrap();
+    let (surface, mass) = shape.surface().unwrap();
+    let tile = Body {
+        name: "tile".into(),
+        edge_radius: 0.02 * surface.bounding_radius(),
+        surface: Arc::new(surface),
+        mass: material.density * mass.volume,
+        inertia: mass.inertia * material.density,
+        material,
+        pose: Pose {
+            position: DVec3::Y * drop,
+            orientation: DQuat::from_axis_angle(DVec3::new(0.3, 0.0, 1.0).normalize(), degrees.to_radians()),
+        },
+        velocity: DVec3::NEG_Y * speed,
+        angular_velocity: DVec3::new(0.3, 1.0, 0.0),
+        motion: Motion::Free,
+        life: Life::default(),
+    };
+    let floor = Body {
+        name: "floor".into(),
+        material: presets::GRANITE.material(),
+        surface: Arc::new(Surface::HalfSpace),
+        mass: f64::INFINITY,
+        inertia: DMat3::from_diagonal(DVec3::INFINITY),
+        pose: Pose::IDENTITY,
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+        motion: Motion::Fixed,
+        edge_radius: 0.0,
+        life: Life::default(),
+    };
+    let mesh = fracture_mesh(&BakeGeometry::RoundedBox { edges: EDGES, round: 0.0 }, Some(0.01)).unwrap();
+    let breakable = Breakable { body: BodyId(0), mesh, breaking, seed };
+    let world = World { bodies: vec![tile, floor], links: Vec::new(), gravity: DVec3::NEG_Y * 9.80665 };
+    (world, vec![breakable])
+}
+
+/// What one run saw.
+#[derive(Default)]
+pub struct Run {
+    pub replacements: Vec<Replacement>,
+    /// Largest energy after a step over the energy at the beginning.
+    pub most_energy: f64,
+    /// Largest jump of momentum and of angular momentum over a fracture, as parts of those of the pieces.
+    pub jump: f64,
+    /// Energies that cracks gave and should have given.
+    pub gains: Vec<(f64, f64)>,
+}
+
+pub fn run(world: &World, breakables: Vec<Breakable>, step: f64, duration: f64) -> Run {
+    let mut rigid = RigidWorld::try_new(world, step, true).unwrap();
+    let mut breaking = BreakingBodies::new(world, breakables, 0.05, step).unwrap();
+    let mut log = StepLog::new();
+    let mut seen = Run::default();
+    let start = rigid.energy();
+    for _ in 0..(duration / step) as usize {
+        rigid.step(&mut log).unwrap();
+        for replacement in breaking.look(&rigid, &log).unwrap() {
+            let parent = replacement.row.parent;
+            let state = rigid.pose(parent);
+            let (momentum, spin) = rigid.momentum(parent);
+            let about = |r: DVec3, p: DVec3| (r - state.position).cross(p);
+            let (mut after, mut turning, mut size) = (DVec3::ZERO, DVec3::ZERO, [1e-12; 2]);
+            for piece in &replacement.pieces {
+                let turn = DMat3::from_quat(piece.pose.orientation);
+                let inertia = turn * piece.inertia * turn.transpose();
+                let (p, l) = (piece.velocity * piece.mass, inertia * piece.angular_velocity);
+                after += p;
+                turning += l + about(piece.pose.position, p);
+                size[0] += p.length();
+                size[1] += l.length() + about(piece.pose.position, p).length();
+            }
+            let jump = ((after - momentum).length() / size[0]).max((turning - spin).length() / size[1]);
+            seen.jump = seen.jump.max(jump);
+            let surplus = replacement.row.strain_energy - replacement.row.fracture_energy;
+            seen.gains.push((replacement.row.kinetic_energy_gain, surplus));
+            rigid.replace(parent, &replacement.pieces).unwrap();
+            seen.replacements.push(replacement);
+        }
+        seen.most_energy = seen.most_energy.max(rigid.energy() / start);
+    }
+    seen
+}
+
+impl Run {
+    /// Masses of the pieces that are whole at the end [kg].
+    pub fn masses(&self, whole: f64) -> Vec<f64> {
+        let broken: Vec<f64> =
+            self.replacements.iter().map(|r| r.pieces.iter().map(|p| p.mass).sum()).collect();
+        let mut masses: Vec<f64> =
+            self.replacements.iter().flat_map(|r| r.pieces.iter().map(|p| p.mass)).collect();
+        // What broke again is no piece any more: its mass is the sum of its own pieces.
+        for lost in broken.iter().filter(|m| (**m - whole).abs() > 1e-9 * whole) {
+            let nearest =
+                |a: &usize, b: &usize| (masses[*a] - lost).abs().total_cmp(&(masses[*b] - lost).abs());
+            if let Some(at) = (0..masses.len()).min_by(nearest) {
+                masses.swap_remove(at);
+            }
+        }
+        masses.sort_by(f64::total_cmp);
+        masses
+    }
+}

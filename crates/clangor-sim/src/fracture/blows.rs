@@ -18,10 +18,12 @@ use clangor::scene::breaking::Load;
 use clangor::timeline::{ContactRow, PoseRow};
 use glam::DVec3;
 
+use crate::record::MERGE_WINDOW;
+
 /// What a blow does to one body.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Blow {
-    /// Until when it presses \[s\].
+    /// Until when it counts \[s\]: while it lasts, and as long as the blows of one impact follow each other.
     pub(super) end: f64,
     /// Points \[m\] and forces \[N\] in the axes of the body, about its centre of mass.
     pub(super) forces: Vec<(DVec3, DVec3)>,
@@ -84,7 +86,7 @@ pub(super) fn blow_on(
     };
     let lost: f64 = rows.iter().map(|r| 0.5 * r.impulse_n * r.approach_speed() * (1.0 - restitution)).sum();
     Some(Blow {
-        end: pulse.time + pulse.duration,
+        end: pulse.time + pulse.duration.max(MERGE_WINDOW),
         forces: pulse
             .points
             .iter()

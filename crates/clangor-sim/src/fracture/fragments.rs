@@ -12,8 +12,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use clangor::body::{Body, Life, MeshSurface, Motion as Moved, Surface};
-use clangor::geometry::convex::ConvexPart;
-use clangor::geometry::hull::extreme_hull;
 use clangor::pose::Pose;
 use clangor::scene::body_description::EDGE_RADIUS_RATIO;
 use clangor::timeline::{FractureRow, PoseRow};
@@ -21,6 +19,7 @@ use clangor_bake::elastostatics::SymmetricTensor;
 use glam::{DMat3, DVec3};
 
 use super::crack_impulse::{CrackImpulses, NoImpulse, crack_impulses};
+use super::hulls::{HullSettings, piece_hulls};
 use super::motion::Motion;
 use super::piece::Piece;
 use super::split::CrackFace;
@@ -95,9 +94,9 @@ pub(super) fn fragments(
     let after: f64 = motions.iter().map(Motion::kinetic_energy).sum();
     let to_world = |x: DVec3| parent.state.position + turn * (x - parent.centre);
     let mut bodies = Vec::with_capacity(motions.len());
-    for (k, (piece, motion)) in shatter.pieces.iter().zip(&motions).enumerate() {
-        let surface = piece.surface();
-        let (surface, _) = MeshSurface::try_new(surface.clone(), contact_parts(piece)?)?;
+    let hulls = piece_hulls(&shatter.pieces, &shatter.crack_faces, HullSettings::default())?;
+    for (k, ((piece, hulls), motion)) in shatter.pieces.iter().zip(hulls).zip(&motions).enumerate() {
+        let (surface, _) = MeshSurface::try_new(piece.surface(), hulls.parts)?;
         let surface = Surface::Mesh(surface);
         bodies.push(Body {
             name: name(k),
@@ -157,9 +156,4 @@ fn together(
         })
     };
     pairs.into_iter().filter_map(join).collect()
-}
-
-/// What stands for a piece in collisions.
-fn contact_parts(piece: &Piece) -> Result<Vec<ConvexPart>, FractureError> {
-    Ok(vec![ConvexPart::Hull(extreme_hull(&piece.surface(), 100)?.vertices)])
 }

@@ -13,10 +13,10 @@ use clangor_bake::elastostatics::fracture_mesh;
 use clangor_sim::fracture::{Breakable, BreakingBodies};
 use clangor_sim::rigid::{Replacement, RigidWorld, StepLog};
 
-pub const EDGES: DVec3 = DVec3::new(0.12, 0.006, 0.12);
+pub(crate) const EDGES: DVec3 = DVec3::new(0.12, 0.006, 0.12);
 
 /// A tile as hard to break as asked [J/m²] that falls at a speed [m/s] from a height [m] onto a plane, tilted by some degrees.
-pub fn tile(
+pub(crate) fn tile(
     toughness: f64,
     (drop, speed): (f64, f64),
     degrees: f64,
@@ -63,17 +63,17 @@ pub fn tile(
 
 /// What one run saw.
 #[derive(Default)]
-pub struct Run {
-    pub replacements: Vec<Replacement>,
+pub(crate) struct Run {
+    pub(crate) replacements: Vec<Replacement>,
     /// Largest energy after a step over the energy at the beginning.
-    pub most_energy: f64,
+    pub(crate) most_energy: f64,
     /// Largest jump of momentum and of angular momentum over a fracture, as parts of those of the pieces.
-    pub jump: f64,
+    pub(crate) jump: f64,
     /// Energies that cracks gave and should have given.
-    pub gains: Vec<(f64, f64)>,
+    pub(crate) gains: Vec<(f64, f64)>,
 }
 
-pub fn run(world: &World, breakables: Vec<Breakable>, step: f64, duration: f64) -> Run {
+pub(crate) fn run(world: &World, breakables: Vec<Breakable>, step: f64, duration: f64) -> Run {
     let mut rigid = RigidWorld::try_new(world, step, true).unwrap();
     let mut breaking = BreakingBodies::new(world, breakables, 0.05, step).unwrap();
     let mut log = StepLog::new();
@@ -110,7 +110,7 @@ pub fn run(world: &World, breakables: Vec<Breakable>, step: f64, duration: f64) 
 
 impl Run {
     /// Masses of the pieces that are whole at the end [kg].
-    pub fn masses(&self, whole: f64) -> Vec<f64> {
+    pub(crate) fn masses(&self, whole: f64) -> Vec<f64> {
         let broken: Vec<f64> =
             self.replacements.iter().map(|r| r.pieces.iter().map(|p| p.mass).sum()).collect();
         let mut masses: Vec<f64> =

@@ -569,7 +569,7 @@ impl Checks<'_> {
         let Some(LifeFields { birth, death, parent }) = fields else { return Ok(Life::LASTING) };
         let (death, parent) = (f64::from(death), parent.map(BodyId));
         self.not_negative(&format!("bodies[{index}].life.birth"), birth)?;
-        if !(death >= birth) {
+        if death.is_nan() || death < birth {
             let problem = format!("is {death}, before the birth at {birth}");
             return Err(self.field(&format!("bodies[{index}].life.death"), problem));
         }

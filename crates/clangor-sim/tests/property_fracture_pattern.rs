@@ -131,7 +131,11 @@ fn the_same_seed_gives_the_same_pieces() {
 fn a_scored_tile_breaks_along_its_scores() {
     let (tile, volume) = plate();
     let settings = PatternSettings::new(50.0, volume, 0);
-    let scores = [DVec3::X, DVec3::Z].map(|normal| Score { point: DVec3::new(0.0003, 0.0, 0.0003), normal });
+    let scores = [DVec3::X, DVec3::Z].map(|normal| Score {
+        point: DVec3::new(0.0003, 0.0, 0.0003),
+        normal,
+        depth: 0.0,
+    });
     let broken = shatter_along(&tile, &scores, 0.2, &settings).unwrap().unwrap();
     assert_eq!(broken.pieces.len(), 4);
     for face in &broken.crack_faces {
@@ -144,7 +148,7 @@ fn a_scored_tile_breaks_along_its_scores() {
     // Two sections of 0.2 m × 4 mm.
     assert!((broken.fracture_energy / (50.0 * 2.0 * 0.2 * 0.004) - 1.0).abs() < 1e-9);
     assert_eq!(shatter_along(&tile, &scores, 0.05, &settings).unwrap(), None);
-    let beside = Score { point: DVec3::new(1.0, 0.0, 0.0), normal: DVec3::X };
+    let beside = Score { point: DVec3::new(1.0, 0.0, 0.0), normal: DVec3::X, depth: 0.0 };
     assert_eq!(shatter_along(&tile, &[beside], 1.0, &settings).unwrap(), None);
 }
 
@@ -162,7 +166,7 @@ fn wrong_numbers_are_refused() {
     }
     assert!(matches!(refused(good, &energy[1..], 1.0), FractureError::Counts { .. }));
     assert!(matches!(refused(good, &energy, f64::NAN), FractureError::Setting { .. }));
-    let flat = Score { point: DVec3::ZERO, normal: DVec3::ZERO };
+    let flat = Score { point: DVec3::ZERO, normal: DVec3::ZERO, depth: 0.0 };
     assert!(matches!(shatter_along(&plate, &[flat], 1.0, &good), Err(FractureError::Setting { .. })));
     let still = vec![0.0; energy.len()];
     assert_eq!(shatter(&plate, &still, 1.0, &good).unwrap(), None);

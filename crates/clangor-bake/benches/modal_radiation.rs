@@ -1,7 +1,9 @@
 //! Processor time and power of the modes of ceramic bodies that are not round, by boundary elements at two accuracies and by
 //! finite differences in time: `cargo bench -p clangor-bake --bench modal_radiation -- BODY [EDGE] [kHz] [ACCURACY]`, the
-//! longest edge of the tetrahedra in mm. Further arguments: `waves` adds the finite differences, `finer` a run at an eighth of
-//! the error, `few` leaves only every eighth mode.
+//! longest edge of the tetrahedra in mm. Further arguments: `waves` adds the finite differences, `finer=PART` a run at
+//! that part of the error, of the waves as of the edges, `few` leaves only every eighth mode.
+
+mod cpu_time;
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -19,11 +21,12 @@ use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_bake::modes;
 use clangor_bake::remesh::resolution::resolution;
 use clangor_bake::tetrahedra::shape_mesh;
+use cpu_time::cpu_time;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let Some(name) = arguments.first() else {
-        println!("BODY [EDGE in mm] [kHz] [ACCURACY] [waves] [finer] [few]");
+        println!("BODY [EDGE in mm] [kHz] [ACCURACY] [waves] [finer=PART] [few]");
         return;
     };
     let number = |i: usize, default: f64| arguments.get(i).and_then(|a| a.parse().ok()).unwrap_or(default);
@@ -34,14 +37,14 @@ fn main() {
     let surface = shape.mesh();
     let centre = MassProperties::of(&surface).expect("a solid").centre_of_mass;
     let surface = surface.relative_to(centre);
-    let (tetrahedra, start) = (shape_mesh(&shape, edge).expect("a mesh"), seconds());
+    let (tetrahedra, start) = (shape_mesh(&shape, edge).expect("a mesh"), cpu_time());
     let constants = ElasticConstants::of(&CERAMIC.material()).expect("an elastic material");
     let found = modes::solve(&ElasticSystem::new(&tetrahedra, &constants), limit).expect("modes");
     println!(
         "{name}: {} modes of {} nodes, {:.1} CPU-s",
         found.modes.len(),
         tetrahedra.nodes.len(),
-        seconds() - start
+        cpu_time() - start
     );
     let elements = ModalSurface {
         nodes: tetrahedra.nodes.iter().map(|x| *x - centre).collect(),
@@ -57,18 +60,21 @@ fn main() {
     let highest = k(limit);
     let radius = elements.radius();
 
-    let by_elements = |accuracy: f64| {
-        let start = seconds();
-        let solver = TriangleModes::try_new(&surface, highest, accuracy).expect("a mesh");
+    let by_elements = |part: f64| {
+        let start = cpu_time();
+        // The error of waves is of second order in the edges.
+        let solver =
+            TriangleModes::try_new(&surface, highest / part.sqrt(), part * accuracy).expect("a mesh");
         let transfers = timed(&solver, &elements, &motions);
         println!(
-            "elements for {accuracy}: {} unknowns, {:.1} CPU-s in all",
+            "elements for {:.4}: {} unknowns, {:.1} CPU-s in all",
+            part * accuracy,
             solver.unknowns(),
-            seconds() - start
+            cpu_time() - start
         );
         transfers
     };
-    let usual = by_elements(accuracy);
+    let usual = by_elements(1.0);
     let compare = |what: &str, other: &[ModalTransfer]| {
         println!("{what}:   κ   power/ρR⁴/c [dB]   against the above [%]   order");
         for ((motion, usual), other) in motions.iter().zip(&usual).zip(other) {
@@ -82,15 +88,16 @@ fn main() {
             );
         }
     };
-    if has("finer") {
-        compare("finer", &by_elements(0.12 * accuracy));
+    let finer = arguments.iter().find_map(|a| a.strip_prefix("finer=")?.parse().ok());
+    if let Some(part) = finer {
+        compare("finer", &by_elements(part));
     }
     if has("waves") {
-        let start = seconds();
+        let start = cpu_time();
         let wall = resolution(&surface, highest, accuracy).expect("a wall").wall;
         let solver = WaveModes::try_new(&surface, highest, wall).expect("a grid");
         let transfers = timed(&solver, &elements, &motions);
-        println!("waves: {} cells, {:.1} CPU-s in all", solver.cells(), seconds() - start);
+        println!("waves: {} cells, {:.1} CPU-s in all", solver.cells(), cpu_time() - start);
         compare("waves", &transfers);
     }
 }
@@ -101,18 +108,4 @@ fn timed(
     motions: &[ModalMotion<'_>],
 ) -> Vec<ModalTransfer> {
     solver.transfers(elements, motions, &mut |_| ControlFlow::Continue(())).expect("a solution")
-}
-
-/// Processor time of all threads where the system tells it [s].
-fn seconds() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields: Vec<f64> = text
-        .rsplit(')')
-        .next()
-        .unwrap_or_default()
-        .split_whitespace()
-        .filter_map(|f| f.parse().ok())
-        .collect();
-    // After the state, a letter that is no number: user and system time in hundredths.
-    fields.get(10).zip(fields.get(11)).map_or(0.0, |(user, system)| 0.01 * (user + system))
 }

@@ -3,8 +3,9 @@
 //! Processor time of the radiation alone, and the power of each mode against that of a finer run with `-- finer`. Names of
 //! shapes choose some of them.
 
+mod cpu_time;
+
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 use clangor::material::presets::{CERAMIC, STEEL};
 use clangor::model::modal_surface::ModalSurface;
@@ -15,21 +16,10 @@ use clangor_bake::modal_radiation::round::RoundSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_bake::modes::solve;
 use clangor_bake::tetrahedra::shape_mesh;
+use cpu_time::cpu_time;
 use glam::DVec3;
 
-/// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the wall.
-fn processor_time(start: Instant) -> f64 {
-    std::fs::read_to_string("/proc/self/stat")
-        .ok()
-        .and_then(|stat| {
-            let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
-            Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
-        })
-        .unwrap_or_else(|| start.elapsed().as_secs_f64())
-}
-
 fn main() {
-    let start = Instant::now();
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let is_finer = asked.iter().any(|a| a == "finer");
     let sound_speed = 343.0;
@@ -45,7 +35,7 @@ fn main() {
         else {
             return println!("{name}: no mesh");
         };
-        let before = processor_time(start);
+        let before = cpu_time();
         let modes = match solve(&ElasticSystem::new(&mesh, &constants), 20e3) {
             Ok(modes) => modes.modes,
             Err(error) => return println!("{name}: {error}"),
@@ -54,7 +44,7 @@ fn main() {
             "{name}: {} nodes, {} modes, {:.1} CPU-s",
             mesh.nodes.len(),
             modes.len(),
-            processor_time(start) - before
+            cpu_time() - before
         );
         let centre = DVec3::Y * meridian.centre_of_mass();
         let surface = ModalSurface {
@@ -70,9 +60,9 @@ fn main() {
             .collect();
         let solver = RoundSolver::new(&meridian.about_centre_of_mass(), DVec3::Y);
         let run = |solver: &RoundSolver| {
-            let before = processor_time(start);
+            let before = cpu_time();
             let found = solver.transfers(&surface, &motions, &mut |_| ControlFlow::Continue(()));
-            (found, processor_time(start) - before)
+            (found, cpu_time() - before)
         };
         let (transfers, spent) = match run(&solver) {
             (Ok(transfers), spent) => (transfers, spent),

@@ -3,27 +3,16 @@
 //! All modes of square plates and a block, thin and solid, at about 12 000 and 30 000 nodes. Processor time of assembly,
 //! ordering, factors and iteration, so that other work on the machine does not count.
 
-use std::time::Instant;
+mod cpu_time;
 
 use clangor::material::presets::GLASS;
 use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
 use clangor_bake::modes::solve;
 use clangor_bake::tetrahedra::block::block;
+use cpu_time::cpu_time;
 use glam::DVec3;
 
-/// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the wall.
-fn processor_time(start: Instant) -> f64 {
-    std::fs::read_to_string("/proc/self/stat")
-        .ok()
-        .and_then(|stat| {
-            let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
-            Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
-        })
-        .unwrap_or_else(|| start.elapsed().as_secs_f64())
-}
-
 fn main() {
-    let start = Instant::now();
     let bodies = [
         ("plate 26 x 26 x 0.5 cm", DVec3::new(0.26, 0.26, 0.005), [32, 32, 1], 20e3),
         ("pane 40 x 40 x 0.3 cm", DVec3::new(0.4, 0.4, 0.003), [50, 50, 1], 7e3),
@@ -33,13 +22,13 @@ fn main() {
         let (Ok(mesh), Ok(constants)) = (block(edges, cells), ElasticConstants::of(&GLASS.material())) else {
             return;
         };
-        let before = processor_time(start);
+        let before = cpu_time();
         let system = ElasticSystem::new(&mesh, &constants);
         let modes = match solve(&system, limit) {
             Ok(modes) => modes,
             Err(error) => return println!("{name}: {error}"),
         };
-        let spent = processor_time(start) - before;
+        let spent = cpu_time() - before;
         let count = modes.modes.len();
         println!(
             "{name}: {} nodes, {count} modes to {:.1} kHz, {} solves, {spent:.2} CPU-s, {:.1} ms per mode, residual {:.0e}",

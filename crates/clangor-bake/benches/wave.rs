@@ -5,27 +5,19 @@
 //! sizes. Processor time, so that other work on the machine does not count; on a graphics processor the clock on the wall.
 //! A device in software is slow, and gets the smallest grid only.
 
+mod cpu_time;
+
 use std::ops::ControlFlow;
+#[cfg(feature = "gpu")]
 use std::time::Instant;
 
 use clangor::shape::Shape;
 use clangor_bake::wave::{Boundary, WaveOptions, WaveSolver};
 #[cfg(feature = "gpu")]
 use clangor_bake::{gpu::Gpu, wave::WaveDevice};
-
-/// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the wall.
-fn processor_time(start: Instant) -> f64 {
-    std::fs::read_to_string("/proc/self/stat")
-        .ok()
-        .and_then(|stat| {
-            let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
-            Some((fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?) / 100.0)
-        })
-        .unwrap_or_else(|| start.elapsed().as_secs_f64())
-}
+use cpu_time::cpu_time;
 
 fn main() {
-    let start = Instant::now();
     let Ok(shape) = Shape::parse("sphere:1") else { return };
     let mesh = shape.mesh();
     for cells_per_radius in [8.0, 16.0, 32.0] {
@@ -37,9 +29,9 @@ fn main() {
             longest: 1.0,
         };
         let Ok(solver) = WaveSolver::try_new(&mesh, options) else { return };
-        let before = processor_time(start);
+        let before = cpu_time();
         let Ok(field) = solver.run(&|_| ControlFlow::Continue(())) else { return };
-        let spent = processor_time(start) - before;
+        let spent = cpu_time() - before;
         println!(
             "{cells_per_radius:4} cells per radius: {:9} cells, {:6.2} CPU-s, {:5.0} Mcell/s per core",
             solver.cells(),

@@ -38,17 +38,21 @@ const PROBES: usize = 100;
 /// The section of a mesh about its centre of mass; nothing if it is not a body of revolution about y.
 pub fn fitted_meridian(mesh: &TriMesh) -> Option<MeridianFit> {
     let tree = SurfaceTree::new(mesh);
-    let wall = wall_thickness(mesh, &tree).min(mesh.bounding_radius(DVec3::ZERO));
-    let surface = Surface { mesh, tree: &tree, wall };
+    // No wall is thicker than the body, and most bodies are told apart before their walls are measured.
+    let mut surface = Surface { mesh, tree: &tree, wall: mesh.bounding_radius(DVec3::ZERO) };
     let step = (mesh.vertices.len() / PROBES).max(1);
-    if mesh
-        .vertices
-        .iter()
-        .step_by(step)
-        .any(|v| surface.spread(DVec2::new(v.x.hypot(v.z), v.y)) > MOST_DEVIATION * wall)
-    {
+    let mut spread = 0.0_f64;
+    for v in mesh.vertices.iter().step_by(step) {
+        spread = spread.max(surface.spread(DVec2::new(v.x.hypot(v.z), v.y)));
+        if spread > MOST_DEVIATION * surface.wall {
+            return None;
+        }
+    }
+    let wall = wall_thickness(mesh, &tree).min(surface.wall);
+    if spread > MOST_DEVIATION * wall {
         return None;
     }
+    surface.wall = wall;
     let path = surface.slice()?;
     let meridian = Meridian::try_new(surface.pieces(&path)?).ok()?;
     let samples = meridian.pieces().iter().flat_map(|p| [0.25, 0.75].map(|t| p.point(t)));

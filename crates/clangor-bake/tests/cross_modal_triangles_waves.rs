@@ -1,37 +1,18 @@
 //! Modes by boundary elements against modes by finite differences, several in one run.
 
+mod solids;
+
 use std::ops::ControlFlow;
 
-use clangor::geometry::mass_properties::MassProperties;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::model::modal_model::ModalTransfer;
 use clangor::model::modal_surface::ModalSurface;
-use clangor::shape::Shape;
 use clangor_bake::modal_radiation::surface_modes::SurfaceModes;
 use clangor_bake::modal_radiation::triangles::TriangleModes;
 use clangor_bake::modal_radiation::waves::WaveModes;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use glam::DVec3;
-
-fn shape(text: &str) -> TriMesh {
-    let mesh = Shape::parse(text).expect("a shape").mesh();
-    let centre = MassProperties::of(&mesh).expect("a solid").centre_of_mass;
-    mesh.relative_to(centre)
-}
-
-/// Its triangles as faces with straight edges.
-fn faces(mesh: &TriMesh) -> ModalSurface {
-    let mut nodes = mesh.vertices.clone();
-    let mut triangles = Vec::new();
-    for t in &mesh.triangles {
-        let first = nodes.len() as u32;
-        for k in 0..3 {
-            nodes.push(0.5 * (nodes[t[k] as usize] + nodes[t[(k + 1) % 3] as usize]));
-        }
-        triangles.push([t[0], t[1], t[2], first, first + 1, first + 2]);
-    }
-    ModalSurface { nodes, triangles }
-}
+use solids::{faces, shape};
 
 fn solve(
     solver: &dyn ModalSolver,

@@ -287,6 +287,23 @@ pub(crate) enum Picture {
         #[arg(long, value_name = "N", default_value_t = 1)]
         first: usize,
     },
+    /// The spectrum of a sound, with the modes of a body beside it
+    Spectrum {
+        /// A WAV file
+        sound: PathBuf,
+        /// The picture to write
+        #[arg(short, long, value_name = "FILE.png|FILE.svg")]
+        output: PathBuf,
+        /// A model whose modes are drawn as lines
+        #[arg(long, value_name = "MODEL")]
+        modes: Option<PathBuf>,
+        /// Where the picture ends (default: half the sample rate, or 20000)
+        #[arg(long, value_name = "HZ", value_parser = positive)]
+        max_frequency: Option<f64>,
+        /// Channel of the sound, from 1
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        channel: usize,
+    },
     /// How a model radiates: its directivity, and the pressure around the body after a sudden acceleration
     Field {
         /// The model

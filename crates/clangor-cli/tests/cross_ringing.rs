@@ -80,6 +80,17 @@ fn a_struck_disc_rings_at_its_modes() {
     clangor(folder.path(), &[&strike[..], &blow, &end].concat());
     let (sound, rate) = samples(&folder.path().join("strike.wav"));
     assert_at_modes(&peaks(&sound, rate), &frequencies);
+
+    // What the program itself says of the spectrum.
+    let plot = ["--json", "plot", "spectrum", "strike.wav", "--modes", "disc.safetensors"];
+    let told = clangor(folder.path(), &[&plot[..], &["--max-frequency", "6500", "-o", "s.svg"]].concat());
+    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+    let told: Vec<f64> =
+        told["peaks"].as_array().unwrap().iter().map(|p| p["frequency_hz"].as_f64().unwrap()).collect();
+    assert_at_modes(&told, &frequencies);
+    let picture = fs::read_to_string(folder.path().join("s.svg")).unwrap();
+    // The curve, its frame, and two lines at least where modes are.
+    assert!(picture.matches("<polyline").count() > frequencies.len() && picture.contains("strike.wav"));
 }
 
 #[test]
@@ -159,4 +170,16 @@ fn what_cannot_ring_is_told() {
     // Without modes there is nothing to draw.
     let (code, message) = run(&["plot", "modes", "die.safetensors", "-o", "die.png"]);
     assert!(code == Some(1) && message.contains("cannot read"), "{message}");
+    // Nor has a sound a spectrum beyond its own, or a channel that it lacks.
+    let mono =
+        ["strike", "sphere:0.01", "--material", "steel", "--impulse", "0,0.01,0", "--point", "0,-0.01,0"];
+    let (code, message) = run(&[&mono[..], &["--listener", "0,0.3,0", "-o", "click.wav"]].concat());
+    assert_eq!(code, Some(0), "{message}");
+    for (option, value, wanted) in
+        [("--channel", "2", "no channel 2"), ("--max-frequency", "1e6", "is beyond")]
+    {
+        let (code, message) = run(&["plot", "spectrum", "click.wav", option, value, "-o", "click.svg"]);
+        assert!(code == Some(1) && message.contains(wanted), "{message}");
+    }
+    assert!(!folder.path().join("click.svg").exists());
 }

@@ -7,6 +7,15 @@ use std::process::{Command, Output};
 /// A tetrahedron of 2 cm without one of its faces.
 const OPEN: &str = "v 0.01 0.01 0.01\nv 0.01 -0.01 -0.01\nv -0.01 0.01 -0.01\nv -0.01 -0.01 0.01\nf 1 2 3\nf 1 4 2\nf 1 3 4\n";
 
+/// A closed tetrahedron about a place.
+fn tetrahedron(at: [f64; 3], size: [f64; 3], first: usize) -> String {
+    let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+    let vertex = |c: [f64; 3]| (0..3).map(|k| format!(" {}", at[k] + size[k] * c[k])).collect::<String>();
+    let face = |f: [usize; 3]| f.map(|i| format!(" {}", i + first)).concat();
+    let vertices = corners.map(|c| format!("v{}\n", vertex(c))).concat();
+    vertices + &[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]].map(|f| format!("f{}\n", face(f))).concat()
+}
+
 fn clangor(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_clangor"));
     command.args(arguments).current_dir(folder).env("CLANGOR_CACHE", folder.join("cache"));
@@ -37,6 +46,39 @@ fn what_cannot_ring_is_refused_with_a_reason() {
     refuse(&["bowl", "--material", "steel", "--export", "nowhere"], &["nowhere"]);
     refuse(&["coin", "--material", "steel", "--export", "."], &["section"]);
     refuse(&["rock:1x0.2", "--material", "steel", "--max-nodes", "100"], &["nodes", "100 allowed"]);
+}
+
+/// Neither `modes` nor `bake` makes anything of bodies that cannot be filled, or that are two.
+#[test]
+fn what_cannot_be_filled_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: String| fs::write(folder.path().join(name), text).unwrap();
+    let ten = [0.01; 3];
+    let two = tetrahedron([0.0; 3], ten, 1) + &tetrahedron([0.05, 0.0, 0.0], ten, 5);
+    write("two.obj", two);
+    // A foil of a micrometre.
+    write("foil.obj", tetrahedron([0.0; 3], [0.01, 1e-6, 0.01], 1));
+    // A body inside out.
+    write("inverse.obj", tetrahedron([0.0; 3], [-0.01, 0.01, 0.01], 1));
+    let cases: [(&str, &[&str]); 3] =
+        [("two.obj", &["2 parts", "each"]), ("foil.obj", &["FOIL"]), ("inverse.obj", &["outwards"])];
+    for (file, wanted) in cases {
+        refuse(folder.path(), &[file, "--material", "steel", "--export", "."], wanted);
+        let bake =
+            ["bake", file, "--material", "steel", "--parts", "acceleration,modal", "-o", "model.safetensors"];
+        let output = clangor(folder.path(), &bake);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{file}: {message}");
+        for text in wanted {
+            assert!(message.contains(text), "{file}: no {text:?} in {message}");
+        }
+        assert!(!message.contains("panicked"), "{message}");
+    }
+    let left = |ending: &str| {
+        let files = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().path());
+        files.filter(|p| p.to_string_lossy().ends_with(ending)).count()
+    };
+    assert_eq!((left("obj"), left("mtx"), left("safetensors")), (3, 0, 0));
 }
 
 #[test]

@@ -4,12 +4,15 @@
 //!
 //! Times are CPU time of the process over two cores; the paper's are hours of eight cores for the simulation and the fit.
 
+mod cpu_time;
+
 use std::ops::ControlFlow;
 
 use clangor::medium::Medium;
 use clangor::shape::Shape;
 use clangor_bake::acceleration_noise::BakeOptions;
 use clangor_pipeline::sound_models::{ModelRequest, bake_model};
+use cpu_time::cpu_time;
 
 /// Name, shape, accuracy, and what \[PAN\] prints: minutes of simulation and fit, megabytes at 40 × 80 and 5 × 10.
 const MODELS: &[(&str, &str, f64, f64, f64, f64)] = &[
@@ -23,14 +26,6 @@ const MODELS: &[(&str, &str, f64, f64, f64, f64)] = &[
     ("plate", "plate", 1e-2, 54.0 + 7.1 / 60.0, 108.0, 1.8),
     ("mug", "mug", 2e-2, 398.0, 1131.0, 19.0),
 ];
-
-/// CPU time of the process \[s\].
-fn cpu_time() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split_whitespace().collect();
-    let ticks = |i: usize| fields.get(i).and_then(|f| f.parse::<f64>().ok()).unwrap_or(f64::NAN);
-    (ticks(11) + ticks(12)) / 100.0
-}
 
 fn main() {
     let mut wanted: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();

@@ -8,6 +8,7 @@
 //! time from the timeline to the WAV file (contact forces, synthesis, writing), for one microphone; the papers' are of 8 cores.
 //! Fields are baked first, to 20 kHz at 1 % (with the mug to 6 kHz), and kept in the system's temporary folder.
 
+mod cpu_time;
 #[path = "paper_scenes/stage.rs"]
 mod stage;
 

@@ -6,6 +6,7 @@
 //! \[PAN\] Table 1 ends, 0.8/h: 40 × 80 directions, two terms, ε = 0.04. Its time is that of one contact times the number of
 //! sounding bodies in the scene of \[PAN\] Table 2; ours is that of the whole rendering (`pan_table_2`). All times are CPU time.
 
+mod cpu_time;
 #[path = "paper_scenes/stage.rs"]
 mod stage;
 
@@ -22,7 +23,8 @@ use clangor_bake::published::{FieldSampler, Fit, PublishedOptions, fit};
 use clangor_pipeline::sound_models::{ModelRequest, obtain};
 use clangor_pipeline::soundbank::default_bank;
 
-use stage::{Group, Stage, Uniform, cache, cpu_time};
+use cpu_time::cpu_time;
+use stage::{Group, Stage, Uniform, cache};
 
 /// A model of the table.
 struct Model {

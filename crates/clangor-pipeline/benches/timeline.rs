@@ -5,6 +5,7 @@
 //! With a timeline, its rows are repeated one after the other in time until there are enough; without, a rock pile is
 //! imitated. Bars: 16 bytes a row, 10 s of processor time each way, memory independent of the number of rows.
 
+mod cpu_time;
 #[path = "timeline/pile.rs"]
 mod pile;
 
@@ -13,6 +14,7 @@ use std::process::ExitCode;
 
 use clangor::timeline::{ContactRow, TimelineSink};
 use clangor_pipeline::timeline_file::{TimelineHeader, TimelineReader, TimelineWriter};
+use cpu_time::cpu_time;
 
 use pile::{Pile, header};
 
@@ -41,26 +43,26 @@ fn run(rows: u64, source: Option<&Path>) -> Result<(), Box<dyn std::error::Error
     let header = source.as_ref().map_or_else(header, |s| s.header().clone());
 
     // What it costs to make the rows is not what it costs to write them.
-    let start = processor_time();
+    let start = cpu_time();
     feed(rows, source.as_ref(), &header, &mut |_| Ok(()))?;
-    let making = processor_time() - start;
+    let making = cpu_time() - start;
 
-    let start = processor_time();
+    let start = cpu_time();
     let mut writer = TimelineWriter::create(&path, &header, false)?;
     feed(rows, source.as_ref(), &header, &mut |row| writer.contact(row))?;
     writer.finish()?;
-    let writing = processor_time() - start - making;
+    let writing = cpu_time() - start - making;
     let bytes = std::fs::metadata(path.join("contacts.parquet"))?.len();
     let memory_after_writing = peak_memory();
 
-    let start = processor_time();
+    let start = cpu_time();
     let mut impulse = 0.0;
     let mut read = 0;
     for row in TimelineReader::open(&path)?.contacts()? {
         impulse += row?.impulse_n;
         read += 1;
     }
-    let reading = processor_time() - start;
+    let reading = cpu_time() - start;
     println!("rows           {read} (sum of normal impulses {impulse:.6e} N s)");
     println!("bytes a row    {:.2}", bytes as f64 / rows as f64);
     println!("making them    {making:.2} s of processor time, not counted below");
@@ -109,15 +111,6 @@ fn feed(
         round += 1;
     }
     Ok(())
-}
-
-/// User and system time of this process [s]; 0 where `/proc` is missing.
-fn processor_time() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The name of the program, in parentheses, may hold spaces; user and system time are the 12th and 13th after it.
-    let fields: Vec<&str> = stat.rsplit(") ").next().unwrap_or_default().split(' ').collect();
-    let ticks = |i: usize| fields.get(i).and_then(|f| f.parse::<f64>().ok()).unwrap_or(0.0);
-    (ticks(11) + ticks(12)) / 100.0
 }
 
 /// Largest resident memory so far [MB]; 0 where `/proc` is missing.

@@ -17,6 +17,8 @@ pub mod render;
 pub mod simulate;
 pub mod sound_models;
 pub mod soundbank;
+pub mod spectrum;
+pub mod spectrum_plot;
 pub mod timeline_file;
 pub mod validate;
 pub mod wav;

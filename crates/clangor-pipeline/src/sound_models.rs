@@ -92,8 +92,8 @@ pub(crate) fn radiating(surface: &Surface) -> Result<(BakeGeometry, Option<TriMe
         }
         Surface::Mesh(surface) => {
             let mesh = &surface.mesh;
-            let exact = recognise::exact_form(mesh);
-            Ok((exact.unwrap_or_else(|| BakeGeometry::Mesh(mesh.clone())), Some(mesh.clone())))
+            let form = recognise::form(mesh);
+            Ok((form.unwrap_or_else(|| BakeGeometry::Mesh(mesh.clone())), Some(mesh.clone())))
         }
     }
 }

@@ -7,9 +7,11 @@ mod contact;
 mod dynamics;
 mod fields;
 mod geometry;
+mod lamb_sphere;
 mod motion;
 mod radiation;
 mod rendering;
+mod ringing;
 mod scenes;
 
 use std::fmt::Write;
@@ -88,10 +90,11 @@ type Section = fn(Extent, &mut Validation) -> Outcome;
 /// [`ValidationError`] if a check cannot be carried out; a check that fails its bar is in the table.
 pub fn validate(extent: Extent, report: &mut dyn FnMut(&str)) -> Result<Validation, ValidationError> {
     let mut table = Validation::default();
-    let sections: [(&'static str, Section); 8] = [
+    let sections: [(&'static str, Section); 9] = [
         ("contact", contact::run),
         ("radiation", radiation::run),
         ("fields", fields::run),
+        ("ringing", ringing::run),
         ("rendering", rendering::run),
         ("geometry", geometry::run),
         ("dynamics", dynamics::run),

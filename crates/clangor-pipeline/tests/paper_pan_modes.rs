@@ -9,12 +9,14 @@ use std::path::Path;
 
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::material::presets::preset;
-use clangor_bake::acceleration_noise::BakeGeometry;
+use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions};
 use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
 use clangor_bake::modes::solve;
 use clangor_bake::tetrahedra::stuffing::stuff;
 use clangor_bake::vibration::{VibrationOptions, vibration};
+use clangor_pipeline::load::mesh_geometry;
 use clangor_pipeline::mesh_reader::read_mesh;
+use clangor_pipeline::sound_models::ModelRequest;
 
 #[test]
 #[ignore = "needs the authors' meshes, and 25 s of CPU time"]
@@ -37,7 +39,9 @@ fn the_first_modes_of_files_have_converged() {
         println!("{file}: {} nodes, {report:?}", mesh.nodes.len());
         for (mode, reference) in modes.modes.iter().zip(reference) {
             println!("{:.1} Hz, {reference:.1} Hz", mode.frequency);
-            // Seen on grids of 4.4 mm: 1.1e-2 (bowl); 7.3e-4 (coin).
+            // Seen on grids of 4.4 mm: 1.1e-2 (bowl); 7.3e-4 (coin). The walls of the bowl are 1.3 cells thick there, and
+            // a grid fine enough for 1 % takes more than the 30 s that modes may take: the program solves the bowl by its
+            // section, within 1.1e-3 (below).
             assert!((mode.frequency / reference - 1.0).abs() < 0.015, "{file}: {} Hz", mode.frequency);
         }
         assert!(modes.modes.len() >= 4 && modes.residual < 1e-6);
@@ -65,4 +69,22 @@ fn the_bowl_is_solved_by_its_section() {
     }
     assert_eq!(found.modes.len(), 33);
     assert!(found.modes.iter().all(|m| m.mesh_error < 2e-3), "{:?}", found.warnings);
+}
+
+/// So it clicks and radiates its modes as a body of revolution too; the test of `sound_models::recognise` with a bowl of ours
+/// needs no files.
+#[test]
+#[ignore = "needs the authors' meshes"]
+fn the_bowl_sounds_as_a_body_of_revolution() {
+    let Ok(shared) = std::env::var("CLANGOR_SHARED") else {
+        println!("skipped: CLANGOR_SHARED is not set");
+        return;
+    };
+    let mesh = read_mesh(&Path::new(&shared).join("meshes/bowl.obj")).expect("a mesh file");
+    let body = mesh_geometry(mesh, 1.0).expect("a solid");
+    let request = ModelRequest::new("bowl", &body.surface, body.mass, BakeOptions::new(100.0, 1e-2));
+    let request = request.expect("a body that sounds");
+    let BakeGeometry::Revolution(meridian) = request.geometry() else { panic!("not turned") };
+    // Residual seen: FILLV.
+    assert!((meridian.volume() / body.mass.volume - 1.0).abs() < 1e-2, "{}", meridian.volume());
 }

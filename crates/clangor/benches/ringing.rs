@@ -11,9 +11,10 @@
 //!
 //! Words after `--` choose among them.
 
+mod thread_time;
+
 use std::hint::black_box;
-use std::sync::{Arc, LazyLock};
-use std::time::Instant;
+use std::sync::Arc;
 
 use clangor::body::{Body, BodyId, Life, Motion, Surface};
 use clangor::contact::{BodyPulse, ForceProfile, ImpactPulse, PoseHistory};
@@ -30,25 +31,18 @@ use clangor::synthesis::modal::{
 };
 use clangor::synthesis::{Listener, RenderSettings, SampleRate};
 use num_complex::Complex64;
-
-/// Time that this thread has had [s], or else that on the wall; in Linux counted in steps of some milliseconds.
-fn seconds() -> f64 {
-    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let statistics = std::fs::read_to_string("/proc/self/schedstat").ok();
-    let nanoseconds = statistics.and_then(|s| s.split(' ').next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
-}
+use thread_time::thread_time;
 
 /// The least time [s] of several measurements, each of which repeats until the steps of the clock do not matter.
 fn best(mut work: impl FnMut()) -> f64 {
     let mut measure = || {
-        let begin = seconds();
+        let begin = thread_time();
         let mut repeats = 0;
-        while seconds() - begin < 0.1 {
+        while thread_time() - begin < 0.1 {
             work();
             repeats += 1;
         }
-        (seconds() - begin) / f64::from(repeats)
+        (thread_time() - begin) / f64::from(repeats)
     };
     (0..5).map(|_| measure()).fold(f64::INFINITY, f64::min)
 }

@@ -13,9 +13,10 @@
 //! Words after `--` choose the lines that hold one of them: `spheres`, `own`, `ellipsoid`, `bowl`, `mug`, `near`,
 //! `pile`.
 
+mod thread_time;
+
 use std::hint::black_box;
-use std::sync::{Arc, LazyLock};
-use std::time::Instant;
+use std::sync::Arc;
 
 use clangor::body::{BodyId, Surface};
 use clangor::contact::ForceProfile;
@@ -30,6 +31,7 @@ use clangor::synthesis::{
     BlockMemory, Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
 use realfft::num_complex::{Complex32, Complex64};
+use thread_time::thread_time;
 
 const IMPULSES: u32 = 23_000;
 const SECONDS: f64 = 5.0;
@@ -76,14 +78,6 @@ fn clicks(sources: &[SoundSource], radius: f64, impulses: u32) -> Vec<Click> {
     clicks
 }
 
-/// Time that this thread has had [s], or else that on the wall; in Linux counted in steps of some milliseconds.
-fn seconds() -> f64 {
-    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let statistics = std::fs::read_to_string("/proc/self/schedstat").ok();
-    let nanoseconds = statistics.and_then(|s| s.split(' ').next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
-}
-
 /// Renders everything.
 fn render(clicks: &[Click], receivers: usize, floor: Floor) {
     let track = Track::fixed(Pose::at(DVec3::new(1.0, 1.8, 1.0)));
@@ -105,13 +99,13 @@ fn render(clicks: &[Click], receivers: usize, floor: Floor) {
 /// The least time [s] of several measurements, each of which repeats until the steps of the clock do not matter.
 fn best(clicks: &[Click], receivers: usize, floor: Floor) -> f64 {
     let measure = || {
-        let begin = seconds();
+        let begin = thread_time();
         let mut repeats = 0;
-        while seconds() - begin < LEAST_SECONDS {
+        while thread_time() - begin < LEAST_SECONDS {
             render(clicks, receivers, floor);
             repeats += 1;
         }
-        (seconds() - begin) / f64::from(repeats)
+        (thread_time() - begin) / f64::from(repeats)
     };
     (0..MEASUREMENTS).map(|_| measure()).fold(f64::INFINITY, f64::min)
 }
@@ -236,16 +230,16 @@ fn near(asked: &Asked) {
     let pressures: Vec<Complex32> = (0..vertices * DEGREES * nodes.len()).map(pressure).collect();
     let near = NearField::from_pressures(surface, nodes.len(), &pressures);
     let mut values = Vec::new();
-    let begin = seconds();
+    let begin = thread_time();
     let mut repeats = 0;
-    while seconds() - begin < 5.0 * LEAST_SECONDS {
+    while thread_time() - begin < 5.0 * LEAST_SECONDS {
         near.at_nodes(nodes, &[1.0; DEGREES], DVec3::new(0.5, 0.7, 0.4), &mut values);
         black_box(&values);
         repeats += 1;
     }
     println!(
         "near field of {vertices} vertices, {triangles} triangles, 38 nodes: {:.1} ms per body-impulse and receiver",
-        1e3 * (seconds() - begin) / f64::from(repeats)
+        1e3 * (thread_time() - begin) / f64::from(repeats)
     );
 }
 

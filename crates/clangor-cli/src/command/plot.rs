@@ -3,15 +3,19 @@
 use std::path::Path;
 
 use clangor::medium::Medium;
+use clangor::model::modal_file::ModalPart;
 use clangor_pipeline::atomic_file::write_atomically;
 use clangor_pipeline::field_plot::{self, FieldPlot};
 use clangor_pipeline::mode_plot::{self, ModePlot};
 use clangor_pipeline::picture::{Canvas, Raster, Svg};
 use clangor_pipeline::sound_models::{SoundFile, read_model, read_sound_file};
+use clangor_pipeline::spectrum::Spectrum;
+use clangor_pipeline::spectrum_plot::{self, SpectrumPlot};
+use clangor_pipeline::wav::WavReader;
 use serde_json::json;
 
 use crate::arguments::{Degree, Picture, Plot};
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Plot, console: &Console) -> Result<(), Failure> {
@@ -20,6 +24,9 @@ pub(crate) fn run(options: &Plot, console: &Console) -> Result<(), Failure> {
             field(model, output, *degree, *frequency, console)
         }
         Picture::Modes { model, output, first } => modes(model, output, *first, console),
+        Picture::Spectrum { sound, output, modes, max_frequency, channel } => {
+            spectrum(sound, output, modes.as_deref(), *max_frequency, *channel, console)
+        }
     }
 }
 
@@ -35,13 +42,7 @@ fn canvas(output: &Path, width: usize, height: usize) -> Result<Box<dyn Canvas>,
 /// Shapes of modes.
 fn modes(path: &Path, output: &Path, first: usize, console: &Console) -> Result<(), Failure> {
     let mut canvas = canvas(output, mode_plot::WIDTH, mode_plot::HEIGHT)?;
-    let (name, part) = match read_sound_file(path).map_err(Failure::new)? {
-        SoundFile::Modal(file) => (file.solid.name, Some(file.modal)),
-        SoundFile::Model(file) => (file.solid.name, file.modal),
-        SoundFile::Published(file) => (file.solid.name, None),
-        SoundFile::Bank(_) => (String::new(), None),
-    };
-    let part = part.ok_or_else(|| Failure::new(format_args!("{}: {NO_MODES}", path.display())))?;
+    let (name, part) = modal_part(path)?;
     let plot = ModePlot { name: format!("{name}, {}", part.origin.material), first };
     let drawn = plot
         .draw(&part.model, part.origin.first_frequency, canvas.as_mut())
@@ -52,6 +53,92 @@ fn modes(path: &Path, output: &Path, first: usize, console: &Console) -> Result<
     console
         .json(&json!({ "picture": output, "first": first, "last": last, "modes": part.model.modes.len() }));
     Ok(())
+}
+
+/// The name of a body and its modes.
+fn modal_part(path: &Path) -> Result<(String, ModalPart), Failure> {
+    let (name, part) = match read_sound_file(path).map_err(Failure::new)? {
+        SoundFile::Modal(file) => (file.solid.name, Some(file.modal)),
+        SoundFile::Model(file) => (file.solid.name, file.modal),
+        SoundFile::Published(file) => (file.solid.name, None),
+        SoundFile::Bank(_) => (String::new(), None),
+    };
+    let part = part.ok_or_else(|| Failure::new(format_args!("{}: {NO_MODES}", path.display())))?;
+    Ok((name, part))
+}
+
+/// The spectrum of a sound.
+fn spectrum(
+    sound: &Path,
+    output: &Path,
+    model: Option<&Path>,
+    max_frequency: Option<f64>,
+    channel: usize,
+    console: &Console,
+) -> Result<(), Failure> {
+    let mut canvas = canvas(output, spectrum_plot::WIDTH, spectrum_plot::HEIGHT)?;
+    let failure = |e: &dyn std::fmt::Display| Failure::new(format_args!("{}: {e}", sound.display()));
+    let (samples, rate) = one_channel(sound, channel)?;
+    let half = 0.5 * rate;
+    let end = max_frequency.unwrap_or(half.min(20_000.0));
+    if end > half {
+        return Err(failure(&format_args!("it ends at {half} Hz, half its sample rate; {end} Hz is beyond")));
+    }
+    let spectrum = Spectrum::of(&samples, rate).map_err(|e| failure(&e))?;
+    let modes: Vec<f64> = match model {
+        Some(model) => modal_part(model)?.1.model.modes.iter().map(|m| m.frequency).collect(),
+        None => Vec::new(),
+    };
+    let name = sound.file_name().unwrap_or_default().to_string_lossy();
+    let title = match channel {
+        1 => format!("Spectrum of {name}"),
+        channel => format!("Spectrum of {name}, channel {channel}"),
+    };
+    SpectrumPlot { title, max_frequency: end, modes: &modes }.draw(&spectrum, canvas.as_mut());
+    write_atomically(output, &canvas.encode().map_err(Failure::new)?).map_err(Failure::new)?;
+    let peaks = spectrum.peaks(end, PEAK_DEPTH);
+    let off = |f: f64| modes.iter().map(|m| f - m).min_by(|a, b| a.abs().total_cmp(&b.abs()));
+    console.say(format_args!(
+        "{}: {} within {PEAK_DEPTH} dB of the highest",
+        output.display(),
+        counted(peaks.len(), "peak", "peaks")
+    ));
+    for peak in &peaks {
+        let beside = off(peak.frequency).map_or(String::new(), |d| format!(", {d:+.1} Hz from a mode"));
+        console.say(format_args!("{:>10.1} Hz {:>6.1} dB{beside}", peak.frequency, peak.level));
+    }
+    console.json(&json!({
+        "picture": output,
+        "max_frequency_hz": end,
+        "peaks": peaks.iter().map(|p| json!({
+            "frequency_hz": p.frequency,
+            "level_db": p.level,
+            "from_mode_hz": off(p.frequency),
+        })).collect::<Vec<_>>(),
+    }));
+    Ok(())
+}
+
+/// Peaks that are told, below the highest [dB].
+const PEAK_DEPTH: f64 = 60.0;
+
+/// The samples of a channel, counted from 1, and their rate \[Hz\].
+fn one_channel(path: &Path, channel: usize) -> Result<(Vec<f32>, f64), Failure> {
+    let mut reader = WavReader::open(path).map_err(Failure::new)?;
+    let (rate, channels) = (f64::from(reader.info().sample_rate), usize::from(reader.info().channels));
+    if !(1..=channels).contains(&channel) {
+        return Err(Failure::new(format_args!(
+            "{}: there is no channel {channel}; it has {}",
+            path.display(),
+            counted(channels, "channel", "channels")
+        )));
+    }
+    let (mut samples, mut block) = (Vec::new(), Vec::new());
+    while reader.read(&mut block, 1 << 16).map_err(Failure::new)? > 0 {
+        samples.extend(block.iter().skip(channel - 1).step_by(channels));
+        block.clear();
+    }
+    Ok((samples, rate))
 }
 
 /// What to say of a file without modes.

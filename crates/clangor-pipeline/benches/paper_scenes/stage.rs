@@ -28,6 +28,8 @@ use clangor_pipeline::sound_models::ringers::Ringers;
 use clangor_pipeline::sound_models::sources::{SourceSettings, sources};
 use clangor_pipeline::wav::SampleFormat;
 
+use crate::cpu_time::cpu_time;
+
 /// Some equal bodies, or some of one kind: `{n}` in the shape is their number.
 pub(crate) struct Group {
     pub(crate) shape: &'static str,
@@ -243,14 +245,6 @@ pub(crate) struct Rendered {
     pub(crate) seconds: f64,
     /// Clicks: bodies that sounded, over all impulses.
     pub(crate) clicks: u64,
-}
-
-/// CPU time of the process \[s\].
-pub(crate) fn cpu_time() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split_whitespace().collect();
-    let ticks = |i: usize| fields.get(i).and_then(|f| f.parse::<f64>().ok()).unwrap_or(f64::NAN);
-    (ticks(11) + ticks(12)) / 100.0
 }
 
 /// Where fields are kept between runs of the benches.

@@ -4,6 +4,9 @@
 //! The solvers are cheaper and sharper on exact forms. The form is read off the mesh and not off the scene, so that a
 //! shape, a mesh file and a timeline's copy of either have the same model. It counts when all vertices lie on it and the
 //! triangles nowhere leave it by more than a small part of the size: a cube's corners lie on a sphere too.
+//!
+//! A mesh of none of these forms may still be turned about y, but for the roughness of its triangles. It then sounds as
+//! the body of its section (`clangor_bake::meridian_fit`).
 
 use std::f64::consts::TAU;
 
@@ -13,6 +16,7 @@ use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::{DMat3, DVec2, DVec3};
 use clangor::shape::{Form, Shape};
 use clangor_bake::acceleration_noise::BakeGeometry;
+use clangor_bake::meridian_fit::fitted_meridian;
 
 /// Largest distance of a vertex from the form, over the bounding radius: files keep 7 digits.
 const ON_FORM: f64 = 2e-6;
@@ -21,6 +25,16 @@ const ON_FORM: f64 = 2e-6;
 const CHORD: f64 = 1e-2;
 /// Longest semi-axis of an ellipsoid over the distance of its farthest vertex: a mesh need not have one at its ends.
 const MOST_BEYOND: f64 = 1.2;
+
+/// The form that a mesh about its centre of mass stands for.
+pub(super) fn form(mesh: &TriMesh) -> Option<BakeGeometry> {
+    let turned = || {
+        let fit = fitted_meridian(mesh)?;
+        let near = fit.deviation <= CHORD * mesh.bounding_radius(DVec3::ZERO);
+        near.then_some(BakeGeometry::Revolution(fit.meridian))
+    };
+    exact_form(mesh).or_else(turned)
+}
 
 /// The form that the vertices of a mesh about its centre of mass lie on.
 pub(super) fn exact_form(mesh: &TriMesh) -> Option<BakeGeometry> {
@@ -165,7 +179,7 @@ mod tests {
     fn form_of(shape: &str) -> Option<BakeGeometry> {
         let (surface, _) = Shape::parse(shape).unwrap().surface().unwrap();
         match surface {
-            Surface::Mesh(surface) => exact_form(&surface.mesh),
+            Surface::Mesh(surface) => form(&surface.mesh),
             _ => None,
         }
     }
@@ -199,6 +213,25 @@ mod tests {
             let Some(BakeGeometry::Revolution(found)) = form_of(shape) else { panic!("{shape}") };
             assert!((found.volume() / exact.volume() - 1.0).abs() < 1e-9, "{shape}");
         }
+    }
+
+    /// Of no size of the library, and of single precision: a mesh from elsewhere.
+    #[test]
+    fn foreign_bowls_find_their_section_too() {
+        let (surface, mass) = Shape::parse("bowl").unwrap().surface().unwrap();
+        let Surface::Mesh(surface) = surface else { panic!("a mesh") };
+        let mut mesh = surface.mesh;
+        mesh.vertices.iter_mut().for_each(|v| *v = (1.07 * *v).as_vec3().as_dvec3());
+        assert_eq!(exact_form(&mesh), None);
+        let Some(BakeGeometry::Revolution(found)) = form(&mesh) else { panic!("a body of revolution") };
+        let lost = found.volume() / (1.07_f64.powi(3) * mass.volume) - 1.0;
+        // Residual seen: FILL.
+        assert!(lost.abs() < 1e-2, "{lost:.1e}");
+        // Its middle stays where the mesh has it.
+        assert!(found.centre_of_mass().abs() < 1e-3 * found.bounding_radius());
+        // A dent a tenth as deep as the bowl is wide is no roughness.
+        mesh.vertices.iter_mut().for_each(|v| v.x *= if v.x > 0.05 { 0.8 } else { 1.0 });
+        assert_eq!(form(&mesh), None);
     }
 
     #[test]

@@ -125,6 +125,7 @@ impl Floor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::medium::Medium;
     use crate::pose::Keyframe;
 
     #[test]
@@ -134,8 +135,9 @@ mod tests {
         let supersonic = Track::try_new(vec![key(0.0, 10.0), key(1.0, 900.0)]).unwrap();
         for track in [slow, supersonic, Track::fixed(Pose::at(DVec3::X * 10.0))] {
             let listener = Listener::mono("microphone", track);
-            let (t, position) = listener.arrival(0, (DVec3::ZERO, 0.1), 0.02, 343.2);
-            let travelled = 0.1 + (t - 0.02) * 343.2;
+            let speed = Medium::AIR.sound_speed;
+            let (t, position) = listener.arrival(0, (DVec3::ZERO, 0.1), 0.02, speed);
+            let travelled = 0.1 + (t - 0.02) * speed;
             // Residual seen: 2e-13 m (supersonic).
             assert!((position.length() - travelled).abs() < 1e-11, "{position} against {travelled}");
         }

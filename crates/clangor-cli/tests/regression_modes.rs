@@ -7,13 +7,14 @@ use std::process::{Command, Output};
 /// A tetrahedron of 2 cm without one of its faces.
 const OPEN: &str = "v 0.01 0.01 0.01\nv 0.01 -0.01 -0.01\nv -0.01 0.01 -0.01\nv -0.01 -0.01 0.01\nf 1 2 3\nf 1 4 2\nf 1 3 4\n";
 
-/// A closed tetrahedron about a place.
-fn tetrahedron(at: [f64; 3], size: [f64; 3], first: usize) -> String {
-    let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
-    let vertex = |c: [f64; 3]| (0..3).map(|k| format!(" {}", at[k] + size[k] * c[k])).collect::<String>();
-    let face = |f: [usize; 3]| f.map(|i| format!(" {}", i + first)).concat();
-    let vertices = corners.map(|c| format!("v{}\n", vertex(c))).concat();
-    vertices + &[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]].map(|f| format!("f{}\n", face(f))).concat()
+/// A cuboid about a place, with half its edges; its first vertex has the number `first`.
+fn cuboid(at: [f64; 3], half: [f64; 3], first: usize) -> String {
+    let corner = |n: usize| (0..3).map(move |k| at[k] + half[k] * if n >> k & 1 == 1 { 1.0 } else { -1.0 });
+    let vertex = |n: usize| corner(n).map(|x| format!(" {x}")).collect::<String>();
+    let vertices = (0..8).map(|n| format!("v{}\n", vertex(n))).collect::<String>();
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let face = |f: [usize; 4]| format!("f{}\n", f.map(|i| format!(" {}", i + first)).concat());
+    vertices + &faces.map(face).concat()
 }
 
 fn clangor(folder: &Path, arguments: &[&str]) -> Output {
@@ -48,20 +49,20 @@ fn what_cannot_ring_is_refused_with_a_reason() {
     refuse(&["rock:1x0.2", "--material", "steel", "--max-nodes", "100"], &["nodes", "100 allowed"]);
 }
 
-/// Neither `modes` nor `bake` makes anything of bodies that cannot be filled, or that are two.
+/// Neither `modes` nor `bake` makes anything of surfaces that bound no solid, or bound two.
 #[test]
 fn what_cannot_be_filled_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: String| fs::write(folder.path().join(name), text).unwrap();
-    let ten = [0.01; 3];
-    let two = tetrahedron([0.0; 3], ten, 1) + &tetrahedron([0.05, 0.0, 0.0], ten, 5);
+    let two = cuboid([0.0; 3], [0.01; 3], 1) + &cuboid([0.05, 0.0, 0.0], [0.01; 3], 9);
     write("two.obj", two);
-    // A foil of a micrometre.
-    write("foil.obj", tetrahedron([0.0; 3], [0.01, 1e-6, 0.01], 1));
-    // A body inside out.
-    write("inverse.obj", tetrahedron([0.0; 3], [-0.01, 0.01, 0.01], 1));
-    let cases: [(&str, &[&str]); 3] =
-        [("two.obj", &["2 parts", "each"]), ("foil.obj", &["FOIL"]), ("inverse.obj", &["outwards"])];
+    write("inverse.obj", cuboid([0.0; 3], [-0.01, 0.01, 0.01], 1));
+    write("open.obj", OPEN.into());
+    let cases: [(&str, &[&str]); 3] = [
+        ("two.obj", &["2 parts", "give each a body of its own"]),
+        ("inverse.obj", &["faces inwards", "flip"]),
+        ("open.obj", &["open", "near"]),
+    ];
     for (file, wanted) in cases {
         refuse(folder.path(), &[file, "--material", "steel", "--export", "."], wanted);
         let bake =

@@ -12,7 +12,7 @@ pub const HEIGHT: usize = 480;
 
 /// The lowest level that is drawn, against the highest [dB].
 pub const DEPTH: f64 = 80.0;
-/// What lies below the curve.
+/// Lines of modes, and the curve over them.
 const MODE: Colour = [235, 150, 120];
 const CURVE: Colour = [30, 70, 190];
 
@@ -38,15 +38,10 @@ impl SpectrumPlot<'_> {
         let below = DVec2::new(corner.x + 0.5 * extent.x, bottom + 40.0);
         canvas.text(below, Align::Middle, TextStyle::Label, "frequency [Hz]");
         canvas.text(DVec2::new(corner.x - 8.0, 48.0), Align::Middle, TextStyle::Label, "level [dB]");
-        for level in (0..).map(|k| -20.0 * f64::from(k)).take_while(|level| *level >= -DEPTH) {
-            let y = height(level);
+        for below in (0..=DEPTH as i32).step_by(20) {
+            let y = height(-f64::from(below));
             canvas.line(&[DVec2::new(corner.x, y), DVec2::new(right, y)], 1.0, GREY);
-            canvas.text(
-                DVec2::new(corner.x - 6.0, y),
-                Align::Right,
-                TextStyle::Label,
-                &format!("{level:.0}"),
-            );
+            canvas.text(DVec2::new(corner.x - 6.0, y), Align::Right, TextStyle::Label, &(-below).to_string());
         }
         let step = tick(self.max_frequency);
         for f in (0..).map(|k| step * f64::from(k)).take_while(|f| *f <= self.max_frequency * (1.0 + 1e-9)) {

@@ -112,6 +112,12 @@ pub fn stuff(surface: &TriMesh, edge: f64) -> Result<(TetMesh, StuffingReport), 
             return Err(StuffingError::TooFine { edge, wall, points });
         }
         let Clipped { points, tetrahedra } = Grid::new(surface, &tree, edge).clip();
+        if tetrahedra.is_empty() {
+            // All of the body fell between the points of the grid.
+            failure = StuffingError::Unresolved { edge, volume_error: -1.0, found: 0, expected, wall };
+            edge *= REFINEMENT;
+            continue;
+        }
         let nearest = |p: DVec3| tree.nearest(surface, p).map_or(p, |n| n.position);
         let mesh = TetMesh::curved(points, &tetrahedra, |middle, _, _| nearest(middle))?;
         let faces: Vec<[u32; 3]> = mesh.surface().iter().map(|f| [f[0], f[1], f[2]]).collect();

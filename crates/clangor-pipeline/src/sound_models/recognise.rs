@@ -225,12 +225,12 @@ mod tests {
         assert_eq!(exact_form(&mesh), None);
         let Some(BakeGeometry::Revolution(found)) = form(&mesh) else { panic!("a body of revolution") };
         let lost = found.volume() / (1.07_f64.powi(3) * mass.volume) - 1.0;
-        // Residual seen: FILL.
+        // Residual seen: 9e-4, of the facets.
         assert!(lost.abs() < 1e-2, "{lost:.1e}");
         // Its middle stays where the mesh has it.
         assert!(found.centre_of_mass().abs() < 1e-3 * found.bounding_radius());
-        // A dent a tenth as deep as the bowl is wide is no roughness.
-        mesh.vertices.iter_mut().for_each(|v| v.x *= if v.x > 0.05 { 0.8 } else { 1.0 });
+        // An oval bowl is none.
+        mesh.vertices.iter_mut().for_each(|v| v.x *= 0.8);
         assert_eq!(form(&mesh), None);
     }
 

@@ -32,7 +32,7 @@ use crate::tetrahedra::TetMesh;
 use anchored_factor::AnchoredFactor;
 use balance::Balance;
 pub use fracture_mesh::{FractureMeshError, fracture_mesh};
-use recovery::{Fields, Recovery};
+use recovery::Recovery;
 use surface_loads::SurfaceLoads;
 pub use symmetric_tensor::SymmetricTensor;
 use unit_loads::UnitLoads;
@@ -50,7 +50,7 @@ pub struct StressOptions {
     /// Radius over which a contact force is spread \[m\], no less than an edge of the mesh; `None` for 1 % of the longest
     /// extent of the body.
     pub contact_radius: Option<f64>,
-    /// Room for stored columns [bytes].
+    /// Room for stored columns \[bytes\].
     pub cache_bytes: usize,
 }
 
@@ -96,16 +96,16 @@ pub enum ElastostaticsError {
     /// The radius of contacts makes no sense.
     #[error("the contact radius is {0} m, but must not be negative")]
     ContactRadius(f64),
-    /// A load is not finite.
-    #[error("load {index} is not finite")]
+    /// A load or displacement is not finite.
+    #[error("load or displacement {index} is not finite")]
     Load {
         /// Which.
         index: usize,
     },
-    /// Forces do not fit the mesh.
-    #[error("there are {forces} forces for {nodes} nodes")]
+    /// Forces or displacements do not fit the mesh.
+    #[error("there are {forces} vectors for {nodes} nodes")]
     ForceCount {
-        /// Forces given.
+        /// How many are given.
         forces: usize,
         /// Nodes there are.
         nodes: usize,
@@ -265,29 +265,36 @@ impl StressBody {
     /// # Errors
     /// [`ElastostaticsError::ForceCount`], [`ElastostaticsError::Load`].
     pub fn solve_forces(&self, mut forces: Vec<DVec3>) -> Result<Deformation, ElastostaticsError> {
-        let nodes = self.mesh.nodes.len();
-        if forces.len() != nodes {
-            return Err(ElastostaticsError::ForceCount { forces: forces.len(), nodes });
-        }
-        if let Some(index) = forces.iter().position(|f| !f.is_finite()) {
-            return Err(ElastostaticsError::Load { index });
-        }
-        self.balance.balance(&mut forces);
+        self.check(&forces)?;
+        let motion = self.balance.motion(&forces);
         let mut displacement: Vec<f64> = forces.iter().flat_map(|f| f.to_array()).collect();
-        self.factor.solve(&mut displacement, 1);
+        self.factor.solve(&mut displacement, &[motion]);
+        forces.iter_mut().zip(self.balance.forces_of(motion)).for_each(|(f, r)| *f -= r);
         let mut displacement: Vec<DVec3> = displacement.chunks_exact(3).map(DVec3::from_slice).collect();
         self.balance.remove_rigid_motion(&mut displacement);
         let strain_energy = 0.5 * displacement.iter().zip(&forces).map(|(u, f)| u.dot(*f)).sum::<f64>();
-        let Fields { corner_stress, element_stress, element_energy_density, corner_energy_density } =
-            self.recovery.fields(&self.mesh, &displacement);
-        Ok(Deformation {
-            displacement,
-            strain_energy,
-            corner_stress,
-            element_stress,
-            corner_energy_density,
-            element_energy_density,
-        })
+        Ok(Deformation { strain_energy, ..self.recovery.deformation(&self.mesh, displacement) })
+    }
+
+    /// Stress and energy of a given displacement of the nodes \[m\].
+    ///
+    /// # Errors
+    /// [`ElastostaticsError::ForceCount`], [`ElastostaticsError::Load`].
+    pub fn deformation_of(&self, displacement: Vec<DVec3>) -> Result<Deformation, ElastostaticsError> {
+        self.check(&displacement)?;
+        Ok(self.recovery.deformation(&self.mesh, displacement))
+    }
+
+    /// Whether there is one finite vector for each node.
+    fn check(&self, vectors: &[DVec3]) -> Result<(), ElastostaticsError> {
+        let nodes = self.mesh.nodes.len();
+        if vectors.len() != nodes {
+            return Err(ElastostaticsError::ForceCount { forces: vectors.len(), nodes });
+        }
+        match vectors.iter().position(|f| !f.is_finite()) {
+            Some(index) => Err(ElastostaticsError::Load { index }),
+            None => Ok(()),
+        }
     }
 
     /// An upper bound of the largest principal stress under contact forces \[Pa\], without a solve; `None` where the body
@@ -337,16 +344,17 @@ impl StressBody {
         let nodes = self.mesh.nodes.len();
         let frames: Vec<DMat3> = vertices.iter().map(|v| self.loads.frame(*v)).collect();
         let mut columns = Vec::with_capacity(9 * vertices.len() * nodes);
+        let mut motions = Vec::with_capacity(3 * vertices.len());
         for (vertex, frame) in vertices.iter().zip(&frames) {
             let patch = self.loads.patch(*vertex);
             for axis in 0..3 {
                 let mut forces = vec![DVec3::ZERO; nodes];
                 patch.iter().for_each(|(node, share)| forces[*node as usize] = frame.col(axis) * *share);
-                self.balance.balance(&mut forces);
+                motions.push(self.balance.motion(&forces));
                 columns.extend(forces.iter().flat_map(|f| f.to_array()));
             }
         }
-        self.factor.solve(&mut columns, 3 * vertices.len());
+        self.factor.solve(&mut columns, &motions);
         for ((vertex, frame), columns) in vertices.iter().zip(frames).zip(columns.chunks_exact(9 * nodes)) {
             let stress = std::array::from_fn(|axis| {
                 let column = &columns[3 * nodes * axis..3 * nodes * (axis + 1)];
@@ -382,7 +390,7 @@ impl StressBody {
 fn is_curved(nodes: &[DVec3; 10]) -> bool {
     crate::tetrahedra::EDGES.iter().zip(&nodes[4..]).any(|([a, b], middle)| {
         let (a, b) = (nodes[*a], nodes[*b]);
-        // A comparison that is false for NaN.
-        !(middle.distance(0.5 * (a + b)) <= STRAIGHT * a.distance(b))
+        let off = middle.distance(0.5 * (a + b)) - STRAIGHT * a.distance(b);
+        off.is_nan() || off > 0.0
     })
 }

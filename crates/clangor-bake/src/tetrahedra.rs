@@ -11,6 +11,7 @@
 
 pub mod ball;
 pub mod block;
+pub mod dish;
 pub mod quality;
 pub mod round;
 mod shape_mesh;

@@ -24,7 +24,6 @@ use crate::modes::ModalError;
 use crate::tetrahedra::stuffing::StuffingError;
 use crate::turned_body::TurnedBody;
 use filled_body::FilledBody;
-pub(crate) use filled_body::rounded_box;
 
 /// How to find modes.
 #[derive(Clone, Copy, Debug, PartialEq)]

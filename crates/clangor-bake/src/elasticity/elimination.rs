@@ -9,7 +9,8 @@ use faer::Side;
 use faer::perm::PermRef;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky, supernodal::SymbolicSupernodalCholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use glam::DMat3;
@@ -27,6 +28,8 @@ pub(crate) struct OutOfMemory {
 /// Order and pattern. The factor is supernodal: columns of the same pattern are one dense block.
 pub(crate) struct Elimination {
     cholesky: SymbolicCholesky<usize>,
+    /// Which unknown is eliminated first, second and so on.
+    order: Vec<usize>,
     /// Column starts and rows of the lower half of the matrix, by unknowns.
     starts: Vec<usize>,
     rows: Vec<usize>,
@@ -46,7 +49,7 @@ impl Elimination {
         let ordering = SymmetricOrdering::Custom(permutation);
         let cholesky = factorize_symbolic_cholesky(pattern, Side::Lower, ordering, parameters)
             .map_err(|_| OutOfMemory { unknowns: size })?;
-        Ok(Elimination { cholesky, starts, rows })
+        Ok(Elimination { cholesky, order: forward, starts, rows })
     }
 
     /// Number of unknowns.
@@ -56,6 +59,18 @@ impl Elimination {
 
     pub(crate) fn cholesky(&self) -> &SymbolicCholesky<usize> {
         &self.cholesky
+    }
+
+    /// Columns of the factor that have the same pattern, as blocks.
+    pub(crate) fn supernodes(&self) -> &SymbolicSupernodalCholesky<usize> {
+        match self.cholesky.raw() {
+            SymbolicCholeskyRaw::Supernodal(symbolic) => symbolic,
+            SymbolicCholeskyRaw::Simplicial(_) => unreachable!("new demands supernodes"),
+        }
+    }
+
+    pub(crate) fn order(&self) -> &[usize] {
+        &self.order
     }
 
     pub(crate) fn out_of_memory(&self) -> OutOfMemory {
@@ -97,10 +112,10 @@ impl Elimination {
     /// Cuts unknowns off from all others: their rows and columns keep the diagonal only.
     pub(crate) fn detach(&self, entries: &mut [f64], held: &[usize]) {
         for column in 0..self.size() {
-            for place in self.starts[column]..self.starts[column + 1] {
-                let row = self.rows[place];
-                if row != column && (held.contains(&row) || held.contains(&column)) {
-                    entries[place] = 0.0;
+            let range = self.starts[column]..self.starts[column + 1];
+            for (row, entry) in self.rows[range.clone()].iter().zip(&mut entries[range]) {
+                if *row != column && (held.contains(row) || held.contains(&column)) {
+                    *entry = 0.0;
                 }
             }
         }

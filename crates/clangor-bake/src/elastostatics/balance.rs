@@ -15,6 +15,29 @@ use glam::{DMat3, DVec3};
 use super::Reaction;
 use crate::elasticity::ElasticSystem;
 
+/// A rigid motion about the centre.
+#[derive(Clone, Copy)]
+pub(super) struct Motion {
+    pub(super) along: DVec3,
+    pub(super) about: DVec3,
+}
+
+impl Motion {
+    /// Unit motions along and about x, y, z.
+    pub(super) fn units() -> [Self; 6] {
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        std::array::from_fn(|k| match k {
+            0..3 => Motion { along: axes[k], about: DVec3::ZERO },
+            _ => Motion { along: DVec3::ZERO, about: axes[k - 3] },
+        })
+    }
+
+    pub(super) fn to_array(self) -> [f64; 6] {
+        let (a, b) = (self.along, self.about);
+        [a.x, a.y, a.z, b.x, b.y, b.z]
+    }
+}
+
 /// W of a mesh, by its products with translations and turns.
 pub(super) struct Balance {
     /// Positions about the centre \[m\].
@@ -53,14 +76,16 @@ impl Balance {
         Balance { arms, weights, moments, total, inverse_inertia: inertia.inverse() }
     }
 
-    /// Takes from forces what would move the body.
-    pub(super) fn balance(&self, forces: &mut [DVec3]) {
+    /// How forces move the body: its acceleration, along and about each axis, for the mass for W.
+    pub(super) fn motion(&self, forces: &[DVec3]) -> Motion {
         let force: DVec3 = forces.iter().sum();
-        let torque: DVec3 = self.arms.iter().zip(forces.iter()).map(|(x, f)| x.cross(*f)).sum();
-        let (push, turn) = (force / self.total, self.inverse_inertia * torque);
-        for ((f, w), s) in forces.iter_mut().zip(&self.weights).zip(&self.moments) {
-            *f -= push * *w + turn.cross(*s);
-        }
+        let torque: DVec3 = self.arms.iter().zip(forces).map(|(x, f)| x.cross(*f)).sum();
+        Motion { along: force / self.total, about: self.inverse_inertia * torque }
+    }
+
+    /// The forces W T a that a motion takes.
+    pub(super) fn forces_of(&self, motion: Motion) -> impl Iterator<Item = DVec3> {
+        self.weights.iter().zip(&self.moments).map(move |(w, s)| motion.along * *w + motion.about.cross(*s))
     }
 
     /// Takes from a displacement what does not deform the body.

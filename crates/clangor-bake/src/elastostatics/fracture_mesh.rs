@@ -1,25 +1,30 @@
 //! A mesh of straight tetrahedra for the stress and the breaking of a body.
 //!
 //! The edges of its elements bound the smallest pieces that make sense, and its nodes decide what a solve costs; so its
-//! size is chosen by nodes. Boxes are grids of cells, plates of them with two layers where nodes allow; ellipsoids are
-//! divided icosahedra; bodies of revolution are turned triangles; anything else is filled with a grid that is cut at the
-//! surface.
+//! size is chosen by nodes. Boxes, rounded ones too, are grids of cells, thin ones with two layers where nodes allow;
+//! ellipsoids are divided icosahedra; plates, bowls and coins are discs of cells; other bodies of revolution are turned
+//! triangles; anything else is filled with a grid that is cut at the surface.
 //!
 //! Straight edges cut corners off round bodies. The mesh is scaled to the volume of the body and moved to its centre of
 //! mass, so that mass is kept; its moments of inertia are then off by about the part of the volume that was missing.
+
+use std::f64::consts::{PI, TAU};
 
 use clangor::geometry::mass_properties::MassProperties;
 use clangor::geometry::meridian::Meridian;
 use glam::DVec3;
 
 use crate::acceleration_noise::BakeGeometry;
+use crate::meridian_fit::fitted_meridian;
+use crate::tetrahedra::dish::Dish;
 use crate::tetrahedra::stuffing::{StuffingError, stuff};
 use crate::tetrahedra::{TetMesh, TetMeshError, ball, block, turned};
 use crate::turned_body::section_mesh::SectionMesh;
-use crate::vibration::rounded_box;
 
 /// Nodes, middles of edges included, where no edge is asked for.
 const NODES: usize = 10_000;
+/// Elements from the middle of an ellipsoid to its surface for about as many.
+const BALL_DIVISIONS: f64 = 7.0;
 /// Most nodes of a mesh: its factor takes about two gigabytes.
 const MOST_NODES: usize = 80_000;
 /// Edge over the thickness of a plate up to which two layers are worth their nodes.
@@ -32,6 +37,7 @@ const SECTION_EDGE: f64 = 2.0;
 const LEAST_SECTORS: f64 = 12.0;
 /// How much finer each trial is.
 const STEP: f64 = 0.93;
+const MOST_STEPS: i32 = 200;
 
 /// Why a body has no mesh to break.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -77,54 +83,44 @@ pub fn fracture_mesh(geometry: &BakeGeometry, edge: Option<f64>) -> Result<TetMe
     if let Some(edge) = edge.filter(|e| !(*e > 0.0 && e.is_finite())) {
         return Err(FractureMeshError::Edge(edge));
     }
-    let filled =
-        |surface: &clangor::geometry::tri_mesh::TriMesh| -> Result<(TetMesh, f64, DVec3), FractureMeshError> {
-            let mass = MassProperties::of(surface).map_err(StuffingError::Input)?;
-            // The grid has two points and fourteen edges per cube.
-            let edge = edge.unwrap_or((16.0 * mass.volume / NODES as f64).cbrt());
-            Ok((stuff(surface, edge)?.0, mass.volume, mass.centre_of_mass))
-        };
     let (mesh, volume, centre) = match geometry {
         BakeGeometry::Ellipsoid { semi_axes } => {
-            let longest = semi_axes.max_element();
-            let divisions = edge.map_or(7, |edge| (longest / edge).ceil().max(2.0) as usize);
-            let nodes = 27 * divisions.pow(3);
-            if nodes > MOST_NODES {
-                return Err(FractureMeshError::TooLarge { nodes, most: MOST_NODES });
-            }
-            let volume = 4.0 / 3.0 * std::f64::consts::PI * semi_axes.element_product();
-            (ball::ellipsoid(*semi_axes, divisions)?, volume, DVec3::ZERO)
+            let divisions =
+                edge.map_or(BALL_DIVISIONS, |edge| (semi_axes.max_element() / edge).ceil().max(2.0));
+            check_nodes((27.0 * divisions.powi(3)) as usize)?;
+            let volume = 4.0 / 3.0 * PI * semi_axes.element_product();
+            (ball::ellipsoid(*semi_axes, divisions as usize)?, volume, DVec3::ZERO)
         }
-        BakeGeometry::RoundedBox { edges, round: 0.0 } => {
-            let cells = match edge {
-                Some(edge) => cells(*edges, edge),
-                None => finest(
-                    edges.max_element(),
-                    |edge| grid_nodes(cells(*edges, edge)),
-                    |edge| cells(*edges, edge),
-                ),
-            };
-            let nodes = grid_nodes(cells);
-            if nodes > MOST_NODES {
-                return Err(FractureMeshError::TooLarge { nodes, most: MOST_NODES });
-            }
-            (block::block(*edges, cells)?, edges.element_product(), DVec3::ZERO)
+        BakeGeometry::RoundedBox { edges, round } => {
+            let cells = finest(edges.max_element(), edge, |edge| cells(*edges, edge))?;
+            (rounded_box(*edges, *round, cells)?, rounded_box_volume(*edges, *round), DVec3::ZERO)
         }
-        BakeGeometry::RoundedBox { edges, round } => filled(&rounded_box(*edges, *round)?)?,
         BakeGeometry::Revolution(meridian) => {
             let centre = DVec3::Y * meridian.centre_of_mass();
             (turned_mesh(meridian, edge)?, meridian.volume(), centre)
         }
-        BakeGeometry::Mesh(surface) => filled(surface)?,
+        BakeGeometry::Mesh(surface) => {
+            let mass = MassProperties::of(surface).map_err(StuffingError::Input)?;
+            let mesh = match fitted_meridian(surface) {
+                Some(fit) => turned_mesh(&fit.meridian, edge)?,
+                None => {
+                    // The grid has two points and fourteen edges per cube.
+                    let edge = edge.unwrap_or((16.0 * mass.volume / NODES as f64).cbrt());
+                    stuff(surface, edge)?.0
+                }
+            };
+            (mesh, mass.volume, mass.centre_of_mass)
+        }
     };
-    let nodes = mesh.nodes.len();
-    if nodes > MOST_NODES {
-        return Err(FractureMeshError::TooLarge { nodes, most: MOST_NODES });
-    }
+    check_nodes(mesh.nodes.len())?;
     match mesh.parts() {
         1 => fitted(mesh, volume, centre),
         parts => Err(FractureMeshError::LooseParts(parts)),
     }
+}
+
+fn check_nodes(nodes: usize) -> Result<(), FractureMeshError> {
+    if nodes > MOST_NODES { Err(FractureMeshError::TooLarge { nodes, most: MOST_NODES }) } else { Ok(()) }
 }
 
 /// The mesh with straight edges, scaled and moved to a volume \[m³\] and a centre of mass \[m\].
@@ -158,23 +154,71 @@ fn cells(edges: DVec3, edge: f64) -> [usize; 3] {
 }
 
 fn grid_nodes(cells: [usize; 3]) -> usize {
-    cells.iter().map(|n| 2 * n + 1).product()
+    cells.iter().fold(1, |nodes: usize, n| nodes.saturating_mul(n.saturating_mul(2).saturating_add(1)))
 }
 
-/// What `make` gives for the shortest edge that keeps to the number of nodes.
-fn finest<T>(longest: f64, nodes: impl Fn(f64) -> usize, make: impl Fn(f64) -> T) -> T {
-    let mut edge = longest;
-    while nodes(STEP * edge) <= NODES {
-        edge *= STEP;
+/// The cells for an edge or, without, for the shortest edge that keeps to the number of nodes.
+fn finest(
+    longest: f64,
+    edge: Option<f64>,
+    cells: impl Fn(f64) -> [usize; 3],
+) -> Result<[usize; 3], FractureMeshError> {
+    let edge = edge.unwrap_or_else(|| {
+        let steps = (1..MOST_STEPS).map(|k| longest * STEP.powi(k));
+        steps.take_while(|edge| grid_nodes(cells(*edge)) <= NODES).last().unwrap_or(longest)
+    });
+    let cells = cells(edge);
+    check_nodes(grid_nodes(cells))?;
+    Ok(cells)
+}
+
+/// A grid in a box with rounded edges: boxes of all sizes about the middle are rounded alike.
+fn rounded_box(edges: DVec3, round: f64, cells: [usize; 3]) -> Result<TetMesh, TetMeshError> {
+    let mesh = block::block(edges, cells)?;
+    if round == 0.0 {
+        return Ok(mesh);
     }
-    make(edge)
+    let half = 0.5 * edges;
+    let rounded = |x: &DVec3| {
+        let shell = (*x / half).abs().max_element();
+        if shell == 0.0 {
+            return DVec3::ZERO;
+        }
+        let on_box = *x / shell;
+        let kernel = (half - round).max(DVec3::ZERO);
+        let kernel = on_box.clamp(-kernel, kernel);
+        shell * (kernel + (on_box - kernel).clamp_length_max(round))
+    };
+    let points = mesh.nodes[..mesh.corners].iter().map(rounded).collect();
+    let elements: Vec<[u32; 4]> = mesh.elements.iter().map(|e| [e[0], e[1], e[2], e[3]]).collect();
+    TetMesh::straight(points, &elements)
 }
 
-/// A section filled with triangles and turned.
+/// The kernel, slabs on its faces, quarter cylinders on its edges and a ball in its corners.
+fn rounded_box_volume(edges: DVec3, round: f64) -> f64 {
+    let kernel = edges - 2.0 * round;
+    let faces = kernel.x * kernel.y + kernel.y * kernel.z + kernel.z * kernel.x;
+    kernel.element_product()
+        + 2.0 * round * faces
+        + PI * round.powi(2) * kernel.element_sum()
+        + 4.0 / 3.0 * PI * round.powi(3)
+}
+
+/// A grid on a thin wall, or a section filled with triangles and turned.
 fn turned_mesh(meridian: &Meridian, edge: Option<f64>) -> Result<TetMesh, FractureMeshError> {
+    if let Some(dish) = Dish::of(meridian) {
+        let sizes = DVec3::new(dish.width(), dish.width(), dish.thickness());
+        // Even, so that there is a node on the axis.
+        let even = |edge: f64| {
+            let [across, _, layers] = cells(sizes, edge);
+            [across + across % 2, across + across % 2, layers]
+        };
+        let [across, _, layers] = finest(sizes.x, edge, even)?;
+        return Ok(dish.mesh(across, layers)?);
+    }
     let radius = meridian.bounding_radius();
     let widest = meridian.pieces().iter().flat_map(|p| [p.point(0.0).x, p.point(0.5).x, p.point(1.0).x]);
-    let around = std::f64::consts::TAU * widest.fold(0.0, f64::max);
+    let around = TAU * widest.fold(0.0, f64::max);
     let of_edge = |edge: f64| -> Result<(SectionMesh, usize), FractureMeshError> {
         // Walls have one element across, not longer than twice their thickness.
         let section = SectionMesh::new(meridian, edge / SECTION_EDGE, SECTION_EDGE)
@@ -182,22 +226,25 @@ fn turned_mesh(meridian: &Meridian, edge: Option<f64>) -> Result<TetMesh, Fractu
         Ok((section, (around / edge).ceil().max(LEAST_SECTORS) as usize))
     };
     let nodes = |(section, sectors): &(SectionMesh, usize)| 2 * sectors * section.nodes.len();
-    let mut made = of_edge(edge.unwrap_or(0.5 * radius))?;
-    if edge.is_none() {
-        let mut shorter = 0.5 * radius;
-        loop {
-            shorter *= STEP;
-            let finer = of_edge(shorter)?;
-            if nodes(&finer) > NODES {
-                break;
-            }
-            made = finer;
+    let length: f64 = meridian.pieces().iter().map(|p| p.length(0.0, 1.0)).sum();
+    let made = match edge {
+        Some(edge) => {
+            check_nodes((around / edge * length / edge) as usize)?;
+            of_edge(edge)?
         }
-    }
-    let nodes = nodes(&made);
-    if nodes > MOST_NODES {
-        return Err(FractureMeshError::TooLarge { nodes, most: MOST_NODES });
-    }
+        None => {
+            let mut made = of_edge(0.5 * radius)?;
+            for k in 1..MOST_STEPS {
+                let finer = of_edge(0.5 * radius * STEP.powi(k))?;
+                if nodes(&finer) > NODES {
+                    break;
+                }
+                made = finer;
+            }
+            made
+        }
+    };
+    check_nodes(nodes(&made))?;
     let (section, sectors) = made;
     let corners =
         section.elements.iter().flat_map(|t| [t[0], t[1], t[2]]).max().map_or(0, |n| n as usize + 1);

@@ -16,7 +16,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::SymmetricTensor;
+use super::{Deformation, SymmetricTensor};
 use crate::elasticity::ElasticConstants;
 use crate::tetrahedra::{EDGES, TetMesh};
 
@@ -136,37 +136,37 @@ impl Recovery {
         }
     }
 
-    /// Recovered stress at the corners; mean stress of each element; mean energy density of each element and at each
-    /// corner.
-    pub(super) fn fields(&self, mesh: &TetMesh, displacement: &[DVec3]) -> Fields {
-        let mut fields = Fields {
-            corner_stress: vec![SymmetricTensor::ZERO; mesh.corners],
-            element_stress: Vec::with_capacity(mesh.elements.len()),
-            element_energy_density: Vec::with_capacity(mesh.elements.len()),
-            corner_energy_density: vec![0.0; mesh.corners],
-        };
+    /// Stress and energy of a displacement.
+    pub(super) fn deformation(&self, mesh: &TetMesh, displacement: Vec<DVec3>) -> Deformation {
+        let count = mesh.elements.len();
+        let mut corner_stress = vec![SymmetricTensor::ZERO; mesh.corners];
+        let mut corner_energy_density = vec![0.0; mesh.corners];
+        let (mut element_stress, mut element_energy_density) =
+            (Vec::with_capacity(count), Vec::with_capacity(count));
         let spherical = self.lambda / (3.0 * self.lambda + 2.0 * self.mu);
-        for e in 0..mesh.elements.len() {
-            let stress = self.in_element(mesh, e, displacement);
-            self.gather(mesh, e, &stress, &mut fields.corner_stress);
+        let mut strain_energy = 0.0;
+        for e in 0..count {
+            let stress = self.in_element(mesh, e, &displacement);
+            self.gather(mesh, e, &stress, &mut corner_stress);
             let sum = stress.iter().fold(SymmetricTensor::ZERO, |sum, s| sum + *s);
-            fields.element_stress.push(sum * 0.25);
+            element_stress.push(sum * 0.25);
             // The mean over an element of a product of two linear fields.
             let square = |s: SymmetricTensor| s.contract(s) - spherical * s.trace() * s.trace();
             let mean = (square(sum) + stress.into_iter().map(square).sum::<f64>()) / 20.0;
             let density = mean / (4.0 * self.mu);
-            fields.element_energy_density.push(density);
+            element_energy_density.push(density);
+            strain_energy += density * self.volumes[e];
             for corner in mesh.elements[e][..4].iter().map(|n| *n as usize) {
-                fields.corner_energy_density[corner] += density * self.volumes[e] / self.around[corner];
+                corner_energy_density[corner] += density * self.volumes[e] / self.around[corner];
             }
         }
-        fields
+        Deformation {
+            displacement,
+            strain_energy,
+            corner_stress,
+            element_stress,
+            corner_energy_density,
+            element_energy_density,
+        }
     }
-}
-
-pub(super) struct Fields {
-    pub(super) corner_stress: Vec<SymmetricTensor>,
-    pub(super) element_stress: Vec<SymmetricTensor>,
-    pub(super) element_energy_density: Vec<f64>,
-    pub(super) corner_energy_density: Vec<f64>,
 }

@@ -128,31 +128,3 @@ impl Mul<f64> for SymmetricTensor {
         SymmetricTensor { diagonal: self.diagonal * factor, off_diagonal: self.off_diagonal * factor }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::DQuat;
-
-    #[test]
-    fn both_ways_to_the_largest_value_agree() {
-        for (k, values) in
-            [[3.0, 1.0, 2.0], [1.0, 1.0, 1.0], [-1.0, -2.0, -2.0], [5.0, 5.0, -1.0], [0.0, 0.0, 1e-9]]
-                .into_iter()
-                .enumerate()
-        {
-            let turn = DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(0.3, -0.7, 1.1) * (k + 1) as f64));
-            let tensor = SymmetricTensor::of(
-                turn * DMat3::from_diagonal(DVec3::from_array(values)) * turn.transpose(),
-            );
-            let exact = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
-            let scale = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let (by_rotations, direction) = tensor.largest_with_direction();
-            // Residuals seen: 3e-8 where the two largest are equal, else 4e-16; 9e-16.
-            assert!((tensor.largest() - exact).abs() < 1e-7 * scale, "{values:?} {}", tensor.largest());
-            assert!((by_rotations - exact).abs() < 1e-14 * scale, "{values:?} {by_rotations}");
-            assert!((tensor.on(direction) - direction * exact).length() < 1e-14 * scale, "{values:?}");
-        }
-        assert_eq!(SymmetricTensor::ZERO.largest(), 0.0);
-    }
-}

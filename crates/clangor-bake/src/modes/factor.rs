@@ -12,7 +12,7 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::sparse::linalg::cholesky::{LdltRef, SymbolicCholeskyRaw, supernodal::SupernodalLdltRef};
+use faer::sparse::linalg::cholesky::{LdltRef, supernodal::SupernodalLdltRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
 use super::ModalError;
@@ -63,7 +63,7 @@ pub(super) fn factor<'a>(
 }
 
 fn negative_pivots(structure: &Elimination, values: &[f64]) -> usize {
-    let SymbolicCholeskyRaw::Supernodal(symbolic) = structure.cholesky().raw() else { return 0 };
+    let symbolic = structure.supernodes();
     let factor = SupernodalLdltRef::new(symbolic, values);
     let negative = |s: usize| {
         let block = factor.supernode(s).val();

@@ -59,7 +59,7 @@ fn check(sizes: &[f64], counts: &[usize]) -> Result<(), TetMeshError> {
 }
 
 /// The unit square, x and y of `at`, as the unit disc.
-fn disc(at: DVec3) -> DVec2 {
+pub(super) fn disc(at: DVec3) -> DVec2 {
     let (u, v) = (2.0 * at.x - 1.0, 2.0 * at.y - 1.0);
     if u == 0.0 && v == 0.0 {
         DVec2::ZERO

@@ -52,26 +52,3 @@ pub fn turned(points: &[DVec2], triangles: &[[u32; 3]], sectors: usize) -> Resul
     }
     TetMesh::straight(nodes, &tetrahedra)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_turned_square_is_a_prism() {
-        let points = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|p| DVec2::new(p.x, p.y - 0.5));
-        for sectors in [3, 8] {
-            let mesh = turned(&points, &[[0, 1, 2], [0, 2, 3]], sectors).expect("a prism");
-            let n = sectors as f64;
-            let exact = 0.5 * n * (TAU / n).sin();
-            // Residual seen: 2e-16.
-            assert!((mesh.quality().volume / exact - 1.0).abs() < 1e-13);
-            assert_eq!(mesh.surface().len(), 4 * sectors);
-            assert_eq!(mesh.parts(), 1);
-        }
-        // A ring: no point on the axis.
-        let ring = points.map(|p| p + 2.0 * DVec2::X);
-        let mesh = turned(&ring, &[[0, 1, 2], [0, 2, 3]], 5).expect("a ring");
-        assert_eq!((mesh.surface().len(), mesh.elements.len()), (40, 30));
-    }
-}

@@ -204,7 +204,7 @@ impl Divisible for FilledBody<'_> {
 }
 
 /// The hull of a ball in each corner.
-pub(crate) fn rounded_box(edges: DVec3, round: f64) -> Result<TriMesh, StuffingError> {
+fn rounded_box(edges: DVec3, round: f64) -> Result<TriMesh, StuffingError> {
     const DIVISIONS: u32 = 6;
     let corner = 0.5 * edges - round;
     let mut points = Vec::new();

@@ -18,6 +18,8 @@ use crate::elasticity::elimination::Elimination;
 
 /// Modes of a slice.
 const SLICE: usize = 140;
+/// Where shifts lie in their slices, as parts of them; others where the first do not count what they find.
+const PLACES: [f64; 3] = [0.75, 0.72, 0.77];
 /// Modes of a larger residual are found again, together with those up to so many times the lowest ω² among them, and
 /// so often at most.
 const POLISHED: f64 = 4e-7;
@@ -34,6 +36,19 @@ const NUDGES: usize = 4;
 /// # Errors
 /// [`ModalError`]; [`ModalError::Silent`] if the body has no modes in the band.
 pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalError> {
+    let mut outcome = solve_at(system, max_frequency, PLACES[0]);
+    for place in &PLACES[1..] {
+        // A shift that lies on a mode, but for rounding, counts it on one side and finds it on the other.
+        if !matches!(outcome, Err(ModalError::Incomplete { .. })) {
+            break;
+        }
+        outcome = solve_at(system, max_frequency, *place);
+    }
+    outcome
+}
+
+/// The same with shifts at some place in their slices.
+fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Modes, ModalError> {
     if !(max_frequency > 0.0 && max_frequency.is_finite()) {
         return Err(ModalError::Frequency(max_frequency));
     }
@@ -62,7 +77,7 @@ pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalE
     let top_below = top.below;
     drop(top);
     let mut shifts: Vec<(f64, Factor<'_>)> = Vec::new();
-    for fraction in fractions(total) {
+    for fraction in fractions(total, place) {
         shifts.push(factor_near(&structure, system, fraction * limit)?);
     }
     for k in 0..shifts.len() {
@@ -92,9 +107,9 @@ pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalE
 }
 
 /// Where the shifts lie, as parts of the highest ω².
-fn fractions(total: usize) -> Vec<f64> {
+fn fractions(total: usize, place: f64) -> Vec<f64> {
     let slices = total.div_ceil(SLICE);
-    (0..slices).map(|k| ((k as f64 + 0.75) / slices as f64).powi(2)).collect()
+    (0..slices).map(|k| ((k as f64 + place) / slices as f64).powi(2)).collect()
 }
 
 /// Factors near ω² = `shift`, on an eigenvalue just beside it.

@@ -147,6 +147,9 @@ pub enum FractureError {
     /// The blow that breaks it makes no sense.
     #[error(transparent)]
     Blow(#[from] ContactError),
+    /// A piece cannot collide.
+    #[error("one of its pieces {0}")]
+    Collision(&'static str),
     /// The cracks give impulses that are no numbers.
     #[error(transparent)]
     Impulse(#[from] NoImpulse),

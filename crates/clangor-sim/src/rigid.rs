@@ -61,6 +61,15 @@ const SLEEP_CHECK: u64 = 16;
 /// Steps between two bottom-up orderings.
 const ORDER_CHECK: u64 = 64;
 
+/// Refuses surfaces that cannot collide.
+///
+/// # Errors
+/// What is wrong with it.
+#[cfg(feature = "fracture")]
+pub(crate) fn check_surface(surface: &clangor::body::Surface) -> Result<(), &'static str> {
+    Shape::try_new(surface).map(|_| ())
+}
+
 /// A world that is stepped.
 pub struct RigidWorld {
     names: Vec<String>,

@@ -24,7 +24,7 @@ use super::motion::Motion;
 use super::piece::Piece;
 use super::split::CrackFace;
 use super::{FractureError, Shatter};
-use crate::rigid::{CrackImpulse, Replacement};
+use crate::rigid::{CrackImpulse, Replacement, check_surface};
 
 /// A body at the instant at which it breaks.
 pub(super) struct Parent<'a> {
@@ -98,6 +98,7 @@ pub(super) fn fragments(
     for (k, ((piece, hulls), motion)) in shatter.pieces.iter().zip(hulls).zip(&motions).enumerate() {
         let (surface, _) = MeshSurface::try_new(piece.surface(), hulls.parts)?;
         let surface = Surface::Mesh(surface);
+        check_surface(&surface).map_err(FractureError::Collision)?;
         bodies.push(Body {
             name: name(k),
             material: parent.body.material.clone(),

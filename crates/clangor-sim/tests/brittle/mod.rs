@@ -6,7 +6,7 @@ use clangor::body::{Body, BodyId, Life, Motion, Surface, World};
 use clangor::glam::{DMat3, DQuat, DVec3};
 use clangor::material::{Material, presets};
 use clangor::pose::Pose;
-use clangor::scene::breaking::{Breaking, Score};
+use clangor::scene::breaking::Breaking;
 use clangor::shape::Shape;
 use clangor_bake::acceleration_noise::BakeGeometry;
 use clangor_bake::elastostatics::fracture_mesh;

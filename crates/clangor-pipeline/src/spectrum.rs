@@ -26,7 +26,7 @@ pub struct Spectrum {
 pub struct Peak {
     /// Where \[Hz\].
     pub frequency: f64,
-    /// Level against the highest of the spectrum [dB].
+    /// Level against the highest of the spectrum \[dB\].
     pub level: f64,
 }
 
@@ -93,7 +93,7 @@ impl Spectrum {
         &self.magnitudes[..count]
     }
 
-    /// The peaks up to a frequency \[Hz\] that are at most `depth` [dB] below the highest and stand out by 6 dB on both
+    /// The peaks up to a frequency \[Hz\] that are at most `depth` \[dB\] below the highest and stand out by 6 dB on both
     /// sides, by frequency.
     pub fn peaks(&self, frequency: f64, depth: f64) -> Vec<Peak> {
         let levels = self.up_to(frequency);

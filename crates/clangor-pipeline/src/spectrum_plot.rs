@@ -37,7 +37,7 @@ impl SpectrumPlot<'_> {
         canvas.text(DVec2::new(0.5 * WIDTH as f64, 22.0), Align::Middle, TextStyle::Title, &self.title);
         let below = DVec2::new(corner.x + 0.5 * extent.x, bottom + 40.0);
         canvas.text(below, Align::Middle, TextStyle::Label, "frequency [Hz]");
-        canvas.text(DVec2::new(corner.x - 8.0, 48.0), Align::Middle, TextStyle::Label, "level \[dB\]");
+        canvas.text(DVec2::new(corner.x - 8.0, 48.0), Align::Middle, TextStyle::Label, "level [dB]");
         for below in (0..=DEPTH as i32).step_by(20) {
             let y = height(-f64::from(below));
             canvas.line(&[DVec2::new(corner.x, y), DVec2::new(right, y)], 1.0, GREY);

@@ -161,6 +161,7 @@ fn voice() -> f64 {
                 point: DVec3::ZERO,
                 normal: DVec3::Y,
                 velocity_before: None,
+                pair: [BodyId(0), BodyId::WORLD],
                 bodies: [Some(share), None],
                 points: vec![(share.pose.position, DVec3::Y)],
             }

@@ -19,6 +19,7 @@
 pub mod click;
 mod field_interpolation;
 mod field_spectrum;
+pub mod ground;
 pub mod listener;
 pub mod lowpass;
 pub mod modal;

@@ -124,6 +124,7 @@ mod tests {
             point: DVec3::ZERO,
             normal: DVec3::Y,
             velocity_before: None,
+            pair: [BodyId(0), BodyId::WORLD],
             bodies: [Some(share), None],
             points: vec![(DVec3::ZERO, DVec3::Y)],
         }

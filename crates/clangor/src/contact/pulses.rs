@@ -69,6 +69,8 @@ pub struct ImpactPulse {
     /// Velocity of A relative to B at the mean point before anything happened at that instant [m/s], where the
     /// timeline has the poses of that instant. In a touching chain only the first contact approaches then.
     pub velocity_before: Option<DVec3>,
+    /// A and B.
+    pub pair: [BodyId; 2],
     /// What it does to A and B; `None` for a body that it cannot move.
     pub bodies: [Option<BodyPulse>; 2],
     /// The points: place [m, world] and impulse on A [N s].
@@ -337,6 +339,7 @@ fn pulse(
         point,
         normal,
         velocity_before: velocity_of(0).zip(velocity_of(1)).map(|(a, b)| a - b),
+        pair: ids,
         bodies: [share(0), share(1)],
         points: rows.iter().map(|r| (r.point, r.impulse())).collect(),
     }))

@@ -42,15 +42,18 @@ impl Click {
         if !positive(self.duration) {
             return bad("the duration", self.duration);
         }
-        if !positive(self.source.radius()) {
-            return bad("the radius", self.source.radius());
+        match &self.source {
+            SoundSource::Ground { impulse, .. } if !positive(*impulse) => return bad("the impulse", *impulse),
+            SoundSource::Ground { .. } => {}
+            source if !positive(source.radius()) => return bad("the radius", source.radius()),
+            _ => {}
         }
         let vectors = [self.centre, self.velocity_change, self.angular_velocity_change];
         if let Some(value) = vectors.into_iter().flat_map(|v| v.to_array()).find(|x| !x.is_finite()) {
             return bad("a coordinate", value);
         }
         let frames = match &self.source {
-            SoundSource::Sphere { .. } | SoundSource::Published(_) => [self.orientation; 2],
+            SoundSource::Sphere { .. } | SoundSource::Published(_) | SoundSource::Ground { .. } => [self.orientation; 2],
             SoundSource::Field(source) => [self.orientation, source.body_from_field],
         };
         // Written so that NaN is refused too.

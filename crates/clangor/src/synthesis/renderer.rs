@@ -16,6 +16,7 @@ use realfft::{ComplexToReal, RealFftPlanner};
 use super::click::Click;
 use super::field_interpolation::Interpolation;
 use super::field_spectrum::{FieldPlayer, FieldTransfer, LONGEST_FADE_REACH, fade_reach};
+use super::ground::spectrum::GroundTransfer;
 use super::listener::{Floor, Listener};
 use super::lowpass::{self, REACH};
 use super::published_sound::{PublishedSource, Samples};
@@ -194,7 +195,10 @@ impl Renderer {
         click.check()?;
         self.report.clicks += 1;
         let floor = self.settings.floor;
-        if floor.mirrored(click.centre).is_some_and(|mirrored| mirrored.y > click.centre.y) {
+        let is_ground = matches!(click.source, SoundSource::Ground { .. });
+        // A point of the ground may be on the floor, but for rounding.
+        let depth = if is_ground { 2e-6 } else { 0.0 };
+        if floor.mirrored(click.centre).is_some_and(|mirrored| mirrored.y > click.centre.y + depth) {
             self.report.below_floor += 1;
             return Ok(());
         }
@@ -213,6 +217,8 @@ impl Renderer {
                 continue;
             };
             let reflected = match floor {
+                // The ground is the boundary: its sound has been reflected where it begins.
+                _ if is_ground => None,
                 Floor::None => None,
                 Floor::Rigid { .. } => match self.wave(click, receiver, true)? {
                     None => continue,
@@ -329,6 +335,12 @@ impl Renderer {
                 let blur = self.blur(source);
                 heard(Transfer::Field(transfer), delay, first - blur, delay + ringing + blur)
             }
+            SoundSource::Ground { ground, impulse } => {
+                let (first, last) = ground.heard_between(place);
+                let source = Arc::clone(ground);
+                let transfer = GroundTransfer { source, impulse: *impulse, place };
+                heard(Transfer::Ground(transfer), 0.0, first, last)
+            }
             // Is no wave: `push_published` computes it in time.
             SoundSource::Published(_) => None,
         })
@@ -391,7 +403,7 @@ impl Renderer {
             SoundSource::Sphere { .. } => 0.25 * ringing,
             // A field begins to be heard before the wave from its centre passes.
             SoundSource::Field(source) => source.radius / medium.sound_speed + 0.5 * ringing,
-            SoundSource::Published(_) => ringing,
+            SoundSource::Published(_) | SoundSource::Ground { .. } => ringing,
         };
         click.duration + until_quiet
     }

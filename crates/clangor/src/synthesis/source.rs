@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
+use super::ground::GroundSource;
 use super::published_sound::PublishedSource;
 use crate::body::{Body, Surface};
 use crate::medium::Medium;
@@ -31,6 +32,13 @@ pub enum SoundSource {
     Field(Arc<FieldSource>),
     /// The published representation of one.
     Published(Arc<PublishedSource>),
+    /// Not a body that moves, but the half-space that it hits, pressed at the centre of the click, y its normal.
+    Ground {
+        /// The half-space.
+        ground: Arc<GroundSource>,
+        /// Impulse into it [N s].
+        impulse: f64,
+    },
 }
 
 /// A field as a body uses it.
@@ -67,6 +75,7 @@ impl SoundSource {
             SoundSource::Sphere { radius } => *radius,
             SoundSource::Field(source) => source.radius,
             SoundSource::Published(source) => source.model.radius(),
+            SoundSource::Ground { .. } => 0.0,
         }
     }
 
@@ -76,6 +85,8 @@ impl SoundSource {
             SoundSource::Sphere { radius } => SphereTransfer::decay_time(medium, *radius, DECAY_FOLDS),
             SoundSource::Field(source) => source.field.ring_time * source.radius / medium.sound_speed,
             SoundSource::Published(source) => source.ring_time(medium),
+            // How long the surface is heard depends on where.
+            SoundSource::Ground { .. } => 0.0,
         }
     }
 
@@ -85,6 +96,7 @@ impl SoundSource {
             SoundSource::Sphere { radius } => point_body.length() < *radius,
             SoundSource::Field(source) => source.contains(point_body),
             SoundSource::Published(source) => source.contains(point_body),
+            SoundSource::Ground { .. } => point_body.y <= 0.0,
         }
     }
 }

@@ -8,7 +8,8 @@
 use pulp::Simd;
 
 use super::field_spectrum::{FieldPlayer, FieldTransfer};
-use super::lowpass;
+use super::ground::spectrum::GroundTransfer;
+use super::{ground, lowpass};
 use crate::contact::force_profile::ForceProfile;
 use crate::model::sphere_radiation::SphereTransfer;
 
@@ -37,6 +38,8 @@ pub(super) enum Transfer {
     Sphere(SphereTransfer),
     /// Of a field.
     Field(FieldTransfer),
+    /// Of the ground, with its delays.
+    Ground(GroundTransfer),
 }
 
 /// The frequencies of one block length with their gains, padded to whole lanes.
@@ -121,6 +124,7 @@ impl Spectrum {
         let transfer = match &wave.transfer {
             Transfer::Sphere(transfer) => transfer,
             Transfer::Field(transfer) => return player.add(simd, self, grid, wave, transfer, origin),
+            Transfer::Ground(transfer) => return ground::spectrum::add(self, grid, wave, transfer, origin),
         };
         let step = std::f64::consts::TAU * grid.spacing_hz;
         let delay = Rotation::new(-step * (wave.middle - origin));

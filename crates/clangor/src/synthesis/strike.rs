@@ -234,6 +234,7 @@ pub fn struck_ringing(
         point: strike.point,
         normal: strike.impulse.normalize_or_zero(),
         velocity_before: None,
+        pair: [BodyId(0), BodyId::WORLD],
         bodies: [Some(share), None],
         points: vec![(strike.point, strike.impulse)],
     };

@@ -96,6 +96,7 @@ pub(crate) fn blow(onset: f64, duration: f64, pose: Pose) -> ImpactPulse {
         point: DVec3::ZERO,
         normal: DVec3::Z,
         velocity_before: None,
+        pair: [BodyId(0), BodyId::WORLD],
         bodies: [Some(share), None],
         points: vec![(pose.world_from_body(DVec3::new(0.03, 0.02, 0.0)), impulse)],
     }

@@ -10,6 +10,7 @@
 
 mod energy_limit;
 mod file_names;
+mod ground;
 mod ringing;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,8 +23,9 @@ use clangor::contact::{
     ContactError, ContactReport, ContactSettings, PoseHistory, crack_pulses, impact_pulses,
 };
 use clangor::output::compressor::Compressor;
-use clangor::scene::render_settings::{Compressor as CompressorSettings, Parts};
+use clangor::scene::render_settings::{Compressor as CompressorSettings, GroundSound, Parts};
 use clangor::synthesis::click::clicks_of;
+use clangor::synthesis::ground::{GroundError, ground_clicks};
 use clangor::synthesis::{
     BlockMemory, Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SoundSource,
     SynthesisError,
@@ -50,6 +52,9 @@ pub enum RenderError {
     /// The sound cannot be synthesised.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),
+    /// A plane cannot sound.
+    #[error("{0}; change the material, or use ground = \"none\"")]
+    Ground(#[from] GroundError),
     /// Modes cannot be played.
     #[error(transparent)]
     Modes(#[from] UnplayableModes),
@@ -104,6 +109,8 @@ pub struct RenderOptions {
     pub parts: Parts,
     /// How modes become pressure.
     pub transfers: Transfers,
+    /// How planes sound that are hit.
+    pub ground: GroundSound,
     /// Whether blows put no more energy into modes than they have.
     pub limit_energy: bool,
     /// Time step \[s\] of the dynamics whose gentle forces make bodies ring too; `None`: only blows do.
@@ -253,7 +260,11 @@ pub fn render(
         None => None,
     };
     let mut clicks: Vec<Click> = match options.parts.acceleration {
-        true => pulses.iter().flat_map(|p| clicks_of(p, sounds.sources)).collect(),
+        true => {
+            let grounds = ground::grounds(bodies, &options.synthesis.medium, options.ground)?;
+            let ground = pulses.iter().flat_map(|pulse| ground_clicks(pulse, bodies, &grounds));
+            pulses.iter().flat_map(|p| clicks_of(p, sounds.sources)).chain(ground).collect()
+        }
         false => Vec::new(),
     };
     clicks.sort_by(|a, b| a.time.total_cmp(&b.time));

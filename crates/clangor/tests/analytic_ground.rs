@@ -103,7 +103,8 @@ fn straight_up_the_ground_is_its_impedance() {
 #[test]
 fn far_field_of_a_slow_ground_carries_the_power_of_its_directivity() {
     // No wave along this ground is as fast as sound: all that reaches far is |f(sin θ)|².
-    let material = Material { youngs_modulus: 2e7, poisson_ratio: 0.35, density: 1800.0, ..preset("rubber").unwrap() };
+    let material =
+        Material { youngs_modulus: 2e7, poisson_ratio: 0.35, density: 1800.0, ..preset("rubber").unwrap() };
     let medium = Medium::AIR;
     let ground = GroundSource::try_new(&material, &medium).unwrap();
     assert!(ground.solid.pressure_speed() < medium.sound_speed);

@@ -5,6 +5,7 @@
 mod bodies;
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -44,7 +45,7 @@ fn by_slownesses(ground: &GroundSource, x: f64, theta: f64) -> Complex64 {
         let wave = bessel_j0(x * sin * p) * (-Complex64::I * x * cos * vertical).exp();
         ground.solid.admittance(square) * p / (Complex64::I * vertical) * wave
     };
-    let n = 4000;
+    let n = 1500;
     let mut sum = Complex64::ZERO;
     for i in 0..n {
         let u = PI * (f64::from(i) + 0.5) / f64::from(n);
@@ -164,28 +165,30 @@ fn rendered_blow_is_the_integral_over_the_surface() {
             let moving = (body + surface) * r / speed + bend * (1.0 - solid.poisson_ratio);
             moving / (TAU * solid.shear_modulus * r)
         };
-        // Rings come one after the other: each has its history computed once.
-        let step = duration / 60.0;
-        let history: RefCell<(f64, Vec<f64>)> = RefCell::default();
+        // Each ring has its history computed once.
+        let step = duration / 40.0;
+        let histories: RefCell<BTreeMap<u64, Vec<f64>>> = RefCell::default();
         let end = 1.2 * medium_delay(across, above) + 3.0 * duration;
         let from = -2.0 * duration;
         let tabulated = |r: f64, t: f64| {
-            let mut history = history.borrow_mut();
-            if history.0 != r {
+            let mut histories = histories.borrow_mut();
+            let history = histories.entry(r.to_bits()).or_insert_with(|| {
                 let count = ((end - from) / step) as usize + 4;
-                *history = (r, (0..count).map(|i| acceleration(r, from + i as f64 * step)).collect());
-            }
+                (0..count).map(|i| acceleration(r, from + i as f64 * step)).collect()
+            });
             let place = (t - from) / step;
             if place < 1.0 {
                 return 0.0;
             }
             let (i, s) = (place as usize, place.fract());
-            let at = |k: usize| history.1.get(k).copied().unwrap_or(0.0);
+            let at = |k: usize| history.get(k).copied().unwrap_or(0.0);
             let (p0, p1, p2, p3) = (at(i - 1), at(i), at(i + 1), at(i + 2));
-            p1 + 0.5 * s * (p2 - p0 + s * (2.0 * p0 - 5.0 * p1 + 4.0 * p2 - p3 + s * (3.0 * (p1 - p2) + p3 - p0)))
+            p1 + 0.5
+                * s
+                * (p2 - p0 + s * (2.0 * p0 - 5.0 * p1 + 4.0 * p2 - p3 + s * (3.0 * (p1 - p2) + p3 - p0)))
         };
         let reach = solid.pressure_speed().min(medium.sound_speed * 1.5) * (end + duration);
-        let grid = SurfaceGrid { radius: reach, rings: 350, points: 60 };
+        let grid = SurfaceGrid { radius: reach, rings: 240, points: 40 };
 
         let impulse = 0.3;
         let click = Click {
@@ -215,11 +218,10 @@ fn rendered_blow_is_the_integral_over_the_surface() {
         let largest = sound.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
         let mut worst: f64 = 0.0;
         let samples = (((0.01 + end) * 48_000.0) as usize).min(2400);
-        // Every fifth sample from before the first wave to after the last.
-        for i in (430..samples).step_by(5) {
+        // Every ninth sample from before the first wave to after the last.
+        for i in (430..samples).step_by(9) {
             let time = i as f64 / 48_000.0 - click.time;
-            let summed =
-                impulse * rayleigh_integral(&medium, (across, above), time, &grid, &tabulated);
+            let summed = impulse * rayleigh_integral(&medium, (across, above), time, &grid, &tabulated);
             worst = worst.max((sound[i] - summed).abs() / largest);
         }
         println!("c_R = {:.0} m/s: {worst:.1e} of {largest:.2e} Pa", solid.rayleigh_speed());

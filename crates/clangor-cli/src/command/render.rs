@@ -304,6 +304,7 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
             Transfer::Published => Transfers::Published,
             Transfer::Unit => Transfers::Unit,
         },
+        ground: settings.ground,
         limit_energy: settings.limit_energy,
         rolling: source.time_step.filter(|_| settings.rolling),
         to: options.to.unwrap_or(source.duration),

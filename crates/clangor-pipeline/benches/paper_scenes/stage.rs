@@ -17,7 +17,7 @@ use clangor::medium::Medium;
 use clangor::model::playable_model::PlayableBank;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
-use clangor::scene::render_settings::Parts;
+use clangor::scene::render_settings::{GroundSound, Parts};
 use clangor::shape::Shape;
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule, SoundSource};
@@ -222,6 +222,7 @@ impl Stage {
             parts: Parts { acceleration: true, modal: false },
             transfers: Transfers::Baked,
             rolling: None,
+            ground: GroundSound::None,
             limit_energy: true,
             to: seconds + 0.05,
             format: SampleFormat::Float32,

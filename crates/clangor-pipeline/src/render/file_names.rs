@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clangor::body::{Body, Motion};
+use clangor::scene::render_settings::GroundSound;
 use clangor::synthesis::Listener;
 
+use super::ground::is_ground;
 use super::{RenderError, RenderOptions, StemPart};
 
 /// `output`, with the listener's name if there are several, and the stem's.
@@ -36,7 +38,8 @@ pub(super) fn check_distinct(
     bodies: &[Body],
     output: &Path,
 ) -> Result<(), RenderError> {
-    let sounding = bodies.iter().filter(|b| options.stems && b.motion == Motion::Free);
+    let ground = |b: &Body| options.ground != GroundSound::None && is_ground(b);
+    let sounding = bodies.iter().filter(|b| options.stems && (b.motion == Motion::Free || ground(b)));
     let mut stems: Vec<Option<(&str, StemPart)>> = vec![None];
     for body in sounding {
         stems.extend(StemPart::ALL.map(|part| Some((body.name.as_str(), part))));

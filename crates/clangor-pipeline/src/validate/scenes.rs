@@ -9,7 +9,7 @@ use clangor::contact::ContactSettings;
 use clangor::glam::DVec3;
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
-use clangor::scene::render_settings::Parts;
+use clangor::scene::render_settings::{GroundSound, Parts};
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};
 
@@ -104,6 +104,7 @@ fn first_click() -> Result<Vec<f32>, Fault> {
         parts: Parts { acceleration: true, modal: false },
         transfers: Transfers::Baked,
         rolling: None,
+        ground: GroundSound::None,
         limit_energy: true,
         to: 0.6,
         format: SampleFormat::Float32,

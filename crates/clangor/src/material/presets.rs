@@ -213,9 +213,24 @@ pub const RUBBER: Preset = Preset {
     source: "Gere and Timoshenko, rubber",
 };
 
+/// `soil`: Bowles, sand and gravel between loose and dense.
+pub const SOIL: Preset = Preset {
+    name: "soil",
+    density: 1800.0,
+    youngs_modulus: 1.0e8,
+    poisson_ratio: 0.3,
+    restitution: 0.2,
+    friction: 0.6,
+    rolling_loss: 0.005,
+    loss_factor: 0.06,
+    tensile_strength: 1.0e4,
+    fracture_energy: 1.0,
+    source: "Bowles, sand and gravel between loose and dense",
+};
+
 /// Every preset.
 pub const PRESETS: &[Preset] =
-    &[STEEL, COPPER, CERAMIC, GLASS, PLASTIC, ALUMINIUM, BRASS, WOOD, GRANITE, CONCRETE, RUBBER];
+    &[STEEL, COPPER, CERAMIC, GLASS, PLASTIC, ALUMINIUM, BRASS, WOOD, GRANITE, CONCRETE, RUBBER, SOIL];
 
 /// Second names of presets.
 ///

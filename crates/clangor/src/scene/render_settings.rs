@@ -20,6 +20,8 @@ pub struct RenderSettings {
     pub pulse: ForceProfile,
     /// What of the sound is rendered.
     pub parts: Parts,
+    /// How planes sound that are hit.
+    pub ground: GroundSound,
     /// Whether blows put no more energy into modes than they have.
     pub limit_energy: bool,
     /// Whether forces too gentle to be blows make bodies ring too: rolling, sliding, rattling to rest.
@@ -45,6 +47,7 @@ impl Default for RenderSettings {
             floor: Floor::None,
             pulse: ForceProfile::HalfSine,
             parts: Parts::default(),
+            ground: GroundSound::default(),
             limit_energy: true,
             rolling: false,
             sound: SoundRule::Auto,
@@ -69,6 +72,16 @@ impl Default for Parts {
     fn default() -> Self {
         Parts { acceleration: true, modal: true }
     }
+}
+
+/// How planes that face up sound when they are hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GroundSound {
+    /// Not at all.
+    #[default]
+    None,
+    /// As an elastic half-space of their material ([`ground`](crate::synthesis::ground)).
+    HalfSpace,
 }
 
 /// Format of a sample.

@@ -43,7 +43,9 @@ impl Click {
             return bad("the duration", self.duration);
         }
         match &self.source {
-            SoundSource::Ground { impulse, .. } if !positive(*impulse) => return bad("the impulse", *impulse),
+            SoundSource::Ground { impulse, .. } if !positive(*impulse) => {
+                return bad("the impulse", *impulse);
+            }
             SoundSource::Ground { .. } => {}
             source if !positive(source.radius()) => return bad("the radius", source.radius()),
             _ => {}
@@ -53,7 +55,9 @@ impl Click {
             return bad("a coordinate", value);
         }
         let frames = match &self.source {
-            SoundSource::Sphere { .. } | SoundSource::Published(_) | SoundSource::Ground { .. } => [self.orientation; 2],
+            SoundSource::Sphere { .. } | SoundSource::Published(_) | SoundSource::Ground { .. } => {
+                [self.orientation; 2]
+            }
             SoundSource::Field(source) => [self.orientation, source.body_from_field],
         };
         // Written so that NaN is refused too.

@@ -226,7 +226,9 @@ impl Told<'_> {
         let Told { bodies, summary, sources, .. } = *self;
         let body = &bodies[index];
         let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
-        if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
+        if matches!(*body.surface, Surface::HalfSpace) && energy > 0.0 {
+            "a half-space of its material".into()
+        } else if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
             "silent: it does not move".into()
         } else if body.motion != Motion::Free {
             "silent: keyframes move it, not blows".into()

@@ -5,7 +5,7 @@ use crate::contact::ForceProfile;
 use crate::medium::Medium;
 use crate::model::sphere_radiation::SphereModel;
 use crate::scene::diagnostic::{Doubt, Problem};
-use crate::scene::render_settings::{Compressor, Level, Parts, RenderSettings, SampleFormat};
+use crate::scene::render_settings::{Compressor, GroundSound, Level, Parts, RenderSettings, SampleFormat};
 use crate::scene::simulation_settings::{SimulationSettings, SolverChoice};
 use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
@@ -81,6 +81,7 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "floor_height",
     "pulse",
     "parts",
+    "ground",
     "limit_energy",
     "rolling",
     "sound",
@@ -115,6 +116,7 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
     let formats = [("32f", SampleFormat::Float32), ("24", SampleFormat::Int24)];
     let pulses = [("half-sine", ForceProfile::HalfSine), ("gaussian", ForceProfile::Gaussian)];
     let radiations = [("exact", SphereModel::Exact), ("compact", SphereModel::CompactDipole)];
+    let grounds = [("half-space", GroundSound::HalfSpace), ("none", GroundSound::None)];
     RenderSettings {
         sample_rate,
         bits: section.choice(d, "bits", &formats).unwrap_or(default.bits),
@@ -122,6 +124,7 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
         floor: floor(d, &section),
         pulse: section.choice(d, "pulse", &pulses).unwrap_or(default.pulse),
         parts: parts(d, &section).unwrap_or(default.parts),
+        ground: section.choice(d, "ground", &grounds).unwrap_or(default.ground),
         limit_energy: section.boolean(d, "limit_energy").unwrap_or(default.limit_energy),
         rolling: section.boolean(d, "rolling").unwrap_or(default.rolling),
         sound: section.choice(d, "sound", SOUNDS).unwrap_or(default.sound),

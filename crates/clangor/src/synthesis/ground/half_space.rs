@@ -32,7 +32,9 @@ pub enum GroundError {
         value: f64,
     },
     /// Speed of sound above the ground.
-    #[error("the ground cannot sound where the speed of sound is {value} m/s and the density {density} kg/m³")]
+    #[error(
+        "the ground cannot sound where the speed of sound is {value} m/s and the density {density} kg/m³"
+    )]
     Medium {
         /// Speed of sound [m/s].
         value: f64,

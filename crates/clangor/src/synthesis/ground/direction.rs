@@ -28,9 +28,11 @@ use crate::math::complex_root::sqrt;
 use crate::math::hankel::hankel_0_scaled;
 
 /// Step of ln x between amplitudes.
-const STEP: f64 = 0.25;
+const STEP: f64 = 1.0 / 6.0;
+/// Nodes that an amplitude is interpolated from.
+const ORDER: usize = 6;
 /// Amplitude nodes per node of ln v: grids that fit share their exponentials.
-const SPACING: usize = 2;
+const SPACING: usize = 3;
 /// χ of the rays.
 const TILTS: [f64; 3] = [0.0, 0.7, -0.7];
 /// Least x v, below which E no longer changes; greatest, beyond which e^{−xv} is nothing.
@@ -48,8 +50,8 @@ pub struct Octaves {
 impl Octaves {
     /// Nodes to interpolate between x = `from` and x = `to`.
     pub fn spanning(from: f64, to: f64) -> Self {
-        let count = ((to / from).ln().max(0.0) / STEP).ceil() as usize + 4;
-        Octaves { first: from * (-STEP).exp(), count }
+        let count = ((to / from).ln().max(0.0) / STEP).ceil() as usize + ORDER;
+        Octaves { first: from * (-2.0 * STEP).exp(), count }
     }
 
     /// x of a node.
@@ -57,19 +59,21 @@ impl Octaves {
         self.first * (STEP * node as f64).exp()
     }
 
-    /// First of the four nodes around x and their weights: the cubic in ln x through them.
-    fn weights(&self, x: f64) -> (usize, [f64; 4]) {
+    /// First of the six nodes around x and their weights: the polynomial in ln x through them.
+    fn weights(&self, x: f64) -> (usize, [f64; ORDER]) {
         let place = (x / self.first).ln() / STEP;
-        let node = (place.floor().max(1.0) as usize).min(self.count - 3);
-        let t = place - node as f64;
-        let (before, after, beyond) = (t + 1.0, t - 1.0, t - 2.0);
+        let node = (place.floor().max(2.0) as usize).min(self.count - 4) - 2;
+        let t: [f64; ORDER] = std::array::from_fn(|i| place - (node + i) as f64);
+        let (ahead, behind) = (t[0] * t[1] * t[2], t[3] * t[4] * t[5]);
         let weights = [
-            -t * after * beyond / 6.0,
-            before * after * beyond / 2.0,
-            -before * t * beyond / 2.0,
-            before * t * after / 6.0,
+            -t[1] * t[2] * behind / 120.0,
+            t[0] * t[2] * behind / 24.0,
+            -t[0] * t[1] * behind / 12.0,
+            ahead * t[4] * t[5] / 12.0,
+            -ahead * t[3] * t[5] / 24.0,
+            ahead * t[3] * t[4] / 120.0,
         ];
-        (node - 1, weights)
+        (node, weights)
     }
 }
 
@@ -151,8 +155,8 @@ impl Direction {
     pub fn amplitudes(&self, x: f64) -> impl Iterator<Item = Complex64> {
         let (node, weights) = self.nodes.weights(x);
         self.trains.iter().map(move |train| {
-            let four = &train.amplitudes[node..node + 4];
-            four.iter().zip(weights).map(|(a, w)| a * w).sum()
+            let near = &train.amplitudes[node..node + ORDER];
+            near.iter().zip(weights).map(|(a, w)| a * w).sum()
         })
     }
 }

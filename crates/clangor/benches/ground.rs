@@ -1,0 +1,106 @@
+//! How loud the ground is beside the click of what falls on it, and what it costs:
+//! `cargo bench --profile release -p clangor --bench ground`.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use clangor::body::BodyId;
+use clangor::contact::ForceProfile;
+use clangor::contact::hertz::HertzContact;
+use clangor::glam::{DQuat, DVec3};
+use clangor::material::PairCoefficients;
+use clangor::material::presets::preset;
+use clangor::medium::Medium;
+use clangor::synthesis::ground::GroundSource;
+use clangor::synthesis::listener::Floor;
+use clangor::synthesis::{BlockMemory, Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+
+const BALL: BodyId = BodyId(0);
+const GROUND: BodyId = BodyId(1);
+/// Of the scene ball-drop: 0.5 m away, 39° above the floor; and near the floor, 1 m away.
+const LISTENERS: [(&str, DVec3); 2] =
+    [("39° up", DVec3::new(0.3, 0.4, 0.4)), ("6° up", DVec3::new(1.0, 0.1, 0.0))];
+
+/// A falling ball and the ground, at the moment of their blow.
+fn blow(body: &str, radius: f64, ground: &str) -> (Click, Click) {
+    let (body, floor) = (preset(body).unwrap(), preset(ground).unwrap());
+    let mass = body.density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let speed = (2.0 * 9.81 * 0.5f64).sqrt();
+    let duration = HertzContact {
+        inverse_mass: 1.0 / mass,
+        curvature: 1.0 / radius,
+        compliance: body.contact_compliance() + floor.contact_compliance(),
+        speed,
+    }
+    .duration();
+    let velocity_change = (1.0 + PairCoefficients::of(&body, &floor).restitution) * speed;
+    let ground = Arc::new(GroundSource::try_new(&floor, &Medium::AIR).unwrap());
+    let click = Click {
+        body: BALL,
+        time: 0.0,
+        duration,
+        profile: ForceProfile::HalfSine,
+        centre: DVec3::Y * radius,
+        orientation: DQuat::IDENTITY,
+        velocity_change: DVec3::Y * velocity_change,
+        angular_velocity_change: DVec3::ZERO,
+        source: SoundSource::Sphere { radius },
+    };
+    let pressed = Click {
+        body: GROUND,
+        centre: DVec3::ZERO,
+        velocity_change: DVec3::ZERO,
+        source: SoundSource::Ground { ground, impulse: mass * velocity_change },
+        ..click.clone()
+    };
+    (click, pressed)
+}
+
+/// Energies ∫ p² dt [Pa² s] of two clicks.
+fn energies(clicks: [&Click; 2], place: DVec3) -> [f64; 2] {
+    let settings = RenderSettings { floor: Floor::Rigid { height: 0.0 }, ..RenderSettings::default() };
+    let mut renderer = Renderer::new(&Listener::fixed("listener", place), &settings).unwrap();
+    clicks.into_iter().for_each(|click| renderer.push(click).unwrap());
+    let mut signal = OverlapAdd::new(1, 0);
+    renderer.take_all().iter().for_each(|job| signal.add(&job.render()));
+    [BALL, GROUND].map(|body| signal.energies()[&body])
+}
+
+fn main() {
+    for (name, material, radius) in
+        [("steel ball of 7.5 mm", "steel", 0.0075), ("100 g of ceramic", "ceramic", 0.0207)]
+    {
+        println!("{name}, falling 0.5 m: level of the ground over that of the click");
+        for ground in ["soil", "wood", "concrete", "granite", "steel", "rubber"] {
+            let (click, pressed) = blow(material, radius, ground);
+            let levels = LISTENERS.map(|(place, position)| {
+                let [own, ground] = energies([&click, &pressed], position);
+                format!("{place}: {:+.1} dB", 10.0 * (ground / own).log10())
+            });
+            println!("  {ground:9} τ = {:4.0} µs   {}", 1e6 * click.duration, levels.join("   "));
+        }
+    }
+    for (what, index) in [("click of the sphere", 0), ("ground", 1)] {
+        for distance in [0.5, 2.0, 8.0] {
+            let (click, pressed) = blow("steel", 0.0075, "concrete");
+            let one = if index == 0 { click } else { pressed };
+            let place = DVec3::new(0.8, 0.6, 0.0) * distance;
+            let mut renderer =
+                Renderer::new(&Listener::fixed("listener", place), &RenderSettings::default()).unwrap();
+            let count = 200;
+            for i in 0..count {
+                renderer.push(&Click { time: 0.1 * f64::from(i), ..one.clone() }).unwrap();
+            }
+            let jobs = renderer.take_all();
+            let mut memory = BlockMemory::default();
+            let best = (0..5)
+                .map(|_| {
+                    let begin = Instant::now();
+                    jobs.iter().for_each(|job| drop(job.render_with(&mut memory)));
+                    begin.elapsed().as_secs_f64()
+                })
+                .fold(f64::INFINITY, f64::min);
+            println!("{what} at {distance} m: {:.0} µs", 1e6 * best / f64::from(count));
+        }
+    }
+}

@@ -11,7 +11,7 @@ use clangor::geometry::hull::convex_hull;
 use clangor::material::presets;
 use clangor::medium::Medium;
 use clangor::pose::Pose;
-use clangor::scene::render_settings::Parts;
+use clangor::scene::render_settings::{GroundSound, Parts};
 use clangor::synthesis::{Listener, RenderSettings, SoundSource};
 use clangor::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
 use clangor_pipeline::render::{
@@ -199,6 +199,7 @@ fn hear(bodies: &[Body], timeline: &Timeline, file: &Path) -> RenderSummary {
         parts: Parts { acceleration: true, modal: false },
         transfers: Transfers::Baked,
         rolling: None,
+        ground: GroundSound::None,
         limit_energy: true,
         to: DURATION,
         format: SampleFormat::Float32,

@@ -34,7 +34,7 @@ fn surface_moves_as_pekeris_found_and_comes_to_rest_where_boussinesq_did() {
             _ => 6.0 / 16.0,
         };
         let displacement = 0.5 * quarter.step_displacement(tau);
-        // Residual seen: 3e-13.
+        // Rounding near the singularity of Rayleigh's wave.
         assert!((displacement - pekeris).abs() < 1e-11 * pekeris.abs().max(1.0), "{tau}: {displacement}");
     }
     for nu in [0.0, 0.1, 0.26, 0.27, 0.33, 0.49] {
@@ -67,7 +67,8 @@ fn rayleigh_integral_of_a_piston() {
             .iter()
             .map(|t| (rayleigh_integral(&medium, (0.0, z), *t, &grid, &acceleration) - exact(*t)).abs())
             .fold(0.0, f64::max);
-        // Residual seen: 7e-5.
+        println!("piston, axis at {z} m: {:.1e}", worst / largest);
+        // Residual seen: 2.4e-5.
         assert!(worst < 1e-3 * largest, "{z}: {:e}", worst / largest);
     }
     // Far away, 2 J₁(ka sin θ)/(ka sin θ), here ka = 5 at 30°: J₁(2.5) = 0.497094.
@@ -80,7 +81,8 @@ fn rayleigh_integral_of_a_piston() {
     };
     let amplitude = part(0.0).hypot(part(0.5 * PI));
     let closed = rho * a * a / (2.0 * distance) * 2.0 * 0.497_094_1 / 2.5;
-    // Residual seen: 4e-5.
+    println!("piston, far: {:.1e}", amplitude / closed - 1.0);
+    // Residual seen: 3.1e-4.
     assert!((amplitude / closed - 1.0).abs() < 1e-3, "{amplitude} against {closed}");
 }
 
@@ -95,7 +97,8 @@ fn straight_up_the_ground_is_its_impedance() {
         let impedance = material.density * ground.solid.pressure_speed();
         let delay = Complex64::from_polar(1.0, -omega * height / medium.sound_speed);
         let exact = -Complex64::I * omega * medium.density / (TAU * height * impedance) * delay;
-        // Residual seen: 2e-3 (rubber, whose c_P is that of ν = 0.49).
+        println!("{name}, straight up: {:.1e}", (pressure / exact - 1.0).norm());
+        // Residual seen: 6e-4.
         assert!((pressure / exact - 1.0).norm() < 5e-3, "{name}: {}", pressure / exact);
     }
 }
@@ -118,6 +121,7 @@ fn far_field_of_a_slow_ground_carries_the_power_of_its_directivity() {
         let square = Complex64::new(theta.sin().powi(2), 0.0);
         sent += ground.solid.admittance(square).norm_sqr() * theta.sin();
     }
-    // Residual seen: 2e-3.
+    println!("power: {:.1e}", heard / sent - 1.0);
+    // Residual seen: 2e-4.
     assert!((heard / sent - 1.0).abs() < 6e-3, "{heard} of {sent}");
 }

@@ -73,6 +73,7 @@ fn pulse(
         point,
         normal,
         velocity_before: None,
+        pair: [body_a, body_b],
         bodies: [(a, 1.0), (b, -1.0)]
             .map(|((id, body, pose), sign)| Some(body_pulse(body, id, pose, rows, sign, duration))),
         points: rows.iter().map(|row| (row.point, row.impulse())).collect(),

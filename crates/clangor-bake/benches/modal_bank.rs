@@ -1,7 +1,7 @@
 //! The modal bank: its samples, an entry, and pieces of a broken plate, rung by themselves and through the bank.
 //!
 //! `cargo bench -p clangor-bake --bench modal_bank -- samples [SPACING] [THINNEST]` | `-- entry A B C [ACCURACY]` |
-//! `-- pieces BANK.safetensors [COUNT] [SIZE in mm] [THICKNESS in mm]`
+//! `-- build BANK.safetensors` | `-- pieces BANK.safetensors [COUNT] [SIZE in mm] [THICKNESS in mm]`
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
@@ -13,13 +13,13 @@ use clangor::material::Material;
 use clangor::material::presets::GLASS;
 use clangor::medium::Medium;
 use clangor::model::modal_bank::{BankMaterial, ContactMapping, ModalSoundbank, ProxyBody};
-use clangor::model::modal_bank_file::ModalBankFile;
+use clangor::model::modal_bank_file::{ModalBankFile, ModalBankOrigin};
 use clangor::synthesis::modal::{ModalSettings, ModalSource, TransferMemory};
 use clangor_bake::acceleration_noise::BakeGeometry;
 use clangor_bake::elasticity::ElasticConstants;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
 use clangor_bake::modal_bank::ellipsoid_vibration::BallPolynomials;
-use clangor_bake::modal_bank::{BankOptions, first_frequency, ringing_ellipsoid, sampling};
+use clangor_bake::modal_bank::{BankOptions, build_bank, first_frequency, ringing_ellipsoid, sampling};
 use clangor_bake::tetrahedra::stuffing::stuff;
 use glam::{DVec2, DVec3};
 
@@ -38,6 +38,7 @@ fn main() {
             options.accuracy = number(4, options.accuracy);
             entry(axes, &options);
         }
+        Some("build") => build(&arguments[1], &options),
         Some("pieces") => {
             let bytes = std::fs::read(&arguments[1]).expect("a bank");
             let bank = ModalBankFile::decode(&bytes).expect("a bank").bank;
@@ -61,6 +62,31 @@ fn samples(options: &BankOptions) {
     for axes in &samples {
         println!("a/c {:.3} b/c {:.3}", axes.x / axes.z, axes.y / axes.z);
     }
+}
+
+fn build(path: &str, options: &BankOptions) {
+    let start = seconds();
+    let mut done = 0;
+    let bank = build_bank(options, &mut |part| {
+        if (20.0 * part) as u32 > done {
+            done = (20.0 * part) as u32;
+            eprintln!("{:.0} %, {:.0} CPU-s", 100.0 * part, seconds() - start);
+        }
+        ControlFlow::Continue(())
+    });
+    let origin = ModalBankOrigin {
+        program: "bench".into(),
+        inputs: String::new(),
+        material: "glass".into(),
+        asked_accuracy: options.accuracy,
+        spacing: options.spacing,
+        least_first_frequency: options.least_first_frequency,
+        largest_size: options.largest_size,
+        max_frequency: options.max_frequency,
+    };
+    let bytes = ModalBankFile { bank: bank.expect("a bank"), origin }.encode().expect("a file");
+    std::fs::write(path, &bytes).expect("a folder to write to");
+    println!("{:.0} CPU-s, {:.3} MB", seconds() - start, 1e-6 * bytes.len() as f64);
 }
 
 fn entry(axes: DVec3, options: &BankOptions) {
@@ -132,7 +158,9 @@ fn pieces(bank: &ModalSoundbank, count: usize, size: f64, thickness: f64) {
     let options = ModalBakeOptions { mesh_error: 0.02, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
     let mut all: Vec<(f64, [[f64; BANDS]; 3])> = Vec::new();
     let (mut proxy_time, mut own_time) = (0.0, 0.0);
-    println!("piece  f0 Hz (own)  nodes  mesh ms  f0 ms  proxy ms  own CPU-s  modes  entry  distance dB: by place, by normal");
+    println!(
+        "piece  f0 Hz (own)  nodes  mesh ms  f0 ms  proxy ms  own CPU-s  modes  entry  distance dB: by place, by normal"
+    );
     for (at, surface) in broken_plate(count, size, thickness).into_iter().enumerate() {
         let mass = MassProperties::of(&surface).expect("a solid");
         let surface = surface.relative_to(mass.centre_of_mass);
@@ -182,7 +210,8 @@ fn pieces(bank: &ModalSoundbank, count: usize, size: f64, thickness: f64) {
             println!("  silent");
             continue;
         }
-        let own = ModalSource::new(Arc::new(model), &material.damping, &ModalSettings::default()).expect("a source");
+        let own = ModalSource::new(Arc::new(model), &material.damping, &ModalSettings::default())
+            .expect("a source");
         let spectra = [&own, &by_place, &by_normal].map(|source| spectrum(source, &surface, 1 + at as u64));
         let [(place, bias), (normal, _)] = [1, 2].map(|k| distance(&spectra[0], &spectra[k]));
         println!("  {place:5.1} ({bias:+5.1})  {normal:5.1}");
@@ -221,7 +250,8 @@ fn broken_plate(count: usize, size: f64, thickness: f64) -> Vec<TriMesh> {
     let mut random = Random(11);
     let seeds: Vec<DVec2> = (0..count).map(|_| size * DVec2::new(random.next(), random.next())).collect();
     let cell = |seed: &DVec2| {
-        let mut polygon = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|p| size * DVec2::from_array(p)).to_vec();
+        let mut polygon =
+            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|p| size * DVec2::from_array(p)).to_vec();
         for other in seeds.iter().filter(|other| *other != seed) {
             let (middle, away) = (0.5 * (*other + *seed), *other - *seed);
             let side = |p: DVec2| (p - middle).dot(away);

@@ -49,7 +49,7 @@ pub(crate) enum Command {
     Modes(crate::command::modes::Modes),
     /// One blow to one body, heard by one listener
     Strike(Strike),
-    /// The bank of ellipsoids that stand for small bodies
+    /// The banks of ellipsoids that stand for small bodies
     Bank(Bank),
     /// Turn what another tool or a person wrote into a timeline
     Import(Import),
@@ -254,11 +254,17 @@ pub(crate) enum BankAction {
         /// The bank to write
         #[arg(short, long, value_name = "BANK.safetensors")]
         output: PathBuf,
-        /// Error to reach, over the loudest motion of an ellipsoid
-        #[arg(long, value_name = "E", default_value_t = 1e-3, value_parser = accuracy)]
-        accuracy: f64,
+        /// Build the bank of ringing ellipsoids instead
+        #[arg(long, requires = "material")]
+        modal: bool,
+        /// Material preset of the ringing ellipsoids
+        #[arg(long, value_name = "NAME", requires = "modal")]
+        material: Option<String>,
+        /// Error to reach, over the loudest motion of an ellipsoid [default: 0.001; 0.03 with --modal]
+        #[arg(long, value_name = "E", value_parser = accuracy)]
+        accuracy: Option<f64>,
         /// Highest wavenumber times the longest semi-axis
-        #[arg(long, value_name = "KA", default_value_t = 20.0, value_parser = wavenumber)]
+        #[arg(long, value_name = "KA", default_value_t = 20.0, value_parser = wavenumber, conflicts_with = "modal")]
         max_wavenumber: f64,
     },
     /// Say what is in a bank

@@ -10,6 +10,7 @@ pub mod glb;
 pub mod levels;
 pub mod load;
 pub mod mesh_reader;
+pub mod modal_soundbank;
 pub mod mode_plot;
 pub mod model_cache;
 pub mod picture;

@@ -16,13 +16,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use clangor::model::modal_bank_file::ModalBankFile;
 use clangor::model::modal_file::ModalFile;
 use clangor::model::model_file::ModelFile;
 use clangor::model::tensor_file::TensorFileError;
 use clangor_bake::acceleration_noise::SolvedFrequency;
 
 use crate::atomic_file::{OutputError, write_atomically};
-pub use key::{given_modes_key, modal_key, model_key};
+pub use key::{given_modes_key, modal_bank_key, modal_key, model_key};
 
 /// A partial entry this old belongs to a process that was killed: writing one takes seconds.
 const ABANDONED: Duration = Duration::from_secs(3600);
@@ -181,6 +182,26 @@ impl ModelCache {
         let path = self.modal_path(key);
         self.write_entry(&path, &file.encode()?)?;
         let _ = fs::remove_file(self.modes_path(key));
+        Ok(path)
+    }
+
+    /// Where the bank of a key is, or would be.
+    pub fn modal_bank_path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("modal-bank-{key}.safetensors"))
+    }
+
+    /// Looks a bank of ringing ellipsoids up, and verifies it.
+    pub fn read_modal_bank(&self, key: &str) -> Lookup<ModalBankFile> {
+        read_entry(&self.modal_bank_path(key), key, ModalBankFile::decode, |file| &file.origin.inputs)
+    }
+
+    /// Keeps a bank of ringing ellipsoids.
+    ///
+    /// # Errors
+    /// [`CacheError`].
+    pub fn write_modal_bank(&self, file: &ModalBankFile) -> Result<PathBuf, CacheError> {
+        let path = self.modal_bank_path(&file.origin.inputs);
+        self.write_entry(&path, &file.encode()?)?;
         Ok(path)
     }
 

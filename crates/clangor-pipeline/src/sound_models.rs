@@ -1,5 +1,6 @@
 //! The sound model of a body: out of the cache, or baked and put there.
 
+mod piece_proxies;
 mod recognise;
 pub mod ringers;
 pub mod ringing;
@@ -16,6 +17,7 @@ use clangor::geometry::mass_properties::MassProperties;
 use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::DVec3;
 use clangor::model::bank_file::{self, BankFile};
+use clangor::model::modal_bank_file::{self, ModalBankFile};
 use clangor::model::modal_file::{self, ModalFile};
 use clangor::model::model_file::{self, ModelFile, Origin, Solid};
 use clangor::model::published_file::{self, PublishedFile};
@@ -273,6 +275,8 @@ pub enum SoundFile {
     Published(Box<PublishedFile>),
     /// A bank of ellipsoids.
     Bank(BankFile),
+    /// A bank of ringing ellipsoids.
+    ModalBank(Box<ModalBankFile>),
 }
 
 /// Why a file is no model and no bank.
@@ -307,6 +311,9 @@ pub fn read_sound_file(path: &Path) -> Result<SoundFile, SoundFileError> {
         Err(TensorFileError::Kind { found, .. }) if found == bank_file::KIND => {
             BankFile::decode(&bytes).map(SoundFile::Bank).map_err(content)
         }
+        Err(TensorFileError::Kind { found, .. }) if found == modal_bank_file::KIND => {
+            ModalBankFile::decode(&bytes).map(Box::new).map(SoundFile::ModalBank).map_err(content)
+        }
         Err(TensorFileError::Kind { found, .. }) if found == modal_file::KIND => {
             ModalFile::decode(&bytes).map(Box::new).map(SoundFile::Modal).map_err(content)
         }
@@ -328,6 +335,7 @@ pub fn read_model(path: &Path) -> Result<ModelFile, SoundFileError> {
             let found = match other {
                 SoundFile::Published(_) => published_file::KIND.into(),
                 SoundFile::Modal(_) => modal_file::KIND.into(),
+                SoundFile::ModalBank(_) => modal_bank_file::KIND.into(),
                 _ => bank_file::KIND.into(),
             };
             let source = TensorFileError::Kind { found, expected: model_file::KIND };

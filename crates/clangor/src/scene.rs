@@ -25,6 +25,7 @@ use glam::DVec3;
 use crate::body::BodyId;
 use crate::medium::Medium;
 use crate::synthesis::SoundRule;
+use crate::synthesis::modal::RingingRule;
 use body_description::{BodyDescription, HangDescription, PlaneDescription, SpringDescription};
 use breaking::Breaking;
 use diagnostic::{SceneErrors, SceneWarning};
@@ -76,8 +77,8 @@ impl Scene {
         bodies.flat_map(|(rule, count)| std::iter::repeat_n(rule, count)).collect()
     }
 
-    /// Whether each body of the instantiated scene is to ring, in their order, where the scene says it.
-    pub fn ringing_rules(&self) -> Vec<Option<bool>> {
+    /// Whether each body of the instantiated scene is to ring, and with whose modes, in their order.
+    pub fn ringing_rules(&self) -> Vec<RingingRule> {
         let of = |body: &BodyDescription| std::iter::repeat_n(body.ringing, body.count());
         self.bodies.iter().flat_map(of).collect()
     }

@@ -268,7 +268,10 @@ fn a_file_holds_what_it_was_given() {
     for (read, given) in read.bank.entries().iter().zip(bank().entries()) {
         assert_eq!((read.semi_axes, read.max_frequency), (given.semi_axes, given.max_frequency));
         for (read, given) in read.modes.iter().zip(&given.modes) {
-            assert_eq!((read.frequency, read.parity, read.order), (given.frequency, given.parity, given.order));
+            assert_eq!(
+                (read.frequency, read.parity, read.order),
+                (given.frequency, given.parity, given.order)
+            );
             let pairs = read.shape.iter().flatten().zip(given.shape.iter().flatten());
             // Half of a step, with numbers up to 1.
             assert!(pairs.into_iter().all(|(r, g)| (r - g).abs() <= 0.51 / 32767.0));

@@ -67,7 +67,8 @@ impl BallPolynomials {
         let points = ball_points(degree);
         // The rule on the sphere is the outermost shell's, over its weights.
         let shell = sphere_points(degree);
-        let classes = (0..CLASSES).into_par_iter().map(|parity| scalars(parity as u8, degree, &points, &shell));
+        let classes =
+            (0..CLASSES).into_par_iter().map(|parity| scalars(parity as u8, degree, &points, &shell));
         BallPolynomials { degree, classes: classes.collect() }
     }
 
@@ -126,12 +127,12 @@ impl BallPolynomials {
         }
         let vectors = symmetric_eigenvectors(stiffness.as_ref());
         let images = &stiffness * &vectors;
-        let mut order: Vec<(f64, usize)> = (0..size)
-            .map(|k| (vectors.col(k).transpose() * images.col(k), k))
-            .collect();
+        let mut order: Vec<(f64, usize)> =
+            (0..size).map(|k| (vectors.col(k).transpose() * images.col(k), k)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let volume = semi_axes.element_product();
-        let kept = order.into_iter().skip(rigid_motions(parity)).filter(|(square, _)| *square < limit * limit);
+        let kept =
+            order.into_iter().skip(rigid_motions(parity)).filter(|(square, _)| *square < limit * limit);
         kept.map(|(square, k)| {
             let shape = [0, 1, 2].map(|i| {
                 let own = vectors.col(k).subrows(starts[i], counts[i]);
@@ -224,8 +225,7 @@ fn scalars(parity: u8, degree: usize, points: &[Point], shell: &[(DVec3, f64)]) 
         let norm = dot(&own[..count], &own[..count]).sqrt();
         own.iter_mut().for_each(|x| *x /= norm);
     }
-    let slopes =
-        [1, 2, 3].map(|k| Mat::from_fn(count, columns.len(), |at, p| columns[p][k * count + at]));
+    let slopes = [1, 2, 3].map(|k| Mat::from_fn(count, columns.len(), |at, p| columns[p][k * count + at]));
     let kept = parity_harmonics(parity, degree);
     let mut all = Vec::new();
     let mut to_harmonics = Mat::<f64>::zeros(kept.len(), shell.len());
@@ -273,7 +273,9 @@ mod tests {
     #[test]
     fn more_polynomials_change_nothing() {
         let (few, many) = (BallPolynomials::new(12), BallPolynomials::new(14));
-        for semi_axes in [DVec3::new(0.05, 0.7, 0.71), DVec3::new(0.1, 0.15, 0.98), DVec3::new(0.3, 0.5, 0.81)] {
+        for semi_axes in
+            [DVec3::new(0.05, 0.7, 0.71), DVec3::new(0.1, 0.15, 0.98), DVec3::new(0.3, 0.5, 0.81)]
+        {
             let limit = 6.0 * few.first(semi_axes, 0.2);
             let (few, many) = (few.modes(semi_axes, 0.2, limit), many.modes(semi_axes, 0.2, limit));
             for (k, (few, many)) in few.iter().zip(&many).enumerate() {

@@ -36,9 +36,8 @@ pub fn samples(
         let all = polynomials.modes(axes, nu, f64::INFINITY);
         all.iter().take(COMPARED).map(|mode| mode.angular_frequency.ln()).collect()
     };
-    let mut points: Vec<DVec3> = [DVec3::new(t, 1.0, 1.0), DVec3::new(t, t, 1.0), DVec3::ONE]
-        .map(DVec3::normalize)
-        .to_vec();
+    let mut points: Vec<DVec3> =
+        [DVec3::new(t, 1.0, 1.0), DVec3::new(t, t, 1.0), DVec3::ONE].map(DVec3::normalize).to_vec();
     let mut frequencies: Vec<Vec<f64>> = points.iter().map(|p| lowest(*p)).collect();
     let mut triangles = vec![[0, 1, 2]];
     loop {

@@ -9,8 +9,9 @@
 
 use faer::Mat;
 
-use super::factor::Structure;
+use super::factor::factor;
 use super::{ModalError, frequency, lanczos, random};
+use crate::elasticity::elimination::Elimination;
 use crate::elasticity::{ElasticConstants, ElasticSystem};
 
 /// Most steps.
@@ -28,8 +29,8 @@ pub fn lowest_frequency(system: &ElasticSystem, constants: &ElasticConstants) ->
     if !(shift > 0.0 && shift.is_finite()) {
         return Err(ModalError::Singular { shift });
     }
-    let structure = Structure::new(system)?;
-    let factor = structure.factor(system, -shift)?;
+    let structure = Elimination::new(system)?;
+    let factor = factor(&structure, system, -shift)?;
     if factor.below > 0 {
         return Err(ModalError::Singular { shift: -shift });
     }

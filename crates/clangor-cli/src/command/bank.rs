@@ -1,31 +1,45 @@
-//! `clangor bank`: the bank of ellipsoids that stand for small bodies.
+//! `clangor bank`: the banks of ellipsoids that stand for small bodies when they click, and when they ring.
 
 use std::path::Path;
 use std::time::Instant;
 
+use clangor::medium::Medium;
 use clangor::model::bank_file::BankFile;
+use clangor::model::modal_bank_file::ModalBankFile;
+use clangor_bake::modal_bank::BankOptions as ModalBankOptions;
 use clangor_pipeline::atomic_file::{check_folder, write_atomically};
+use clangor_pipeline::modal_soundbank::{bank_material, build_modal_bank};
 use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
 use clangor_pipeline::soundbank::{BankOptions, build_bank};
 use serde_json::json;
 
+use super::bake::preset;
 use super::check_ending;
 use crate::arguments::{Bank, BankAction};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
+/// Error of the click of an ellipsoid unless another is asked for.
+const ACCURACY: f64 = 1e-3;
 /// What a bank leaves out, over the accuracy asked for.
 const LEFT_OUT: f64 = 0.3;
 
 pub(crate) fn run(options: &Bank, console: &Console) -> Result<(), Failure> {
     match &options.action {
-        BankAction::Build { output, accuracy, max_wavenumber } => {
-            let options = BankOptions { accuracy: *accuracy, max_wavenumber: *max_wavenumber };
-            build(output, &options, console)
+        BankAction::Build { output, material: Some(material), accuracy, .. } => {
+            build_modal(output, material, *accuracy, console)
+        }
+        BankAction::Build { output, accuracy, max_wavenumber, .. } => {
+            let accuracy = accuracy.unwrap_or(ACCURACY);
+            build(output, &BankOptions { accuracy, max_wavenumber: *max_wavenumber }, console)
         }
         BankAction::Info { file } => match read_sound_file(file).map_err(Failure::new)? {
             SoundFile::Bank(bank) => {
                 report(console, file, &bank);
+                Ok(())
+            }
+            SoundFile::ModalBank(bank) => {
+                report_modal(console, file, &bank);
                 Ok(())
             }
             SoundFile::Model(_) | SoundFile::Modal(_) | SoundFile::Published(_) => Err(Failure::new(
@@ -50,6 +64,73 @@ fn build(output: &Path, options: &BankOptions, console: &Console) -> Result<(), 
     console.say(format_args!("built in {:.1} s", started.elapsed().as_secs_f64()));
     report(console, output, &stored);
     Ok(())
+}
+
+/// Bakes every ringing ellipsoid.
+fn build_modal(output: &Path, name: &str, accuracy: Option<f64>, console: &Console) -> Result<(), Failure> {
+    check_ending(output, "safetensors")?;
+    check_folder(output).map_err(Failure::new)?;
+    let material = preset(name)?;
+    let mut options = ModalBankOptions::new(bank_material(&material, Medium::AIR));
+    options.accuracy = accuracy.unwrap_or(options.accuracy);
+    let started = Instant::now();
+    let progress = console.progress("modal bank", 1.0);
+    let built = build_modal_bank(&material.name, &options, &mut |done| progress.reached(done));
+    drop(progress);
+    let bytes = built.map_err(Failure::new)?.encode().map_err(Failure::new)?;
+    // What is reported is what was stored.
+    let stored = ModalBankFile::decode(&bytes).map_err(Failure::new)?;
+    write_atomically(output, &bytes).map_err(Failure::new)?;
+    console.say(format_args!("built in {:.1} s", started.elapsed().as_secs_f64()));
+    report_modal(console, output, &stored);
+    Ok(())
+}
+
+/// What is in a bank of ringing ellipsoids.
+pub(super) fn report_modal(console: &Console, path: &Path, file: &ModalBankFile) {
+    let (bank, origin) = (&file.bank, &file.origin);
+    let entries = bank.entries();
+    let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
+    let modes: usize = entries.iter().map(|entry| entry.modes.len()).sum();
+    let order = entries.iter().flat_map(|e| &e.modes).map(|m| m.order).max().unwrap_or(0);
+    let material = bank.material();
+    console.say(format_args!(
+        "{}: {} of {}, {}, {:.3} MB",
+        path.display(),
+        counted(entries.len(), "ringing ellipsoid", "ringing ellipsoids"),
+        origin.material,
+        counted(modes, "mode", "modes"),
+        bytes as f64 * 1e-6
+    ));
+    console.say(format_args!(
+        "to {:.0} Hz for bodies up to {:.3} m with a lowest frequency from {:.0} Hz; shapes to degree {}, multipoles to order {order}",
+        origin.max_frequency,
+        origin.largest_size,
+        origin.least_first_frequency,
+        bank.degree()
+    ));
+    let ellipsoids = entries.iter().map(|e| {
+        json!({
+            "semi_axes": e.semi_axes.to_array(),
+            "modes": e.modes.len(),
+            "first_frequency_hz": e.modes.first().map(|m| m.frequency),
+            "max_frequency_hz": e.max_frequency,
+        })
+    });
+    console.json(&json!({
+        "bank": path,
+        "bytes": bytes,
+        "ellipsoids": ellipsoids.collect::<Vec<_>>(),
+        "modes": modes,
+        "material": origin.material,
+        "youngs_modulus_pa": material.youngs_modulus,
+        "density_kg_m3": material.density,
+        "poisson_ratio": material.poisson_ratio,
+        "sound_speed_m_s": material.medium.sound_speed,
+        "asked_accuracy": origin.asked_accuracy,
+        "spacing": origin.spacing,
+        "program": origin.program,
+    }));
 }
 
 /// What is in a bank.

@@ -46,7 +46,7 @@ fn modal(model: &Path, output: &Path, material: Option<&str>, console: &Console)
     let (modal, solid) = match read_sound_file(model).map_err(Failure::new)? {
         SoundFile::Model(file) => (file.modal, file.solid),
         SoundFile::Modal(file) => (Some(file.modal), file.solid),
-        SoundFile::Published(_) | SoundFile::Bank(_) => {
+        SoundFile::Published(_) | SoundFile::Bank(_) | SoundFile::ModalBank(_) => {
             return Err(Failure::new(format_args!("{} is not the model of one body", model.display())));
         }
     };

@@ -52,6 +52,7 @@ fn sound_file(path: &Path, console: &Console) -> Result<(), Failure> {
             published_report::say(console, path, &file, std::fs::metadata(path).map_or(0, |m| m.len()));
         }
         SoundFile::Bank(file) => bank::report(console, path, &file),
+        SoundFile::ModalBank(file) => bank::report_modal(console, path, &file),
     }
     Ok(())
 }

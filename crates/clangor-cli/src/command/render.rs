@@ -12,6 +12,7 @@ use clangor::scene::diagnostic::Place;
 use clangor::scene::listener::Listener as SceneListener;
 use clangor::scene::render_settings as scene_render;
 use clangor::scene::simulation_settings::SolverChoice;
+use clangor::synthesis::modal::RingingRule;
 use clangor::synthesis::source_rule::rules_with_pieces;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
 use clangor::timeline::Timeline;
@@ -45,7 +46,7 @@ struct Source {
     /// What the scene says that its bodies sound as.
     rules: Vec<SoundRule>,
     /// Which of them the scene wants to ring, or not.
-    ringing: Vec<Option<bool>>,
+    ringing: Vec<RingingRule>,
     v_min: f64,
     /// Time step \[s\], if the dynamics tell all forces.
     time_step: Option<f64>,
@@ -86,7 +87,8 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     let mut plan = match render_options.parts.modal {
         true => {
             let bake = modal_options(options.quality, &render_options.synthesis);
-            let mut plan = RingingPlan::new(&source.bodies, &source.ringing, bake);
+            let mut plan = RingingPlan::new(&source.bodies, &source.ringing, bake)
+                .with_proxy_frequency(source.settings.proxy_frequency);
             for (copies, modes) in &given_modes {
                 plan.give(copies, &source.bodies[copies[0].index()], modes, bake);
             }

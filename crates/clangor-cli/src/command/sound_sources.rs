@@ -172,7 +172,9 @@ pub(super) fn given_models(
                 };
                 (Some(Box::new(play)), None, solid)
             }
-            SoundFile::Bank(_) => return Err(unplayable(&"is a soundbank, not the model of one body")),
+            SoundFile::Bank(_) | SoundFile::ModalBank(_) => {
+                return Err(unplayable(&"is a soundbank, not the model of one body"));
+            }
         };
         let volume_of_solid = solid.mass.volume;
         let modes = modal.map(|modal| (Arc::new(modal.model.clone()), modal));

@@ -156,7 +156,7 @@ fn ringing(
         Some(SoundFile::Model(file)) => (file.modal.as_ref(), true),
         Some(SoundFile::Modal(file)) => (Some(&file.modal), true),
         Some(SoundFile::Published(_)) => (None, true),
-        Some(SoundFile::Bank(_)) | None => (None, false),
+        Some(SoundFile::Bank(_) | SoundFile::ModalBank(_)) | None => (None, false),
     };
     let model = match part {
         Some(part) => {
@@ -239,7 +239,7 @@ fn source(
             let (source, kind) = source_of(body, &decision, None, Some(&own));
             (kind, source)
         }
-        Some(SoundFile::Modal(_) | SoundFile::Bank(_)) | None => {
+        Some(SoundFile::Modal(_) | SoundFile::Bank(_) | SoundFile::ModalBank(_)) | None => {
             let wanted =
                 Wanted { rules: &[options.sound.into()], quality: options.quality, settings: &settings };
             let struck = BTreeSet::from([BodyId(0)]);
@@ -293,7 +293,7 @@ fn body(options: &Strike, console: &Console) -> Result<Struck, Failure> {
                 SoundFile::Model(file) => (&file.solid, file.acceleration.radius),
                 SoundFile::Modal(file) => (&file.solid, file.modal.model.radius),
                 SoundFile::Published(file) => (&file.solid, file.model.radius()),
-                SoundFile::Bank(_) => {
+                SoundFile::Bank(_) | SoundFile::ModalBank(_) => {
                     let path = path.display();
                     return Err(Failure::new(format_args!(
                         "{path} is a soundbank, not the model of one body"

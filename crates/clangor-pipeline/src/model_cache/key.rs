@@ -3,9 +3,10 @@
 use clangor::geometry::meridian::Piece;
 use clangor::material::Material;
 use clangor::model::modal_model::ModalModel;
-use clangor::model::{modal_file, model_file};
+use clangor::model::{modal_bank_file, modal_file, model_file};
 use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method};
 use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal_bank::BankOptions;
 use twox_hash::xxhash3_128::Hasher;
 
 /// To be raised when a change to the solvers changes what they compute by more than their accuracy.
@@ -67,6 +68,24 @@ pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &Mo
         inputs.number(mode.frequency);
         mode.shape.iter().flat_map(|u| u.to_array()).for_each(|u| inputs.number(u));
     }
+    format!("{:032x}", inputs.0.finish_128())
+}
+
+/// The hash of everything that a bank of ringing ellipsoids depends on.
+pub fn modal_bank_key(options: &BankOptions) -> String {
+    let mut inputs = Inputs(Hasher::new());
+    inputs.text("modal bank");
+    inputs.whole(modal_bank_file::VERSION.into());
+    inputs.whole(MODAL_SOLVERS.into());
+    let BankOptions { material, max_frequency, least_first_frequency, largest_size, .. } = *options;
+    let BankOptions { thinnest, spacing, degree, accuracy, .. } = *options;
+    let numbers = [material.youngs_modulus, material.density, material.poisson_ratio];
+    numbers.into_iter().for_each(|n| inputs.number(n));
+    let numbers = [material.medium.density, material.medium.sound_speed, max_frequency];
+    numbers.into_iter().for_each(|n| inputs.number(n));
+    let numbers = [least_first_frequency, largest_size, thinnest, spacing, accuracy];
+    numbers.into_iter().for_each(|n| inputs.number(n));
+    inputs.whole(degree as u64);
     format!("{:032x}", inputs.0.finish_128())
 }
 

@@ -10,7 +10,8 @@ use clangor::body::{Body, BodyId};
 use clangor::contact::force_stream::StreamedForce;
 use clangor::contact::{ImpactPulse, PoseHistory};
 use clangor::material::Damping;
-use clangor::model::modal_model::{ModalMode, ModalModel, ModalTransfer};
+use clangor::model::modal_bank::{ContactMapping, ModalProxy};
+use clangor::model::modal_model::{ModalModel, ModalTransfer};
 use clangor::synthesis::modal::{ModalError, ModalPressure, ModalSettings, ModalSource, ModalVoice};
 use clangor::synthesis::{Listener, RenderSettings, SynthesisError};
 use num_complex::Complex64;
@@ -51,23 +52,48 @@ impl Transfers {
     }
 }
 
-/// The model with |p| the same for all modes: |H| = C/ω².
-fn without_transfers(model: &ModalModel) -> ModalModel {
-    let crossing = TAU * model.radius / model.medium.sound_speed;
-    let square = |mode: &ModalMode| (TAU * mode.frequency).powi(2);
-    let power = |mode: &ModalMode| {
-        let transfer = mode.transfer.as_ref();
-        square(mode).powi(2) * transfer.map_or(0.0, |t| t.power(crossing * mode.frequency))
+/// Transfers with |p| the same for all modes of these frequencies \[Hz\]: |H| = C/ω²; `crossing` is κ per hertz.
+fn without_transfers(modes: &[(f64, Option<ModalTransfer>)], crossing: f64) -> Vec<ModalTransfer> {
+    let square = |frequency: f64| (TAU * frequency).powi(2);
+    let power = |(frequency, transfer): &(f64, Option<ModalTransfer>)| {
+        square(*frequency).powi(2) * transfer.as_ref().map_or(0.0, |t| t.power(crossing * frequency))
     };
-    let count = model.modes.len().max(1) as f64;
+    let count = modes.len().max(1) as f64;
     // A monopole of coefficient 1 has the power ½.
-    let level = (2.0 * model.modes.iter().map(power).sum::<f64>() / count).sqrt();
+    let level = (2.0 * modes.iter().map(power).sum::<f64>() / count).sqrt();
+    let unit = |(frequency, _): &(f64, Option<ModalTransfer>)| ModalTransfer {
+        order: 0,
+        coefficients: vec![Complex64::new(level / square(*frequency), 0.0)],
+    };
+    modes.iter().map(unit).collect()
+}
+
+/// The model without its transfers.
+fn unit_model(model: &ModalModel) -> ModalModel {
+    let crossing = TAU * model.radius / model.medium.sound_speed;
+    let modes: Vec<_> = model.modes.iter().map(|mode| (mode.frequency, mode.transfer.clone())).collect();
     let mut unit = model.clone();
-    for mode in &mut unit.modes {
-        let coefficients = vec![Complex64::new(level / square(mode), 0.0)];
-        mode.transfer = Some(ModalTransfer { order: 0, coefficients });
+    for (mode, transfer) in unit.modes.iter_mut().zip(without_transfers(&modes, crossing)) {
+        mode.transfer = Some(transfer);
     }
     unit
+}
+
+/// An ellipsoid in place of a body of this damping.
+fn proxy_source(
+    proxy: &ModalProxy,
+    transfers: Transfers,
+    damping: &Damping,
+    settings: &ModalSettings,
+) -> Result<ModalSource, ModalError> {
+    let mut own: Vec<ModalTransfer> = (0..proxy.mode_count()).map(|mode| proxy.transfer(mode)).collect();
+    if transfers == Transfers::Unit {
+        let crossing = TAU * proxy.radius() / proxy.material().medium.sound_speed;
+        let modes: Vec<_> =
+            own.into_iter().enumerate().map(|(mode, t)| (proxy.frequency(mode), Some(t))).collect();
+        own = without_transfers(&modes, crossing);
+    }
+    ModalSource::of_proxy(proxy.clone(), ContactMapping::default(), &own, damping, settings)
 }
 
 /// The ringing bodies, ready to be played to any listener.
@@ -107,19 +133,25 @@ impl RingingBodies {
         let mut sources = Vec::new();
         for (index, body) in bodies.iter().enumerate() {
             let id = BodyId(index as u32);
-            let Some(model) = ringers.modes(id) else { continue };
             let damping = &body.material.damping;
+            let unplayable = |source| UnplayableModes { body: body.name.clone(), source };
+            if let Some(proxy) = ringers.proxy(id) {
+                let source =
+                    Arc::new(proxy_source(proxy, transfers, damping, &settings).map_err(unplayable)?);
+                let (blows, limits) = blows_on(id, &source, pulses, limit);
+                sources.push(Ringer { body: id, source, blows, limits });
+                continue;
+            }
+            let Some(model) = ringers.modes(id) else { continue };
             let same = prepared.iter().find(|(m, d, _)| Arc::ptr_eq(m, model) && *d == damping);
             let source = match same {
                 Some((_, _, source)) => Arc::clone(source),
                 None => {
                     let played = match transfers {
-                        Transfers::Unit => Arc::new(without_transfers(model)),
+                        Transfers::Unit => Arc::new(unit_model(model)),
                         Transfers::Baked | Transfers::Published => Arc::clone(model),
                     };
-                    let source = ModalSource::new(played, damping, &settings)
-                        .map_err(|source| UnplayableModes { body: body.name.clone(), source })?;
-                    let source = Arc::new(source);
+                    let source = Arc::new(ModalSource::new(played, damping, &settings).map_err(unplayable)?);
                     prepared.push((model, damping, Arc::clone(&source)));
                     source
                 }
@@ -235,38 +267,24 @@ impl Voices<'_> {
 
 #[cfg(test)]
 mod tests {
-    use clangor::medium::Medium;
-    use clangor::model::modal_surface::ModalSurface;
-
     use super::*;
 
     #[test]
     fn without_transfers_the_same_power_is_shared_equally() {
-        let mode = |frequency: f64, order: usize| ModalMode {
-            frequency,
-            mesh_error: 0.0,
-            shape: Vec::new(),
-            transfer: Some(ModalTransfer {
-                order,
-                coefficients: (0..(order + 1).pow(2))
-                    .map(|i| Complex64::cis(i as f64) * (1.0 + i as f64))
-                    .collect(),
-            }),
+        let transfer = |order: usize| ModalTransfer {
+            order,
+            coefficients: (0..(order + 1).pow(2))
+                .map(|i| Complex64::cis(i as f64) * (1.0 + i as f64))
+                .collect(),
         };
-        let model = ModalModel {
-            radius: 0.1,
-            medium: Medium::AIR,
-            density: 7850.0,
-            max_frequency: 2e4,
-            surface: ModalSurface::default(),
-            modes: vec![mode(700.0, 2), mode(1900.0, 3), mode(2600.0, 0)],
+        let crossing = TAU * 0.1 / 343.0;
+        let modes = [(700.0, Some(transfer(2))), (1900.0, Some(transfer(3))), (2600.0, Some(transfer(0)))];
+        let powers = |transfers: &mut dyn Iterator<Item = ModalTransfer>| -> Vec<f64> {
+            let power = |(t, f): (ModalTransfer, &f64)| (TAU * f).powi(4) * t.power(crossing * f);
+            transfers.zip(&[700.0, 1900.0, 2600.0]).map(power).collect()
         };
-        let powers = |model: &ModalModel| -> Vec<f64> {
-            let crossing = TAU * model.radius / model.medium.sound_speed;
-            let power = |m: &ModalMode| m.transfer.as_ref().unwrap().power(crossing * m.frequency);
-            model.modes.iter().map(|m| (TAU * m.frequency).powi(4) * power(m)).collect()
-        };
-        let (given, unit) = (powers(&model), powers(&without_transfers(&model)));
+        let given = powers(&mut modes.iter().filter_map(|(_, t)| t.clone()));
+        let unit = powers(&mut without_transfers(&modes, crossing).into_iter());
         // Residual seen: 2e-16.
         assert!((given.iter().sum::<f64>() / unit.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(unit.iter().all(|p| (p / unit[0] - 1.0).abs() < 1e-12), "{unit:?}");

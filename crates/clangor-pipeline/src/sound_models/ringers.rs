@@ -4,6 +4,9 @@
 //! of the same form and material. Where these are many, as in a heap of stones, finding modes would take longer than all the
 //! rest: then only those ring that the scene asks for. A body whose modes all lie above the band does not ring, and is
 //! told apart from one whose modes cannot be found.
+//!
+//! Pieces of a broken body are as it was, if the scene says how it rings; else those with a lowest frequency above a threshold ring
+//! as ellipsoids (`piece_proxies`), and the rest with modes of their own.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -12,10 +15,15 @@ use std::time::{Duration, Instant};
 
 use clangor::body::{Body, BodyId, Motion};
 use clangor::medium::Medium;
+use clangor::model::modal_bank::ModalProxy;
 use clangor::model::modal_model::ModalModel;
+use clangor::scene::render_settings::PROXY_FREQUENCY;
+use clangor::synthesis::modal::RingingRule;
 use clangor_bake::acceleration_noise::BakeProgress;
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions};
+use clangor_bake::modal_bank::ModalBankBakeError;
 
+use super::piece_proxies::{Candidate, Choice, choose};
 use super::ringing::{ModalRequest, ObtainedModes, obtain_modes};
 use super::sources::SourceProgress;
 use crate::model_cache::ModelCache;
@@ -28,6 +36,8 @@ pub const MOST_FORMS: usize = 16;
 pub enum Ringing {
     /// With these modes; bodies of the same form and material share them.
     Modes(Arc<ModalModel>),
+    /// With those of an ellipsoid.
+    Proxy(Arc<ModalProxy>),
     /// All modes lie above the band.
     Above {
         /// The lowest \[Hz\].
@@ -53,6 +63,10 @@ impl std::fmt::Display for Ringing {
             Ringing::Modes(model) => match model.modes.len() {
                 1 => write!(f, "one mode"),
                 count => write!(f, "{count} modes"),
+            },
+            Ringing::Proxy(proxy) => match proxy.mode_count() {
+                1 => write!(f, "one mode of ellipsoid {}", proxy.entry()),
+                count => write!(f, "{count} modes of ellipsoid {}", proxy.entry()),
             },
             Ringing::Above { first, limit } => {
                 let (first, limit) = (1e-3 * first, 1e-3 * limit);
@@ -106,6 +120,20 @@ impl Ringers {
             _ => None,
         }
     }
+
+    /// The ellipsoid as which a body rings.
+    pub fn proxy(&self, body: BodyId) -> Option<&Arc<ModalProxy>> {
+        match self.bodies.get(body.index()) {
+            Some(Ringing::Proxy(proxy)) => Some(proxy),
+            _ => None,
+        }
+    }
+
+    /// How many modes a body rings with.
+    pub fn mode_count(&self, body: BodyId) -> usize {
+        let own = self.modes(body).map(|model| model.modes.len());
+        own.or(self.proxy(body).map(|proxy| proxy.mode_count())).unwrap_or(0)
+    }
 }
 
 /// Who may ring, before anything moves.
@@ -115,31 +143,44 @@ pub struct RingingPlan {
     bodies: Vec<Ringing>,
     /// What is wanted, and who shares it.
     requests: Vec<(ModalRequest, Vec<BodyId>)>,
+    /// Who may ring as an ellipsoid.
+    candidates: Vec<Candidate>,
     names: Vec<String>,
+    options: ModalBakeOptions,
+    proxy_frequency: f64,
 }
 
 impl RingingPlan {
-    /// Plans for bodies, of which `rules` say what the scene says.
-    pub fn new(bodies: &[Body], rules: &[Option<bool>], options: ModalBakeOptions) -> Self {
+    /// Plans for bodies, of which `rules` say what the scene says of those that are there from the beginning.
+    pub fn new(bodies: &[Body], rules: &[RingingRule], options: ModalBakeOptions) -> Self {
         let mut plan = RingingPlan {
             bodies: vec![Ringing::Unstruck; bodies.len()],
             requests: Vec::new(),
+            candidates: Vec::new(),
             names: bodies.iter().map(|body| body.name.clone()).collect(),
+            options,
+            proxy_frequency: PROXY_FREQUENCY,
         };
+        let rules = inherited(bodies, rules);
         // Copies share their surface, and to recognise its form takes time.
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
         let mut copies: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut unasked = BTreeSet::new();
         for (index, body) in bodies.iter().enumerate() {
-            let rule = rules.get(index).copied().flatten();
+            let rule = rules[index];
             if body.motion != Motion::Free {
                 continue;
             }
-            if rule == Some(false) {
+            if rule == RingingRule::Never {
                 plan.bodies[index] = Ringing::Unwanted;
                 continue;
             }
-            if rule.is_none() && unasked.len() > MOST_FORMS {
+            let always = rule == RingingRule::Proxy;
+            if always || (rule == RingingRule::Auto && body.life.parent.is_some()) {
+                plan.candidates.push(Candidate { id: BodyId(index as u32), body: body.clone(), always });
+                continue;
+            }
+            if rule == RingingRule::Auto && unasked.len() > MOST_FORMS {
                 plan.bodies[index] = Ringing::OneOfMany;
                 continue;
             }
@@ -158,13 +199,13 @@ impl RingingPlan {
                     at
                 }
             };
-            if rule.is_none() {
+            if rule == RingingRule::Auto {
                 unasked.insert(at);
             }
             plan.requests[at].1.push(id);
         }
         if unasked.len() > MOST_FORMS {
-            let asked = |id: &BodyId| rules.get(id.index()).copied().flatten().is_some();
+            let asked = |id: &BodyId| rules[id.index()] != RingingRule::Auto;
             for (_, own) in &mut plan.requests {
                 for id in own.iter().filter(|id| !asked(id)) {
                     plan.bodies[id.index()] = Ringing::OneOfMany;
@@ -176,10 +217,18 @@ impl RingingPlan {
         plan
     }
 
+    /// With another threshold \[Hz\] above which pieces ring as ellipsoids.
+    #[must_use]
+    pub fn with_proxy_frequency(mut self, frequency: f64) -> Self {
+        self.proxy_frequency = frequency;
+        self
+    }
+
     /// Lets copies of one body ring with modes that are known; only their sound is to be found.
     pub fn give(&mut self, copies: &[BodyId], body: &Body, modes: &ModalModel, options: ModalBakeOptions) {
         self.requests.iter_mut().for_each(|(_, own)| own.retain(|id| !copies.contains(id)));
         self.requests.retain(|(_, own)| !own.is_empty());
+        self.candidates.retain(|candidate| !copies.contains(&candidate.id));
         let (mass, modes) = (super::unit_mass(body), modes.clone());
         let request = ModalRequest::of_modes(&body.name, &body.surface, mass, &body.material, modes, options);
         if let (Ok(request), Motion::Free) = (request, &body.motion) {
@@ -197,12 +246,13 @@ impl RingingPlan {
 
     /// A plan in which nothing rings.
     pub fn none(bodies: &[Body]) -> Self {
-        RingingPlan::new(bodies, &vec![Some(false); bodies.len()], ModalBakeOptions::new(Medium::AIR))
+        RingingPlan::new(bodies, &vec![RingingRule::Never; bodies.len()], ModalBakeOptions::new(Medium::AIR))
     }
 
     /// Bodies whose motion matters because they may ring.
     pub fn may_ring(&self) -> BTreeSet<BodyId> {
-        self.requests.iter().flat_map(|(_, own)| own.iter().copied()).collect()
+        let own = self.requests.iter().flat_map(|(_, own)| own.iter().copied());
+        own.chain(self.candidates.iter().map(|candidate| candidate.id)).collect()
     }
 
     /// Finds or bakes the modes of those that are `struck`.
@@ -217,8 +267,35 @@ impl RingingPlan {
         cache: Option<&ModelCache>,
         progress: &mut dyn FnMut(&SourceProgress<'_>) -> ControlFlow<()>,
     ) -> Result<Ringers, ModalBakeError> {
-        let RingingPlan { bodies, mut requests, names } = self;
+        let RingingPlan { bodies, mut requests, mut candidates, names, options, proxy_frequency } = self;
         let mut result = Ringers { bodies, ..Ringers::default() };
+        candidates.retain(|candidate| struck.contains(&candidate.id));
+        let mut told =
+            |done: f64| progress(&SourceProgress { body: "", done, stage: "baking the modal bank" });
+        let (choices, remarks) = match choose(&candidates, &options, proxy_frequency, cache, &mut told) {
+            Ok(chosen) => chosen,
+            Err(ModalBankBakeError::Interrupted) => return Err(ModalBakeError::Interrupted),
+            Err(error) => (vec![Choice::Own; candidates.len()], vec![error.to_string()]),
+        };
+        result.remarks.extend(remarks);
+        for (Candidate { id, body, .. }, choice) in candidates.iter().zip(choices) {
+            result.bodies[id.index()] = match choice {
+                Choice::Proxy(proxy) => Ringing::Proxy(proxy),
+                Choice::Above(first) => Ringing::Above { first, limit: options.max_frequency },
+                Choice::Failed(why) => {
+                    result.remarks.push(format!("\"{}\" does not ring: {why}", body.name));
+                    Ringing::Failed(why)
+                }
+                Choice::Own => {
+                    let Ok(request) = ModalRequest::of_body(body, options) else { continue };
+                    match requests.iter_mut().find(|(other, _)| other.key() == request.key()) {
+                        Some((_, own)) => own.push(*id),
+                        None => requests.push((request, vec![*id])),
+                    }
+                    continue;
+                }
+            };
+        }
         requests.iter_mut().for_each(|(_, own)| own.retain(|id| struck.contains(id)));
         requests.retain(|(_, own)| !own.is_empty());
         let count = requests.len();
@@ -252,4 +329,14 @@ impl RingingPlan {
         }
         Ok(result)
     }
+}
+
+/// The rule of each body: a piece has that of the body that it was part of.
+fn inherited(bodies: &[Body], rules: &[RingingRule]) -> Vec<RingingRule> {
+    let mut all: Vec<RingingRule> = Vec::with_capacity(bodies.len());
+    for (index, body) in bodies.iter().enumerate() {
+        let of_parent = body.life.parent.and_then(|parent| all.get(parent.index()).copied());
+        all.push(of_parent.unwrap_or(rules.get(index).copied().unwrap_or_default()));
+    }
+    all
 }

@@ -130,7 +130,9 @@ pub enum ModalBankError {
         value: f64,
     },
     /// Semi-axes that are out of order or not normalised.
-    #[error("ellipsoid {index} has the semi-axes {semi_axes}; expected 0 < a ≤ b ≤ c and a² + b² + c² = 1 m²")]
+    #[error(
+        "ellipsoid {index} has the semi-axes {semi_axes}; expected 0 < a ≤ b ≤ c and a² + b² + c² = 1 m²"
+    )]
     Axes {
         /// Which.
         index: usize,
@@ -156,7 +158,7 @@ pub fn parity_harmonics(parity: u8, degree: usize) -> Vec<u32> {
         for m in -(n as isize)..=n as isize {
             // Under x → −x, φ → π − φ: cos mφ takes (−1)^m, sin mφ (−1)^{m+1}. Under z → −z: P_n^m takes (−1)^{n+m}.
             let (sine, order) = (usize::from(m < 0), m.unsigned_abs());
-            let own = (order + sine) % 2 | sine << 1 | ((n + order) % 2) << 2;
+            let own = ((order + sine) % 2) | (sine << 1) | (((n + order) % 2) << 2);
             if own == usize::from(parity) {
                 list.push((n * n + n).wrapping_add_signed(m) as u32);
             }
@@ -309,7 +311,9 @@ fn check_modes(index: usize, entry: &RingingEllipsoid, basis: &ShapeBasis) -> Re
         }
     }
     match entry.modes.is_empty() || !(entry.max_frequency >= last && entry.max_frequency.is_finite()) {
-        true => Err(ModalBankError::Mode { index, mode: entry.modes.len(), what: "no end of the band above it" }),
+        true => {
+            Err(ModalBankError::Mode { index, mode: entry.modes.len(), what: "no end of the band above it" })
+        }
         false => Ok(()),
     }
 }

@@ -8,6 +8,7 @@ use crate::body::Motion;
 use crate::material::Material;
 use crate::pose::Pose;
 use crate::synthesis::SoundRule;
+use crate::synthesis::modal::RingingRule;
 
 /// One `[[body]]`: one body, or many copies.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,8 +35,8 @@ pub struct BodyDescription {
     pub edge_radius: Option<f64>,
     /// What it sounds as; `None`: what the `[render]` section says.
     pub sound: Option<SoundRule>,
-    /// Whether it rings; `None`: unless that takes too long.
-    pub ringing: Option<bool>,
+    /// Whether it rings, and with whose modes.
+    pub ringing: RingingRule,
     /// How it breaks; `None` if it does not.
     pub breaking: Option<Breaking>,
     /// How many, and where.

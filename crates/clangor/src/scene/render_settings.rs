@@ -5,6 +5,9 @@ use crate::model::sphere_radiation::SphereModel;
 use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
 
+/// \[FRAC\] Table 2 has 140 to 4000 Hz; this is the one that it uses in most scenes.
+pub const PROXY_FREQUENCY: f64 = 2000.0;
+
 /// The `[render]` section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderSettings {
@@ -22,6 +25,8 @@ pub struct RenderSettings {
     pub parts: Parts,
     /// How planes sound that are hit.
     pub ground: GroundSound,
+    /// Pieces of broken bodies ring as ellipsoids if their lowest frequency is above this \[Hz\].
+    pub proxy_frequency: f64,
     /// Whether blows put no more energy into modes than they have.
     pub limit_energy: bool,
     /// Whether forces too gentle to be blows make bodies ring too: rolling, sliding, rattling to rest.
@@ -48,6 +53,7 @@ impl Default for RenderSettings {
             pulse: ForceProfile::HalfSine,
             parts: Parts::default(),
             ground: GroundSound::default(),
+            proxy_frequency: PROXY_FREQUENCY,
             limit_energy: true,
             rolling: false,
             sound: SoundRule::Auto,

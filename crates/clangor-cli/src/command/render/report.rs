@@ -1,6 +1,6 @@
 //! What a rendering tells: files with their levels, what was not heard, and each body's share.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use clangor::body::{Body, BodyId, Motion, Surface};
 use clangor::synthesis::source_rule::SourceKind;
@@ -120,6 +120,21 @@ impl Told<'_> {
                     true => "from the cache".into(),
                     false => format!("baked in {:.1} s", found.time.as_secs_f64()),
                 },
+            ));
+        }
+        let proxies: Vec<usize> =
+            (0..bodies.len()).filter_map(|k| ringers.proxy(BodyId(k as u32))).map(|p| p.entry()).collect();
+        if !proxies.is_empty() {
+            let modes: usize = (0..bodies.len())
+                .filter(|k| ringers.proxy(BodyId(*k as u32)).is_some())
+                .map(|k| ringers.mode_count(BodyId(k as u32)))
+                .sum();
+            let different: BTreeSet<usize> = proxies.iter().copied().collect();
+            console.say(format_args!(
+                "{} with {} of {} of the bank",
+                counted(proxies.len(), "piece rings", "pieces ring"),
+                counted(modes, "mode", "modes"),
+                counted(different.len(), "ellipsoid", "ellipsoids"),
             ));
         }
         let above = ringers.bodies.iter().filter(|r| matches!(r, Ringing::Above { .. })).count();
@@ -292,7 +307,7 @@ impl Told<'_> {
                     "name": body.name,
                     "acceleration_energy_pa2_s": energy(summary, index),
                     "modal_energy_pa2_s": modal_energy(summary, index),
-                    "modes": ringers.modes(BodyId(index as u32)).map_or(0, |model| model.modes.len()),
+                    "modes": ringers.mode_count(BodyId(index as u32)),
                     "limited_blows": summary.energy_limits.get(&BodyId(index as u32)).map(|l| l.limited),
                     "rings": ringers.bodies[index].to_string(),
                     "sounds_as": sources.kinds[index].to_string(),

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use super::{
-    BankMaterial, MOST_POISSON_DIFFERENCE, MOST_SPEED_DIFFERENCE, ModalSoundbank, RingingEllipsoid, ShapeBasis,
-    all_multipoles, normalised_ellipsoid,
+    BankMaterial, MOST_POISSON_DIFFERENCE, MOST_SPEED_DIFFERENCE, ModalSoundbank, RingingEllipsoid,
+    ShapeBasis, all_multipoles, normalised_ellipsoid,
 };
 use crate::model::modal_model::ModalTransfer;
 
@@ -64,7 +64,7 @@ pub enum ContactMapping {
 }
 
 /// An ellipsoid that rings for a body.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ModalProxy {
     ellipsoid: Arc<RingingEllipsoid>,
     basis: Arc<ShapeBasis>,
@@ -108,7 +108,17 @@ impl ModalProxy {
         let shape_factor = (bank.material.density / material.density).sqrt() * scale.powf(-1.5);
         let modes = ellipsoid.modes.partition_point(|m| m.frequency * frequency_factor < max_frequency);
         let basis = Arc::clone(&bank.basis);
-        Ok(ModalProxy { ellipsoid, basis, material, entry, scale, frequency_factor, shape_factor, rotation, modes })
+        Ok(ModalProxy {
+            ellipsoid,
+            basis,
+            material,
+            entry,
+            scale,
+            frequency_factor,
+            shape_factor,
+            rotation,
+            modes,
+        })
     }
 
     /// Which ellipsoid of the bank it is.

@@ -6,7 +6,7 @@ use super::breaking::breaking;
 use super::material::Materials;
 use super::motion::{body_track, orientation};
 use super::reader::{Decoder, Node, Quantity, Section};
-use super::settings::SOUNDS;
+use super::settings::{RINGING, SOUNDS};
 use super::{Names, geometry};
 use crate::body::Motion;
 use crate::material::{Material, presets};
@@ -15,6 +15,7 @@ use crate::scene::MAX_BODIES;
 use crate::scene::body_description::{BodyDescription, Copies, PlacedBy, PlaneDescription, RandomPlacement};
 use crate::scene::breaking::Breaking;
 use crate::scene::diagnostic::{Doubt, Problem};
+use crate::synthesis::modal::RingingRule;
 
 pub(super) const KEYS: &[&str] = &[
     "name",
@@ -137,7 +138,10 @@ fn body(
     let velocity = velocity(d, section, "velocity", sound_speed);
     let angular_velocity = section.vector(d, "angular_velocity", "rad/s");
     let sound = section.choice(d, "sound", SOUNDS);
-    let ringing = section.boolean(d, "ringing");
+    let ringing = section.get("ringing").and_then(|node| match node.is_boolean() {
+        true => node.boolean(d).map(|rings| if rings { RingingRule::Own } else { RingingRule::Never }),
+        false => node.choice(d, "ringing", RINGING),
+    });
     let breaking =
         section.get("fracture").map(|node| breakable(d, section, &node, motion.as_ref(), material.as_ref()));
     let edge_radius = section.number(d, "edge_radius", Quantity::between(1e-9, 1e3, "m"));
@@ -166,7 +170,7 @@ fn body(
         motion,
         edge_radius,
         sound,
-        ringing,
+        ringing: ringing.unwrap_or_default(),
         breaking: breaking.flatten(),
         copies: copies?,
         place: section.place.clone(),

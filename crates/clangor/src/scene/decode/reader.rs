@@ -134,6 +134,10 @@ impl<'t> Node<'t> {
         self.value.is_str()
     }
 
+    pub(super) fn is_boolean(&self) -> bool {
+        self.value.is_bool()
+    }
+
     pub(super) fn is_array(&self) -> bool {
         self.value.is_array()
     }

@@ -9,6 +9,7 @@ use crate::scene::render_settings::{Compressor, GroundSound, Level, Parts, Rende
 use crate::scene::simulation_settings::{SimulationSettings, SolverChoice};
 use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
+use crate::synthesis::modal::RingingRule;
 
 pub(super) const MEDIUM_KEYS: &[&str] = &["density", "sound_speed", "temperature"];
 
@@ -82,6 +83,7 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "pulse",
     "parts",
     "ground",
+    "proxy_frequency",
     "limit_energy",
     "rolling",
     "sound",
@@ -97,6 +99,13 @@ pub(super) const SOUNDS: &[(&str, SoundRule)] = &[
     ("proxy", SoundRule::Proxy),
     ("nearest-proxy", SoundRule::NearestProxy),
     ("sphere", SoundRule::Sphere),
+];
+/// The words for whose modes a body rings with.
+pub(super) const RINGING: &[(&str, RingingRule)] = &[
+    ("auto", RingingRule::Auto),
+    ("own", RingingRule::Own),
+    ("proxy", RingingRule::Proxy),
+    ("none", RingingRule::Never),
 ];
 pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];
 
@@ -125,6 +134,9 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
         pulse: section.choice(d, "pulse", &pulses).unwrap_or(default.pulse),
         parts: parts(d, &section).unwrap_or(default.parts),
         ground: section.choice(d, "ground", &grounds).unwrap_or(default.ground),
+        proxy_frequency: section
+            .number(d, "proxy_frequency", Quantity::between(0.0, 1e6, "Hz"))
+            .unwrap_or(default.proxy_frequency),
         limit_energy: section.boolean(d, "limit_energy").unwrap_or(default.limit_energy),
         rolling: section.boolean(d, "rolling").unwrap_or(default.rolling),
         sound: section.choice(d, "sound", SOUNDS).unwrap_or(default.sound),

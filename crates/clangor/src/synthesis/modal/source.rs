@@ -151,7 +151,8 @@ impl ModalSource {
     /// Adds ½ c (n·U)² × `part` [1/s] of a touching point to what each mode has of it; place \[m\] and unit normal in the
     /// frame of the body.
     pub(super) fn add_contact_decay(&self, place: DVec3, normal: DVec3, part: f64, values: &mut [f64]) {
-        let add = |(value, along): (&mut f64, f64)| *value += 0.5 * self.contact_damping * along * along * part;
+        let add =
+            |(value, along): (&mut f64, f64)| *value += 0.5 * self.contact_damping * along * along * part;
         match &self.shapes {
             Shapes::Own { model, locator } => {
                 let Some(place) = locator.nearest(place) else { return };

@@ -1,0 +1,134 @@
+//! Which bodies ring as ellipsoids of the bank, and as which.
+//!
+//! \[FRAC\] §5.4: a piece of a broken body whose lowest frequency f₀ is above a threshold has a proxy; only f₀ has to be computed for
+//! it. What is below has modes of its own, and so has what no bank can stand for: a lower body would need modes above
+//! the band of its ellipsoid, which are not there.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use clangor::body::{Body, BodyId, Surface};
+use clangor::material::Material;
+use clangor::model::modal_bank::{ModalProxy, ModalSoundbank, ProxyBody};
+use clangor_bake::elasticity::ElasticConstants;
+use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal_bank::{ModalBankBakeError, first_frequency_of_surface};
+use rayon::prelude::*;
+
+use crate::modal_soundbank::{bank_material, obtain_modal_bank};
+use crate::model_cache::ModelCache;
+
+/// A body that may ring as an ellipsoid.
+#[derive(Clone, Debug)]
+pub(super) struct Candidate {
+    pub(super) id: BodyId,
+    pub(super) body: Body,
+    /// Whatever its lowest frequency is.
+    pub(super) always: bool,
+}
+
+/// What becomes of it.
+#[derive(Clone, Debug)]
+pub(super) enum Choice {
+    /// It rings as this ellipsoid.
+    Proxy(Arc<ModalProxy>),
+    /// It has modes of its own.
+    Own,
+    /// All modes lie above the band; the lowest \[Hz\].
+    Above(f64),
+    /// Why it does not ring.
+    Failed(String),
+}
+
+/// What becomes of each, in their order, and what the person should know. `progress` is told which part of a bank that has to be
+/// baked is done.
+///
+/// # Errors
+/// [`ModalBankBakeError::Interrupted`].
+pub(super) fn choose(
+    candidates: &[Candidate],
+    options: &ModalBakeOptions,
+    threshold: f64,
+    cache: Option<&ModelCache>,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<(Vec<Choice>, Vec<String>), ModalBankBakeError> {
+    let frequencies: Vec<Result<f64, String>> = candidates.par_iter().map(|c| lowest(&c.body)).collect();
+    let mut banks: Vec<(Material, Result<ModalSoundbank, String>)> = Vec::new();
+    let (mut choices, mut remarks) = (Vec::with_capacity(candidates.len()), Vec::new());
+    for (candidate, first) in candidates.iter().zip(frequencies) {
+        let Candidate { body, always, .. } = candidate;
+        let first = match first {
+            Ok(first) => first,
+            Err(why) => {
+                choices.push(Choice::Failed(why));
+                continue;
+            }
+        };
+        if first >= options.max_frequency {
+            choices.push(Choice::Above(first));
+            continue;
+        }
+        if !always && first <= threshold {
+            choices.push(Choice::Own);
+            continue;
+        }
+        if !banks.iter().any(|(material, _)| same_elasticity(material, &body.material)) {
+            let bank = match obtain_modal_bank(&body.material, options.medium, cache, progress) {
+                Ok(obtained) => {
+                    remarks.extend(obtained.remarks);
+                    Ok(obtained.bank)
+                }
+                Err(ModalBankBakeError::Interrupted) => return Err(ModalBankBakeError::Interrupted),
+                Err(error) => {
+                    let material = &body.material.name;
+                    remarks
+                        .push(format!("no modal bank of {material}: {error}; its bodies ring by themselves"));
+                    Err(error.to_string())
+                }
+            };
+            banks.push((body.material.clone(), bank));
+        }
+        let bank = banks.iter().find(|(material, _)| same_elasticity(material, &body.material));
+        let Some((_, Ok(bank))) = bank else {
+            choices.push(Choice::Own);
+            continue;
+        };
+        let wanted = ProxyBody {
+            inertia: body.inertia,
+            mass: body.mass,
+            first_frequency: first,
+            material: bank_material(&body.material, options.medium),
+            max_frequency: options.max_frequency,
+        };
+        choices.push(match bank.proxy_for(&wanted) {
+            Ok(proxy) if *always || proxy.complete_below() >= options.max_frequency => {
+                Choice::Proxy(Arc::new(proxy))
+            }
+            Ok(_) => Choice::Own,
+            Err(error) => Choice::Failed(error.to_string()),
+        });
+    }
+    Ok((choices, remarks))
+}
+
+/// The lowest frequency \[Hz\] of a body.
+fn lowest(body: &Body) -> Result<f64, String> {
+    let constants = ElasticConstants::of(&body.material).map_err(|error| error.to_string())?;
+    match &*body.surface {
+        Surface::Mesh(surface) => {
+            first_frequency_of_surface(&surface.mesh, &constants).map_err(|error| error.to_string())
+        }
+        Surface::Sphere { radius } => {
+            Ok(BALL_ROOT * (constants.shear_modulus / constants.density).sqrt() / radius)
+        }
+        Surface::HalfSpace => Err("a half-space has no modes".into()),
+    }
+}
+
+/// f a/c_s of the lowest mode of a ball, twisting of order 2: 2.501/2π for any Poisson ratio of the usual.
+const BALL_ROOT: f64 = 0.398_06;
+
+fn same_elasticity(a: &Material, b: &Material) -> bool {
+    let numbers = |m: &Material| [m.youngs_modulus, m.density, m.poisson_ratio];
+    numbers(a) == numbers(b)
+}

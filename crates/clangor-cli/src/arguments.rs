@@ -251,9 +251,9 @@ pub(crate) struct Bank {
 pub(crate) enum BankAction {
     /// Bake the ellipsoids of the bank from nothing
     Build {
-        /// The bank to write
+        /// The bank to write; with --modal into the cache unless it is given
         #[arg(short, long, value_name = "BANK.safetensors")]
-        output: PathBuf,
+        output: Option<PathBuf>,
         /// Build the bank of ringing ellipsoids instead
         #[arg(long, requires = "material")]
         modal: bool,

@@ -28,7 +28,7 @@ fn main() -> ExitCode {
         Command::Check(options) => command::check::run(options, global, &console),
         Command::Simulate(options) => command::simulate::run(options, global, &console),
         Command::Bake(options) => command::bake::run(options, global, &console),
-        Command::Bank(options) => command::bank::run(options, &console),
+        Command::Bank(options) => command::bank::run(options, global, &console),
         Command::Plot(options) => command::plot::run(options, &console),
         Command::Modes(options) => command::modes::run(options, &console),
         Command::Strike(options) => command::strike::run(options, global, &console),

@@ -1,25 +1,18 @@
-//! The bank of ringing ellipsoids that fits a material: the one that comes with the program, one of the cache, or baked now.
+//! The bank of ringing ellipsoids of a material: out of the cache, or baked and put there, which takes minutes once.
 //!
-//! The bank of the program is of glass in air; it serves what differs little from it, as ceramic does
-//! (`clangor::model::modal_bank`). Another material has a bank of its own, which takes minutes once.
+//! Ceramic is played by the bank of glass, from which it differs little (`clangor::model::modal_bank`): a bank belongs to the first of a
+//! few common materials that it serves.
 
 use std::ops::ControlFlow;
 
 use clangor::material::Material;
+use clangor::material::presets::GLASS;
 use clangor::medium::Medium;
-use clangor::model::modal_bank::{BankMaterial, ModalSoundbank};
+use clangor::model::modal_bank::{BankMaterial, ModalSoundbank, serves};
 use clangor::model::modal_bank_file::{ModalBankFile, ModalBankOrigin};
 use clangor_bake::modal_bank::{BankOptions, ModalBankBakeError, build_bank};
 
 use crate::model_cache::{Lookup, ModelCache, modal_bank_key};
-
-/// What `clangor bank build --modal --material glass` made, as it comes with the program.
-const DEFAULT_BANK: &[u8] = include_bytes!("../../../data/modal_bank.safetensors");
-
-/// The bank that comes with the program; `None` if it cannot be used.
-pub fn default_modal_bank() -> Option<ModalSoundbank> {
-    Some(ModalBankFile::decode(DEFAULT_BANK).ok()?.bank)
-}
 
 /// What a bank has to know of a material, and of what carries the sound.
 pub fn bank_material(material: &Material, medium: Medium) -> BankMaterial {
@@ -59,7 +52,17 @@ pub struct ObtainedBank {
     pub remarks: Vec<String>,
 }
 
-/// The bank for a material: that of the program if it serves, one of the cache, or one that is baked and put there.
+/// The material whose bank a body of another is played with.
+fn shared_material(material: &Material, medium: Medium) -> (String, BankMaterial) {
+    let wanted = bank_material(material, medium);
+    let glass = bank_material(&GLASS.material(), medium);
+    match serves(&glass, &wanted) {
+        Ok(()) => (GLASS.name.into(), glass),
+        Err(_) => (material.name.clone(), wanted),
+    }
+}
+
+/// The bank for a material: out of the cache, or baked and put there.
 ///
 /// # Errors
 /// [`ModalBankBakeError`].
@@ -69,44 +72,38 @@ pub fn obtain_modal_bank(
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<ObtainedBank, ModalBankBakeError> {
-    let wanted = bank_material(material, medium);
     let mut remarks = Vec::new();
-    if let Some(bank) = default_modal_bank().filter(|bank| bank.serves(&wanted).is_ok()) {
-        return Ok(ObtainedBank { bank, remarks });
-    }
-    let options = BankOptions::new(wanted);
+    let (name, of) = shared_material(material, medium);
+    let options = BankOptions::new(of);
     let key = modal_bank_key(&options);
     match cache.map_or(Lookup::Missing, |cache| cache.read_modal_bank(&key)) {
         Lookup::Found(file) => return Ok(ObtainedBank { bank: file.bank, remarks }),
         Lookup::Missing => {}
         Lookup::Invalid(why) => remarks.push(format!("{why}; it is baked again")),
     }
-    let mut file = build_modal_bank(&material.name, &options, progress)?;
+    let mut file = build_modal_bank(&name, &options, progress)?;
     // What is played is what a file keeps, now and after.
     let stored = file.encode().and_then(|bytes| ModalBankFile::decode(&bytes));
     if let Ok(stored) = stored {
         file = stored;
     }
     if let Some(Err(error)) = cache.map(|cache| cache.write_modal_bank(&file)) {
-        remarks.push(format!("the modal bank of {} is not kept: {error}", material.name));
+        remarks.push(format!("the modal bank of {name} is not kept: {error}"));
     }
     Ok(ObtainedBank { bank: file.bank, remarks })
 }
 
 #[cfg(test)]
 mod tests {
-    use clangor::material::presets::{CERAMIC, GLASS, PLASTIC};
+    use clangor::material::presets::{CERAMIC, PLASTIC};
 
     use super::*;
 
     #[test]
-    fn the_bank_that_is_shipped_can_be_played() {
-        let bank = default_modal_bank().expect("a bank");
-        assert!(DEFAULT_BANK.len() < 2_000_000, "{} bytes", DEFAULT_BANK.len());
-        let serves = |material: &Material| bank.serves(&bank_material(material, Medium::AIR)).is_ok();
-        assert!(serves(&GLASS.material()) && serves(&CERAMIC.material()) && !serves(&PLASTIC.material()));
-        let origin = ModalBankFile::decode(DEFAULT_BANK).expect("a bank").origin;
-        let options = BankOptions::new(bank_material(&GLASS.material(), Medium::AIR));
-        assert_eq!(origin.inputs, modal_bank_key(&options));
+    fn materials_that_differ_little_share_a_bank() {
+        let of = |material: Material| shared_material(&material, Medium::AIR).0;
+        assert_eq!(of(GLASS.material()), "glass");
+        assert_eq!(of(CERAMIC.material()), "glass");
+        assert_eq!(of(PLASTIC.material()), "plastic");
     }
 }

@@ -276,11 +276,12 @@ mod tests {
         for semi_axes in
             [DVec3::new(0.05, 0.7, 0.71), DVec3::new(0.1, 0.15, 0.98), DVec3::new(0.3, 0.5, 0.81)]
         {
-            let limit = 6.0 * few.first(semi_axes, 0.2);
+            let limit = 4.0 * few.first(semi_axes, 0.2);
             let (few, many) = (few.modes(semi_axes, 0.2, limit), many.modes(semi_axes, 0.2, limit));
             for (k, (few, many)) in few.iter().zip(&many).enumerate() {
                 let error = few.angular_frequency / many.angular_frequency - 1.0;
-                println!("{semi_axes} {k} {} {error:e}", many.angular_frequency);
+                // From above. Residual seen: 3e-6, the 33rd of the thickest.
+                assert!((-1e-9..1e-5).contains(&error), "{semi_axes}, mode {k}: {error:e}");
             }
         }
     }

@@ -9,13 +9,14 @@ use clangor::model::modal_bank_file::ModalBankFile;
 use clangor_bake::modal_bank::BankOptions as ModalBankOptions;
 use clangor_pipeline::atomic_file::{check_folder, write_atomically};
 use clangor_pipeline::modal_soundbank::{bank_material, build_modal_bank};
+use clangor_pipeline::model_cache::ModelCache;
 use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
 use clangor_pipeline::soundbank::{BankOptions, build_bank};
 use serde_json::json;
 
 use super::bake::preset;
 use super::check_ending;
-use crate::arguments::{Bank, BankAction};
+use crate::arguments::{Bank, BankAction, Global};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
@@ -24,14 +25,17 @@ const ACCURACY: f64 = 1e-3;
 /// What a bank leaves out, over the accuracy asked for.
 const LEFT_OUT: f64 = 0.3;
 
-pub(crate) fn run(options: &Bank, console: &Console) -> Result<(), Failure> {
+pub(crate) fn run(options: &Bank, global: &Global, console: &Console) -> Result<(), Failure> {
     match &options.action {
         BankAction::Build { output, material: Some(material), accuracy, .. } => {
-            build_modal(output, material, *accuracy, console)
+            build_modal(output.as_deref(), material, *accuracy, global, console)
         }
-        BankAction::Build { output, accuracy, max_wavenumber, .. } => {
+        BankAction::Build { output: Some(output), accuracy, max_wavenumber, .. } => {
             let accuracy = accuracy.unwrap_or(ACCURACY);
             build(output, &BankOptions { accuracy, max_wavenumber: *max_wavenumber }, console)
+        }
+        BankAction::Build { output: None, .. } => {
+            Err(Failure::new("the bank of clicks needs a file: add -o BANK.safetensors"))
         }
         BankAction::Info { file } => match read_sound_file(file).map_err(Failure::new)? {
             SoundFile::Bank(bank) => {
@@ -67,9 +71,17 @@ fn build(output: &Path, options: &BankOptions, console: &Console) -> Result<(), 
 }
 
 /// Bakes every ringing ellipsoid.
-fn build_modal(output: &Path, name: &str, accuracy: Option<f64>, console: &Console) -> Result<(), Failure> {
-    check_ending(output, "safetensors")?;
-    check_folder(output).map_err(Failure::new)?;
+fn build_modal(
+    output: Option<&Path>,
+    name: &str,
+    accuracy: Option<f64>,
+    global: &Global,
+    console: &Console,
+) -> Result<(), Failure> {
+    if let Some(output) = output {
+        check_ending(output, "safetensors")?;
+        check_folder(output).map_err(Failure::new)?;
+    }
     let material = preset(name)?;
     let mut options = ModalBankOptions::new(bank_material(&material, Medium::AIR));
     options.accuracy = accuracy.unwrap_or(options.accuracy);
@@ -80,9 +92,18 @@ fn build_modal(output: &Path, name: &str, accuracy: Option<f64>, console: &Conso
     let bytes = built.map_err(Failure::new)?.encode().map_err(Failure::new)?;
     // What is reported is what was stored.
     let stored = ModalBankFile::decode(&bytes).map_err(Failure::new)?;
-    write_atomically(output, &bytes).map_err(Failure::new)?;
+    let path = match (output, ModelCache::find(global.cache.as_deref())) {
+        (Some(output), _) => {
+            write_atomically(output, &bytes).map_err(Failure::new)?;
+            output.to_path_buf()
+        }
+        (None, Some(cache)) => cache.write_modal_bank(&stored).map_err(Failure::new)?,
+        (None, None) => {
+            return Err(Failure::new("there is no cache: name a file with -o, or a cache with --cache"));
+        }
+    };
     console.say(format_args!("built in {:.1} s", started.elapsed().as_secs_f64()));
-    report_modal(console, output, &stored);
+    report_modal(console, &path, &stored);
     Ok(())
 }
 

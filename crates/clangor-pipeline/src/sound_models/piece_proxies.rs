@@ -2,7 +2,8 @@
 //!
 //! \[FRAC\] §5.4: a piece of a broken body whose lowest frequency f₀ is above a threshold has a proxy; only f₀ has to be computed for
 //! it. What is below has modes of its own, and so has what no bank can stand for: a lower body would need modes above
-//! the band of its ellipsoid, which are not there.
+//! the band of its ellipsoid, which are not there. Modes of one's own take seconds to minutes, so that only the lowest few have them;
+//! the rest does without those above.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -17,6 +18,9 @@ use rayon::prelude::*;
 
 use crate::modal_soundbank::{bank_material, obtain_modal_bank};
 use crate::model_cache::ModelCache;
+
+/// Pieces that have modes of their own without being asked for.
+const MOST_OWN: usize = 16;
 
 /// A body that may ring as an ellipsoid.
 #[derive(Clone, Debug)]
@@ -53,6 +57,11 @@ pub(super) fn choose(
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Vec<Choice>, Vec<String>), ModalBankBakeError> {
     let frequencies: Vec<Result<f64, String>> = candidates.par_iter().map(|c| lowest(&c.body)).collect();
+    let mut lowest_first: Vec<f64> =
+        frequencies.iter().zip(candidates).filter(|(_, c)| !c.always).flat_map(|(f, _)| f.clone()).collect();
+    lowest_first.sort_by(f64::total_cmp);
+    // Above this there are so many below that a piece has no modes of its own.
+    let most_own = lowest_first.get(MOST_OWN).copied().unwrap_or(f64::INFINITY);
     let mut banks: Vec<(Material, Result<ModalSoundbank, String>)> = Vec::new();
     let (mut choices, mut remarks) = (Vec::with_capacity(candidates.len()), Vec::new());
     for (candidate, first) in candidates.iter().zip(frequencies) {
@@ -68,7 +77,7 @@ pub(super) fn choose(
             choices.push(Choice::Above(first));
             continue;
         }
-        if !always && first <= threshold {
+        if !always && first <= threshold && first < most_own {
             choices.push(Choice::Own);
             continue;
         }
@@ -90,7 +99,11 @@ pub(super) fn choose(
         }
         let bank = banks.iter().find(|(material, _)| same_elasticity(material, &body.material));
         let Some((_, Ok(bank))) = bank else {
-            choices.push(Choice::Own);
+            choices.push(if first < most_own {
+                Choice::Own
+            } else {
+                Choice::Failed("there is no modal bank".into())
+            });
             continue;
         };
         let wanted = ProxyBody {
@@ -101,10 +114,10 @@ pub(super) fn choose(
             max_frequency: options.max_frequency,
         };
         choices.push(match bank.proxy_for(&wanted) {
-            Ok(proxy) if *always || proxy.complete_below() >= options.max_frequency => {
-                Choice::Proxy(Arc::new(proxy))
+            Ok(proxy) if !always && first < most_own && proxy.complete_below() < options.max_frequency => {
+                Choice::Own
             }
-            Ok(_) => Choice::Own,
+            Ok(proxy) => Choice::Proxy(Arc::new(proxy)),
             Err(error) => Choice::Failed(error.to_string()),
         });
     }

@@ -51,8 +51,6 @@ pub enum Ringing {
     Unstruck,
     /// It is one of too many different bodies.
     OneOfMany,
-    /// It is a piece of a broken body, of which the modes are not known.
-    Piece,
     /// Its modes or their sound cannot be computed.
     Failed(String),
 }
@@ -77,7 +75,6 @@ impl std::fmt::Display for Ringing {
             Ringing::OneOfMany => {
                 write!(f, "one of more than {MOST_FORMS} forms: ask for its modes with ringing = true")
             }
-            Ringing::Piece => f.write_str("it is a piece of a broken body"),
             Ringing::Failed(why) => write!(f, "its modes cannot be baked: {why}"),
         }
     }
@@ -146,6 +143,7 @@ pub struct RingingPlan {
     /// Who may ring as an ellipsoid.
     candidates: Vec<Candidate>,
     names: Vec<String>,
+    rules: Vec<RingingRule>,
     options: ModalBakeOptions,
     proxy_frequency: f64,
 }
@@ -158,10 +156,11 @@ impl RingingPlan {
             requests: Vec::new(),
             candidates: Vec::new(),
             names: bodies.iter().map(|body| body.name.clone()).collect(),
+            rules: inherited(bodies, rules),
             options,
             proxy_frequency: PROXY_FREQUENCY,
         };
-        let rules = inherited(bodies, rules);
+        let rules = plan.rules.clone();
         // Copies share their surface, and to recognise its form takes time.
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
         let mut copies: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -239,8 +238,26 @@ impl RingingPlan {
     /// Takes note of the bodies that have been born since; `bodies` are all that ever were.
     pub fn add_pieces(&mut self, bodies: &[Body]) {
         for body in bodies.iter().skip(self.bodies.len()) {
-            self.bodies.push(Ringing::Piece);
+            let id = BodyId(self.bodies.len() as u32);
+            let parent = body.life.parent.and_then(|parent| self.rules.get(parent.index()));
+            let rule = parent.copied().unwrap_or_default();
+            self.rules.push(rule);
             self.names.push(body.name.clone());
+            self.bodies.push(match rule {
+                RingingRule::Never => Ringing::Unwanted,
+                _ => Ringing::Unstruck,
+            });
+            match rule {
+                RingingRule::Never => {}
+                RingingRule::Own => {
+                    let Ok(request) = ModalRequest::of_body(body, self.options) else { continue };
+                    self.requests.push((request, vec![id]));
+                }
+                RingingRule::Auto | RingingRule::Proxy => {
+                    let always = rule == RingingRule::Proxy;
+                    self.candidates.push(Candidate { id, body: body.clone(), always });
+                }
+            }
         }
     }
 
@@ -267,7 +284,7 @@ impl RingingPlan {
         cache: Option<&ModelCache>,
         progress: &mut dyn FnMut(&SourceProgress<'_>) -> ControlFlow<()>,
     ) -> Result<Ringers, ModalBakeError> {
-        let RingingPlan { bodies, mut requests, mut candidates, names, options, proxy_frequency } = self;
+        let RingingPlan { bodies, mut requests, mut candidates, names, options, proxy_frequency, .. } = self;
         let mut result = Ringers { bodies, ..Ringers::default() };
         candidates.retain(|candidate| struck.contains(&candidate.id));
         let mut told =

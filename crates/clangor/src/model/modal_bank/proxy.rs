@@ -99,7 +99,7 @@ impl ModalProxy {
                 return Err(ModalProxyError::Body { what, value });
             }
         }
-        bank.serves(&material)?;
+        serves(&bank.material, &material)?;
         let (semi_axes, rotation) = normalised_ellipsoid(inertia).ok_or(ModalProxyError::Inertia)?;
         let entry = bank.nearest(semi_axes);
         let ellipsoid = Arc::clone(&bank.entries[entry]);
@@ -199,25 +199,22 @@ impl ModalProxy {
     }
 }
 
-impl ModalSoundbank {
-    /// Whether bodies of a material may be played with this bank.
-    ///
-    /// # Errors
-    /// [`ModalProxyError::Material`].
-    pub fn serves(&self, material: &BankMaterial) -> Result<(), ModalProxyError> {
-        let own = &self.material;
-        let number = |m: &BankMaterial| m.speed() / m.medium.sound_speed;
-        let (bank, body) = (number(own), number(material));
-        let speeds = (body / bank - 1.0).abs();
-        if speeds.is_nan() || speeds > MOST_SPEED_DIFFERENCE {
-            let what = "a speed of sound, over that of the medium, of";
-            return Err(ModalProxyError::Material { what, bank, body });
-        }
-        let (bank, body) = (own.poisson_ratio, material.poisson_ratio);
-        let ratios = (bank - body).abs();
-        if ratios.is_nan() || ratios > MOST_POISSON_DIFFERENCE {
-            return Err(ModalProxyError::Material { what: "Poisson's ratio", bank, body });
-        }
-        Ok(())
+/// Whether bodies of a material may be played with a bank of another.
+///
+/// # Errors
+/// [`ModalProxyError::Material`].
+pub fn serves(own: &BankMaterial, material: &BankMaterial) -> Result<(), ModalProxyError> {
+    let number = |m: &BankMaterial| m.speed() / m.medium.sound_speed;
+    let (bank, body) = (number(own), number(material));
+    let speeds = (body / bank - 1.0).abs();
+    if speeds.is_nan() || speeds > MOST_SPEED_DIFFERENCE {
+        let what = "a speed of sound, over that of the medium, of";
+        return Err(ModalProxyError::Material { what, bank, body });
     }
+    let (bank, body) = (own.poisson_ratio, material.poisson_ratio);
+    let ratios = (bank - body).abs();
+    if ratios.is_nan() || ratios > MOST_POISSON_DIFFERENCE {
+        return Err(ModalProxyError::Material { what: "Poisson's ratio", bank, body });
+    }
+    Ok(())
 }

@@ -61,7 +61,7 @@ fn modal_part(path: &Path) -> Result<(String, ModalPart), Failure> {
         SoundFile::Modal(file) => (file.solid.name, Some(file.modal)),
         SoundFile::Model(file) => (file.solid.name, file.modal),
         SoundFile::Published(file) => (file.solid.name, None),
-        SoundFile::Bank(_) => (String::new(), None),
+        SoundFile::Bank(_) | SoundFile::ModalBank(_) => (String::new(), None),
     };
     let part = part.ok_or_else(|| Failure::new(format_args!("{}: {NO_MODES}", path.display())))?;
     Ok((name, part))

@@ -16,7 +16,7 @@
 //! Eq. (9) says γ^−5/2 of the multipoles, because FRAC's are pressure per amplitude. Ours are c_nm of
 //! [`ModalModel`](super::modal_model::ModalModel), pressure over ρ₀R per modal acceleration, each wave made 1 on the
 //! bounding sphere: ω² R c is γ^(−2 + 1 − 3/2). At its mode's frequency kR does not depend on the size, so that
-//! the scaling is exact (`tests/paper_modal_bank.rs` of `clangor-bake`).
+//! the scaling is exact.
 //!
 //! Another material of the same Poisson ratio has the same shapes, and frequencies in proportion to v. Its transfers do
 //! depend on it, as kR ∝ v/c: those of the bank's material are taken, which [`MOST_SPEED_DIFFERENCE`] bounds.

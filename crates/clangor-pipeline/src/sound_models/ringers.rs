@@ -26,7 +26,6 @@ use clangor_bake::modal_bank::ModalBankBakeError;
 use super::piece_proxies::{Candidate, Choice, choose};
 use super::ringing::{ModalRequest, ObtainedModes, obtain_modes};
 use super::sources::SourceProgress;
-use crate::modal_soundbank::default_modal_bank;
 use crate::model_cache::ModelCache;
 
 /// Most different forms and materials whose modes are found without being asked for.
@@ -52,8 +51,6 @@ pub enum Ringing {
     Unstruck,
     /// It is one of too many different bodies.
     OneOfMany,
-    /// It is a piece of a broken body, of which nobody said that it rings, and no bank comes with the program.
-    Piece,
     /// Its modes or their sound cannot be computed.
     Failed(String),
 }
@@ -77,9 +74,6 @@ impl std::fmt::Display for Ringing {
             Ringing::Unstruck => f.write_str("nothing strikes it, or it cannot move"),
             Ringing::OneOfMany => {
                 write!(f, "one of more than {MOST_FORMS} forms: ask for its modes with ringing = true")
-            }
-            Ringing::Piece => {
-                f.write_str("it is a piece of a broken body: ask for its ringing with ringing = \"proxy\"")
             }
             Ringing::Failed(why) => write!(f, "its modes cannot be baked: {why}"),
         }
@@ -167,7 +161,6 @@ impl RingingPlan {
             proxy_frequency: PROXY_FREQUENCY,
         };
         let rules = plan.rules.clone();
-        let pieces_ring = default_modal_bank().is_some();
         // Copies share their surface, and to recognise its form takes time.
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
         let mut copies: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -183,10 +176,6 @@ impl RingingPlan {
             }
             let always = rule == RingingRule::Proxy;
             let piece = rule == RingingRule::Auto && body.life.parent.is_some();
-            if piece && !pieces_ring {
-                plan.bodies[index] = Ringing::Piece;
-                continue;
-            }
             if always || piece {
                 plan.candidates.push(Candidate { id: BodyId(index as u32), body: body.clone(), always });
                 continue;
@@ -249,7 +238,6 @@ impl RingingPlan {
 
     /// Takes note of the bodies that have been born since; `bodies` are all that ever were.
     pub fn add_pieces(&mut self, bodies: &[Body]) {
-        let pieces_ring = default_modal_bank().is_some();
         for body in bodies.iter().skip(self.bodies.len()) {
             let id = BodyId(self.bodies.len() as u32);
             let parent = body.life.parent.and_then(|parent| self.rules.get(parent.index()));
@@ -258,12 +246,10 @@ impl RingingPlan {
             self.names.push(body.name.clone());
             self.bodies.push(match rule {
                 RingingRule::Never => Ringing::Unwanted,
-                RingingRule::Auto if !pieces_ring => Ringing::Piece,
                 _ => Ringing::Unstruck,
             });
             match rule {
                 RingingRule::Never => {}
-                RingingRule::Auto if !pieces_ring => {}
                 RingingRule::Own => {
                     let Ok(request) = ModalRequest::of_body(body, self.options) else { continue };
                     self.requests.push((request, vec![id]));

@@ -6,7 +6,7 @@ use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
 
 /// \[FRAC\] Table 2 has 140 to 4000 Hz; this is the one that it uses in most scenes.
-pub const PROXY_FREQUENCY: f64 = 2000.0;
+pub const PROXY_FREQUENCY: f64 = 0.0;
 
 /// The `[render]` section.
 #[derive(Clone, Debug, PartialEq)]

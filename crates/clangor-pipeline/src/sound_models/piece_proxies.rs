@@ -1,22 +1,22 @@
 //! Which bodies ring as ellipsoids of the bank, and as which.
 //!
 //! \[FRAC\] §5.4: a piece of a broken body whose lowest frequency f₀ is above a threshold has a proxy; only f₀ has to be computed for
-//! it. What is below has modes of its own, and so has what no bank can stand for: a lower body would need modes above
-//! the band of its ellipsoid, which are not there. Modes of one's own take seconds to minutes, so that only the lowest few have them;
-//! the rest does without those above.
+//! it. What is below has modes of its own, and so has what no bank can stand for. Modes of one's own take seconds to minutes, so that
+//! only the lowest few have them. A large piece would need modes above the band of its ellipsoid, and does without.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use clangor::body::{Body, BodyId, Surface};
 use clangor::material::Material;
-use clangor::model::modal_bank::{ModalProxy, ModalSoundbank, ProxyBody};
+use clangor::medium::Medium;
+use clangor::model::modal_bank::{BankMaterial, ModalProxy, ModalSoundbank, ProxyBody, normalised_ellipsoid};
 use clangor_bake::elasticity::ElasticConstants;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::modal_bank::{ModalBankBakeError, first_frequency_of_surface};
 use rayon::prelude::*;
 
-use crate::modal_soundbank::{bank_material, obtain_modal_bank};
+use crate::modal_soundbank::{bank_material, default_modal_bank, obtain_modal_bank};
 use crate::model_cache::ModelCache;
 
 /// Pieces that have modes of their own without being asked for.
@@ -56,7 +56,14 @@ pub(super) fn choose(
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Vec<Choice>, Vec<String>), ModalBankBakeError> {
-    let frequencies: Vec<Result<f64, String>> = candidates.par_iter().map(|c| lowest(&c.body)).collect();
+    let shipped = default_modal_bank();
+    let frequency = |candidate: &Candidate| {
+        let body = &candidate.body;
+        let of_piece = || lowest_by_inertia(shipped.as_ref()?, body, options.medium);
+        let piece = body.life.parent.is_some().then(of_piece).flatten();
+        piece.map_or_else(|| lowest(body), Ok)
+    };
+    let frequencies: Vec<Result<f64, String>> = candidates.par_iter().map(frequency).collect();
     let mut lowest_first: Vec<f64> =
         frequencies.iter().zip(candidates).filter(|(_, c)| !c.always).flat_map(|(f, _)| f.clone()).collect();
     lowest_first.sort_by(f64::total_cmp);
@@ -114,14 +121,25 @@ pub(super) fn choose(
             max_frequency: options.max_frequency,
         };
         choices.push(match bank.proxy_for(&wanted) {
-            Ok(proxy) if !always && first < most_own && proxy.complete_below() < options.max_frequency => {
-                Choice::Own
-            }
             Ok(proxy) => Choice::Proxy(Arc::new(proxy)),
             Err(error) => Choice::Failed(error.to_string()),
         });
     }
     Ok((choices, remarks))
+}
+
+/// The lowest frequency \[Hz\] of the ellipsoid that has the mass and inertia of a piece.
+///
+/// Differs: \[FRAC\] finds that of the piece, for which the grid would have to be as fine as the roughness of its cracks.
+fn lowest_by_inertia(bank: &ModalSoundbank, body: &Body, medium: Medium) -> Option<f64> {
+    let (axes, _) = normalised_ellipsoid(body.inertia)?;
+    let entry = &bank.entries()[bank.nearest(axes)];
+    let speed = |material: &BankMaterial| (material.youngs_modulus / material.density).sqrt();
+    let factor = speed(&bank_material(&body.material, medium)) / speed(bank.material());
+    // tr I = ⅖ m (a² + b² + c²); those of the bank have 1 m².
+    let trace = body.inertia.x_axis.x + body.inertia.y_axis.y + body.inertia.z_axis.z;
+    let size = (2.5 * trace / body.mass).sqrt();
+    Some(factor * entry.modes.first()?.frequency / size)
 }
 
 /// The lowest frequency \[Hz\] of a body.

@@ -5,7 +5,7 @@ use crate::model::sphere_radiation::SphereModel;
 use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
 
-/// \[FRAC\] Table 2 has 140 to 4000 Hz; this is the one that it uses in most scenes.
+/// All pieces ring as ellipsoids. \[FRAC\] Table 2 has thresholds from 0 to 4000 Hz.
 pub const PROXY_FREQUENCY: f64 = 0.0;
 
 /// The `[render]` section.

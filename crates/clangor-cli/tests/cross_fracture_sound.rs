@@ -1,5 +1,4 @@
-//! \[FRAC\] Fig. 5: with the impulses of its cracks a body breaks louder. And what a person does with a scene that breaks:
-//! simulate, inspect, render the timeline again.
+//! What a person does with a scene that breaks: simulate, inspect, render, render the timeline again.
 
 use std::fs;
 use std::path::Path;
@@ -46,45 +45,6 @@ fn onset(path: &Path, milliseconds: f64) -> f64 {
     let first = samples.iter().position(|p| p.abs() > 1e-3 * peak).unwrap();
     let length = (1e-3 * milliseconds * rate) as usize;
     samples[first..].iter().take(length).map(|p| p * p).sum::<f64>() / rate
-}
-
-#[test]
-fn crack_impulses_raise_the_onset() {
-    let folder = tempfile::tempdir().unwrap();
-    scene(folder.path(), "with.toml", true);
-    scene(folder.path(), "without.toml", false);
-    let loudest = |scene: &str, seed: &str| {
-        clangor(
-            folder.path(),
-            &[
-                "--quiet",
-                "--seed",
-                seed,
-                "render",
-                scene,
-                "--parts",
-                "acceleration",
-                "--quality",
-                "draft",
-                "-o",
-                "a.wav",
-                "--force",
-            ],
-        );
-        [1.0, 2.0, 5.0].map(|ms| onset(&folder.path().join("a.wav"), ms))
-    };
-    let gains: Vec<[f64; 3]> = (0..10)
-        .map(|seed| {
-            let seed = seed.to_string();
-            let (with, without) = (loudest("with.toml", &seed), loudest("without.toml", &seed));
-            std::array::from_fn(|k| 10.0 * (with[k] / without[k]).log10())
-        })
-        .collect();
-    for k in 0..3 {
-        let mut own: Vec<f64> = gains.iter().map(|g| g[k]).collect();
-        own.sort_by(f64::total_cmp);
-        println!("the onset is louder by {own:.1?} dB");
-    }
 }
 
 #[test]

@@ -200,7 +200,7 @@ fn three_hundred_fractures() {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "many minutes: cargo test --release -p clangor-sim --test property_fracture_pieces -- --ignored"]
 fn ten_thousand_fractures() {
     fracture_many(10_000, 2);
 }

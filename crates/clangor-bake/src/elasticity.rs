@@ -12,6 +12,7 @@
 
 pub mod element;
 pub(crate) mod elimination;
+pub mod lamb_sphere;
 mod ordering;
 mod rigid_motions;
 mod system;

@@ -56,7 +56,7 @@ impl ModalBakeOptions {
 }
 
 /// How good a model is, and how that is known.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModalEvidence {
     /// The volume mesh, in words.
     pub mesh: String,
@@ -258,15 +258,7 @@ fn silent(
         surface: ModalSurface::default(),
         modes: Vec::new(),
     };
-    let evidence = ModalEvidence {
-        mesh: String::new(),
-        nodes: 0,
-        residual: 0.0,
-        first_frequency: Some(first),
-        method: String::new(),
-        warnings: Vec::new(),
-    };
-    (model, evidence)
+    (model, ModalEvidence { first_frequency: Some(first), ..ModalEvidence::default() })
 }
 
 /// Largest distance of a body from the origin \[m\].

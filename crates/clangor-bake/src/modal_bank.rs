@@ -136,14 +136,7 @@ pub fn ringing_ellipsoid(
         accuracy: options.accuracy,
         ..ModalBakeOptions::new(material.medium)
     };
-    let mut evidence = ModalEvidence {
-        mesh: String::new(),
-        nodes: 0,
-        residual: 0.0,
-        first_frequency: None,
-        method: String::new(),
-        warnings: Vec::new(),
-    };
+    let mut evidence = ModalEvidence::default();
     match radiate(&geometry, &mut model.model, &mut evidence, &settings, progress) {
         Err(ModalBakeError::Interrupted) => return Err(ModalBankBakeError::Interrupted),
         Err(source) => return Err(ModalBankBakeError::Ellipsoid { semi_axes, source }),

@@ -1,6 +1,27 @@
-//! Gauss–Legendre rules.
+//! Rules of integration: Gauss and Legendre's on a line, Radon's on a triangle.
 
 use std::f64::consts::PI;
+
+/// Seven points of a triangle in barycentric coordinates, and weights, which sum to 1: exact for polynomials of degree 5.
+/// Source: Radon (1948), "Zur mechanischen Kubatur".
+pub(crate) const TRIANGLE_FIFTH_DEGREE: [([f64; 3], f64); 7] = {
+    const A: f64 = 0.470_142_064_105_115_1;
+    const B: f64 = 0.101_286_507_323_456_34;
+    const WA: f64 = 0.132_394_152_788_506_2;
+    const WB: f64 = 0.125_939_180_544_827_15;
+    const A1: f64 = 1.0 - 2.0 * A;
+    const B1: f64 = 1.0 - 2.0 * B;
+    const THIRD: f64 = 1.0 / 3.0;
+    [
+        ([THIRD, THIRD, THIRD], 0.225),
+        ([A1, A, A], WA),
+        ([A, A1, A], WA),
+        ([A, A, A1], WA),
+        ([B1, B, B], WB),
+        ([B, B1, B], WB),
+        ([B, B, B1], WB),
+    ]
+};
 
 /// Nodes and weights of the n-point Gauss–Legendre rule on [0, 1], ascending: exact for polynomials of degree 2n − 1.
 ///

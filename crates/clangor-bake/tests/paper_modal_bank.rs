@@ -45,14 +45,7 @@ fn inertia(axes: DVec3) -> DMat3 {
 }
 
 fn radiated(geometry: &BakeGeometry, model: &mut ModalModel, options: &ModalBakeOptions) {
-    let mut evidence = ModalEvidence {
-        mesh: String::new(),
-        nodes: 0,
-        residual: 0.0,
-        first_frequency: None,
-        method: String::new(),
-        warnings: Vec::new(),
-    };
+    let mut evidence = ModalEvidence::default();
     radiate(geometry, model, &mut evidence, options, &mut |_| ControlFlow::Continue(())).expect("transfers");
 }
 

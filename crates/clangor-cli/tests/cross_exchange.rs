@@ -1,33 +1,17 @@
 //! A body that was exported with its modes sounds as it did before: struck, baked and rendered from the glTF file.
 
+mod program;
+mod sound_file;
+
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use clangor_pipeline::audio_rigid_bodies::read_audio_bodies;
-use clangor_pipeline::wav::WavReader;
+use program::{clangor, run};
+use sound_file::samples;
 
 /// A disc of steel, whose lowest modes lie at 1.8 and 3 kHz.
 const DISC: &str = "coin:0.03x0.002@0.003";
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_clangor"));
-    command.args(arguments).current_dir(folder).env("CLANGOR_CACHE", folder.join("cache"));
-    command.output().expect("runs")
-}
-
-fn clangor(folder: &Path, arguments: &[&str]) -> String {
-    let output = run(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn samples(path: &Path) -> Vec<f32> {
-    let mut reader = WavReader::open(path).unwrap();
-    let mut samples = Vec::new();
-    while reader.read(&mut samples, 1 << 16).unwrap() > 0 {}
-    samples
-}
 
 /// ‖a − b‖ over ‖b‖.
 fn apart(a: &[f32], b: &[f32]) -> f64 {
@@ -57,7 +41,7 @@ fn an_exported_disc_sounds_as_before() {
     let rest = ["--sample-rate", "16000", "--seconds", "0.3", "--parts", "modal", "-o"];
     let strike = |body: &[&str], wav: &str| {
         clangor(path, &[&["strike"], body, &blow, &rest, &[wav]].concat());
-        samples(&path.join(wav))
+        samples(&path.join(wav)).0
     };
     let expected = strike(&["disc.safetensors", "--material", "steel"], "ours.wav");
     // Its material, decays and modes are all in the file, and only the sound of the modes is computed anew, to 1 %
@@ -83,7 +67,7 @@ fn an_exported_disc_sounds_as_before() {
     fs::write(path.join("scene.toml"), scene("steel")).unwrap();
     let render = |model: &str, wav: &str| {
         clangor(path, &["render", "scene.toml", "--quality", "draft", "--model", model, "-o", wav]);
-        samples(&path.join(wav))
+        samples(&path.join(wav)).0
     };
     let expected = render("disc=disc.safetensors", "scene-ours.wav");
     let rendered = render("disc=disc.glb", "scene-theirs.wav");

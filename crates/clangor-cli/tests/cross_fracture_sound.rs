@@ -1,21 +1,13 @@
 //! What a person does with a scene that breaks: simulate, inspect, render, render the timeline again.
 
+mod program;
+mod sound_file;
+
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
-use clangor_pipeline::wav::WavReader;
-
-fn clangor(folder: &Path, arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_clangor"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("CLANGOR_CACHE", folder.join("cache"))
-        .output()
-        .expect("runs");
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
+use program::clangor;
+use sound_file::samples;
 
 /// A tile just above the floor; `released` says whether its cracks drive the pieces apart.
 fn scene(folder: &Path, name: &str, released: bool) {
@@ -27,15 +19,6 @@ fn scene(folder: &Path, name: &str, released: bool) {
          [[listener]]\nposition = [0, 0.4, 1]\n"
     );
     fs::write(folder.join(name), text).unwrap();
-}
-
-/// Samples, and how many there are in a second.
-fn samples(path: &Path) -> (Vec<f64>, f64) {
-    let mut reader = WavReader::open(path).unwrap();
-    let rate = f64::from(reader.info().sample_rate);
-    let mut samples = Vec::new();
-    while reader.read(&mut samples, 1 << 16).unwrap() > 0 {}
-    (samples.into_iter().map(f64::from).collect(), rate)
 }
 
 /// ∫ p² dt \[Pa² s\] over the first milliseconds from the first sound on.

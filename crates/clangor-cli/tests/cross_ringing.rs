@@ -1,33 +1,18 @@
 //! A struck disc rings at the frequencies of its modes, in `strike` and in `render`, which are two ways to the same sound.
 
+mod program;
+mod sound_file;
+
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use clangor_pipeline::wav::WavReader;
+use program::clangor;
+use sound_file::samples;
 
 /// A disc of steel, whose lowest modes lie at 2.9 and 4.9 kHz.
 const DISC: &str = "coin:0.03x0.002@0.003";
-
-fn clangor(folder: &Path, arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_clangor"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("CLANGOR_CACHE", folder.join("cache"))
-        .output()
-        .expect("runs");
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn samples(path: &Path) -> (Vec<f32>, f64) {
-    let mut reader = WavReader::open(path).unwrap();
-    let rate = f64::from(reader.info().sample_rate);
-    let mut samples = Vec::new();
-    while reader.read(&mut samples, 1 << 16).unwrap() > 0 {}
-    (samples, rate)
-}
 
 /// |∫ p w e^{−iωt} dt| with Hann's window w.
 fn level(windowed: &[f64], rate: f64, hz: f64) -> f64 {

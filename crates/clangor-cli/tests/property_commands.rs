@@ -1,11 +1,14 @@
 //! What the commands promise besides sound: contact lists that click when and as loud as they say, files in the written
 //! formats, results as JSON, options that refuse what they cannot honour.
 
+mod program;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use clangor_pipeline::wav::WavReader;
+use program::{clangor, run};
 use serde_json::Value;
 
 const BALL: &str = r#"version = 1
@@ -23,17 +26,6 @@ material = "granite"
 name = "ear"
 position = [0.0, 0.061, 0.0]
 "#;
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_clangor")).args(arguments).current_dir(folder).output().expect("runs")
-}
-
-/// Standard output of a command that must succeed.
-fn clangor(folder: &Path, arguments: &[&str]) -> String {
-    let output = run(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
 
 /// Standard error of a command that must be refused.
 fn refused(folder: &Path, arguments: &[&str], code: i32) -> String {

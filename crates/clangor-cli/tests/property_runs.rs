@@ -1,12 +1,15 @@
 //! What a run promises whatever happens: the same bits for any number of threads, the same sound from a timeline as from
 //! its scene, stems that add up, and no half file after Ctrl-C.
 
+mod program;
+mod sound_file;
+
 use std::fs;
-use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use clangor_pipeline::wav::WavReader;
+use program::clangor;
+use sound_file::samples;
 
 const BALLS: &str = r#"version = 1
 [simulation]
@@ -30,22 +33,6 @@ name = "far"
 position = [1.0, 1.8, 1.0]
 spacing = 0.17
 "#;
-
-fn clangor(folder: &Path, arguments: &[&str]) {
-    let output = Command::new(env!("CARGO_BIN_EXE_clangor"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .expect("runs");
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-}
-
-fn samples(path: &Path) -> Vec<f32> {
-    let mut reader = WavReader::open(path).unwrap();
-    let mut samples = Vec::new();
-    while reader.read(&mut samples, 1 << 16).unwrap() > 0 {}
-    samples
-}
 
 #[test]
 fn threads_do_not_change_a_bit() {
@@ -75,7 +62,7 @@ fn a_timeline_sounds_like_its_scene() {
     clangor(folder.path(), &["render", "balls.toml", "-o", "scene.wav"]);
     clangor(folder.path(), &["render", "balls.timeline", "-o", "timeline.wav"]);
     let (a, b) =
-        (samples(&folder.path().join("scene.far.wav")), samples(&folder.path().join("timeline.far.wav")));
+        (samples(&folder.path().join("scene.far.wav")).0, samples(&folder.path().join("timeline.far.wav")).0);
     assert_eq!(a.len(), b.len());
     let square = |x: f32| f64::from(x) * f64::from(x);
     let error: f64 = a.iter().zip(&b).map(|(x, y)| square(x - y)).sum();
@@ -90,14 +77,14 @@ fn stems_add_up_to_the_mix_and_a_cut_is_a_part() {
     let one_listener = BALLS.split("[[listener]]\nname = \"far\"").next().unwrap();
     fs::write(folder.path().join("balls.toml"), one_listener).unwrap();
     clangor(folder.path(), &["render", "balls.toml", "-o", "mix.wav", "--stems"]);
-    let mix = samples(&folder.path().join("mix.wav"));
+    let mix = samples(&folder.path().join("mix.wav")).0;
     let mut sum = vec![0.0f64; mix.len()];
     let mut stems = 0;
     for entry in fs::read_dir(folder.path()).unwrap() {
         let path = entry.unwrap().path();
         if path.to_string_lossy().ends_with(".acceleration.wav") {
             stems += 1;
-            sum.iter_mut().zip(samples(&path)).for_each(|(s, x)| *s += f64::from(x));
+            sum.iter_mut().zip(samples(&path).0).for_each(|(s, x)| *s += f64::from(x));
         }
     }
     assert!(stems > 5, "{stems} stems");
@@ -107,7 +94,7 @@ fn stems_add_up_to_the_mix_and_a_cut_is_a_part() {
     assert!(worst < 1e-5 * f64::from(peak), "{worst} of {peak}");
 
     clangor(folder.path(), &["render", "balls.toml", "-o", "cut.wav", "--from", "0.1", "--to", "0.3"]);
-    let cut = samples(&folder.path().join("cut.wav"));
+    let cut = samples(&folder.path().join("cut.wav")).0;
     assert_eq!(cut.len(), 9600);
     let worst = cut.iter().zip(&mix[4800..]).map(|(x, y)| f64::from((x - y).abs())).fold(0.0, f64::max);
     // Blocks lie elsewhere, so that rounding differs. Residual seen: 6e-8 of the peak.

@@ -111,7 +111,7 @@ pub struct RenderOptions {
     pub transfers: Transfers,
     /// How planes sound that are hit.
     pub ground: GroundSound,
-    /// Whether blows put no more energy into modes than they have.
+    /// Whether blows put no more energy into modes than the motion lost.
     pub limit_energy: bool,
     /// Time step \[s\] of the dynamics whose gentle forces make bodies ring too; `None`: only blows do.
     pub rolling: Option<f64>,

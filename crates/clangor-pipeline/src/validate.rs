@@ -7,7 +7,6 @@ mod contact;
 mod dynamics;
 mod fields;
 mod geometry;
-mod lamb_sphere;
 mod motion;
 mod radiation;
 mod rendering;

@@ -20,26 +20,8 @@ use clangor::geometry::surface_tree::SurfaceTree;
 use clangor::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
 
+use crate::quadrature::TRIANGLE_FIFTH_DEGREE;
 use crate::tetrahedra::TetMesh;
-
-/// Weights and barycentric coordinates. Source: Radon (1948), seven points, exact to the fifth degree.
-const FIFTH_DEGREE: [(f64, [f64; 3]); 7] = {
-    const A: f64 = 0.101_286_507_323_456_34;
-    const B: f64 = 0.470_142_064_105_115_1;
-    const WA: f64 = 0.125_939_180_544_827_15;
-    const WB: f64 = 0.132_394_152_788_506_2;
-    const A1: f64 = 1.0 - 2.0 * A;
-    const B1: f64 = 1.0 - 2.0 * B;
-    [
-        (0.225, [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0]),
-        (WA, [A1, A, A]),
-        (WA, [A, A1, A]),
-        (WA, [A, A, A1]),
-        (WB, [B1, B, B]),
-        (WB, [B, B1, B]),
-        (WB, [B, B, B1]),
-    ]
-};
 
 /// The surface of a body, ready for loads.
 pub(super) struct SurfaceLoads {
@@ -104,7 +86,7 @@ impl SurfaceLoads {
         for triangle in self.triangles_within(vertex, radius) {
             let corners = self.surface.corners(triangle);
             let area = self.surface.area_vector(triangle).length();
-            for (weight, at) in FIFTH_DEGREE {
+            for (at, weight) in TRIANGLE_FIFTH_DEGREE {
                 let place = corners[0] * at[0] + corners[1] * at[1] + corners[2] * at[2];
                 let pressure = 1.0 - place.distance_squared(centre) / (radius * radius);
                 if pressure > 0.0 {
@@ -140,7 +122,7 @@ impl SurfaceLoads {
             let corners = self.surface.corners(triangle);
             let area = self.surface.area_vector(triangle);
             let normal = area.normalize_or_zero();
-            for (weight, at) in FIFTH_DEGREE {
+            for (at, weight) in TRIANGLE_FIFTH_DEGREE {
                 let place = corners[0] * at[0] + corners[1] * at[1] + corners[2] * at[2];
                 let force = traction(place, normal) * (weight * area.length());
                 for (node, n) in nodes.iter().zip(shapes(at)) {

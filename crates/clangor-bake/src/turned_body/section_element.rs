@@ -16,26 +16,7 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 
 use crate::elasticity::ElasticConstants;
 use crate::elasticity::element::ElementMatrices;
-
-/// Points in barycentric coordinates and weights, which sum to 1. Source: Radon (1948), "Zur mechanischen Kubatur".
-pub(super) const FIFTH_DEGREE: [([f64; 3], f64); 7] = {
-    const A: f64 = 0.470_142_064_105_115_1;
-    const B: f64 = 0.101_286_507_323_456_34;
-    const WA: f64 = 0.132_394_152_788_506_2;
-    const WB: f64 = 0.125_939_180_544_827_15;
-    const A1: f64 = 1.0 - 2.0 * A;
-    const B1: f64 = 1.0 - 2.0 * B;
-    const THIRD: f64 = 1.0 / 3.0;
-    [
-        ([THIRD, THIRD, THIRD], 0.225),
-        ([A1, A, A], WA),
-        ([A, A1, A], WA),
-        ([A, A, A1], WA),
-        ([B1, B, B], WB),
-        ([B, B1, B], WB),
-        ([B, B, B1], WB),
-    ]
-};
+use crate::quadrature::TRIANGLE_FIFTH_DEGREE;
 
 /// The six shape functions.
 pub(super) fn shapes([a, b, c]: [f64; 3]) -> [f64; 6] {
@@ -73,7 +54,7 @@ pub(super) fn section_matrices(
     let turn = if order == 0 { std::f64::consts::TAU } else { std::f64::consts::PI };
     let mut stiffness = [[DMat3::ZERO; 6]; 6];
     let mut mass = [[0.0; 6]; 6];
-    for (at, weight) in FIFTH_DEGREE {
+    for (at, weight) in TRIANGLE_FIFTH_DEGREE {
         let by_reference = jacobian(nodes, at);
         let to_space = by_reference.inverse().transpose();
         let slopes = gradients(at).map(|g| to_space * g);

@@ -267,15 +267,16 @@ mod tests {
 
     use clangor::shape::Shape;
 
-    use super::super::section_element::{FIFTH_DEGREE, jacobian, shapes};
+    use super::super::section_element::{jacobian, shapes};
     use super::*;
+    use crate::quadrature::TRIANGLE_FIFTH_DEGREE;
 
     /// Volume of the body, and the smallest angle between edges [rad].
     fn measure(mesh: &SectionMesh) -> (f64, f64) {
         let (mut volume, mut smallest) = (0.0, f64::INFINITY);
         for e in 0..mesh.elements.len() {
             let nodes = mesh.positions(e);
-            for (at, weight) in FIFTH_DEGREE {
+            for (at, weight) in TRIANGLE_FIFTH_DEGREE {
                 let r: f64 = nodes.iter().zip(shapes(at)).map(|(x, n)| x.x * n).sum();
                 volume += TAU * r * weight * 0.5 * jacobian(&nodes, at).determinant();
             }

@@ -267,6 +267,8 @@ impl Voices<'_> {
 
 #[cfg(test)]
 mod tests {
+    use clangor::medium::Medium;
+
     use super::*;
 
     #[test]
@@ -277,7 +279,7 @@ mod tests {
                 .map(|i| Complex64::cis(i as f64) * (1.0 + i as f64))
                 .collect(),
         };
-        let crossing = TAU * 0.1 / 343.0;
+        let crossing = TAU * 0.1 / Medium::AIR.sound_speed;
         let modes = [(700.0, Some(transfer(2))), (1900.0, Some(transfer(3))), (2600.0, Some(transfer(0)))];
         let powers = |transfers: &mut dyn Iterator<Item = ModalTransfer>| -> Vec<f64> {
             let power = |(t, f): (ModalTransfer, &f64)| (TAU * f).powi(4) * t.power(crossing * f);

@@ -165,10 +165,7 @@ fn evidence_of_given(model: &ModalModel) -> ModalEvidence {
     ModalEvidence {
         mesh: "modes from a glTF file".into(),
         nodes: model.surface.nodes.len(),
-        residual: 0.0,
-        first_frequency: None,
-        method: String::new(),
-        warnings: Vec::new(),
+        ..ModalEvidence::default()
     }
 }
 

@@ -24,6 +24,7 @@ use clangor::synthesis::modal::{ModalSettings, ModalSource};
 use clangor::synthesis::strike::{Strike, StrikeSound, struck_ringing};
 use clangor_bake::acceleration_noise::BakeGeometry;
 use clangor_bake::comparison::directions;
+use clangor_bake::elasticity::lamb_sphere;
 use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
 use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
@@ -36,7 +37,6 @@ use clangor_bake::tetrahedra::block::block;
 use clangor_bake::vibration::{VibrationOptions, vibration};
 use num_complex::Complex64;
 
-use super::lamb_sphere;
 use super::{Check, Extent, Fault, Outcome, Timing, Validation, cpu_time};
 use crate::spectrum::Spectrum;
 

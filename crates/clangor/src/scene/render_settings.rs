@@ -27,7 +27,7 @@ pub struct RenderSettings {
     pub ground: GroundSound,
     /// Pieces of broken bodies ring as ellipsoids if their lowest frequency is above this \[Hz\].
     pub proxy_frequency: f64,
-    /// Whether blows put no more energy into modes than they have.
+    /// Whether blows put no more energy into modes than the motion lost.
     pub limit_energy: bool,
     /// Whether forces too gentle to be blows make bodies ring too: rolling, sliding, rattling to rest.
     pub rolling: bool,

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use clangor::body::{Body, BodyId, Motion, Surface};
 use clangor::synthesis::source_rule::SourceKind;
 use clangor_pipeline::levels::db_spl;
-use clangor_pipeline::render::{RenderOptions, RenderSummary, RenderedFile};
+use clangor_pipeline::render::{EnergyLimits, RenderOptions, RenderSummary, RenderedFile};
 use clangor_pipeline::sound_models::ringers::{MOST_FORMS, Ringers, Ringing};
 use clangor_pipeline::sound_models::sources::Sources;
 use clangor_sim::SimulationReport;
@@ -150,23 +150,35 @@ impl Told<'_> {
                 "{many} bodies of more than {MOST_FORMS} different forms do not ring; ask for them with ringing = true"
             ));
         }
-        for (body, limits) in summary.energy_limits.iter().filter(|(_, limits)| limits.limited > 0) {
-            console.say(format_args!(
-                "\"{}\": {} of {} would put more energy into its modes than they have, {:.1} times at most; {}",
-                bodies[body.index()].name,
-                limits.limited,
-                counted(limits.blows as usize, "blow", "blows"),
-                limits.largest,
-                match self.options.limit_energy {
-                    true => "they are limited to it",
-                    false => "its ringing is too loud",
-                },
-            ));
-        }
+        self.say_limits(console);
         let (clicks, ringing) = (total(&summary.energies), total(&summary.modal_energies));
         if clicks > 0.0 && ringing > 0.0 {
             console
                 .say(format_args!("ringing has {:.1} dB of the clicks", 10.0 * (ringing / clicks).log10()));
+        }
+    }
+
+    /// Blows that would put more energy into modes than they have, all in one line.
+    fn say_limits(&self, console: &Console) {
+        let limited = || self.summary.energy_limits.iter().filter(|(_, limits)| limits.limited > 0);
+        let Some((worst, most)) = limited().max_by(|a, b| a.1.largest.total_cmp(&b.1.largest)) else {
+            return;
+        };
+        let total = |of: fn(&EnergyLimits) -> u64| limited().map(|(_, limits)| of(limits)).sum::<u64>();
+        let (lengthened, blows) = (total(|limits| limits.limited), total(|limits| limits.blows));
+        let longest = limited().map(|(_, limits)| limits.longest).fold(1.0, f64::max);
+        let what = format!(
+            "{lengthened} of {} on {} would put more energy into modes than the motion lost, {:.1} times at most (\"{}\")",
+            counted(blows as usize, "blow", "blows"),
+            counted(limited().count(), "body", "bodies"),
+            most.largest,
+            self.bodies[worst.index()].name,
+        );
+        match self.options.limit_energy {
+            true => console.say(format_args!(
+                "{what}; bodies give way, and the forces on their modes last up to {longest:.1} times longer"
+            )),
+            false => console.say(format_args!("{what}; the ringing is too loud")),
         }
     }
 

@@ -119,6 +119,7 @@ fn direction_of_cuts(roots: &[Complex64; 3], m2: f64, n2: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::material::presets::STEEL;
+    use crate::medium::Medium;
 
     #[test]
     fn the_sum_is_the_response() {
@@ -129,7 +130,7 @@ mod tests {
                     youngs_modulus: stiffness,
                     ..STEEL.material()
                 };
-                let solid = HalfSpace::try_new(&material, 343.2).unwrap();
+                let solid = HalfSpace::try_new(&material, Medium::AIR.sound_speed).unwrap();
                 let n = solid.shear_square.sqrt();
                 let rayleigh = n * solid.cubic_roots()[0].re.sqrt();
                 let terms = poles(&solid);

@@ -19,7 +19,7 @@ const DEGREES: usize = 8;
 const HIGHEST: f64 = 8.0;
 
 /// Frequencies of a sphere of this radius \[m\], each as often as it has modes, from the lowest on \[Hz\].
-pub(super) fn frequencies(material: &Material, radius: f64) -> Vec<f64> {
+pub fn frequencies(material: &Material, radius: f64) -> Vec<f64> {
     let nu = material.poisson_ratio;
     let shear_speed = (material.youngs_modulus / (2.0 * (1.0 + nu)) / material.density).sqrt();
     let wave_ratio = ((1.0 - 2.0 * nu) / (2.0 - 2.0 * nu)).sqrt();
@@ -76,4 +76,17 @@ fn roots(f: impl Fn(f64) -> f64) -> Vec<f64> {
             0.5 * (low + high)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_roots_are_found() {
+        // Lamb prints 2.501 for the first torsional mode and 2.640 (0.840 π) for the first spheroidal one at ν = 1/4.
+        let torsion = roots(|y| torsional(2, y))[0];
+        let spheroid = roots(|y| spheroidal(2, y, (1.0_f64 / 3.0).sqrt()))[0];
+        assert!((torsion - 2.501).abs() < 1e-3 && (spheroid - 2.640).abs() < 1e-3, "{torsion} {spheroid}");
+    }
 }

@@ -24,6 +24,7 @@ fn scene(folder: &Path, name: &str, released: bool) {
 /// ∫ p² dt \[Pa² s\] over the first milliseconds from the first sound on.
 fn onset(path: &Path, milliseconds: f64) -> f64 {
     let (samples, rate) = samples(path);
+    let samples: Vec<f64> = samples.into_iter().map(f64::from).collect();
     let peak = samples.iter().map(|p| p.abs()).fold(0.0, f64::max);
     let first = samples.iter().position(|p| p.abs() > 1e-3 * peak).unwrap();
     let length = (1e-3 * milliseconds * rate) as usize;

@@ -5,7 +5,6 @@ mod sound_file;
 
 use std::f64::consts::TAU;
 use std::fs;
-use std::path::Path;
 use std::process::Command;
 
 use program::clangor;

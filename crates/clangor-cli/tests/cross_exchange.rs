@@ -4,7 +4,6 @@ mod program;
 mod sound_file;
 
 use std::fs;
-use std::process::Output;
 
 use clangor_pipeline::audio_rigid_bodies::read_audio_bodies;
 use program::{clangor, run};

@@ -12,6 +12,7 @@ mod energy_limit;
 mod file_names;
 mod ground;
 mod ringing;
+mod ways;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -23,20 +24,20 @@ use clangor::contact::{
     ContactError, ContactReport, ContactSettings, PoseHistory, crack_pulses, impact_pulses,
 };
 use clangor::output::compressor::Compressor;
+use clangor::room::{Air, LateReverberation, Room, RoomError};
 use clangor::scene::render_settings::{Compressor as CompressorSettings, GroundSound, Parts};
 use clangor::synthesis::click::clicks_of;
 use clangor::synthesis::ground::{GroundError, ground_clicks};
 use clangor::synthesis::{
-    BlockMemory, Click, Listener, OverlapAdd, RenderReport, RenderSettings, Renderer, SoundSource,
-    SynthesisError,
+    Click, Listener, RenderReport, RenderSettings, Renderer, SoundSource, SynthesisError,
 };
 use clangor::timeline::{ContactRow, Timeline};
-use rayon::prelude::*;
 
 pub use self::energy_limit::EnergyLimits;
 use self::file_names::{check_distinct, file_name};
 use self::ringing::{RingingBodies, Rolling, Voices};
 pub use self::ringing::{Transfers, UnplayableModes};
+use self::ways::{Hearing, reverberation, take_until, ways_to};
 use crate::atomic_file::check_folder;
 use crate::levels::{LevelMeter, Levels};
 use crate::sound_models::ringers::Ringers;
@@ -55,6 +56,9 @@ pub enum RenderError {
     /// A plane cannot sound.
     #[error("{0}; change the material, or use ground = \"none\"")]
     Ground(#[from] GroundError),
+    /// The room cannot reflect.
+    #[error(transparent)]
+    Room(#[from] RoomError),
     /// Modes cannot be played.
     #[error(transparent)]
     Modes(#[from] UnplayableModes),
@@ -111,6 +115,10 @@ pub struct RenderOptions {
     pub transfers: Transfers,
     /// How planes sound that are hit.
     pub ground: GroundSound,
+    /// What the air takes from the sound; `None`: nothing.
+    pub air: Option<Air>,
+    /// The room around everything.
+    pub room: Option<Room>,
     /// Whether blows put no more energy into modes than the motion lost.
     pub limit_energy: bool,
     /// Time step \[s\] of the dynamics whose gentle forces make bodies ring too; `None`: only blows do.
@@ -146,6 +154,8 @@ impl RenderOptions {
         for listener in &self.listeners {
             Renderer::new(listener, &self.synthesis)?;
         }
+        let rate = self.synthesis.sample_rate.as_f64();
+        reverberation(self.room.as_ref(), self.air, &self.synthesis.medium, rate)?;
         check_distinct(self, bodies, output)
     }
 }
@@ -414,46 +424,51 @@ impl Pass<'_> {
         let settings = &self.options.synthesis;
         let rate = settings.sample_rate.as_f64();
         let total = ((self.options.to - settings.start) * rate).round() as i64;
-        let mut renderer = Renderer::new(self.listener, settings)?;
-        let mut signal = OverlapAdd::new(self.listener.receivers.len(), 0);
-        let mut voices = match self.ringing {
-            Some((bodies, only)) => bodies.voices(self.rolling, self.poses, self.listener, settings, only)?,
-            None => Voices::none(),
-        };
+        let (room, air) = (self.options.room.as_ref(), self.options.air);
+        let ways = ways_to(self.listener, settings, room, air);
+        let (ringing, rolling, poses) = (self.ringing, self.rolling, self.poses);
+        let mut late = reverberation(room, air, &settings.medium, rate)?;
+        let mut hearings = Vec::with_capacity(ways.len());
+        for way in &ways {
+            hearings.push(Hearing::new(way, |listener, settings| match ringing {
+                Some((bodies, only)) => bodies.voices(rolling, poses, listener, settings, only),
+                None => Ok(Voices::none()),
+            })?);
+        }
         let quiet_before = earliest_from(self.clicks);
         for (index, click) in self.clicks.iter().enumerate() {
             if click.time > self.options.to {
                 break;
             }
-            renderer.push(click)?;
+            hearings.iter_mut().try_for_each(|hearing| hearing.push(click))?;
             let next = quiet_before.get(index + 1).copied().unwrap_or(f64::INFINITY);
             if next.is_finite() {
-                let jobs = renderer.take_ready(next);
-                if !jobs.is_empty() {
-                    let blocks: Vec<_> = jobs
-                        .par_iter()
-                        .map_init(BlockMemory::default, |memory, job| job.render_with(memory))
-                        .collect();
-                    blocks.iter().for_each(|block| signal.add(block));
-                    let end = renderer.complete_until().min(total);
-                    hand_over(&mut signal, &mut voices, end, &mut compressor, sink)?;
-                    self.reached(signal.first() as f64 / total as f64)?;
+                let mut ready = false;
+                for hearing in &mut hearings {
+                    let jobs = hearing.renderer.take_ready(next);
+                    ready |= !jobs.is_empty();
+                    hearing.add(&jobs);
+                }
+                if ready {
+                    let complete = hearings.iter().map(|hearing| hearing.renderer.complete_until());
+                    let end = complete.fold(total, i64::min);
+                    hand_over(&mut hearings, &mut late, end, &mut compressor, sink)?;
+                    self.reached(hearings[0].signal.first() as f64 / total as f64)?;
                 }
             }
         }
-        for jobs in renderer.take_all().chunks(BLOCKS_AT_ONCE) {
-            let blocks: Vec<_> = jobs
-                .par_iter()
-                .map_init(BlockMemory::default, |memory, job| job.render_with(memory))
-                .collect();
-            blocks.iter().for_each(|block| signal.add(block));
-            self.reached(signal.first() as f64 / total as f64)?;
+        for hearing in &mut hearings {
+            for jobs in hearing.renderer.take_all().chunks(BLOCKS_AT_ONCE) {
+                hearing.add(jobs);
+                self.reached(hearing.signal.first() as f64 / total as f64)?;
+            }
         }
-        while signal.first() < total {
-            let end = (signal.first() + FRAMES_AT_ONCE).min(total);
-            hand_over(&mut signal, &mut voices, end, &mut compressor, sink)?;
-            self.reached(signal.first() as f64 / total as f64)?;
+        while hearings[0].signal.first() < total {
+            let end = (hearings[0].signal.first() + FRAMES_AT_ONCE).min(total);
+            hand_over(&mut hearings, &mut late, end, &mut compressor, sink)?;
+            self.reached(hearings[0].signal.first() as f64 / total as f64)?;
         }
+        let Hearing { renderer, signal, voices, .. } = &hearings[0];
         *self.done += 1.0;
         Ok(Heard {
             report: renderer.report().clone(),
@@ -490,20 +505,18 @@ fn earliest_from(clicks: &[Click]) -> Vec<f64> {
     earliest
 }
 
-/// Takes the samples before `end`, adds what rings, compresses them if asked to, and passes them on, interleaved.
+/// Takes the samples before `end`, compresses them if asked to, and passes them on, interleaved.
 fn hand_over(
-    signal: &mut OverlapAdd,
-    voices: &mut Voices<'_>,
+    hearings: &mut [Hearing<'_>],
+    late: &mut Option<LateReverberation>,
     end: i64,
     compressor: &mut Option<Compressor>,
     sink: &mut dyn FnMut(&[f32]) -> Result<(), WavError>,
 ) -> Result<(), RenderError> {
-    let first = signal.first();
-    if end <= first {
+    if end <= hearings[0].signal.first() {
         return Ok(());
     }
-    let mut channels = signal.take_until(end);
-    voices.add(first, &mut channels)?;
+    let mut channels = take_until(hearings, late, end)?;
     if let Some(compressor) = compressor {
         compressor.process(&mut channels);
     }

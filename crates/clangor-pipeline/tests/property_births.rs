@@ -200,6 +200,8 @@ fn hear(bodies: &[Body], timeline: &Timeline, file: &Path) -> RenderSummary {
         transfers: Transfers::Baked,
         rolling: None,
         ground: GroundSound::None,
+        air: None,
+        room: None,
         limit_energy: true,
         to: DURATION,
         format: SampleFormat::Float32,

@@ -5,16 +5,18 @@
 //!        └─► all later reflections together: late reverberation ─────►
 //! ```
 //!
-//! Walls and air take from a wave by its frequency; how much is told by [`WallAbsorption`] and [`Air`].
+//! Walls and air take from a wave by its frequency: [`PathLoss`], from [`WallAbsorption`] and [`Air`].
 
 pub mod air;
 pub mod image_source;
 pub mod late_reverberation;
+pub mod path_loss;
 pub mod wall;
 
 pub use air::Air;
 pub use image_source::{ImageSource, image_sources};
 pub use late_reverberation::{LateReverberation, ReverberationTimes};
+pub use path_loss::PathLoss;
 pub use wall::{OCTAVES, WallAbsorption};
 
 use glam::DVec3;

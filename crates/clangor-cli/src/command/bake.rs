@@ -375,6 +375,7 @@ fn synthesis_settings(scene: &Scene) -> Result<RenderSettings, Failure> {
         floor: scene.render.floor,
         max_frequency: scene.render.max_frequency,
         sphere_model: scene.render.radiation,
+        ..RenderSettings::default()
     })
 }
 

@@ -296,6 +296,7 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
             floor: settings.floor,
             max_frequency: options.max_frequency.or(settings.max_frequency),
             sphere_model: settings.radiation,
+            ..RenderSettings::default()
         },
         parts: match options.parts.is_empty() {
             true => settings.parts,
@@ -307,6 +308,8 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
             Transfer::Unit => Transfers::Unit,
         },
         ground: settings.ground,
+        air: settings.air,
+        room: settings.room.clone(),
         limit_energy: settings.limit_energy,
         rolling: source.time_step.filter(|_| settings.rolling),
         to: options.to.unwrap_or(source.duration),

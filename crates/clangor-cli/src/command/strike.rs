@@ -18,7 +18,6 @@ use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
 use clangor::scene::body_description::EDGE_RADIUS_RATIO;
 use clangor::scene::instantiate::LoadedGeometry;
-use clangor::synthesis::listener::Floor;
 use clangor::synthesis::modal::{ModalSettings, ModalSource, Resonance};
 use clangor::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor::synthesis::strike::{LEAD, Strike as Blow, StrikeSound, strike, struck_ringing};
@@ -210,9 +209,8 @@ fn render_settings(blow: &Blow) -> RenderSettings {
         sample_rate: blow.sample_rate,
         start: 0.0,
         medium: blow.medium,
-        floor: Floor::None,
         sphere_model: blow.sphere_model,
-        max_frequency: None,
+        ..RenderSettings::default()
     }
 }
 

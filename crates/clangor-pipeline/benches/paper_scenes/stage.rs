@@ -17,6 +17,7 @@ use clangor::medium::Medium;
 use clangor::model::playable_model::PlayableBank;
 use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
+use clangor::room::PathLoss;
 use clangor::scene::render_settings::{GroundSound, Parts};
 use clangor::shape::Shape;
 use clangor::synthesis::listener::Floor;
@@ -216,6 +217,7 @@ impl Stage {
                 start: 0.0,
                 medium: Medium::AIR,
                 floor: Floor::None,
+                loss: PathLoss::default(),
                 sphere_model: SphereModel::Exact,
                 max_frequency: None,
             },
@@ -223,6 +225,8 @@ impl Stage {
             transfers: Transfers::Baked,
             rolling: None,
             ground: GroundSound::None,
+            air: None,
+            room: None,
             limit_energy: true,
             to: seconds + 0.05,
             format: SampleFormat::Float32,

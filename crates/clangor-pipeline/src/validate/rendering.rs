@@ -5,6 +5,7 @@ use clangor::contact::ForceProfile;
 use clangor::glam::{DQuat, DVec3};
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
+use clangor::room::PathLoss;
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource};
 use rayon::prelude::*;
@@ -38,6 +39,7 @@ fn settings(rate: u32, floor: Floor) -> Result<RenderSettings, Fault> {
         medium: Medium::AIR,
         floor,
         sphere_model: SphereModel::Exact,
+        loss: PathLoss::default(),
         max_frequency: None,
     })
 }

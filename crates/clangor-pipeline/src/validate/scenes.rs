@@ -9,6 +9,7 @@ use clangor::contact::ContactSettings;
 use clangor::glam::DVec3;
 use clangor::medium::Medium;
 use clangor::model::sphere_radiation::SphereModel;
+use clangor::room::PathLoss;
 use clangor::scene::render_settings::{GroundSound, Parts};
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};
@@ -98,6 +99,7 @@ fn first_click() -> Result<Vec<f32>, Fault> {
             start: 0.0,
             medium: Medium::AIR,
             floor: Floor::None,
+            loss: PathLoss::default(),
             sphere_model: SphereModel::Exact,
             max_frequency: None,
         },
@@ -105,6 +107,8 @@ fn first_click() -> Result<Vec<f32>, Fault> {
         transfers: Transfers::Baked,
         rolling: None,
         ground: GroundSound::None,
+        air: None,
+        room: None,
         limit_energy: true,
         to: 0.6,
         format: SampleFormat::Float32,

@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use super::{Air, Room};
+use super::Room;
 
 /// One way from a source to a receiver by reflections.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +61,11 @@ pub fn image_sources(room: &Room) -> Vec<ImageSource> {
 }
 
 impl ImageSource {
+    /// Whether the lowest wall across y, the floor, was met.
+    pub fn met_floor(&self) -> bool {
+        self.reflections[2] > 0
+    }
+
     /// How many reflections.
     pub fn order(&self) -> u32 {
         self.reflections.iter().sum()
@@ -72,6 +77,11 @@ impl ImageSource {
         vector * DVec3::new(sign(0), sign(1), sign(2))
     }
 
+    /// 1, or −1 where left and right are exchanged.
+    pub fn handedness(&self) -> f64 {
+        self.turned(DVec3::ONE).element_product()
+    }
+
     /// The image of a point [m, world].
     pub fn image(&self, point: DVec3) -> DVec3 {
         self.origin + self.turned(point)
@@ -81,24 +91,12 @@ impl ImageSource {
     pub fn unfolded(&self, image: DVec3) -> DVec3 {
         self.turned(image - self.origin)
     }
-
-    /// What walls and air leave of the pressure of a wave of `frequency` \[Hz\] that has come `distance` \[m\] this way.
-    pub fn gain(&self, room: &Room, air: Option<&Air>, frequency: f64, distance: f64) -> f64 {
-        let walls: f64 = room
-            .walls
-            .iter()
-            .zip(self.reflections)
-            .filter(|(_, times)| *times > 0)
-            .map(|(wall, times)| wall.reflectance(frequency).powi(times as i32))
-            .product();
-        walls * air.map_or(1.0, |air| (-air.attenuation(frequency) * distance).exp())
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::room::WallAbsorption;
+    use crate::room::{PathLoss, WallAbsorption};
 
     fn room(image_order: u32) -> Room {
         Room {
@@ -128,7 +126,8 @@ mod tests {
             assert!(image.image(point).distance(wanted) < 1e-12, "{wall} {} {wanted}", image.image(point));
             assert!(image.unfolded(image.image(point)).distance(point) < 1e-12);
             let share = 0.1 * (wall + 1) as f64;
-            assert!((image.gain(&room, None, 1000.0, 3.0) - (1.0 - share).sqrt()).abs() < 1e-12);
+            let loss = PathLoss::by(&image, &room, None);
+            assert!((loss.gain(loss.at(1000.0), 3.0) - (1.0 - share).sqrt()).abs() < 1e-12);
         }
     }
 

@@ -11,6 +11,7 @@ mod listener;
 mod material;
 mod motion;
 mod reader;
+mod room;
 mod settings;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use toml::de::DeTable;
 
 use super::diagnostic::{Doubt, Place, Problem, SceneError};
-use super::listener::below_floor;
+use super::listener::{below_floor, outside};
 use super::{STANDARD_GRAVITY, Scene, VERSION};
 use crate::body::Motion;
 use reader::{Decoder, Section};
@@ -35,6 +36,7 @@ const TOP_KEYS: &[&str] = &[
     "listener",
     "simulation",
     "render",
+    "room",
 ];
 
 /// What could be read of a scene, and every error.
@@ -73,10 +75,10 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
     let start = d.place(0..0, "");
     let top = Section::new(d, tree, start, TOP_KEYS);
     check_version(d, &top);
-    let medium = settings::medium(d, &top);
+    let (medium, air) = settings::medium(d, &top);
     let gravity = top.vector(d, "gravity", "m/s²").unwrap_or(STANDARD_GRAVITY);
     let simulation = settings::simulation(d, &top);
-    let render = settings::render(d, &top);
+    let render = settings::render(d, &top, air);
     let materials = material::materials(d, &top);
     let mut names = Names::default();
     let bodies = body::bodies(d, &top, &materials, medium.sound_speed, &mut names);
@@ -97,6 +99,9 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
         warnings: Vec::new(),
     };
     d.errors.extend(below_floor(&scene.listeners, scene.render.floor));
+    if let Some(room) = &scene.render.room {
+        d.errors.extend(outside(&scene.listeners, room));
+    }
     check_silence(d, &scene, &top);
     scene
 }
@@ -185,6 +190,7 @@ mod tests {
             ("## Listeners", &[listener::KEYS, listener::KEYFRAME_KEYS]),
             ("## Simulation", &[settings::SIMULATION_KEYS]),
             ("## Render", &[settings::RENDER_KEYS, settings::COMPRESSOR_KEYS]),
+            ("## Room", &[room::ROOM_KEYS, room::WALL_KEYS]),
         ];
         for (heading, keys) in sections {
             let mut accepted: Vec<&str> = keys.iter().flat_map(|keys| keys.iter().copied()).collect();

@@ -7,6 +7,7 @@ use std::fmt;
 use std::ops::Range;
 
 use super::suggest::nearest;
+use crate::room::RoomError;
 use crate::shape::ShapeError;
 
 /// Where in a scene something stands. What does not come from a text, such as a listener of the command line, has line 0.
@@ -261,6 +262,12 @@ pub enum Problem {
         /// Height of the floor \[m\].
         floor: f64,
     },
+    /// A listener outside the room.
+    #[error("the listener leaves the room")]
+    ListenerOutside,
+    /// A room that is none.
+    #[error(transparent)]
+    Room(RoomError),
     /// Copies that do not fit in their region.
     #[error("only {placed} of {count} copies fit in the region without touching")]
     DoesNotFit {
@@ -328,6 +335,8 @@ impl Problem {
             Problem::ListenerBelowFloor { .. } => {
                 "raise the listener, lower `floor_height`, or set floor = \"none\"".into()
             }
+            Problem::ListenerOutside => "move the listener into the room, or enlarge the room".into(),
+            Problem::Room(_) => "write the lower corner as `lowest`, the other as `highest`".into(),
             Problem::DoesNotFit { .. } => "enlarge the region, or lower `count` or `scale`".into(),
             Problem::BadLink { remedy, .. } => (*remedy).into(),
         }

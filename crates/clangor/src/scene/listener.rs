@@ -6,6 +6,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::diagnostic::{Place, Problem, SceneError};
 use crate::pose::Track;
+use crate::room::Room;
 use crate::synthesis::listener::Floor;
 
 /// One `[[listener]]`.
@@ -43,6 +44,20 @@ pub(super) fn below_floor(listeners: &[Listener], floor: Floor) -> Vec<SceneErro
         }
     }
     errors
+}
+
+/// An error for each listener that ever leaves the room.
+pub(super) fn outside(listeners: &[Listener], room: &Room) -> Vec<SceneError> {
+    let leaves = |listener: &&Listener| {
+        listener.track.keys().iter().any(|key| {
+            listener.receivers().iter().any(|receiver| !room.holds(key.pose.world_from_body(*receiver)))
+        })
+    };
+    listeners
+        .iter()
+        .filter(leaves)
+        .map(|listener| SceneError { place: listener.place.clone(), problem: Problem::ListenerOutside })
+        .collect()
 }
 
 /// The rotation that turns −z to `facing` and keeps y as far up as it can; `None` if `facing` is vertical.

@@ -2,6 +2,7 @@
 
 use crate::contact::ForceProfile;
 use crate::model::sphere_radiation::SphereModel;
+use crate::room::{Air, Room};
 use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
 
@@ -19,6 +20,10 @@ pub struct RenderSettings {
     pub level: Level,
     /// Reflecting floor.
     pub floor: Floor,
+    /// What the air takes from the sound; `None`: nothing.
+    pub air: Option<Air>,
+    /// The room around everything.
+    pub room: Option<Room>,
     /// Time profile of a contact force.
     pub pulse: ForceProfile,
     /// What of the sound is rendered.
@@ -50,6 +55,8 @@ impl Default for RenderSettings {
             bits: SampleFormat::Float32,
             level: Level::Default,
             floor: Floor::None,
+            air: None,
+            room: None,
             pulse: ForceProfile::HalfSine,
             parts: Parts::default(),
             ground: GroundSound::default(),

@@ -21,11 +21,12 @@ use super::listener::{Floor, Listener};
 use super::lowpass::{self, REACH};
 use super::published_sound::{PublishedSource, Samples};
 use super::source::{FieldSource, SoundSource};
-use super::spectrum::{Grid, Spectrum, Transfer, Wave};
+use super::spectrum::{Grid, Losses, Spectrum, Transfer, Wave};
 use super::{SampleRate, SynthesisError};
 use crate::body::BodyId;
 use crate::medium::Medium;
 use crate::model::sphere_radiation::{SphereModel, SphereTransfer};
+use crate::room::PathLoss;
 
 /// Blocks are handed out in whole spans of this many samples, so that their order never depends on when.
 const SPAN: i64 = 1 << 16;
@@ -50,6 +51,8 @@ pub struct RenderSettings {
     pub floor: Floor,
     /// Field of an accelerated sphere.
     pub sphere_model: SphereModel,
+    /// What is lost on the way.
+    pub loss: PathLoss,
     /// Highest frequency that is rendered in full \[Hz\]; by default what the sample rate holds.
     pub max_frequency: Option<f64>,
 }
@@ -104,6 +107,8 @@ struct BlockKey {
 /// A wave, and between which times it is heard \[s\].
 struct HeardWave {
     wave: Wave,
+    /// From the centre of the click \[m\].
+    distance: f64,
     from: f64,
     until: f64,
 }
@@ -119,9 +124,9 @@ struct HeardClick {
 enum HeardSound {
     /// To be computed in frequency.
     Waves {
-        direct: Box<Wave>,
+        direct: Box<(Wave, f64)>,
         /// The floor's reflection, where it overlaps the direct wave.
-        reflected: Option<Box<Wave>>,
+        reflected: Option<Box<(Wave, f64)>>,
     },
     /// Computed in time.
     Samples(Samples),
@@ -130,6 +135,8 @@ enum HeardSound {
 /// What all blocks of one length share.
 struct BlockTables {
     grid: Grid,
+    /// Nothing where nothing is lost.
+    losses: Option<Losses>,
     inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
@@ -317,7 +324,8 @@ impl Renderer {
         let heard = |transfer, delay: f64, first: f64, last: f64| {
             let middle = click.time + delay + 0.5 * click.duration;
             let wave = Wave { transfer, profile: click.profile, duration: click.duration, middle };
-            Some(HeardWave { wave, from: click.time + first + begin, until: click.time + last + end })
+            let (from, until) = (click.time + first + begin, click.time + last + end);
+            Some(HeardWave { wave, distance, from, until })
         };
         Ok(match &click.source {
             SoundSource::Sphere { radius } => {
@@ -420,13 +428,14 @@ impl Renderer {
         let until = reflected.as_ref().map_or(direct.until, |r| r.until.max(direct.until));
         let first = ((direct.from - self.settings.start) * rate).floor() as i64;
         self.put(click, receiver, first, (until - direct.from) * rate, |renderer, length| {
-            let (mut direct, mut reflected) = (direct.wave, reflected.map(|r| r.wave));
-            for wave in std::iter::once(&mut direct).chain(&mut reflected) {
+            let of_path = |heard: HeardWave| Box::new((heard.wave, heard.distance));
+            let (mut direct, mut reflected) = (of_path(direct), reflected.map(of_path));
+            for (wave, _) in std::iter::once(&mut *direct).chain(reflected.as_deref_mut()) {
                 if let Transfer::Field(transfer) = &mut wave.transfer {
                     transfer.table = renderer.interpolation(&transfer.source, transfer.crossing, length);
                 }
             }
-            HeardSound::Waves { direct: Box::new(direct), reflected: reflected.map(Box::new) }
+            HeardSound::Waves { direct, reflected }
         })
     }
 
@@ -455,7 +464,9 @@ impl Renderer {
         }
         self.tables.entry(length).or_insert_with(|| {
             let inverse = self.planner.plan_fft_inverse(length);
-            Arc::new(BlockTables { grid: Grid::new(length, rate, self.settings.max_frequency), inverse })
+            let grid = Grid::new(length, rate, self.settings.max_frequency);
+            let losses = Losses::on(&grid, self.settings.loss);
+            Arc::new(BlockTables { grid, losses, inverse })
         });
         let key = BlockKey { first, length, receiver };
         let sound = sound(self, length);
@@ -528,6 +539,7 @@ pub struct RenderedBlock {
 pub struct BlockMemory {
     sum: Spectrum,
     one: Spectrum,
+    reflection: Spectrum,
     player: FieldPlayer,
     bins: Vec<Complex<f64>>,
     transform: Vec<Complex<f64>>,
@@ -557,16 +569,16 @@ impl WithSimd for Rendering<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> RenderedBlock {
         let Rendering { job: BlockJob { key, origin, clicks, tables }, memory } = self;
-        let BlockTables { grid, inverse } = &**tables;
-        let BlockMemory { sum, one, player, bins, transform } = memory;
+        let BlockTables { grid, losses, inverse } = &**tables;
+        let BlockMemory { sum, one, reflection, player, bins, transform } = memory;
         let mut energies = Vec::with_capacity(clicks.len());
         let mut missing_energies = Vec::new();
         sum.clear(grid);
         let mut heard = Vec::new();
         let rate = grid.spacing_hz * key.length as f64;
         for HeardClick { body, sound } in clicks {
-            let (direct, reflected) = match sound {
-                HeardSound::Waves { direct, reflected } => (direct, reflected),
+            let ((direct, distance), reflected) = match sound {
+                HeardSound::Waves { direct, reflected } => (&**direct, reflected.as_deref()),
                 HeardSound::Samples(samples) => {
                     energies.push((*body, samples.energy(rate)));
                     heard.push(samples);
@@ -575,8 +587,18 @@ impl WithSimd for Rendering<'_> {
             };
             one.clear(grid);
             one.add_wave(simd, grid, direct, *origin, player);
-            if let Some(reflected) = reflected {
-                one.add_wave(simd, grid, reflected, *origin, player);
+            if let Some(losses) = losses {
+                losses.apply(one, *distance);
+            }
+            match (reflected, losses) {
+                (None, _) => {}
+                (Some((wave, _)), None) => one.add_wave(simd, grid, wave, *origin, player),
+                (Some((wave, distance)), Some(losses)) => {
+                    reflection.clear(grid);
+                    reflection.add_wave(simd, grid, wave, *origin, player);
+                    losses.apply(reflection, *distance);
+                    one.add(reflection);
+                }
             }
             energies.push((*body, grid.energy(one)));
             if let Transfer::Field(_) = &direct.transfer {

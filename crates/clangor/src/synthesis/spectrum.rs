@@ -12,6 +12,7 @@ use super::ground::spectrum::GroundTransfer;
 use super::{ground, lowpass};
 use crate::contact::force_profile::ForceProfile;
 use crate::model::sphere_radiation::SphereTransfer;
+use crate::room::PathLoss;
 
 /// Bins of a field that advance together.
 pub(super) const LANES: usize = 8;
@@ -85,6 +86,30 @@ impl Grid {
         // Negative frequencies mirror the positive ones; zero frequency stands alone.
         let zero = spectrum.re[0] * spectrum.re[0];
         self.spacing_hz * (2.0 * sum.iter().sum::<f64>() - zero)
+    }
+}
+
+/// What is lost on the way at each frequency of a [`Grid`].
+pub(super) struct Losses {
+    loss: PathLoss,
+    /// What walls leave, and the attenuation in air [1/m].
+    bins: Vec<(f64, f64)>,
+}
+
+impl Losses {
+    /// `None` where nothing is lost.
+    pub(super) fn on(grid: &Grid, loss: PathLoss) -> Option<Self> {
+        let at = |omega: &f64| loss.at(omega / std::f64::consts::TAU);
+        (!loss.is_none()).then(|| Losses { loss, bins: grid.omega.iter().map(at).collect() })
+    }
+
+    /// Takes it from a wave that has come `distance` \[m\].
+    pub(super) fn apply(&self, spectrum: &mut Spectrum, distance: f64) {
+        for ((re, im), bin) in spectrum.re.iter_mut().zip(&mut spectrum.im).zip(&self.bins) {
+            let gain = self.loss.gain(*bin, distance);
+            *re *= gain;
+            *im *= gain;
+        }
     }
 }
 

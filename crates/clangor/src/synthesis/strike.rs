@@ -23,6 +23,7 @@ use crate::contact::{BodyPulse, ImpactPulse, PoseHistory};
 use crate::medium::Medium;
 use crate::model::sphere_radiation::SphereModel;
 use crate::pose::Pose;
+use crate::room::PathLoss;
 
 /// Output before the first contact \[s\].
 pub const LEAD: f64 = 2e-3;
@@ -258,6 +259,7 @@ fn settings(strike: &Strike) -> RenderSettings {
         start: -LEAD,
         medium: strike.medium,
         floor: Floor::None,
+        loss: PathLoss::default(),
         sphere_model: strike.sphere_model,
         max_frequency: None,
     }

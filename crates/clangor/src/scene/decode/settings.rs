@@ -1,9 +1,11 @@
 //! The sections `[medium]`, `[simulation]` and `[render]`.
 
 use super::reader::{Decoder, Quantity, Section};
+use super::room::room;
 use crate::contact::ForceProfile;
 use crate::medium::Medium;
 use crate::model::sphere_radiation::SphereModel;
+use crate::room::Air;
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::render_settings::{Compressor, GroundSound, Level, Parts, RenderSettings, SampleFormat};
 use crate::scene::simulation_settings::{SimulationSettings, SolverChoice};
@@ -11,15 +13,22 @@ use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
 use crate::synthesis::modal::RingingRule;
 
-pub(super) const MEDIUM_KEYS: &[&str] = &["density", "sound_speed", "temperature"];
+pub(super) const MEDIUM_KEYS: &[&str] = &["density", "sound_speed", "temperature", "humidity"];
 
-pub(super) fn medium(d: &mut Decoder<'_>, top: &Section<'_>) -> Medium {
+/// The fluid, and the state of the air that it is if it is air.
+pub(super) fn medium(d: &mut Decoder<'_>, top: &Section<'_>) -> (Medium, Air) {
     let Some(section) = top.get("medium").and_then(|node| node.section(d, MEDIUM_KEYS)) else {
-        return Medium::AIR;
+        return (Medium::AIR, Air::default());
     };
     let density = section.number(d, "density", Quantity::between(1e-6, 1e5, "kg/m³"));
     let sound_speed = section.number(d, "sound_speed", Quantity::between(10.0, 2e4, "m/s"));
     let temperature = section.number(d, "temperature", Quantity::between(-100.0, 200.0, "°C"));
+    let humidity = section.number(d, "humidity", Quantity::between(0.0, 1.0, ""));
+    let air = Air {
+        celsius: temperature.unwrap_or(Air::default().celsius),
+        humidity: humidity.unwrap_or(Air::default().humidity),
+        ..Air::default()
+    };
     let exclusive = "`density` and `sound_speed`, which it sets";
     if section.has("density") {
         section.exclude(d, "temperature", "density", exclusive);
@@ -27,12 +36,13 @@ pub(super) fn medium(d: &mut Decoder<'_>, top: &Section<'_>) -> Medium {
         section.exclude(d, "temperature", "sound_speed", exclusive);
     }
     if let Some(temperature) = temperature {
-        return Medium::dry_air(temperature);
+        return (Medium::dry_air(temperature), air);
     }
-    Medium {
+    let medium = Medium {
         density: density.unwrap_or(Medium::AIR.density),
         sound_speed: sound_speed.unwrap_or(Medium::AIR.sound_speed),
-    }
+    };
+    (medium, air)
 }
 
 pub(super) const SIMULATION_KEYS: &[&str] =
@@ -80,6 +90,7 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "normalize",
     "floor",
     "floor_height",
+    "air_absorption",
     "pulse",
     "parts",
     "ground",
@@ -109,8 +120,8 @@ pub(super) const RINGING: &[(&str, RingingRule)] = &[
 ];
 pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];
 
-pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
-    let default = RenderSettings::default();
+pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>, air: Air) -> RenderSettings {
+    let default = RenderSettings { room: room(d, top), ..RenderSettings::default() };
     let Some(section) = top.get("render").and_then(|node| node.section(d, RENDER_KEYS)) else {
         return default;
     };
@@ -130,7 +141,9 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>) -> RenderSettings {
         sample_rate,
         bits: section.choice(d, "bits", &formats).unwrap_or(default.bits),
         level: level(d, &section),
-        floor: floor(d, &section),
+        floor: floor(d, &section, default.room.is_some()),
+        air: section.boolean(d, "air_absorption").unwrap_or(false).then_some(air),
+        room: default.room,
         pulse: section.choice(d, "pulse", &pulses).unwrap_or(default.pulse),
         parts: parts(d, &section).unwrap_or(default.parts),
         ground: section.choice(d, "ground", &grounds).unwrap_or(default.ground),
@@ -173,8 +186,11 @@ fn level(d: &mut Decoder<'_>, section: &Section<'_>) -> Level {
     full_scale.map(Level::FullScale).or(normalize.map(Level::Normalize)).unwrap_or(Level::Default)
 }
 
-fn floor(d: &mut Decoder<'_>, section: &Section<'_>) -> Floor {
+fn floor(d: &mut Decoder<'_>, section: &Section<'_>, has_room: bool) -> Floor {
     let rigid = section.choice(d, "floor", &[("rigid", true), ("none", false)]);
+    if let (Some(true), true, Some(node)) = (rigid, has_room, section.get("floor")) {
+        d.error(node.place(d), Problem::Conflict { key: "floor", other: "[room], which has a floor" });
+    }
     let height = section.number(d, "floor_height", Quantity::coordinate("m"));
     if let Some(node) = section.get("floor_height")
         && (rigid == Some(false) || !section.has("floor"))

@@ -59,6 +59,8 @@ pub struct ModalVoice<'a> {
     begun: bool,
     /// Sample from which on the next block is heard.
     heard: i64,
+    /// What walls leave of each mode, and its attenuation in air [1/m]; empty where nothing is lost.
+    losses: Vec<(f64, f64)>,
     memory: Memory,
 }
 
@@ -125,6 +127,10 @@ impl<'a> ModalVoice<'a> {
             0.5 * (low + high),
             source.pressure(),
         );
+        let losses = match settings.loss.is_none() {
+            true => Vec::new(),
+            false => source.resonances().iter().map(|mode| settings.loss.at(mode.frequency)).collect(),
+        };
         Ok(ModalVoice {
             death: (poses.life(body).death - settings.start) * rate,
             source,
@@ -140,6 +146,7 @@ impl<'a> ModalVoice<'a> {
             block: DELAYS * (rate / 1000.0).round() as i64,
             begun: false,
             heard: i64::MIN,
+            losses,
             memory: Memory::default(),
         })
     }
@@ -378,6 +385,11 @@ impl<'a> ModalVoice<'a> {
                 Some(place) => {
                     let bank = &self.bank;
                     self.source.transfers_of(place, |mode| bank.rings(mode), evaluation, transfers);
+                    let (loss, distance) = (&self.settings.loss, place.length());
+                    transfers
+                        .iter_mut()
+                        .zip(&self.losses)
+                        .for_each(|(transfer, mode)| *transfer *= loss.gain(*mode, distance));
                 }
                 None => {
                     transfers.clear();

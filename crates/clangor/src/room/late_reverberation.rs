@@ -33,6 +33,8 @@ const QUALITY: f64 = 1.0;
 const HIGHEST_MIDDLE: f64 = 0.4;
 /// Shortest line \[s\]: below, the network rings.
 const SHORTEST: f64 = 0.013;
+/// What passes a line is not attenuated by more \[dB\]: walls that absorb all leave nothing to hear.
+const SILENCE: f64 = 200.0;
 /// The longest line over the shortest.
 const SPREAD: f64 = 2.3;
 
@@ -116,7 +118,7 @@ impl LateReverberation {
         }
         let mut filters = std::array::from_fn(|_| Filter::through());
         for (line, length) in lengths.iter().enumerate() {
-            let decibels = |f: f64| -60.0 * *length as f64 / (rate * times.at(f));
+            let decibels = |f: f64| (-60.0 * *length as f64 / (rate * times.at(f))).max(-SILENCE);
             for (filter, section) in filters.iter_mut().zip(sections(decibels, rate)) {
                 filter.set(line, &section);
             }

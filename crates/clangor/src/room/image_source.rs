@@ -120,7 +120,7 @@ mod tests {
         let point = DVec3::new(0.3, 1.0, 4.5);
         for image in image_sources(&room) {
             let wall = image.reflections.iter().position(|n| *n == 1).unwrap();
-            let plane = if wall % 2 == 0 { room.lowest[wall / 2] } else { room.highest[wall / 2] };
+            let plane = if wall.is_multiple_of(2) { room.lowest[wall / 2] } else { room.highest[wall / 2] };
             let mut wanted = point;
             wanted[wall / 2] = 2.0 * plane - wanted[wall / 2];
             assert!(image.image(point).distance(wanted) < 1e-12, "{wall} {} {wanted}", image.image(point));
@@ -140,7 +140,7 @@ mod tests {
         let mirror = |p: DVec3, wall: usize| {
             let mut q = p;
             q[wall / 2] =
-                2.0 * if wall % 2 == 0 { room.lowest } else { room.highest }[wall / 2] - p[wall / 2];
+                2.0 * if wall.is_multiple_of(2) { room.lowest } else { room.highest }[wall / 2] - p[wall / 2];
             q
         };
         let mut found = vec![false; images.len()];

@@ -158,7 +158,7 @@ impl LateReverberation {
 
 /// Element of a matrix of signs with orthogonal rows: Hadamard's.
 fn sign(row: usize, column: usize) -> f64 {
-    if (row & column).count_ones() % 2 == 0 { 1.0 } else { -1.0 }
+    if (row & column).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
 /// x → H x/√N, in place.
@@ -194,11 +194,12 @@ impl Filter {
     }
 
     fn step(&mut self, x: &mut [f64; LINES]) {
-        for i in 0..LINES {
-            let y = self.b[0][i] * x[i] + self.s[0][i];
-            self.s[0][i] = self.b[1][i] * x[i] - self.a[0][i] * y + self.s[1][i];
-            self.s[1][i] = self.b[2][i] * x[i] - self.a[1][i] * y;
-            x[i] = y;
+        let Filter { b: [b0, b1, b2], a: [a1, a2], s: [s1, s2] } = self;
+        for (i, x) in x.iter_mut().enumerate() {
+            let y = b0[i] * *x + s1[i];
+            s1[i] = b1[i] * *x - a1[i] * y + s2[i];
+            s2[i] = b2[i] * *x - a2[i] * y;
+            *x = y;
         }
     }
 }

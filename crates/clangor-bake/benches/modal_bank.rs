@@ -1,14 +1,13 @@
-//! The modal bank: its samples, an entry, and pieces of a broken plate, rung by themselves and through the bank.
+//! The modal bank: its samples, an entry, and an ellipsoid that rings by itself, as the entry of its own proportions and as the
+//! nearest of a bank, stage by stage.
 //!
 //! `cargo bench -p clangor-bake --bench modal_bank -- samples [SPACING] [THINNEST]` | `-- entry A B C [ACCURACY]` |
-//! `-- build BANK.safetensors` | `-- pieces BANK.safetensors [COUNT] [SIZE in mm] [THICKNESS in mm]`
+//! `-- build BANK.safetensors` | `-- beside BANK.safetensors A B C [m]`; pieces: `-p clangor-pipeline --bench piece_proxies`
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
 use clangor::material::Material;
 use clangor::material::presets::GLASS;
 use clangor::medium::Medium;
@@ -16,12 +15,10 @@ use clangor::model::modal_bank::{BankMaterial, ContactMapping, ModalSoundbank, P
 use clangor::model::modal_bank_file::{ModalBankFile, ModalBankOrigin};
 use clangor::synthesis::modal::{ModalSettings, ModalSource, TransferMemory};
 use clangor_bake::acceleration_noise::BakeGeometry;
-use clangor_bake::elasticity::ElasticConstants;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
 use clangor_bake::modal_bank::ellipsoid_vibration::BallPolynomials;
-use clangor_bake::modal_bank::{BankOptions, build_bank, first_frequency, ringing_ellipsoid, sampling};
-use clangor_bake::tetrahedra::stuffing::stuff;
-use glam::{DVec2, DVec3};
+use clangor_bake::modal_bank::{BankOptions, build_bank, ringing_ellipsoid, sampling};
+use glam::{DMat3, DVec3};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
@@ -39,12 +36,12 @@ fn main() {
             entry(axes, &options);
         }
         Some("build") => build(&arguments[1], &options),
-        Some("pieces") => {
+        Some("beside") => {
             let bytes = std::fs::read(&arguments[1]).expect("a bank");
             let bank = ModalBankFile::decode(&bytes).expect("a bank").bank;
-            pieces(&bank, number(2, 12.0) as usize, 1e-3 * number(3, 150.0), 1e-3 * number(4, 5.0));
+            beside(&bank, DVec3::new(number(2, 0.05), number(3, 0.006), number(4, 0.05)), &options);
         }
-        _ => println!("samples | entry | pieces"),
+        _ => println!("samples | entry | build | beside"),
     }
 }
 
@@ -101,194 +98,115 @@ fn entry(axes: DVec3, options: &BankOptions) {
     }
 }
 
-/// Third octaves from 500 Hz to 20 kHz.
-const BANDS: usize = 17;
+/// Third octaves from 2 kHz to 20 kHz.
+const BANDS: usize = 11;
+/// Lowest centre \[Hz\].
+const LOWEST: f64 = 2_000.0;
 
-/// ∫ p² dt by third octaves, of blows at random places heard from random directions two metres away.
-fn spectrum(source: &ModalSource, surface: &TriMesh, seed: u64) -> [f64; BANDS] {
-    let mut sums = [0.0; BANDS];
-    let mut random = Random(seed);
+/// What blows at random places of an ellipsoid, along its normal, and random directions make of modes: in each third octave their
+/// number, Σ (U·n)², Σ |H|² and Σ (ω U·n |H|)²/4ξω.
+fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
+    let mut sums = [[0.0; 4]; BANDS];
+    let mut random = Random(1);
     let (mut amplitudes, mut transfers) = (Vec::new(), Vec::new());
-    for _ in 0..24 {
-        let triangle = (random.next() * surface.triangles.len() as f64) as usize;
-        let (u, v) = (random.next(), random.next());
-        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-        let [a, b, c] = surface.corners(triangle);
-        let place = a + u * (b - a) + v * (c - a);
-        let impulse = -1e-3 * surface.area_vector(triangle).normalize();
-        source.amplitudes(&[(place, impulse)], &mut amplitudes);
-        let listener = 2.0 * random.direction();
-        source.transfers(listener, &mut TransferMemory::default(), &mut transfers);
+    const BLOWS: u32 = 60;
+    for _ in 0..BLOWS {
+        let direction = random.direction();
+        let normal = (direction / semi_axes).normalize();
+        source.amplitudes(&[(semi_axes * direction, -normal)], &mut amplitudes);
+        source.transfers(2.0 * random.direction(), &mut TransferMemory::default(), &mut transfers);
         for ((amplitude, transfer), resonance) in amplitudes.iter().zip(&transfers).zip(source.resonances()) {
-            let band = (3.0 * (resonance.frequency / 500.0).log2() + 0.5).floor();
+            let band = (3.0 * (resonance.frequency / LOWEST).log2() + 0.5).floor();
             if (0.0..BANDS as f64).contains(&band) {
-                // Acceleration ω Q e^{−ξωt}, whose square lasts 1/(4ξω).
                 let omega = TAU * resonance.frequency;
-                let square = (omega * amplitude * transfer.norm()).powi(2);
-                sums[band as usize] += square / (4.0 * resonance.damping_ratio * omega);
+                let heard =
+                    (omega * amplitude * transfer.norm()).powi(2) / (4.0 * resonance.damping_ratio * omega);
+                let own = [1.0, amplitude.powi(2), transfer.norm_sqr(), heard];
+                sums[band as usize].iter_mut().zip(own).for_each(|(s, x)| *s += x / f64::from(BLOWS));
             }
         }
     }
     sums
 }
 
-/// Root mean square of the differences [dB] of third octaves within 40 dB of the loudest, and the mean difference.
-fn distance(own: &[f64; BANDS], proxy: &[f64; BANDS]) -> (f64, f64) {
-    let level = |sums: &[f64; BANDS]| -> Vec<f64> {
-        // The envelope: over three third octaves.
-        let at = |k: usize| sums[k.saturating_sub(1)..(k + 2).min(BANDS)].iter().sum::<f64>();
-        (0..BANDS).map(|k| 10.0 * at(k).max(1e-300).log10()).collect()
-    };
-    let (own, proxy) = (level(own), level(proxy));
-    let loudest = own.iter().copied().fold(f64::MIN, f64::max);
-    let loudest_proxy = proxy.iter().copied().fold(f64::MIN, f64::max);
-    let pairs: Vec<f64> = own
-        .iter()
-        .zip(&proxy)
-        .filter(|(o, p)| **o > loudest - 40.0 || **p > loudest_proxy - 40.0)
-        .map(|(o, p)| p.max(loudest_proxy - 60.0) - o.max(loudest - 60.0))
-        .collect();
-    let mean = pairs.iter().sum::<f64>() / pairs.len() as f64;
-    ((pairs.iter().map(|d| d * d).sum::<f64>() / pairs.len() as f64).sqrt(), mean)
-}
-
-fn pieces(bank: &ModalSoundbank, count: usize, size: f64, thickness: f64) {
+/// A body's own ringing, that of the entry of its own proportions, and that of the nearest of a bank.
+fn beside(bank: &ModalSoundbank, semi_axes: DVec3, options: &BankOptions) {
     let material = GLASS.material();
-    let constants = ElasticConstants::of(&material).expect("an elastic material");
-    let options = ModalBakeOptions { mesh_error: 0.02, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
-    let mut all: Vec<(f64, [[f64; BANDS]; 3])> = Vec::new();
-    let (mut proxy_time, mut own_time) = (0.0, 0.0);
-    println!(
-        "piece  f0 Hz (own)  nodes  mesh ms  f0 ms  proxy ms  own CPU-s  modes  entry  distance dB: by place, by normal"
-    );
-    for (at, surface) in broken_plate(count, size, thickness).into_iter().enumerate() {
-        let mass = MassProperties::of(&surface).expect("a solid");
-        let surface = surface.relative_to(mass.centre_of_mass);
-        let (low, high) = surface.bounds();
-        let start = wall();
-        let (mesh, _) = stuff(&surface, (high - low).max_element() / 6.0).expect("tetrahedra");
-        let meshed = wall();
-        let first = first_frequency(&mesh, &constants).expect("a frequency");
-        let found = wall();
-        let body = ProxyBody {
-            inertia: mass.inertia,
-            mass: mass.volume * material.density,
-            first_frequency: first,
-            material: *bank.material(),
-            max_frequency: 20_000.0,
-        };
-        let source = |mapping| {
-            let proxy = bank.proxy_for(&body).expect("a proxy");
-            let transfers: Vec<_> = (0..proxy.mode_count()).map(|k| proxy.transfer(k)).collect();
-            ModalSource::of_proxy(proxy, mapping, &transfers, &material.damping, &ModalSettings::default())
-                .expect("a source")
-        };
-        let by_place = source(ContactMapping::Position);
-        let ready = wall();
-        let by_normal = source(ContactMapping::Normal);
-        let proxy = bank.proxy_for(&body).expect("a proxy");
-        let (nodes, begun) = (mesh.nodes.len(), seconds());
-        let geometry = BakeGeometry::Mesh(surface.clone());
-        let (mut model, mut evidence) =
-            find_modes(&geometry, &material, &options, &mut |_| ControlFlow::Continue(())).expect("modes");
-        let own_first = model.modes.first().map(|m| m.frequency).or(evidence.first_frequency).unwrap_or(0.0);
-        radiate(&geometry, &mut model, &mut evidence, &options, &mut |_| ControlFlow::Continue(()))
-            .expect("transfers");
-        let own_seconds = seconds() - begun;
-        proxy_time += ready - meshed;
-        own_time += own_seconds;
-        print!(
-            "{at:3} {first:8.0} ({own_first:8.0}) {nodes:5} {:7.1} {:7.1} {:6.2} {own_seconds:8.1} {:3}/{:3} {:3}",
-            1e3 * (meshed - start),
-            1e3 * (found - meshed),
-            1e3 * (ready - found),
-            proxy.mode_count(),
-            model.modes.len(),
-            proxy.entry(),
-        );
-        if model.modes.is_empty() {
-            println!("  silent");
-            continue;
-        }
-        let own = ModalSource::new(Arc::new(model), &material.damping, &ModalSettings::default())
-            .expect("a source");
-        let spectra = [&own, &by_place, &by_normal].map(|source| spectrum(source, &surface, 1 + at as u64));
-        let [(place, bias), (normal, _)] = [1, 2].map(|k| distance(&spectra[0], &spectra[k]));
-        println!("  {place:5.1} ({bias:+5.1})  {normal:5.1}");
-        all.push((first, spectra));
-    }
-    for threshold in [0.0, 600.0, 2000.0, 3400.0, 4000.0] {
-        let replaced = |first: f64| first > threshold;
-        let mut sums = [[0.0; BANDS]; 3];
-        let (mut single, mut single_normal, mut number) = (0.0, 0.0, 0);
-        for (first, spectra) in &all {
-            let played = [0, if replaced(*first) { 1 } else { 0 }, if replaced(*first) { 2 } else { 0 }];
-            for (sum, k) in sums.iter_mut().zip(played) {
-                sum.iter_mut().zip(spectra[k]).for_each(|(s, e)| *s += e);
-            }
-            if replaced(*first) {
-                single += distance(&spectra[0], &spectra[1]).0;
-                single_normal += distance(&spectra[0], &spectra[2]).0;
-                number += 1;
-            }
-        }
-        let ([place, bias], [normal, _]) =
-            (<[f64; 2]>::from(distance(&sums[0], &sums[1])), <[f64; 2]>::from(distance(&sums[0], &sums[2])));
-        println!(
-            "above {threshold:.0} Hz: {number} of {} replaced; all together {place:.1} dB ({bias:+.1}), by normal {normal:.1} dB; \
-             each by itself {:.1} dB, by normal {:.1} dB",
-            all.len(),
-            single / f64::from(number.max(1)),
-            single_normal / f64::from(number.max(1)),
-        );
-    }
-    println!("proxies {:.1} ms, own {own_time:.1} s: ratio {:.0}", 1e3 * proxy_time, own_time / proxy_time);
-}
-
-/// Voronoi cells of random points in a square plate.
-fn broken_plate(count: usize, size: f64, thickness: f64) -> Vec<TriMesh> {
-    let mut random = Random(11);
-    let seeds: Vec<DVec2> = (0..count).map(|_| size * DVec2::new(random.next(), random.next())).collect();
-    let cell = |seed: &DVec2| {
-        let mut polygon =
-            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|p| size * DVec2::from_array(p)).to_vec();
-        for other in seeds.iter().filter(|other| *other != seed) {
-            let (middle, away) = (0.5 * (*other + *seed), *other - *seed);
-            let side = |p: DVec2| (p - middle).dot(away);
-            let mut cut = Vec::new();
-            for k in 0..polygon.len() {
-                let (p, q) = (polygon[k], polygon[(k + 1) % polygon.len()]);
-                if side(p) <= 0.0 {
-                    cut.push(p);
-                }
-                if (side(p) <= 0.0) != (side(q) <= 0.0) {
-                    cut.push(p + (q - p) * (side(p) / (side(p) - side(q))));
-                }
-            }
-            polygon = cut;
-        }
-        // Corners that nearly coincide make needles.
-        let far = |k: &usize| polygon[*k].distance(polygon[(k + 1) % polygon.len()]) > 0.002 * size;
-        prism(&(0..polygon.len()).filter(far).map(|k| polygon[k]).collect::<Vec<_>>(), thickness)
+    let bake = ModalBakeOptions { mesh_error: 0.005, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
+    let geometry = BakeGeometry::Ellipsoid { semi_axes };
+    let (mut model, mut evidence) =
+        find_modes(&geometry, &material, &bake, &mut |_| ControlFlow::Continue(())).expect("modes");
+    radiate(&geometry, &mut model, &mut evidence, &bake, &mut |_| ControlFlow::Continue(()))
+        .expect("transfers");
+    let (first, frequencies) =
+        (model.modes[0].frequency, model.modes.iter().map(|m| m.frequency).collect::<Vec<_>>());
+    let own =
+        ModalSource::new(Arc::new(model), &material.damping, &ModalSettings::default()).expect("a source");
+    let square = semi_axes * semi_axes;
+    let mass = 4.0 / 3.0 * PI * semi_axes.element_product() * material.density;
+    let body = ProxyBody {
+        inertia: DMat3::from_diagonal((DVec3::splat(square.element_sum()) - square) * mass / 5.0),
+        mass,
+        first_frequency: first,
+        material: *bank.material(),
+        max_frequency: 20_000.0,
     };
-    seeds.iter().map(cell).collect()
-}
-
-fn prism(polygon: &[DVec2], thickness: f64) -> TriMesh {
-    let count = polygon.len() as u32;
-    let at = |z: f64| polygon.iter().map(move |p| DVec3::new(p.x, p.y, z));
-    let vertices: Vec<DVec3> = at(0.0).chain(at(thickness)).collect();
-    let mut triangles = Vec::new();
-    for k in 1..count - 1 {
-        triangles.push([0, k + 1, k]);
-        triangles.push([count, count + k, count + k + 1]);
+    let mut sorted = (semi_axes / semi_axes.length()).to_array();
+    sorted.sort_by(f64::total_cmp);
+    let polynomials = BallPolynomials::new(options.degree);
+    let entry = ringing_ellipsoid(&polynomials, DVec3::from_array(sorted), options, &mut |_| {
+        ControlFlow::Continue(())
+    });
+    let alone = ModalSoundbank::try_new(options.material, options.degree, vec![entry.expect("an ellipsoid")]);
+    let proxies = [alone.expect("a bank"), bank.clone()].map(|bank| bank.proxy_for(&body).expect("a proxy"));
+    for (name, proxy) in ["own proportions", "bank"].iter().zip(&proxies) {
+        let mass_ratio = 4.0 / 3.0 * PI * proxy.semi_axes().element_product() * material.density / mass;
+        println!(
+            "{name}: semi-axes {:.4} m of {:.4}, mass × {mass_ratio:.3}",
+            proxy.semi_axes(),
+            DVec3::from_array(sorted) * semi_axes.length()
+        );
+        let modes = proxy.mode_count().min(frequencies.len()).min(12);
+        let ratios: Vec<String> =
+            (0..modes).map(|k| format!("{:.4}", proxy.frequency(k) / frequencies[k])).collect();
+        println!("  frequencies over the body's own: {}", ratios.join(" "));
     }
-    for k in 0..count {
-        let next = (k + 1) % count;
-        triangles.push([k, next, count + next]);
-        triangles.push([k, count + next, count + k]);
+    let sources = proxies.map(|proxy| {
+        let transfers: Vec<_> = (0..proxy.mode_count()).map(|k| proxy.transfer(k)).collect();
+        ModalSource::of_proxy(
+            proxy,
+            ContactMapping::Position,
+            &transfers,
+            &material.damping,
+            &ModalSettings::default(),
+        )
+        .expect("a source")
+    });
+    let [own, alone, near] = [&own, &sources[0], &sources[1]].map(|source| stages(source, semi_axes));
+    println!(
+        "third octave: modes own/entry/bank; entry, bank over own [dB]: drive, transfer, heard; own of the loudest"
+    );
+    let loudest = own.iter().map(|b| b[3]).fold(0.0, f64::max);
+    for band in 0..BANDS {
+        let level = |of: &[[f64; 4]; BANDS], k: usize| 10.0 * (of[band][k] / own[band][k]).log10();
+        print!(
+            "{:6.0} Hz {:3.0}/{:3.0}/{:3.0}",
+            LOWEST * 2.0_f64.powf(band as f64 / 3.0),
+            own[band][0],
+            alone[band][0],
+            near[band][0]
+        );
+        for k in 1..4 {
+            print!("  {:+6.2} {:+6.2}", level(&alone, k), level(&near, k));
+        }
+        println!("  {:6.1}", 10.0 * (own[band][3] / loudest).log10());
     }
-    TriMesh { vertices, triangles }
+    let all = |of: &[[f64; 4]; BANDS]| of.iter().map(|b| b[3]).sum::<f64>();
+    println!(
+        "all bands: {:+.2} {:+.2} dB",
+        10.0 * (all(&alone) / all(&own)).log10(),
+        10.0 * (all(&near) / all(&own)).log10()
+    );
 }
 
 /// SplitMix64.
@@ -308,11 +226,6 @@ impl Random {
         let across = (1.0 - z * z).sqrt();
         DVec3::new(across * turn.cos(), across * turn.sin(), z)
     }
-}
-
-fn wall() -> f64 {
-    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
-    START.get_or_init(std::time::Instant::now).elapsed().as_secs_f64()
 }
 
 /// Processor time of this process \[s\].

@@ -10,6 +10,7 @@
 pub mod ellipsoid_vibration;
 pub mod first_frequency;
 pub mod sampling;
+pub mod solid_polynomials;
 pub mod surface;
 
 use std::f64::consts::TAU;

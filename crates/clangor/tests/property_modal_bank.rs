@@ -1,6 +1,6 @@
 //! The bank of ringing ellipsoids: which stands for a body, how it is scaled and turned, where contacts act, and its file.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use clangor::medium::Medium;
 use clangor::model::modal_bank::{
@@ -51,6 +51,10 @@ fn bank() -> ModalSoundbank {
 fn inertia(axes: DVec3) -> DMat3 {
     let square = axes * axes;
     DMat3::from_diagonal((DVec3::splat(square.element_sum()) - square) / 5.0)
+}
+
+fn volume(axes: DVec3) -> f64 {
+    4.0 / 3.0 * PI * axes.element_product()
 }
 
 fn body(axes: DVec3, turn: DMat3) -> ProxyBody {
@@ -109,7 +113,17 @@ fn base_frequencies_agree_and_the_rest_follows_eq_9() {
             let list = parity_harmonics(mode.parity ^ (1 << axis), DEGREE);
             list.iter().zip(&mode.shape[axis]).map(|(y, u)| harmonics[*y as usize] * u).sum()
         }));
-        assert!((motions[k] - gamma.powf(-1.5) * bare).length() < 1e-12 * bare.length());
+        let of_mass = (GLASS.density * volume(axes) / 0.1).sqrt();
+        assert!((motions[k] - of_mass * bare).length() < 1e-12 * bare.length());
+    }
+    // The entry itself at another size: γ^−3/2 for both.
+    let mass = GLASS.density * gamma.powi(3) * volume(axes);
+    let scaled = bank.proxy_for(&ProxyBody { mass, ..body(axes, DMat3::IDENTITY) }).expect("a proxy");
+    let mut of_scaled = Vec::new();
+    scaled.motions(DVec3::new(0.3, -0.5, 0.8).normalize(), &mut harmonics, &mut of_scaled);
+    for (own, scaled) in motions.iter().zip(&of_scaled) {
+        let factor = gamma.powf(-1.5) / (GLASS.density * volume(axes) / 0.1).sqrt();
+        assert!((*scaled - factor * *own).length() < 1e-12 * scaled.length());
     }
     // Only so many modes are in a narrower band.
     let narrow = ProxyBody { max_frequency: 5000.0, ..body(axes, DMat3::IDENTITY) };

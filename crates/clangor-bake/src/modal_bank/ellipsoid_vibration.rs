@@ -24,6 +24,11 @@ use rayon::prelude::*;
 use crate::modes::symmetric_eigenvectors;
 use crate::quadrature::gauss_legendre;
 
+/// Part by which frequencies of one pair of a round ellipsoid may differ from rounding.
+const PAIR: f64 = 1e-7;
+/// Part of the largest coefficient from which another is as large.
+const AS_LARGE: f64 = 0.999;
+
 /// Parity classes: bit 0 is set where a function is odd in x, bit 1 in y, bit 2 in z.
 const CLASSES: usize = 8;
 
@@ -79,6 +84,9 @@ impl BallPolynomials {
 
     /// All modes below an angular frequency of the ellipsoid of E = 1, ρ = 1 and this Poisson ratio, by frequency. Rigid
     /// motions are left out.
+    ///
+    /// Modes of one frequency come in the order of their parities, and the first of the largest coefficients is positive: an ellipsoid
+    /// of another size has the same modes in the same order and with the same signs.
     pub fn modes(&self, semi_axes: DVec3, poisson_ratio: f64, limit: f64) -> Vec<EllipsoidMode> {
         let mut modes: Vec<EllipsoidMode> = (0..CLASSES)
             .into_par_iter()
@@ -87,6 +95,13 @@ impl BallPolynomials {
         modes.sort_by(|a, b| {
             a.angular_frequency.total_cmp(&b.angular_frequency).then(a.parity.cmp(&b.parity))
         });
+        let same =
+            |a: &EllipsoidMode, b: &EllipsoidMode| b.angular_frequency <= a.angular_frequency * (1.0 + PAIR);
+        for pair in modes.chunk_by_mut(same) {
+            let mean = pair.iter().map(|mode| mode.angular_frequency).sum::<f64>() / pair.len() as f64;
+            pair.iter_mut().for_each(|mode| mode.angular_frequency = mean);
+            pair.sort_by_key(|mode| mode.parity);
+        }
         modes
     }
 
@@ -134,11 +149,16 @@ impl BallPolynomials {
         let kept =
             order.into_iter().skip(rigid_motions(parity)).filter(|(square, _)| *square < limit * limit);
         kept.map(|(square, k)| {
-            let shape = [0, 1, 2].map(|i| {
+            let mut shape: [Vec<f64>; 3] = [0, 1, 2].map(|i| {
                 let own = vectors.col(k).subrows(starts[i], counts[i]);
                 let values = &of[i].harmonics * own;
                 values.iter().map(|u| u / volume.sqrt()).collect()
             });
+            let largest = shape.iter().flatten().fold(0.0, |most: f64, u| most.max(u.abs()));
+            let first = shape.iter().flatten().find(|u| u.abs() >= AS_LARGE * largest);
+            if first.is_some_and(|u| *u < 0.0) {
+                shape.iter_mut().flatten().for_each(|u| *u = -*u);
+            }
             EllipsoidMode { angular_frequency: square.max(0.0).sqrt(), parity: parity as u8, shape }
         })
         .collect()

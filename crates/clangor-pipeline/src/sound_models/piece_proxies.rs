@@ -9,18 +9,21 @@ use std::sync::Arc;
 
 use clangor::body::{Body, BodyId, Surface};
 use clangor::material::Material;
-use clangor::medium::Medium;
-use clangor::model::modal_bank::{BankMaterial, ModalProxy, ModalSoundbank, ProxyBody, normalised_ellipsoid};
+use clangor::model::modal_bank::{ModalProxy, ModalSoundbank, ProxyBody};
 use clangor_bake::elasticity::ElasticConstants;
 use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal_bank::solid_polynomials::{SolidError, lowest_by_polynomials};
 use clangor_bake::modal_bank::{ModalBankBakeError, first_frequency_of_surface};
 use rayon::prelude::*;
 
-use crate::modal_soundbank::{bank_material, default_modal_bank, obtain_modal_bank};
+use crate::modal_soundbank::{bank_material, obtain_modal_bank};
 use crate::model_cache::ModelCache;
 
 /// Pieces that have modes of their own without being asked for.
 const MOST_OWN: usize = 16;
+/// Degrees of the polynomials that the lowest frequency of a piece is found by: the next where the last are not independent to rounding,
+/// as on a shell that is thin against its curvature.
+const DEGREES: [usize; 4] = [8, 6, 4, 2];
 
 /// A body that may ring as an ellipsoid.
 #[derive(Clone, Debug)]
@@ -56,14 +59,8 @@ pub(super) fn choose(
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Vec<Choice>, Vec<String>), ModalBankBakeError> {
-    let shipped = default_modal_bank();
-    let frequency = |candidate: &Candidate| {
-        let body = &candidate.body;
-        let of_piece = || lowest_by_inertia(shipped.as_ref()?, body, options.medium);
-        let piece = body.life.parent.is_some().then(of_piece).flatten();
-        piece.map_or_else(|| lowest(body), Ok)
-    };
-    let frequencies: Vec<Result<f64, String>> = candidates.par_iter().map(frequency).collect();
+    let frequencies: Vec<Result<f64, String>> =
+        candidates.par_iter().map(|candidate| lowest(&candidate.body)).collect();
     let mut lowest_first: Vec<f64> =
         frequencies.iter().zip(candidates).filter(|(_, c)| !c.always).flat_map(|(f, _)| f.clone()).collect();
     lowest_first.sort_by(f64::total_cmp);
@@ -128,24 +125,20 @@ pub(super) fn choose(
     Ok((choices, remarks))
 }
 
-/// The lowest frequency \[Hz\] of the ellipsoid that has the mass and inertia of a piece.
-///
-/// Differs: \[FRAC\] finds that of the piece, for which the grid would have to be as fine as the roughness of its cracks.
-fn lowest_by_inertia(bank: &ModalSoundbank, body: &Body, medium: Medium) -> Option<f64> {
-    let (axes, _) = normalised_ellipsoid(body.inertia)?;
-    let entry = &bank.entries()[bank.nearest(axes)];
-    let speed = |material: &BankMaterial| (material.youngs_modulus / material.density).sqrt();
-    let factor = speed(&bank_material(&body.material, medium)) / speed(bank.material());
-    // tr I = ⅖ m (a² + b² + c²); those of the bank have 1 m².
-    let trace = body.inertia.x_axis.x + body.inertia.y_axis.y + body.inertia.z_axis.z;
-    let size = (2.5 * trace / body.mass).sqrt();
-    Some(factor * entry.modes.first()?.frequency / size)
-}
-
-/// The lowest frequency \[Hz\] of a body.
+/// The lowest frequency \[Hz\] of a body: of a piece by polynomials, of a whole body, which may be thin-walled, by elements.
 fn lowest(body: &Body) -> Result<f64, String> {
     let constants = ElasticConstants::of(&body.material).map_err(|error| error.to_string())?;
     match &*body.surface {
+        Surface::Mesh(surface) if body.life.parent.is_some() => {
+            let mut found = Err(SolidError::Degree(0));
+            for degree in DEGREES {
+                found = lowest_by_polynomials(&surface.mesh, &constants, degree);
+                if !matches!(found, Err(SolidError::Singular { .. })) {
+                    break;
+                }
+            }
+            found.map_err(|error| error.to_string())
+        }
         Surface::Mesh(surface) => {
             first_frequency_of_surface(&surface.mesh, &constants).map_err(|error| error.to_string())
         }

@@ -10,8 +10,13 @@
 //! and the entry nearest to it is taken. It is scaled by γ so that its lowest mode has the frequency f₀ of the body's:
 //!
 //! ```text
-//! γ = (v'/v) f_p/f₀,   v = √(E/ρ);    f → (v'/v) f/γ,   U → √(ρ/ρ') γ^−3/2 U,   c_nm → √(ρ/ρ') γ^−3/2 c_nm,   R → γ R
+//! γ = (v'/v) f_p/f₀,   v = √(E/ρ);    f → (v'/v) f/γ,   U → √(m_p/m) U,   c_nm → √(ρ/ρ') γ^−3/2 c_nm,   R → γ R
 //! ```
+//!
+//! with the masses m_p of the entry and m of the body. A body that is the entry scaled has m = (ρ'/ρ) γ³ m_p, and then both factors are
+//! one. Differs: eq. (9) has γ^−3/2 for U of any body. But an entry that is thicker than the body by a factor r has to be larger by r to
+//! have its lowest frequency, and heavier by r⁴; a blow would move it r⁴ times less, while its sound, of an area r² and a motion
+//! r^−2 of the body's, would be right.
 //!
 //! Eq. (9) says γ^−5/2 of the multipoles, because FRAC's are pressure per amplitude. Ours are c_nm of
 //! [`ModalModel`](super::modal_model::ModalModel), pressure over ρ₀R per modal acceleration, each wave made 1 on the

@@ -1,5 +1,6 @@
 //! An ellipsoid of the bank, scaled and turned to stand for a body.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
@@ -15,7 +16,7 @@ use crate::model::modal_model::ModalTransfer;
 pub struct ProxyBody {
     /// About its centre of mass, in its frame [kg m²]; only proportions count.
     pub inertia: DMat3,
-    /// Mass \[kg\].
+    /// Mass \[kg\], which says how far a blow moves it.
     pub mass: f64,
     /// Its lowest frequency \[Hz\].
     pub first_frequency: f64,
@@ -75,8 +76,10 @@ pub struct ModalProxy {
     scale: f64,
     /// Frequency of the body over that in the bank.
     frequency_factor: f64,
-    /// U over that in the bank.
+    /// U over that in the bank, for a body of this mass.
     shape_factor: f64,
+    /// c_nm over those in the bank.
+    transfer_factor: f64,
     /// From the frame of the body to that of the proxy.
     rotation: DMat3,
     /// Modes in the band.
@@ -105,7 +108,9 @@ impl ModalProxy {
         let ellipsoid = Arc::clone(&bank.entries[entry]);
         let frequency_factor = first_frequency / ellipsoid.modes[0].frequency;
         let scale = material.speed() / bank.material.speed() / frequency_factor;
-        let shape_factor = (bank.material.density / material.density).sqrt() * scale.powf(-1.5);
+        let transfer_factor = (bank.material.density / material.density).sqrt() * scale.powf(-1.5);
+        let volume = 4.0 / 3.0 * PI * ellipsoid.semi_axes.element_product();
+        let shape_factor = (bank.material.density * volume / mass).sqrt();
         let modes = ellipsoid.modes.partition_point(|m| m.frequency * frequency_factor < max_frequency);
         let basis = Arc::clone(&bank.basis);
         Ok(ModalProxy {
@@ -116,6 +121,7 @@ impl ModalProxy {
             scale,
             frequency_factor,
             shape_factor,
+            transfer_factor,
             rotation,
             modes,
         })
@@ -169,7 +175,7 @@ impl ModalProxy {
     /// The transfer of a mode, in the frame of the proxy.
     pub fn transfer(&self, mode: usize) -> ModalTransfer {
         let own = &self.ellipsoid.modes[mode];
-        ModalTransfer { order: own.order, coefficients: all_multipoles(own, self.shape_factor) }
+        ModalTransfer { order: own.order, coefficients: all_multipoles(own, self.transfer_factor) }
     }
 
     /// The direction ξ, frame of the proxy, at which a contact acts: its place on the body \[m\] and the outer normal there, both

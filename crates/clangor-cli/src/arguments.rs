@@ -90,7 +90,7 @@ pub(crate) struct Render {
     pub(crate) sound: Option<Sound>,
     /// What of the sound to render, instead of what the scene says
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PARTS")]
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<RenderedPart>,
     /// How modes become pressure: to compare by ear
     #[arg(long, value_enum, default_value = "baked")]
     pub(crate) transfer: Transfer,
@@ -196,6 +196,17 @@ pub(crate) enum Part {
     Acceleration,
     /// The ringing of its vibration
     Modal,
+}
+
+/// Parts of the sound of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RenderedPart {
+    /// The clicks of bodies whose velocity changes
+    Acceleration,
+    /// The ringing of their vibration
+    Modal,
+    /// The ground that is hit
+    Ground,
 }
 
 /// Ways to compute a field.

@@ -35,8 +35,8 @@ use clangor::timeline::{ContactRow, Timeline};
 
 pub use self::energy_limit::EnergyLimits;
 use self::file_names::{check_distinct, file_name};
-use self::ringing::{RingingBodies, Rolling, Voices};
-pub use self::ringing::{Transfers, UnplayableModes};
+use self::ringing::{Breaking, RingingBodies, Rolling, Voices};
+pub use self::ringing::{Handover, Transfers, UnplayableModes};
 use self::ways::{Hearing, reverberation, take_until, ways_to};
 use crate::atomic_file::check_folder;
 use crate::levels::{LevelMeter, Levels};
@@ -121,6 +121,8 @@ pub struct RenderOptions {
     pub room: Option<Room>,
     /// Whether blows put no more energy into modes than the motion lost.
     pub limit_energy: bool,
+    /// Whether pieces go on with the vibration of what they were part of.
+    pub inherit_vibration: bool,
     /// Time step \[s\] of the dynamics whose gentle forces make bodies ring too; `None`: only blows do.
     pub rolling: Option<f64>,
     /// End of the sound \[s\].
@@ -185,11 +187,8 @@ pub enum StemPart {
     Acceleration,
     /// Ringing.
     Modal,
-}
-
-impl StemPart {
-    /// All parts.
-    pub const ALL: [StemPart; 2] = [StemPart::Acceleration, StemPart::Modal];
+    /// Ground that is hit.
+    Ground,
 }
 
 impl std::fmt::Display for StemPart {
@@ -197,6 +196,7 @@ impl std::fmt::Display for StemPart {
         f.write_str(match self {
             StemPart::Acceleration => "acceleration",
             StemPart::Modal => "modal",
+            StemPart::Ground => "ground",
         })
     }
 }
@@ -231,6 +231,10 @@ pub struct RenderSummary {
     pub energies: BTreeMap<BodyId, f64>,
     /// The same of the ringing.
     pub modal_energies: BTreeMap<BodyId, f64>,
+    /// The same of the ground, by plane.
+    pub ground_energies: BTreeMap<BodyId, f64>,
+    /// What became of the vibration of bodies that broke.
+    pub handovers: BTreeMap<BodyId, Handover>,
     /// Energy of the blows on bodies that ring, against that which they have.
     pub energy_limits: BTreeMap<BodyId, EnergyLimits>,
     /// Estimates of the same above the band of the fields, for bodies whose field ends within the band rendered.
@@ -239,8 +243,8 @@ pub struct RenderSummary {
 
 /// Renders the impacts of a timeline for every listener into `output`; `sounds` says what each body sounds as.
 ///
-/// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`
-/// and `….BODY.modal.wav`.
+/// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`,
+/// `….BODY.modal.wav` and `….PLANE.ground.wav`.
 /// `progress` is told which part of the work is done, from 0 to 1.
 ///
 /// # Errors
@@ -270,27 +274,35 @@ pub fn render(
         None => None,
     };
     let mut clicks: Vec<Click> = match options.parts.acceleration {
-        true => {
-            let grounds = ground::grounds(bodies, &options.synthesis.medium, options.ground)?;
-            let ground = pulses.iter().flat_map(|pulse| ground_clicks(pulse, bodies, &grounds));
-            pulses.iter().flat_map(|p| clicks_of(p, sounds.sources)).chain(ground).collect()
-        }
+        true => pulses.iter().flat_map(|p| clicks_of(p, sounds.sources)).collect(),
         false => Vec::new(),
     };
+    let grounds = ground::grounds(bodies, options)?;
+    clicks.extend(pulses.iter().flat_map(|pulse| ground_clicks(pulse, bodies, &grounds)));
     clicks.sort_by(|a, b| a.time.total_cmp(&b.time));
     let blows = (&pulses[..], options.limit_energy);
-    let ringing = RingingBodies::new(bodies, sounds.ringers, options.transfers, blows)?;
+    let breaking = Breaking { fractures: &timeline.fractures, poses: &poses };
+    let breaking = options.inherit_vibration.then_some(breaking);
+    let ringing = RingingBodies::new(bodies, sounds.ringers, options.transfers, blows, breaking)?;
 
     let mut stems = vec![None];
     if options.stems {
-        let clicking = clicks.iter().map(|c| Stem { body: c.body, part: StemPart::Acceleration });
+        let clicking = clicks.iter().map(|click| {
+            let ground = grounds.contains_key(&click.body);
+            Stem { body: click.body, part: if ground { StemPart::Ground } else { StemPart::Acceleration } }
+        });
         let ringing = ringing.bodies().map(|body| Stem { body, part: StemPart::Modal });
         let sounding: BTreeSet<Stem> = clicking.chain(ringing).collect();
         stems.extend(sounding.into_iter().map(Some));
     }
     let passes = options.listeners.len()
         * (stems.len() + usize::from(matches!(options.full_scale, FullScale::Peak(_))));
-    let mut summary = RenderSummary { contacts, energy_limits: ringing.limits(), ..RenderSummary::default() };
+    let mut summary = RenderSummary {
+        contacts,
+        energy_limits: ringing.limits(),
+        handovers: ringing.handovers().clone(),
+        ..RenderSummary::default()
+    };
     let mut done = 0.0;
     for listener in &options.listeners {
         let mut full_scale = None;
@@ -298,7 +310,7 @@ pub fn render(
             let own: Vec<Click>;
             let (heard, ringing) = match stem {
                 None => (&clicks[..], Some((&ringing, None))),
-                Some(Stem { body, part: StemPart::Acceleration }) => {
+                Some(Stem { body, part: StemPart::Acceleration | StemPart::Ground }) => {
                     own = clicks.iter().filter(|c| c.body == body).cloned().collect();
                     (&own[..], None)
                 }
@@ -326,8 +338,11 @@ pub fn render(
             let (file, heard) = pass.write(&path, scale)?;
             if stem.is_none() {
                 summary.listeners.push(heard.report);
-                let sums = [
-                    (&mut summary.energies, heard.energies),
+                let (ground, energies) =
+                    heard.energies.into_iter().partition(|(body, _)| grounds.contains_key(body));
+                let sums: [(_, BTreeMap<BodyId, f64>); 4] = [
+                    (&mut summary.energies, energies),
+                    (&mut summary.ground_energies, ground),
                     (&mut summary.missing_energies, heard.missing_energies),
                     (&mut summary.modal_energies, heard.modal_energies),
                 ];

@@ -7,6 +7,7 @@ mod contact;
 mod dynamics;
 mod fields;
 mod geometry;
+mod ground;
 mod motion;
 mod radiation;
 mod rendering;
@@ -89,12 +90,13 @@ type Section = fn(Extent, &mut Validation) -> Outcome;
 /// [`ValidationError`] if a check cannot be carried out; a check that fails its bar is in the table.
 pub fn validate(extent: Extent, report: &mut dyn FnMut(&str)) -> Result<Validation, ValidationError> {
     let mut table = Validation::default();
-    let sections: [(&'static str, Section); 9] = [
+    let sections: [(&'static str, Section); 10] = [
         ("contact", contact::run),
         ("radiation", radiation::run),
         ("fields", fields::run),
         ("ringing", ringing::run),
         ("rendering", rendering::run),
+        ("ground", ground::run),
         ("geometry", geometry::run),
         ("dynamics", dynamics::run),
         ("motion", motion::run),

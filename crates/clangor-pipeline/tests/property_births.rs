@@ -1,5 +1,6 @@
 //! A box that breaks in two where it lands, from the solver to the sound: recorded, read back, and heard.
 
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
@@ -10,20 +11,23 @@ use clangor::geometry::convex::ConvexPart;
 use clangor::geometry::hull::convex_hull;
 use clangor::material::presets;
 use clangor::medium::Medium;
+use clangor::model::modal_model::{ModalMode, ModalModel, ModalTransfer};
+use clangor::model::modal_surface::ModalSurface;
 use clangor::pose::Pose;
 use clangor::scene::render_settings::{GroundSound, Parts};
 use clangor::synthesis::{Listener, RenderSettings, SoundSource};
 use clangor::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
 use clangor_pipeline::render::{
-    FullScale, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, read_impacts, render,
+    FullScale, Handover, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, read_impacts, render,
 };
-use clangor_pipeline::sound_models::ringers::Ringers;
+use clangor_pipeline::sound_models::ringers::{Ringers, Ringing};
 use clangor_pipeline::timeline_file::{Origin, TimelineHeader, TimelineReader, TimelineWriter};
 use clangor_pipeline::wav::{SampleFormat, WavReader};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{CrackImpulse, Replacement, RigidWorld, StepLog};
 use clangor_sim::{SimulationError, SimulationSettings, Solver, simulate_breaking};
 use glam::{DMat3, DQuat, DVec3};
+use num_complex::Complex64;
 
 const HALF: DVec3 = DVec3::new(0.03, 0.01, 0.02);
 const DURATION: f64 = 1.5;
@@ -191,28 +195,122 @@ fn what_breaks_is_recorded_and_read_back() {
     }
 }
 
-fn hear(bodies: &[Body], timeline: &Timeline, file: &Path) -> RenderSummary {
-    let options = RenderOptions {
+fn options() -> RenderOptions {
+    RenderOptions {
         listeners: vec![Listener::fixed("microphone", MICROPHONE)],
         contact: ContactSettings::default(),
         synthesis: RenderSettings::default(),
-        parts: Parts { acceleration: true, modal: false },
+        parts: Parts { acceleration: true, modal: false, ground: false },
         transfers: Transfers::Baked,
         rolling: None,
         ground: GroundSound::None,
         air: None,
         room: None,
         limit_energy: true,
+        inherit_vibration: true,
         to: DURATION,
         format: SampleFormat::Float32,
         full_scale: FullScale::Pascals(1.0),
         compressor: None,
         stems: true,
         note: String::new(),
-    };
+    }
+}
+
+fn hear(bodies: &[Body], timeline: &Timeline, file: &Path) -> RenderSummary {
+    let options = options();
     let sources = SoundSource::spheres(bodies);
     let sounds = Sounds { sources: &sources, ringers: &Ringers::none(bodies.len()) };
     render(bodies, &sounds, timeline, &options, file, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// Modes of a box with these half edges that bend it, the longest at `lowest` \[Hz\].
+fn modes(half: DVec3, lowest: f64) -> Ringing {
+    let steps = 6;
+    let (mut nodes, mut triangles) = (Vec::new(), Vec::new());
+    for side in [-1.0, 1.0] {
+        for (i, k) in (0..steps).flat_map(|i| (0..steps).map(move |k| (i, k))) {
+            let place = |[i, k]: [f64; 2]| {
+                let part = |n: f64| 2.0 * n / f64::from(steps) - 1.0;
+                half * DVec3::new(part(i), side, part(k))
+            };
+            let [i, k] = [i, k].map(f64::from);
+            let corners = [[i, k], [i + 1.0, k], [i + 1.0, k + 1.0], [i, k + 1.0]];
+            for triangle in [[0, 1, 2], [0, 2, 3]] {
+                let corner: [[f64; 2]; 3] = triangle.map(|c: usize| corners[c]);
+                let first = nodes.len() as u32;
+                let middle = |a: usize, b: usize| [0, 1].map(|n| 0.5 * (corner[a][n] + corner[b][n]));
+                nodes.extend(corner.map(place));
+                nodes.extend([middle(0, 1), middle(1, 2), middle(2, 0)].map(place));
+                triangles.push(std::array::from_fn(|n| first + n as u32));
+            }
+        }
+    }
+    let scale = (4.0 / cuboid("", half).mass).sqrt();
+    let mode = |[m, n]: [f64; 2]| {
+        let wave = |x: f64, half: f64, count: f64| (0.5 * PI * count * (x / half + 1.0)).cos();
+        let shape = |x: &DVec3| DVec3::Y * scale * wave(x.x, half.x, m) * wave(x.z, half.z, n);
+        ModalMode {
+            frequency: lowest * ((m / half.x).powi(2) + (n / half.z).powi(2)) / (2.0 / HALF.x).powi(2),
+            mesh_error: 0.0,
+            shape: nodes.iter().map(shape).collect(),
+            transfer: Some(ModalTransfer { order: 0, coefficients: vec![Complex64::ONE] }),
+        }
+    };
+    Ringing::Modes(Arc::new(ModalModel {
+        radius: half.length(),
+        medium: Medium::AIR,
+        density: 2600.0,
+        max_frequency: 20_000.0,
+        modes: [[2.0, 0.0], [1.0, 1.0], [0.0, 2.0], [2.0, 1.0], [3.0, 0.0]].map(mode).to_vec(),
+        surface: ModalSurface { nodes, triangles },
+    }))
+}
+
+#[test]
+fn halves_ring_on_with_what_the_tile_rang_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let recorded = simulate(&folder.path().join("a.timeline"), 1e-4);
+    let bodies = recorded.all_bodies(&world().bodies);
+    let half = || modes(HALF * DVec3::new(0.5, 1.0, 1.0), 900.0);
+    let ringers =
+        Ringers { bodies: vec![Ringing::Unstruck, modes(HALF, 900.0), half(), half()], ..Ringers::default() };
+    let sources = SoundSource::spheres(&bodies);
+    let sounds = Sounds { sources: &sources, ringers: &ringers };
+    let parts = Parts { acceleration: false, modal: true, ground: false };
+    let [on, off] = [true, false].map(|inherit_vibration| {
+        let options = RenderOptions { parts, inherit_vibration, ..options() };
+        let file = folder.path().join(format!("{inherit_vibration}.wav"));
+        let go_on = &mut |_| ControlFlow::Continue(());
+        render(&bodies, &sounds, &recorded, &options, &file, go_on).unwrap()
+    });
+    let Handover { had, handed } = on.handovers[&BodyId(1)];
+    println!("{handed:.1e} J of {had:.1e} J");
+    assert!(handed > 0.01 * had && handed <= had * (1.0 + 1e-12) && off.handovers.is_empty());
+    let birth = recorded.fractures[0].time;
+    for body in [2, 3] {
+        let stem = |summary: &RenderSummary| {
+            let own = |file: &&clangor_pipeline::render::RenderedFile| {
+                file.stem.is_some_and(|s| s.body == BodyId(body))
+            };
+            samples(&summary.files.iter().find(own).unwrap().path)
+        };
+        let taken: Vec<f32> = stem(&on).iter().zip(stem(&off)).map(|(on, off)| on - off).collect();
+        let peak = |part: &[f32]| part.iter().fold(0.0f32, |m, p| m.max(p.abs()));
+        let arrives = ((birth + 0.8 / 343.0) * 48_000.0) as usize;
+        // It rises for a millisecond, and then rings down.
+        assert!(peak(&taken[..arrives - 60]) < 1e-6 * peak(&taken));
+        assert!(peak(&taken[arrives + 48..arrives + 200]) > 0.3 * peak(&taken));
+        assert!(peak(&taken[arrives + 48_000..]) < 0.1 * peak(&taken));
+    }
+    // What the cracks take is not left to vibrate.
+    let mut costly = recorded.clone();
+    costly.fractures[0].fracture_energy = 1e3;
+    let options = RenderOptions { parts, ..options() };
+    let file = folder.path().join("c.wav");
+    let summary =
+        render(&bodies, &sounds, &costly, &options, &file, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(summary.handovers.is_empty(), "{:?}", summary.handovers);
 }
 
 fn samples(path: &Path) -> Vec<f32> {

@@ -213,7 +213,7 @@ fn rendered_blow_is_the_integral_over_the_surface() {
             orientation: DQuat::IDENTITY,
             velocity_change: DVec3::ZERO,
             angular_velocity_change: DVec3::ZERO,
-            source: SoundSource::Ground { ground: Arc::new(ground), impulse },
+            source: SoundSource::Ground { ground: Arc::new(ground).into(), impulse },
         };
         let listener =
             Listener::fixed("microphone", click.centre + DVec3::new(0.6 * across, above, 0.8 * across));
@@ -240,6 +240,65 @@ fn rendered_blow_is_the_integral_over_the_surface() {
         println!("c_R = {:.0} m/s: {worst:.1e} of {largest:.2e} Pa", solid.rayleigh_speed());
         // Residual seen: 2.5e-3, 6e-4 and 1.4e-4.
         assert!(worst < 1e-2, "c_R = {} m/s: {worst:e}", solid.rayleigh_speed());
+    }
+}
+
+#[test]
+fn blended_directions_are_as_good_as_their_own() {
+    // Grounds, angles from the normal [°] and distances [m]; critical angles and the horizon among them.
+    let mut worst: f64 = 0.0;
+    for (index, ground) in grounds().into_iter().enumerate() {
+        let ground = Arc::new(ground);
+        let speeds =
+            [ground.solid.rayleigh_speed(), ground.solid.shear_speed(), ground.solid.pressure_speed()];
+        let critical = speeds.map(|v| (Medium::AIR.sound_speed / v).min(1.0).asin());
+        let even = (0..18).map(|i| f64::to_radians(0.3 + 5.03 * f64::from(i)));
+        let near = critical.into_iter().flat_map(|w| [w - 2e-3, w + 2e-3]);
+        for theta in even.chain(near).chain([1.55, 1.565]).filter(|theta| (0.0..1.57).contains(theta)) {
+            for distance in [0.3, 4.0] {
+                let place = distance * DVec3::new(theta.sin(), theta.cos(), 0.0);
+                let (duration, impulse) = (1.5e-4, 0.2);
+                let click = Click {
+                    body: BodyId(0),
+                    time: 0.01,
+                    duration,
+                    profile: ForceProfile::HalfSine,
+                    centre: DVec3::ZERO,
+                    orientation: DQuat::IDENTITY,
+                    velocity_change: DVec3::ZERO,
+                    angular_velocity_change: DVec3::ZERO,
+                    source: SoundSource::Ground { ground: Arc::clone(&ground).into(), impulse },
+                };
+                let settings = RenderSettings { start: -0.01, ..RenderSettings::default() };
+                let mut renderer = Renderer::new(&Listener::fixed("", place), &settings).unwrap();
+                renderer.push(&click).unwrap();
+                let mut signal = OverlapAdd::new(1, 0);
+                renderer.take_all().iter().for_each(|job| signal.add(&job.render()));
+                let sound = signal.take_until(48_000 / 2).swap_remove(0);
+                let frequencies: Vec<f64> = (1..=24).map(|k| TAU * 700.0 * f64::from(k)).collect();
+                let exact = ground.transfer(place, &frequencies);
+                let mut largest: f64 = 0.0;
+                let mut difference: f64 = 0.0;
+                for (omega, transfer) in frequencies.iter().zip(exact) {
+                    let (re, im) = ForceProfile::HalfSine.spectrum(*omega, duration);
+                    let delay = Complex64::from_polar(impulse, -omega * 0.02);
+                    let exact = transfer * Complex64::new(re, im) * delay;
+                    let heard: Complex64 = sound
+                        .iter()
+                        .enumerate()
+                        .map(|(i, p)| Complex64::from_polar(p / 48_000.0, -omega * i as f64 / 48_000.0))
+                        .sum();
+                    largest = largest.max(exact.norm());
+                    difference = difference.max((heard - exact).norm());
+                }
+                let error = difference / largest;
+                if error > worst {
+                    println!("ground {index}, {:.2}°, {distance} m: {error:.1e}", theta.to_degrees());
+                    worst = error;
+                }
+                assert!(error < 1e-2, "ground {index}, {:.2}°, {distance} m: {error:e}", theta.to_degrees());
+            }
+        }
     }
 }
 

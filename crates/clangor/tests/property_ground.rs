@@ -60,7 +60,7 @@ fn nothing_is_heard_before_the_first_wave_can_be_there() {
             orientation: clangor::glam::DQuat::IDENTITY,
             velocity_change: DVec3::ZERO,
             angular_velocity_change: DVec3::ZERO,
-            source: SoundSource::Ground { ground: Arc::clone(&ground), impulse: 0.1 },
+            source: SoundSource::Ground { ground: Arc::clone(&ground).into(), impulse: 0.1 },
         };
         let mut renderer =
             Renderer::new(&Listener::fixed("listener", place), &RenderSettings::default()).unwrap();
@@ -90,7 +90,7 @@ fn ground_is_pressed_by_what_falls_on_it() {
     let scene = Scene::from_toml(text).unwrap();
     let world = instantiate(&scene, &mut load_shape).unwrap().world;
     let plane = BodyId(1);
-    let grounds = BTreeMap::from([(plane, ground("soil"))]);
+    let grounds = BTreeMap::from([(plane, ground("soil").into())]);
     let row = ContactRow {
         time: 0.3,
         impact_id: 1,

@@ -27,9 +27,9 @@ use clangor_sim::SimulationReport;
 use self::report::Told;
 use super::audio_file::{is_gltf, modes_of_files};
 use super::simulate::say_simulated;
-use super::sound_sources::{Wanted, find_ringers, find_sources, given_models, modal_options, sound_parts};
+use super::sound_sources::{Wanted, find_ringers, find_sources, given_models, modal_options};
 use super::{check_ending, is_timeline, load};
-use crate::arguments::{Bits, Global, Render, Transfer};
+use crate::arguments::{Bits, Global, Render, RenderedPart, Transfer};
 use crate::console::Console;
 use crate::failure::Failure;
 
@@ -300,7 +300,14 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
         },
         parts: match options.parts.is_empty() {
             true => settings.parts,
-            false => sound_parts(&options.parts),
+            false => {
+                let named = |part| options.parts.contains(&part);
+                scene_render::Parts {
+                    acceleration: named(RenderedPart::Acceleration),
+                    modal: named(RenderedPart::Modal),
+                    ground: named(RenderedPart::Ground),
+                }
+            }
         },
         transfers: match options.transfer {
             Transfer::Baked => Transfers::Baked,
@@ -311,6 +318,7 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
         air: settings.air,
         room: settings.room.clone(),
         limit_energy: settings.limit_energy,
+        inherit_vibration: settings.inherit_vibration,
         rolling: source.time_step.filter(|_| settings.rolling),
         to: options.to.unwrap_or(source.duration),
         format,

@@ -12,7 +12,6 @@ use clangor::model::modal_model::ModalModel;
 use clangor::model::model_file::Solid;
 use clangor::model::playable_model::PlayableModel;
 use clangor::model::published_file::PublishedFile;
-use clangor::scene::render_settings::Parts;
 use clangor::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor::synthesis::{PublishedSource, RenderSettings, SoundRule, SoundSource};
 use clangor_bake::modal::ModalBakeOptions;
@@ -22,7 +21,7 @@ use clangor_pipeline::sound_models::sources::{SourceProgress, SourceSettings, So
 use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
 use clangor_pipeline::soundbank::default_bank;
 
-use crate::arguments::{Global, Part, Quality, Sound};
+use crate::arguments::{Global, Quality, Sound};
 use crate::console::{Console, Progress};
 use crate::failure::Failure;
 
@@ -82,11 +81,6 @@ pub(super) fn find_sources(
         console.warn(remark);
     }
     Ok(found)
-}
-
-/// Parts that the command line names.
-pub(super) fn sound_parts(named: &[Part]) -> Parts {
-    Parts { acceleration: named.contains(&Part::Acceleration), modal: named.contains(&Part::Modal) }
 }
 
 /// How modes are baked for what is rendered so.

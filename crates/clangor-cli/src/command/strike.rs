@@ -32,16 +32,14 @@ use serde_json::json;
 
 use super::audio_file::{AudioInput, audio_input};
 use super::bake::preset;
-use super::sound_sources::{
-    Wanted, find_ringers, find_sources, modal_options, sound_parts, warn_of_other_material,
-};
-use crate::arguments::{Global, Strike};
+use super::sound_sources::{Wanted, find_ringers, find_sources, modal_options, warn_of_other_material};
+use crate::arguments::{Global, Part, Strike};
 use crate::console::{Console, four_digits};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Result<(), Failure> {
     let Struck { body, model, modes } = body(options, console)?;
-    let parts = sound_parts(&options.parts);
+    let wants = |part| options.parts.contains(&part);
     let blow = Blow {
         impulse: options.impulse,
         point: options.point,
@@ -57,7 +55,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     let point = SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
     // A mistaken blow is told before anything is baked.
     strike(&body, &point, &blow).map_err(Failure::new)?;
-    let ringing = match parts.modal {
+    let ringing = match wants(Part::Modal) {
         true => ringing(&body, model.as_ref(), modes, &blow, options, global, console)?,
         false => None,
     };
@@ -65,12 +63,12 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
         seconds: options.seconds.or(Some(ringing.as_ref().map_or(SHORTEST, |(_, seconds)| *seconds))),
         ..blow
     };
-    let source = match parts.acceleration {
+    let source = match wants(Part::Acceleration) {
         true => source(&body, model.as_ref(), &blow, options, global, console)?,
         false => point,
     };
     let mut sound = strike(&body, &source, &blow).map_err(Failure::new)?;
-    if !parts.acceleration {
+    if !wants(Part::Acceleration) {
         sound.pressures.fill(0.0);
     }
     let mut modes = 0;

@@ -87,7 +87,7 @@ pub(super) fn blows_on(
 }
 
 /// E₀ \[J\].
-fn energy_lost(pulse: &ImpactPulse) -> f64 {
+pub(super) fn energy_lost(pulse: &ImpactPulse) -> f64 {
     let impulse = pulse.points.iter().map(|(_, j)| *j).sum::<DVec3>().dot(pulse.normal).abs();
     let restitution = impulse / (pulse.effective_mass * pulse.speed) - 1.0;
     0.5 * impulse * pulse.speed * (1.0 - restitution.min(MOST_ELASTIC))

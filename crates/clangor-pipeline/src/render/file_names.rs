@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clangor::body::{Body, Motion};
-use clangor::scene::render_settings::GroundSound;
 use clangor::synthesis::Listener;
 
 use super::ground::is_ground;
@@ -38,11 +37,14 @@ pub(super) fn check_distinct(
     bodies: &[Body],
     output: &Path,
 ) -> Result<(), RenderError> {
-    let ground = |b: &Body| options.ground != GroundSound::None && is_ground(b);
-    let sounding = bodies.iter().filter(|b| options.stems && (b.motion == Motion::Free || ground(b)));
     let mut stems: Vec<Option<(&str, StemPart)>> = vec![None];
-    for body in sounding {
-        stems.extend(StemPart::ALL.map(|part| Some((body.name.as_str(), part))));
+    for body in bodies.iter().filter(|_| options.stems) {
+        let parts: &[StemPart] = match body.motion {
+            Motion::Free => &[StemPart::Acceleration, StemPart::Modal],
+            _ if is_ground(body, options) => &[StemPart::Ground],
+            _ => &[],
+        };
+        stems.extend(parts.iter().map(|part| Some((body.name.as_str(), *part))));
     }
     let mut files = BTreeMap::new();
     for listener in &options.listeners {

@@ -2,6 +2,8 @@
 //!
 //! Every body is a voice of its own. Voices are played on all threads, and added in the order of the bodies.
 
+mod handover;
+
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -12,11 +14,15 @@ use clangor::contact::{ImpactPulse, PoseHistory};
 use clangor::material::Damping;
 use clangor::model::modal_bank::{ContactMapping, ModalProxy};
 use clangor::model::modal_model::{ModalModel, ModalTransfer};
-use clangor::synthesis::modal::{ModalError, ModalPressure, ModalSettings, ModalSource, ModalVoice};
+use clangor::synthesis::modal::{
+    ModalError, ModalPressure, ModalSettings, ModalSource, ModalState, ModalVoice,
+};
 use clangor::synthesis::{Listener, RenderSettings, SynthesisError};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+pub(super) use self::handover::Breaking;
+pub use self::handover::Handover;
 use super::energy_limit::{EnergyLimits, blows_on};
 use crate::sound_models::ringers::Ringers;
 
@@ -100,6 +106,7 @@ fn proxy_source(
 pub(super) struct RingingBodies {
     /// In the order of the bodies.
     sources: Vec<Ringer>,
+    handovers: BTreeMap<BodyId, Handover>,
 }
 
 /// A ringing body, and what strikes it.
@@ -108,6 +115,8 @@ struct Ringer {
     source: Arc<ModalSource>,
     blows: Vec<ImpactPulse>,
     limits: EnergyLimits,
+    /// What it takes over from what it was part of.
+    handed: Option<ModalState>,
 }
 
 /// A body of which the modes cannot be played.
@@ -121,12 +130,14 @@ pub struct UnplayableModes {
 }
 
 impl RingingBodies {
-    /// Prepares the modes of those that ring; bodies that share modes and damping share what is prepared.
+    /// Prepares the modes of those that ring; bodies that share modes and damping share what is prepared. With `breaking`, pieces
+    /// take over the vibration of what they were part of.
     pub(super) fn new(
         bodies: &[Body],
         ringers: &Ringers,
         transfers: Transfers,
         (pulses, limit): (&[ImpactPulse], bool),
+        breaking: Option<Breaking<'_>>,
     ) -> Result<Self, UnplayableModes> {
         let settings = transfers.settings();
         let mut prepared: Vec<(&Arc<ModalModel>, &Damping, Arc<ModalSource>)> = Vec::new();
@@ -139,7 +150,7 @@ impl RingingBodies {
                 let source =
                     Arc::new(proxy_source(proxy, transfers, damping, &settings).map_err(unplayable)?);
                 let (blows, limits) = blows_on(id, &source, pulses, limit);
-                sources.push(Ringer { body: id, source, blows, limits });
+                sources.push(Ringer { body: id, source, blows, limits, handed: None });
                 continue;
             }
             let Some(model) = ringers.modes(id) else { continue };
@@ -157,9 +168,18 @@ impl RingingBodies {
                 }
             };
             let (blows, limits) = blows_on(id, &source, pulses, limit);
-            sources.push(Ringer { body: id, source, blows, limits });
+            sources.push(Ringer { body: id, source, blows, limits, handed: None });
         }
-        Ok(RingingBodies { sources })
+        let handovers = match breaking {
+            Some(breaking) => handover::hand_over(bodies, &mut sources, pulses, breaking),
+            None => BTreeMap::new(),
+        };
+        Ok(RingingBodies { sources, handovers })
+    }
+
+    /// What became of the vibration of each that broke.
+    pub(super) fn handovers(&self) -> &BTreeMap<BodyId, Handover> {
+        &self.handovers
     }
 
     /// The bodies, in their order.
@@ -183,9 +203,12 @@ impl RingingBodies {
     ) -> Result<Voices<'a>, SynthesisError> {
         let mut voices = Vec::new();
         let wanted = |ringer: &&Ringer| only.is_none_or(|only| only == ringer.body);
-        for Ringer { body, source, blows, .. } in self.sources.iter().filter(wanted) {
+        for Ringer { body, source, blows, handed, .. } in self.sources.iter().filter(wanted) {
             let mut voice = ModalVoice::new(Arc::clone(source), *body, poses, listener, settings)?;
             voice.push_pulses(blows)?;
+            if let Some(state) = handed {
+                voice.push_ringing(state)?;
+            }
             if let Some(Rolling { forces, time_step }) = rolling {
                 voice.push_stream(forces, *time_step)?;
             }

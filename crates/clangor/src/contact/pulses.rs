@@ -77,6 +77,19 @@ pub struct ImpactPulse {
     pub points: Vec<(DVec3, DVec3)>,
 }
 
+impl ImpactPulse {
+    /// Places \[m\] and impulses [N s] on a body in its frame, for each side of the impact that it is.
+    pub fn points_on(&self, body: BodyId) -> impl Iterator<Item = Vec<(DVec3, DVec3)>> {
+        let sides = self.bodies.iter().zip([1.0, -1.0]);
+        sides.filter_map(move |(share, sign)| {
+            let pose = share.filter(|share| share.body == body)?.pose;
+            let to_body = pose.orientation.inverse();
+            let local = |(x, j): &(DVec3, DVec3)| (pose.body_from_world(*x), to_body * *j * sign);
+            Some(self.points.iter().map(local).collect())
+        })
+    }
+}
+
 /// One body's share of an impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyPulse {

@@ -21,6 +21,9 @@ pub(crate) fn hankel_0_scaled(z: Complex64) -> Complex64 {
             let k = f64::from(k);
             term *= step * ((2.0 * k - 1.0).powi(2) / k);
             sum += term;
+            if term.norm_sqr() < 1e-18 {
+                break;
+            }
         }
         return sqrt(FRAC_2_PI / z) * Complex64::from_polar(1.0, FRAC_PI_4) * sum;
     }

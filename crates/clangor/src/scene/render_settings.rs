@@ -34,6 +34,8 @@ pub struct RenderSettings {
     pub proxy_frequency: f64,
     /// Whether blows put no more energy into modes than the motion lost.
     pub limit_energy: bool,
+    /// Whether pieces go on with the vibration of what they were part of.
+    pub inherit_vibration: bool,
     /// Whether forces too gentle to be blows make bodies ring too: rolling, sliding, rattling to rest.
     pub rolling: bool,
     /// What bodies sound as that do not say it themselves.
@@ -62,6 +64,7 @@ impl Default for RenderSettings {
             ground: GroundSound::default(),
             proxy_frequency: PROXY_FREQUENCY,
             limit_energy: true,
+            inherit_vibration: true,
             rolling: false,
             sound: SoundRule::Auto,
             radiation: SphereModel::Exact,
@@ -72,18 +75,20 @@ impl Default for RenderSettings {
     }
 }
 
-/// Parts of the sound of bodies.
+/// Parts of the sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parts {
     /// Clicks: the sound of sudden acceleration.
     pub acceleration: bool,
     /// Ringing: the sound of vibration.
     pub modal: bool,
+    /// The ground that is hit.
+    pub ground: bool,
 }
 
 impl Default for Parts {
     fn default() -> Self {
-        Parts { acceleration: true, modal: true }
+        Parts { acceleration: true, modal: true, ground: true }
     }
 }
 
@@ -91,10 +96,12 @@ impl Default for Parts {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GroundSound {
     /// Not at all.
-    #[default]
     None,
     /// As an elastic half-space of their material ([`ground`](crate::synthesis::ground)).
+    #[default]
     HalfSpace,
+    /// As the slab of concrete of \[FRAC\] ([`slab`](crate::synthesis::ground::slab)).
+    Slab,
 }
 
 /// Format of a sample.

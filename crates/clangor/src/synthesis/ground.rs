@@ -19,23 +19,28 @@
 //!
 //! How the integral is done is new here. f is written as a sum of poles in P² ([`poles`]), most of them off the axis:
 //! surface waves, one of which is Rayleigh's and the others stand for the body waves along the surface. The sound of one surface wave above the surface is known in closed form but for
-//! one quadrature that all listeners share ([`direction`]), so a blow costs the same at any distance and frequency: a wave
+//! one quadrature that all listeners share ([`direction`]), and blows blend directions that are kept: a wave
 //! from the point of contact, waves shed by the surface (Mach fronts, if they are faster than sound), each e^{−ixt}
 //! times an amplitude that is smooth in log x.
 //!
 //! Differs from Qu and James, who smooth the force in time and sum the integral over the surface: their sum is
 //! [`rayleigh_integral`](rayleigh_integral()), which the tests compare.
 //!
+//! [`slab`] is the ground as \[FRAC\] has it, for comparison.
+//!
 //! Not covered: horizontal forces; losses in the ground, its layers, roughness and edges; what the air does to the ground.
 //! The force acts at a point, which is right while the patch of contact is small against the wavelengths in the ground.
 
 pub mod direction;
+mod directions;
 pub mod half_space;
 pub mod poles;
 pub mod rayleigh_integral;
+pub mod slab;
 pub mod source;
 pub(super) mod spectrum;
 
 pub use half_space::{GroundError, HalfSpace};
 pub use rayleigh_integral::rayleigh_integral;
-pub use source::{GroundSource, ground_clicks};
+pub use slab::SlabSource;
+pub use source::{Ground, GroundSource, ground_clicks};

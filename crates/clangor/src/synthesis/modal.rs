@@ -21,6 +21,7 @@
 //! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?;     // per body and listener
 //! voice.push_pulses(&pulses)?;                 // any order, pulses of other bodies are passed over
 //! voice.push_stream(&forces, time_step)?;      // if wanted: contact::force_stream, for rolling and contact damping
+//! voice.push_ringing(&state)?;                 // of a piece: what it takes over from what it was part of
 //! let mut channels = vec![vec![0.0; count]; receivers];
 //! voice.render_block(first_sample, &mut channels)?;   // ADDS [Pa]; blocks ascend; sample 0 is RenderSettings::start
 //! ```
@@ -35,11 +36,13 @@
 pub mod bank;
 mod delay;
 mod drive;
+pub mod handover;
 pub mod source;
 pub mod transfer;
 pub mod voice;
 
 pub use bank::{ModalBank, Resonance};
+pub use handover::ModalState;
 pub use source::{ModalError, ModalSource};
 pub use transfer::{TransferEvaluator, TransferMemory, TransferOrder};
 pub use voice::ModalVoice;

@@ -16,7 +16,9 @@ use realfft::{ComplexToReal, RealFftPlanner};
 use super::click::Click;
 use super::field_interpolation::Interpolation;
 use super::field_spectrum::{FieldPlayer, FieldTransfer, LONGEST_FADE_REACH, fade_reach};
+use super::ground::slab::SlabTransfer;
 use super::ground::spectrum::GroundTransfer;
+use super::ground::{Ground, SlabSource};
 use super::listener::{Floor, Listener};
 use super::lowpass::{self, REACH};
 use super::published_sound::{PublishedSource, Samples};
@@ -343,7 +345,13 @@ impl Renderer {
                 let blur = self.blur(source);
                 heard(Transfer::Field(transfer), delay, first - blur, delay + ringing + blur)
             }
-            SoundSource::Ground { ground, impulse } => {
+            SoundSource::Ground { ground: Ground::Slab(slab), impulse } => {
+                let strength = impulse / distance.max(SlabSource::radius());
+                let transfer = SlabTransfer { source: Arc::clone(slab), strength };
+                let delay = distance / medium.sound_speed;
+                heard(Transfer::Slab(transfer), delay, delay, delay + slab.ring_time())
+            }
+            SoundSource::Ground { ground: Ground::HalfSpace(ground), impulse } => {
                 let (first, last) = ground.heard_between(place);
                 let source = Arc::clone(ground);
                 let transfer = GroundTransfer { source, impulse: *impulse, place };

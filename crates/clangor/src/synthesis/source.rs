@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::ground::GroundSource;
+use super::ground::Ground;
 use super::published_sound::PublishedSource;
 use crate::body::{Body, Surface};
 use crate::medium::Medium;
@@ -32,10 +32,10 @@ pub enum SoundSource {
     Field(Arc<FieldSource>),
     /// The published representation of one.
     Published(Arc<PublishedSource>),
-    /// Not a body that moves, but the half-space that it hits, pressed at the centre of the click, y its normal.
+    /// Not a body that moves, but the ground that it hits, pressed at the centre of the click, y its normal.
     Ground {
-        /// The half-space.
-        ground: Arc<GroundSource>,
+        /// The ground.
+        ground: Ground,
         /// Impulse into it [N s].
         impulse: f64,
     },

@@ -8,6 +8,7 @@
 use pulp::Simd;
 
 use super::field_spectrum::{FieldPlayer, FieldTransfer};
+use super::ground::slab::SlabTransfer;
 use super::ground::spectrum::GroundTransfer;
 use super::{ground, lowpass};
 use crate::contact::force_profile::ForceProfile;
@@ -41,6 +42,8 @@ pub(super) enum Transfer {
     Field(FieldTransfer),
     /// Of the ground, with its delays.
     Ground(GroundTransfer),
+    /// Of a slab.
+    Slab(SlabTransfer),
 }
 
 /// The frequencies of one block length with their gains, padded to whole lanes.
@@ -150,6 +153,7 @@ impl Spectrum {
             Transfer::Sphere(transfer) => transfer,
             Transfer::Field(transfer) => return player.add(simd, self, grid, wave, transfer, origin),
             Transfer::Ground(transfer) => return ground::spectrum::add(self, grid, wave, transfer, origin),
+            Transfer::Slab(transfer) => return ground::slab::add(self, grid, wave, transfer, origin),
         };
         let step = std::f64::consts::TAU * grid.spacing_hz;
         let delay = Rotation::new(-step * (wave.middle - origin));

@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use clangor::body::{Body, BodyId, Motion, Surface};
+use clangor::scene::render_settings::GroundSound;
 use clangor::synthesis::source_rule::SourceKind;
 use clangor_pipeline::levels::db_spl;
-use clangor_pipeline::render::{EnergyLimits, RenderOptions, RenderSummary, RenderedFile};
+use clangor_pipeline::render::{EnergyLimits, Handover, RenderOptions, RenderSummary, RenderedFile};
 use clangor_pipeline::sound_models::ringers::{MOST_FORMS, Ringers, Ringing};
 use clangor_pipeline::sound_models::sources::Sources;
 use clangor_sim::SimulationReport;
@@ -151,7 +152,20 @@ impl Told<'_> {
             ));
         }
         self.say_limits(console);
+        if !summary.handovers.is_empty() {
+            let sum = |of: fn(&Handover) -> f64| summary.handovers.values().map(of).sum::<f64>();
+            console.say(format_args!(
+                "{} into pieces that ring on, with {:.0} % of the energy of its vibration",
+                counted(summary.handovers.len(), "body breaks", "bodies break"),
+                100.0 * sum(|h| h.handed) / sum(|h| h.had),
+            ));
+        }
+        let ground = total(&summary.ground_energies);
         let (clicks, ringing) = (total(&summary.energies), total(&summary.modal_energies));
+        if clicks > 0.0 && ground > 0.0 {
+            console
+                .say(format_args!("the ground has {:.1} dB of the clicks", 10.0 * (ground / clicks).log10()));
+        }
         if clicks > 0.0 && ringing > 0.0 {
             console
                 .say(format_args!("ringing has {:.1} dB of the clicks", 10.0 * (ringing / clicks).log10()));
@@ -213,20 +227,22 @@ impl Told<'_> {
             "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  remark",
             "body", "part", "dB of all", "clicks", "too slow", "τc/L"
         ));
-        let total = total(&summary.energies) + total(&summary.modal_energies);
+        let parts = [&summary.energies, &summary.modal_energies, &summary.ground_energies];
+        let total: f64 = parts.into_iter().map(total).sum();
         let share = |energy: f64| match energy > 0.0 {
             true => format!("{:.1}", 10.0 * (energy / total).log10()),
             false => "−∞".into(),
         };
         for (index, body) in bodies.iter().enumerate() {
-            let energy = energy(summary, index);
+            let ground = summary.ground_energies.get(&BodyId(index as u32)).copied();
+            let energy = ground.unwrap_or_else(|| energy(summary, index));
             let counts = contacts.bodies.get(index).copied().unwrap_or_default();
             let slow = counts.slow + dropped_of(simulated, index);
             let transit = counts.smallest_transit_ratio;
             console.say(format_args!(
                 "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  {}",
                 body.name,
-                "acceleration",
+                if ground.is_some() { "ground" } else { "acceleration" },
                 share(energy),
                 counts.pulses,
                 slow,
@@ -254,7 +270,10 @@ impl Told<'_> {
         let body = &bodies[index];
         let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
         if matches!(*body.surface, Surface::HalfSpace) && energy > 0.0 {
-            "a half-space of its material".into()
+            match self.options.ground {
+                GroundSound::Slab => "a slab of concrete".into(),
+                _ => "a half-space of its material".into(),
+            }
         } else if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
             "silent: it does not move".into()
         } else if body.motion != Motion::Free {
@@ -319,6 +338,7 @@ impl Told<'_> {
                     "name": body.name,
                     "acceleration_energy_pa2_s": energy(summary, index),
                     "modal_energy_pa2_s": modal_energy(summary, index),
+                    "ground_energy_pa2_s": summary.ground_energies.get(&BodyId(index as u32)),
                     "modes": ringers.mode_count(BodyId(index as u32)),
                     "limited_blows": summary.energy_limits.get(&BodyId(index as u32)).map(|l| l.limited),
                     "rings": ringers.bodies[index].to_string(),

@@ -96,6 +96,7 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "ground",
     "proxy_frequency",
     "limit_energy",
+    "inherit_vibration",
     "rolling",
     "sound",
     "radiation",
@@ -136,7 +137,8 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>, air: Air) -> Render
     let formats = [("32f", SampleFormat::Float32), ("24", SampleFormat::Int24)];
     let pulses = [("half-sine", ForceProfile::HalfSine), ("gaussian", ForceProfile::Gaussian)];
     let radiations = [("exact", SphereModel::Exact), ("compact", SphereModel::CompactDipole)];
-    let grounds = [("half-space", GroundSound::HalfSpace), ("none", GroundSound::None)];
+    let grounds =
+        [("half-space", GroundSound::HalfSpace), ("slab", GroundSound::Slab), ("none", GroundSound::None)];
     RenderSettings {
         sample_rate,
         bits: section.choice(d, "bits", &formats).unwrap_or(default.bits),
@@ -151,6 +153,7 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>, air: Air) -> Render
             .number(d, "proxy_frequency", Quantity::between(0.0, 1e6, "Hz"))
             .unwrap_or(default.proxy_frequency),
         limit_energy: section.boolean(d, "limit_energy").unwrap_or(default.limit_energy),
+        inherit_vibration: section.boolean(d, "inherit_vibration").unwrap_or(default.inherit_vibration),
         rolling: section.boolean(d, "rolling").unwrap_or(default.rolling),
         sound: section.choice(d, "sound", SOUNDS).unwrap_or(default.sound),
         radiation: section.choice(d, "radiation", &radiations).unwrap_or(default.radiation),
@@ -161,7 +164,12 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>, air: Air) -> Render
 }
 
 fn parts(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Parts> {
-    let words = [("acceleration", true), ("modal", false)];
+    let only = |acceleration, modal, ground| Parts { acceleration, modal, ground };
+    let words = [
+        ("acceleration", only(true, false, false)),
+        ("modal", only(false, true, false)),
+        ("ground", only(false, false, true)),
+    ];
     let node = section.get("parts")?;
     let expected = "a list of parts, such as [\"acceleration\", \"modal\"]";
     let elements = node.elements(d, expected)?;
@@ -169,12 +177,12 @@ fn parts(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Parts> {
         d.error(node.place(d), Problem::WrongLength { found: 0, expected: expected.into() });
         return None;
     }
-    let mut parts = Parts { acceleration: false, modal: false };
+    let mut parts = only(false, false, false);
     for element in elements {
-        match element.choice(d, "part", &words)? {
-            true => parts.acceleration = true,
-            false => parts.modal = true,
-        }
+        let named = element.choice(d, "part", &words)?;
+        parts.acceleration |= named.acceleration;
+        parts.modal |= named.modal;
+        parts.ground |= named.ground;
     }
     Some(parts)
 }

@@ -31,8 +31,17 @@ pub enum Branch {
     Rayleigh,
     /// Pressure waves along the surface.
     Pressure,
-    /// Shear waves along the surface, and what leaks from it.
+    /// Shear waves along the surface.
     Shear,
+    /// A wave that leaks into the ground.
+    Leaking,
+}
+
+impl Branch {
+    /// Its place in a list of Rayleigh's, pressure, shear and leaking waves.
+    pub(super) fn index(self) -> usize {
+        self as usize
+    }
 }
 
 /// A term w / (P² − σ).
@@ -69,7 +78,7 @@ pub fn poles(solid: &HalfSpace) -> Vec<Pole> {
             continue;
         }
         let slope = 4.0 * (2.0 * root - n2) - 4.0 * a * b - 2.0 * root * (a / b + b / a);
-        let branch = if index == 0 { Branch::Rayleigh } else { Branch::Shear };
+        let branch = if index == 0 { Branch::Rayleigh } else { Branch::Leaking };
         poles.push(Pole { square: root, weight: -n2 * a / slope, branch });
     }
 

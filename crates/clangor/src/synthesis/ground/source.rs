@@ -8,8 +8,10 @@ use glam::DVec3;
 use num_complex::Complex64;
 
 use super::direction::{Direction, Octaves};
+use super::directions::Directions;
 use super::half_space::{GroundError, HalfSpace};
-use super::poles::{Pole, poles};
+use super::poles::{Branch, Pole, poles};
+use super::slab::SlabSource;
 use crate::body::{Body, BodyId};
 use crate::contact::ImpactPulse;
 use crate::material::Material;
@@ -23,13 +25,21 @@ const ONE_POINT: f64 = 5e-3;
 const AFTERWARDS: f64 = 1.5;
 
 /// The sound of a solid under a medium, wherever it is struck and heard.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct GroundSource {
     /// The solid.
     pub solid: HalfSpace,
     /// What is above it.
     pub medium: Medium,
     poles: Vec<Pole>,
+    /// Follow from the rest, and are kept.
+    directions: Directions,
+}
+
+impl PartialEq for GroundSource {
+    fn eq(&self, other: &Self) -> bool {
+        (self.solid, self.medium) == (other.solid, other.medium)
+    }
 }
 
 impl GroundSource {
@@ -43,7 +53,7 @@ impl GroundSource {
             return Err(GroundError::Medium { value: sound_speed, density });
         }
         let solid = HalfSpace::try_new(material, sound_speed)?;
-        Ok(GroundSource { solid, medium: *medium, poles: poles(&solid) })
+        Ok(GroundSource { solid, medium: *medium, poles: poles(&solid), directions: Directions::new() })
     }
 
     /// Pressure over force [Pa/N] at angular frequencies [rad/s], for a listener at `place` \[m\] from the point that is
@@ -63,6 +73,15 @@ impl GroundSource {
         frequencies.iter().map(at).collect()
     }
 
+    /// (c/c_R)², m², n², and that of the wave that leaks, if there is one.
+    fn squares(&self) -> [Complex64; 4] {
+        let of = |branch| {
+            self.poles.iter().find(|pole| pole.branch == branch).map_or(Complex64::ZERO, |p| p.square)
+        };
+        let [pressure, shear] = [self.solid.pressure_square, self.solid.shear_square].map(Complex64::from);
+        [of(Branch::Rayleigh), pressure, shear, of(Branch::Leaking)]
+    }
+
     /// ρ/(2πμ) [s²/m⁴]: p/F over ω² I.
     pub(super) fn scale(&self) -> f64 {
         self.medium.density / (TAU * self.solid.shear_modulus)
@@ -79,6 +98,21 @@ impl GroundSource {
         // One that is slower is heard later, and the longer the higher the listener.
         let last = if slowest > 1.0 { (slowest * (sin + cos)).max(1.0) } else { 1.0 };
         (first * delay, (last + AFTERWARDS) * delay)
+    }
+}
+
+/// What sounds where it is struck.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ground {
+    /// An elastic half-space.
+    HalfSpace(Arc<GroundSource>),
+    /// \[FRAC\]'s slab.
+    Slab(Arc<SlabSource>),
+}
+
+impl From<Arc<GroundSource>> for Ground {
+    fn from(ground: Arc<GroundSource>) -> Self {
+        Ground::HalfSpace(ground)
     }
 }
 
@@ -104,19 +138,22 @@ impl Heard {
     /// The waves between two angular frequencies [rad/s].
     pub(super) fn direction(&self, source: &GroundSource, least: f64, greatest: f64) -> Direction {
         let nodes = Octaves::spanning(least * self.delay, greatest * self.delay);
-        let branches = [source.solid.pressure_square, source.solid.shear_square];
-        Direction::new(&source.poles, (self.cos, self.sin), branches, nodes)
+        Direction::new(&source.poles, (self.cos, self.sin), source.squares(), nodes)
+    }
+
+    /// The same from those that are kept, where these reach.
+    pub(super) fn kept_direction(&self, source: &GroundSource, least: f64, greatest: f64) -> Direction {
+        let GroundSource { poles, directions, .. } = source;
+        directions
+            .towards(poles, (self.cos, self.sin), source.squares(), greatest * self.delay)
+            .unwrap_or_else(|| self.direction(source, least, greatest))
     }
 }
 
 /// What the grounds that a blow hits do: a click for each point where it presses one.
 ///
-/// `grounds` are the sounding half-spaces among the `bodies`. Only the force along the normal counts.
-pub fn ground_clicks(
-    pulse: &ImpactPulse,
-    bodies: &[Body],
-    grounds: &BTreeMap<BodyId, Arc<GroundSource>>,
-) -> Vec<Click> {
+/// `grounds` are those among the `bodies` that sound. Only the force along the normal counts.
+pub fn ground_clicks(pulse: &ImpactPulse, bodies: &[Body], grounds: &BTreeMap<BodyId, Ground>) -> Vec<Click> {
     let mut clicks = Vec::new();
     for (side, id) in pulse.pair.into_iter().enumerate() {
         let (Some(ground), Some(body)) = (grounds.get(&id), bodies.get(id.index())) else { continue };
@@ -150,7 +187,7 @@ pub fn ground_clicks(
                 orientation: body.pose.orientation,
                 velocity_change: DVec3::ZERO,
                 angular_velocity_change: DVec3::ZERO,
-                source: SoundSource::Ground { ground: Arc::clone(ground), impulse },
+                source: SoundSource::Ground { ground: ground.clone(), impulse },
             }
         }));
     }

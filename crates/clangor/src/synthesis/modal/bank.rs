@@ -33,7 +33,7 @@ const PASS: usize = 64;
 /// The square of the part of its largest state at which a mode is put to rest: −160 dB.
 const QUIET: f64 = 1e-16;
 /// Modes damped more than this do not ring and are left out.
-const MAX_RATIO: f64 = 0.9;
+pub(super) const MAX_RATIO: f64 = 0.9;
 
 /// Frequency and damping of a mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -286,6 +286,31 @@ impl ModalBank {
         }
     }
 
+    /// Adds the state w that a mode given has at the next sample.
+    pub(super) fn add_ringing(&mut self, state: impl Fn(usize) -> Complex64) {
+        for (i, voice) in self.voices.iter().enumerate() {
+            let ring = state(voice.mode) * voice.gain;
+            if ring != Complex64::ZERO {
+                self.state.re[i] += ring.re;
+                self.state.im[i] += ring.im;
+                self.woken |= !self.awake[i / CHUNK];
+                self.awake[i / CHUNK] = true;
+            }
+        }
+    }
+
+    /// Adds what rings in a bank of the same resonators.
+    pub(super) fn take_over(&mut self, other: &ModalBank) {
+        let own = [&mut self.state.re, &mut self.state.im];
+        for (own, other) in own.into_iter().zip([&other.state.re, &other.state.im]) {
+            own.iter_mut().zip(other).for_each(|(own, other)| *own += other);
+        }
+        for (own, other) in self.awake.iter_mut().zip(&other.awake) {
+            self.woken |= other & !*own;
+            *own |= other;
+        }
+    }
+
     /// Adds damping: `decay` gives ½ c (n·U)² [1/s] for each mode given, 0 without contact.
     pub fn set_added_damping(&mut self, decay: impl Fn(usize) -> f64) {
         for i in 0..self.voices.len() {
@@ -417,7 +442,7 @@ impl ModalBank {
 }
 
 /// λ of a mode that decays at ξω [1/s].
-fn pole(omega: f64, decay: f64) -> Complex64 {
+pub(super) fn pole(omega: f64, decay: f64) -> Complex64 {
     Complex64::new(-decay, (omega * omega - decay * decay).sqrt())
 }
 

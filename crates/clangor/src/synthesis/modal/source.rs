@@ -148,6 +148,26 @@ impl ModalSource {
         self.contact_damping
     }
 
+    /// U [kg^−½] of every mode at the place of the surface nearest to one \[m\], where the outer normal is that; on a proxy where its
+    /// mapping says. All in the frame of the body.
+    pub(super) fn motions(&self, place: DVec3, normal: DVec3, values: &mut Vec<DVec3>) {
+        values.clear();
+        match &self.shapes {
+            Shapes::Own { model, locator } => match locator.nearest(place) {
+                Some(place) => {
+                    values.extend(model.modes.iter().map(|mode| place.interpolate(&mode.shape)));
+                }
+                None => values.resize(model.modes.len(), DVec3::ZERO),
+            },
+            Shapes::Proxy { proxy, mapping } => {
+                let direction = proxy.contact(place, normal, *mapping);
+                proxy.motions(direction, &mut Vec::new(), values);
+                let to_body = proxy.rotation().transpose();
+                values.iter_mut().for_each(|u| *u = to_body * *u);
+            }
+        }
+    }
+
     /// Adds ½ c (n·U)² × `part` [1/s] of a touching point to what each mode has of it; place \[m\] and unit normal in the
     /// frame of the body.
     pub(super) fn add_contact_decay(&self, place: DVec3, normal: DVec3, part: f64, values: &mut [f64]) {

@@ -7,7 +7,8 @@
 //! to the receiver by a delay that varies.
 //!
 //! A body that dies is no longer driven, and what leaves it fades within 1 ms after, as ½ (1 + cos): a step would click, and
-//! what it shook lives on in its pieces, which may rise by the complement. What has left it arrives as ever.
+//! what it shook lives on in its pieces, in which it rises by the complement ([`handover`](super::handover)): until then it is in
+//! a bank of its own. What has left it arrives as ever.
 
 mod stream;
 
@@ -20,9 +21,10 @@ use num_complex::Complex64;
 use self::stream::Stream;
 use super::bank::ModalBank;
 use super::delay::{DelayLine, HALF_TAPS};
+use super::handover::ModalState;
 use super::source::ModalSource;
 use super::transfer::TransferMemory;
-use crate::body::BodyId;
+use crate::body::{BodyId, Life};
 use crate::contact::{ForceProfile, ImpactPulse, PoseHistory, StreamPoint, StreamedForce};
 use crate::synthesis::listener::{Floor, Listener};
 use crate::synthesis::{RenderSettings, SynthesisError};
@@ -36,6 +38,8 @@ const TURN: f64 = 0.25;
 
 /// Time in which the sound of a body ends after its death \[s\].
 pub const FADE: f64 = 1e-3;
+/// e-folds by which a mode that is taken over may be louder at the beginning of its block; others are over in no time.
+const MOST_GROWTH: f64 = 30.0;
 
 /// See the module.
 pub struct ModalVoice<'a> {
@@ -48,11 +52,12 @@ pub struct ModalVoice<'a> {
     /// By first sample, the next one last.
     forces: Vec<Force>,
     stream: Option<Stream>,
+    handed: Option<Handed>,
     paths: Vec<Path>,
     /// What each path sends.
     sent: Vec<Vec<f64>>,
-    /// When the body dies \[samples\].
-    death: f64,
+    /// When the body is born and dies \[samples\].
+    life: [f64; 2],
     /// Samples of a block.
     block: i64,
     /// Whether anything has been sent.
@@ -77,6 +82,16 @@ struct Force {
     points: Vec<(DVec3, DVec3)>,
 }
 
+/// Vibration that is taken over.
+struct Handed {
+    /// What it is at the birth.
+    state: ModalState,
+    /// In which it rings until it has risen.
+    bank: Option<ModalBank>,
+    /// What each path sends of it.
+    sent: Vec<Vec<f64>>,
+}
+
 /// From the body to a receiver, directly or by the floor.
 #[derive(Clone, Debug, Default)]
 struct Path {
@@ -96,6 +111,25 @@ struct Memory {
     amplitudes: Vec<f64>,
     transfers: Vec<Complex64>,
     evaluation: TransferMemory,
+}
+
+/// The resonators of a body, at rest.
+fn new_bank(source: &ModalSource, paths: usize, settings: &RenderSettings) -> ModalBank {
+    let (low, high) = settings.band();
+    ModalBank::new(source.resonances(), paths, settings.sample_rate, 0.5 * (low + high), source.pressure())
+}
+
+/// The bank of a voice, and that of what it takes over.
+fn both<'b>(
+    bank: &'b mut ModalBank,
+    handed: &'b mut Option<Handed>,
+) -> impl Iterator<Item = &'b mut ModalBank> {
+    std::iter::once(bank).chain(handed.as_mut().and_then(|handed| handed.bank.as_mut()))
+}
+
+/// What is left of a sound that fades within `length` \[samples\], so many after it began to.
+fn faded(since: f64, length: f64) -> f64 {
+    0.5 * (1.0 + (std::f64::consts::PI * (since / length).clamp(0.0, 1.0)).cos())
 }
 
 impl<'a> ModalVoice<'a> {
@@ -119,20 +153,14 @@ impl<'a> ModalVoice<'a> {
             .map(|(receiver, reflected)| Path { receiver, reflected, ..Path::default() })
             .collect();
         let rate = settings.sample_rate.as_f64();
-        let (low, high) = settings.band();
-        let bank = ModalBank::new(
-            source.resonances(),
-            paths.len(),
-            settings.sample_rate,
-            0.5 * (low + high),
-            source.pressure(),
-        );
+        let bank = new_bank(&source, paths.len(), settings);
+        let Life { birth, death, .. } = poses.life(body);
         let losses = match settings.loss.is_none() {
             true => Vec::new(),
             false => source.resonances().iter().map(|mode| settings.loss.at(mode.frequency)).collect(),
         };
         Ok(ModalVoice {
-            death: (poses.life(body).death - settings.start) * rate,
+            life: [birth, death].map(|time| (time - settings.start) * rate),
             source,
             body,
             poses,
@@ -141,6 +169,7 @@ impl<'a> ModalVoice<'a> {
             bank,
             forces: Vec::new(),
             stream: None,
+            handed: None,
             sent: vec![Vec::new(); paths.len()],
             paths,
             block: DELAYS * (rate / 1000.0).round() as i64,
@@ -158,15 +187,7 @@ impl<'a> ModalVoice<'a> {
     pub fn push_pulses(&mut self, pulses: &[ImpactPulse]) -> Result<(), SynthesisError> {
         let rate = self.settings.sample_rate.as_f64();
         for pulse in pulses {
-            for (side, share) in pulse.bodies.iter().enumerate() {
-                let Some(share) = share.filter(|share| share.body == self.body) else { continue };
-                let sign = if side == 0 { 1.0 } else { -1.0 };
-                let to_body = share.pose.orientation.inverse();
-                let points: Vec<(DVec3, DVec3)> = pulse
-                    .points
-                    .iter()
-                    .map(|(point, impulse)| (share.pose.body_from_world(*point), to_body * *impulse * sign))
-                    .collect();
+            for points in pulse.points_on(self.body) {
                 let time = pulse.onset;
                 let bad = |what, value| SynthesisError::BadClick { what, value, body: self.body, time };
                 if !time.is_finite() {
@@ -219,10 +240,32 @@ impl<'a> ModalVoice<'a> {
         Ok(())
     }
 
-    /// The first sample at which a force to come is felt.
+    /// Takes over what a piece vibrates with when it is born.
+    ///
+    /// # Errors
+    /// Another number of modes, numbers that are not finite, a time that has been rendered, a second time.
+    pub fn push_ringing(&mut self, state: &ModalState) -> Result<(), SynthesisError> {
+        let time = self.poses.life(self.body).birth;
+        let bad = |what, value| SynthesisError::BadClick { what, value, body: self.body, time };
+        if state.0.len() != self.source.resonances().len() || self.handed.is_some() {
+            return Err(bad("the number of modes that are taken over", state.0.len() as f64));
+        }
+        if let Some(w) = state.0.iter().find(|w| !w.is_finite()) {
+            return Err(bad("a vibration that is taken over", w.norm()));
+        }
+        if self.begun {
+            return Err(SynthesisError::Late { body: self.body, time });
+        }
+        self.handed =
+            Some(Handed { state: state.clone(), bank: None, sent: vec![Vec::new(); self.paths.len()] });
+        Ok(())
+    }
+
+    /// The first sample at which a force to come, or vibration that is not all there, is felt.
     fn next_force(&self) -> Option<i64> {
         let streamed = self.stream.as_ref().and_then(Stream::next);
-        self.forces.last().map(|force| force.first).into_iter().chain(streamed).min()
+        let handed = self.handed.as_ref().map(|_| self.life[0].floor() as i64);
+        self.forces.last().map(|force| force.first).into_iter().chain(streamed).chain(handed).min()
     }
 
     /// A sample before which nothing is heard of the blows pushed so far; `None` if nothing is to come.
@@ -303,6 +346,7 @@ impl<'a> ModalVoice<'a> {
             // How a mode is heard depends on its pole.
             self.paths.iter_mut().for_each(|path| path.fresh = false);
         }
+        self.begin_handed(start, end);
         if self.bank.take_woken() {
             // What is at rest has no transfers.
             self.paths.iter_mut().for_each(|path| path.set = false);
@@ -315,7 +359,8 @@ impl<'a> ModalVoice<'a> {
                 self.paths[p].line.push_delay(delay);
             }
         }
-        if self.bank.is_silent() {
+        let rising = self.handed.as_ref().is_some_and(|handed| handed.bank.is_some());
+        if self.bank.is_silent() && !rising {
             for sent in &mut self.sent {
                 sent.resize(sent.len() + self.block as usize, 0.0);
             }
@@ -327,30 +372,67 @@ impl<'a> ModalVoice<'a> {
         for part in 1..=parts {
             let next = start + self.block * part as i64 / parts as i64;
             self.set_transfers(next)?;
-            self.bank.render((next - self.bank.position()) as usize, &mut self.sent);
+            let count = (next - self.bank.position()) as usize;
+            self.bank.render(count, &mut self.sent);
+            if let Some(Handed { bank: Some(bank), sent, .. }) = &mut self.handed {
+                bank.render(count, sent);
+            }
         }
+        self.raise(start, end);
         self.fade(start, end);
         Ok(())
+    }
+
+    /// Lets what is taken over ring if it is felt before `end`.
+    fn begin_handed(&mut self, start: i64, end: i64) {
+        let Some(handed) = &mut self.handed else { return };
+        if handed.bank.is_some() || self.life[0] >= end as f64 {
+            return;
+        }
+        let mut bank = new_bank(&self.source, self.paths.len(), &self.settings);
+        bank.seek(start);
+        // As if it had rung from the beginning of the block: what was before the birth is not heard.
+        let since = (start as f64 - self.life[0]) / self.settings.sample_rate.as_f64();
+        let begun = handed.state.later_within(&self.source, since, MOST_GROWTH);
+        bank.add_ringing(|mode| begun.0[mode]);
+        handed.bank = Some(bank);
+        self.paths.iter_mut().for_each(|path| path.set = false);
+    }
+
+    /// Adds what is taken over to what was sent from `start` to `end`, and to the bank once it has risen.
+    fn raise(&mut self, start: i64, end: i64) {
+        let Some(Handed { bank: Some(bank), sent: handed, .. }) = &mut self.handed else { return };
+        let length = FADE * self.settings.sample_rate.as_f64();
+        let birth = self.life[0];
+        for (sent, handed) in self.sent.iter_mut().zip(handed) {
+            let first = sent.len() - (end - start) as usize;
+            for ((pressure, own), sample) in sent[first..].iter_mut().zip(handed.drain(..)).zip(start..) {
+                *pressure += own * (1.0 - faded(sample as f64 - birth, length));
+            }
+        }
+        if end as f64 >= birth + length {
+            self.bank.take_over(bank);
+            self.handed = None;
+        }
     }
 
     /// Fades what was sent from `start` to `end` if the body is dead by then, and ends it once that is over.
     fn fade(&mut self, start: i64, end: i64) {
         let length = FADE * self.settings.sample_rate.as_f64();
-        if (end as f64) <= self.death {
+        let death = self.life[1];
+        if (end as f64) <= death {
             return;
         }
-        let gain = |sample: i64| {
-            let part = ((sample as f64 - self.death) / length).clamp(0.0, 1.0);
-            0.5 * (1.0 + (std::f64::consts::PI * part).cos())
-        };
+        let gain = |sample: i64| faded(sample as f64 - death, length);
         for sent in &mut self.sent {
             let first = sent.len() - (end - start) as usize;
             sent[first..].iter_mut().zip(start..).for_each(|(pressure, sample)| *pressure *= gain(sample));
         }
-        if end as f64 >= self.death + length {
+        if end as f64 >= death + length {
             self.bank.silence();
             self.forces.clear();
             self.stream = None;
+            self.handed = None;
         }
     }
 
@@ -383,8 +465,10 @@ impl<'a> ModalVoice<'a> {
             let Memory { transfers, evaluation, .. } = &mut self.memory;
             match place {
                 Some(place) => {
-                    let bank = &self.bank;
-                    self.source.transfers_of(place, |mode| bank.rings(mode), evaluation, transfers);
+                    let handed = self.handed.as_ref().and_then(|handed| handed.bank.as_ref());
+                    let banks = [Some(&self.bank), handed];
+                    let rings = |mode: usize| banks.iter().flatten().any(|bank| bank.rings(mode));
+                    self.source.transfers_of(place, rings, evaluation, transfers);
                     let (loss, distance) = (&self.settings.loss, place.length());
                     transfers
                         .iter_mut()
@@ -396,10 +480,12 @@ impl<'a> ModalVoice<'a> {
                     transfers.resize(self.source.resonances().len(), Complex64::ZERO);
                 }
             }
-            self.bank.set_transfers(p, transfers);
+            for bank in both(&mut self.bank, &mut self.handed) {
+                bank.set_transfers(p, transfers);
+            }
         }
         if jumped {
-            self.bank.jump_to_transfers();
+            both(&mut self.bank, &mut self.handed).for_each(ModalBank::jump_to_transfers);
         }
         Ok(())
     }

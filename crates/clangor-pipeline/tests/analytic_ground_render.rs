@@ -1,0 +1,164 @@
+//! A ball that falls onto soil, from the text of a scene to the file: what the ground sends straight up is its impedance,
+//! p = −ρ F′(t − h/c) / (2πh ρ_s c_P).
+
+use std::collections::BTreeSet;
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use clangor::contact::{ContactSettings, PoseHistory, impact_pulses};
+use clangor::glam::DVec3;
+use clangor::medium::Medium;
+use clangor::scene::render_settings::{GroundSound, Parts};
+use clangor::synthesis::ground::HalfSpace;
+use clangor::synthesis::{Listener, RenderSettings, SoundSource};
+use clangor::timeline::Timeline;
+use clangor_pipeline::load::{LoadedScene, scene_from_text};
+use clangor_pipeline::render::{
+    FullScale, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, render,
+};
+use clangor_pipeline::simulate::simulate_impacts;
+use clangor_pipeline::sound_models::ringers::Ringers;
+use clangor_pipeline::wav::{SampleFormat, WavReader};
+
+const HEIGHT: f64 = 100.0;
+const SCENE: &str = r#"
+version = 1
+[simulation]
+duration = 0.4
+[render]
+pulse = "gaussian"
+[[body]]
+name = "ball"
+shape = "sphere:0.02"
+material = "steel"
+position = [0.0, 0.52, 0.0]
+[[plane]]
+name = "meadow"
+material = "soil"
+[[plane]]
+name = "wall"
+material = "soil"
+point = [-1.0, 0.0, 0.0]
+normal = [1.0, 0.0, 0.0]
+"#;
+
+fn scene() -> (LoadedScene, Timeline) {
+    let loaded = scene_from_text(Path::new("drop.toml"), SCENE.into(), &|_| ()).unwrap();
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let (timeline, _) = simulate_impacts(&loaded, &BTreeSet::new(), go_on).unwrap();
+    (loaded, timeline)
+}
+
+fn hear(
+    loaded: &LoadedScene,
+    timeline: &Timeline,
+    ground: GroundSound,
+    parts: Parts,
+    file: &Path,
+) -> RenderSummary {
+    let settings = &loaded.scene.render;
+    let options = RenderOptions {
+        listeners: vec![Listener::fixed("kite", DVec3::Y * HEIGHT)],
+        contact: ContactSettings { profile: settings.pulse, ..ContactSettings::default() },
+        synthesis: RenderSettings::default(),
+        parts,
+        transfers: Transfers::Baked,
+        rolling: None,
+        ground,
+        limit_energy: true,
+        inherit_vibration: true,
+        to: 0.9,
+        format: SampleFormat::Float32,
+        full_scale: FullScale::Pascals(1e-6),
+        compressor: None,
+        stems: true,
+        note: String::new(),
+    };
+    let bodies = &loaded.world.bodies;
+    let sources = SoundSource::spheres(bodies);
+    let sounds = Sounds { sources: &sources, ringers: &Ringers::none(bodies.len()) };
+    render(bodies, &sounds, timeline, &options, file, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn samples(path: &Path) -> Vec<f64> {
+    let mut samples = Vec::new();
+    let mut reader = WavReader::open(path).unwrap();
+    while reader.read(&mut samples, 1 << 16).unwrap() > 0 {}
+    samples.into_iter().map(|p: f32| 1e-6 * f64::from(p)).collect()
+}
+
+#[test]
+fn soil_sends_the_force_of_a_ball_straight_up() {
+    let (loaded, timeline) = scene();
+    let settings = &loaded.scene.render;
+    let folder = tempfile::tempdir().unwrap();
+    let summary = hear(&loaded, &timeline, settings.ground, settings.parts, &folder.path().join("a.wav"));
+    let stem = summary.files.iter().find(|f| f.stem.is_some_and(|s| s.part == StemPart::Ground)).unwrap();
+    assert!(stem.path.ends_with("a.meadow.ground.wav"), "{:?}", stem.path);
+    let heard = samples(&stem.path);
+
+    let bodies = &loaded.world.bodies;
+    let poses = PoseHistory::try_new(bodies, &timeline.poses).unwrap();
+    let contact = ContactSettings { profile: settings.pulse, ..ContactSettings::default() };
+    let (pulses, _) = impact_pulses(bodies, &timeline.contacts, &poses, &contact).unwrap();
+    assert_eq!(pulses.len(), 1);
+    let (pulse, Medium { density, sound_speed }) = (&pulses[0], Medium::AIR);
+    // Free fall, and what the coefficient of restitution makes of it.
+    let impulse: f64 = pulse.points.iter().map(|(_, j)| j.length()).sum();
+    let soil = &bodies[1].material;
+    let solid = HalfSpace::try_new(soil, sound_speed).unwrap();
+    let scale = density / (TAU * HEIGHT * soil.density * solid.pressure_speed());
+    let exact = |t: f64| {
+        let since = t - HEIGHT / sound_speed - pulse.onset;
+        let x = since / pulse.duration - 0.5;
+        // F′ = −12 x/τ F.
+        12.0 * x / pulse.duration * impulse * pulse.profile.value(since, pulse.duration) * scale
+    };
+    let (mut worst, mut largest, mut sums) = (0.0f64, 0.0f64, [0.0, 0.0]);
+    for (i, p) in heard.iter().enumerate() {
+        let exact = exact(i as f64 / 48_000.0);
+        worst = worst.max((p - exact).abs());
+        largest = largest.max(exact.abs());
+        sums[0] += p * p;
+        sums[1] += exact * exact;
+    }
+    let level = 10.0 * (sums[0] / sums[1]).log10();
+    println!(
+        "τ = {:.2} ms, {largest:.2e} Pa: {:.1e} of the peak, {level:.3} dB",
+        1e3 * pulse.duration,
+        worst / largest
+    );
+    assert!(level.abs() < 0.1 && worst < 0.03 * largest, "{level} dB, {:e}", worst / largest);
+    // The file holds what the summary says of it.
+    let told = summary.ground_energies.values().sum::<f64>() * 48_000.0 / sums[0];
+    assert!((told - 1.0).abs() < 1e-4 && summary.ground_energies.len() == 1, "{told}");
+}
+
+#[test]
+fn ground_is_a_part_that_can_be_left_out() {
+    let (loaded, timeline) = scene();
+    let folder = tempfile::tempdir().unwrap();
+    let all = Parts::default();
+    let only = Parts { acceleration: false, modal: false, ground: true };
+    let parts = [
+        ("all", GroundSound::HalfSpace, all),
+        ("none", GroundSound::None, all),
+        ("without", GroundSound::HalfSpace, Parts { ground: false, ..all }),
+        ("only", GroundSound::HalfSpace, only),
+    ];
+    let [all, none, without, only] = parts.map(|(name, ground, parts)| {
+        let file = folder.path().join(format!("{name}.wav"));
+        hear(&loaded, &timeline, ground, parts, &file);
+        samples(&file)
+    });
+    let power = |samples: &[f64]| samples.iter().map(|p| p * p).sum::<f64>();
+    assert!(power(&only) > 0.0 && power(&none) > 0.0);
+    assert_eq!(none, without);
+    let apart: Vec<f64> = all.iter().zip(&none).zip(&only).map(|((a, n), o)| a - n - o).collect();
+    let file = folder.path().join("slab.wav");
+    let slab = hear(&loaded, &timeline, GroundSound::Slab, Parts::default(), &file);
+    assert!(slab.ground_energies.values().all(|energy| *energy > 0.0) && slab.ground_energies.len() == 1);
+    // Rounding of the files to 24 bits.
+    assert!(power(&apart) < 1e-12 * power(&all), "{:e}", power(&apart) / power(&all));
+}

@@ -82,7 +82,8 @@ fn stems_add_up_to_the_mix_and_a_cut_is_a_part() {
     let mut stems = 0;
     for entry in fs::read_dir(folder.path()).unwrap() {
         let path = entry.unwrap().path();
-        if path.to_string_lossy().ends_with(".acceleration.wav") {
+        let name = path.to_string_lossy();
+        if name.ends_with(".acceleration.wav") || name.ends_with(".ground.wav") {
             stems += 1;
             sum.iter_mut().zip(samples(&path).0).for_each(|(s, x)| *s += f64::from(x));
         }

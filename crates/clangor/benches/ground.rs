@@ -11,7 +11,7 @@ use clangor::glam::{DQuat, DVec3};
 use clangor::material::PairCoefficients;
 use clangor::material::presets::preset;
 use clangor::medium::Medium;
-use clangor::synthesis::ground::GroundSource;
+use clangor::synthesis::ground::{Ground, GroundSource, SlabSource};
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::{BlockMemory, Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
 
@@ -81,10 +81,16 @@ fn main() {
         }
     }
     // Blows all over a floor of 2 m by 2 m: the directions that are computed on the way belong to their cost.
-    for (what, index) in [("click of the sphere", 0), ("ground", 1)] {
+    for (what, index) in [("click of the sphere", 0), ("ground", 1), ("slab", 2)] {
         for (count, distance) in [(10, 0.5), (200, 0.5), (5000, 0.5), (5000, 2.0), (5000, 8.0)] {
             let (click, pressed) = blow("steel", 0.0075, "concrete");
-            let one = if index == 0 { click } else { pressed };
+            let mut one = if index == 0 { click } else { pressed };
+            if index == 2
+                && let SoundSource::Ground { ground, .. } = &mut one.source
+            {
+                let concrete = preset("concrete").unwrap();
+                *ground = Ground::Slab(Arc::new(SlabSource::try_new(&concrete, &Medium::AIR).unwrap()));
+            }
             let place = DVec3::new(0.8, 0.6, 0.0) * distance;
             let begin = Instant::now();
             let mut renderer =

@@ -106,7 +106,7 @@ fn surface_waves_add_up_to_the_integral_over_slownesses() {
                 let exact = by_slownesses(&ground, x, theta);
                 let error = (pressure / (scale * omega * omega) / exact - 1.0).norm();
                 worst = worst.max(error);
-                // Residual seen: 2e-3, and 7e-3 along the softest ground, whose waves are eleven times slower than sound.
+                // Residual seen: 2.3e-3.
                 assert!(error < 1e-2, "{:?}, {degrees}°, x = {x}: {error:e}", ground.solid);
             }
         }
@@ -296,7 +296,8 @@ fn blended_directions_are_as_good_as_their_own() {
                     println!("ground {index}, {:.2}°, {distance} m: {error:.1e}", theta.to_degrees());
                     worst = error;
                 }
-                assert!(error < 1e-2, "ground {index}, {:.2}°, {distance} m: {error:e}", theta.to_degrees());
+                // Residual seen: 1.5e-3.
+                assert!(error < 5e-3, "ground {index}, {:.2}°, {distance} m: {error:e}", theta.to_degrees());
             }
         }
     }

@@ -65,7 +65,8 @@ fn a_blow_on_the_slab_is_the_response_of_its_modes() {
             largest = largest.max(exact.norm());
         }
         println!("{distance:.1} m: {:.1e}", difference / largest);
-        assert!(difference < 2e-3 * largest, "{:e}", difference / largest);
+        // Residual seen: 2e-7.
+        assert!(difference < 1e-5 * largest, "{:e}", difference / largest);
     }
 }
 

@@ -94,7 +94,7 @@ fn plate([from, to]: [f64; 2], turn: DQuat, lowest: f64) -> Arc<ModalSource> {
 fn samples([from, to]: [f64; 2], turn: DQuat, count: usize) -> Vec<SurfaceSample> {
     let sample = |k: usize| {
         let part = |step: f64| (k as f64 * step).fract() - 0.5;
-        let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         let place = DVec3::new((to - from) * part(0.7548777), side * 0.5 * SIZE.y, SIZE.z * part(0.5698403));
         SurfaceSample { place: turn * place, normal: turn * DVec3::Y * side }
     };

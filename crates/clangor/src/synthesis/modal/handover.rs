@@ -237,18 +237,18 @@ impl Fit {
                 };
             }
         }
-        let mut x: Vec<[f64; 2]> =
-            self.sides.iter().enumerate().map(|(i, side)| side.map(|s| s * inverse(i))).collect();
-        for side in 0..2 {
+        let solved = [0, 1].map(|side| {
+            let mut x: Vec<f64> = (0..self.count).map(|i| self.sides[i][side] * inverse(i)).collect();
             for i in 0..self.count {
-                let known: f64 = (0..i).map(|k| self.products[row(i) + k] * x[k][side]).sum();
-                x[i][side] = (x[i][side] - known) / self.products[row(i) + i];
+                let known: f64 = (0..i).map(|k| self.products[row(i) + k] * x[k]).sum();
+                x[i] = (x[i] - known) / self.products[row(i) + i];
             }
             for i in (0..self.count).rev() {
-                let known: f64 = (i + 1..self.count).map(|k| self.products[row(k) + i] * x[k][side]).sum();
-                x[i][side] = (x[i][side] - known) / self.products[row(i) + i];
+                let known: f64 = (i + 1..self.count).map(|k| self.products[row(k) + i] * x[k]).sum();
+                x[i] = (x[i] - known) / self.products[row(i) + i];
             }
-        }
-        x.iter().enumerate().map(|(i, x)| x.map(|x| x * inverse(i))).collect()
+            x
+        });
+        (0..self.count).map(|i| [0, 1].map(|side| solved[side][i] * inverse(i))).collect()
     }
 }

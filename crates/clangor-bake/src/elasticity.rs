@@ -10,10 +10,12 @@
 //!
 //! Linear tetrahedra are not here on purpose: a thin plate needs a thousand times as many of them.
 
+pub mod bricks;
 pub mod element;
 pub(crate) mod elimination;
 pub mod lamb_sphere;
 mod ordering;
+mod products;
 mod rigid_motions;
 mod system;
 

@@ -4,7 +4,7 @@
 //! to the k-th of the other. From the edges h and r h of their elements follows what is still missing:
 //!
 //! ```text
-//! f(h) − f(0) ≈ (f(r h) − f(h)) / (r^p − 1),    p = 4 for quadratic elements; less where layers are few or cut
+//! f(h) − f(0) ≈ (f(r h) − f(h)) / (r^p − 1),    p = 4 for quadratic elements; less where they are cut
 //! ```
 //!
 //! Meshes are refined until that is less than the part asked for, in all modes, or until the nodes run out.
@@ -99,6 +99,23 @@ pub enum VibrationError {
         /// Nodes allowed.
         most: usize,
     },
+    /// Waves or walls are too short for the body's size.
+    #[error(
+        "walls {wall:.3e} m thick want elements of {edge:.3e} m, {elements:.1e} of them on {nodes:.1e} nodes, more than the \
+         {most} allowed; ask for a lower band, or thicken the walls"
+    )]
+    TooFine {
+        /// Thickness \[m\].
+        wall: f64,
+        /// Edge of the elements \[m\].
+        edge: f64,
+        /// Number of elements.
+        elements: f64,
+        /// Number of nodes.
+        nodes: f64,
+        /// Nodes allowed.
+        most: usize,
+    },
     /// The modes of a mesh could not be found.
     #[error(transparent)]
     Modes(#[from] ModalError),
@@ -145,7 +162,10 @@ pub fn vibration_and_system(
     }
     match TurnedBody::of(geometry, constants) {
         Some(body) => refined(&body, constants, options, progress),
-        None => refined(&FilledBody::of(geometry, constants)?, constants, options, progress),
+        None => {
+            let body = FilledBody::of(geometry, constants, options.most_nodes)?;
+            refined(&body, constants, options, progress)
+        }
     }
 }
 
@@ -164,7 +184,7 @@ pub(crate) trait Divisible {
     fn first_ratio(&self) -> f64;
     /// A coarse mesh, whose frequencies up to a limit \[Hz\] may be off by several times the accuracy.
     fn coarse(&self, limit: f64, accuracy: f64) -> Result<Self::Mesh, VibrationError>;
-    /// A mesh finer by about `ratio`, and by no less in any direction.
+    /// A mesh finer by about `ratio` in all directions in which the one before is not fine enough already.
     fn finer(&self, than: &Self::Mesh, ratio: f64) -> Result<Self::Mesh, VibrationError>;
     /// Number of nodes, and length of edges in any unit.
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
@@ -210,7 +230,10 @@ fn refined<B: Divisible>(
     let mut errors = Vec::new();
     let mut ratio = body.first_ratio();
     for meshes in 2..=MOST_MESHES {
-        let finer = body.finer(&mesh, ratio)?;
+        let finer = match body.finer(&mesh, ratio) {
+            Err(VibrationError::TooFine { .. }) => break,
+            finer => finer?,
+        };
         let (nodes, fine_edge) = body.size(&finer);
         if nodes > options.most_nodes {
             break;

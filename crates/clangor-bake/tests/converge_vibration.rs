@@ -3,9 +3,10 @@
 use std::ops::ControlFlow;
 
 use clangor::material::presets::{GLASS, Preset, STEEL};
+use clangor::shape::Shape;
 use clangor_bake::acceleration_noise::BakeGeometry;
 use clangor_bake::elasticity::ElasticConstants;
-use clangor_bake::vibration::{VibrationOptions, vibration};
+use clangor_bake::vibration::{VibrationError, VibrationOptions, vibration};
 use glam::DVec3;
 
 /// The references of `converge_modes`, the first ten \[Hz\].
@@ -39,4 +40,40 @@ fn estimates_of_a_bar_and_a_plate_are_near_the_truth() {
         assert!(worst < 0.01, "{worst:.1e}");
         assert!(ratios.iter().all(|r| *r > 0.5 && *r < 3.0), "{ratios:.2?}");
     }
+}
+
+/// Thin panes take few bricks where tetrahedra, many times as long as the pane is thick, bend too hard.
+#[test]
+fn thin_panes_need_few_nodes() {
+    let edges = DVec3::new(0.4, 0.004, 0.4);
+    let geometry = BakeGeometry::RoundedBox { edges, round: 0.0 };
+    let constants = ElasticConstants::of(&GLASS.material()).expect("an elastic material");
+    let mut go_on = |_: &_| ControlFlow::Continue(());
+    let found = vibration(&geometry, &constants, &VibrationOptions::to(2e3), &mut go_on).expect("modes");
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+    assert!(found.nodes < 4000, "{}", found.nodes);
+    assert_eq!(found.modes.len(), 36);
+    // 20 x 2 x 20 cells, 8405 nodes.
+    let reference = [81.78, 118.08, 135.81, 207.45, 207.45, 351.33, 351.33, 377.89, 412.98, 442.84];
+    for (mode, reference) in found.modes.iter().zip(reference) {
+        assert!((mode.frequency / reference - 1.0).abs() < 2e-3, "{} Hz, {reference} Hz", mode.frequency);
+    }
+}
+
+/// A foil needs millions of elements: that is said at once, not after they are made.
+#[test]
+fn a_foil_is_refused_with_the_size_of_its_mesh() {
+    let constants = ElasticConstants::of(&GLASS.material()).expect("an elastic material");
+    let mut go_on = |_: &_| ControlFlow::Continue(());
+    let mut refused = |geometry: &BakeGeometry| {
+        let error = vibration(geometry, &constants, &VibrationOptions::to(20e3), &mut go_on).expect_err("too fine");
+        let VibrationError::TooFine { wall, edge, elements, nodes, most } = error else { panic!("{error}") };
+        assert!((wall / 1e-6 - 1.0).abs() < 1e-3 && edge < 1e-3 && elements > 1e5, "{error}");
+        assert!(nodes > most as f64 && most == VibrationOptions::MOST_NODES);
+    };
+    let edges = DVec3::new(0.26, 1e-6, 0.26);
+    refused(&BakeGeometry::RoundedBox { edges, round: 0.0 });
+    let prism = Shape::parse("prism:5x0.1x1e-6").expect("a shape").mesh();
+    refused(&BakeGeometry::Mesh(prism));
+    refused(&BakeGeometry::Ellipsoid { semi_axes: DVec3::new(0.1, 0.5e-6, 0.2) });
 }

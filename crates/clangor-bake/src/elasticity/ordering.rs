@@ -4,9 +4,10 @@
 //! nested dissection. The one whose factor is cheaper, counted from the elimination tree, is taken: minimum degree on
 //! thin shells, dissection on solids.
 //!
-//! Dissection knows where the nodes are: a set of nodes is cut across its longest extent at the median, and of the edges
-//! that cross the cut the fewest nodes that touch them all separate the halves. Those nodes are a smallest vertex cover
-//! of a bipartite graph: by König's theorem, as many as a largest matching has edges.
+//! Dissection knows where the nodes are: a set of nodes is cut across its longest extent, near the median and where the
+//! fewest nodes have neighbours beyond, and of the edges that cross the cut the fewest nodes that touch them all separate
+//! the halves. Those nodes are a smallest vertex cover of a bipartite graph: by König's theorem, as many as a largest
+//! matching has edges.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
@@ -17,7 +18,9 @@ use super::ElasticSystem;
 use super::elimination::OutOfMemory;
 
 /// Sets of so few nodes are not cut further.
-const LEAF: usize = 60;
+const LEAF: usize = 12;
+/// The smaller part of a cut set is at least this part of it.
+const LEAST_PART: f64 = 0.4;
 const NONE: u32 = u32::MAX;
 
 /// A permutation of the unknowns and its inverse.
@@ -136,6 +139,7 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
     let mut order = vec![0_u32; count];
     let mut side = vec![0_u32; count];
     let mut matched = vec![NONE; count];
+    let mut rank = vec![NONE; count];
     let mut mark = 0;
     // Sets of nodes with the end of their places in the order: separators come last.
     let mut stack = vec![((0..count as u32).collect::<Vec<u32>>(), count)];
@@ -149,12 +153,11 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
             (low.min(p), high.max(p))
         });
         let axis = (high - low).max_position();
-        let middle = set.len() / 2;
-        set.select_nth_unstable_by(middle, |a, b| {
+        set.sort_unstable_by(|a, b| {
             let key = |n: &u32| positions[*n as usize][axis];
             key(a).total_cmp(&key(b)).then(a.cmp(b))
         });
-        let (left, right) = set.split_at(middle);
+        let (left, right) = set.split_at(narrowest(graph, &set, &mut rank));
         mark += 2;
         left.iter().for_each(|n| side[*n as usize] = mark);
         right.iter().for_each(|n| side[*n as usize] = mark + 1);
@@ -170,6 +173,35 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
         stack.push((right, end));
     }
     order
+}
+
+/// Where to cut a sorted set: how many of it come before the cut that the fewest nodes of one side touch.
+///
+/// `rank` is all [`NONE`] before and after.
+fn narrowest(graph: &Graph, set: &[u32], rank: &mut [u32]) -> usize {
+    let count = set.len();
+    set.iter().enumerate().for_each(|(k, n)| rank[*n as usize] = k as u32);
+    // By cuts: how many nodes more than at the cut before have a neighbour beyond, seen from the left and from the right.
+    let mut more = vec![[0_i32; 2]; count + 1];
+    for (k, n) in set.iter().enumerate() {
+        let ranks = || graph.of_node(*n).iter().map(|m| rank[*m as usize]).filter(|r| *r != NONE);
+        let (near, far) = ranks().fold((k, k), |(near, far), r| (near.min(r as usize), far.max(r as usize)));
+        more[k + 1][0] += 1;
+        more[far + 1][0] -= 1;
+        more[near + 1][1] += 1;
+        more[k + 1][1] -= 1;
+    }
+    set.iter().for_each(|n| rank[*n as usize] = NONE);
+    let least = ((LEAST_PART * count as f64) as usize).max(1);
+    let (mut touched, mut best) = ([0_i32; 2], (f64::INFINITY, count / 2));
+    for (cut, more) in more.iter().enumerate().take(count - least + 1) {
+        touched = [touched[0] + more[0], touched[1] + more[1]];
+        let cost = f64::from(touched[0].min(touched[1])) * cut.max(count - cut) as f64;
+        if cut >= least && cost < best.0 {
+            best = (cost, cut);
+        }
+    }
+    best.1
 }
 
 /// Fewest nodes that touch every edge between `left` and the nodes of side `right`.

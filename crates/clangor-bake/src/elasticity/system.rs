@@ -8,6 +8,7 @@ use glam::{DMat3, DVec3};
 
 use super::ElasticConstants;
 use super::element::{ElementMatrices, element_matrices};
+use super::products::{LANES, Matrix, Product};
 use super::rigid_motions::{normalised, rigid_motions};
 use crate::tetrahedra::TetMesh;
 
@@ -28,12 +29,12 @@ pub struct ElasticSystem {
     rigid: Vec<Vec<DVec3>>,
 }
 
-/// A mesh, as a system sees it: elements of N nodes.
-pub(crate) struct Elements<'a, const N: usize> {
+/// A mesh, as a system sees it.
+pub(crate) struct Elements<'a, E> {
     /// Node positions \[m\].
     pub(crate) nodes: Vec<DVec3>,
     /// Nodes of each element.
-    pub(crate) elements: &'a [[u32; N]],
+    pub(crate) elements: &'a [E],
     /// Independent motions without energy, at the nodes.
     pub(crate) rigid: Vec<Vec<DVec3>>,
 }
@@ -46,28 +47,32 @@ impl ElasticSystem {
             elements: &mesh.elements,
             rigid: rigid_motions(&mesh.nodes).into(),
         };
-        Self::assemble(elements, |e| element_matrices(&mesh.positions(e), constants))
+        Self::assemble(elements, |e| {
+            let ElementMatrices { stiffness, mass } = element_matrices(&mesh.positions(e), constants);
+            move |i: usize, j: usize| (stiffness[i][j], mass[i][j])
+        })
     }
 
-    /// Assembles the matrices of elements, which `matrices` gives by their number.
-    pub(crate) fn assemble<const N: usize>(
-        mesh: Elements<'_, N>,
-        matrices: impl Fn(usize) -> ElementMatrices<N>,
+    /// Assembles elements. `matrices` gives, by the number of an element, what gives its blocks of the stiffness and
+    /// factors of the mass, by two of its nodes of which the first is not before the second.
+    pub(crate) fn assemble<E: AsRef<[u32]>, F: Fn(usize, usize) -> (DMat3, f64)>(
+        mesh: Elements<'_, E>,
+        matrices: impl Fn(usize) -> F,
     ) -> Self {
         let (starts, rows) = pattern(mesh.nodes.len(), mesh.elements);
         let mut stiffness = vec![DMat3::ZERO; rows.len()];
         let mut mass = vec![0.0; rows.len()];
         for (e, element) in mesh.elements.iter().enumerate() {
-            let matrices = matrices(e);
-            for i in 0..N {
+            let (element, matrices) = (element.as_ref(), matrices(e));
+            for i in 0..element.len() {
                 for j in 0..=i {
                     let (a, b) = (element[i], element[j]);
                     let (row, column) = (a.max(b), a.min(b) as usize);
                     let found = rows[starts[column]..starts[column + 1]].partition_point(|r| *r < row);
                     let entry = starts[column] + found;
-                    let block = matrices.stiffness[i][j];
+                    let (block, factor) = matrices(i, j);
                     stiffness[entry] += if a >= b { block } else { block.transpose() };
-                    mass[entry] += matrices.mass[i][j];
+                    mass[entry] += factor;
                 }
             }
         }
@@ -118,8 +123,12 @@ impl ElasticSystem {
         self.stiffness[entry] - DMat3::from_diagonal(DVec3::splat(shift * self.mass[entry]))
     }
 
-    /// M x for `width` vectors at once, stored with unknown 3n + c of vector k at `x[(3n + c) · width + k]`.
+    /// M x for `width` vectors at once, stored with unknown 3n + c of vector k at `x[(3n + c) · width + k]`; fastest for
+    /// eight.
     pub fn multiply_mass(&self, x: &[f64], width: usize, y: &mut [f64]) {
+        if width == LANES {
+            return self.multiply_lanes(Matrix::Scalars(&self.mass), x, y);
+        }
         y.fill(0.0);
         let span = 3 * width;
         for column in 0..self.nodes.len() {
@@ -138,6 +147,9 @@ impl ElasticSystem {
 
     /// K x, stored as in [`multiply_mass`](Self::multiply_mass).
     pub fn multiply_stiffness(&self, x: &[f64], width: usize, y: &mut [f64]) {
+        if width == LANES {
+            return self.multiply_lanes(Matrix::Blocks(&self.stiffness), x, y);
+        }
         y.fill(0.0);
         for column in 0..self.nodes.len() {
             for entry in self.starts[column]..self.starts[column + 1] {
@@ -149,6 +161,11 @@ impl ElasticSystem {
                 }
             }
         }
+    }
+
+    fn multiply_lanes(&self, matrix: Matrix<'_>, x: &[f64], y: &mut [f64]) {
+        let (starts, rows) = (&self.starts, &self.rows);
+        pulp::Arch::new().dispatch(Product { starts, rows, matrix, x, y });
     }
 }
 
@@ -175,9 +192,9 @@ fn add_block(
 }
 
 /// The pairs of nodes that share an element, by columns.
-fn pattern<const N: usize>(count: usize, elements: &[[u32; N]]) -> (Vec<usize>, Vec<u32>) {
+fn pattern<E: AsRef<[u32]>>(count: usize, elements: &[E]) -> (Vec<usize>, Vec<u32>) {
     let mut filled = vec![0_usize; count + 1];
-    for element in elements {
+    for element in elements.iter().map(AsRef::as_ref) {
         for i in element {
             filled[*i as usize + 1] += element.iter().filter(|j| *j >= i).count();
         }
@@ -187,7 +204,7 @@ fn pattern<const N: usize>(count: usize, elements: &[[u32; N]]) -> (Vec<usize>, 
     }
     let mut all = vec![0_u32; filled[count]];
     let mut next = filled.clone();
-    for element in elements {
+    for element in elements.iter().map(AsRef::as_ref) {
         for i in element {
             for j in element.iter().filter(|j| *j >= i) {
                 all[next[*i as usize]] = *j;

@@ -161,17 +161,26 @@ impl Search<'_> {
 
     /// M times a block.
     fn heavy(&self, block: MatRef<'_, f64>) -> Mat<f64> {
-        let (size, width) = (block.nrows(), block.ncols());
-        let mut rows = vec![0.0; size * width];
-        for k in 0..width {
-            let column = block.col(k).try_as_col_major().map(|c| c.as_slice()).unwrap_or_default();
-            for (n, value) in column.iter().enumerate() {
-                rows[n * width + k] = *value;
+        let mut heavy = Mat::zeros(block.nrows(), block.ncols());
+        let (mut rows, mut products) = (vec![0.0; block.nrows() * BLOCK], vec![0.0; block.nrows() * BLOCK]);
+        for from in (0..block.ncols()).step_by(BLOCK) {
+            let width = BLOCK.min(block.ncols() - from);
+            pack(block.subcols(from, width), &mut rows);
+            self.system.multiply_mass(&rows, BLOCK, &mut products);
+            for k in 0..width {
+                let column = heavy.col_mut(from + k).iter_mut();
+                column.zip(products.iter().skip(k).step_by(BLOCK)).for_each(|(to, value)| *to = *value);
             }
         }
-        let mut products = vec![0.0; size * width];
-        self.system.multiply_mass(&rows, width, &mut products);
-        Mat::from_fn(size, width, |n, k| products[n * width + k])
+        heavy
+    }
+}
+
+/// Writes up to [`BLOCK`] columns side by side, row after row; lanes beyond them keep what they hold.
+pub(super) fn pack(columns: MatRef<'_, f64>, rows: &mut [f64]) {
+    for k in 0..columns.ncols() {
+        let lane = rows.iter_mut().skip(k).step_by(BLOCK);
+        lane.zip(columns.col(k).iter()).for_each(|(to, value)| *to = *value);
     }
 }
 

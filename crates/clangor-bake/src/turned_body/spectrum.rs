@@ -73,5 +73,8 @@ fn system(mesh: &SectionMesh, constants: &ElasticConstants, order: u32) -> Elast
         elements: &mesh.elements,
         rigid: rigid_motions(&mesh.nodes, order),
     };
-    ElasticSystem::assemble(elements, |e| section_matrices(&mesh.positions(e), order, constants))
+    ElasticSystem::assemble(elements, |e| {
+        let matrices = section_matrices(&mesh.positions(e), order, constants);
+        move |i: usize, j: usize| (matrices.stiffness[i][j], matrices.mass[i][j])
+    })
 }

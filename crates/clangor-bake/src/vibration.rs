@@ -10,6 +10,7 @@
 //! Meshes are refined until that is less than the part asked for, in all modes, or until the nodes run out.
 
 mod filled_body;
+mod mirrored_box;
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;

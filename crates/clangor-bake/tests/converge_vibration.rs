@@ -15,30 +15,38 @@ const BAR: [f64; 10] =
 const PLATE: [f64; 10] =
     [516.129, 751.957, 864.413, 1303.872, 1303.872, 2216.041, 2216.041, 2354.829, 2578.310, 2770.506];
 
-/// Estimated over true error of the first ten modes, and the largest true error.
-fn estimates(edges: DVec3, preset: &Preset, limit: f64, reference: &[f64]) -> (Vec<f64>, f64) {
+/// A relative error, and what was estimated for it, of each mode.
+fn errors(edges: DVec3, preset: &Preset, limit: f64, reference: &[f64]) -> Vec<[f64; 2]> {
     let geometry = BakeGeometry::RoundedBox { edges, round: 0.0 };
     let constants = ElasticConstants::of(&preset.material()).expect("an elastic material");
-    let options = VibrationOptions::to(limit);
     let mut go_on = |_: &_| ControlFlow::Continue(());
-    let found = vibration(&geometry, &constants, &options, &mut go_on).expect("modes");
-    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
-    let errors: Vec<f64> = found.modes.iter().zip(reference).map(|(m, f)| m.frequency / f - 1.0).collect();
-    let ratios = found.modes.iter().zip(&errors).map(|(m, e)| m.mesh_error / e).collect();
-    (ratios, errors.into_iter().fold(0.0, f64::max))
+    let mut to = |accuracy: f64| {
+        let options = VibrationOptions { accuracy, ..VibrationOptions::to(limit) };
+        let found = vibration(&geometry, &constants, &options, &mut go_on).expect("modes");
+        assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+        found.modes
+    };
+    let (coarse, fine) = (to(0.01), to(3e-3));
+    assert_eq!(coarse.len(), fine.len());
+    for (mode, reference) in fine.iter().zip(reference) {
+        // The references are of tetrahedra, and up to 1.1e-3 higher.
+        assert!((mode.frequency / reference - 1.0).abs() < 2e-3, "{} Hz, {reference} Hz", mode.frequency);
+    }
+    coarse.iter().zip(&fine).map(|(c, f)| [c.frequency / f.frequency - 1.0, c.mesh_error]).collect()
 }
 
 #[test]
-fn estimates_of_a_bar_and_a_plate_are_near_the_truth() {
+fn estimates_of_a_bar_and_a_plate_are_not_below_the_truth() {
     let bodies = [
         (DVec3::new(0.3, 0.03, 0.01), STEEL, 9000.0, BAR),
         (DVec3::new(0.25, 0.01, 0.25), GLASS, 3500.0, PLATE),
     ];
     for (edges, preset, limit, reference) in bodies {
-        let (ratios, worst) = estimates(edges, &preset, limit, &reference);
-        // Seen: 5.4e-3 and 4.6e-3; ratios 1.3 to 2.2 and 0.7 to 1.5.
-        assert!(worst < 0.01, "{worst:.1e}");
-        assert!(ratios.iter().all(|r| *r > 0.5 && *r < 3.0), "{ratios:.2?}");
+        let errors = errors(edges, &preset, limit, &reference);
+        println!("{errors:.6?}");
+        // Errors seen: 4e-5 of the bar, 1e-3 of the plate.
+        assert!(errors.iter().all(|[error, _]| *error < 3e-3), "{errors:.6?}");
+        assert!(errors.iter().all(|[error, estimate]| *error < 2.0 * estimate + 1e-4), "{errors:.6?}");
     }
 }
 
@@ -51,7 +59,7 @@ fn thin_panes_need_few_nodes() {
     let mut go_on = |_: &_| ControlFlow::Continue(());
     let found = vibration(&geometry, &constants, &VibrationOptions::to(2e3), &mut go_on).expect("modes");
     assert!(found.warnings.is_empty(), "{:?}", found.warnings);
-    assert!(found.nodes < 4000, "{}", found.nodes);
+    assert!(found.nodes < 6000, "{}", found.nodes);
     assert_eq!(found.modes.len(), 36);
     // 20 x 2 x 20 cells, 8405 nodes.
     let reference = [81.78, 118.08, 135.81, 207.45, 207.45, 351.33, 351.33, 377.89, 412.98, 442.84];
@@ -66,7 +74,8 @@ fn a_foil_is_refused_with_the_size_of_its_mesh() {
     let constants = ElasticConstants::of(&GLASS.material()).expect("an elastic material");
     let mut go_on = |_: &_| ControlFlow::Continue(());
     let mut refused = |geometry: &BakeGeometry| {
-        let error = vibration(geometry, &constants, &VibrationOptions::to(20e3), &mut go_on).expect_err("too fine");
+        let error =
+            vibration(geometry, &constants, &VibrationOptions::to(20e3), &mut go_on).expect_err("too fine");
         let VibrationError::TooFine { wall, edge, elements, nodes, most } = error else { panic!("{error}") };
         assert!((wall / 1e-6 - 1.0).abs() < 1e-3 && edge < 1e-3 && elements > 1e5, "{error}");
         assert!(nodes > most as f64 && most == VibrationOptions::MOST_NODES);

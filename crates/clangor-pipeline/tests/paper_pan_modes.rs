@@ -39,9 +39,9 @@ fn the_first_modes_of_files_have_converged() {
         println!("{file}: {} nodes, {report:?}", mesh.nodes.len());
         for (mode, reference) in modes.modes.iter().zip(reference) {
             println!("{:.1} Hz, {reference:.1} Hz", mode.frequency);
-            // Seen on grids of 4.4 mm: 1.1e-2 (bowl); 7.3e-4 (coin). The walls of the bowl are 1.3 cells thick there, and
-            // a grid fine enough for 1 % takes more than the 30 s that modes may take: the program solves the bowl by its
-            // section, within 1.1e-3 (below).
+            // Seen: 1.1e-2 (bowl, on a grid of 4.4 mm, about as wide as its walls are thick); 7.3e-4 (coin). A finer grid
+            // is better, but takes more than the 30 s that modes may take: the program solves the bowl by its section,
+            // within 1.1e-3 (below).
             assert!((mode.frequency / reference - 1.0).abs() < 0.015, "{file}: {} Hz", mode.frequency);
         }
         assert!(modes.modes.len() >= 4 && modes.residual < 1e-6);

@@ -27,6 +27,10 @@ pub struct ElasticSystem {
     mass: Vec<f64>,
     /// Motions without energy, at the nodes.
     rigid: Vec<Vec<DVec3>>,
+    /// Unknowns that stay zero; empty if all are free.
+    held: Vec<bool>,
+    /// By entry: the axes along which held unknowns leave no mass; empty if all are free.
+    massless: Vec<[bool; 3]>,
 }
 
 /// A mesh, as a system sees it.
@@ -76,7 +80,29 @@ impl ElasticSystem {
                 }
             }
         }
-        ElasticSystem { nodes: mesh.nodes, starts, rows, stiffness, mass, rigid: mesh.rigid }
+        let (held, massless) = (Vec::new(), Vec::new());
+        ElasticSystem { nodes: mesh.nodes, starts, rows, stiffness, mass, rigid: mesh.rigid, held, massless }
+    }
+
+    /// The same body with unknowns held at zero, and the motions without energy that are left. Held unknowns keep the
+    /// diagonal of the stiffness and no mass, so that they take no part in any mode.
+    pub(crate) fn holding(mut self, held: Vec<bool>, rigid: Vec<Vec<DVec3>>) -> Self {
+        self.massless = vec![[false; 3]; self.rows.len()];
+        for column in 0..self.nodes.len() {
+            for entry in self.starts[column]..self.starts[column + 1] {
+                let row = self.rows[entry] as usize;
+                for c in 0..3 {
+                    for r in 0..3 {
+                        let diagonal = row == column && r == c;
+                        if !diagonal && (held[3 * row + r] || held[3 * column + c]) {
+                            self.stiffness[entry].col_mut(c)[r] = 0.0;
+                        }
+                    }
+                    self.massless[entry][c] = held[3 * row + c] || held[3 * column + c];
+                }
+            }
+        }
+        ElasticSystem { held, rigid, ..self }
     }
 
     /// Number of nodes.
@@ -118,17 +144,39 @@ impl ElasticSystem {
         self.rigid.len()
     }
 
+    /// Number of unknowns that are not held.
+    pub(crate) fn free_count(&self) -> usize {
+        3 * self.nodes.len() - self.held.iter().filter(|held| **held).count()
+    }
+
     /// The block of K − σ M at an entry of the pattern.
     pub(crate) fn shifted_block(&self, entry: usize, shift: f64) -> DMat3 {
-        self.stiffness[entry] - DMat3::from_diagonal(DVec3::splat(shift * self.mass[entry]))
+        let mut mass = DVec3::splat(shift * self.mass[entry]);
+        if let Some(massless) = self.massless.get(entry) {
+            (0..3).filter(|a| massless[*a]).for_each(|a| mass[a] = 0.0);
+        }
+        self.stiffness[entry] - DMat3::from_diagonal(mass)
     }
 
     /// M x for `width` vectors at once, stored with unknown 3n + c of vector k at `x[(3n + c) · width + k]`; fastest for
     /// eight.
     pub fn multiply_mass(&self, x: &[f64], width: usize, y: &mut [f64]) {
         if width == LANES {
-            return self.multiply_lanes(Matrix::Scalars(&self.mass), x, y);
+            self.multiply_lanes(Matrix::Scalars(&self.mass), x, y);
+        } else {
+            self.multiply_mass_plainly(x, width, y);
         }
+        self.hold(y, width);
+    }
+
+    /// Zeros where unknowns are held; vectors are stored as in [`multiply_mass`](Self::multiply_mass), which expects and
+    /// leaves them so.
+    pub(crate) fn hold(&self, x: &mut [f64], width: usize) {
+        let held = x.chunks_exact_mut(width).zip(&self.held).filter(|(_, held)| **held);
+        held.for_each(|(x, _)| x.fill(0.0));
+    }
+
+    fn multiply_mass_plainly(&self, x: &[f64], width: usize, y: &mut [f64]) {
         y.fill(0.0);
         let span = 3 * width;
         for column in 0..self.nodes.len() {

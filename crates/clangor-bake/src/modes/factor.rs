@@ -89,7 +89,8 @@ impl Factor<'_> {
     fn solve_error(&self, system: &ElasticSystem, shift: f64) -> f64 {
         let size = 3 * system.node_count();
         let mut seed = 1;
-        let known: Vec<f64> = (0..size).map(|_| super::random(&mut seed)).collect();
+        let mut known: Vec<f64> = (0..size).map(|_| super::random(&mut seed)).collect();
+        system.hold(&mut known, 1);
         let (mut stiff, mut heavy) = (vec![0.0; size], vec![0.0; size]);
         system.multiply_stiffness(&known, 1, &mut stiff);
         system.multiply_mass(&known, 1, &mut heavy);

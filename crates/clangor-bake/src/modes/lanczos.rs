@@ -101,7 +101,7 @@ impl Search<'_> {
     /// [`ModalError::Incomplete`] if it does not.
     pub(super) fn run(&self) -> Result<Found, ModalError> {
         let wanted = self.below + self.above;
-        let free = self.size() - self.known.ncols();
+        let free = self.system.free_count() - self.known.ncols();
         let cap = (5 * wanted + 12 * BLOCK).min(free / BLOCK * BLOCK);
         let mut basis = Basis::new(self, cap);
         let mut next_check = (2 * wanted).max(4 * BLOCK).min(cap);

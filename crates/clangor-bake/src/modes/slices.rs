@@ -285,20 +285,33 @@ mod tests {
         for spoilt in 1..count {
             let mut band = Band::new(&system);
             let rigid = band.known.clone();
-            band.known = Mat::from_fn(rigid.nrows(), rigid.ncols() + count, |i, k| match k.checked_sub(rigid.ncols()) {
-                None => rigid[(i, k)],
-                Some(mode) => whole.modes[mode].shape[i / 3][i % 3],
+            band.known = Mat::from_fn(rigid.nrows(), rigid.ncols() + count, |i, k| {
+                match k.checked_sub(rigid.ncols()) {
+                    None => rigid[(i, k)],
+                    Some(mode) => whole.modes[mode].shape[i / 3][i % 3],
+                }
             });
             band.values = whole.modes.iter().map(|m| (TAU * m.frequency).powi(2)).collect();
             let mut seed = 5;
-            band.known.col_mut(rigid.ncols() + spoilt).iter_mut().for_each(|x| *x += 1e-8 * random(&mut seed));
+            band.known
+                .col_mut(rigid.ncols() + spoilt)
+                .iter_mut()
+                .for_each(|x| *x += 1e-8 * random(&mut seed));
             assert!(band.residuals()[spoilt] > POLISHED, "{:.1e}", band.residuals()[spoilt]);
             let residual = band.polish(&structure, (TAU * 1200.0_f64).powi(2)).expect("modes");
-            assert!(residual < POLISHED && band.values.len() == count, "{residual:.1e} {}", band.values.len());
+            assert!(
+                residual < POLISHED && band.values.len() == count,
+                "{residual:.1e} {}",
+                band.values.len()
+            );
             band.values.sort_by(f64::total_cmp);
             for (found, mode) in band.values.iter().zip(&whole.modes) {
                 // Residual seen: at most 1e-10.
-                assert!((frequency(*found) / mode.frequency - 1.0).abs() < 1e-9, "{spoilt}: {}", mode.frequency);
+                assert!(
+                    (frequency(*found) / mode.frequency - 1.0).abs() < 1e-9,
+                    "{spoilt}: {}",
+                    mode.frequency
+                );
             }
         }
     }

@@ -16,6 +16,7 @@ use clangor::geometry::tri_mesh::TriMesh;
 use clangor::model::modal_surface::ModalSurface;
 use glam::DVec3;
 
+use super::mirrored_box::MirroredBox;
 use super::{Divisible, Spectrum, VibrationError, shortest_wave};
 use crate::acceleration_noise::BakeGeometry;
 use crate::elasticity::bricks::box_of_bricks;
@@ -71,6 +72,8 @@ pub(super) struct Filled {
     edge: f64,
     /// Elements along each direction of a grid of its own.
     cells: [usize; 3],
+    /// Of a box, the part that is solved.
+    part: Option<TetMesh>,
 }
 
 impl<'a> FilledBody<'a> {
@@ -132,9 +135,7 @@ impl<'a> FilledBody<'a> {
                 let elements = ICOSAHEDRON_FACES * cells[0].powi(3);
                 [elements, NODES_PER_TETRAHEDRON * elements]
             }
-            Filling::Block(_) => {
-                [cells.iter().product(), cells.iter().map(|n| 2.0 * n + 1.0).product()]
-            }
+            Filling::Block(_) => [cells.iter().product(), cells.iter().map(|n| 2.0 * n + 1.0).product()],
             Filling::Surface(_) => {
                 let elements = GRID_TETRAHEDRA * self.volume / edge.min(GRID_PER_WALL * self.wall).powi(3);
                 [elements, NODES_PER_TETRAHEDRON * elements]
@@ -152,15 +153,19 @@ impl<'a> FilledBody<'a> {
         Ok(match &self.form {
             Filling::Ellipsoid(semi_axes) => {
                 let edge = semi_axes.max_element() / cells[0] as f64;
-                Filled { mesh: ball::ellipsoid(*semi_axes, cells[0]).map_err(broken)?, edge, cells }
+                let mesh = ball::ellipsoid(*semi_axes, cells[0]).map_err(broken)?;
+                Filled { mesh, edge, cells, part: None }
             }
             Filling::Block(edges) => {
-                Filled { mesh: block::block(*edges, cells).map_err(broken)?, edge, cells }
+                let mirrored = MirroredBox { edges: *edges, cells, constants: self.constants };
+                let part = Some(mirrored.part().map_err(broken)?);
+                let edge = (0..3).map(|a| edges[a] / cells[a] as f64).fold(0.0, f64::max);
+                Filled { mesh: block::block(*edges, cells).map_err(broken)?, edge, cells, part }
             }
             Filling::Surface(surface) => {
                 let (mesh, report) = stuff(surface, edge)?;
                 match mesh.parts() {
-                    1 => Filled { mesh, edge: report.edge, cells },
+                    1 => Filled { mesh, edge: report.edge, cells, part: None },
                     parts => return Err(VibrationError::LooseParts(parts)),
                 }
             }
@@ -168,12 +173,18 @@ impl<'a> FilledBody<'a> {
     }
 }
 
-/// Cells along the axes of a box for elements of some edge, or finer: one or an even number.
+/// Cells along the axes of a box for elements of some edge, or finer: one, two, or a number that mirrors divide.
 fn box_cells(edges: DVec3, edge: f64) -> [usize; 3] {
-    edges.to_array().map(|length| match length <= ONE_CELL * edge {
-        true => 1,
-        false => 2 * (0.5 * length / edge - 1e-9).ceil().max(1.0) as usize,
+    edges.to_array().map(|length| match length / edge {
+        cells if cells <= ONE_CELL => 1,
+        cells if cells <= 2.0 => 2,
+        cells => 4 * (0.25 * cells - 1e-9).ceil() as usize,
     })
+}
+
+/// The next such number.
+fn more_cells(cells: usize) -> usize {
+    if cells == 1 { 2 } else { 4 * (cells / 4 + 1) }
 }
 
 impl Divisible for FilledBody<'_> {
@@ -190,8 +201,9 @@ impl Divisible for FilledBody<'_> {
 
     fn convergence(&self) -> f64 {
         match self.form {
-            // Bricks converge faster where elements are not long compared with the thickness.
-            Filling::Ellipsoid(_) | Filling::Block(_) => 4.0,
+            Filling::Ellipsoid(_) => 4.0,
+            // Near the edges of a plate twisting changes over its thickness, which is shorter than a brick.
+            Filling::Block(_) => 2.0,
             // Each grid cuts sharp edges elsewhere.
             Filling::Surface(_) => 2.0,
         }
@@ -232,7 +244,14 @@ impl Divisible for FilledBody<'_> {
     fn finer(&self, than: &Filled, ratio: f64) -> Result<Filled, VibrationError> {
         let edge = than.edge / ratio;
         let cells = match &self.form {
-            Filling::Block(edges) => box_cells(*edges, edge),
+            Filling::Block(edges) => {
+                let enough = box_cells(*edges, edge);
+                std::array::from_fn(|a| match edges[a] <= edge {
+                    // Across a plate the fourth order has long converged.
+                    true => enough[a],
+                    false => enough[a].max(more_cells(than.cells[a])),
+                })
+            }
             _ => than.cells.map(|n| (n as f64 * ratio - 1e-9).ceil() as usize),
         };
         self.with_cells(cells, edge)
@@ -243,6 +262,10 @@ impl Divisible for FilledBody<'_> {
     }
 
     fn solve(&self, mesh: &Filled, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalError> {
+        if let (Filling::Block(edges), Some(part)) = (&self.form, &mesh.part) {
+            let mirrored = MirroredBox { edges: *edges, cells: mesh.cells, constants: self.constants };
+            return mirrored.solve(&mesh.mesh, part, limit);
+        }
         match solve(&self.assembled(mesh), limit) {
             Ok(found) => Ok(Spectrum {
                 frequencies: found.modes.iter().map(|m| m.frequency).collect(),

@@ -39,7 +39,7 @@ struct Axis {
 
 impl Axis {
     fn new(length: f64, cells: usize) -> Self {
-        let order = if cells % 2 == 0 { HIGH_ORDER } else { LOW_ORDER };
+        let order = if cells.is_multiple_of(2) { HIGH_ORDER } else { LOW_ORDER };
         let bricks = cells * LOW_ORDER / order;
         let count = order + 1;
         let mut axis = Axis {

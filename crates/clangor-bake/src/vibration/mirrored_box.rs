@@ -33,7 +33,7 @@ type Parity = [f64; 3];
 
 impl MirroredBox<'_> {
     fn mirrored(&self, axis: usize) -> bool {
-        self.cells[axis] % 4 == 0
+        self.cells[axis].is_multiple_of(4)
     }
 
     fn part_cells(&self) -> [usize; 3] {

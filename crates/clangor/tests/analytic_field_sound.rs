@@ -2,6 +2,8 @@
 
 #[path = "bodies/sphere_field.rs"]
 mod sphere_field;
+#[path = "bodies/sphere_near_field.rs"]
+mod sphere_near_field;
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -18,7 +20,8 @@ use clangor::synthesis::{
     Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
 };
 use realfft::num_complex::Complex64;
-use sphere_field::{sphere_field, sphere_near_field};
+use sphere_field::sphere_field;
+use sphere_near_field::sphere_near_field;
 
 const C: f64 = 343.2;
 

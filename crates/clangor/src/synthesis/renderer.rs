@@ -15,10 +15,8 @@ use realfft::{ComplexToReal, RealFftPlanner};
 
 use super::click::Click;
 use super::field_interpolation::Interpolation;
-use super::field_spectrum::{FieldPlayer, FieldTransfer, LONGEST_FADE_REACH, fade_reach};
-use super::ground::slab::SlabTransfer;
-use super::ground::spectrum::GroundTransfer;
-use super::ground::{Ground, SlabSource};
+use super::field_spectrum::{FieldPlayer, LONGEST_FADE_REACH};
+use super::heard_wave::HeardWave;
 use super::listener::{Floor, Listener};
 use super::lowpass::{self, REACH};
 use super::published_sound::{PublishedSource, Samples};
@@ -27,13 +25,13 @@ use super::spectrum::{Grid, Losses, Spectrum, Transfer, Wave};
 use super::{SampleRate, SynthesisError};
 use crate::body::BodyId;
 use crate::medium::Medium;
-use crate::model::sphere_radiation::{SphereModel, SphereTransfer};
+use crate::model::sphere_radiation::SphereModel;
 use crate::room::PathLoss;
 
 /// Blocks are handed out in whole spans of this many samples, so that their order never depends on when.
 const SPAN: i64 = 1 << 16;
 /// Shortest block \[samples\].
-const MIN_LENGTH: usize = 256;
+pub(super) const MIN_LENGTH: usize = 256;
 /// Longest block \[samples\]: 11 s at 384 kHz.
 const MAX_LENGTH: usize = 1 << 22;
 
@@ -106,15 +104,6 @@ struct BlockKey {
     receiver: usize,
 }
 
-/// A wave, and between which times it is heard \[s\].
-struct HeardWave {
-    wave: Wave,
-    /// From the centre of the click \[m\].
-    distance: f64,
-    from: f64,
-    until: f64,
-}
-
 /// A click as a receiver hears it.
 #[derive(Clone, Debug)]
 struct HeardClick {
@@ -143,6 +132,19 @@ struct BlockTables {
 }
 
 impl RenderSettings {
+    /// Refuses what gives no sound.
+    pub(super) fn check(&self) -> Result<(), SynthesisError> {
+        let Medium { density, sound_speed } = self.medium;
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        if !positive(density) || !positive(sound_speed) {
+            return Err(SynthesisError::BadMedium { density, sound_speed });
+        }
+        match self.max_frequency.filter(|hz| !positive(*hz)) {
+            Some(hz) => Err(SynthesisError::MaxFrequency { hz }),
+            None => Ok(()),
+        }
+    }
+
     /// Highest frequency that is rendered in full, and that from which on nothing is \[Hz\].
     pub fn band(&self) -> (f64, f64) {
         let rate = self.sample_rate.as_f64();
@@ -164,14 +166,7 @@ impl Renderer {
     /// # Errors
     /// A listener without receivers or below the floor, a medium that carries no sound.
     pub fn new(listener: &Listener, settings: &RenderSettings) -> Result<Self, SynthesisError> {
-        let Medium { density, sound_speed } = settings.medium;
-        let positive = |x: f64| x > 0.0 && x.is_finite();
-        if !positive(density) || !positive(sound_speed) {
-            return Err(SynthesisError::BadMedium { density, sound_speed });
-        }
-        if let Some(hz) = settings.max_frequency.filter(|hz| !positive(*hz)) {
-            return Err(SynthesisError::MaxFrequency { hz });
-        }
+        settings.check()?;
         if listener.receivers.is_empty() {
             return Err(SynthesisError::NoReceivers { listener: listener.name.clone() });
         }
@@ -317,49 +312,8 @@ impl Renderer {
         receiver: usize,
         reflected: bool,
     ) -> Result<Option<HeardWave>, SynthesisError> {
-        let Some(towards) = self.towards(click, receiver, reflected)? else { return Ok(None) };
-        let RenderSettings { medium, sphere_model, .. } = self.settings;
-        let place = click.orientation.inverse() * towards;
-        let distance = towards.length();
-        let ringing = click.source.ring_time(&medium);
-        let (begin, end) = click.profile.extent(click.duration);
-        let heard = |transfer, delay: f64, first: f64, last: f64| {
-            let middle = click.time + delay + 0.5 * click.duration;
-            let wave = Wave { transfer, profile: click.profile, duration: click.duration, middle };
-            let (from, until) = (click.time + first + begin, click.time + last + end);
-            Some(HeardWave { wave, distance, from, until })
-        };
-        Ok(match &click.source {
-            SoundSource::Sphere { radius } => {
-                // cosθ times the velocity change: the transfer of this wave is for a unit acceleration pulse.
-                let along = click.velocity_change.dot(towards) / distance;
-                let transfer = SphereTransfer::new(sphere_model, &medium, *radius, distance, along);
-                let delay = transfer.delay;
-                heard(Transfer::Sphere(transfer), delay, delay, delay + ringing)
-            }
-            SoundSource::Field(source) => {
-                let transfer = field_transfer(click, source, place, &medium);
-                let delay = transfer.position.length() * transfer.crossing;
-                // Before the wave from the centre comes that from the near side; never before the force.
-                let first = (delay - transfer.crossing).max(0.0);
-                let blur = self.blur(source);
-                heard(Transfer::Field(transfer), delay, first - blur, delay + ringing + blur)
-            }
-            SoundSource::Ground { ground: Ground::Slab(slab), impulse } => {
-                let strength = impulse / distance.max(SlabSource::radius());
-                let transfer = SlabTransfer { source: Arc::clone(slab), strength };
-                let delay = distance / medium.sound_speed;
-                heard(Transfer::Slab(transfer), delay, delay, delay + slab.ring_time())
-            }
-            SoundSource::Ground { ground: Ground::HalfSpace(ground), impulse } => {
-                let (first, last) = ground.heard_between(place);
-                let source = Arc::clone(ground);
-                let transfer = GroundTransfer { source, impulse: *impulse, place };
-                heard(Transfer::Ground(transfer), 0.0, first, last)
-            }
-            // Is no wave: `push_published` computes it in time.
-            SoundSource::Published(_) => None,
-        })
+        let towards = self.towards(click, receiver, reflected)?;
+        Ok(towards.and_then(|towards| self.settings.wave(click, towards)))
     }
 
     /// The sound of a published model at a receiver, with its reflection by the floor.
@@ -402,12 +356,6 @@ impl Renderer {
         let kept = KeptInterpolation { table: Arc::clone(&table), _source: Arc::clone(source) };
         self.interpolations.insert(key, kept);
         Some(table)
-    }
-
-    /// Time \[s\] by which the end of a field's band blurs it.
-    fn blur(&self, source: &FieldSource) -> f64 {
-        let band_end = source.max_frequency(self.settings.medium.sound_speed);
-        if band_end < self.settings.band().1 { fade_reach(band_end) } else { 0.0 }
     }
 
     /// Time between a wave and the floor's \[s\] below which they are one sound: that in which it falls by 50 dB.
@@ -480,28 +428,6 @@ impl Renderer {
         let sound = sound(self, length);
         self.pending.entry(key).or_default().push(HeardClick { body: click.body, sound });
         Ok(())
-    }
-}
-
-/// The field of a click at a `place` \[m\] of the body frame.
-fn field_transfer(click: &Click, source: &Arc<FieldSource>, place: DVec3, medium: &Medium) -> FieldTransfer {
-    let radius = source.radius;
-    let field_from_body = source.body_from_field.inverse();
-    let to_field = field_from_body * click.orientation.inverse();
-    let [linear, angular] =
-        [click.velocity_change, radius * click.angular_velocity_change].map(|v| (to_field * v).to_array());
-    let position = field_from_body * place / radius;
-    // Without a near field, the field inside the bounding sphere is that on the sphere in this direction.
-    let distance = position.length();
-    let on_sphere = distance < 1.0 && source.near.is_none();
-    let position = if on_sphere { position.try_normalize().unwrap_or(DVec3::X) } else { position };
-    FieldTransfer {
-        source: Arc::clone(source),
-        motion: std::array::from_fn(|i| if i < 3 { linear[i] } else { angular[i - 3] }),
-        position,
-        scale: medium.density * radius,
-        crossing: radius / medium.sound_speed,
-        table: None,
     }
 }
 
@@ -621,19 +547,8 @@ impl WithSimd for Rendering<'_> {
                 sum.add(one);
             }
         }
-        bins.clear();
-        bins.extend((0..grid.bins).map(|k| {
-            let gain = grid.gain(k) * grid.spacing_hz;
-            Complex::new(gain * sum.re[k], gain * sum.im[k])
-        }));
-        bins.resize(inverse.complex_len(), Complex::ZERO);
-        // The pressure is real, so its mean is; rounding may have left a negative zero.
-        bins[0].im = 0.0;
-        transform.resize(inverse.get_scratch_len(), Complex::ZERO);
         let mut samples = inverse.make_output_vec();
-        inverse
-            .process_with_scratch(bins, &mut samples, transform)
-            .expect("buffers of the plan's own lengths");
+        sum.transform(grid, &**inverse, (bins, transform), &mut samples);
         let first_sample = key.first - REACH as i64;
         heard.into_iter().for_each(|sound| sound.add_to(&mut samples, first_sample));
         RenderedBlock { receiver: key.receiver, first_sample, samples, energies, missing_energies }

@@ -6,6 +6,8 @@
 //! spheres; those of fields are [`field_spectrum`](super::field_spectrum).
 
 use pulp::Simd;
+use realfft::ComplexToReal;
+use realfft::num_complex::Complex;
 
 use super::field_spectrum::{FieldPlayer, FieldTransfer};
 use super::ground::slab::SlabTransfer;
@@ -137,6 +139,26 @@ impl Spectrum {
     pub(super) fn add(&mut self, other: &Spectrum) {
         self.re.iter_mut().zip(&other.re).for_each(|(a, b)| *a += b);
         self.im.iter_mut().zip(&other.im).for_each(|(a, b)| *a += b);
+    }
+
+    /// The samples \[Pa\] that have this spectrum within the band; `bins` and `scratch` are memory.
+    pub(super) fn transform(
+        &self,
+        grid: &Grid,
+        inverse: &dyn ComplexToReal<f64>,
+        (bins, scratch): (&mut Vec<Complex<f64>>, &mut Vec<Complex<f64>>),
+        samples: &mut [f64],
+    ) {
+        bins.clear();
+        bins.extend((0..grid.bins).map(|k| {
+            let gain = grid.gain(k) * grid.spacing_hz;
+            Complex::new(gain * self.re[k], gain * self.im[k])
+        }));
+        bins.resize(inverse.complex_len(), Complex::ZERO);
+        // The pressure is real, so its mean is; rounding may have left a negative zero.
+        bins[0].im = 0.0;
+        scratch.resize(inverse.get_scratch_len(), Complex::ZERO);
+        inverse.process_with_scratch(bins, samples, scratch).expect("buffers of the plan's own lengths");
     }
 
     /// Adds a wave, with times counted from `origin` \[s\].

@@ -121,6 +121,9 @@ pub(crate) struct Render {
     /// Say for each body how much it sounds, by part, and why it is silent
     #[arg(long)]
     pub(crate) explain: bool,
+    /// Write what broke, at what cost, and as which ellipsoids the pieces ring
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
     /// Replace an existing timeline
     #[arg(long)]
     pub(crate) force: bool,
@@ -145,6 +148,9 @@ pub(crate) struct Simulate {
     /// Simulated time in seconds, instead of the scene's
     #[arg(long, value_name = "S", value_parser = duration)]
     pub(crate) duration: Option<f64>,
+    /// Write what broke, and at what cost
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
     /// Replace an existing timeline
     #[arg(long)]
     pub(crate) force: bool,
@@ -320,6 +326,46 @@ pub(crate) enum Picture {
         /// Channel of the sound, from 1
         #[arg(long, value_name = "N", default_value_t = 1)]
         channel: usize,
+    },
+    /// How the spectrum of a sound changes, with births and deaths of bodies above it
+    Spectrogram {
+        /// A WAV file
+        sound: PathBuf,
+        /// The picture to write
+        #[arg(short, long, value_name = "FILE.png|FILE.svg")]
+        output: PathBuf,
+        /// The timeline that the sound was made from
+        #[arg(long, value_name = "RUN.timeline")]
+        timeline: Option<PathBuf>,
+        /// Where the picture ends (default: half the sample rate, or 20000)
+        #[arg(long, value_name = "HZ", value_parser = positive)]
+        max_frequency: Option<f64>,
+        /// Start of the picture in seconds of the sound
+        #[arg(long, value_name = "S", value_parser = instant)]
+        from: Option<f64>,
+        /// End of the picture in seconds of the sound
+        #[arg(long, value_name = "S", value_parser = instant)]
+        to: Option<f64>,
+        /// Length of the window in seconds
+        #[arg(long, value_name = "S", value_parser = positive, default_value_t = 0.02)]
+        window: f64,
+        /// Time in the timeline at which the sound begins, as in `render --from`
+        #[arg(long, value_name = "S", value_parser = instant, default_value_t = 0.0)]
+        start: f64,
+        /// Channel of the sound, from 1
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        channel: usize,
+    },
+    /// Which ellipsoids of the bank stand for how many pieces
+    BankUse {
+        /// What `render --report` wrote
+        report: PathBuf,
+        /// The picture to write
+        #[arg(short, long, value_name = "FILE.png|FILE.svg")]
+        output: PathBuf,
+        /// The bank (default: the one that comes with the program)
+        #[arg(long, value_name = "BANK")]
+        bank: Option<PathBuf>,
     },
     /// How a model radiates: its directivity, and the pressure around the body after a sudden acceleration
     Field {

@@ -17,6 +17,8 @@ pub(crate) enum Failure {
     Error(String),
     /// The person pressed Ctrl-C.
     Interrupted,
+    /// The same; the text says what was kept.
+    InterruptedWith(String),
 }
 
 impl Failure {
@@ -37,7 +39,13 @@ impl From<LoadError> for Failure {
 
 impl From<SimulateError> for Failure {
     fn from(error: SimulateError) -> Self {
-        if error.is_interruption() { Failure::Interrupted } else { Failure::new(error) }
+        match error {
+            SimulateError::Kept { .. } | SimulateError::Lost { .. } if error.is_interruption() => {
+                Failure::InterruptedWith(error.to_string())
+            }
+            _ if error.is_interruption() => Failure::Interrupted,
+            _ => Failure::new(error),
+        }
     }
 }
 

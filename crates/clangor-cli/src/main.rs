@@ -43,6 +43,10 @@ fn main() -> ExitCode {
             let _ = writeln!(std::io::stderr(), "interrupted; what was not complete has been removed");
             ExitCode::from(130)
         }
+        Err(Failure::InterruptedWith(message)) => {
+            let _ = writeln!(std::io::stderr(), "{message}");
+            ExitCode::from(130)
+        }
         Err(Failure::Error(message)) => {
             let _ = writeln!(std::io::stderr(), "{}", message.trim_end());
             ExitCode::FAILURE

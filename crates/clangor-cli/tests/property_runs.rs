@@ -1,12 +1,15 @@
 //! What a run promises whatever happens: the same bits for any number of threads, the same sound from a timeline as from
-//! its scene, stems that add up, and no half file after Ctrl-C.
+//! its scene, stems that add up, and after Ctrl-C no half file but a timeline as far as it went.
 
 mod program;
 mod sound_file;
 
 use std::fs;
+use std::io::Read;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+
+use clangor_pipeline::timeline_file::TimelineReader;
 
 use program::clangor;
 use sound_file::samples;
@@ -104,7 +107,7 @@ fn stems_add_up_to_the_mix_and_a_cut_is_a_part() {
 
 #[test]
 #[cfg(unix)]
-fn ctrl_c_leaves_nothing_behind() {
+fn what_is_stopped_keeps_the_timeline_so_far_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     // Elastic balls bounce for ever.
     let endless = BALLS
@@ -114,20 +117,20 @@ fn ctrl_c_leaves_nothing_behind() {
         .replace("[[-0.1, 0.03, -0.1], [0.1, 0.3, 0.1]]", "[[-1.0, 0.03, -1.0], [1.0, 0.3, 1.0]]")
         .replace("\"granite\"", "\"ideal\"");
     fs::write(folder.path().join("endless.toml"), endless).unwrap();
-    for arguments in [
-        ["render", "endless.toml", "-o", "out.wav", "--timeline", "out.timeline"].as_slice(),
-        ["simulate", "endless.toml", "-o", "out.timeline", "--raw-log"].as_slice(),
+    for (signal, arguments) in [
+        ("-INT", ["render", "endless.toml", "-o", "out.wav", "--timeline", "out.timeline"].as_slice()),
+        ("-TERM", ["simulate", "endless.toml", "-o", "out.timeline", "--raw-log"].as_slice()),
     ] {
         let mut child = Command::new(env!("CARGO_BIN_EXE_clangor"))
             .args(arguments)
             .current_dir(folder.path())
             .stdout(Stdio::null())
-            .stderr(Stdio::null())
+            .stderr(Stdio::piped())
             .spawn()
             .expect("runs");
         std::thread::sleep(Duration::from_millis(500));
         assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
-        let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill runs");
         assert!(sent.success());
         let begin = Instant::now();
         let status = loop {
@@ -141,7 +144,18 @@ fn ctrl_c_leaves_nothing_behind() {
             std::thread::sleep(Duration::from_millis(20));
         };
         assert_eq!(status.code(), Some(130));
-        let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
-        assert_eq!(left, ["endless.toml"]);
+        let mut told = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
+        assert!(
+            told.contains("interrupted; what happened until ") && told.contains("out.partial.timeline"),
+            "{told}"
+        );
+        let mut left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        left.sort();
+        assert_eq!(left, ["endless.toml", "out.partial.timeline"]);
+        let kept = TimelineReader::open(&folder.path().join("out.partial.timeline")).unwrap();
+        let duration = kept.header().origin.duration;
+        assert!(duration > 0.0 && duration < 3600.0 && kept.rows().contacts > 0, "{duration} s");
+        assert!(kept.contacts().unwrap().all(|row| row.unwrap().time <= duration));
     }
 }

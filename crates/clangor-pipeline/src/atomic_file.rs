@@ -232,6 +232,22 @@ impl AtomicFolder {
         &self.destination
     }
 
+    /// Lets the folder appear at another place, where it replaces what bears `marker`.
+    ///
+    /// # Errors
+    /// [`OutputError`] where something else is; the folder is gone then.
+    pub fn divert(mut self, path: &Path, marker: &str) -> Result<Self, OutputError> {
+        if fs::symlink_metadata(path).is_ok() && !path.join(marker).is_file() {
+            return Err(OutputError::WrongKind {
+                path: path.into(),
+                expected: "folder written by this program",
+            });
+        }
+        self.destination = path.into();
+        self.replace = true;
+        Ok(self)
+    }
+
     /// Puts the folder in place. Its files must have been synchronised by whoever wrote them.
     ///
     /// An old folder is first renamed to `NAME.old-PID-N`, then the new one takes its name, then the old one is

@@ -2,10 +2,12 @@
 
 pub mod atomic_file;
 pub mod audio_rigid_bodies;
+pub mod bank_use_plot;
 mod breakables;
 pub mod contact_list;
 pub mod exchange;
 pub mod field_plot;
+pub mod fracture_report;
 pub mod glb;
 pub mod levels;
 pub mod load;
@@ -18,6 +20,8 @@ pub mod render;
 pub mod simulate;
 pub mod sound_models;
 pub mod soundbank;
+pub mod spectrogram;
+pub mod spectrogram_plot;
 pub mod spectrum;
 pub mod spectrum_plot;
 pub mod timeline_file;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clangor::body::{Body, BodyId};
 use clangor::scene::Scene;
@@ -25,12 +25,36 @@ pub enum SimulateError {
     /// The timeline could not be written.
     #[error(transparent)]
     Timeline(#[from] TimelineError),
+    /// The motion ended before its time, and what there was of it has been kept.
+    #[error("{source}; what happened until {time:.6} s is in {}", path.display())]
+    Kept {
+        /// Why it ended.
+        source: SimulationError,
+        /// The timeline so far.
+        path: PathBuf,
+        /// How long it is \[s\].
+        time: f64,
+    },
+    /// The motion ended before its time, and what there was of it could not be kept.
+    #[error("{source}; what happened until then cannot be kept: {lost}")]
+    Lost {
+        /// Why it ended.
+        source: SimulationError,
+        /// Why there is no timeline of it.
+        lost: TimelineError,
+    },
 }
 
 impl SimulateError {
     /// Whether the caller asked to stop.
     pub fn is_interruption(&self) -> bool {
-        matches!(self, SimulateError::Simulation(SimulationError::Interrupted))
+        use SimulateError::{Kept, Lost, Simulation, Timeline};
+        match self {
+            Simulation(source) | Kept { source, .. } | Lost { source, .. } => {
+                matches!(source, SimulationError::Interrupted)
+            }
+            Timeline(_) => false,
+        }
     }
 }
 
@@ -113,7 +137,8 @@ fn hears_rolling(loaded: &LoadedScene, followed: &BTreeSet<BodyId>) -> bool {
 /// Simulates a scene into a timeline folder; memory does not grow with the rows.
 ///
 /// # Errors
-/// [`SimulateError`]; no folder is left then.
+/// [`SimulateError`]; there is no such folder then, but one of what happened until then, if anything did
+/// ([`TimelineWriter::keep`]).
 pub fn simulate_to_folder(
     loaded: &LoadedScene,
     raw_log: bool,
@@ -123,14 +148,39 @@ pub fn simulate_to_folder(
 ) -> Result<(SimulationReport, TimelineSummary), SimulateError> {
     let settings = simulation_settings(&loaded.scene, raw_log);
     let mut folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
-    let report = run(loaded, &settings, &mut folder, progress)?;
-    Ok((report, folder.finish()?))
+    let mut reached = 0.0;
+    let outcome = run(loaded, &settings, &mut folder, &mut watched(&mut reached, progress));
+    match outcome {
+        Ok(report) => Ok((report, folder.finish()?)),
+        Err(error) => Err(kept(folder, error, reached)),
+    }
+}
+
+/// Progress that is also noted.
+fn watched<'a>(
+    reached: &'a mut f64,
+    progress: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> impl FnMut(f64) -> ControlFlow<()> + 'a {
+    move |time| {
+        *reached = time;
+        progress(time)
+    }
+}
+
+/// Keeps what there is of a run that failed at a time \[s\].
+fn kept(folder: TimelineWriter, error: SimulateError, reached: f64) -> SimulateError {
+    let SimulateError::Simulation(source) = error else { return error };
+    match folder.keep(reached) {
+        Ok(Some((path, time))) => SimulateError::Kept { source, path, time },
+        Ok(None) => SimulateError::Simulation(source),
+        Err(lost) => SimulateError::Lost { source, lost },
+    }
 }
 
 /// Simulates a scene into a timeline folder, and keeps its impacts in memory for rendering, as [`simulate_impacts`] does.
 ///
 /// # Errors
-/// [`SimulateError`]; no folder is left then.
+/// As [`simulate_to_folder`].
 pub fn simulate_and_keep(
     loaded: &LoadedScene,
     followed: &BTreeSet<BodyId>,
@@ -141,9 +191,15 @@ pub fn simulate_and_keep(
     let settings = simulation_settings(&loaded.scene, hears_rolling(loaded, followed));
     let folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
     let mut both = Both { folder, impacts: ImpactLog::of(followed) };
-    let report = run(loaded, &settings, &mut both, progress)?;
-    both.folder.finish()?;
-    Ok((both.impacts.timeline, report))
+    let mut reached = 0.0;
+    let outcome = run(loaded, &settings, &mut both, &mut watched(&mut reached, progress));
+    match outcome {
+        Ok(report) => {
+            both.folder.finish()?;
+            Ok((both.impacts.timeline, report))
+        }
+        Err(error) => Err(kept(both.folder, error, reached)),
+    }
 }
 
 /// What a timeline folder says of a simulated scene.

@@ -82,7 +82,7 @@ impl SpectrumPlot<'_> {
 }
 
 /// A step of 1, 2 or 5 times a power of ten, of which some ten make a length.
-fn tick(length: f64) -> f64 {
+pub(crate) fn tick(length: f64) -> f64 {
     let decade = 10.0_f64.powf((length / 10.0).log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0].map(|s| s * decade);
     steps.into_iter().find(|step| length / step <= 12.0).unwrap_or(length)

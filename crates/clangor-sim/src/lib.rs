@@ -205,7 +205,7 @@ fn falling(world: &World) -> usize {
 /// `progress` is told the simulated time \[s\] now and then; `Break` stops the run.
 ///
 /// # Errors
-/// [`SimulationError`]; rows already given to the sink stay there.
+/// [`SimulationError`]; the sink has all rows until then.
 pub fn simulate(
     world: &World,
     settings: &SimulationSettings,
@@ -213,25 +213,36 @@ pub fn simulate(
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<SimulationReport, SimulationError> {
     let mut recorder = Recorder::new(settings.record, sink);
-    match choose_solver(world, settings.solver) {
-        Solver::Spheres => spheres::simulate(world, settings, &mut recorder, progress)?,
+    let outcome = match choose_solver(world, settings.solver) {
+        Solver::Spheres => spheres::simulate(world, settings, &mut recorder, progress),
         #[cfg(feature = "rigid")]
-        _ => rigid::run(world, settings, &mut recorder, &mut |_, _| Ok(Vec::new()), progress)?,
+        _ => rigid::run(world, settings, &mut recorder, &mut |_, _| Ok(Vec::new()), progress),
         #[cfg(not(feature = "rigid"))]
         _ => {
             let mesh = world.bodies.iter().find(|b| matches!(*b.surface, Surface::Mesh(_)));
             let name = mesh.map_or_else(|| "world".into(), |b| b.name.clone());
-            return Err(SimulationError::Unsupported { what: "time-stepped solver in this build", name });
+            Err(SimulationError::Unsupported { what: "time-stepped solver in this build", name })
         }
-    }
-    Ok(recorder.finish(settings.duration)?)
+    };
+    ended(recorder, outcome, settings.duration)
+}
+
+/// Closes the impacts that are open, also those of a run that failed.
+fn ended(
+    recorder: Recorder<'_>,
+    outcome: Result<(), SimulationError>,
+    duration: f64,
+) -> Result<SimulationReport, SimulationError> {
+    let report = recorder.finish(duration);
+    outcome?;
+    Ok(report?)
 }
 
 /// Simulates a world whose bodies may break, in steps of time whatever the settings choose: `breaker` looks at each step,
 /// and the bodies that it names are replaced by its pieces at the end of that step.
 ///
 /// # Errors
-/// [`SimulationError`], also those of `breaker`; rows already given to the sink stay there.
+/// [`SimulationError`], also those of `breaker`; the sink has all rows until then.
 #[cfg(feature = "rigid")]
 pub fn simulate_breaking(
     world: &World,
@@ -241,6 +252,6 @@ pub fn simulate_breaking(
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<SimulationReport, SimulationError> {
     let mut recorder = Recorder::new(settings.record, sink);
-    rigid::run(world, settings, &mut recorder, breaker, progress)?;
-    Ok(recorder.finish(settings.duration)?)
+    let outcome = rigid::run(world, settings, &mut recorder, breaker, progress);
+    ended(recorder, outcome, settings.duration)
 }

@@ -60,8 +60,8 @@ fn random_regions(piece: &Piece, random: &mut SplitMix) -> Option<Vec<u32>> {
     draw_pattern(&piece.mesh, &energy, 1e9, &settings).unwrap().map(|p| p.region)
 }
 
-/// Every edge has two triangles, in opposite directions; around every vertex they make one ring; and the volume is
-/// positive. Written without the library's own topology.
+/// Every edge has two triangles, in opposite directions; around every vertex they make one ring; and they hang together, so
+/// that no piece has another in its hollow. Written without the library's own topology.
 fn assert_solid(surface: &TriMesh) {
     let mut edges: BTreeMap<(u32, u32), i32> = BTreeMap::new();
     let mut links: BTreeMap<u32, BTreeMap<u32, u32>> = BTreeMap::new();
@@ -82,6 +82,14 @@ fn assert_solid(surface: &TriMesh) {
         assert_eq!(steps, link.len(), "two fans at one vertex");
     }
     assert_eq!(links.len(), surface.vertices.len());
+    let mut seen = vec![false; surface.vertices.len()];
+    let mut next = vec![0];
+    while let Some(vertex) = next.pop() {
+        if !std::mem::replace(&mut seen[vertex as usize], true) {
+            next.extend(links[&vertex].keys());
+        }
+    }
+    assert!(seen.iter().all(|s| *s), "a hollow");
 }
 
 /// What must not change when a body breaks: volume, first and second moments, and with them mass, centre, momentum and
@@ -192,6 +200,29 @@ fn elements_stay_sound_over_generations() {
             pieces = next;
         }
     }
+}
+
+/// A seed in the middle of a cube makes no piece: it could not come out.
+#[test]
+fn what_lies_within_a_piece_stays_its_own() {
+    let body = Piece::whole(&block(DVec3::splat(0.1), [4, 4, 4]).unwrap()).unwrap();
+    let nodes = &body.mesh.nodes[..body.mesh.corners];
+    let around = |centre: DVec3, radius: f64| {
+        nodes.iter().map(|p| u32::from(p.distance(centre) < radius)).collect::<Vec<u32>>()
+    };
+    // Corners are 25 mm apart, and the middle is one of them.
+    let middle = 0.5 * (body.surface().bounds().0 + body.surface().bounds().1);
+    assert_eq!(split_by_regions(&body, &around(middle, 0.01)).unwrap(), None);
+    // Half of the cube, with something in the middle of the other: two pieces, not three.
+    let mut regions = around(middle + DVec3::X * 0.025, 0.01);
+    for (region, p) in regions.iter_mut().zip(nodes) {
+        *region += 2 * u32::from(p.x < middle.x - 0.01);
+    }
+    assert_eq!(regions.iter().filter(|r| **r == 1).count(), 1);
+    let split = split_by_regions(&body, &regions).unwrap().unwrap();
+    assert_eq!(split.pieces.len(), 2);
+    split.pieces.iter().for_each(|piece| assert_solid(&piece.surface()));
+    assert_balance(&body, &split);
 }
 
 #[test]

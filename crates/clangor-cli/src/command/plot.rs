@@ -1,5 +1,8 @@
 //! `clangor plot`: pictures.
 
+mod bank_use;
+mod spectrogram;
+
 use std::path::Path;
 
 use clangor::medium::Medium;
@@ -27,6 +30,19 @@ pub(crate) fn run(options: &Plot, console: &Console) -> Result<(), Failure> {
         Picture::Spectrum { sound, output, modes, max_frequency, channel } => {
             spectrum(sound, output, modes.as_deref(), *max_frequency, *channel, console)
         }
+        Picture::Spectrogram { sound, output, timeline, max_frequency, from, to, window, start, channel } => {
+            let wanted = spectrogram::Wanted {
+                timeline: timeline.as_deref(),
+                max_frequency: *max_frequency,
+                from: *from,
+                to: *to,
+                window: *window,
+                start: *start,
+                channel: *channel,
+            };
+            spectrogram::draw(sound, output, &wanted, console)
+        }
+        Picture::BankUse { report, output, bank } => bank_use::draw(report, output, bank.as_deref(), console),
     }
 }
 

@@ -16,6 +16,7 @@ use clangor::synthesis::modal::RingingRule;
 use clangor::synthesis::source_rule::rules_with_pieces;
 use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
 use clangor::timeline::Timeline;
+use clangor_pipeline::fracture_report::FractureReport;
 use clangor_pipeline::load::LoadedScene;
 use clangor_pipeline::render::{FullScale, RenderOptions, Sounds, Transfers, read_impacts, render};
 use clangor_pipeline::simulate::{simulate_and_keep, simulate_impacts, solver};
@@ -26,7 +27,7 @@ use clangor_sim::SimulationReport;
 
 use self::report::Told;
 use super::audio_file::{is_gltf, modes_of_files};
-use super::simulate::say_simulated;
+use super::simulate::{breaking, say_simulated};
 use super::sound_sources::{Wanted, find_ringers, find_sources, given_models, modal_options};
 use super::{check_ending, is_timeline, load};
 use crate::arguments::{Bits, Global, Render, RenderedPart, Transfer};
@@ -65,6 +66,9 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     check_ending(&output, "wav")?;
     if let Some(folder) = &options.timeline {
         check_ending(folder, "timeline")?;
+    }
+    if let Some(path) = &options.report {
+        check_ending(path, "json")?;
     }
     let mut source = if is_timeline(&options.input) {
         from_timeline(options, global)?
@@ -130,6 +134,18 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
         simulated: simulated.as_ref(),
     };
     told.say(console);
+    if !timeline.fractures.is_empty() || options.report.is_some() {
+        let fractures =
+            FractureReport::new(&source.bodies, &timeline.fractures).with_ringing(&source.bodies, &ringers);
+        let fractures = match &simulated {
+            Some(report) => fractures.with_blows(&report.breaking),
+            None => fractures,
+        };
+        breaking::say_energies(console, &fractures.totals);
+        if let Some(path) = &options.report {
+            breaking::write(path, &fractures)?;
+        }
+    }
     if options.explain {
         told.explain(console);
     }

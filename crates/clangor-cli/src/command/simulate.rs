@@ -1,8 +1,10 @@
 //! `clangor simulate`: dynamics only.
 
-mod breaking;
+pub(super) mod breaking;
 
+use clangor_pipeline::fracture_report::FractureReport;
 use clangor_pipeline::simulate::simulate_to_folder;
+use clangor_pipeline::timeline_file::TimelineReader;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 
@@ -14,6 +16,9 @@ use crate::failure::Failure;
 pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Result<(), Failure> {
     let output = options.output.clone().unwrap_or_else(|| options.scene.with_extension("timeline"));
     check_ending(&output, "timeline")?;
+    if let Some(path) = &options.report {
+        check_ending(path, "json")?;
+    }
     let adjust = |scene: &mut clangor::scene::Scene| {
         scene.simulation.duration = options.duration.unwrap_or(scene.simulation.duration);
     };
@@ -23,6 +28,14 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
         simulate_to_folder(&loaded, options.raw_log, &output, options.force, &mut |t| progress.reached(t))?;
     drop(progress);
     say_simulated(console, &report);
+    if report.fractures > 0 || options.report.is_some() {
+        let told = TimelineReader::open(&output).map_err(Failure::new)?;
+        let fractures = FractureReport::new(&told.bodies(), told.fractures()).with_blows(&report.breaking);
+        breaking::say_energies(console, &fractures.totals);
+        if let Some(path) = &options.report {
+            breaking::write(path, &fractures)?;
+        }
+    }
     console.say(format_args!(
         "{}: {} contact rows, {} pose rows",
         output.display(),

@@ -17,7 +17,8 @@
 //! There the contact is soft, and lasts longer: the force on the modes is given the shortest duration τ' ≥ τ with
 //! E(τ') ≤ E₀, and keeps its impulse, which is what the bodies exchanged. It is an upper bound still: the ground, crushing
 //! and cracks take their part of E₀ as well, and a body struck again while it rings may gain more. Rolling is not limited,
-//! and neither are clicks, which are those of rigid bodies.
+//! and neither are clicks, which are those of rigid bodies. For the release of a crack E₀ is ½ m V², the energy that its impulse
+//! and couple alone would give to pieces at rest.
 
 use std::f64::consts::TAU;
 
@@ -88,6 +89,9 @@ pub(super) fn blows_on(
 
 /// E₀ \[J\].
 pub(super) fn energy_lost(pulse: &ImpactPulse) -> f64 {
+    if pulse.is_crack() {
+        return 0.5 * pulse.effective_mass * pulse.speed * pulse.speed;
+    }
     let impulse = pulse.points.iter().map(|(_, j)| *j).sum::<DVec3>().dot(pulse.normal).abs();
     let restitution = impulse / (pulse.effective_mass * pulse.speed) - 1.0;
     0.5 * impulse * pulse.speed * (1.0 - restitution.min(MOST_ELASTIC))

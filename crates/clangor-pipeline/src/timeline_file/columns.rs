@@ -177,6 +177,7 @@ impl TableRow for FractureRow {
                 field: Field::U32(|r| r.first_child.0, |r, v| r.first_child = BodyId(v)),
             },
             Column { name: "children", field: Field::U32(|r| r.children, |r, v| r.children = v) },
+            double!("blow_energy", blow_energy),
             double!("strain_energy", strain_energy),
             double!("fracture_energy", fracture_energy),
             double!("kinetic_energy_gain", kinetic_energy_gain),
@@ -186,18 +187,7 @@ impl TableRow for FractureRow {
         ]
     }
 
-    const BLANK: Self = FractureRow {
-        time: 0.0,
-        parent: BodyId(0),
-        first_child: BodyId(0),
-        children: 0,
-        strain_energy: 0.0,
-        fracture_energy: 0.0,
-        kinetic_energy_gain: 0.0,
-        crack_area: 0.0,
-        duration: 0.0,
-        seed: 0,
-    };
+    const BLANK: Self = FractureRow::of(BodyId(0));
 
     fn time(&self) -> f64 {
         self.time

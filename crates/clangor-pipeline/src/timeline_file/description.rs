@@ -247,6 +247,11 @@ pub(super) fn describe(header: &TimelineHeader) -> (Description, BTreeMap<String
 }
 
 impl Description {
+    /// Ends the simulated time \[s\] earlier.
+    pub(super) fn cut(&mut self, duration: f64) {
+        self.origin.duration = self.origin.duration.min(duration);
+    }
+
     /// Adds the pieces of a body that broke, and returns the content of their mesh files by hash.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clangor::body::{Body, Life};
 use clangor::timeline::{ContactRow, FractureRow, PoseRow, TimelineSink};
@@ -29,8 +29,8 @@ pub struct TimelineSummary {
     pub births: u64,
 }
 
-/// Writes one timeline; the folder appears under its name when [`TimelineWriter::finish`] succeeds, and not at all
-/// otherwise.
+/// Writes one timeline; the folder appears under its name when [`TimelineWriter::finish`] succeeds, under that of a part of it
+/// when [`TimelineWriter::keep`] does, and not at all otherwise.
 pub struct TimelineWriter {
     folder: AtomicFolder,
     description: Description,
@@ -45,6 +45,8 @@ pub struct TimelineWriter {
     /// Hashes of the meshes that have been written.
     meshes: BTreeSet<String>,
     slack: f64,
+    /// Time of the latest row \[s\].
+    latest: f64,
 }
 
 impl TimelineWriter {
@@ -74,6 +76,7 @@ impl TimelineWriter {
             lives,
             meshes: BTreeSet::new(),
             slack,
+            latest: 0.0,
         };
         writer.write_meshes(meshes)?;
         Ok(writer)
@@ -136,7 +139,31 @@ impl TimelineWriter {
     ///
     /// # Errors
     /// [`TimelineError`]; what was there before is then untouched.
-    pub fn finish(mut self) -> Result<TimelineSummary, TimelineError> {
+    pub fn finish(self) -> Result<TimelineSummary, TimelineError> {
+        let (folder, summary) = self.complete()?;
+        folder.commit()?;
+        Ok(summary)
+    }
+
+    /// Keeps what there is of a run that came to no end but `reached` a time \[s\]: as `NAME.partial.timeline`, which takes the
+    /// place of an earlier one and whose duration is that time. Where and how long it is; `None` if nothing has happened.
+    ///
+    /// # Errors
+    /// [`TimelineError`].
+    pub fn keep(mut self, reached: f64) -> Result<Option<(PathBuf, f64)>, TimelineError> {
+        let duration = self.latest.max(reached);
+        if duration <= 0.0 {
+            return Ok(None);
+        }
+        self.description.cut(duration);
+        let path = self.folder.destination().with_extension("partial.timeline");
+        let (folder, _) = self.complete()?;
+        folder.divert(&path, DESCRIPTION_FILE)?.commit()?;
+        Ok(Some((path, duration)))
+    }
+
+    /// Completes the files.
+    fn complete(mut self) -> Result<(AtomicFolder, TimelineSummary), TimelineError> {
         let contacts = self.contacts.finish()?;
         let poses = self.poses.finish()?;
         let fractures = self.fractures.map(TableWriter::finish).transpose()?;
@@ -151,21 +178,23 @@ impl TimelineWriter {
         self.description.fractures = fractures;
         let path = self.folder.path().join(DESCRIPTION_FILE);
         write_synchronised(&path, &to_json(&self.description, &path)?)?;
-        self.folder.commit()?;
-        Ok(summary)
+        Ok((self.folder, summary))
     }
 }
 
 impl TimelineSink for TimelineWriter {
     fn contact(&mut self, row: &ContactRow) -> std::io::Result<()> {
+        self.latest = self.latest.max(row.time);
         self.contacts.push(row).map_err(std::io::Error::other)
     }
 
     fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
+        self.latest = self.latest.max(row.time);
         self.poses.push(row).map_err(std::io::Error::other)
     }
 
     fn fracture(&mut self, row: &FractureRow, children: &[Body]) -> std::io::Result<()> {
+        self.latest = self.latest.max(row.time);
         self.replace(row, children).map_err(std::io::Error::other)
     }
 }

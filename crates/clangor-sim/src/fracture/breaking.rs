@@ -343,7 +343,12 @@ impl Fragile {
         if shatter.is_none() {
             report.withstood += 1;
         }
-        Ok(shatter.map(|shatter| Broken { shatter, stress: deformation.element_stress, seed: self.seed }))
+        Ok(shatter.map(|shatter| Broken {
+            shatter,
+            stress: deformation.element_stress,
+            blow_energy: energy,
+            seed: self.seed,
+        }))
     }
 }
 

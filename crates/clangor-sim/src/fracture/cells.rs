@@ -3,7 +3,7 @@
 //! A wall between two regions is a set of faces that a tetrahedron of one shares with a tetrahedron of the other, so that
 //! pieces made of the regions fit without gaps, and their volumes add up.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use clangor::glam::DVec3;
 
@@ -178,8 +178,51 @@ impl Cells {
         count as usize
     }
 
-    /// Faces between two cells, in the order of their corners.
-    pub(super) fn shared_faces(&self) -> Vec<SharedFace> {
+    /// Lets every region have what only it is around: a body in the hollow of another could not come out, and parts that
+    /// stand for the other's collisions would fill the hollow. Regions are numbered as [`separate`](Self::separate) does, which
+    /// has made `count` of them; returns how many are left.
+    pub(super) fn absorb_enclosed(&mut self, count: usize) -> usize {
+        // The last is what is around the body.
+        let outside = count;
+        let mut beside = vec![BTreeSet::new(); count + 1];
+        let sides = self.sides();
+        for same in sides.chunk_by(|a, b| a.0 == b.0) {
+            let region = |side: &([u32; 3], u32)| self.cells[side.1 as usize].region as usize;
+            let (a, b) = (region(&same[0]), same.get(1).map_or(outside, region));
+            if a != b {
+                beside[a].insert(b);
+                beside[b].insert(a);
+            }
+        }
+        if beside[outside].len() == count {
+            return count;
+        }
+        let mut host: Vec<usize> = (0..count).collect();
+        for wall in 0..count {
+            let mut reached = vec![false; count + 1];
+            (reached[wall], reached[outside]) = (true, true);
+            let mut next = vec![outside];
+            while let Some(at) = next.pop() {
+                for other in &beside[at] {
+                    if !std::mem::replace(&mut reached[*other], true) {
+                        next.push(*other);
+                    }
+                }
+            }
+            (0..count).filter(|k| !reached[*k]).for_each(|k| host[k] = wall);
+        }
+        for cell in &mut self.cells {
+            let mut own = cell.region as usize;
+            while host[own] != own {
+                own = host[own];
+            }
+            cell.region = own as u32;
+        }
+        self.separate()
+    }
+
+    /// The faces of all cells by their corners, which ascend, with the cell of each.
+    fn sides(&self) -> Vec<([u32; 3], u32)> {
         let mut sides: Vec<([u32; 3], u32)> = Vec::with_capacity(4 * self.cells.len());
         for (k, cell) in self.cells.iter().enumerate() {
             for face in clangor_bake::tetrahedra::FACES {
@@ -189,6 +232,12 @@ impl Cells {
             }
         }
         sides.sort_unstable();
+        sides
+    }
+
+    /// Faces between two cells, in the order of their corners.
+    pub(super) fn shared_faces(&self) -> Vec<SharedFace> {
+        let sides = self.sides();
         let pairs = sides.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 2);
         pairs.map(|same| SharedFace { corners: same[0].0, cells: [same[0].1, same[1].1] }).collect()
     }

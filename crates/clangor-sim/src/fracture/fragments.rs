@@ -1,12 +1,15 @@
 //! The pieces of a broken body as bodies of their own: where they are, how they move, and the impulses that parted them.
 //!
 //! A piece keeps the axes of its parent and the motion that it had as a part of it, so that momentum, angular momentum and
-//! energy are what they were. Then the cracks release what is left of the strain energy (`crack_impulse`). The triangles
-//! between two pieces act as one impulse, at the middle of the parts that press and pull, with the couple that is left:
+//! energy are what they were. Then the cracks release what is left of the strain energy (`crack_impulse`). Between two pieces
+//! the triangles that were pulled act as one impulse, and those that were pressed as another, each at their middle and with the
+//! couple that is left:
 //!
 //! ```text
 //! j = Σ jᵢ,    x = Σ |jᵢ| xᵢ / Σ |jᵢ|,    c = Σ (xᵢ − x) × jᵢ
 //! ```
+//!
+//! Where a plate was bent the two cancel but for a couple across its thickness, which as one impulse would excite no modes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -41,6 +44,8 @@ pub(super) struct Broken {
     pub(super) shatter: Shatter,
     /// Stress of each element before \[Pa\].
     pub(super) stress: Vec<SymmetricTensor>,
+    /// With which the blows came \[J\].
+    pub(super) blow_energy: f64,
     /// Seed of the pattern.
     pub(super) seed: u64,
 }
@@ -61,7 +66,7 @@ pub(super) fn fragments(
     released: bool,
     name: impl Fn(usize) -> String,
 ) -> Result<Fragments, FractureError> {
-    let Broken { shatter, stress, seed } = broken;
+    let Broken { shatter, stress, blow_energy, seed } = broken;
     let density = parent.body.material.density;
     let solids = shatter.pieces.iter().map(Piece::mass_properties).collect::<Result<Vec<_>, _>>()?;
     let mass: f64 = solids.iter().map(|s| s.volume).sum();
@@ -114,6 +119,7 @@ pub(super) fn fragments(
         });
     }
     let row = FractureRow {
+        blow_energy,
         strain_energy: shatter.strain_energy,
         fracture_energy: shatter.fracture_energy,
         kinetic_energy_gain: after - before,
@@ -127,18 +133,19 @@ pub(super) fn fragments(
     Ok(Fragments { replacement: Replacement { row, pieces: bodies, cracks }, pieces: shatter.pieces })
 }
 
-/// One impulse for each pair of pieces.
+/// For each pair of pieces an impulse of what was pulled and one of what was pressed.
 fn together(
     faces: &[CrackFace],
     release: &CrackImpulses,
     turn: DMat3,
     to_world: impl Fn(DVec3) -> DVec3,
 ) -> Vec<CrackImpulse> {
-    let mut pairs: BTreeMap<[u32; 2], Vec<(&CrackFace, DVec3)>> = BTreeMap::new();
+    let mut groups: BTreeMap<([u32; 2], bool), Vec<(&CrackFace, DVec3)>> = BTreeMap::new();
     for (face, impulse) in faces.iter().zip(&release.impulses) {
-        pairs.entry(face.pieces).or_default().push((face, *impulse));
+        let pulled = impulse.dot(face.area_vector()) < 0.0;
+        groups.entry((face.pieces, pulled)).or_default().push((face, *impulse));
     }
-    let join = |(pieces, parts): ([u32; 2], Vec<(&CrackFace, DVec3)>)| {
+    let join = |((pieces, _), parts): (([u32; 2], bool), Vec<(&CrackFace, DVec3)>)| {
         let impulse: DVec3 = parts.iter().map(|(_, j)| *j).sum();
         let weight: f64 = parts.iter().map(|(_, j)| j.length()).sum();
         let point = parts.iter().map(|(face, j)| face.centroid() * j.length()).sum::<DVec3>() / weight;
@@ -156,5 +163,5 @@ fn together(
             couple: turn * couple,
         })
     };
-    pairs.into_iter().filter_map(join).collect()
+    groups.into_iter().filter_map(join).collect()
 }

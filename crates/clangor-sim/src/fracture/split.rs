@@ -75,7 +75,7 @@ impl Split {
 }
 
 /// Cuts between corners of different regions; `None` if they are all of one. Parts of a region that do not hang together
-/// become pieces of their own.
+/// become pieces of their own, but for those that lie altogether within another piece, which keeps them.
 ///
 /// # Errors
 /// [`FractureError::Counts`]; and [`FractureError::Mesh`], [`FractureError::Surface`] or [`FractureError::Pinched`] for
@@ -87,7 +87,8 @@ pub fn split_by_regions(piece: &Piece, region: &[u32]) -> Result<Option<Split>, 
     let whole = Cells::of(piece);
     let middle = |a: u32, b: u32| 0.5 * (whole.points[a as usize] + whole.points[b as usize]);
     let mut divided = whole.divide(region, middle);
-    if divided.separate() < 2 {
+    let parts = divided.separate();
+    if divided.absorb_enclosed(parts) < 2 {
         return Ok(None);
     }
     pieces_of(piece, coarsen(divided, &piece.element_size, Walls::Free)).map(Some)

@@ -2,7 +2,14 @@
 //!
 //! A crack that opens lets go the tractions that held its sides together: an impulse on one piece, and the opposite on the
 //! other, over the time that the fracture took (\[FRAC\] §3.3). There is no contact, so neither curvature nor Hertz's
-//! duration; speed and mass of the pulse are those with which the impulse alone would drive two pieces at rest apart.
+//! duration. A bent plate that breaks lets go a couple and hardly any force: the speed V of the pulse is that with which
+//!
+//! ```text
+//! ½ m V² = ½ Σ_d (j²/m_d + L_d·I_d⁻¹ L_d)
+//! ```
+//!
+//! is the energy that impulse j and couple alone would give to two pieces d at rest, L_d their angular impulse about its centre
+//! of mass; m is the effective mass along the normal.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +17,7 @@ use glam::DVec3;
 
 use super::effective_mass::body_inverse_effective_mass;
 use super::pulses::{body_pulse, check_row};
-use super::{ContactError, ForceProfile, ImpactPulse, PoseHistory};
+use super::{BodyPulse, ContactError, ForceProfile, ImpactPulse, PoseHistory};
 use crate::body::{Body, BodyId};
 use crate::timeline::{ContactKind, ContactRow, FractureRow};
 
@@ -54,28 +61,37 @@ fn pulse(
     }
     let strengths: Vec<f64> = rows.iter().map(|row| row.impulse().length()).collect();
     let total: f64 = strengths.iter().sum();
-    let impulse: DVec3 = rows.iter().map(ContactRow::impulse).sum();
-    let Some(normal) = impulse.try_normalize().filter(|_| body_b != BodyId::WORLD) else { return Ok(None) };
-    let point = rows.iter().zip(&strengths).map(|(row, strength)| row.point * (strength / total)).sum();
+    if total == 0.0 || body_b == BodyId::WORLD {
+        return Ok(None);
+    }
+    let weighted = |of: fn(&ContactRow) -> DVec3| -> DVec3 {
+        rows.iter().zip(&strengths).map(|(row, strength)| of(row) * (strength / total)).sum()
+    };
+    let point = weighted(|row| row.point);
+    let Some(normal) = weighted(|row| row.normal).try_normalize() else { return Ok(None) };
     let pair = [body_a, body_b].map(|id| (id, &bodies[id.index()], poses.at(id, time)));
     let inverse_mass: f64 =
         pair.iter().map(|(_, body, pose)| body_inverse_effective_mass(body, pose, point, normal)).sum();
     let [a, b] = pair;
+    let shares = [(a, 1.0), (b, -1.0)]
+        .map(|((id, body, pose), sign)| body_pulse(body, id, pose, rows, sign, duration));
+    let twice_energy = |share: &BodyPulse| {
+        share.impulse.dot(share.velocity_change) + share.angular_impulse.dot(share.angular_velocity_change)
+    };
     Ok(Some(ImpactPulse {
         impact_id,
         time,
         onset: time,
         duration,
         profile,
-        speed: impulse.length() * inverse_mass,
+        speed: (shares.iter().map(twice_energy).sum::<f64>() * inverse_mass).sqrt(),
         effective_mass: inverse_mass.recip(),
         radius: f64::INFINITY,
         point,
         normal,
         velocity_before: None,
         pair: [body_a, body_b],
-        bodies: [(a, 1.0), (b, -1.0)]
-            .map(|((id, body, pose), sign)| Some(body_pulse(body, id, pose, rows, sign, duration))),
+        bodies: shares.map(Some),
         points: rows.iter().map(|row| (row.point, row.impulse())).collect(),
     }))
 }

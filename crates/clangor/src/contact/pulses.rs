@@ -88,6 +88,11 @@ impl ImpactPulse {
             Some(self.points.iter().map(local).collect())
         })
     }
+
+    /// Whether it is the release of a crack, which has no curvature.
+    pub fn is_crack(&self) -> bool {
+        self.radius == f64::INFINITY
+    }
 }
 
 /// One body's share of an impact.

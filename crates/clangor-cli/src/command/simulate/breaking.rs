@@ -1,9 +1,14 @@
 //! What a simulation says about bodies that may break.
 
+use std::path::Path;
+
+use clangor_pipeline::atomic_file::write_atomically;
+use clangor_pipeline::fracture_report::{FractureReport, Totals};
 use clangor_sim::BreakingReport;
 use serde_json::{Value, json};
 
-use crate::console::Console;
+use crate::console::{Console, four_digits};
+use crate::failure::Failure;
 
 /// Blows that broke nothing, and why; what should have broken and did not.
 pub(super) fn say(console: &Console, report: &BreakingReport) {
@@ -24,6 +29,27 @@ pub(super) fn say(console: &Console, report: &BreakingReport) {
     for (body, reason) in refused {
         console.warn(format_args!("\"{body}\" should have broken, but stays whole: {reason}"));
     }
+}
+
+/// What became of the energy of the blows that broke something.
+pub(in crate::command) fn say_energies(console: &Console, totals: &Totals) {
+    if totals.fractures > 0 {
+        console.say(format_args!(
+            "{} pieces are whole; of blows of {} J, {} J went into fractures: {} J into {} cm² of cracks, {} J into the motion of pieces",
+            totals.pieces,
+            four_digits(totals.blow_energy),
+            four_digits(totals.strain_energy),
+            four_digits(totals.fracture_energy),
+            four_digits(1e4 * totals.crack_area),
+            four_digits(totals.crack_impulse_energy),
+        ));
+    }
+}
+
+/// Writes a report.
+pub(in crate::command) fn write(path: &Path, report: &FractureReport) -> Result<(), Failure> {
+    let text = serde_json::to_vec_pretty(report).map_err(Failure::new)?;
+    write_atomically(path, &text).map_err(Failure::new)
 }
 
 /// The same for machines.

@@ -1,0 +1,167 @@
+//! A ceramic tile that falls on stone and breaks, as a scene: its pieces, and what is heard of it.
+
+use std::collections::BTreeSet;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use clangor::body::{Body, BodyId};
+use clangor::contact::ContactSettings;
+use clangor::medium::Medium;
+use clangor::scene::render_settings::{GroundSound, Parts};
+use clangor::synthesis::source_rule::rules_with_pieces;
+use clangor::synthesis::{Listener, RenderSettings};
+use clangor::timeline::Timeline;
+use clangor_bake::modal::ModalBakeOptions;
+use clangor_pipeline::load::{LoadedScene, scene_from_text};
+use clangor_pipeline::render::{FullScale, RenderOptions, Sounds, Transfers, render};
+use clangor_pipeline::simulate::simulate_impacts;
+use clangor_pipeline::sound_models::ringers::{Ringers, Ringing, RingingPlan};
+use clangor_pipeline::sound_models::sources::{SourceSettings, sources};
+use clangor_pipeline::soundbank::default_bank;
+use clangor_pipeline::wav::{SampleFormat, WavReader};
+
+/// Duration of the scene \[s\].
+pub(crate) const DURATION: f64 = 0.06;
+
+/// How the tile breaks.
+#[derive(Clone, Copy)]
+pub(crate) struct Tile {
+    /// G_c [J/m²].
+    pub(crate) toughness: f64,
+    /// Whether its cracks drive the pieces apart.
+    pub(crate) crack_impulses: bool,
+    pub(crate) seed: u64,
+}
+
+/// A tile after its fall.
+pub(crate) struct Fallen {
+    loaded: LoadedScene,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) timeline: Timeline,
+}
+
+fn go_on(_: f64) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+impl Tile {
+    fn scene(&self) -> String {
+        let Tile { toughness, crack_impulses, seed } = self;
+        format!(
+            "version = 1\n[simulation]\nduration = {DURATION}\ntime_step = 0.0001\n[material.tough]\nbase = \"ceramic\"\n\
+             fracture_energy = {toughness}\n[[body]]\nname = \"tile\"\nshape = \"box:0.12x0.006x0.12\"\nmaterial = \"tough\"\n\
+             position = [0, 0.03, 0]\norientation = {{ axis = [0.3, 0, 1], degrees = 12 }}\nvelocity = [0, -4, 0]\n\
+             ringing = \"proxy\"\n\
+             fracture = {{ edge = 0.01, seed = {seed}, crack_impulses = {crack_impulses} }}\n[[plane]]\nmaterial = \"granite\"\n\
+             [[listener]]\nposition = [0, 0.4, 1]\n"
+        )
+    }
+
+    pub(crate) fn fall(&self) -> Fallen {
+        let loaded = scene_from_text(Path::new("tile.toml"), self.scene(), &|_| ()).unwrap();
+        let all = (0..loaded.world.bodies.len() as u32).map(BodyId).collect();
+        let (timeline, _) = simulate_impacts(&loaded, &all, &mut go_on).unwrap();
+        let bodies = timeline.all_bodies(&loaded.world.bodies);
+        Fallen { loaded, bodies, timeline }
+    }
+}
+
+impl Fallen {
+    /// The pieces that are whole at the end.
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = &Body> {
+        self.bodies.iter().filter(|b| b.life.parent.is_some() && b.life.death == f64::INFINITY)
+    }
+
+    /// The lowest frequencies of the pieces \[Hz\].
+    pub(crate) fn pitches(&self) -> Vec<f64> {
+        let ringers = self.ringers();
+        let lowest = |(id, body): (usize, &Body)| {
+            let piece = body.life.parent.is_some() && body.life.death == f64::INFINITY;
+            match &ringers.bodies[id] {
+                Ringing::Proxy(proxy) if piece => Some(proxy.frequency(0)),
+                Ringing::Above { first, .. } if piece => Some(*first),
+                _ => None,
+            }
+        };
+        self.bodies.iter().enumerate().filter_map(lowest).collect()
+    }
+
+    /// As what its bodies ring.
+    pub(crate) fn ringers(&self) -> Ringers {
+        let scene = &self.loaded.scene;
+        let options = ModalBakeOptions::new(Medium::AIR);
+        let mut plan = RingingPlan::new(&self.loaded.world.bodies, &scene.ringing_rules(), options);
+        plan.add_pieces(&self.bodies);
+        plan.find(&self.struck(), None, &mut |_| ControlFlow::Continue(())).unwrap()
+    }
+
+    fn struck(&self) -> BTreeSet<BodyId> {
+        self.timeline.contacts.iter().flat_map(|r| [r.body_a, r.body_b]).collect()
+    }
+
+    /// What is heard \[Pa\] at 48 kHz, and what it is made of: clicks, ringing, or both.
+    pub(crate) fn heard(&self, ringers: &Ringers, parts: Parts) -> Vec<f64> {
+        let synthesis = RenderSettings::default();
+        let rules = rules_with_pieces(&self.bodies, &self.loaded.scene.sound_rules());
+        let bank = default_bank();
+        let settings = SourceSettings {
+            rules: &rules,
+            max_wavenumber: synthesis.max_wavenumber(),
+            accuracy: 0.01,
+            cache: None,
+            bank: bank.as_ref(),
+            bake: false,
+        };
+        let found = sources(&self.bodies, &self.struck(), &settings, &mut |_| ControlFlow::Continue(()));
+        // What rings is heard whatever the parts are.
+        let silent = Ringers::none(self.bodies.len());
+        let ringers = if parts.modal { ringers } else { &silent };
+        let sounds = Sounds { sources: &found.unwrap().sources, ringers };
+        let options = RenderOptions {
+            listeners: vec![Listener::fixed("microphone", clangor::glam::DVec3::new(0.0, 0.4, 1.0))],
+            contact: ContactSettings::default(),
+            synthesis,
+            parts,
+            transfers: Transfers::Baked,
+            rolling: None,
+            air: None,
+            room: None,
+            ground: GroundSound::None,
+            limit_energy: true,
+            // What cracks add, not what the tile hands on.
+            inherit_vibration: false,
+            to: DURATION,
+            format: SampleFormat::Float32,
+            full_scale: FullScale::Pascals(1.0),
+            compressor: None,
+            stems: false,
+            note: String::new(),
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("tile.wav");
+        render(&self.bodies, &sounds, &self.timeline, &options, &file, &mut go_on).unwrap();
+        let mut samples = Vec::new();
+        let mut reader = WavReader::open(&file).unwrap();
+        while reader.read(&mut samples, 1 << 16).unwrap() > 0 {}
+        samples.into_iter().map(f64::from).collect()
+    }
+}
+
+/// The first sample that sounds.
+pub(crate) fn onset_sample(samples: &[f64]) -> usize {
+    let peak = samples.iter().map(|p| p.abs()).fold(0.0, f64::max);
+    samples.iter().position(|p| p.abs() > 1e-3 * peak).unwrap()
+}
+
+/// ∫ p² dt \[Pa² s\] over some milliseconds from the first sound on.
+pub(crate) fn onset_energy(samples: &[f64], milliseconds: f64) -> f64 {
+    let count = (1e-3 * milliseconds * 48_000.0) as usize;
+    samples[onset_sample(samples)..].iter().take(count).map(|p| p * p).sum::<f64>() / 48_000.0
+}
+
+/// The middle of some numbers.
+pub(crate) fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let half = numbers.len() / 2;
+    if numbers.len() % 2 == 1 { numbers[half] } else { 0.5 * (numbers[half - 1] + numbers[half]) }
+}

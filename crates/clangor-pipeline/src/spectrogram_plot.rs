@@ -163,5 +163,5 @@ fn ticks(begin: f64, end: f64) -> Vec<f64> {
 
 /// A number without the zeros at its end.
 fn short(number: f64) -> String {
-    format!("{:.6}", number).trim_end_matches('0').trim_end_matches('.').to_owned()
+    format!("{number:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }

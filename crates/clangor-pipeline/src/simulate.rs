@@ -41,7 +41,7 @@ pub enum SimulateError {
         /// Why it ended.
         source: SimulationError,
         /// Why there is no timeline of it.
-        lost: TimelineError,
+        lost: Box<TimelineError>,
     },
 }
 
@@ -173,7 +173,7 @@ fn kept(folder: TimelineWriter, error: SimulateError, reached: f64) -> SimulateE
     match folder.keep(reached) {
         Ok(Some((path, time))) => SimulateError::Kept { source, path, time },
         Ok(None) => SimulateError::Simulation(source),
-        Err(lost) => SimulateError::Lost { source, lost },
+        Err(lost) => SimulateError::Lost { source, lost: Box::new(lost) },
     }
 }
 

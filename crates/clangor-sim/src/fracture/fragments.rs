@@ -140,12 +140,14 @@ fn together(
     turn: DMat3,
     to_world: impl Fn(DVec3) -> DVec3,
 ) -> Vec<CrackImpulse> {
-    let mut groups: BTreeMap<([u32; 2], bool), Vec<(&CrackFace, DVec3)>> = BTreeMap::new();
+    /// Faces between two pieces, each with its impulse.
+    type Parts<'a> = Vec<(&'a CrackFace, DVec3)>;
+    let mut groups: BTreeMap<([u32; 2], bool), Parts<'_>> = BTreeMap::new();
     for (face, impulse) in faces.iter().zip(&release.impulses) {
         let pulled = impulse.dot(face.area_vector()) < 0.0;
         groups.entry((face.pieces, pulled)).or_default().push((face, *impulse));
     }
-    let join = |((pieces, _), parts): (([u32; 2], bool), Vec<(&CrackFace, DVec3)>)| {
+    let join = |pieces: [u32; 2], parts: Parts<'_>| {
         let impulse: DVec3 = parts.iter().map(|(_, j)| *j).sum();
         let weight: f64 = parts.iter().map(|(_, j)| j.length()).sum();
         let point = parts.iter().map(|(face, j)| face.centroid() * j.length()).sum::<DVec3>() / weight;
@@ -163,5 +165,5 @@ fn together(
             couple: turn * couple,
         })
     };
-    groups.into_iter().filter_map(join).collect()
+    groups.into_iter().filter_map(|((pieces, _), parts)| join(pieces, parts)).collect()
 }

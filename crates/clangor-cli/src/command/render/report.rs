@@ -155,7 +155,7 @@ impl Told<'_> {
         if !summary.handovers.is_empty() {
             let sum = |of: fn(&Handover) -> f64| summary.handovers.values().map(of).sum::<f64>();
             console.say(format_args!(
-                "{} into pieces that ring on, with {:.0} % of the energy of its vibration",
+                "{} into pieces that ring on, with {:.0} % of the energy of the vibration",
                 counted(summary.handovers.len(), "body breaks", "bodies break"),
                 100.0 * sum(|h| h.handed) / sum(|h| h.had),
             ));

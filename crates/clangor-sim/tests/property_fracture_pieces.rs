@@ -231,7 +231,7 @@ fn three_hundred_fractures() {
 }
 
 #[test]
-#[ignore = "many minutes: cargo test --release -p clangor-sim --test property_fracture_pieces -- --ignored"]
+#[ignore = "three minutes: cargo test --release -p clangor-sim --test property_fracture_pieces -- --ignored"]
 fn ten_thousand_fractures() {
     fracture_many(10_000, 2);
 }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use clangor::material::Material;
 use clangor::material::presets::GLASS;
+use clangor::math::random::SplitMix;
 use clangor::medium::Medium;
 use clangor::model::modal_bank::{BankMaterial, ContactMapping, ModalSoundbank, ProxyBody};
 use clangor::model::modal_bank_file::{ModalBankFile, ModalBankOrigin};
@@ -107,7 +108,7 @@ const LOWEST: f64 = 2_000.0;
 /// number, Σ (U·n)², Σ |H|² and Σ (ω U·n |H|)²/4ξω.
 fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
     let mut sums = [[0.0; 4]; BANDS];
-    let mut random = Random(1);
+    let mut random = SplitMix::new(1);
     let (mut amplitudes, mut transfers) = (Vec::new(), Vec::new());
     const BLOWS: u32 = 60;
     for _ in 0..BLOWS {
@@ -207,25 +208,6 @@ fn beside(bank: &ModalSoundbank, semi_axes: DVec3, options: &BankOptions) {
         10.0 * (all(&alone) / all(&own)).log10(),
         10.0 * (all(&near) / all(&own)).log10()
     );
-}
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        let (z, turn) = (2.0 * self.next() - 1.0, 2.0 * PI * self.next());
-        let across = (1.0 - z * z).sqrt();
-        DVec3::new(across * turn.cos(), across * turn.sin(), z)
-    }
 }
 
 /// Processor time of this process \[s\].

@@ -19,6 +19,7 @@ use clangor::geometry::tri_mesh::TriMesh;
 use clangor::glam::{DVec2, DVec3};
 use clangor::material::Material;
 use clangor::material::presets::GLASS;
+use clangor::math::random::SplitMix;
 use clangor::medium::Medium;
 use clangor::model::modal_bank::{ContactMapping, ModalProxy, ModalSoundbank, ProxyBody};
 use clangor::synthesis::modal::{ModalSettings, ModalSource, TransferMemory};
@@ -125,11 +126,11 @@ const BANDS: usize = 17;
 /// ∫ p² dt by third octaves, of blows at random places heard from random directions two metres away.
 fn spectrum(source: &ModalSource, surface: &TriMesh, seed: u64) -> [f64; BANDS] {
     let mut sums = [0.0; BANDS];
-    let mut random = Random(seed);
+    let mut random = SplitMix::new(seed);
     let (mut amplitudes, mut transfers) = (Vec::new(), Vec::new());
     for _ in 0..24 {
-        let triangle = (random.next() * surface.triangles.len() as f64) as usize;
-        let (u, v) = (random.next(), random.next());
+        let triangle = (random.uniform(0.0, 1.0) * surface.triangles.len() as f64) as usize;
+        let (u, v) = (random.uniform(0.0, 1.0), random.uniform(0.0, 1.0));
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         let [a, b, c] = surface.corners(triangle);
         let place = a + u * (b - a) + v * (c - a);
@@ -279,8 +280,9 @@ fn compare(pieces: &[Piece]) {
 
 /// Voronoi cells of random points in a square plate.
 fn broken_plate(count: usize, size: f64, thickness: f64) -> Vec<TriMesh> {
-    let mut random = Random(11);
-    let seeds: Vec<DVec2> = (0..count).map(|_| size * DVec2::new(random.next(), random.next())).collect();
+    let mut random = SplitMix::new(11);
+    let seeds: Vec<DVec2> =
+        (0..count).map(|_| size * DVec2::new(random.uniform(0.0, 1.0), random.uniform(0.0, 1.0))).collect();
     let cell = |seed: &DVec2| {
         let mut polygon =
             [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|p| size * DVec2::from_array(p)).to_vec();
@@ -321,23 +323,4 @@ fn prism(polygon: &[DVec2], thickness: f64) -> TriMesh {
         triangles.push([k, count + next, count + k]);
     }
     TriMesh { vertices, triangles }
-}
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        let (z, turn) = (2.0 * self.next() - 1.0, 2.0 * PI * self.next());
-        let across = (1.0 - z * z).sqrt();
-        DVec3::new(across * turn.cos(), across * turn.sin(), z)
-    }
 }

@@ -1,5 +1,9 @@
 //! Reproducible random numbers: shapes and placements made from a seed.
 
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
 /// SplitMix64: Steele, Lea, Flood (2014), "Fast splittable pseudorandom number generators".
 #[derive(Clone, Debug)]
 pub struct SplitMix(u64);
@@ -21,5 +25,12 @@ impl SplitMix {
     /// Uniform in [low, high).
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.next() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
+    }
+
+    /// A unit vector, even over all directions.
+    pub fn direction(&mut self) -> DVec3 {
+        let (z, turn) = (self.uniform(-1.0, 1.0), self.uniform(0.0, TAU));
+        let across = (1.0 - z * z).sqrt();
+        DVec3::new(across * turn.cos(), across * turn.sin(), z)
     }
 }

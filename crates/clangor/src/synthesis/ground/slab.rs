@@ -256,7 +256,7 @@ mod tests {
     #[test]
     fn long_waves_bend_as_kirchhoff_found_and_short_ones_run_as_rayleighs() {
         let material = CONCRETE.material();
-        let solid = HalfSpace::try_new(&material, 343.2).unwrap();
+        let solid = HalfSpace::try_new(&material, Medium::AIR.sound_speed).unwrap();
         let plate = Mindlin::new(&material, &solid);
         let k = 0.01;
         let thin = k * k * (plate.bending / plate.mass).sqrt();

@@ -61,6 +61,8 @@ pub(crate) enum Command {
     Inspect(Inspect),
     /// Compare with closed forms and published numbers, and write the table
     Validate(Validate),
+    /// Open the page on this machine: bodies to throw, drop, strike and hear as it happens
+    Serve(Serve),
 }
 
 #[derive(Args)]
@@ -520,6 +522,13 @@ pub(crate) struct Validate {
     /// The Markdown table to write
     #[arg(short, long, value_name = "FILE.md")]
     pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(crate) struct Serve {
+    /// Port on this machine; 0 picks a free one
+    #[arg(long, value_name = "N", default_value_t = 8440)]
+    pub(crate) port: u16,
 }
 
 /// Effort for the fields and the modes of bodies.

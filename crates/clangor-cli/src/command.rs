@@ -10,6 +10,7 @@ pub(crate) mod inspect;
 pub(crate) mod modes;
 pub(crate) mod plot;
 pub(crate) mod render;
+pub(crate) mod serve;
 pub(crate) mod simulate;
 mod sound_sources;
 pub(crate) mod strike;

@@ -36,6 +36,7 @@ fn main() -> ExitCode {
         Command::Export(options) => command::export::run(options, global, &console),
         Command::Inspect(options) => command::inspect::run(options, global, &console),
         Command::Validate(options) => command::validate::run(options, &console),
+        Command::Serve(options) => command::serve::run(options, &console),
     });
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -4,13 +4,14 @@
 //! * [`spheres`]: exact event-driven motion of spheres, planes, springs and hung spheres;
 //! * [`rigid`]: time-stepped impulses for bodies of any shape (feature `rigid`).
 //!
-//! [`decompose`] (feature `rigid`) finds the convex parts of a mesh from a file; [`fracture`] (feature `fracture`) breaks
+//! [`live`] moves worlds of spheres as long as one likes and lets them be changed on the way. [`decompose`] (feature `rigid`) finds the convex parts of a mesh from a file; [`fracture`] (feature `fracture`) breaks
 //! a body into pieces.
 
 #[cfg(feature = "rigid")]
 pub mod decompose;
 #[cfg(feature = "fracture")]
 pub mod fracture;
+pub mod live;
 pub mod record;
 #[cfg(feature = "rigid")]
 pub mod rigid;

@@ -42,6 +42,14 @@ pub struct Recorder<'a> {
     report: SimulationReport,
 }
 
+/// A recorder between two of its sinks: the impacts that later rows may still join, and the counts so far.
+#[derive(Default)]
+pub struct Suspended {
+    open: BTreeMap<(BodyId, BodyId), OpenImpact>,
+    last_id: u64,
+    report: SimulationReport,
+}
+
 /// An impact that later rows may still join.
 struct OpenImpact {
     rows: Vec<ContactRow>,
@@ -53,7 +61,18 @@ struct OpenImpact {
 impl<'a> Recorder<'a> {
     /// A recorder that writes into `sink`.
     pub fn new(settings: RecordSettings, sink: &'a mut dyn TimelineSink) -> Self {
-        Recorder { settings, sink, open: BTreeMap::new(), next_id: 1, report: SimulationReport::default() }
+        Recorder::resume(settings, Suspended::default(), sink)
+    }
+
+    /// Goes on where another recorder was suspended, with a sink of its own.
+    pub fn resume(settings: RecordSettings, from: Suspended, sink: &'a mut dyn TimelineSink) -> Self {
+        let Suspended { open, last_id, report } = from;
+        Recorder { settings, sink, open, next_id: last_id + 1, report }
+    }
+
+    /// Lets go of the sink; what is open stays open.
+    pub fn suspend(self) -> Suspended {
+        Suspended { open: self.open, last_id: self.next_id - 1, report: self.report }
     }
 
     /// The settings.

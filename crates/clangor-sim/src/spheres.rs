@@ -35,6 +35,7 @@ mod predict;
 mod renumber;
 mod schedule;
 mod setup;
+mod stepped;
 mod support;
 
 use std::ops::ControlFlow;
@@ -62,11 +63,17 @@ const QUIET_ACCELERATION: f64 = 1e-9;
 /// How often impacts are closed and the caller is told the time [s].
 const BEAT: f64 = 0.25e-3;
 
+pub(crate) use engine::Engine;
+pub(crate) use stepped::Stepped;
+
 pub(crate) fn simulate(
     world: &World,
     settings: &SimulationSettings,
     recorder: &mut Recorder<'_>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(), SimulationError> {
-    engine::Engine::new(world, recorder)?.run(settings, recorder, progress)
+    let mut engine = Engine::new(world, !recorder.ignores_slow_contacts())?;
+    engine.check_overlaps(world)?;
+    engine.begin();
+    engine.run(world, settings, recorder, progress)
 }

@@ -14,6 +14,9 @@ use crate::record::Recorder;
 /// In a pile, approaches up to so many times the slowest bounce are stopped: 1 cm/s on Earth, inaudible.
 const HUSH: f64 = 40.0;
 
+/// Square of the touches of a cluster whose resolution costs as much as another event.
+const COSTLY: u64 = 16;
+
 /// What is behind a member of a cluster.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Who {
@@ -47,7 +50,7 @@ impl Cluster {
     }
 }
 
-impl Engine<'_> {
+impl Engine {
     /// Resolves the meeting of a ball with its partner and everything that they touch.
     pub(super) fn collide(
         &mut self,
@@ -92,6 +95,7 @@ impl Engine<'_> {
             _ if cluster.who.iter().any(piled) => HUSH * self.slow_speed(),
             _ => 0.0,
         };
+        self.work += (cluster.touches.len() as u64).pow(2) / COSTLY;
         impact::reflect(&mut cluster.members, &cluster.touches, hush, &mut cluster.blows);
         self.log_blows(cluster, recorder)?;
         let mut shaken = Vec::new();
@@ -244,7 +248,7 @@ impl Engine<'_> {
                 if self.balls[ball_a].course == Course::Arc {
                     (normal, DVec3::ZERO, -normal.dot(self.acceleration(ball_a)), Slow::Hop)
                 } else {
-                    (normal, DVec3::ZERO, -normal.dot(self.world.gravity), Slow::Stay)
+                    (normal, DVec3::ZERO, -normal.dot(self.gravity), Slow::Stay)
                 }
             }
             Who::Ball(ball_b) => {
@@ -264,7 +268,7 @@ impl Engine<'_> {
             Who::Ball(ball) => !self.traits[ball].free || self.is_hit_incessantly(ball, 0.5),
             Who::Plane(_) => true,
         };
-        if self.world.gravity == DVec3::ZERO && tireless(cluster.who[a]) && tireless(cluster.who[b]) {
+        if self.gravity == DVec3::ZERO && tireless(cluster.who[a]) && tireless(cluster.who[b]) {
             coefficients.restitution = 1.0;
         }
         let slow = 0.5 * pressing.max(0.0) * CONTACT_TIME;

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use clangor::body::World;
+use clangor::pose::Pose;
 use glam::DVec3;
 
 use super::arc::Island;
@@ -15,6 +16,7 @@ use super::schedule::Schedule;
 use super::setup::{self, Plane};
 use super::support::{self, End, Ground, Phase};
 use super::{BEAT, CONTACT_TIME, TOUCH};
+use crate::live::BodyState;
 use crate::record::Recorder;
 use crate::{SimulationError, SimulationSettings};
 
@@ -60,9 +62,11 @@ pub(super) enum Partner {
 }
 
 /// The state of a simulation.
-pub(super) struct Engine<'w> {
-    pub(super) world: &'w World,
-    pub(super) now: f64,
+pub(crate) struct Engine {
+    /// Gravity [m/s²].
+    pub(super) gravity: DVec3,
+    /// The present time [s].
+    pub(crate) now: f64,
     pub(super) balls: Vec<Ball>,
     pub(super) spins: Vec<Spin>,
     pub(super) traits: Vec<Traits>,
@@ -90,19 +94,24 @@ pub(super) struct Engine<'w> {
     pub(super) next: Vec<Next>,
     /// Which ball is first.
     pub(super) schedule: Schedule,
+    /// Events since time last went on.
+    stalled: u64,
+    /// Events so far, those of large clusters counted by their cost.
+    pub(super) work: u64,
 }
 
-impl<'w> Engine<'w> {
-    /// The start of a world.
-    pub(super) fn new(world: &'w World, recorder: &Recorder<'_>) -> Result<Self, SimulationError> {
+impl Engine {
+    /// The balls of a world in their places, with or without the impulses of lasting contacts; [`Engine::begin`] sets
+    /// them in motion.
+    pub(crate) fn new(world: &World, logs_lasting: bool) -> Result<Self, SimulationError> {
         let start = setup::start(world)?;
         let count = start.balls.len();
         let broadest = start.balls.iter().map(|b| b.radius).fold(0.0, f64::max);
         let mut by_body: Vec<u32> = (0..count as u32).filter(|&b| start.traits[b as usize].free).collect();
         by_body.sort_by_key(|&ball| start.traits[ball as usize].body);
-        let mut engine = Engine {
+        Ok(Engine {
             by_body,
-            world,
+            gravity: world.gravity,
             now: 0.0,
             balls: start.balls,
             spins: start.spins,
@@ -112,7 +121,7 @@ impl<'w> Engine<'w> {
             grid: start.grid,
             wide: start.wide,
             phases: (0..count).map(|_| None).collect(),
-            pending: (!recorder.ignores_slow_contacts()).then(|| vec![Pending::default(); count]),
+            pending: logs_lasting.then(|| vec![Pending::default(); count]),
             islands: start.islands,
             broadest,
             cluster: Cluster::default(),
@@ -120,40 +129,41 @@ impl<'w> Engine<'w> {
             seats: start.seats,
             next: vec![NEVER; count],
             schedule: Schedule::new(count),
-        };
-        engine.check_overlaps()?;
-        for ball in 0..count {
-            if engine.traits[ball].free && engine.seats[ball].is_none() {
-                engine.settle(ball, None);
-            }
-        }
-        for island in 0..engine.islands.len() {
-            engine.launch(island);
-        }
-        for ball in 0..count {
-            engine.predict(ball);
-        }
-        Ok(engine)
+            stalled: 0,
+            work: 0,
+        })
     }
 
-    fn check_overlaps(&self) -> Result<(), SimulationError> {
+    /// Finds the first phase of motion and the first event of every ball.
+    pub(crate) fn begin(&mut self) {
+        let count = self.balls.len();
+        for ball in 0..count {
+            if self.traits[ball].free && self.seats[ball].is_none() {
+                self.settle(ball, None);
+            }
+        }
+        for island in 0..self.islands.len() {
+            self.launch(island);
+        }
+        for ball in 0..count {
+            self.predict(ball);
+        }
+    }
+
+    /// Refuses bodies that overlap by more than rounding.
+    pub(crate) fn check_overlaps(&self, world: &World) -> Result<(), SimulationError> {
         for (i, ball) in self.balls.iter().enumerate().filter(|(i, _)| self.traits[*i].free) {
             for plane in &self.planes {
                 let depth = ball.radius - (plane.normal.dot(ball.position) - plane.offset);
-                setup::check_overlap(self.world, self.traits[i].body, plane.body, depth, ball.radius)?;
+                setup::check_overlap(world, self.traits[i].body, plane.body, depth, ball.radius)?;
             }
             let mut found = Ok(());
             self.for_each_near(i, |j, other| {
                 let depth = ball.radius + other.radius - ball.position.distance(other.position);
                 let smaller = ball.radius.min(other.radius);
                 if found.is_ok() {
-                    found = setup::check_overlap(
-                        self.world,
-                        self.traits[i].body,
-                        self.traits[j].body,
-                        depth,
-                        smaller,
-                    );
+                    found =
+                        setup::check_overlap(world, self.traits[i].body, self.traits[j].body, depth, smaller);
                 }
             });
             found?;
@@ -161,9 +171,10 @@ impl<'w> Engine<'w> {
         Ok(())
     }
 
-    /// Runs to the end of the settings' duration.
+    /// Runs a world to the end of the settings' duration.
     pub(super) fn run(
         mut self,
+        world: &World,
         settings: &SimulationSettings,
         recorder: &mut Recorder<'_>,
         progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
@@ -172,23 +183,11 @@ impl<'w> Engine<'w> {
         let sample = |k: u64, step: f64| if step > 0.0 { k as f64 * step } else { f64::INFINITY };
         let pose_time = |k: u64| if pose_rate > 0.0 { k as f64 / pose_rate } else { f64::INFINITY };
         let step = if self.pending.is_some() { settings.time_step } else { 0.0 };
-        let (mut poses, mut steps, mut beats, mut stalled) = (0, 1, 1, 0);
+        let (mut poses, mut steps, mut beats) = (0, 1, 1);
         loop {
             let (pose_at, step_at, beat_at) = (pose_time(poses), sample(steps, step), sample(beats, BEAT));
             let stop = pose_at.min(step_at).min(beat_at).min(settings.duration);
-            let (time, ball) = self.schedule.first();
-            if time <= stop {
-                stalled = if time > self.now { 0 } else { stalled + 1 };
-                if !self.balls[ball].velocity.is_finite() || stalled > STALL + 100 * self.balls.len() as u64 {
-                    let body = &self.world.bodies[self.traits[ball].body as usize];
-                    return Err(SimulationError::Diverged { body: body.name.clone(), time: self.now });
-                }
-                self.now = self.now.max(time);
-                recorder.count_event();
-                self.happen(ball, recorder)?;
-                continue;
-            }
-            self.now = stop;
+            self.pass(world, stop, u64::MAX, recorder)?;
             if stop >= pose_at {
                 self.write_poses(recorder)?;
                 poses += 1;
@@ -210,6 +209,36 @@ impl<'w> Engine<'w> {
                 return Ok(());
             }
         }
+    }
+
+    /// Lets everything until `stop` \[s\] happen, but not much more than `most` events, of which large clusters count for
+    /// several. The present time is `stop` unless they were too many. Returns their number.
+    pub(crate) fn pass(
+        &mut self,
+        world: &World,
+        stop: f64,
+        most: u64,
+        recorder: &mut Recorder<'_>,
+    ) -> Result<u64, SimulationError> {
+        let first = self.work;
+        while self.work - first < most {
+            let (time, ball) = self.schedule.first();
+            if time > stop {
+                self.now = stop;
+                break;
+            }
+            self.stalled = if time > self.now { 0 } else { self.stalled + 1 };
+            let stalls = self.stalled > STALL + 100 * self.balls.len() as u64;
+            if stalls || !self.balls[ball].velocity.is_finite() {
+                let body = &world.bodies[self.traits[ball].body as usize];
+                return Err(SimulationError::Diverged { body: body.name.clone(), time: self.now });
+            }
+            self.now = self.now.max(time);
+            self.work += 1;
+            recorder.count_event();
+            self.happen(ball, recorder)?;
+        }
+        Ok(self.work - first)
     }
 
     /// Lets the next event of a ball happen.
@@ -304,9 +333,20 @@ impl<'w> Engine<'w> {
         }
     }
 
+    /// Index in the world's bodies and present state of every moving ball, in the order of those indices.
+    pub(crate) fn states(&self) -> impl Iterator<Item = (u32, BodyState)> {
+        self.by_body.iter().map(|&ball| {
+            let (record, spin) = (&self.balls[ball as usize], &self.spins[ball as usize]);
+            let (position, velocity) = self.state(ball as usize, self.now);
+            let (orientation, angular_velocity) = spin.after(self.now - record.time);
+            let pose = Pose { position, orientation };
+            (self.traits[ball as usize].body, BodyState { pose, velocity, angular_velocity })
+        })
+    }
+
     /// Speed of the shortest bounces on a level plane [m/s].
     pub(super) fn slow_speed(&self) -> f64 {
-        0.5 * self.world.gravity.length() * CONTACT_TIME
+        0.5 * self.gravity.length() * CONTACT_TIME
     }
 
     /// Acceleration of a ball at the present time [m/s²].
@@ -326,7 +366,7 @@ impl<'w> Engine<'w> {
             inertia: 1.0 / traits.inverse_inertia,
             velocity: record.velocity,
             omega: spin.omega,
-            gravity: self.world.gravity,
+            gravity: self.gravity,
         };
         if let Some((ground, end)) = ended {
             support::finish(&mut state, &ground, end);

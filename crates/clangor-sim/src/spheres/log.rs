@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::arc::Far;
 use super::engine::Engine;
 use crate::SimulationError;
+use crate::live::BodyState;
 use crate::record::Recorder;
 
 /// Impulses of a ball's lasting contacts since the last sample.
@@ -19,7 +20,7 @@ pub(super) struct Pending {
 }
 
 /// Marks a row of a spring or rod.
-const LINK: usize = 1 << 32;
+const LINK: usize = 1 << 31;
 
 impl Pending {
     fn row(&mut self, key: usize, new: impl FnOnce() -> ContactRow) -> &mut ContactRow {
@@ -31,7 +32,7 @@ impl Pending {
     }
 }
 
-impl Engine<'_> {
+impl Engine {
     /// Adds the impulses of the present phase up to now.
     pub(super) fn bank(&mut self, ball: usize) {
         if self.pending.is_none() || self.seat(ball).is_some() {
@@ -157,15 +158,12 @@ impl Engine<'_> {
 
     /// Writes the poses of all moving bodies, in their order in the world.
     pub(super) fn write_poses(&self, recorder: &mut Recorder<'_>) -> Result<(), SimulationError> {
-        for &ball in &self.by_body {
-            let (record, spin) = (&self.balls[ball as usize], &self.spins[ball as usize]);
-            let (position, velocity) = self.state(ball as usize, self.now);
-            let (orientation, angular_velocity) = spin.after(self.now - record.time);
+        for (body, BodyState { pose, velocity, angular_velocity }) in self.states() {
             recorder.pose(&PoseRow {
                 time: self.now,
-                body: BodyId(self.traits[ball as usize].body),
-                position,
-                orientation,
+                body: BodyId(body),
+                position: pose.position,
+                orientation: pose.orientation,
                 velocity,
                 angular_velocity,
             })?;

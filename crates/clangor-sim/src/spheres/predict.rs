@@ -18,7 +18,7 @@ struct Seeker {
     course: Course,
 }
 
-impl Engine<'_> {
+impl Engine {
     /// Searches the next event of a ball anew.
     pub(super) fn predict(&mut self, ball: usize) {
         if !self.traits[ball].free {
@@ -71,7 +71,7 @@ impl Engine<'_> {
         if seeker.course == Course::Ballistic && near.course == Course::Ballistic {
             // From the first cache line of the other ball alone: whether they close in, and pass near enough.
             let s = self.now - near.time;
-            let w = near.velocity + self.world.gravity * s;
+            let w = near.velocity + self.gravity * s;
             let d = seeker.position - near.position - (near.velocity + w) * (0.5 * s);
             let w = seeker.velocity - w;
             let widest = seeker.radius + self.broadest;

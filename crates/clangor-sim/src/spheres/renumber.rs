@@ -12,9 +12,9 @@ const FEW: usize = 2000;
 /// Impacts per ball after which the order has become bad enough.
 const MIXED: usize = 4;
 
-impl Engine<'_> {
+impl Engine {
     /// Renumbers the balls if enough has happened since the last time.
-    pub(super) fn renumber_if_mixed(&mut self) {
+    pub(crate) fn renumber_if_mixed(&mut self) {
         let count = self.balls.len();
         if count < FEW || self.impacts < MIXED * count {
             return;

@@ -53,7 +53,7 @@ pub(super) fn start(world: &World) -> Result<Start, SimulationError> {
     let (pairs, classes) = Pairs::new(world);
     let mut spheres: Vec<(usize, f64)> = Vec::new();
     let mut planes = Vec::new();
-    for (index, body) in world.bodies.iter().enumerate() {
+    for (index, body) in world.bodies.iter().enumerate().filter(|(_, body)| body.life.holds(0.0)) {
         let finite = body.pose.position.is_finite()
             && body.pose.orientation.is_finite()
             && body.velocity.is_finite()

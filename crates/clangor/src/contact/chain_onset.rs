@@ -22,6 +22,11 @@ const OWN_APPROACH: f64 = 0.5;
 
 /// Delays onsets along chains; `pulses` are in order of time. Returns how many were delayed.
 pub fn delay_chains(pulses: &mut [ImpactPulse]) -> u64 {
+    delay_chains_after(pulses, 0)
+}
+
+/// As [`delay_chains`], where the onsets of the first `known` pulses are settled: later ones may follow from them.
+pub fn delay_chains_after(pulses: &mut [ImpactPulse], known: usize) -> u64 {
     let mut recent: BTreeMap<BodyId, Vec<usize>> = BTreeMap::new();
     let mut first = 0;
     while first < pulses.len() {
@@ -30,7 +35,9 @@ pub fn delay_chains(pulses: &mut [ImpactPulse]) -> u64 {
         let instant = first..first + count;
         recent.values_mut().for_each(|earlier| earlier.retain(|j| passed_on(&pulses[*j]) > time));
         recent.retain(|_, earlier| !earlier.is_empty());
-        order_instant(pulses, instant.clone(), &recent);
+        if first >= known {
+            order_instant(pulses, instant.clone(), &recent);
+        }
         for index in instant {
             for body in bodies_of(&pulses[index]) {
                 recent.entry(body).or_default().push(index);
@@ -38,7 +45,7 @@ pub fn delay_chains(pulses: &mut [ImpactPulse]) -> u64 {
         }
         first += count;
     }
-    pulses.iter().filter(|pulse| pulse.onset > pulse.time).count() as u64
+    pulses.iter().skip(known).filter(|pulse| pulse.onset > pulse.time).count() as u64
 }
 
 /// When a blow has pushed its bodies far enough for them to push on \[s\].

@@ -1,0 +1,110 @@
+//! From the rows of a world that goes on to force pulses, handed out as soon as they are final.
+
+use std::mem::take;
+
+use clangor::body::Body;
+use clangor::contact::chain_onset::delay_chains_after;
+use clangor::contact::{ContactError, ContactSettings, ImpactPulse, PoseHistory, impact_pulses};
+use clangor::timeline::{ContactRow, PoseRow, Timeline};
+
+use crate::SimulationError;
+use crate::record::{RecordSettings, Recorder, Suspended};
+
+/// How long a pulse may still push on others \[s\]: longer than any impact of a sphere lasts.
+const MEMORY: f64 = 0.02;
+
+/// Impacts on their way.
+pub(super) struct Impacts {
+    settings: RecordSettings,
+    open: Suspended,
+    /// Rows of impacts that are over, on the clock of the solver.
+    over: Timeline,
+    /// Pulses that have been handed out a short while ago, then those that have not been fetched.
+    pulses: Vec<ImpactPulse>,
+    /// Number of the former.
+    fetched: usize,
+    log: Vec<ContactRow>,
+}
+
+impl Impacts {
+    pub(super) fn new(v_min: f64, log: bool) -> Self {
+        Impacts {
+            settings: RecordSettings { v_min, pose_rate: 0.0, raw: log },
+            open: Suspended::default(),
+            over: Timeline::default(),
+            pulses: Vec::new(),
+            fetched: 0,
+            log: Vec::new(),
+        }
+    }
+
+    /// Lets a solver record.
+    pub(super) fn record<T>(
+        &mut self,
+        run: impl FnOnce(&mut Recorder<'_>) -> Result<T, SimulationError>,
+    ) -> Result<T, SimulationError> {
+        let mut recorder = Recorder::resume(self.settings, take(&mut self.open), &mut self.over);
+        let outcome = run(&mut recorder);
+        self.open = recorder.suspend();
+        outcome
+    }
+
+    /// Makes pulses of what can no longer change at a time of the solver's clock, which showed zero at `origin` \[s\].
+    pub(super) fn close(
+        &mut self,
+        bodies: &[Body],
+        time: f64,
+        origin: f64,
+    ) -> Result<(), crate::live::LiveError> {
+        self.record(|recorder| Ok(recorder.advance(time)?))?;
+        if self.over.contacts.is_empty() {
+            return Ok(());
+        }
+        let Timeline { contacts, poses, .. } = take(&mut self.over);
+        let contacts: Vec<ContactRow> =
+            contacts.into_iter().map(|row| ContactRow { time: row.time + origin, ..row }).collect();
+        let poses: Vec<PoseRow> =
+            poses.into_iter().map(|row| PoseRow { time: row.time + origin, ..row }).collect();
+        Ok(self.sound(bodies, contacts, &poses)?)
+    }
+
+    fn sound(
+        &mut self,
+        bodies: &[Body],
+        rows: Vec<ContactRow>,
+        poses: &[PoseRow],
+    ) -> Result<(), ContactError> {
+        let heard: Vec<ContactRow> = rows.iter().filter(|row| row.impact_id > 0).copied().collect();
+        if self.settings.raw {
+            self.log.extend(rows);
+        }
+        let settings =
+            ContactSettings { v_min: self.settings.v_min, chain_onset: false, ..ContactSettings::default() };
+        let history = PoseHistory::try_new(bodies, poses)?;
+        let (pulses, _) = impact_pulses(bodies, &heard, &history, &settings)?;
+        if let Some(first) = pulses.first() {
+            let since = first.time - MEMORY;
+            let old = self.pulses[..self.fetched].iter().take_while(|pulse| pulse.time < since).count();
+            self.pulses.drain(..old);
+            self.fetched -= old;
+            let known = self.pulses.len();
+            self.pulses.extend(pulses);
+            delay_chains_after(&mut self.pulses, known);
+        }
+        Ok(())
+    }
+
+    /// Pulses that have not been fetched.
+    pub(super) fn ready(&self) -> &[ImpactPulse] {
+        &self.pulses[self.fetched..]
+    }
+
+    /// Takes them as fetched.
+    pub(super) fn clear(&mut self) {
+        self.fetched = self.pulses.len();
+    }
+
+    pub(super) fn take_log(&mut self) -> Vec<ContactRow> {
+        take(&mut self.log)
+    }
+}

@@ -1,0 +1,62 @@
+//! The live engine as a WebAssembly module with a plain C interface, without glue.
+//!
+//! One file, instantiated twice: [`synth`] in an `AudioWorklet`, [`world`] in a worker; the instances share nothing.
+//! All numbers are SI. Pointers are byte offsets into the memory of the instance; whatever allocates may move it, so a
+//! page creates its views anew after such a call. What the functions mean is written at those of the same names in the
+//! modules, which native code calls as well.
+//!
+//! A page writes text, files and lists of f64 into [`exchange::buffer`]. Functions that return an `i32` return a negative
+//! number if they refuse, and [`exchange::message`] tells why.
+//!
+//! The layout of an event, [`event::STRIDE`] numbers, is written in [`event`](mod@event).
+
+pub mod event;
+pub mod exchange;
+pub mod synth;
+pub mod world;
+
+/// Exports functions of the modules under their own names.
+///
+/// An exported name is a promise to the linker that no other function has it, which is why the attribute is called unsafe.
+/// The code behind it is not.
+macro_rules! export {
+    ($($module:ident::$name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
+        mod exports {
+            use super::{exchange, world};
+
+            $(
+                #[doc = concat!("[`", stringify!($module), "::", stringify!($name), "`](super::", stringify!($module), "::", stringify!($name), ").")]
+                #[allow(unsafe_code, reason = "the attribute, not what is called")]
+                #[unsafe(no_mangle)]
+                extern "C" fn $name($($argument: $type),*) $(-> $result)? {
+                    $module::$name($($argument),*)
+                }
+            )*
+        }
+    };
+}
+
+export! {
+    exchange::buffer(bytes: u32) -> *const u64;
+    exchange::message() -> *const u8;
+    exchange::message_length() -> u32;
+    world::world_load(scene_bytes: u32) -> i32;
+    world::world_advance(until: f64, budget_s_hint: f64) -> i32;
+    world::world_time() -> f64;
+    world::world_body_count() -> u32;
+    world::world_bodies() -> *const f64;
+    world::world_materials() -> i32;
+    world::world_poses() -> *const f32;
+    world::world_velocities() -> *const f32;
+    world::world_events_count() -> u32;
+    world::world_events() -> *const f64;
+    world::world_contacts_count() -> u32;
+    world::world_contacts() -> *const f64;
+    world::world_clear();
+    world::world_set_velocity(body: u32, x: f64, y: f64, z: f64) -> i32;
+    world::world_add_sphere(material: u32, radius: f64, x: f64, y: f64, z: f64, vx: f64, vy: f64, vz: f64) -> i32;
+    world::world_remove(body: u32) -> i32;
+    world::world_gravity(x: f64, y: f64, z: f64) -> i32;
+    world::world_energy() -> f64;
+    world::world_solver() -> u32;
+}

@@ -1,0 +1,1 @@
+//! The synthesiser of a page: events go in, blocks of two channels come out.

@@ -1,0 +1,300 @@
+//! The moving world of a page: spheres and planes of a scene, in a [`LiveWorld`].
+//!
+//! Lists are valid until the next call. All functions may be called before [`world_load`]: the world is then empty.
+
+use std::cell::RefCell;
+
+use clangor::body::{Body, BodyId, Motion, Surface, World};
+use clangor::material::Material;
+use clangor::material::presets;
+use clangor::scene::instantiate::load_shape;
+use clangor::scene::{Scene, instantiate};
+use clangor_sim::Solver;
+use clangor_sim::live::{LiveError, LiveSettings, LiveWorld};
+use glam::DVec3;
+use serde_json::json;
+
+use crate::event::{self, STRIDE};
+use crate::exchange::{self, status};
+
+/// Numbers of a body in [`world_bodies`].
+pub const BODY_STRIDE: usize = 8;
+/// Numbers of an impact in [`world_contacts`].
+pub const CONTACT_STRIDE: usize = 12;
+/// Events of the solvers that a second of computing does, with a margin: a processor of 2015 in a browser.
+const EVENTS_PER_SECOND: f64 = 4e5;
+/// Longest computation that may be asked for at once, and the one where none is asked for \[s\].
+const LONGEST_BUDGET: f64 = 2.0;
+const USUAL_BUDGET: f64 = 0.02;
+
+thread_local! {
+    static STATE: RefCell<State> = RefCell::default();
+}
+
+#[derive(Default)]
+struct State {
+    world: Option<LiveWorld>,
+    materials: Vec<Material>,
+    events: Vec<f64>,
+    contacts: Vec<f64>,
+    bodies: Vec<f64>,
+    poses: Vec<f32>,
+    velocities: Vec<f32>,
+}
+
+/// Why the world refuses.
+#[derive(Debug, thiserror::Error)]
+enum WorldError {
+    #[error("the scene is not UTF-8 text")]
+    NotText,
+    #[error("{0}")]
+    Scene(String),
+    #[error(transparent)]
+    Live(#[from] LiveError),
+    #[error("no scene has been loaded")]
+    Empty,
+    #[error("there is no material {index}; there are {count}")]
+    UnknownMaterial { index: u32, count: usize },
+}
+
+impl State {
+    fn load(&mut self, text: &[u8]) -> Result<i32, WorldError> {
+        let text = str::from_utf8(text).map_err(|_| WorldError::NotText)?;
+        let refuse = |error: clangor::scene::diagnostic::SceneErrors| WorldError::Scene(error.to_string());
+        let scene = Scene::from_toml(text).map_err(refuse)?;
+        let world = instantiate(&scene, &mut load_shape).map_err(refuse)?.world;
+        let settings = LiveSettings { v_min: scene.simulation.v_min, ..LiveSettings::default() };
+        let live = LiveWorld::new(&world, settings)?;
+        *self = State { materials: materials(&world), world: Some(live), ..State::default() };
+        Ok(0)
+    }
+
+    fn world(&mut self) -> Result<&mut LiveWorld, WorldError> {
+        self.world.as_mut().ok_or(WorldError::Empty)
+    }
+
+    fn advance(&mut self, until: f64, budget: f64) -> Result<i32, WorldError> {
+        let seconds = if budget > 0.0 { budget.min(LONGEST_BUDGET) } else { USUAL_BUDGET };
+        let world = self.world()?;
+        let done = world.advance(until, (seconds * EVENTS_PER_SECOND) as u64);
+        self.collect();
+        Ok(if done? { 0 } else { 1 })
+    }
+
+    /// Takes the impacts out of the world.
+    fn collect(&mut self) {
+        let State { world: Some(world), events, contacts, .. } = self else { return };
+        for pulse in world.impacts() {
+            let body = |id: BodyId| if id == BodyId::WORLD { -1.0 } else { f64::from(id.0) };
+            let impulse: f64 = pulse.points.iter().map(|(_, j)| j.dot(pulse.normal)).sum();
+            let mut row = [0.0; CONTACT_STRIDE];
+            row[..3].copy_from_slice(&[pulse.onset, body(pulse.pair[0]), body(pulse.pair[1])]);
+            row[3..6].copy_from_slice(&[pulse.speed, impulse, pulse.duration]);
+            row[6..9].copy_from_slice(&pulse.point.to_array());
+            row[9] = pulse.effective_mass;
+            contacts.extend(row);
+            for share in pulse.bodies.iter().flatten() {
+                if let Some(Surface::Sphere { radius }) = world.body(share.body).map(|body| &*body.surface) {
+                    events.extend(event::click(pulse, share, *radius));
+                }
+            }
+        }
+        world.clear();
+    }
+}
+
+/// Materials of a world's bodies in their order, then the library's.
+fn materials(world: &World) -> Vec<Material> {
+    let mut materials: Vec<Material> = Vec::new();
+    let library = presets::PRESETS.iter().map(presets::Preset::material);
+    for material in world.bodies.iter().map(|body| body.material.clone()).chain(library) {
+        if !materials.iter().any(|known| known.name == material.name) {
+            materials.push(material);
+        }
+    }
+    materials
+}
+
+/// Loads the scene that lies in the buffer, as TOML of so many bytes: its spheres, planes, springs, hung spheres and
+/// gravity. The clock shows 0.
+pub fn world_load(scene_bytes: u32) -> i32 {
+    let text = exchange::bytes(scene_bytes);
+    STATE.with_borrow_mut(|state| status(state.load(&text)))
+}
+
+/// Goes on to a time \[s\]. 0: done; 1: not yet, after computing for about so many seconds (0: 20 ms), call again.
+pub fn world_advance(until: f64, budget_s_hint: f64) -> i32 {
+    STATE.with_borrow_mut(|state| status(state.advance(until, budget_s_hint)))
+}
+
+/// The time reached \[s\]; up to 2 ms beyond what was asked for.
+pub fn world_time() -> f64 {
+    STATE.with_borrow(|state| state.world.as_ref().map_or(0.0, LiveWorld::time))
+}
+
+/// Number of bodies; a number that has become free is given to a body that is added later.
+pub fn world_body_count() -> u32 {
+    STATE.with_borrow(|state| state.world.as_ref().map_or(0, LiveWorld::count) as u32)
+}
+
+/// For each body [`BODY_STRIDE`] numbers: radius \[m\], 0 for a plane or where a body has been removed; index of the
+/// material; 1 if it moves freely; 1 if it is a plane; outward normal of the plane; n·x of its surface \[m\].
+pub fn world_bodies() -> *const f64 {
+    STATE.with_borrow_mut(|state| {
+        let State { world, materials, bodies, .. } = state;
+        bodies.clear();
+        let count = world.as_ref().map_or(0, LiveWorld::count) as u32;
+        for id in (0..count).map(BodyId) {
+            let body = world.as_ref().and_then(|world| world.body(id));
+            bodies.extend(body.map_or([0.0; BODY_STRIDE], |body| described(body, materials)));
+        }
+        bodies.as_ptr()
+    })
+}
+
+fn described(body: &Body, materials: &[Material]) -> [f64; BODY_STRIDE] {
+    let material = materials.iter().position(|m| m.name == body.material.name).unwrap_or(0);
+    let radius = if let Surface::Sphere { radius } = *body.surface { radius } else { 0.0 };
+    let is_plane = matches!(*body.surface, Surface::HalfSpace);
+    let normal = if is_plane { body.pose.orientation * DVec3::Y } else { DVec3::ZERO };
+    let flag = |is: bool| f64::from(u8::from(is));
+    let [x, y, z] = normal.to_array();
+    let free = flag(body.motion == Motion::Free);
+    [radius, material as f64, free, flag(is_plane), x, y, z, normal.dot(body.pose.position)]
+}
+
+/// Tells the materials in the message, as a JSON list in the order of their indices: those of the scene, then the
+/// library's. Returns their number.
+pub fn world_materials() -> i32 {
+    STATE.with_borrow(|state| {
+        let list: Vec<_> = state
+            .materials
+            .iter()
+            .map(|m| {
+                json!({
+                    "name": m.name, "density": m.density, "youngs_modulus": m.youngs_modulus,
+                    "poisson_ratio": m.poisson_ratio, "restitution": m.restitution, "friction": m.friction,
+                })
+            })
+            .collect();
+        exchange::tell(json!(list).to_string());
+        list.len() as i32
+    })
+}
+
+/// For each body its position and its orientation x, y, z, w.
+pub fn world_poses() -> *const f32 {
+    STATE.with_borrow_mut(|state| {
+        let states = state.world.as_ref().map_or(Vec::new(), LiveWorld::states);
+        state.poses.clear();
+        for body in &states {
+            state.poses.extend(body.pose.position.as_vec3().to_array());
+            state.poses.extend(body.pose.orientation.as_quat().to_array());
+        }
+        state.poses.as_ptr()
+    })
+}
+
+/// For each body its velocity [m/s].
+pub fn world_velocities() -> *const f32 {
+    STATE.with_borrow_mut(|state| {
+        let states = state.world.as_ref().map_or(Vec::new(), LiveWorld::states);
+        state.velocities.clear();
+        state.velocities.extend(states.iter().flat_map(|body| body.velocity.as_vec3().to_array()));
+        state.velocities.as_ptr()
+    })
+}
+
+/// Number of events since the last [`world_clear`].
+pub fn world_events_count() -> u32 {
+    STATE.with_borrow(|state| (state.events.len() / STRIDE) as u32)
+}
+
+/// The events, on the clock of the world: a click for each ball that an impact moves.
+pub fn world_events() -> *const f64 {
+    STATE.with_borrow(|state| state.events.as_ptr())
+}
+
+/// Number of impacts since the last [`world_clear`].
+pub fn world_contacts_count() -> u32 {
+    STATE.with_borrow(|state| (state.contacts.len() / CONTACT_STRIDE) as u32)
+}
+
+/// For each impact [`CONTACT_STRIDE`] numbers: time \[s\], bodies A and B (−1: none), approach speed [m/s], normal impulse
+/// [N s], duration τ \[s\], point \[m\], effective mass \[kg\], 0, 0.
+pub fn world_contacts() -> *const f64 {
+    STATE.with_borrow(|state| state.contacts.as_ptr())
+}
+
+/// Forgets the events and impacts so far.
+pub fn world_clear() {
+    STATE.with_borrow_mut(|state| {
+        state.events.clear();
+        state.contacts.clear();
+    });
+}
+
+/// Calls `read` with the events and the impacts so far.
+pub fn with_events<T>(read: impl FnOnce(&[f64], &[f64]) -> T) -> T {
+    STATE.with_borrow(|state| read(&state.events, &state.contacts))
+}
+
+fn change(act: impl FnOnce(&mut LiveWorld) -> Result<i32, LiveError>) -> i32 {
+    STATE.with_borrow_mut(|state| {
+        let outcome = state.world().and_then(|world| Ok(act(world)?));
+        state.collect();
+        status(outcome)
+    })
+}
+
+/// Gives the centre of a ball a velocity [m/s].
+pub fn world_set_velocity(body: u32, x: f64, y: f64, z: f64) -> i32 {
+    change(|world| world.set_velocity(BodyId(body), DVec3::new(x, y, z)).map(|()| 0))
+}
+
+/// Adds a ball of a material of [`world_materials`]: radius and position \[m\], velocity [m/s]. Returns its number.
+#[expect(clippy::too_many_arguments, reason = "the interface has no vectors")]
+pub fn world_add_sphere(
+    material: u32,
+    radius: f64,
+    x: f64,
+    y: f64,
+    z: f64,
+    vx: f64,
+    vy: f64,
+    vz: f64,
+) -> i32 {
+    STATE.with_borrow_mut(|state| {
+        let count = state.materials.len();
+        let known = state.materials.get(material as usize).cloned();
+        let outcome = known.ok_or(WorldError::UnknownMaterial { index: material, count }).and_then(|known| {
+            let (position, velocity) = (DVec3::new(x, y, z), DVec3::new(vx, vy, vz));
+            Ok(state.world()?.add(&known, radius, position, velocity)?.0 as i32)
+        });
+        state.collect();
+        status(outcome)
+    })
+}
+
+/// Removes a ball.
+pub fn world_remove(body: u32) -> i32 {
+    change(|world| world.remove(BodyId(body)).map(|()| 0))
+}
+
+/// Changes gravity [m/s²].
+pub fn world_gravity(x: f64, y: f64, z: f64) -> i32 {
+    change(|world| world.set_gravity(DVec3::new(x, y, z)).map(|()| 0))
+}
+
+/// Kinetic and potential energy \[J\].
+pub fn world_energy() -> f64 {
+    STATE.with_borrow(|state| state.world.as_ref().map_or(0.0, LiveWorld::energy))
+}
+
+/// What moves the world: 0 the exact solver, 1 the stepped one.
+pub fn world_solver() -> u32 {
+    STATE.with_borrow(|state| match state.world.as_ref().map(LiveWorld::solver) {
+        None | Some(Solver::Spheres) => 0,
+        Some(_) => 1,
+    })
+}

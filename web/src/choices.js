@@ -1,0 +1,48 @@
+// Groups of radio buttons and lists, made from what can be chosen.
+
+/**
+ * Fills a fieldset (or the like) with radio buttons.
+ * @param {HTMLElement} group
+ * @param {[string, string][]} options value and name
+ * @param {string} chosen
+ * @param {(value: string) => void} change
+ * @returns {(value: string) => void} chooses without calling `change`
+ */
+export function radioButtons(group, options, chosen, change) {
+  /** @type {Map<string, HTMLInputElement>} */
+  const inputs = new Map();
+  for (const [value, name] of options) {
+    const label = document.createElement('label');
+    const input = document.createElement('input');
+    input.type = 'radio';
+    input.name = group.id;
+    input.value = value;
+    input.checked = value === chosen;
+    input.addEventListener('change', () => change(value));
+    label.append(input, name);
+    group.append(label);
+    inputs.set(value, input);
+  }
+  return (value) => {
+    const input = inputs.get(value);
+    if (input) input.checked = true;
+  };
+}
+
+/**
+ * Fills a list.
+ * @param {HTMLSelectElement} list
+ * @param {Record<string, string>} options value and name
+ * @param {string} chosen
+ * @param {(value: string) => void} change
+ */
+export function selection(list, options, chosen, change) {
+  for (const [value, name] of Object.entries(options)) {
+    const option = document.createElement('option');
+    option.value = value;
+    option.textContent = name;
+    option.selected = value === chosen;
+    list.append(option);
+  }
+  list.addEventListener('change', () => change(list.value));
+}

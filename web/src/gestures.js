@@ -1,0 +1,179 @@
+// What a pointer does on the picture, be it mouse, pen or finger: drag a ball to throw it, drag a listener to move it, hit
+// an object, tap the air to drop a ball, drag the air to look around, two fingers or the wheel to come closer.
+
+import { Vector3 } from 'three';
+
+/** Less movement than this is a tap [CSS pixels]. */
+const TAP_SLACK = 7;
+
+/** By how much a finger, a mouse may miss a ball [CSS pixels]. */
+const FINGER_SLACK = 16;
+const MOUSE_SLACK = 4;
+
+/** Radians per pixel of dragging the air. */
+const ORBIT_RATE = 0.006;
+
+/**
+ * @typedef {object} Actions
+ * @property {() => void} wake any gesture at all
+ * @property {(body: number, velocity: Vector3) => void} throwBall
+ * @property {(place: Vector3) => void} drop
+ * @property {(hit: { object: import('./strike.js').PlacedSolid, point: number[], normal: number[] }) => void} strike
+ * @property {(index: number, place: Vector3) => void} moveListener
+ * @property {() => number} throwRate metres per second per metre of dragging
+ * @property {(text: string, x: number, y: number) => void} tell shows a few words beside the pointer
+ */
+
+export class Gestures {
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {import('./picture.js').Picture} picture
+   * @param {import('./listeners.js').Listeners} listeners
+   * @param {Actions} actions
+   */
+  constructor(canvas, picture, listeners, actions) {
+    this.canvas = canvas;
+    this.picture = picture;
+    this.listeners = listeners;
+    this.actions = actions;
+    /** @type {Map<number, { x: number, y: number }>} */
+    this.pointers = new Map();
+    /** What the first pointer holds.
+     * @type {{ kind: 'ball', body: number, place: Vector3 } | { kind: 'listener', index: number } | { kind: 'air' } | { kind: 'nothing' }} */
+    this.held = { kind: 'nothing' };
+    this.moved = 0;
+    canvas.addEventListener('pointerdown', (event) => this.down(event));
+    canvas.addEventListener('pointermove', (event) => this.move(event));
+    canvas.addEventListener('pointerup', (event) => this.up(event));
+    canvas.addEventListener('pointercancel', (event) => this.cancel(event));
+    canvas.addEventListener(
+      'wheel',
+      (event) => {
+        event.preventDefault();
+        picture.view.zoom(Math.exp(0.001 * event.deltaY));
+      },
+      { passive: false },
+    );
+  }
+
+  /** @param {PointerEvent} event */
+  at(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return { x: event.clientX - box.left, y: event.clientY - box.top };
+  }
+
+  /** @param {PointerEvent} event */
+  down(event) {
+    this.actions.wake();
+    this.canvas.setPointerCapture(event.pointerId);
+    const at = this.at(event);
+    this.pointers.set(event.pointerId, at);
+    if (this.pointers.size > 1) {
+      this.letGo();
+      this.held = { kind: 'air' };
+      this.moved = Infinity;
+      return;
+    }
+    this.moved = 0;
+    const listener = this.listenerAt(at);
+    if (listener >= 0) {
+      this.held = { kind: 'listener', index: listener };
+      return;
+    }
+    const slack = event.pointerType === 'mouse' ? MOUSE_SLACK : FINGER_SLACK;
+    const ball = this.picture.ballAt(at.x, at.y, slack);
+    if (ball) {
+      this.held = { kind: 'ball', ...ball };
+      return;
+    }
+    const hit = this.picture.solids.hit(this.picture.ray);
+    if (hit) {
+      this.held = { kind: 'nothing' };
+      this.actions.strike(hit);
+      return;
+    }
+    this.held = { kind: 'air' };
+  }
+
+  /** @param {{ x: number, y: number }} at */
+  listenerAt(at) {
+    const { clientWidth, clientHeight } = this.canvas;
+    return this.listeners.places.findIndex((place) => {
+      const seen = place.clone().project(this.picture.view.camera);
+      const x = (0.5 + 0.5 * seen.x) * clientWidth;
+      const y = (0.5 - 0.5 * seen.y) * clientHeight;
+      return seen.z < 1 && Math.hypot(x - at.x, y - at.y) < 18;
+    });
+  }
+
+  /** @param {PointerEvent} event */
+  move(event) {
+    const before = this.pointers.get(event.pointerId);
+    if (!before) return;
+    const at = this.at(event);
+    this.pointers.set(event.pointerId, at);
+    const { view } = this.picture;
+    if (this.pointers.size === 2) {
+      const other = [...this.pointers].find(([id]) => id !== event.pointerId)?.[1] ?? at;
+      const apart = (/** @type {{ x: number, y: number }} */ p) =>
+        Math.max(10, Math.hypot(p.x - other.x, p.y - other.y));
+      view.zoom(apart(before) / apart(at));
+      return;
+    }
+    this.moved += Math.hypot(at.x - before.x, at.y - before.y);
+    switch (this.held.kind) {
+      case 'air':
+        view.orbit((at.x - before.x) * ORBIT_RATE, (at.y - before.y) * ORBIT_RATE);
+        break;
+      case 'listener': {
+        const { index } = this.held;
+        const place = this.listeners.places[index];
+        this.actions.moveListener(index, this.picture.pointFacing(at.x, at.y, place));
+        break;
+      }
+      case 'ball': {
+        const { body, place } = this.held;
+        // The ball goes on moving while the arrow is drawn: the arrow goes with it.
+        place.fromArray(this.picture.poses, body * 7);
+        const end = this.picture.pointFacing(at.x, at.y, place);
+        this.picture.showArrow(place, end);
+        const speed = end.distanceTo(place) * this.actions.throwRate();
+        this.actions.tell(`${speed.toFixed(1)} m/s`, at.x, at.y);
+        break;
+      }
+    }
+  }
+
+  /** @param {PointerEvent} event */
+  up(event) {
+    if (!this.pointers.delete(event.pointerId)) return;
+    const at = this.at(event);
+    const { held } = this;
+    const tapped = this.moved < TAP_SLACK;
+    if (held.kind === 'ball') {
+      held.place.fromArray(this.picture.poses, held.body * 7);
+      const velocity = tapped
+        ? new Vector3(0, 0.6 * Math.sqrt(9.81 * this.picture.scale), 0)
+        : this.picture
+            .pointFacing(at.x, at.y, held.place)
+            .sub(held.place)
+            .multiplyScalar(this.actions.throwRate());
+      this.actions.throwBall(held.body, velocity);
+    } else if (held.kind === 'air' && tapped) {
+      this.actions.drop(this.picture.pointFacing(at.x, at.y, this.picture.view.target));
+    }
+    this.letGo();
+  }
+
+  /** @param {PointerEvent} event */
+  cancel(event) {
+    this.pointers.delete(event.pointerId);
+    this.letGo();
+  }
+
+  letGo() {
+    this.picture.hideArrow();
+    this.actions.tell('', 0, 0);
+    this.held = { kind: 'nothing' };
+  }
+}

@@ -1,0 +1,184 @@
+// The last half minute of the world, for drawing the moment that is being heard and for replay: poses, contacts and the
+// events that made the sound. All times are those of the world.
+
+import { CONTACT, CONTACT_STRIDE, EVENT, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
+
+/** What is kept [s]. */
+export const KEPT = 30;
+
+/** Numbers in all poses that are kept, at most: 96 MB. With thousands of bodies that is less than half a minute. */
+const MOST_POSE_NUMBERS = 24e6;
+
+/**
+ * @typedef {object} Contact
+ * @property {number} time [s]
+ * @property {number} bodyA
+ * @property {number} bodyB −1 for the world
+ * @property {number} speed [m/s]
+ * @property {number} impulse [N s]
+ * @property {number} duration [s]
+ * @property {number[]} point [m]
+ */
+
+export class History {
+  constructor() {
+    this.clear();
+  }
+
+  clear() {
+    /** @type {{ time: number, poses: Float32Array }[]} */
+    this.frames = [];
+    /** @type {Contact[]} */
+    this.contacts = [];
+    /** @type {{ time: number, event: Float64Array }[]} */
+    this.events = [];
+    /** @type {number} */
+    this.poseNumbers = 0;
+  }
+
+  get start() {
+    return this.frames.length > 0 ? this.frames[0].time : 0;
+  }
+
+  get end() {
+    return this.frames.length > 0 ? this.frames[this.frames.length - 1].time : 0;
+  }
+
+  /** @param {import('./world.js').Frame} frame */
+  add(frame) {
+    this.frames.push({ time: frame.time, poses: frame.poses });
+    this.poseNumbers += frame.poses.length;
+    for (let at = 0; at < frame.contacts.length; at += CONTACT_STRIDE) {
+      this.contacts.push(readContact(frame.contacts, at));
+    }
+    for (let at = 0; at < frame.events.length; at += EVENT_STRIDE) {
+      this.addEvent(frame.events.slice(at, at + EVENT_STRIDE));
+    }
+    this.forget();
+  }
+
+  /** @param {Float64Array} event one row, on the world's clock */
+  addEvent(event) {
+    this.events.push({ time: event[EVENT.time], event });
+  }
+
+  forget() {
+    const { frames } = this;
+    let stale = 0;
+    let numbers = this.poseNumbers;
+    while (
+      stale < frames.length - 2 &&
+      (frames[stale + 1].time < this.end - KEPT || numbers > MOST_POSE_NUMBERS)
+    ) {
+      numbers -= frames[stale].poses.length;
+      stale += 1;
+    }
+    // Thrown away by the hundred: removing from the front moves all the rest.
+    if (stale < 100 && this.poseNumbers <= MOST_POSE_NUMBERS) return;
+    this.poseNumbers = numbers;
+    frames.splice(0, stale);
+    dropBefore(this.contacts, this.start);
+    dropBefore(this.events, this.start);
+  }
+
+  /**
+   * The poses at a moment, between two frames on the straight line, into `target` as far as it reaches.
+   * @param {number} time [s]
+   * @param {Float32Array} target rows of `POSE_STRIDE`
+   * @returns {number} bodies written
+   */
+  poses(time, target) {
+    const { frames } = this;
+    if (frames.length === 0) return 0;
+    const next = firstAtOrAfter(frames, time);
+    const after = frames[Math.min(next, frames.length - 1)];
+    const before = frames[Math.max(0, Math.min(next, frames.length) - 1)];
+    const span = after.time - before.time;
+    const part = span > 0 ? Math.min(1, Math.max(0, (time - before.time) / span)) : 0;
+    const length = Math.min(after.poses.length, target.length);
+    for (let at = 0; at < length; at += POSE_STRIDE) {
+      // A body that has just been added has no earlier pose.
+      const from = at < before.poses.length ? before.poses : after.poses;
+      interpolatePose(from, after.poses, at, part, target);
+    }
+    return length / POSE_STRIDE;
+  }
+
+  /**
+   * Contacts with `after` < time ≤ `until`.
+   * @param {number} after [s]
+   * @param {number} until [s]
+   */
+  contactsBetween(after, until) {
+    const { contacts } = this;
+    const found = [];
+    for (let i = contacts.length - 1; i >= 0 && contacts[i].time > after; i -= 1) {
+      if (contacts[i].time <= until) found.push(contacts[i]);
+    }
+    return found.reverse();
+  }
+
+  /**
+   * The events from a moment on, as rows in order of time.
+   * @param {number} from [s]
+   */
+  eventsFrom(from) {
+    const chosen = this.events.filter((entry) => entry.time >= from);
+    chosen.sort((a, b) => a.time - b.time);
+    const rows = new Float64Array(chosen.length * EVENT_STRIDE);
+    chosen.forEach((entry, row) => rows.set(entry.event, row * EVENT_STRIDE));
+    return rows;
+  }
+}
+
+/** @param {Float64Array} rows @param {number} at @returns {Contact} */
+function readContact(rows, at) {
+  return {
+    time: rows[at + CONTACT.time],
+    bodyA: rows[at + CONTACT.bodyA],
+    bodyB: rows[at + CONTACT.bodyB],
+    speed: rows[at + CONTACT.speed],
+    impulse: rows[at + CONTACT.impulse],
+    duration: rows[at + CONTACT.duration],
+    point: [...rows.subarray(at + CONTACT.point, at + CONTACT.point + 3)],
+  };
+}
+
+/** @param {{ time: number }[]} entries in order of time @param {number} time */
+function firstAtOrAfter(entries, time) {
+  let low = 0;
+  let high = entries.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (entries[middle].time < time) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** @param {{ time: number }[]} entries in order of time @param {number} time */
+function dropBefore(entries, time) {
+  entries.splice(0, firstAtOrAfter(entries, time));
+}
+
+/**
+ * @param {Float32Array} from @param {Float32Array} to @param {number} at
+ * @param {number} part 0 to 1
+ * @param {Float32Array} target
+ */
+function interpolatePose(from, to, at, part, target) {
+  for (let i = 0; i < 3; i += 1) {
+    target[at + i] = from[at + i] + (to[at + i] - from[at + i]) * part;
+  }
+  let dot = 0;
+  for (let i = 3; i < 7; i += 1) dot += from[at + i] * to[at + i];
+  const sign = dot < 0 ? -1 : 1;
+  let square = 0;
+  for (let i = 3; i < 7; i += 1) {
+    const component = from[at + i] * (1 - part) + sign * to[at + i] * part;
+    target[at + i] = component;
+    square += component * component;
+  }
+  const scale = square > 0 ? 1 / Math.sqrt(square) : 1;
+  for (let i = 3; i < 7; i += 1) target[at + i] *= scale;
+}

@@ -1,0 +1,98 @@
+// The page. Follows what happens from the scene to the ears and eyes:
+//
+//   preset ─► Stage ─► World (worker) ─ events ─► worklet (Sound) ─► ears
+//                        └─ poses, contacts ─► History ─► Transport says which moment ─► Picture, EventLog
+
+import { Controls } from './controls.js';
+import { EventLog } from './event-log.js';
+import { Gestures } from './gestures.js';
+import { History } from './history.js';
+import { Keyboard } from './keyboard.js';
+import { LevelMeter } from './level-meter.js';
+import { Listeners } from './listeners.js';
+import { Picture } from './picture.js';
+import { PRESETS } from './presets.js';
+import { Recorder } from './recorder.js';
+import { Sound } from './sound.js';
+import { Spectrogram } from './spectrogram.js';
+import { Stage } from './stage.js';
+import { Transport } from './transport.js';
+import { World } from './world.js';
+
+/** Frames of the picture between two updates of words and numbers. */
+const FRAMES_PER_WORDS = 8;
+
+/** @param {string} id */
+const element = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
+
+/** @param {string} text */
+function complain(text) {
+  const place = element('trouble');
+  place.textContent = text;
+  place.hidden = false;
+  clearTimeout(complain.timer);
+  complain.timer = setTimeout(() => (place.hidden = true), 8000);
+}
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+complain.timer = undefined;
+
+async function open() {
+  const module = await WebAssembly.compileStreaming(fetch(new URL('clangor.wasm', document.baseURI)));
+  const world = new World(module);
+  const sound = new Sound(module);
+  const history = new History();
+  const transport = new Transport(world, sound, history);
+  const stage = new Stage(world, sound, history, transport);
+  const listeners = new Listeners();
+  const recorder = new Recorder(sound);
+  const picture = new Picture(/** @type {HTMLCanvasElement} */ (element('picture')), element('overlay'));
+  const spectrogram = new Spectrogram(/** @type {HTMLCanvasElement} */ (element('spectrogram')));
+  const meter = new LevelMeter(element('meter-bar'), element('level'), element('peak'));
+  const log = new EventLog(element('log'));
+  const controls = new Controls({ stage, sound, transport, listeners, picture, recorder, complain });
+  new Gestures(picture.canvas, picture, listeners, controls.actions());
+  new Keyboard(controls);
+
+  for (const source of [world, sound]) {
+    source.addEventListener('failed', (event) => complain(/** @type {CustomEvent<string>} */ (event).detail));
+  }
+  world.addEventListener('bodies', () => {
+    picture.setBodies(world, stage.preset.extent(stage.box));
+    listeners.floorHeight = picture.planes.floorHeight;
+  });
+  stage.addEventListener('scene', () => {
+    picture.view.set(stage.preset.view);
+    picture.solids.setObjects(stage.objects);
+    log.clear();
+  });
+  sound.addEventListener('report', (event) => {
+    const report = /** @type {CustomEvent<import('./sound.js').Report>} */ (event).detail;
+    meter.update(report);
+    controls.report = report;
+  });
+
+  let frames = 0;
+  const draw = () => {
+    requestAnimationFrame(draw);
+    if (!sound.on) world.tick(performance.now() / 1000);
+    const time = transport.shown();
+    picture.draw(history, time, listeners);
+    controls.followEars();
+    if (sound.analyser && sound.on) spectrogram.draw(sound.analyser);
+    frames += 1;
+    if (frames % FRAMES_PER_WORDS === 0) {
+      controls.followTime(time);
+      recorder.watch();
+      if (controls.logOpen) log.update(history, time, (body) => stage.nameOf(body));
+    }
+  };
+  // For tests, and for whoever opens the console.
+  Object.assign(globalThis, {
+    clangor: { world, sound, history, transport, stage, listeners, picture, controls },
+  });
+  const wanted = PRESETS.find((preset) => preset.id === location.hash.slice(1));
+  await controls.choose(wanted ?? PRESETS[0]);
+  requestAnimationFrame(draw);
+}
+
+open().catch((error) => complain(`The page could not start: ${error.message}`));

@@ -1,0 +1,43 @@
+// Reads what the page needs of a baked sound model (docs/format/model.md): its surface, to draw and to hit it, and its
+// mass, to know how a blow moves it. The sound itself is read by the wasm module, which also checks the file.
+
+/**
+ * @typedef {object} Solid
+ * @property {string} name
+ * @property {string} material
+ * @property {Float32Array} vertices [m], from the centre of mass
+ * @property {Uint32Array} triangles
+ * @property {number} mass [kg]
+ * @property {number[]} inertia about the axes of the body [kg m²]: its diagonal, as for all bodies of revolution
+ * @property {number} lowest least y of the surface [m]
+ * @property {number} radius bounding radius [m]
+ */
+
+/**
+ * @param {Uint8Array} bytes of a safetensors file
+ * @returns {Solid}
+ */
+export function readSolid(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const headerLength = Number(view.getBigUint64(0, true));
+  const header = JSON.parse(new TextDecoder().decode(bytes.subarray(8, 8 + headerLength)));
+  const about = JSON.parse(header.__metadata__.clangor);
+  const array = (/** @type {string} */ name) => {
+    const [begin, end] = header[name].data_offsets;
+    return bytes.slice(8 + headerLength + begin, 8 + headerLength + end).buffer;
+  };
+  const vertices = Float32Array.from(new Float64Array(array('solid.vertices')));
+  let lowest = Infinity;
+  for (let at = 1; at < vertices.length; at += 3) lowest = Math.min(lowest, vertices[at]);
+  const density = about.modal.density_kg_m3;
+  return {
+    name: about.solid.name,
+    material: about.modal.origin.material,
+    vertices,
+    triangles: new Uint32Array(array('solid.triangles')),
+    mass: about.solid.volume_m3 * density,
+    inertia: [0, 1, 2].map((axis) => about.solid.inertia_per_density_m5[axis][axis] * density),
+    lowest,
+    radius: about.acceleration.radius_m,
+  };
+}

@@ -1,0 +1,77 @@
+// A camera that goes around a point: two angles and a distance.
+
+import { PerspectiveCamera, Vector3 } from 'three';
+
+/** @typedef {{ target: number[], distance: number, azimuth: number, elevation: number }} View angles in degrees */
+
+export class OrbitCamera {
+  constructor() {
+    this.camera = new PerspectiveCamera(38, 1, 0.01, 100);
+    this.target = new Vector3();
+    this.distance = 1;
+    this.azimuth = 0;
+    this.elevation = 0.3;
+    /** Narrow windows see the scene from further away. */
+    this.stepBack = 1;
+  }
+
+  /** @param {View} view */
+  set({ target, distance, azimuth, elevation }) {
+    this.target.fromArray(target);
+    this.distance = distance;
+    this.nearest = 0.15 * distance;
+    this.furthest = 5 * distance;
+    this.azimuth = (azimuth * Math.PI) / 180;
+    this.elevation = (elevation * Math.PI) / 180;
+    this.place();
+  }
+
+  /**
+   * @param {number} width of the canvas in CSS pixels
+   * @param {number} height
+   * @param {{ top: number, right: number, bottom: number, left: number }} covered at its edges
+   */
+  resize(width, height, covered) {
+    const free = [width - covered.left - covered.right, height - covered.top - covered.bottom];
+    // The scene stands in the middle of what is free, and as large as that allows.
+    const across = (covered.left - covered.right) / 2;
+    const down = (covered.top - covered.bottom) / 2;
+    this.camera.aspect = width / height;
+    this.camera.setViewOffset(width, height, -across, -down, width, height);
+    this.stepBack = Math.max(height / free[1], (1.25 * height) / free[0]);
+    this.place();
+  }
+
+  /** @param {number} sideways @param {number} upwards both in radians */
+  orbit(sideways, upwards) {
+    this.azimuth -= sideways;
+    this.elevation = Math.min(1.5, Math.max(-0.05, this.elevation + upwards));
+    this.place();
+  }
+
+  /** @param {number} factor above 1 goes away */
+  zoom(factor) {
+    this.distance = Math.min(this.furthest, Math.max(this.nearest, this.distance * factor));
+    this.place();
+  }
+
+  place() {
+    const { camera, target, azimuth, elevation } = this;
+    const distance = this.distance * this.stepBack;
+    camera.position.set(
+      target.x + distance * Math.cos(elevation) * Math.sin(azimuth),
+      target.y + distance * Math.sin(elevation),
+      target.z + distance * Math.cos(elevation) * Math.cos(azimuth),
+    );
+    camera.near = distance * 0.02;
+    camera.far = distance * 30;
+    camera.lookAt(target);
+    camera.updateProjectionMatrix();
+    camera.updateMatrixWorld();
+  }
+
+  /** Direction in which the camera looks, of length 1. */
+  ahead() {
+    return this.camera.getWorldDirection(new Vector3());
+  }
+}

@@ -1,0 +1,55 @@
+// The events of a replay, handed out as their times come: a sorted list on the world's clock and a map from that clock to
+// the clock of the sound, at full speed or slower. The sounds themselves keep their length; what slows down is the world.
+
+import { EVENT, EVENT_STRIDE } from './event-layout.js';
+
+export class ReplayFeed {
+  constructor() {
+    this.stop();
+  }
+
+  stop() {
+    this.events = new Float64Array(0);
+    this.at = 0;
+  }
+
+  /**
+   * @param {Float64Array} events in order of time, on the world's clock
+   * @param {number} from moment of the world [s] that is heard …
+   * @param {number} rate seconds of the world per second of sound
+   * @param {number} earliest time of the sound [s] at which it is heard; up to one sample later, so that the shift is a
+   *   whole number of samples and the sound that of the first time
+   * @param {number} samplesPerSecond
+   */
+  start(events, from, rate, earliest, samplesPerSecond) {
+    this.events = events;
+    this.at = 0;
+    this.from = from;
+    this.rate = rate;
+    this.soundTime = from + Math.ceil((earliest - from) * samplesPerSecond) / samplesPerSecond;
+    const rows = events.length / EVENT_STRIDE;
+    while (this.at < rows && events[this.at * EVENT_STRIDE + EVENT.time] < from) this.at += 1;
+  }
+
+  /**
+   * Moves the events before `time` into `target`, on the clock of the sound.
+   * @param {number} time [s]
+   * @param {Float64Array} target
+   * @returns {number} events moved: as many as are due and fit
+   */
+  take(time, target) {
+    const rows = this.events.length / EVENT_STRIDE;
+    const most = target.length / EVENT_STRIDE;
+    let taken = 0;
+    while (taken < most && this.at < rows) {
+      const row = this.at * EVENT_STRIDE;
+      const due = this.soundTime + (this.events[row + EVENT.time] - this.from) / this.rate;
+      if (due >= time) break;
+      target.set(this.events.subarray(row, row + EVENT_STRIDE), taken * EVENT_STRIDE);
+      target[taken * EVENT_STRIDE + EVENT.time] = due;
+      taken += 1;
+      this.at += 1;
+    }
+    return taken;
+  }
+}

@@ -1,0 +1,117 @@
+// Draws the loaded objects from the surfaces in their own model files, and finds where a ray hits them.
+
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, Mesh, ShaderMaterial } from 'three';
+import { lookOf } from './looks.js';
+import { STUDIO_LIGHT } from './studio-light.js';
+
+const VERTEX = /* glsl */ `
+  varying vec3 vNormal;
+  varying vec3 vAt;
+  void main() {
+    vec4 at = modelMatrix * vec4(position, 1.0);
+    vAt = at.xyz;
+    vNormal = mat3(modelMatrix) * normal;
+    gl_Position = projectionMatrix * viewMatrix * at;
+  }
+`;
+
+const FRAGMENT = /* glsl */ `
+  uniform vec3 tint;
+  uniform vec3 accent;
+  uniform float surface;
+  uniform float glow;
+  varying vec3 vNormal;
+  varying vec3 vAt;
+  ${STUDIO_LIGHT}
+  void main() {
+    vec3 n = normalize(vNormal);
+    vec3 v = normalize(cameraPosition - vAt);
+    if (dot(n, v) < 0.0) n = -n;
+    float edge = pow(1.0 - max(0.0, dot(n, v)), 4.0);
+    vec3 mirrored = studio(reflect(-v, n));
+    vec3 light;
+    float cover = 1.0;
+    if (surface > 1.5) {
+      light = tint * 0.5 * soft_light(n) + (0.08 + 0.9 * edge) * mirrored;
+      cover = 0.30 + 0.6 * edge;
+    } else if (surface > 0.5) {
+      light = mix(tint, vec3(1.0), edge) * (mirrored + 0.12 * soft_light(n));
+    } else {
+      light = tint * soft_light(n) + (0.04 + 0.5 * edge) * mirrored;
+    }
+    light += accent * glow * (0.08 + 0.5 * edge);
+    gl_FragColor = vec4(tone(light), cover);
+    #include <colorspace_fragment>
+  }
+`;
+
+export class SolidsPicture {
+  /** @param {Color} accent */
+  constructor(accent) {
+    this.group = new Group();
+    this.accent = accent;
+  }
+
+  /** @param {import('./strike.js').PlacedSolid[]} objects */
+  setObjects(objects) {
+    for (const old of this.group.children) /** @type {Mesh} */ (old).geometry.dispose();
+    this.group.clear();
+    for (const object of objects) {
+      const geometry = new BufferGeometry();
+      geometry.setAttribute('position', new BufferAttribute(object.solid.vertices, 3));
+      geometry.setIndex(new BufferAttribute(object.solid.triangles, 1));
+      geometry.computeVertexNormals();
+      const look = lookOf(object.solid.material, 0);
+      const clear = look.surface > 1.5;
+      const material = new ShaderMaterial({
+        vertexShader: VERTEX,
+        fragmentShader: FRAGMENT,
+        uniforms: {
+          tint: { value: look.colour },
+          accent: { value: this.accent },
+          surface: { value: look.surface },
+          glow: { value: 0 },
+        },
+        side: DoubleSide,
+        transparent: clear,
+        depthWrite: !clear,
+      });
+      const mesh = new Mesh(geometry, material);
+      mesh.position.fromArray(object.position);
+      mesh.userData.object = object;
+      this.group.add(mesh);
+    }
+  }
+
+  /** @param {number} index of an object @param {number[]} position [m] @param {number[]} turn quaternion */
+  place(index, position, turn) {
+    const mesh = this.group.children[index];
+    mesh.position.fromArray(position);
+    mesh.quaternion.fromArray(turn);
+  }
+
+  /** @param {Map<number, number>} glow by slot, 0 to 1 */
+  update(glow) {
+    for (const mesh of this.group.children) {
+      const material = /** @type {ShaderMaterial} */ (/** @type {Mesh} */ (mesh).material);
+      material.uniforms.glow.value = glow.get(mesh.userData.object.slot) ?? 0;
+    }
+  }
+
+  /**
+   * @param {import('three').Raycaster} ray
+   * @returns {{ object: import('./strike.js').PlacedSolid, point: number[], normal: number[] } | null}
+   */
+  hit(ray) {
+    const [first] = ray.intersectObjects(this.group.children, false);
+    if (!first || !first.face) return null;
+    const normal = first.face.normal.clone().transformDirection(first.object.matrixWorld);
+    // A blow comes from the side of the onlooker.
+    if (normal.dot(ray.ray.direction) > 0) normal.negate();
+    return {
+      object: first.object.userData.object,
+      point: first.point.toArray(),
+      normal: normal.toArray(),
+    };
+  }
+}

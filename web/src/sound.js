@@ -1,0 +1,159 @@
+// The page's end of the line to the audio thread: starts it at the first gesture, knows which moment is being heard, and
+// measures what comes out. The graph: worklet → volume → speakers, and → analyser for the spectrogram.
+
+/** @typedef {{ left: number[], right: number[] }} Ears two points [m] */
+
+/**
+ * @typedef {object} Report
+ * @property {number} time [s]
+ * @property {number} peak [Pa]
+ * @property {number} rootMeanSquare [Pa]
+ * @property {number} load share of real time that the audio thread needs
+ * @property {number} dropped events that did not fit or had no time
+ * @property {number} failures
+ * @property {Float64Array} synth counts of the synthesis
+ */
+
+/** What is loaded into the synthesis: by slot. @typedef {Map<number, Uint8Array>} Models */
+
+export class Sound extends EventTarget {
+  /** @param {WebAssembly.Module} module */
+  constructor(module) {
+    super();
+    this.module = module;
+    /** @type {AudioContext | null} */
+    this.context = null;
+    /** @type {AudioWorkletNode | null} */
+    this.node = null;
+    /** @type {AnalyserNode | null} */
+    this.analyser = null;
+    /** @type {GainNode | null} */
+    this.volume = null;
+    this.muted = false;
+    /** From the time of an event to its first sample at the source [s]. */
+    this.latency = 0;
+    /** What a worklet that starts later must be told first, by kind.
+     * @type {Map<string, any>} */
+    this.settings = new Map();
+    /** @type {Float32Array[][]} */
+    this.recorded = [[], []];
+  }
+
+  get on() {
+    return this.context !== null && this.context.state === 'running';
+  }
+
+  /**
+   * To be called from a gesture: browsers allow no sound before.
+   * @param {(port: MessagePort, sampleRate: number) => void} connectWorld gets the port on which the worklet ticks
+   */
+  async start(connectWorld) {
+    if (this.context) {
+      await this.context.resume();
+      return;
+    }
+    const context = new AudioContext({ latencyHint: 'interactive' });
+    this.context = context;
+    const resumed = context.resume();
+    await context.audioWorklet.addModule(new URL('sound-worklet.js', document.baseURI).href);
+    const node = new AudioWorkletNode(context, 'clangor', {
+      numberOfInputs: 0,
+      outputChannelCount: [2],
+      processorOptions: { module: this.module, messages: [...this.settings.values()] },
+    });
+    node.port.onmessage = (message) => this.receive(message.data);
+    node.onprocessorerror = () => this.say('failed', 'the audio thread stopped');
+    this.analyser = new AnalyserNode(context, { fftSize: 2048, smoothingTimeConstant: 0 });
+    this.volume = new GainNode(context, { gain: this.muted ? 0 : 1 });
+    node.connect(this.volume).connect(context.destination);
+    node.connect(this.analyser);
+    this.node = node;
+    const channel = new MessageChannel();
+    node.port.postMessage({ kind: 'world', port: channel.port1 }, [channel.port1]);
+    connectWorld(channel.port2, context.sampleRate);
+    await resumed;
+    this.say('on', null);
+  }
+
+  /** Muted, everything goes on but what comes out of the speakers. @param {boolean} muted */
+  mute(muted) {
+    this.muted = muted;
+    if (this.context && this.volume) {
+      this.volume.gain.setTargetAtTime(muted ? 0 : 1, this.context.currentTime, 0.01);
+    }
+  }
+
+  /** @param {string} type @param {any} detail */
+  say(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+
+  /** @param {any} message */
+  receive(message) {
+    switch (message.kind) {
+      case 'started':
+        this.latency = message.latency;
+        break;
+      case 'recording':
+        this.recorded[0].push(message.left);
+        this.recorded[1].push(message.right);
+        break;
+    }
+    this.say(message.kind, message.kind === 'failed' ? message.message : message);
+  }
+
+  /**
+   * Sends a setting, now or when the worklet starts; of each kind (and slot) the last counts.
+   * @param {any} message
+   */
+  set(message) {
+    this.settings.set(`${message.kind} ${message.slot ?? ''}`, message);
+    this.node?.port.postMessage(message);
+  }
+
+  /** @param {any} message @param {Transferable[]} [transfer] */
+  post(message, transfer = []) {
+    this.node?.port.postMessage(message, transfer);
+  }
+
+  /** Medium, room and floor for the sound. @param {string} text of a scene */
+  scene(text) {
+    this.set({ kind: 'scene', bytes: new TextEncoder().encode(text) });
+  }
+
+  /** @param {number} slot @param {Uint8Array} bytes of a sound model */
+  load(slot, bytes) {
+    this.set({ kind: 'load', slot, bytes });
+  }
+
+  /** @param {Ears} ears */
+  listener({ left, right }) {
+    this.set({ kind: 'listener', left, right });
+  }
+
+  /** @param {number} pascals at full scale */
+  gain(pascals) {
+    this.set({ kind: 'gain', pascals });
+  }
+
+  /** @param {boolean} on */
+  room(on) {
+    this.set({ kind: 'room', on });
+  }
+
+  /**
+   * The time of the context that is heard at this moment [s], by what the browser knows about its buffers.
+   */
+  audibleTime() {
+    const { context } = this;
+    if (!context) return 0;
+    const stamp = context.getOutputTimestamp();
+    const now = performance.now();
+    if (stamp.contextTime && stamp.performanceTime && now - stamp.performanceTime < 500) {
+      const time = stamp.contextTime + (now - stamp.performanceTime) / 1000;
+      // Some browsers stamp what has not been computed yet.
+      if (time > 0 && time <= context.currentTime + 0.05) return time;
+    }
+    return context.currentTime - (context.outputLatency || context.baseLatency || 0);
+  }
+}

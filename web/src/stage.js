@@ -1,0 +1,236 @@
+// What is being played: the scene with its settings, and everything one can do to it. Knows the world, the sound and the
+// history, but nothing of the picture or of buttons.
+
+import { EVENT, EVENT_STRIDE } from './event-layout.js';
+import { readSolid } from './model-file.js';
+import { randomNumbers } from './rain.js';
+import { inRoom } from './room.js';
+import { restingPose, strike } from './strike.js';
+
+/** A throw that nobody aimed: upwards and a little aside [m/s]. */
+const TOSS = 2.4;
+
+export class Stage extends EventTarget {
+  /**
+   * @param {import('./world.js').World} world
+   * @param {import('./sound.js').Sound} sound
+   * @param {import('./history.js').History} history
+   * @param {import('./transport.js').Transport} transport
+   */
+  constructor(world, sound, history, transport) {
+    super();
+    this.world = world;
+    this.sound = sound;
+    this.history = history;
+    this.transport = transport;
+    /** @type {import('./presets.js').Preset} */
+    this.preset = /** @type {any} */ (null);
+    /** @type {import('./sphere-box.js').BoxSettings} */
+    this.box = { material: 'mixed', walls: 'granite', radius: 0.012, count: 50, gravity: true };
+    /** What falls next. */
+    this.drop = { material: 'steel', radius: 0.01 };
+    this.gravityOn = true;
+    /** @type {keyof typeof import('./strike.js').MALLETS} */
+    this.mallet = 'wood';
+    /** [m/s] */
+    this.strikeSpeed = 0.5;
+    /** @type {import('./strike.js').PlacedSolid[]} */
+    this.objects = [];
+    /** Blows whose time the worklet has not told yet.
+     * @type {{ duration: number, impulse: number, speed: number }[]} */
+    this.blows = [];
+    /** @type {Map<string, Promise<Uint8Array>>} */
+    this.files = new Map();
+    this.random = randomNumbers(7);
+    world.addEventListener('loaded', () => this.startRain());
+    world.addEventListener('frame', (event) => {
+      const frame = /** @type {CustomEvent<import('./world.js').Frame>} */ (event).detail;
+      transport.offset = frame.offset;
+      history.add(frame);
+    });
+    sound.addEventListener('struck', (event) => {
+      this.remember(/** @type {CustomEvent} */ (event).detail.events);
+    });
+  }
+
+  /** @param {import('./presets.js').Preset} preset */
+  async load(preset) {
+    this.preset = preset;
+    this.drop = { material: preset.drop.material, radius: preset.drop.radius };
+    this.gravityOn = preset.id === 'box' ? this.box.gravity : true;
+    await this.again();
+  }
+
+  /** The same scene from its beginning. */
+  async again() {
+    const { preset } = this;
+    const text = preset.scene(this.box);
+    this.transport.reset();
+    this.history.clear();
+    this.blows = [];
+    const objects = await this.loadObjects(preset.objects ?? []);
+    // Another scene was chosen while the files came.
+    if (preset !== this.preset) return;
+    this.objects = objects;
+    this.sound.scene(inRoom(text, preset.extent(this.box)));
+    this.sound.set({ kind: 'events', events: joined(objects.map(restingPose)) });
+    this.world.load(text);
+    this.dispatchEvent(new Event('scene'));
+  }
+
+  /** @param {{ model: string, position: number[] }[]} placed */
+  loadObjects(placed) {
+    return Promise.all(
+      placed.map(async ({ model, position }, slot) => {
+        const bytes = await this.file(`models/${model}.safetensors`);
+        this.sound.load(slot, bytes);
+        const solid = readSolid(bytes);
+        const [x, y, z] = position;
+        return { solid, slot, position: [x, y - solid.lowest, z] };
+      }),
+    );
+  }
+
+  /** @param {string} path */
+  file(path) {
+    let content = this.files.get(path);
+    if (!content) {
+      content = fetch(new URL(path, document.baseURI)).then(async (response) => {
+        if (!response.ok) throw new Error(`${path}: ${response.status} ${response.statusText}`);
+        return new Uint8Array(await response.arrayBuffer());
+      });
+      this.files.set(path, content);
+    }
+    return content;
+  }
+
+  startRain() {
+    const plan = this.preset.rain;
+    if (!plan) return;
+    const materials = plan.materials.map((name) => this.materialIndex(name));
+    this.world.rain({ ...plan, materials });
+  }
+
+  /** @param {string} name */
+  materialIndex(name) {
+    return Math.max(
+      0,
+      this.world.materials.findIndex((material) => material.name === name),
+    );
+  }
+
+  /** @param {number[]} place [m] */
+  dropAt([x, y, z]) {
+    this.transport.goLive();
+    const { radius } = this.drop;
+    this.world.add(this.materialIndex(this.drop.material), radius, [x, y, z], [0, 0, 0]);
+  }
+
+  /** Drops a ball somewhere above the scene. */
+  dropSomewhere() {
+    const { low, high } = this.preset.extent(this.box);
+    const inside = (/** @type {number} */ axis) => {
+      const room = Math.max(0, (high[axis] - low[axis]) / 2 - 2 * this.drop.radius);
+      return (low[axis] + high[axis]) / 2 + room * (this.random() - 0.5);
+    };
+    const height = Math.min(low[1] + this.preset.drop.height, this.ceiling());
+    this.dropAt([inside(0), height, inside(2)]);
+  }
+
+  /** Highest that a ball can be in a closed scene [m]. */
+  ceiling() {
+    const lid = this.world.bodies.find((body) => body.plane && body.normal[1] < -0.999);
+    return lid ? -lid.distance - 1.2 * this.drop.radius : Infinity;
+  }
+
+  /** @param {number} body @param {number[]} velocity [m/s] */
+  throwBall(body, velocity) {
+    this.transport.goLive();
+    this.world.throw(body, velocity);
+  }
+
+  /** Throws up any of the balls. */
+  throwSomething() {
+    const free = this.world.bodies.flatMap((body, index) => (body.free && body.radius > 0 ? [index] : []));
+    if (free.length === 0) return;
+    const body = free[Math.floor(this.random() * free.length)];
+    const aside = () => 0.5 * TOSS * (this.random() - 0.5);
+    this.throwBall(body, [aside(), TOSS, aside()]);
+  }
+
+  /** @param {boolean} on */
+  gravity(on) {
+    this.gravityOn = on;
+    this.box.gravity = on;
+    this.world.gravity([0, on ? -9.80665 : 0, 0]);
+  }
+
+  /**
+   * @param {import('./strike.js').PlacedSolid} object
+   * @param {number[]} point [m]
+   * @param {number[]} normal
+   */
+  strike(object, point, normal) {
+    this.transport.goLive();
+    const blow = strike(object, point, normal, this.strikeSpeed, this.mallet);
+    this.blows.push({ ...blow, speed: this.strikeSpeed });
+    this.sound.post({ kind: 'strike', events: blow.event });
+  }
+
+  /** Strikes any object somewhere. */
+  strikeSomething() {
+    if (this.objects.length === 0) return;
+    const object = this.objects[Math.floor(this.random() * this.objects.length)];
+    const { vertices, triangles } = object.solid;
+    const at = 3 * Math.floor((this.random() * triangles.length) / 3);
+    const [a, b, c] = [0, 1, 2].map((corner) => {
+      const vertex = 3 * triangles[at + corner];
+      return [...vertices.subarray(vertex, vertex + 3)];
+    });
+    const point = a.map((x, axis) => (x + b[axis] + c[axis]) / 3 + object.position[axis]);
+    this.strike(object, point, faceNormal(a, b, c));
+  }
+
+  /** Keeps a blow of the page for replay and for the log. @param {Float64Array} event on the sound's clock */
+  remember(event) {
+    const blow = this.blows.shift();
+    if (!blow || this.transport.offset === null) return;
+    event[EVENT.time] -= this.transport.offset;
+    this.history.addEvent(event);
+    this.history.contacts.push({
+      time: event[EVENT.time],
+      bodyA: event[EVENT.slot],
+      bodyB: -2,
+      speed: blow.speed,
+      impulse: blow.impulse,
+      duration: blow.duration,
+      point: [...event.subarray(EVENT.point, EVENT.point + 3)],
+    });
+  }
+
+  /** The name of a body in the log. @param {number} index */
+  nameOf(index) {
+    if (this.objects.length > 0) return this.objects[index]?.solid.name ?? 'table';
+    const body = this.world.bodies[index];
+    if (!body) return 'ground';
+    const material = this.world.materials[body.material]?.name ?? '';
+    if (body.plane) return material;
+    return `${material} ${index + 1}`;
+  }
+}
+
+/** @param {Float64Array[]} rows */
+function joined(rows) {
+  const whole = new Float64Array(rows.length * EVENT_STRIDE);
+  rows.forEach((row, index) => whole.set(row, index * EVENT_STRIDE));
+  return whole;
+}
+
+/** @param {number[]} a @param {number[]} b @param {number[]} c */
+function faceNormal(a, b, c) {
+  const u = b.map((x, axis) => x - a[axis]);
+  const v = c.map((x, axis) => x - a[axis]);
+  const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+  const length = Math.hypot(...normal) || 1;
+  return normal.map((component) => component / length);
+}

@@ -1,0 +1,118 @@
+// Which moment is shown and heard: live, or one of the last half minute, standing or running, at full speed or slower.
+
+/** @typedef {'live' | 'paused' | 'replaying'} Mode */
+
+export class Transport extends EventTarget {
+  /**
+   * @param {import('./world.js').World} world
+   * @param {import('./sound.js').Sound} sound
+   * @param {import('./history.js').History} history
+   */
+  constructor(world, sound, history) {
+    super();
+    this.world = world;
+    this.sound = sound;
+    this.history = history;
+    /** @type {Mode} */
+    this.mode = 'live';
+    this.rate = 1;
+    /** The moment at which it is paused or from which it replays [s of the world]. */
+    this.moment = 0;
+    /** When that moment is due to be handed out [s of the sound]; null until the worklet has said so.
+     * @type {number | null} */
+    this.startedAt = null;
+    /** Time of the sound minus time of the world, as of the last frame [s].
+     * @type {number | null} */
+    this.offset = null;
+    sound.addEventListener('replaying', (event) => {
+      const { from, at } = /** @type {CustomEvent} */ (event).detail;
+      if (this.mode === 'replaying' && from === this.moment) this.startedAt = at;
+    });
+  }
+
+  /** Time of the sound at the source of what is heard now [s]. */
+  heard() {
+    if (!this.sound.on) return performance.now() / 1000;
+    return this.sound.audibleTime() - this.sound.latency;
+  }
+
+  /** The moment of the world that is heard and to be shown [s]. */
+  shown() {
+    const { history } = this;
+    switch (this.mode) {
+      case 'live': {
+        if (this.offset === null) return history.end;
+        return Math.min(history.end, Math.max(history.start, this.heard() - this.offset));
+      }
+      case 'paused':
+        return this.moment;
+      case 'replaying': {
+        if (this.startedAt === null) return this.moment;
+        const passed = Math.max(0, this.heard() - this.startedAt);
+        const time = this.moment + passed * this.rate;
+        if (time >= history.end) {
+          this.pauseAt(history.end);
+          return history.end;
+        }
+        return time;
+      }
+    }
+  }
+
+  goLive() {
+    if (this.mode === 'live') return;
+    this.change('live');
+    this.sound.post({ kind: 'silence' });
+    this.world.run(true);
+  }
+
+  /** @param {number} time [s of the world] */
+  pauseAt(time) {
+    this.moment = Math.min(this.history.end, Math.max(this.history.start, time));
+    this.startedAt = null;
+    this.world.run(false);
+    if (this.mode !== 'paused') {
+      this.change('paused');
+      this.sound.post({ kind: 'silence' });
+    }
+  }
+
+  pause() {
+    this.pauseAt(this.shown());
+  }
+
+  play() {
+    if (this.moment >= this.history.end - 0.01) this.moment = this.history.start;
+    this.world.run(false);
+    this.change('replaying');
+    if (this.sound.on) {
+      this.startedAt = null;
+      const events = this.history.eventsFrom(this.moment);
+      const { moment: from, rate } = this;
+      this.sound.post({ kind: 'replay', events, from, rate }, [events.buffer]);
+    } else {
+      this.startedAt = this.heard();
+    }
+  }
+
+  /** @param {number} rate 1 or less */
+  setRate(rate) {
+    const running = this.mode === 'replaying';
+    if (running) this.pause();
+    this.rate = rate;
+    if (running) this.play();
+  }
+
+  /** From the start: a new scene. */
+  reset() {
+    this.offset = null;
+    this.startedAt = null;
+    this.change('live');
+  }
+
+  /** @param {Mode} mode */
+  change(mode) {
+    this.mode = mode;
+    this.dispatchEvent(new Event('change'));
+  }
+}

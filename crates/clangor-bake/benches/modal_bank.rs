@@ -14,7 +14,7 @@ use clangor::math::random::SplitMix;
 use clangor::medium::Medium;
 use clangor::model::modal_bank::{BankMaterial, ContactMapping, ModalSoundbank, ProxyBody};
 use clangor::model::modal_bank_file::{ModalBankFile, ModalBankOrigin};
-use clangor::synthesis::modal::{ModalSettings, ModalSource, TransferMemory};
+use clangor::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
 use clangor_bake::acceleration_noise::BakeGeometry;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
 use clangor_bake::modal_bank::ellipsoid_vibration::BallPolynomials;
@@ -114,7 +114,7 @@ fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
     for _ in 0..BLOWS {
         let direction = random.direction();
         let normal = (direction / semi_axes).normalize();
-        source.amplitudes(&[(semi_axes * direction, -normal)], &mut amplitudes);
+        source.amplitudes(&[(semi_axes * direction, -normal)], &mut StrikeMemory::default(), &mut amplitudes);
         source.transfers(2.0 * random.direction(), &mut TransferMemory::default(), &mut transfers);
         for ((amplitude, transfer), resonance) in amplitudes.iter().zip(&transfers).zip(source.resonances()) {
             let band = (3.0 * (resonance.frequency / LOWEST).log2() + 0.5).floor();

@@ -22,7 +22,7 @@ use clangor::material::presets::GLASS;
 use clangor::math::random::SplitMix;
 use clangor::medium::Medium;
 use clangor::model::modal_bank::{ContactMapping, ModalProxy, ModalSoundbank, ProxyBody};
-use clangor::synthesis::modal::{ModalSettings, ModalSource, TransferMemory};
+use clangor::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
 use clangor_bake::acceleration_noise::BakeGeometry;
 use clangor_bake::elasticity::ElasticConstants;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
@@ -135,7 +135,7 @@ fn spectrum(source: &ModalSource, surface: &TriMesh, seed: u64) -> [f64; BANDS] 
         let [a, b, c] = surface.corners(triangle);
         let place = a + u * (b - a) + v * (c - a);
         let impulse = -1e-3 * surface.area_vector(triangle).normalize();
-        source.amplitudes(&[(place, impulse)], &mut amplitudes);
+        source.amplitudes(&[(place, impulse)], &mut StrikeMemory::default(), &mut amplitudes);
         let listener = 2.0 * random.direction();
         source.transfers(listener, &mut TransferMemory::default(), &mut transfers);
         for ((amplitude, transfer), resonance) in amplitudes.iter().zip(&transfers).zip(source.resonances()) {

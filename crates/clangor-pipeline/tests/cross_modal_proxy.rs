@@ -16,7 +16,7 @@ use clangor::model::sphere_radiation::SphereModel;
 use clangor::pose::Pose;
 use clangor::shape::Shape;
 use clangor::synthesis::SampleRate;
-use clangor::synthesis::modal::{ModalSettings, ModalSource, RingingRule, TransferMemory};
+use clangor::synthesis::modal::{ModalSettings, ModalSource, RingingRule, StrikeMemory, TransferMemory};
 use clangor::synthesis::strike::{Strike, StrikeSound, struck_ringing};
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_pipeline::sound_models::ringers::{Ringing, RingingPlan};
@@ -86,7 +86,7 @@ const LOWEST: f64 = 5_000.0;
 fn third_octaves(source: &ModalSource, blows: &[(DVec3, DVec3)]) -> [f64; BANDS] {
     let (mut sums, mut amplitudes, mut transfers) = ([0.0; BANDS], Vec::new(), Vec::new());
     for (k, blow) in blows.iter().enumerate() {
-        source.amplitudes(&[*blow], &mut amplitudes);
+        source.amplitudes(&[*blow], &mut StrikeMemory::default(), &mut amplitudes);
         // Somewhere else than where the blow is.
         let listener = 1.5 * blows[(7 * k + 3) % blows.len()].1.normalize();
         source.transfers(listener, &mut TransferMemory::default(), &mut transfers);

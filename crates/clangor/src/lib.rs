@@ -24,6 +24,7 @@ pub mod medium;
 pub mod model;
 pub mod output;
 pub mod pose;
+pub mod realtime;
 pub mod room;
 pub mod scene;
 pub mod shape;

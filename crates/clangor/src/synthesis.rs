@@ -23,6 +23,7 @@ pub mod ground;
 mod heard_wave;
 pub mod listener;
 pub mod live_clicks;
+pub mod live_ways;
 pub mod lowpass;
 pub mod modal;
 pub mod overlap_add;
@@ -43,6 +44,7 @@ pub use source_rule::SoundRule;
 
 use crate::body::BodyId;
 use crate::model::published::PublishedError;
+use crate::room::RoomError;
 
 /// Why sound cannot be synthesised.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -108,6 +110,9 @@ pub enum SynthesisError {
         /// When \[s\].
         time: f64,
     },
+    /// A room that is none.
+    #[error(transparent)]
+    Room(#[from] RoomError),
     /// A click that the published representation cannot play.
     #[error(transparent)]
     Published(#[from] PublishedError),

@@ -12,12 +12,14 @@ use clangor::glam::{DQuat, DVec3};
 use clangor::model::playable_field::PlayableField;
 use clangor::room::{Air, PathLoss};
 use clangor::synthesis::listener::Floor;
-use clangor::synthesis::live_clicks::{LOOK_AHEAD, LiveClicks, LiveReport};
+use clangor::synthesis::live_clicks::{LOOK_AHEAD, LiveClicks, LiveField, LiveReport};
+use clangor::synthesis::live_ways::LiveWays;
 use clangor::synthesis::{Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
 use sphere_field::sphere_field;
 
 const RATE: f64 = 48_000.0;
 const BLOCK: usize = 128;
+const FLOOR: Floor = Floor::Rigid { height: -0.6 };
 const EARS: [DVec3; 2] = [DVec3::new(0.4, 0.5, 0.2), DVec3::new(0.57, 0.5, 0.25)];
 
 fn field() -> Arc<FieldSource> {
@@ -51,7 +53,31 @@ fn clicks(field: &Arc<FieldSource>) -> Vec<Click> {
 
 fn settings() -> RenderSettings {
     let loss = PathLoss::through(Some(Air::default()));
-    RenderSettings { floor: Floor::Rigid { height: -0.6 }, loss, ..RenderSettings::default() }
+    RenderSettings { floor: FLOOR, loss, ..RenderSettings::default() }
+}
+
+fn ways() -> LiveWays {
+    LiveWays::new(FLOOR, None, Some(Air::default()))
+}
+
+/// Silence, with the field in place.
+fn live(field: &Arc<FieldSource>) -> LiveClicks {
+    let settings = settings();
+    let mut live = LiveClicks::new(&settings, ways().losses(), 1, EARS.len(), 0.5).unwrap();
+    assert!(live.put_field(0, Some(LiveField::new(Arc::clone(field), &settings))).is_none());
+    live
+}
+
+/// Adds a click as receivers hear it by all ways.
+fn push(live: &mut LiveClicks, ways: &LiveWays, click: &Click, receivers: &[DVec3]) {
+    for (receiver, place) in receivers.iter().enumerate() {
+        for way in 0..ways.count() {
+            let Some(towards) = ways.towards(way, click.centre, *place) else { continue };
+            if live.first_sample(click, towards).is_some() {
+                live.play(click, towards, way, &[(receiver, 1.0)]);
+            }
+        }
+    }
 }
 
 fn offline(clicks: &[Click], samples: usize) -> Vec<Vec<f64>> {
@@ -68,14 +94,14 @@ fn offline(clicks: &[Click], samples: usize) -> Vec<Vec<f64>> {
 fn a_click_sounds_live_as_it_does_offline() {
     let field = field();
     let clicks = clicks(&field);
-    let mut live = LiveClicks::new(&settings(), &[field], 2, 0.5).unwrap();
+    let (mut live, ways) = (live(&field), ways());
     let mut to_come = clicks.iter().peekable();
     let mut heard = [Vec::new(), Vec::new()];
     // A click is known in the block in which it begins, and heard as late as its sound needs to get here and the look-ahead.
     while heard[0].len() < 4800 {
         let end = (heard[0].len() + BLOCK + LOOK_AHEAD) as f64 / RATE;
         while let Some(click) = to_come.next_if(|click| click.time < end) {
-            live.push(click, &EARS);
+            push(&mut live, &ways, click, &EARS);
         }
         for (receiver, heard) in heard.iter_mut().enumerate() {
             let mut block = [0.0; BLOCK];
@@ -97,11 +123,11 @@ fn a_click_sounds_live_as_it_does_offline() {
 fn nothing_is_allocated_while_it_plays() {
     let field = field();
     let clicks = clicks(&field);
-    let mut live = LiveClicks::new(&settings(), &[field], 2, 0.5).unwrap();
+    let (mut live, ways) = (live(&field), ways());
     let mut block = [0.0; BLOCK];
     let counted = allocation_counter::measure(|| {
         for click in &clicks {
-            live.push(click, &EARS);
+            push(&mut live, &ways, click, &EARS);
             (0..2).for_each(|receiver| live.take(receiver, &mut block));
         }
     });
@@ -112,14 +138,16 @@ fn nothing_is_allocated_while_it_plays() {
 fn what_cannot_be_heard_is_counted() {
     let field = field();
     let clicks = clicks(&field);
-    let mut live = LiveClicks::new(&RenderSettings::default(), &[], 1, 0.1).unwrap();
+    let ways = LiveWays::new(Floor::None, None, None);
+    let mut live = LiveClicks::new(&RenderSettings::default(), ways.losses(), 1, 1, 0.1).unwrap();
     let sphere = &clicks[1];
-    live.push(&Click { velocity_change: DVec3::NAN, ..sphere.clone() }, &EARS[..1]);
-    live.push(&clicks[0], &EARS[..1]);
-    live.push(sphere, &[sphere.centre]);
-    live.push(sphere, &[sphere.centre + 400.0 * DVec3::X]);
+    let mut push = |live: &mut LiveClicks, click: &Click, place: DVec3| push(live, &ways, click, &[place]);
+    push(&mut live, &Click { velocity_change: DVec3::NAN, ..sphere.clone() }, EARS[0]);
+    push(&mut live, &clicks[0], EARS[0]);
+    push(&mut live, sphere, sphere.centre);
+    push(&mut live, sphere, sphere.centre + 400.0 * DVec3::X);
     live.take(0, &mut [0.0; 4800]);
-    live.push(sphere, &EARS[..1]);
+    push(&mut live, sphere, EARS[0]);
     let wanted = LiveReport { waves: 1, late: 1, distant: 1, refused: 2, inside: 1 };
     assert_eq!(live.report(), wanted);
 }

@@ -315,7 +315,7 @@ fn a_damaged_file_is_refused() {
 #[test]
 fn a_source_plays_the_proxy_in_the_frame_of_the_body() {
     use clangor::material::Damping;
-    use clangor::synthesis::modal::{ModalSettings, ModalSource, TransferMemory};
+    use clangor::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
 
     let bank = bank();
     let turn = DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(0.9, 0.1, -0.4)));
@@ -329,7 +329,11 @@ fn a_source_plays_the_proxy_in_the_frame_of_the_body() {
     let source = source(ContactMapping::Normal);
     let (impulse, listener) = (DVec3::new(0.01, -0.02, 0.005), DVec3::new(0.4, 1.0, -0.3));
     let mut amplitudes = Vec::new();
-    source.amplitudes(&[(DVec3::new(0.01, 0.0, 0.0), impulse)], &mut amplitudes);
+    source.amplitudes(
+        &[(DVec3::new(0.01, 0.0, 0.0), impulse)],
+        &mut StrikeMemory::default(),
+        &mut amplitudes,
+    );
     let (mut harmonics, mut motions) = (Vec::new(), Vec::new());
     let place = proxy.contact(DVec3::ZERO, -impulse, ContactMapping::Normal);
     proxy.motions(place, &mut harmonics, &mut motions);

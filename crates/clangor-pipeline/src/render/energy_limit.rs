@@ -24,7 +24,7 @@ use std::f64::consts::TAU;
 
 use clangor::body::BodyId;
 use clangor::contact::ImpactPulse;
-use clangor::synthesis::modal::{ModalSource, Resonance};
+use clangor::synthesis::modal::{ModalSource, Resonance, StrikeMemory};
 use glam::DVec3;
 
 /// Two solid bodies lose a little even where a scene says that they do not: at least what they lose at this restitution.
@@ -54,14 +54,14 @@ pub(super) fn blows_on(
     limit: bool,
 ) -> (Vec<ImpactPulse>, EnergyLimits) {
     let mut limits = EnergyLimits { longest: 1.0, ..Default::default() };
-    let mut amplitudes = Vec::new();
+    let (mut amplitudes, mut striking) = (Vec::new(), StrikeMemory::default());
     let mut own = Vec::new();
     for pulse in pulses {
         let Some(share) = pulse.bodies.iter().flatten().find(|share| share.body == body) else { continue };
         let to_body = share.pose.orientation.inverse();
         let points: Vec<_> =
             pulse.points.iter().map(|(x, j)| (share.pose.body_from_world(*x), to_body * *j)).collect();
-        source.amplitudes(&points, &mut amplitudes);
+        source.amplitudes(&points, &mut striking, &mut amplitudes);
         let gained = |duration: f64| {
             let of_mode = |(amplitude, resonance): (&f64, &Resonance)| {
                 let spectrum = pulse.profile.centred_spectrum(TAU * resonance.frequency, duration);

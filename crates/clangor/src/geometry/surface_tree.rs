@@ -11,6 +11,8 @@ use super::topology::Topology;
 use super::tri_mesh::TriMesh;
 
 const LEAF_TRIANGLES: usize = 4;
+/// More than the nodes ever waiting: one for each level of a tree over 2³² triangles, split in halves.
+const MOST_PENDING: usize = 64;
 
 /// A tree over the triangles of a mesh. It holds no geometry of its own: queries take the mesh that it was built from.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +34,28 @@ struct Node {
     end: u32,
     /// 0 for a leaf.
     right: u32,
+}
+
+/// Nodes to be looked at. The tree is as deep as the logarithm of the triangles, so that no memory need be asked for.
+struct Stack {
+    nodes: [u32; MOST_PENDING],
+    count: usize,
+}
+
+impl Stack {
+    fn of_root() -> Self {
+        Stack { nodes: [0; MOST_PENDING], count: 1 }
+    }
+
+    fn pop(&mut self) -> Option<u32> {
+        self.count = self.count.checked_sub(1)?;
+        Some(self.nodes[self.count])
+    }
+
+    fn push(&mut self, children: [u32; 2]) {
+        self.nodes[self.count..self.count + 2].copy_from_slice(&children);
+        self.count += 2;
+    }
 }
 
 /// The point of a surface nearest to another point.
@@ -106,7 +130,7 @@ impl SurfaceTree {
     ) -> Option<NearestPoint> {
         let mut best: Option<NearestPoint> = None;
         let mut limit = within;
-        let mut stack = vec![0_u32];
+        let mut stack = Stack::of_root();
         while let Some(index) = stack.pop() {
             let Some(node) = self.nodes.get(index as usize) else { continue };
             if box_distance(node, point) >= limit {
@@ -116,7 +140,7 @@ impl SurfaceTree {
                 let (left, right) = (index + 1, node.right);
                 let near_left = box_distance(&self.nodes[left as usize], point)
                     <= box_distance(&self.nodes[right as usize], point);
-                stack.extend(if near_left { [right, left] } else { [left, right] });
+                stack.push(if near_left { [right, left] } else { [left, right] });
                 continue;
             }
             for t in self.order[node.start as usize..node.end as usize].iter().map(|t| *t as usize) {
@@ -135,7 +159,7 @@ impl SurfaceTree {
     pub fn first_hit(&self, mesh: &TriMesh, origin: DVec3, direction: DVec3, from: f64) -> Option<f64> {
         let inverse = direction.recip();
         let mut nearest: Option<f64> = None;
-        let mut stack = vec![0_u32];
+        let mut stack = Stack::of_root();
         while let Some(index) = stack.pop() {
             let Some(node) = self.nodes.get(index as usize) else { continue };
             let (a, b) = ((node.low - origin) * inverse, (node.high - origin) * inverse);
@@ -145,7 +169,7 @@ impl SurfaceTree {
                 continue;
             }
             if node.right != 0 {
-                stack.extend([node.right, index + 1]);
+                stack.push([node.right, index + 1]);
                 continue;
             }
             for t in &self.order[node.start as usize..node.end as usize] {

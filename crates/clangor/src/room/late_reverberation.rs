@@ -135,6 +135,12 @@ impl LateReverberation {
         })
     }
 
+    /// Forgets what sounds.
+    pub fn silence(&mut self) {
+        self.lines.iter_mut().for_each(|line| line.samples.fill(0.0));
+        self.filters.iter_mut().for_each(|filter| filter.s = [[0.0; LINES]; 2]);
+    }
+
     /// Takes the next sample of each input, pressure times distance \[Pa m\], and adds to each output \[Pa\].
     ///
     /// Outputs beyond [`OUTPUTS`](Self::OUTPUTS) repeat the first.

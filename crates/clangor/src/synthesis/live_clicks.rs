@@ -6,34 +6,36 @@
 //! The low-pass looks ahead, and so a click is heard from [`LOOK_AHEAD`] samples before its wave on; what of it should already
 //! have been heard is lost. Whoever drives this delays all events by that and the length of a block.
 //!
+//! A wave may come by several ways, each of which loses something else ([`PathLoss`]), and go to several outputs at once.
+//!
 //! Differs from the offline renderer: a listener in the bounding sphere of a body hears the field on it; the ground and
 //! the published form of a field are not heard.
 
+mod live_field;
+
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner};
 
+pub use self::live_field::LiveField;
 use super::SynthesisError;
 use super::click::Click;
-use super::field_interpolation::Interpolation;
 use super::field_spectrum::FieldPlayer;
 use super::heard_wave::HeardWave;
 use super::lowpass::REACH;
 use super::renderer::{MIN_LENGTH, RenderSettings};
-use super::source::{FieldSource, SoundSource};
 use super::spectrum::{Grid, Losses, Spectrum, Transfer};
-use crate::body::BodyId;
-use crate::contact::ForceProfile;
+use crate::room::PathLoss;
 
 /// Samples by which a click is heard before its wave.
 pub const LOOK_AHEAD: usize = REACH;
 /// Longest block \[samples\]: longer clicks are cut.
 const LONGEST: usize = 4096;
 
-/// What became of the clicks.
+/// What became of the waves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LiveReport {
     /// Waves that were added: one for each click, receiver and reflection.
@@ -42,7 +44,7 @@ pub struct LiveReport {
     pub late: u64,
     /// Waves that begin after all samples that are kept, from too far away.
     pub distant: u64,
-    /// Clicks with numbers that are not finite, or of sources that are not known.
+    /// Waves of clicks with numbers that are not finite, or of sources that are not known.
     pub refused: u64,
     /// Waves of clicks with the receiver inside the body.
     pub inside: u64,
@@ -52,7 +54,7 @@ pub struct LiveReport {
 pub struct LiveClicks {
     settings: RenderSettings,
     lengths: Vec<Length>,
-    fields: Vec<KnownField>,
+    fields: Vec<Option<LiveField>>,
     coming: Vec<Coming>,
     memory: Memory,
     report: LiveReport,
@@ -61,21 +63,12 @@ pub struct LiveClicks {
 /// What all blocks of one length share.
 struct Length {
     grid: Grid,
-    losses: Option<Losses>,
+    /// What each way loses.
+    losses: Vec<Option<Losses>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
-/// A field that may be played.
-struct KnownField {
-    /// As it was given.
-    source: Arc<FieldSource>,
-    /// What is played for it.
-    played: Arc<FieldSource>,
-    /// For each length.
-    tables: Vec<Arc<Interpolation>>,
-}
-
-/// The samples to come at one receiver, in a circle.
+/// The samples to come at one output, in a circle.
 struct Coming {
     samples: Vec<f64>,
     /// Index of the next one to be taken.
@@ -85,49 +78,47 @@ struct Coming {
 #[derive(Default)]
 struct Memory {
     spectrum: Spectrum,
+    /// Not used by spheres.
     player: FieldPlayer,
     bins: Vec<Complex<f64>>,
     transform: Vec<Complex<f64>>,
     samples: Vec<f64>,
 }
 
+/// The grids of all lengths of blocks.
+fn grids(settings: &RenderSettings) -> impl Iterator<Item = (usize, Grid)> + '_ {
+    let lengths = std::iter::successors(Some(MIN_LENGTH), |length| Some(2 * length));
+    let grid = |length| Grid::new(length, settings.sample_rate.as_f64(), settings.max_frequency);
+    lengths.take_while(|length| *length <= LONGEST).map(move |length| (length, grid(length)))
+}
+
 impl LiveClicks {
-    /// Silence at so many receivers from sample 0 on, for clicks of spheres and of these fields. Samples of `seconds` to come
-    /// are kept, which is also how long sound may be on its way.
+    /// Silence at so many outputs from sample 0 on, for clicks of spheres and of up to so many fields. Each way loses what
+    /// its loss says. Samples of `seconds` to come are kept, which is also how long sound may be on its way.
     ///
     /// # Errors
     /// A medium that carries no sound, a band limit of nothing.
     pub fn new(
         settings: &RenderSettings,
-        fields: &[Arc<FieldSource>],
-        receivers: usize,
+        ways: &[PathLoss],
+        fields: usize,
+        outputs: usize,
         seconds: f64,
     ) -> Result<Self, SynthesisError> {
         settings.check()?;
-        let rate = settings.sample_rate.as_f64();
         let mut planner = RealFftPlanner::new();
-        let lengths: Vec<Length> = std::iter::successors(Some(MIN_LENGTH), |length| Some(2 * length))
-            .take_while(|length| *length <= LONGEST)
-            .map(|length| {
-                let grid = Grid::new(length, rate, settings.max_frequency);
-                let losses = Losses::on(&grid, settings.loss);
+        let lengths: Vec<Length> = grids(settings)
+            .map(|(length, grid)| {
+                let losses = ways.iter().map(|loss| Losses::on(&grid, *loss)).collect();
                 Length { grid, losses, inverse: planner.plan_fft_inverse(length) }
             })
             .collect();
-        let known = |source: &Arc<FieldSource>| {
-            let mut played = FieldSource::clone(source);
-            played.near = None;
-            let crossing = source.radius / settings.medium.sound_speed;
-            let tables = lengths.iter().map(|l| Arc::new(Interpolation::of(&played, crossing, &l.grid)));
-            KnownField { source: Arc::clone(source), tables: tables.collect(), played: Arc::new(played) }
-        };
-        let fields: Vec<KnownField> = fields.iter().map(known).collect();
-        let kept = ((seconds * rate) as usize + 2 * LONGEST).next_power_of_two();
-        let coming = (0..receivers).map(|_| Coming { samples: vec![0.0; kept], next: 0 }).collect();
+        let kept = ((seconds * settings.sample_rate.as_f64()) as usize + 2 * LONGEST).next_power_of_two();
+        let coming = (0..outputs).map(|_| Coming { samples: vec![0.0; kept], next: 0 }).collect();
         let mut clicks = LiveClicks {
             settings: *settings,
             lengths,
-            fields,
+            fields: (0..fields).map(|_| None).collect(),
             coming,
             memory: Memory::default(),
             report: LiveReport::default(),
@@ -138,55 +129,48 @@ impl LiveClicks {
 
     /// Lets all memory grow to what it will ever need.
     fn warm(&mut self) {
-        for at in 0..self.lengths.len() {
-            let length = &self.lengths[at];
+        for length in &self.lengths {
             let memory = &mut self.memory;
             memory.spectrum.clear(&length.grid);
             memory.bins.resize(length.inverse.complex_len(), Complex::ZERO);
             memory.transform.resize(length.inverse.get_scratch_len(), Complex::ZERO);
             memory.samples.resize(length.inverse.len(), 0.0);
         }
-        for field in 0..self.fields.len() {
-            let source = Arc::clone(&self.fields[field].source);
-            let towards = DVec3::X * (2.0 * source.radius);
-            let click = Click {
-                body: BodyId(0),
-                time: self.settings.start,
-                duration: 1e-4,
-                profile: ForceProfile::HalfSine,
-                centre: DVec3::ZERO,
-                orientation: DQuat::IDENTITY,
-                velocity_change: DVec3::X,
-                angular_velocity_change: DVec3::ZERO,
-                source: SoundSource::Field(source),
-            };
-            self.play(0, &click, towards);
-        }
-        self.coming.iter_mut().for_each(|coming| coming.samples.fill(0.0));
-        self.report = LiveReport::default();
     }
 
-    /// Adds a click as each receiver, which is at one of these places [m, world], hears it.
-    pub fn push(&mut self, click: &Click, receivers: &[DVec3]) {
-        if click.check().is_err() {
+    /// Puts a field in one of the places for fields, and returns what was there. A place that is none returns the field.
+    pub fn put_field(&mut self, place: usize, field: Option<LiveField>) -> Option<LiveField> {
+        match self.fields.get_mut(place) {
+            Some(held) => std::mem::replace(held, field),
+            None => field,
+        }
+    }
+
+    /// The first sample that hears a click from `towards` \[m\], the way from its centre to a receiver; `None` for one that
+    /// nobody hears, which is counted.
+    pub fn first_sample(&mut self, click: &Click, towards: DVec3) -> Option<i64> {
+        if click.check().is_err() || !towards.is_finite() {
             self.report.refused += 1;
-            return;
+            return None;
         }
-        let floor = self.settings.floor;
-        for (receiver, place) in receivers.iter().enumerate().take(self.coming.len()) {
-            self.play(receiver, click, *place - click.centre);
-            if let Some(mirrored) = floor.mirrored(*place) {
-                self.play(receiver, click, mirrored - click.centre);
-            }
-        }
-    }
-
-    /// Adds the wave of a click that runs `towards` a receiver \[m\].
-    fn play(&mut self, receiver: usize, click: &Click, towards: DVec3) {
         if click.source.silent_at(click.orientation.inverse() * towards) {
             self.report.inside += 1;
-            return;
+            return None;
         }
+        let heard = self.settings.wave(click, towards);
+        if heard.is_none() {
+            self.report.refused += 1;
+        }
+        heard.map(|heard| self.sample_of(heard.from) - REACH as i64)
+    }
+
+    fn sample_of(&self, time: f64) -> i64 {
+        ((time - self.settings.start) * self.settings.sample_rate.as_f64()).floor() as i64
+    }
+
+    /// Adds the wave of a click that runs `towards` a receiver \[m\] by a way, times a factor each, to some outputs. It must have a
+    /// [`first_sample`](Self::first_sample).
+    pub fn play(&mut self, click: &Click, towards: DVec3, way: usize, outputs: &[(usize, f64)]) {
         let rate = self.settings.sample_rate.as_f64();
         let Some(mut heard) = self.settings.wave(click, towards) else {
             self.report.refused += 1;
@@ -195,31 +179,51 @@ impl LiveClicks {
         let samples = (heard.until - heard.from) * rate + 2.0 * REACH as f64 + 1.0;
         let at = self.lengths.iter().position(|l| l.inverse.len() as f64 >= samples);
         let at = at.unwrap_or(self.lengths.len() - 1);
+        let first = self.sample_of(heard.from);
+        let length = &self.lengths[at];
+        let Memory { spectrum, player, bins, transform, samples } = &mut self.memory;
+        let mut player = player;
         if let Transfer::Field(transfer) = &mut heard.wave.transfer {
-            let Some(field) = self.fields.iter().find(|f| Arc::ptr_eq(&f.source, &transfer.source)) else {
+            let known = self.fields.iter_mut().flatten().find(|field| field.is_of(&transfer.source));
+            let Some(field) = known else {
                 self.report.refused += 1;
                 return;
             };
-            transfer.source = Arc::clone(&field.played);
-            transfer.table = Some(Arc::clone(&field.tables[at]));
+            player = field.prepare(transfer, at);
         }
-        let first = ((heard.from - self.settings.start) * rate).floor() as i64;
-        let coming = &mut self.coming[receiver];
-        let length = &self.lengths[at];
-        if first + length.inverse.len() as i64 > coming.next + coming.samples.len() as i64 {
+        let end = first + length.inverse.len() as i64;
+        let ends = |coming: &Coming| coming.next + coming.samples.len() as i64;
+        if outputs.iter().any(|(output, _)| end > ends(&self.coming[*output])) {
             self.report.distant += 1;
             return;
         }
         self.report.waves += 1;
-        self.report.late += u64::from(first < coming.next);
-        let origin = self.settings.start + (first - REACH as i64) as f64 / rate;
-        Arch::new().dispatch(Playing { length, heard: &heard, origin, memory: &mut self.memory });
-        coming.add(first - REACH as i64, &self.memory.samples[..length.inverse.len()]);
+        self.report.late += u64::from(outputs.iter().any(|(output, _)| first < self.coming[*output].next));
+        let begin = first - REACH as i64;
+        let origin = self.settings.start + begin as f64 / rate;
+        Arch::new().dispatch(Playing {
+            grid: &length.grid,
+            losses: length.losses[way].as_ref(),
+            heard: &heard,
+            origin,
+            player,
+            spectrum,
+        });
+        let samples = &mut samples[..length.inverse.len()];
+        spectrum.transform(&length.grid, &*length.inverse, (bins, transform), samples);
+        for (output, factor) in outputs {
+            self.coming[*output].add(begin, *factor, samples);
+        }
     }
 
-    /// Adds the next samples \[Pa\] of a receiver to `samples`, and forgets them.
-    pub fn take(&mut self, receiver: usize, samples: &mut [f64]) {
-        let coming = &mut self.coming[receiver];
+    /// Forgets all that is to come.
+    pub fn silence(&mut self) {
+        self.coming.iter_mut().for_each(|coming| coming.samples.fill(0.0));
+    }
+
+    /// Adds the next samples \[Pa\] of an output to `samples`, and forgets them.
+    pub fn take(&mut self, output: usize, samples: &mut [f64]) {
+        let coming = &mut self.coming[output];
         let mask = coming.samples.len() - 1;
         for sample in samples {
             *sample += std::mem::take(&mut coming.samples[coming.next as usize & mask]);
@@ -227,35 +231,37 @@ impl LiveClicks {
         }
     }
 
-    /// Index of the sample that a receiver takes next.
-    pub fn next_sample(&self, receiver: usize) -> i64 {
-        self.coming[receiver].next
+    /// Index of the sample that an output takes next.
+    pub fn next_sample(&self, output: usize) -> i64 {
+        self.coming[output].next
     }
 
-    /// What became of the clicks so far.
+    /// What became of the waves so far.
     pub fn report(&self) -> LiveReport {
         self.report
     }
 }
 
 impl Coming {
-    /// Adds samples of which the first has this index; what has been taken already is lost.
-    fn add(&mut self, first: i64, samples: &[f64]) {
+    /// Adds samples times a factor, of which the first has this index; what has been taken already is lost.
+    fn add(&mut self, first: i64, factor: f64, samples: &[f64]) {
         let mask = self.samples.len() - 1;
         let skip = (self.next - first).clamp(0, samples.len() as i64) as usize;
         let start = (first + skip as i64) as usize;
         for (k, sample) in samples[skip..].iter().enumerate() {
-            self.samples[(start + k) & mask] += sample;
+            self.samples[(start + k) & mask] += factor * sample;
         }
     }
 }
 
 /// One copy of the loops for the widest vector instructions of this machine.
 struct Playing<'a> {
-    length: &'a Length,
+    grid: &'a Grid,
+    losses: Option<&'a Losses>,
     heard: &'a HeardWave,
     origin: f64,
-    memory: &'a mut Memory,
+    player: &'a mut FieldPlayer,
+    spectrum: &'a mut Spectrum,
 }
 
 impl WithSimd for Playing<'_> {
@@ -263,13 +269,11 @@ impl WithSimd for Playing<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Playing { length: Length { grid, losses, inverse }, heard, origin, memory } = self;
-        let Memory { spectrum, player, bins, transform, samples } = memory;
+        let Playing { grid, losses, heard, origin, player, spectrum } = self;
         spectrum.clear(grid);
         spectrum.add_wave(simd, grid, &heard.wave, origin, player);
         if let Some(losses) = losses {
             losses.apply(spectrum, heard.distance);
         }
-        spectrum.transform(grid, &**inverse, (bins, transform), &mut samples[..inverse.len()]);
     }
 }

@@ -37,13 +37,15 @@ pub mod bank;
 mod delay;
 mod drive;
 pub mod handover;
+mod live_delay;
+pub mod live_voice;
 pub mod source;
 pub mod transfer;
 pub mod voice;
 
 pub use bank::{ModalBank, Resonance};
 pub use handover::ModalState;
-pub use source::{ModalError, ModalSource};
+pub use source::{ModalError, ModalSource, StrikeMemory};
 pub use transfer::{TransferEvaluator, TransferMemory, TransferOrder};
 pub use voice::ModalVoice;
 

@@ -64,6 +64,10 @@ pub struct ModalBank {
     chunks: Vec<Option<u32>>,
     paths: Vec<Path>,
     pulses: Vec<Pulse>,
+    /// Forces that are over, whose memory is used again.
+    spare: Vec<Pulse>,
+    /// The course of those.
+    rest: Arc<Course>,
     next: i64,
     memory: Memory,
 }
@@ -189,6 +193,8 @@ impl ModalBank {
             chunks,
             paths: vec![path; paths],
             pulses: Vec::new(),
+            spare: Vec::new(),
+            rest: Arc::default(),
             next: 0,
             memory: Memory {
                 run: vec![0.0; PASS * 4 * CHUNK],
@@ -222,7 +228,38 @@ impl ModalBank {
             values.fill(0.0);
         }
         self.awake.fill(false);
-        self.pulses.clear();
+        self.retire(|_| true);
+    }
+
+    /// Keeps memory for so many forces at once, so that adding one allocates nothing.
+    pub(super) fn reserve(&mut self, pulses: usize) {
+        let (modes, paths) = (self.state.re.len(), self.paths.len());
+        self.pulses.reserve(pulses);
+        self.spare.reserve(pulses);
+        self.spare.resize_with(pulses, || Pulse {
+            first: 0,
+            course: Arc::clone(&self.rest),
+            amplitudes: Vec::with_capacity(modes),
+            feeds: Vec::with_capacity(paths),
+        });
+    }
+
+    /// Forces in progress or to come.
+    pub(super) fn forces(&self) -> usize {
+        self.pulses.len()
+    }
+
+    /// Modes that are not at rest, or sleep and wake with such.
+    pub(super) fn awake_modes(&self) -> usize {
+        CHUNK * self.awake.iter().filter(|awake| **awake).count()
+    }
+
+    /// Puts forces aside that are over.
+    fn retire(&mut self, over: impl Fn(&Pulse) -> bool) {
+        for mut pulse in self.pulses.extract_if(.., |pulse| over(pulse)) {
+            pulse.course = Arc::clone(&self.rest);
+            self.spare.push(pulse);
+        }
     }
 
     /// Whether nothing moves and no force is to come.
@@ -250,14 +287,19 @@ impl ModalBank {
     ///
     /// What of it is before the next sample is not rendered: add it in time, see [`first_sample`](Self::first_sample).
     pub fn add_pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64, amplitudes: &[f64]) {
-        let (first, course) = self.shaper.pulse(profile, onset, duration);
+        let mut course = Course::default();
+        let first = self.shaper.pulse(profile, onset, duration, &mut course);
         self.add_course(first, Arc::new(course), amplitudes);
     }
 
     /// Adds a force of any course that is limited to the band, from sample `first` on.
     pub(super) fn add_course(&mut self, first: i64, course: Arc<Course>, amplitudes: &[f64]) {
         debug_assert_eq!(amplitudes.len(), self.given);
-        let mut own = vec![0.0; self.state.re.len()];
+        let mut pulse = self.spare.pop().unwrap_or_default();
+        (pulse.first, pulse.course) = (first, course);
+        let own = &mut pulse.amplitudes;
+        own.clear();
+        own.resize(self.state.re.len(), 0.0);
         for (i, voice) in self.voices.iter().enumerate() {
             own[i] = amplitudes[voice.mode];
             if own[i] != 0.0 {
@@ -265,8 +307,9 @@ impl ModalBank {
                 self.awake[i / CHUNK] = true;
             }
         }
-        let feeds = self.paths.iter().map(|path| [dot(&path.feed, &own); 2]).collect();
-        self.pulses.push(Pulse { first, course, amplitudes: own, feeds });
+        pulse.feeds.clear();
+        pulse.feeds.extend(self.paths.iter().map(|path| [dot(&path.feed, own); 2]));
+        self.pulses.push(pulse);
     }
 
     /// Adds what rings after a pulse that is over when the next sample comes: no look ahead, for sound in real time. The
@@ -388,7 +431,7 @@ impl ModalBank {
             self.pulses.iter_mut().for_each(|pulse| pulse.feeds[p][0] = pulse.feeds[p][1]);
         }
         let next = self.next;
-        self.pulses.retain(|pulse| pulse.end() > next);
+        self.retire(|pulse| pulse.end() <= next);
         self.rest();
     }
 

@@ -133,23 +133,27 @@ fn interpolated(samples: &[f64], place: f64) -> f64 {
 }
 
 /// sinc(x) times the window, for each fraction of a sample.
-static SINC: LazyLock<Vec<[f64; TAPS]>> = LazyLock::new(|| {
-    let scale = bessel_i0(BETA);
+static SINC: LazyLock<Vec<[f64; TAPS]>> = LazyLock::new(|| windowed_sinc(PHASES, BETA));
+
+/// sinc(x) times Kaiser's window of this β, at the samples around a place, for so many fractions of a sample and 1.
+pub(super) fn windowed_sinc<const TAPS: usize>(phases: usize, beta: f64) -> Vec<[f64; TAPS]> {
+    let half = (TAPS / 2) as f64;
+    let scale = bessel_i0(beta);
     let value = |x: f64| {
-        let window = 1.0 - (x / HALF_TAPS as f64).powi(2);
+        let window = 1.0 - (x / half).powi(2);
         if window <= 0.0 {
             return 0.0;
         }
         let angle = std::f64::consts::PI * x;
         let sinc = if angle.abs() < 1e-8 { 1.0 } else { angle.sin() / angle };
-        sinc * bessel_i0(BETA * window.sqrt()) / scale
+        sinc * bessel_i0(beta * window.sqrt()) / scale
     };
     let row = |phase: usize| {
-        let fraction = phase as f64 / PHASES as f64;
-        std::array::from_fn(|tap| value(tap as f64 - (HALF_TAPS - 1) as f64 - fraction))
+        let fraction = phase as f64 / phases as f64;
+        std::array::from_fn(|tap| value(tap as f64 - (half - 1.0) - fraction))
     };
-    (0..=PHASES).map(row).collect()
-});
+    (0..=phases).map(row).collect()
+}
 
 #[cfg(test)]
 mod tests {

@@ -99,18 +99,35 @@ impl Shaper {
         (REACH as f64 * lowpass::HALF_WIDTH * self.rate / self.half_width).ceil() as i64
     }
 
-    /// The course of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\], and its first
-    /// sample.
-    pub(super) fn pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64) -> (i64, Course) {
+    /// Keeps memory for pulses of up to so many samples, so that making their courses allocates nothing.
+    pub(super) fn reserve(&mut self, samples: usize) {
+        let lengths = std::iter::successors(Some(2), |length| Some(2 * length));
+        for length in lengths.take_while(|length| *length <= samples.next_power_of_two()) {
+            let tables = self.tables(length);
+            self.spectrum.reserve(tables.gains.len());
+            self.transformed(&tables, None);
+        }
+    }
+
+    /// The course of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; returns its
+    /// first sample.
+    pub(super) fn pulse(
+        &mut self,
+        profile: ForceProfile,
+        onset: f64,
+        duration: f64,
+        course: &mut Course,
+    ) -> i64 {
         let extent = profile.extent(duration);
         let middle = onset + 0.5 * duration * self.rate;
         let from_middle = [extent.0, extent.1].map(|t| t - 0.5 * duration);
-        self.course(middle, from_middle, |omega| profile.centred_spectrum(omega, duration))
+        self.course(middle, from_middle, |omega| profile.centred_spectrum(omega, duration), course)
     }
 
     /// The course of an impulse of 1 at a time \[samples\], and its first sample.
     pub(super) fn impulse(&mut self, at: f64) -> (i64, Course) {
-        self.course(at, [0.0, 0.0], |_| 1.0)
+        let mut course = Course::default();
+        (self.course(at, [0.0, 0.0], |_| 1.0, &mut course), course)
     }
 
     /// The course of a force around a `middle` \[samples\], from which its spectrum is real, and which acts between two
@@ -120,7 +137,8 @@ impl Shaper {
         middle: f64,
         [begin, end]: [f64; 2],
         spectrum: impl Fn(f64) -> f64,
-    ) -> (i64, Course) {
+        course: &mut Course,
+    ) -> i64 {
         let first = (middle + begin * self.rate).floor() as i64 - self.reach();
         let last = (middle + end * self.rate).ceil() as i64 + self.reach();
         let count = (last - first + 1) as usize;
@@ -136,13 +154,15 @@ impl Shaper {
             self.spectrum.push(amplitude * self.rate / length as f64 * turn);
             turn *= rotation;
         }
-        let values = self.transformed(&tables, None)[..count].to_vec();
-        let mut terms = vec![[0.0; TERMS]; count];
+        course.values.clear();
+        course.values.extend_from_slice(&self.transformed(&tables, None)[..count]);
+        course.terms.clear();
+        course.terms.resize(count, [0.0; TERMS]);
         for (l, factors) in tables.terms.iter().enumerate() {
             let column = self.transformed(&tables, Some(factors));
-            terms.iter_mut().zip(column).for_each(|(row, value)| row[l] = *value);
+            course.terms.iter_mut().zip(column).for_each(|(row, value)| row[l] = *value);
         }
-        (first, Course { values, terms })
+        first
     }
 
     /// Inverse transform of the spectrum times factors.
@@ -212,7 +232,9 @@ mod tests {
     /// Steps a resonator through a course and compares what is left with the closed form at the pole.
     fn residual(rate: f64, frequency: f64, duration: f64, profile: ForceProfile) -> f64 {
         let onset = 7.3;
-        let (first, course) = Shaper::new(rate, 0.45 * rate, rate / 30.0).pulse(profile, onset, duration);
+        let mut course = Course::default();
+        let mut shaper = Shaper::new(rate, 0.45 * rate, rate / 30.0);
+        let first = shaper.pulse(profile, onset, duration, &mut course);
         let pole = Complex64::new(-40.0, std::f64::consts::TAU * frequency);
         let step = (pole / rate).exp();
         let weights = term_weights(pole, 1.0 / rate);

@@ -24,7 +24,7 @@ use num_complex::Complex64;
 
 use super::bank::{MAX_RATIO, Resonance, pole};
 use super::drive::pulse_at_pole;
-use super::source::ModalSource;
+use super::source::{ModalSource, StrikeMemory};
 use crate::body::BodyId;
 use crate::contact::ImpactPulse;
 use crate::pose::Pose;
@@ -72,10 +72,10 @@ impl ModalState {
     /// What blows on a body have left at a time \[s\], whole even if they still last; later ones are passed over.
     pub fn after_blows(source: &ModalSource, body: BodyId, pulses: &[ImpactPulse], time: f64) -> Self {
         let mut state = ModalState::rest(source);
-        let mut amplitudes = Vec::new();
+        let (mut amplitudes, mut striking) = (Vec::new(), StrikeMemory::default());
         for pulse in pulses.iter().filter(|pulse| pulse.time <= time) {
             for points in pulse.points_on(body) {
-                source.amplitudes(&points, &mut amplitudes);
+                source.amplitudes(&points, &mut striking, &mut amplitudes);
                 let modes = state.0.iter_mut().zip(&amplitudes).zip(source.resonances());
                 for ((w, amplitude), resonance) in modes {
                     let Some(pole) = ringing_pole(resonance) else { continue };

@@ -63,6 +63,13 @@ pub struct ModalSource {
     contact_damping: f64,
 }
 
+/// Memory for finding what a blow does, to be used again.
+#[derive(Clone, Debug, Default)]
+pub struct StrikeMemory {
+    harmonics: Vec<f64>,
+    motions: Vec<DVec3>,
+}
+
 /// What says how modes move.
 #[derive(Clone, Debug)]
 enum Shapes {
@@ -189,6 +196,11 @@ impl ModalSource {
         }
     }
 
+    /// Coefficients of all transfers together.
+    pub fn transfer_coefficients(&self) -> usize {
+        self.transfers.coefficients()
+    }
+
     /// Highest order of the transfers.
     pub fn max_order(&self) -> usize {
         self.transfers.max_order()
@@ -219,7 +231,7 @@ impl ModalSource {
 
     /// ∫ Q dt = Σ U(x)·j of every mode, for impulses j [N s] at points x \[m\], both in the frame of the body. A point off
     /// the surface acts at the nearest place on it; on a proxy where its mapping says, with the normal against the impulse.
-    pub fn amplitudes(&self, points: &[(DVec3, DVec3)], values: &mut Vec<f64>) {
+    pub fn amplitudes(&self, points: &[(DVec3, DVec3)], memory: &mut StrikeMemory, values: &mut Vec<f64>) {
         values.clear();
         values.resize(self.resonances.len(), 0.0);
         match &self.shapes {
@@ -232,12 +244,12 @@ impl ModalSource {
                 }
             }
             Shapes::Proxy { proxy, mapping } => {
-                let (mut harmonics, mut motions) = (Vec::new(), Vec::new());
+                let StrikeMemory { harmonics, motions } = memory;
                 for (point, impulse) in points {
                     let place = proxy.contact(*point, -*impulse, *mapping);
-                    proxy.motions(place, &mut harmonics, &mut motions);
+                    proxy.motions(place, harmonics, motions);
                     let impulse = proxy.rotation() * *impulse;
-                    values.iter_mut().zip(&motions).for_each(|(value, u)| *value += u.dot(impulse));
+                    values.iter_mut().zip(&*motions).for_each(|(value, u)| *value += u.dot(impulse));
                 }
             }
         }

@@ -22,7 +22,7 @@ use self::stream::Stream;
 use super::bank::ModalBank;
 use super::delay::{DelayLine, HALF_TAPS};
 use super::handover::ModalState;
-use super::source::ModalSource;
+use super::source::{ModalSource, StrikeMemory};
 use super::transfer::TransferMemory;
 use crate::body::{BodyId, Life};
 use crate::contact::{ForceProfile, ImpactPulse, PoseHistory, StreamPoint, StreamedForce};
@@ -109,6 +109,7 @@ struct Path {
 #[derive(Clone, Debug, Default)]
 struct Memory {
     amplitudes: Vec<f64>,
+    striking: StrikeMemory,
     transfers: Vec<Complex64>,
     evaluation: TransferMemory,
 }
@@ -337,7 +338,8 @@ impl<'a> ModalVoice<'a> {
         let start = self.bank.position();
         let end = start + self.block;
         while let Some(force) = self.forces.pop_if(|force| force.first < end) {
-            self.source.amplitudes(&force.points, &mut self.memory.amplitudes);
+            let Memory { amplitudes, striking, .. } = &mut self.memory;
+            self.source.amplitudes(&force.points, striking, amplitudes);
             self.bank.add_pulse(force.profile, force.onset, force.duration, &self.memory.amplitudes);
         }
         if let Some(stream) = &mut self.stream

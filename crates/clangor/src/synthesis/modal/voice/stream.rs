@@ -13,7 +13,7 @@ use crate::contact::{StreamPoint, StreamedForce};
 use crate::synthesis::RenderSettings;
 use crate::synthesis::modal::bank::ModalBank;
 use crate::synthesis::modal::drive::{Course, Shaper};
-use crate::synthesis::modal::source::ModalSource;
+use crate::synthesis::modal::source::{ModalSource, StrikeMemory};
 
 /// Parts of a sample between which impulses are not told apart.
 const FRACTIONS: i64 = 1024;
@@ -30,6 +30,7 @@ pub(super) struct Stream {
     /// Whether contacts damp in the block at hand.
     damps: bool,
     amplitudes: Vec<f64>,
+    striking: StrikeMemory,
     points: Vec<(DVec3, DVec3)>,
     decay: Vec<f64>,
 }
@@ -69,6 +70,7 @@ impl Stream {
             step: time_step * rate,
             damps: false,
             amplitudes: Vec::new(),
+            striking: StrikeMemory::default(),
             points: Vec::new(),
             decay: Vec::new(),
         }
@@ -106,7 +108,7 @@ impl Stream {
                 (first, Arc::new(course))
             });
             let first = force.at.div_euclid(FRACTIONS) + *before;
-            source.amplitudes(&self.points, &mut self.amplitudes);
+            source.amplitudes(&self.points, &mut self.striking, &mut self.amplitudes);
             bank.add_course(first, Arc::clone(course), &self.amplitudes);
         }
         let changed = touches || self.damps;

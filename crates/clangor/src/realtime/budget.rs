@@ -1,0 +1,34 @@
+//! How much a block may compute, so that it always ends in time.
+
+/// Work allowed in 128 samples; longer blocks may do as much more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budget {
+    /// Waves of clicks, of which each receiver and reflection is one. About 5 µs each on a desktop processor.
+    pub waves: usize,
+    /// Blows on ringing objects. About 20 µs each.
+    pub blows: usize,
+    /// Modes that ring, times the ways and receivers by which each is heard.
+    pub mode_paths: usize,
+    /// Coefficients of transfers that follow the motion of bodies and receivers. About 1 ns each.
+    pub transfers: usize,
+}
+
+impl Default for Budget {
+    /// For one core of a desktop processor, half busy at worst.
+    fn default() -> Self {
+        Budget { waves: 120, blows: 16, mode_paths: 20_000, transfers: 300_000 }
+    }
+}
+
+impl Budget {
+    /// For so many samples.
+    pub(super) fn of(&self, frames: usize) -> Budget {
+        let share = |work: usize| (work * frames).div_ceil(128);
+        Budget {
+            waves: share(self.waves),
+            blows: share(self.blows),
+            mode_paths: self.mode_paths,
+            transfers: share(self.transfers),
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! What a live engine is told.
+
+use glam::DVec3;
+
+use super::sounding_object::SoundingObject;
+use crate::pose::Pose;
+
+/// Receivers at most.
+pub const MOST_RECEIVERS: usize = 2;
+
+/// Something that happens, or that somebody wants.
+pub enum Event {
+    /// A body is struck.
+    Blow(Blow),
+    /// An object is somewhere else.
+    Pose {
+        /// Which object.
+        slot: usize,
+        /// When \[s\].
+        time: f64,
+        /// Where then.
+        pose: Pose,
+        /// How it goes on [m/s].
+        velocity: DVec3,
+        /// How it turns on [rad/s].
+        angular_velocity: DVec3,
+    },
+    /// An object is no more: it falls silent within a block.
+    End {
+        /// Which object.
+        slot: usize,
+        /// When \[s\].
+        time: f64,
+    },
+    /// The receivers are somewhere else [m, world].
+    Receivers([DVec3; MOST_RECEIVERS]),
+    /// A part of the sound is to be heard, or not.
+    Switch(Part, bool),
+    /// All that sounds or is to sound stops, within a millisecond.
+    Silence,
+    /// An object takes a slot, or nothing does; what was there goes back to the controller.
+    Put {
+        /// Which slot.
+        slot: usize,
+        /// What is there from now on.
+        object: Option<Box<SoundingObject>>,
+    },
+}
+
+/// A part of the sound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// What comes of sudden acceleration.
+    Clicks,
+    /// What comes of vibration.
+    Ringing,
+    /// Reflections, early and late.
+    Reflections,
+}
+
+/// What is struck.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Struck {
+    /// A sphere that clicks.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// An object that was put somewhere.
+    Object {
+        /// Where.
+        slot: usize,
+    },
+}
+
+/// A body whose velocities change over a short time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blow {
+    /// What is struck.
+    pub struck: Struck,
+    /// Onset of the force \[s\].
+    pub time: f64,
+    /// Duration τ of the force \[s\].
+    pub duration: f64,
+    /// Pose at the onset.
+    pub pose: Pose,
+    /// Σj/M [m/s], world.
+    pub velocity_change: DVec3,
+    /// Change of the angular velocity [rad/s], world.
+    pub angular_velocity_change: DVec3,
+    /// Where it is struck [m, world].
+    pub point: DVec3,
+    /// Impulse on it [N s], world: what its modes feel.
+    pub impulse: DVec3,
+}
+
+impl Blow {
+    /// Whether all numbers are such that sound can come of them.
+    pub(super) fn is_good(&self) -> bool {
+        let vectors = [
+            self.pose.position,
+            self.velocity_change,
+            self.angular_velocity_change,
+            self.point,
+            self.impulse,
+        ];
+        let sized = match self.struck {
+            Struck::Sphere { radius } => radius > 0.0 && radius.is_finite(),
+            Struck::Object { .. } => true,
+        };
+        sized
+            && self.duration > 0.0
+            && self.duration.is_finite()
+            && vectors.iter().all(|v| v.is_finite())
+            && turns(&self.pose)
+    }
+}
+
+/// Whether the orientation of a pose is one.
+pub(super) fn turns(pose: &Pose) -> bool {
+    // Written so that NaN is refused too.
+    (pose.orientation.length_squared() - 1.0).abs() < 1e-6
+}

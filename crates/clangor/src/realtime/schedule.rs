@@ -1,0 +1,82 @@
+//! Events that are to come, in the order of their times.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Things with a time, of which the earliest comes first; of one time, the one that was added first.
+pub(super) struct Schedule<T> {
+    waiting: BinaryHeap<Waiting<T>>,
+    most: usize,
+    added: u64,
+}
+
+struct Waiting<T> {
+    sample: i64,
+    order: u64,
+    item: T,
+}
+
+impl<T> Schedule<T> {
+    /// Room for so many.
+    pub(super) fn new(most: usize) -> Self {
+        Schedule { waiting: BinaryHeap::with_capacity(most), most, added: 0 }
+    }
+
+    /// Adds something of this time \[samples\]; gives it back if there is no room.
+    pub(super) fn add(&mut self, sample: i64, item: T) -> Result<(), T> {
+        if self.waiting.len() == self.most {
+            return Err(item);
+        }
+        self.added += 1;
+        self.waiting.push(Waiting { sample, order: self.added, item });
+        Ok(())
+    }
+
+    /// Takes the first, if it comes before a time \[samples\].
+    pub(super) fn next_before(&mut self, sample: i64) -> Option<T> {
+        self.waiting.peek().filter(|first| first.sample < sample)?;
+        self.waiting.pop().map(|first| first.item)
+    }
+
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.waiting.clear();
+    }
+}
+
+impl<T> Ord for Waiting<T> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // The heap gives its largest first.
+        (other.sample, other.order).cmp(&(self.sample, self.order))
+    }
+}
+
+impl<T> PartialOrd for Waiting<T> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<T> PartialEq for Waiting<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl<T> Eq for Waiting<T> {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_earliest_comes_first_and_no_more_than_there_is_room_for() {
+        let mut schedule = Schedule::new(3);
+        assert!([(5, 'a'), (2, 'b'), (5, 'c')].into_iter().all(|(t, x)| schedule.add(t, x).is_ok()));
+        assert_eq!(schedule.add(1, 'd'), Err('d'));
+        let taken: String = std::iter::from_fn(|| schedule.next_before(6)).collect();
+        assert_eq!(taken, "bac");
+        schedule.add(7, 'e').unwrap();
+        assert_eq!(schedule.next_before(7), None);
+    }
+}

@@ -1,0 +1,173 @@
+//! What a path has sent, in a circle, heard after a delay that glides.
+//!
+//! Within a block the delay runs on a straight line: a body that accelerates by 10 m/s² is 26 ns off that in a block of
+//! 2.7 ms. A delay that would change by more than a quarter of the block is faded over to instead. Between samples the signal is that of
+//! a Kaiser-windowed sinc of 16 samples: 1e-4 below a third of the rate.
+
+use std::sync::LazyLock;
+
+use super::delay::windowed_sinc;
+
+/// Half the length of the sinc \[samples\]: what is heard now must have been sent until so much later.
+pub(super) const HALF_TAPS: usize = 8;
+const TAPS: usize = 2 * HALF_TAPS;
+/// Fractions of a sample for which it is tabulated.
+const PHASES: usize = 512;
+/// Kaiser's β for 80 dB.
+const BETA: f64 = 7.84;
+/// Change of the delay in a block, over the block, up to which it glides.
+const GLIDE: f64 = 0.25;
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub(super) struct LiveDelay {
+    /// As many as a power of two.
+    samples: Vec<f32>,
+    /// Index after the last sample sent.
+    end: i64,
+    /// The delay where the last block ended \[samples\].
+    delay: Option<f64>,
+}
+
+impl LiveDelay {
+    /// For delays of up to so many samples, and blocks of up to so many.
+    pub(super) fn new(longest: usize, block: usize) -> Self {
+        let kept = (longest + 2 * block + 2 * TAPS).next_power_of_two();
+        LiveDelay { samples: vec![0.0; kept], end: 0, delay: None }
+    }
+
+    /// The longest delay \[samples\].
+    fn longest(&self, frames: usize) -> f64 {
+        (self.samples.len() - frames - 2 * TAPS) as f64
+    }
+
+    /// Forgets everything; the next sample sent has this index.
+    pub(super) fn restart(&mut self, next: i64) {
+        self.samples.fill(0.0);
+        (self.end, self.delay) = (next, None);
+    }
+
+    /// Takes what is sent next.
+    pub(super) fn send(&mut self, sent: &[f64]) {
+        let mask = self.samples.len() - 1;
+        for value in sent {
+            self.samples[self.end as usize & mask] = *value as f32;
+            self.end += 1;
+        }
+    }
+
+    /// Hands `hear` each frame from index `first` on and what is heard then, if the delay ends at `delay` \[samples\]; whether it
+    /// was short enough.
+    pub(super) fn listen(
+        &mut self,
+        first: i64,
+        frames: usize,
+        delay: f64,
+        mut hear: impl FnMut(usize, f32),
+    ) -> bool {
+        if !(0.0..=self.longest(frames)).contains(&delay) {
+            self.delay = None;
+            return false;
+        }
+        let before = self.delay.replace(delay).unwrap_or(delay);
+        let per_frame = 1.0 / frames as f64;
+        let at = |frame: usize| (first + frame as i64) as f64;
+        if (delay - before).abs() <= GLIDE * frames as f64 {
+            let slope = (delay - before) * per_frame;
+            for frame in 0..frames {
+                let now = before + slope * (frame + 1) as f64;
+                hear(frame, self.between(at(frame) - now));
+            }
+        } else {
+            for frame in 0..frames {
+                let part = ((frame + 1) as f64 * per_frame) as f32;
+                let (old, new) = (self.between(at(frame) - before), self.between(at(frame) - delay));
+                hear(frame, old + part * (new - old));
+            }
+        }
+        true
+    }
+
+    /// The signal between samples.
+    #[inline]
+    fn between(&self, place: f64) -> f32 {
+        let whole = place.floor();
+        let start = whole as i64 - HALF_TAPS as i64 + 1;
+        let phase = (place - whole) * PHASES as f64;
+        let (row, part) = ((phase as usize).min(PHASES - 1), phase.fract() as f32);
+        let (here, next) = (&SINC[row], &SINC[row + 1]);
+        let mask = self.samples.len() - 1;
+        let begin = start as usize & mask;
+        let mut own = [0.0; TAPS];
+        match self.samples.get(begin..begin + TAPS) {
+            Some(samples) => own.copy_from_slice(samples),
+            None => own.iter_mut().enumerate().for_each(|(k, x)| *x = self.samples[(begin + k) & mask]),
+        }
+        let mut sums = [0.0_f32; HALF_TAPS];
+        for half in [0, HALF_TAPS] {
+            for (k, sum) in sums.iter_mut().enumerate() {
+                let tap = half + k;
+                *sum += own[tap] * (here[tap] + part * (next[tap] - here[tap]));
+            }
+        }
+        sums.iter().sum()
+    }
+}
+
+/// sinc(x) times the window, for each fraction of a sample.
+static SINC: LazyLock<Vec<[f32; TAPS]>> = LazyLock::new(|| {
+    windowed_sinc::<TAPS>(PHASES, BETA).into_iter().map(|row| row.map(|value| value as f32)).collect()
+});
+
+/// Makes the table, which takes time and memory, before it is needed.
+pub(super) fn warm() {
+    LazyLock::force(&SINC);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is heard of a tone of this share of the rate, while the delay goes from one to another in a block.
+    fn heard(part: f64, from: f64, to: f64) -> Vec<f32> {
+        let mut line = LiveDelay::new(300, 128);
+        line.restart(0);
+        let tone: Vec<f64> = (0..400).map(|i| (std::f64::consts::TAU * part * f64::from(i)).cos()).collect();
+        line.send(&tone);
+        line.delay = Some(from);
+        let mut heard = Vec::new();
+        assert!(line.listen(260, 128, to, |_, p| heard.push(p)));
+        heard
+    }
+
+    #[test]
+    fn a_tone_below_a_third_of_the_rate_is_late_and_nothing_else() {
+        for part in [0.001, 0.1, 0.2, 0.3, 1.0 / 3.0] {
+            for delay in [40.0, 57.25, 60.999, 199.47] {
+                let error = heard(part, delay, delay).iter().enumerate().map(|(i, p)| {
+                    let left = 260.0 + i as f64 - delay;
+                    (f64::from(*p) - (std::f64::consts::TAU * part * left).cos()).abs()
+                });
+                let error = error.fold(0.0, f64::max);
+                assert!(error < 3e-4, "{part} {delay}: {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_delay_that_jumps_is_faded_over_to() {
+        let values = heard(0.01, 150.0, 50.0);
+        let step = values.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
+        // A tone of 1 % of the rate moves by 0.063 from sample to sample, the fade by 1/64.
+        assert!(step < 0.063 + 0.016, "{step}");
+    }
+
+    #[test]
+    fn what_is_too_far_is_silent() {
+        let mut line = LiveDelay::new(300, 128);
+        line.restart(0);
+        line.send(&[1.0; 300]);
+        assert!(!line.listen(100, 128, 1e6, |_, _| panic!("heard")));
+        assert!(!line.listen(100, 128, f64::NAN, |_, _| panic!("heard")));
+    }
+}

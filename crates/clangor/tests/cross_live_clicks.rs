@@ -141,7 +141,7 @@ fn what_cannot_be_heard_is_counted() {
     let ways = LiveWays::new(Floor::None, None, None);
     let mut live = LiveClicks::new(&RenderSettings::default(), ways.losses(), 1, 1, 0.1).unwrap();
     let sphere = &clicks[1];
-    let mut push = |live: &mut LiveClicks, click: &Click, place: DVec3| push(live, &ways, click, &[place]);
+    let push = |live: &mut LiveClicks, click: &Click, place: DVec3| push(live, &ways, click, &[place]);
     push(&mut live, &Click { velocity_change: DVec3::NAN, ..sphere.clone() }, EARS[0]);
     push(&mut live, &clicks[0], EARS[0]);
     push(&mut live, sphere, sphere.centre);

@@ -43,6 +43,8 @@ const FORCES: usize = 512;
 pub struct EngineSettings {
     /// Samples per second.
     pub sample_rate: SampleRate,
+    /// Highest frequency that is heard in full \[Hz\]; by default what the sample rate holds.
+    pub max_frequency: Option<f64>,
     /// What carries the sound.
     pub medium: Medium,
     /// What reflects it, where there is no room.
@@ -69,6 +71,7 @@ impl Default for EngineSettings {
     fn default() -> Self {
         EngineSettings {
             sample_rate: SampleRate::default(),
+            max_frequency: None,
             medium: Medium::default(),
             floor: Floor::None,
             room: None,
@@ -86,7 +89,8 @@ impl Default for EngineSettings {
 impl EngineSettings {
     /// As clicks and voices are rendered.
     pub(super) fn rendering(&self) -> RenderSettings {
-        RenderSettings { sample_rate: self.sample_rate, medium: self.medium, ..RenderSettings::default() }
+        let EngineSettings { sample_rate, max_frequency, medium, .. } = *self;
+        RenderSettings { sample_rate, max_frequency, medium, ..RenderSettings::default() }
     }
 
     /// The ways by which receivers hear.
@@ -132,6 +136,9 @@ pub struct Engine {
     /// Samples until everything has stopped.
     stopping: Option<usize>,
     blows_left: usize,
+    /// What was asked for.
+    output: Vec<Vec<f64>>,
+    /// A block of it.
     channels: Vec<Vec<f64>>,
     entering: Vec<Vec<f64>>,
     late: Vec<f64>,
@@ -170,7 +177,7 @@ impl Engine {
             outputs,
             settings.longest_delay() + 0.1,
         )?;
-        let silent = |count: usize| (0..count).map(|_| vec![0.0; LONGEST_BLOCK]).collect::<Vec<_>>();
+        let silent = |count: usize, length: usize| (0..count).map(|_| vec![0.0; length]).collect::<Vec<_>>();
         Ok(Engine {
             exchange,
             position: 0,
@@ -188,8 +195,9 @@ impl Engine {
             heard: [true; 3],
             stopping: None,
             blows_left: 0,
-            channels: silent(settings.receivers),
-            entering: silent(inputs),
+            output: silent(settings.receivers, LONGEST_BLOCK),
+            channels: silent(settings.receivers, settings.block),
+            entering: silent(inputs, settings.block),
             late: vec![0.0; settings.receivers],
             counts: Report::default(),
             ways,
@@ -232,6 +240,18 @@ impl Engine {
     pub fn render(&mut self, frames: usize) -> &[Vec<f64>] {
         let frames = frames.clamp(1, LONGEST_BLOCK);
         self.take_events();
+        self.output.iter_mut().for_each(Vec::clear);
+        while self.output[0].len() < frames {
+            self.render_block(self.settings.block.min(frames - self.output[0].len()));
+            let blocks = self.output.iter_mut().zip(&self.channels);
+            blocks.for_each(|(output, block)| output.extend_from_slice(block));
+        }
+        self.counts.peak = self.output.iter().flatten().fold(0.0, |peak: f64, p| peak.max(p.abs()));
+        self.exchange.report.write(self.report());
+        &self.output
+    }
+
+    fn render_block(&mut self, frames: usize) {
         let budget = self.settings.budget.of(frames);
         self.blows_left = budget.blows;
         let end = self.position + frames as i64;
@@ -250,9 +270,6 @@ impl Engine {
         self.fade(frames);
         self.position = end;
         self.give_back();
-        self.counts.peak = self.channels.iter().flatten().fold(0.0, |peak: f64, p| peak.max(p.abs()));
-        self.exchange.report.write(self.report());
-        &self.channels
     }
 
     /// Takes what the ring holds.

@@ -8,6 +8,9 @@ use crate::pose::Pose;
 /// Receivers at most.
 pub const MOST_RECEIVERS: usize = 2;
 
+/// No number of a blow in SI units is larger: beyond, products overflow.
+const LARGEST: f64 = 1e12;
+
 /// Something that happens, or that somebody wants.
 pub enum Event {
     /// A body is struck.
@@ -111,7 +114,7 @@ impl Blow {
         sized
             && self.duration > 0.0
             && self.duration.is_finite()
-            && vectors.iter().all(|v| v.is_finite())
+            && vectors.iter().all(|v| v.abs().max_element() < LARGEST)
             && turns(&self.pose)
     }
 }

@@ -134,6 +134,14 @@ impl Pulse {
     }
 }
 
+impl Path {
+    /// Is heard as it is to be.
+    fn arrive(&mut self) {
+        self.now.re.copy_from_slice(&self.target.re);
+        self.now.im.copy_from_slice(&self.target.im);
+    }
+}
+
 impl Planes {
     fn zero(count: usize) -> Self {
         Planes { re: vec![0.0; count], im: vec![0.0; count] }
@@ -393,7 +401,7 @@ impl ModalBank {
     /// Takes the transfers last set at once.
     pub fn jump_to_transfers(&mut self) {
         for (p, path) in self.paths.iter_mut().enumerate() {
-            path.now.clone_from(&path.target);
+            path.arrive();
             self.pulses.iter_mut().for_each(|pulse| pulse.feeds[p][0] = pulse.feeds[p][1]);
         }
     }
@@ -426,8 +434,7 @@ impl ModalBank {
         }
         for (p, path) in self.paths.iter_mut().enumerate() {
             // Not what the steps summed up to, so that rounding does not grow.
-            path.now.re.copy_from_slice(&path.target.re);
-            path.now.im.copy_from_slice(&path.target.im);
+            path.arrive();
             self.pulses.iter_mut().for_each(|pulse| pulse.feeds[p][0] = pulse.feeds[p][1]);
         }
         let next = self.next;

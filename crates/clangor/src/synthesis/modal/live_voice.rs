@@ -32,7 +32,7 @@ pub const AHEAD: usize = HALF_TAPS;
 pub const LOOK_AHEAD: usize = AHEAD + REACH + 1;
 
 /// By how much order × direction may turn before transfers are due [rad].
-const TURN: f64 = 0.05;
+const TURN: f64 = 0.01;
 /// Time for which a body goes on without news \[s\].
 const LONGEST_MOTION: f64 = 0.1;
 /// Forces in progress on one body; more are refused.
@@ -327,11 +327,11 @@ impl LiveVoice {
     fn send(&mut self, end: i64, frames: usize, ways: &LiveWays, receivers: &[DVec3], may: bool) {
         let woken = self.bank.take_woken();
         if woken {
-            self.set_transfers(ways, receivers, end, true);
+            self.set_transfers(ways, receivers, end + AHEAD as i64, true);
             self.bank.jump_to_transfers();
         }
         if may && !self.bank.is_silent() {
-            self.set_transfers(ways, receivers, end, false);
+            self.set_transfers(ways, receivers, end + AHEAD as i64, false);
         }
         self.sent.iter_mut().for_each(Vec::clear);
         if self.bank.is_silent() {

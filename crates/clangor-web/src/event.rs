@@ -2,7 +2,7 @@
 //!
 //! | index | content |
 //! |---|---|
-//! | 0 | kind: [`CLICK`] of a sphere, [`BLOW`] on a loaded object, [`POSE`] of a loaded object |
+//! | 0 | kind: [`CLICK`] of a sphere, [`BLOW`] on a loaded object, [`POSE`] of a loaded object, [`END`] of one |
 //! | 1 | time \[s\] |
 //! | 2 | duration τ \[s\] |
 //! | 3 | radius \[m\] (click), or the slot of the object |
@@ -24,6 +24,8 @@ pub const CLICK: f64 = 0.0;
 pub const BLOW: f64 = 1.0;
 /// Kind of an event: the pose of a loaded object.
 pub const POSE: f64 = 2.0;
+/// Kind of an event: a loaded object is no more.
+pub const END: f64 = 3.0;
 
 /// The click of a sphere of this radius that an impact moves.
 pub fn click(pulse: &ImpactPulse, share: &BodyPulse, radius: f64) -> [f64; STRIDE] {

@@ -22,7 +22,7 @@ pub mod world;
 macro_rules! export {
     ($($module:ident::$name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
         mod exports {
-            use super::{exchange, world};
+            use super::{exchange, synth, world};
 
             $(
                 #[doc = concat!("[`", stringify!($module), "::", stringify!($name), "`](super::", stringify!($module), "::", stringify!($name), ").")]
@@ -40,6 +40,19 @@ export! {
     exchange::buffer(bytes: u32) -> *const u64;
     exchange::message() -> *const u8;
     exchange::message_length() -> u32;
+    synth::synth_start(sample_rate: f64, block: u32, scene_bytes: u32) -> i32;
+    synth::synth_load(slot: u32, bytes: u32, damping_bytes: u32) -> i32;
+    synth::synth_listener(lx: f64, ly: f64, lz: f64, rx: f64, ry: f64, rz: f64) -> i32;
+    synth::synth_push(count: u32) -> u32;
+    synth::synth_gain(pascal_at_full_scale: f64) -> i32;
+    synth::synth_ringing(on: u32) -> i32;
+    synth::synth_room(on: u32) -> i32;
+    synth::synth_clicks(on: u32) -> i32;
+    synth::synth_silence() -> i32;
+    synth::synth_render(frames: u32) -> *const f32;
+    synth::synth_latency() -> f64;
+    synth::synth_time() -> f64;
+    synth::synth_report() -> *const f64;
     world::world_load(scene_bytes: u32) -> i32;
     world::world_advance(until: f64, budget_s_hint: f64) -> i32;
     world::world_time() -> f64;

@@ -34,7 +34,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     ("output", &["math", "scene"]),
-    ("realtime", &["body", "contact", "material", "medium", "model", "pose", "room", "synthesis"]),
+    ("realtime", &["body", "contact", "material", "medium", "model", "pose", "room", "scene", "synthesis"]),
 ];
 
 /// What only the pipeline and the program may use.

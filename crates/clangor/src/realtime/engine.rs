@@ -12,6 +12,7 @@ use crate::body::BodyId;
 use crate::contact::ForceProfile;
 use crate::medium::Medium;
 use crate::room::{Air, LateReverberation, Room};
+use crate::scene::Scene;
 use crate::synthesis::listener::Floor;
 use crate::synthesis::live_clicks::{LOOK_AHEAD as CLICK_LOOK_AHEAD, LiveClicks};
 use crate::synthesis::live_ways::LiveWays;
@@ -87,6 +88,20 @@ impl Default for EngineSettings {
 }
 
 impl EngineSettings {
+    /// As a scene wants to be rendered: its medium, floor, room, air and forces.
+    pub fn of_scene(scene: &Scene) -> Self {
+        let render = &scene.render;
+        EngineSettings {
+            max_frequency: render.max_frequency,
+            medium: scene.medium,
+            floor: render.floor,
+            room: render.room.clone(),
+            air: render.air,
+            profile: render.pulse,
+            ..EngineSettings::default()
+        }
+    }
+
     /// As clicks and voices are rendered.
     pub(super) fn rendering(&self) -> RenderSettings {
         let EngineSettings { sample_rate, max_frequency, medium, .. } = *self;

@@ -144,7 +144,8 @@ mod tests {
     fn a_tone_below_a_third_of_the_rate_is_late_and_nothing_else() {
         for part in [0.001, 0.1, 0.2, 0.3, 1.0 / 3.0] {
             for delay in [40.0, 57.25, 60.999, 199.47] {
-                let error = heard(part, delay, delay).iter().enumerate().map(|(i, p)| {
+                let values = heard(part, delay, delay);
+                let error = values.iter().enumerate().map(|(i, p)| {
                     let left = 260.0 + i as f64 - delay;
                     (f64::from(*p) - (std::f64::consts::TAU * part * left).cos()).abs()
                 });

@@ -7,8 +7,8 @@
 //! The pose comes from outside, as often as somebody wants, and goes on with its velocity in between. Transfers follow it
 //! when they may, from the end of one block to the next; modes that wake get theirs at once.
 //!
-//! Differs from the offline voice: no force streams, no vibration that is taken over, and delays as in
-//! [`live_delay`](super::live_delay).
+//! Differs from the offline voice: no force streams, no vibration that is taken over, and delays that are straight lines
+//! within a block, between samples a sinc of 16: 1e-4 below a third of the rate.
 
 use std::sync::Arc;
 

@@ -90,8 +90,8 @@ fn a_million_blows_a_second_are_borne_and_counted() {
     }
     let report = controller.report();
     assert_eq!((report.taken, report.lost), (sent, full));
-    // Two ears: two waves of each click, at most 120 in a block.
-    assert!(report.waves <= 40 * 120 && report.shed > 10_000, "{report:?}");
+    // Two ears: two waves of each click, at most 100 in a block.
+    assert!(report.waves <= 40 * 100 && report.shed > 10_000, "{report:?}");
     // And afterwards it is as it was.
     listen(&mut engine, 200);
     let before = controller.report();

@@ -14,9 +14,9 @@ pub struct Budget {
 }
 
 impl Default for Budget {
-    /// For one core of a desktop processor, half busy at worst.
+    /// For one core of a desktop processor, little more than half busy at worst.
     fn default() -> Self {
-        Budget { waves: 120, blows: 16, mode_paths: 20_000, transfers: 300_000 }
+        Budget { waves: 100, blows: 16, mode_paths: 12_000, transfers: 100_000 }
     }
 }
 

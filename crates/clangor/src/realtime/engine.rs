@@ -400,7 +400,8 @@ impl Engine {
         let rate = self.settings.sample_rate.as_f64();
         let wanted = blow.time + self.latency();
         let earliest = (self.position + LOOK_AHEAD as i64) as f64 / rate;
-        self.counts.late += u64::from(wanted < earliest);
+        // Less than a sample is rounding.
+        self.counts.late += u64::from(wanted < earliest - 0.5 / rate);
         let time = wanted.max(earliest);
         let (source, radius) = match blow.struck {
             Struck::Sphere { radius } => (Some(SoundSource::Sphere { radius }), radius),

@@ -303,7 +303,11 @@ impl ModalBank {
     /// Adds a force of any course that is limited to the band, from sample `first` on.
     pub(super) fn add_course(&mut self, first: i64, course: Arc<Course>, amplitudes: &[f64]) {
         debug_assert_eq!(amplitudes.len(), self.given);
-        let mut pulse = self.spare.pop().unwrap_or_default();
+        let mut pulse = self.spare.pop().unwrap_or_else(|| {
+            // Rendering, which puts it aside one day, asks for no memory.
+            self.spare.reserve(self.pulses.len() + 1);
+            Pulse::default()
+        });
         (pulse.first, pulse.course) = (first, course);
         let own = &mut pulse.amplitudes;
         own.clear();

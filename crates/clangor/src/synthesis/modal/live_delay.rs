@@ -6,6 +6,8 @@
 
 use std::sync::LazyLock;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::delay::windowed_sinc;
 
 /// Half the length of the sinc \[samples\]: what is heard now must have been sent until so much later.
@@ -56,62 +58,110 @@ impl LiveDelay {
         }
     }
 
-    /// Hands `hear` each frame from index `first` on and what is heard then, if the delay ends at `delay` \[samples\]; whether it
-    /// was short enough.
-    pub(super) fn listen(
-        &mut self,
-        first: i64,
-        frames: usize,
-        delay: f64,
-        mut hear: impl FnMut(usize, f32),
-    ) -> bool {
-        if !(0.0..=self.longest(frames)).contains(&delay) {
+    /// What is heard from index `first` on, if the delay ends at `delay` \[samples\]; whether it was short enough, or nothing is heard.
+    pub(super) fn listen(&mut self, first: i64, delay: f64, heard: &mut [f32]) -> bool {
+        if !(0.0..=self.longest(heard.len())).contains(&delay) {
             self.delay = None;
             return false;
         }
         let before = self.delay.replace(delay).unwrap_or(delay);
-        let per_frame = 1.0 / frames as f64;
-        let at = |frame: usize| (first + frame as i64) as f64;
-        if (delay - before).abs() <= GLIDE * frames as f64 {
-            let slope = (delay - before) * per_frame;
-            for frame in 0..frames {
-                let now = before + slope * (frame + 1) as f64;
-                hear(frame, self.between(at(frame) - now));
-            }
-        } else {
-            for frame in 0..frames {
-                let part = ((frame + 1) as f64 * per_frame) as f32;
-                let (old, new) = (self.between(at(frame) - before), self.between(at(frame) - delay));
-                hear(frame, old + part * (new - old));
-            }
-        }
+        Arch::new().dispatch(Listening { samples: &self.samples, first, before, delay, heard });
         true
     }
+}
 
-    /// The signal between samples.
-    #[inline]
-    fn between(&self, place: f64) -> f32 {
-        let whole = place.floor();
-        let start = whole as i64 - HALF_TAPS as i64 + 1;
-        let phase = (place - whole) * PHASES as f64;
-        let (row, part) = ((phase as usize).min(PHASES - 1), phase.fract() as f32);
-        let (here, next) = (&SINC[row], &SINC[row + 1]);
-        let mask = self.samples.len() - 1;
-        let begin = start as usize & mask;
-        let mut own = [0.0; TAPS];
-        match self.samples.get(begin..begin + TAPS) {
-            Some(samples) => own.copy_from_slice(samples),
-            None => own.iter_mut().enumerate().for_each(|(k, x)| *x = self.samples[(begin + k) & mask]),
+/// A block of listening, with the vector instructions of the machine.
+struct Listening<'a> {
+    samples: &'a [f32],
+    first: i64,
+    /// The delay where the block begins and where it ends \[samples\].
+    before: f64,
+    delay: f64,
+    heard: &'a mut [f32],
+}
+
+impl WithSimd for Listening<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Listening { samples, first, before, delay, heard } = self;
+        let frames = heard.len() as f64;
+        let glides = (delay - before).abs() <= GLIDE * frames;
+        if delay == before {
+            return still(samples, first as f64 - delay, heard);
         }
-        let mut sums = [0.0_f32; HALF_TAPS];
-        for half in [0, HALF_TAPS] {
-            for (k, sum) in sums.iter_mut().enumerate() {
-                let tap = half + k;
-                *sum += own[tap] * (here[tap] + part * (next[tap] - here[tap]));
+        let slope = if glides { (delay - before) / frames } else { 0.0 };
+        let ago = |delay: f64| (first as f64 - delay, 1.0 - slope);
+        let (begin, step) = ago(before + slope);
+        for (frame, heard) in heard.iter_mut().enumerate() {
+            *heard = between(samples, begin + step * frame as f64);
+        }
+        if !glides {
+            let (begin, step) = ago(delay);
+            for (frame, heard) in heard.iter_mut().enumerate() {
+                let part = ((frame + 1) as f64 / frames) as f32;
+                *heard += part * (between(samples, begin + step * frame as f64) - *heard);
             }
         }
-        sums.iter().sum()
     }
+}
+
+/// What is heard from a place on, if the delay stays: the same weights at every sample.
+#[inline(always)]
+fn still(samples: &[f32], place: f64, heard: &mut [f32]) {
+    let (start, weights) = weights(place);
+    let mask = samples.len() - 1;
+    heard.fill(0.0);
+    // From place to place only where the circle ends.
+    let (mut done, count) = (0, heard.len());
+    while done < count {
+        let begin = (start + done as i64) as usize & mask;
+        let whole = (samples.len() - begin).saturating_sub(TAPS - 1).min(count - done);
+        if whole == 0 {
+            let wrapped = |k: usize| samples[(begin + k) & mask];
+            heard[done] = weights.iter().enumerate().map(|(k, w)| w * wrapped(k)).sum();
+            done += 1;
+            continue;
+        }
+        let out = &mut heard[done..done + whole];
+        for (k, weight) in weights.iter().enumerate() {
+            let sent = &samples[begin + k..begin + k + whole];
+            out.iter_mut().zip(sent).for_each(|(sum, x)| *sum += weight * x);
+        }
+        done += whole;
+    }
+}
+
+/// The first of the samples around a place, and what they count there.
+#[inline(always)]
+fn weights(place: f64) -> (i64, [f32; TAPS]) {
+    let whole = place.floor();
+    let phase = (place - whole) * PHASES as f64;
+    let (row, part) = ((phase as usize).min(PHASES - 1), phase.fract() as f32);
+    let (here, next) = (&SINC[row], &SINC[row + 1]);
+    let weight = |tap: usize| here[tap] + part * (next[tap] - here[tap]);
+    (whole as i64 - HALF_TAPS as i64 + 1, std::array::from_fn(weight))
+}
+
+/// The signal of a circle of samples between them.
+#[inline(always)]
+fn between(samples: &[f32], place: f64) -> f32 {
+    let (start, weights) = weights(place);
+    let mask = samples.len() - 1;
+    let begin = start as usize & mask;
+    let mut own = [0.0; TAPS];
+    match samples.get(begin..begin + TAPS) {
+        Some(samples) => own.copy_from_slice(samples),
+        None => own.iter_mut().enumerate().for_each(|(k, x)| *x = samples[(begin + k) & mask]),
+    }
+    let mut sums = [0.0_f32; HALF_TAPS];
+    for half in [0, HALF_TAPS] {
+        for (k, sum) in sums.iter_mut().enumerate() {
+            *sum += own[half + k] * weights[half + k];
+        }
+    }
+    sums.iter().sum()
 }
 
 /// sinc(x) times the window, for each fraction of a sample.
@@ -135,8 +185,8 @@ mod tests {
         let tone: Vec<f64> = (0..400).map(|i| (std::f64::consts::TAU * part * f64::from(i)).cos()).collect();
         line.send(&tone);
         line.delay = Some(from);
-        let mut heard = Vec::new();
-        assert!(line.listen(260, 128, to, |_, p| heard.push(p)));
+        let mut heard = vec![0.0; 128];
+        assert!(line.listen(260, to, &mut heard));
         heard
     }
 
@@ -168,7 +218,7 @@ mod tests {
         let mut line = LiveDelay::new(300, 128);
         line.restart(0);
         line.send(&[1.0; 300]);
-        assert!(!line.listen(100, 128, 1e6, |_, _| panic!("heard")));
-        assert!(!line.listen(100, 128, f64::NAN, |_, _| panic!("heard")));
+        assert!(!line.listen(100, 1e6, &mut [0.0; 128]));
+        assert!(!line.listen(100, f64::NAN, &mut [0.0; 128]));
     }
 }

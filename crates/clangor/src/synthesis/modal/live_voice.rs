@@ -128,6 +128,8 @@ pub struct LiveVoice {
     losses: Vec<Vec<(f64, f64)>>,
     /// What each path sends in a block.
     sent: Vec<Vec<f64>>,
+    /// What a path brings in a block.
+    heard: Vec<f32>,
     /// Samples since nothing moves.
     quiet: usize,
     /// Samples after which all that was sent has been heard.
@@ -197,6 +199,7 @@ impl LiveVoice {
             ways: ways.count(),
             losses: losses.collect(),
             sent: (0..paths).map(|_| Vec::with_capacity(block + AHEAD)).collect(),
+            heard: vec![0.0; block],
             quiet: usize::MAX,
             longest: longest + block + AHEAD,
             ending: false,
@@ -299,16 +302,19 @@ impl LiveVoice {
             let channel = &mut outputs.channels[receiver];
             // Late reverberation hears what the first receiver does.
             let input = ways.reverberation_input(way).filter(|_| receiver == 0);
-            path.line.listen(position, frames, delay, |frame, pressure| {
-                let pressure = f64::from(pressure);
-                channel[frame] += pressure;
-                if receiver == 0 {
-                    heard += pressure * pressure;
-                }
-                if let Some(input) = input {
-                    outputs.entering[input][frame] += pressure * distance;
-                }
-            });
+            if !path.line.listen(position, delay, &mut self.heard[..frames]) {
+                continue;
+            }
+            for (sum, pressure) in channel.iter_mut().zip(&self.heard) {
+                *sum += f64::from(*pressure);
+            }
+            if receiver == 0 {
+                heard += self.heard[..frames].iter().map(|p| f64::from(*p).powi(2)).sum::<f64>();
+            }
+            if let Some(input) = input {
+                let entering = outputs.entering[input].iter_mut().zip(&self.heard);
+                entering.for_each(|(sum, p)| *sum += f64::from(*p) * distance);
+            }
         }
         self.loudness = heard / frames as f64;
         if self.ending {

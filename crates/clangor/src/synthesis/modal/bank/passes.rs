@@ -143,7 +143,17 @@ fn rotate<S: Simd>(
 #[inline(always)]
 fn listen<S: Simd>(simd: S, run: &[[S::f64s; 4]], path: &mut Path, sums: &mut [S::f64s], own: Range<usize>) {
     let (mut re, mut im) = (two::<S>(&path.now.re[own.clone()]), two::<S>(&path.now.im[own.clone()]));
-    let (slope_re, slope_im) = (two::<S>(&path.slope.re[own.clone()]), two::<S>(&path.slope.im[own.clone()]));
+    let slopes = [&path.slope.re[own.clone()], &path.slope.im[own.clone()]];
+    if slopes.iter().all(|slope| slope.iter().all(|change| *change == 0.0)) {
+        for (sample, sum) in run.iter().zip(sums) {
+            for v in 0..2 {
+                *sum = simd.mul_add_e_f64s(re[v], sample[v], *sum);
+                *sum = simd.mul_add_e_f64s(im[v], sample[2 + v], *sum);
+            }
+        }
+        return;
+    }
+    let [slope_re, slope_im] = slopes.map(|slope| two::<S>(slope));
     for (sample, sum) in run.iter().zip(sums) {
         for v in 0..2 {
             *sum = simd.mul_add_e_f64s(re[v], sample[v], *sum);

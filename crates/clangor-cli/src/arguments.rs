@@ -39,6 +39,8 @@ pub(crate) struct Global {
 pub(crate) enum Command {
     /// Simulate a scene (or read a timeline) and write its sound as WAV
     Render(Render),
+    /// Play a scene or a timeline through the loudspeaker, by the real-time engine
+    Play(Play),
     /// Check a scene and print every error at once
     Check(Check),
     /// Simulate a scene and write what happened as a timeline
@@ -129,6 +131,37 @@ pub(crate) struct Render {
     /// Replace an existing timeline
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Play {
+    /// A scene (.toml) or a timeline folder (.timeline)
+    #[arg(required_unless_present = "devices")]
+    pub(crate) input: Option<PathBuf>,
+    /// A listener instead of the scene's first, in metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) listener: Option<DVec3>,
+    /// Effort for the sound fields of bodies
+    #[arg(long, value_enum, default_value = "normal")]
+    pub(crate) quality: Quality,
+    /// Simulated time in seconds, instead of the scene's
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub(crate) duration: Option<f64>,
+    /// Where in the scene to begin, in seconds
+    #[arg(long, value_name = "S", value_parser = instant)]
+    pub(crate) from: Option<f64>,
+    /// Where to end
+    #[arg(long, value_name = "S", value_parser = instant)]
+    pub(crate) to: Option<f64>,
+    /// Pressure that is as loud as the device can, in pascals (default: twice the loudest)
+    #[arg(long, value_name = "PA", value_parser = full_scale)]
+    pub(crate) full_scale: Option<f64>,
+    /// Device to play on, by its name or identifier (default: the system's)
+    #[arg(long, value_name = "NAME")]
+    pub(crate) device: Option<String>,
+    /// List the devices instead
+    #[arg(long)]
+    pub(crate) devices: bool,
 }
 
 #[derive(Args)]

@@ -8,6 +8,7 @@ pub(crate) mod export;
 pub(crate) mod import;
 pub(crate) mod inspect;
 pub(crate) mod modes;
+pub(crate) mod play;
 pub(crate) mod plot;
 pub(crate) mod render;
 pub(crate) mod serve;

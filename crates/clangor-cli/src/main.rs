@@ -25,6 +25,7 @@ fn main() -> ExitCode {
     let threads = global.threads.map_or(0, usize::from);
     let done = clangor_pipeline::with_threads(threads, || match &arguments.command {
         Command::Render(options) => command::render::run(options, global, &console),
+        Command::Play(options) => command::play::run(options, global, &console),
         Command::Check(options) => command::check::run(options, global, &console),
         Command::Simulate(options) => command::simulate::run(options, global, &console),
         Command::Bake(options) => command::bake::run(options, global, &console),

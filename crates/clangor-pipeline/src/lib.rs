@@ -10,6 +10,7 @@ pub mod field_plot;
 pub mod fracture_report;
 pub mod glb;
 pub mod levels;
+pub mod live_score;
 pub mod load;
 pub mod mesh_reader;
 pub mod modal_soundbank;

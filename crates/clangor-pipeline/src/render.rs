@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use clangor::body::{Body, BodyId};
 use clangor::contact::force_stream::{StreamSettings, force_stream};
 use clangor::contact::{
-    ContactError, ContactReport, ContactSettings, PoseHistory, crack_pulses, impact_pulses,
+    ContactError, ContactReport, ContactSettings, ImpactPulse, PoseHistory, crack_pulses, impact_pulses,
 };
 use clangor::output::compressor::Compressor;
 use clangor::room::{Air, LateReverberation, Room, RoomError};
@@ -36,7 +36,7 @@ use clangor::timeline::{ContactRow, Timeline};
 pub use self::energy_limit::EnergyLimits;
 use self::file_names::{check_distinct, file_name};
 use self::ringing::{Breaking, RingingBodies, Rolling, Voices};
-pub use self::ringing::{Handover, Transfers, UnplayableModes};
+pub use self::ringing::{Handover, Transfers, UnplayableModes, modal_sources};
 use self::ways::{Hearing, reverberation, take_until, ways_to};
 use crate::atomic_file::check_folder;
 use crate::levels::{LevelMeter, Levels};
@@ -145,6 +145,16 @@ impl RenderOptions {
     /// # Errors
     /// Those of [`render`] that do not depend on the impacts.
     pub fn check(&self, bodies: &[Body], output: &Path) -> Result<(), RenderError> {
+        check_folder(output).map_err(WavError::from)?;
+        self.check_sound()?;
+        check_distinct(self, bodies, output)
+    }
+
+    /// Whether anybody can hear anything: the same without files.
+    ///
+    /// # Errors
+    /// Those of [`render`] that depend neither on the impacts nor on files.
+    pub fn check_sound(&self) -> Result<(), RenderError> {
         if self.listeners.is_empty() {
             return Err(RenderError::NoListener);
         }
@@ -152,13 +162,12 @@ impl RenderOptions {
         if self.to <= from {
             return Err(RenderError::NothingToWrite { from, to: self.to });
         }
-        check_folder(output).map_err(WavError::from)?;
         for listener in &self.listeners {
             Renderer::new(listener, &self.synthesis)?;
         }
         let rate = self.synthesis.sample_rate.as_f64();
         reverberation(self.room.as_ref(), self.air, &self.synthesis.medium, rate)?;
-        check_distinct(self, bodies, output)
+        Ok(())
     }
 }
 
@@ -241,6 +250,29 @@ pub struct RenderSummary {
     pub missing_energies: BTreeMap<BodyId, f64>,
 }
 
+/// The impacts and the releases of cracks of a timeline, as forces.
+pub(crate) struct Forces {
+    pub(crate) poses: PoseHistory,
+    /// In order of time.
+    pub(crate) pulses: Vec<ImpactPulse>,
+    contacts: ContactReport,
+}
+
+pub(crate) fn forces(
+    bodies: &[Body],
+    timeline: &Timeline,
+    settings: &ContactSettings,
+) -> Result<Forces, ContactError> {
+    let poses = PoseHistory::try_new(bodies, &timeline.poses)?;
+    // What touches gently has no number.
+    let impacts: Vec<ContactRow> =
+        timeline.contacts.iter().filter(|row| row.impact_id != 0).copied().collect();
+    let (mut pulses, contacts) = impact_pulses(bodies, &impacts, &poses, settings)?;
+    pulses.extend(crack_pulses(bodies, &impacts, &timeline.fractures, &poses, settings.profile)?);
+    pulses.sort_by(|a, b| a.time.total_cmp(&b.time));
+    Ok(Forces { poses, pulses, contacts })
+}
+
 /// Renders the impacts of a timeline for every listener into `output`; `sounds` says what each body sounds as.
 ///
 /// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`,
@@ -258,13 +290,7 @@ pub fn render(
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<RenderSummary, RenderError> {
     options.check(bodies, output)?;
-    let poses = PoseHistory::try_new(bodies, &timeline.poses)?;
-    // What touches gently has no number.
-    let impacts: Vec<ContactRow> =
-        timeline.contacts.iter().filter(|row| row.impact_id != 0).copied().collect();
-    let (mut pulses, contacts) = impact_pulses(bodies, &impacts, &poses, &options.contact)?;
-    pulses.extend(crack_pulses(bodies, &impacts, &timeline.fractures, &poses, options.contact.profile)?);
-    pulses.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let Forces { poses, pulses, contacts } = forces(bodies, timeline, &options.contact)?;
     let rolling = match options.rolling.filter(|_| options.parts.modal) {
         Some(time_step) => {
             let v_min = options.contact.v_min;

@@ -1,6 +1,7 @@
 //! `clangor render`: from a scene or a timeline to a WAV file.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use clangor::body::{Body, BodyId};
 use clangor::contact::ContactSettings;
@@ -20,7 +21,8 @@ use clangor_pipeline::fracture_report::FractureReport;
 use clangor_pipeline::load::LoadedScene;
 use clangor_pipeline::render::{FullScale, RenderOptions, Sounds, Transfers, read_impacts, render};
 use clangor_pipeline::simulate::{simulate_and_keep, simulate_impacts, solver};
-use clangor_pipeline::sound_models::ringers::RingingPlan;
+use clangor_pipeline::sound_models::ringers::{Ringers, RingingPlan};
+use clangor_pipeline::sound_models::sources::Sources;
 use clangor_pipeline::timeline_file::TimelineReader;
 use clangor_pipeline::wav::{SampleFormat, WavSpec};
 use clangor_sim::SimulationReport;
@@ -70,6 +72,58 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     if let Some(path) = &options.report {
         check_ending(path, "json")?;
     }
+    let prepared = prepare(options, Some(&output), global, console)?;
+    let Prepared { bodies, options: render_options, sources, ringers, timeline, simulated, .. } = &prepared;
+    let progress = console.progress("render", 1.0);
+    let mut told = |part| progress.reached(part);
+    let sounds = Sounds { sources: &sources.sources, ringers };
+    let summary = render(bodies, &sounds, timeline, render_options, &output, &mut told)?;
+    drop(progress);
+    let told = Told {
+        bodies,
+        sources,
+        ringers,
+        summary: &summary,
+        options: render_options,
+        simulated: simulated.as_ref(),
+    };
+    told.say(console);
+    if !timeline.fractures.is_empty() || options.report.is_some() {
+        let fractures = FractureReport::new(bodies, &timeline.fractures).with_ringing(bodies, ringers);
+        let fractures = match &simulated {
+            Some(report) => fractures.with_blows(&report.breaking),
+            None => fractures,
+        };
+        breaking::say_energies(console, &fractures.totals);
+        if let Some(path) = &options.report {
+            breaking::write(path, &fractures)?;
+        }
+    }
+    if options.explain {
+        told.explain(console);
+    }
+    told.print_json(console);
+    Ok(())
+}
+
+/// What is to be heard, and everything that sounds in it.
+pub(super) struct Prepared {
+    /// All that ever were.
+    pub(super) bodies: Vec<Body>,
+    pub(super) options: RenderOptions,
+    pub(super) sources: Sources,
+    pub(super) ringers: Ringers,
+    pub(super) timeline: Timeline,
+    pub(super) simulated: Option<SimulationReport>,
+}
+
+/// Simulates or reads, and finds or bakes what sounds; files are to be written to `output`, if any.
+pub(super) fn prepare(
+    options: &Render,
+    output: Option<&Path>,
+    global: &Global,
+    console: &Console,
+) -> Result<Prepared, Failure> {
     let mut source = if is_timeline(&options.input) {
         from_timeline(options, global)?
     } else {
@@ -83,7 +137,10 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
         );
     }
     // A long simulation is not begun for a sound that cannot be written.
-    render_options.check(&source.bodies, &output)?;
+    match output {
+        Some(output) => render_options.check(&source.bodies, output)?,
+        None => render_options.check_sound()?,
+    }
     let (files, models): (Vec<_>, Vec<_>) =
         options.model.iter().cloned().partition(|(_, path)| is_gltf(path));
     let given = given_models(&source.bodies, &models, console)?;
@@ -120,37 +177,7 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     sources.replace(given.sources);
     let given = if render_options.parts.modal { given.modes } else { BTreeMap::new() };
     let ringers = find_ringers(plan, &struck, &given, global, console)?;
-    let progress = console.progress("render", 1.0);
-    let mut told = |part| progress.reached(part);
-    let sounds = Sounds { sources: &sources.sources, ringers: &ringers };
-    let summary = render(&source.bodies, &sounds, &timeline, &render_options, &output, &mut told)?;
-    drop(progress);
-    let told = Told {
-        bodies: &source.bodies,
-        sources: &sources,
-        ringers: &ringers,
-        summary: &summary,
-        options: &render_options,
-        simulated: simulated.as_ref(),
-    };
-    told.say(console);
-    if !timeline.fractures.is_empty() || options.report.is_some() {
-        let fractures =
-            FractureReport::new(&source.bodies, &timeline.fractures).with_ringing(&source.bodies, &ringers);
-        let fractures = match &simulated {
-            Some(report) => fractures.with_blows(&report.breaking),
-            None => fractures,
-        };
-        breaking::say_energies(console, &fractures.totals);
-        if let Some(path) = &options.report {
-            breaking::write(path, &fractures)?;
-        }
-    }
-    if options.explain {
-        told.explain(console);
-    }
-    told.print_json(console);
-    Ok(())
+    Ok(Prepared { bodies: source.bodies, options: render_options, sources, ringers, timeline, simulated })
 }
 
 /// What each body is to sound as.

@@ -129,6 +129,46 @@ pub struct UnplayableModes {
     source: ModalError,
 }
 
+/// What each body that rings is played by; bodies that share modes and damping share it.
+///
+/// # Errors
+/// [`UnplayableModes`].
+pub fn modal_sources(
+    bodies: &[Body],
+    ringers: &Ringers,
+    transfers: Transfers,
+) -> Result<BTreeMap<BodyId, Arc<ModalSource>>, UnplayableModes> {
+    let settings = transfers.settings();
+    let mut prepared: Vec<(&Arc<ModalModel>, &Damping, Arc<ModalSource>)> = Vec::new();
+    let mut sources = BTreeMap::new();
+    for (index, body) in bodies.iter().enumerate() {
+        let id = BodyId(index as u32);
+        let damping = &body.material.damping;
+        let unplayable = |source| UnplayableModes { body: body.name.clone(), source };
+        if let Some(proxy) = ringers.proxy(id) {
+            let source = proxy_source(proxy, transfers, damping, &settings).map_err(unplayable)?;
+            sources.insert(id, Arc::new(source));
+            continue;
+        }
+        let Some(model) = ringers.modes(id) else { continue };
+        let same = prepared.iter().find(|(m, d, _)| Arc::ptr_eq(m, model) && *d == damping);
+        let source = match same {
+            Some((_, _, source)) => Arc::clone(source),
+            None => {
+                let played = match transfers {
+                    Transfers::Unit => Arc::new(unit_model(model)),
+                    Transfers::Baked | Transfers::Published => Arc::clone(model),
+                };
+                let source = Arc::new(ModalSource::new(played, damping, &settings).map_err(unplayable)?);
+                prepared.push((model, damping, Arc::clone(&source)));
+                source
+            }
+        };
+        sources.insert(id, source);
+    }
+    Ok(sources)
+}
+
 impl RingingBodies {
     /// Prepares the modes of those that ring; bodies that share modes and damping share what is prepared. With `breaking`, pieces
     /// take over the vibration of what they were part of.
@@ -139,36 +179,10 @@ impl RingingBodies {
         (pulses, limit): (&[ImpactPulse], bool),
         breaking: Option<Breaking<'_>>,
     ) -> Result<Self, UnplayableModes> {
-        let settings = transfers.settings();
-        let mut prepared: Vec<(&Arc<ModalModel>, &Damping, Arc<ModalSource>)> = Vec::new();
         let mut sources = Vec::new();
-        for (index, body) in bodies.iter().enumerate() {
-            let id = BodyId(index as u32);
-            let damping = &body.material.damping;
-            let unplayable = |source| UnplayableModes { body: body.name.clone(), source };
-            if let Some(proxy) = ringers.proxy(id) {
-                let source =
-                    Arc::new(proxy_source(proxy, transfers, damping, &settings).map_err(unplayable)?);
-                let (blows, limits) = blows_on(id, &source, pulses, limit);
-                sources.push(Ringer { body: id, source, blows, limits, handed: None });
-                continue;
-            }
-            let Some(model) = ringers.modes(id) else { continue };
-            let same = prepared.iter().find(|(m, d, _)| Arc::ptr_eq(m, model) && *d == damping);
-            let source = match same {
-                Some((_, _, source)) => Arc::clone(source),
-                None => {
-                    let played = match transfers {
-                        Transfers::Unit => Arc::new(unit_model(model)),
-                        Transfers::Baked | Transfers::Published => Arc::clone(model),
-                    };
-                    let source = Arc::new(ModalSource::new(played, damping, &settings).map_err(unplayable)?);
-                    prepared.push((model, damping, Arc::clone(&source)));
-                    source
-                }
-            };
-            let (blows, limits) = blows_on(id, &source, pulses, limit);
-            sources.push(Ringer { body: id, source, blows, limits, handed: None });
+        for (body, source) in modal_sources(bodies, ringers, transfers)? {
+            let (blows, limits) = blows_on(body, &source, pulses, limit);
+            sources.push(Ringer { body, source, blows, limits, handed: None });
         }
         let handovers = match breaking {
             Some(breaking) => handover::hand_over(bodies, &mut sources, pulses, breaking),

@@ -244,6 +244,7 @@ impl Engine {
             refused: self.counts.refused + clicks.refused,
             shed: self.counts.shed + shed.audible,
             masked: shed.masked,
+            time: self.time(),
             ..self.counts
         }
     }

@@ -52,50 +52,42 @@ pub struct Report {
     pub modes: u64,
     /// Largest pressure in the last block \[Pa\].
     pub peak: f64,
+    /// Time of the sample that is rendered next \[s\].
+    pub time: f64,
 }
 
-const COUNTS: usize = 13;
+const COUNTS: usize = 14;
 
 impl Report {
     fn to_numbers(self) -> [u64; COUNTS] {
         let Report { taken, lost, refused, late, waves, distant, shed, masked, inside, .. } = self;
-        let Report { shed_voices, voices, modes, peak, .. } = self;
-        let peak = peak.to_bits();
-        [taken, lost, refused, late, waves, distant, shed, masked, inside, shed_voices, voices, modes, peak]
+        let Report { shed_voices, voices, modes, peak, time, .. } = self;
+        let [peak, time] = [peak, time].map(f64::to_bits);
+        [
+            taken,
+            lost,
+            refused,
+            late,
+            waves,
+            distant,
+            shed,
+            masked,
+            inside,
+            shed_voices,
+            voices,
+            modes,
+            peak,
+            time,
+        ]
     }
 
     fn of_numbers(numbers: [u64; COUNTS]) -> Self {
-        let [
-            taken,
-            lost,
-            refused,
-            late,
-            waves,
-            distant,
-            shed,
-            masked,
-            inside,
-            shed_voices,
-            voices,
-            modes,
-            peak,
-        ] = numbers;
-        let peak = f64::from_bits(peak);
-        Report {
-            taken,
-            lost,
-            refused,
-            late,
-            waves,
-            distant,
-            shed,
-            masked,
-            inside,
-            shed_voices,
-            voices,
-            modes,
-            peak,
-        }
+        let [taken, lost, refused, late, waves, distant, shed, masked, inside, rest @ ..] = numbers;
+        let [shed_voices, voices, modes, peak, time] = rest;
+        let [peak, time] = [peak, time].map(f64::from_bits);
+        let counts =
+            Report { taken, lost, refused, late, waves, distant, shed, masked, inside, ..Report::default() };
+        Report { shed_voices, voices, modes, peak, time, ..counts }
     }
 }
 

@@ -26,7 +26,8 @@ impl WithSimd for Passing<'_> {
         let ModalBank { state, step, weights, awake, paths, pulses, next, memory, .. } = bank;
         let Memory { run, sums, samples: outputs } = memory;
         let run = &mut S::as_mut_simd_f64s(run).0.as_chunks_mut::<4>().0[..samples];
-        let sums = S::as_mut_simd_f64s(sums).0;
+        // Narrow vectors fill all of it, wide ones less.
+        let sums = &mut S::as_mut_simd_f64s(sums).0[..PASS * paths.len()];
         sums.fill(simd.splat_f64s(0.0));
         let width = 2 * S::F64_LANES;
         for chunk in (0..awake.len()).filter(|chunk| awake[*chunk]) {

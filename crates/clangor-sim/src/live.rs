@@ -4,7 +4,7 @@
 //! that it has reached. Two solvers move it:
 //! * the exact one ([`spheres`](crate::spheres)), from event to event. It is rebuilt from the present state after a change,
 //!   which costs about as much as two events per ball;
-//! * the stepped one ([`stepped`](crate::spheres)), where bodies come to lie on each other: as [`choose_solver`] says, or
+//! * a stepped one, where bodies come to lie on each other: as [`choose_solver`] says, or
 //!   once the exact one has needed more than [`LiveSettings::exact_events`] events per second. There is no way back.
 //!
 //! Balls on rods and springs are moved by the exact solver alone, however long it takes.
@@ -51,6 +51,8 @@ const TOLERATED_OVERLAP: f64 = 1e-6;
 /// How a world lives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LiveSettings {
+    /// Which solver moves the world; `Auto` for the exact one where it suits, as long as it suits.
+    pub solver: Solver,
     /// Impacts slower than this are not handed out [m/s].
     pub v_min: f64,
     /// Events per second of simulated time that the exact solver may need.
@@ -63,7 +65,13 @@ pub struct LiveSettings {
 
 impl Default for LiveSettings {
     fn default() -> Self {
-        LiveSettings { v_min: 0.05, exact_events: 1e300, time_step: 1.0 / 512.0, log: false }
+        LiveSettings {
+            solver: Solver::Auto,
+            v_min: 0.05,
+            exact_events: 60_000.0,
+            time_step: 1.0 / 512.0,
+            log: false,
+        }
     }
 }
 
@@ -131,7 +139,6 @@ enum Drive {
     /// This solver will, once it is built from the present state.
     Changed(Solver),
     Exact(Box<Engine>),
-    #[expect(dead_code, reason = "nothing steps time yet")]
     Stepped(Box<Stepped>),
 }
 
@@ -168,7 +175,8 @@ impl LiveWorld {
             }
         }
         Engine::new(world, false)?.check_overlaps(world)?;
-        let solver = choose_solver(world, Solver::Spheres);
+        let solver =
+            if world.links.is_empty() { choose_solver(world, settings.solver) } else { Solver::Spheres };
         Ok(LiveWorld {
             world: world.clone(),
             motion: Drive::Changed(solver),
@@ -227,10 +235,14 @@ impl LiveWorld {
     fn build(&mut self) -> Result<(), LiveError> {
         if let Drive::Changed(solver) = self.motion {
             self.slices = 0;
-            let _ = solver;
-            let mut engine = Engine::new(&self.world, false)?;
-            engine.begin();
-            self.motion = Drive::Exact(Box::new(engine));
+            self.motion = if solver == Solver::Spheres {
+                let mut engine = Engine::new(&self.world, false)?;
+                engine.begin();
+                Drive::Exact(Box::new(engine))
+            } else {
+                let LiveSettings { time_step, v_min, .. } = self.settings;
+                Drive::Stepped(Box::new(Stepped::new(&self.world, time_step, v_min)?))
+            };
         }
         Ok(())
     }
@@ -245,7 +257,8 @@ impl LiveWorld {
             }
             Drive::Changed(_) => return Ok(0),
         };
-        let free = !world.links.is_empty();
+        // Without a limit: there is no other solver for it.
+        let free = !world.links.is_empty() || self.settings.solver == Solver::Spheres;
         let allowed = if free { most } else { most.min(self.credit.max(0.0) as u64 + 1) };
         let end = f64::from(self.slices + 1) * SLICE;
         let stop = end.min(until - self.origin);
@@ -275,6 +288,10 @@ impl LiveWorld {
 
     /// Takes the present state out of the solver, so that it can be changed; `solver` will be built from it.
     fn hand_over(&mut self, solver: Solver) -> Result<(), LiveError> {
+        if let Drive::Changed(next) = &mut self.motion {
+            *next = solver;
+            return Ok(());
+        }
         let (clock, states) = (self.clock(), self.states());
         for (body, state) in self.world.bodies.iter_mut().zip(states) {
             (body.pose, body.velocity, body.angular_velocity) =

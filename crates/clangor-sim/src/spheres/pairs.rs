@@ -33,13 +33,18 @@ impl Pairs {
                 })
             })
             .collect();
-        let mut table = Vec::new();
-        if materials.len() <= MOST {
-            for a in &materials {
-                table.extend(materials.iter().map(|b| PairCoefficients::of(a, b)));
-            }
-        }
-        (Pairs { materials, table }, classes)
+        (Pairs { table: table(&materials), materials }, classes)
+    }
+
+    /// The class of a material, which may be new.
+    pub(super) fn class_of(&mut self, material: &Material) -> u32 {
+        let key = |m: &Material| [m.restitution, m.friction, m.rolling_loss].map(f64::to_bits);
+        let known = self.materials.iter().position(|m| key(m) == key(material));
+        known.unwrap_or_else(|| {
+            self.materials.push(material.clone());
+            self.table = table(&self.materials);
+            self.materials.len() - 1
+        }) as u32
     }
 
     /// The coefficients of two classes.
@@ -50,4 +55,11 @@ impl Pairs {
             None => PairCoefficients::of(&self.materials[a], &self.materials[b]),
         }
     }
+}
+
+fn table(materials: &[Material]) -> Vec<PairCoefficients> {
+    if materials.len() > MOST {
+        return Vec::new();
+    }
+    materials.iter().flat_map(|a| materials.iter().map(|b| PairCoefficients::of(a, b))).collect()
 }

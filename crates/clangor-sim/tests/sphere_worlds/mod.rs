@@ -1,6 +1,8 @@
 //! Worlds of spheres and planes for the tests of the event-driven solver.
 #![allow(dead_code, reason = "every test file uses some of it")]
 
+pub(crate) mod live;
+
 use std::ops::ControlFlow;
 use std::sync::Arc;
 

@@ -1,0 +1,55 @@
+//! Live worlds for tests and benches.
+#![allow(dead_code, reason = "every file uses some of it")]
+
+use clangor::body::{BodyId, Surface, World};
+use clangor::material::Material;
+use clangor_sim::live::LiveWorld;
+use glam::DVec3;
+
+use super::{plane, sphere, world};
+
+/// Marbles in the air of a box without a lid, on a grid that is slightly disturbed.
+pub(crate) fn marbles_in_a_box(count: usize, radius: f64, material: &Material) -> World {
+    const SIDE: usize = 7;
+    let half = SIDE as f64 * 1.2 * radius;
+    let mut bodies: Vec<_> = (0..count)
+        .map(|k| {
+            let (i, j, layer) = (k % SIDE, k / SIDE % SIDE, k / (SIDE * SIDE));
+            let jitter = |seed: usize| 0.1 * radius * ((k * seed % 97) as f64 / 97.0 - 0.5);
+            let place = |n: usize| 2.4 * radius * (n as f64 - 0.5 * (SIDE - 1) as f64);
+            let height = radius * (2.0 + 2.4 * layer as f64);
+            let at = DVec3::new(place(i) + jitter(31), height, place(j) + jitter(57));
+            sphere(radius, at, DVec3::new(jitter(13), 0.0, jitter(71)), material)
+        })
+        .collect();
+    bodies.push(plane(DVec3::ZERO, DVec3::Y, material));
+    for normal in [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z] {
+        bodies.push(plane(normal * -half, normal, material));
+    }
+    world(bodies, Vec::new(), 9.81)
+}
+
+/// Deepest overlap of any two bodies \[m\].
+pub(crate) fn deepest_overlap(live: &LiveWorld) -> f64 {
+    let states = live.states();
+    let bodies: Vec<_> = (0..live.count() as u32)
+        .filter_map(|id| {
+            let body = live.body(BodyId(id))?;
+            let radius = if let Surface::Sphere { radius } = *body.surface { radius } else { 0.0 };
+            Some((radius, states[id as usize].pose))
+        })
+        .collect();
+    let mut deepest = f64::NEG_INFINITY;
+    for (k, (radius, pose)) in bodies.iter().enumerate() {
+        for (other_radius, other) in &bodies[k + 1..] {
+            let gap = match (*radius > 0.0, *other_radius > 0.0) {
+                (true, true) => pose.position.distance(other.position) - radius - other_radius,
+                (true, false) => other.body_from_world(pose.position).y - radius,
+                (false, true) => pose.body_from_world(other.position).y - other_radius,
+                (false, false) => continue,
+            };
+            deepest = deepest.max(-gap);
+        }
+    }
+    deepest
+}

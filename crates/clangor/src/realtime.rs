@@ -16,14 +16,15 @@
 //!
 //! ```text
 //! let (mut controller, mut engine) = engine(&settings)?;
-//! controller.put(0, Some(SoundingObject::new(model_file, &damping, &settings)?))?;    // a bowl, say
+//! controller.put(0, Some(SoundingObject::from_file(&bytes, None, &settings)?))?;       // a bowl, say
 //! controller.send(Event::Blow(blow))?;                                                 // from the physics
 //! let channels = engine.render(128);                                                   // in the audio callback
 //! ```
 //!
 //! Differs from the offline renderer: see [`live_clicks`](crate::synthesis::live_clicks),
 //! [`live_voice`](crate::synthesis::modal::live_voice). What late reverberation hears is what the first receiver hears of each wall,
-//! and a click is heard where the receivers are when it happens.
+//! and nothing of what that one does not hear, being inside a body or out of reach; a click is heard where the receivers are when it
+//! happens. Asked for fewer than 32 samples at a time, what fades does so within them.
 
 mod budget;
 pub mod engine;

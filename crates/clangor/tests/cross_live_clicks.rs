@@ -2,6 +2,8 @@
 
 #[path = "bodies/sphere_field.rs"]
 mod sphere_field;
+#[path = "bodies/sphere_near_field.rs"]
+mod sphere_near_field;
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -16,6 +18,7 @@ use clangor::synthesis::live_clicks::{LOOK_AHEAD, LiveClicks, LiveField, LiveRep
 use clangor::synthesis::live_ways::LiveWays;
 use clangor::synthesis::{Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
 use sphere_field::sphere_field;
+use sphere_near_field::sphere_near_field;
 
 const RATE: f64 = 48_000.0;
 const BLOCK: usize = 128;
@@ -32,7 +35,7 @@ fn field() -> Arc<FieldSource> {
 }
 
 /// Clicks of spheres and of a field, in order of time, up to fifty in a block.
-fn clicks(field: &Arc<FieldSource>) -> Vec<Click> {
+fn clicks(field: &SoundSource) -> Vec<Click> {
     let spread = |k: u32, step: f64| (f64::from(k) * step).fract() - 0.5;
     let click = |k: u32| Click {
         body: BodyId(k),
@@ -44,7 +47,7 @@ fn clicks(field: &Arc<FieldSource>) -> Vec<Click> {
         velocity_change: DVec3::new(spread(k, 0.7), 1.0, spread(k, 0.9)),
         angular_velocity_change: DVec3::X * 20.0 * spread(k, 0.31),
         source: match k % 3 {
-            0 => SoundSource::Field(Arc::clone(field)),
+            0 => field.clone(),
             _ => SoundSource::Sphere { radius: 0.004 + 0.01 * spread(k, 0.57).abs() },
         },
     };
@@ -60,12 +63,14 @@ fn ways() -> LiveWays {
     LiveWays::new(FLOOR, None, Some(Air::default()))
 }
 
-/// Silence, with the field in place.
-fn live(field: &Arc<FieldSource>) -> LiveClicks {
+/// Silence, with a field in place that clicks may name.
+fn live(field: &FieldSource) -> (LiveClicks, SoundSource) {
     let settings = settings();
     let mut live = LiveClicks::new(&settings, ways().losses(), 1, EARS.len(), 0.5).unwrap();
-    assert!(live.put_field(0, Some(LiveField::new(Arc::clone(field), &settings))).is_none());
-    live
+    let field = LiveField::new(field, &settings);
+    let source = field.source();
+    assert!(live.put_field(0, Some(field)).is_none());
+    (live, source)
 }
 
 /// Adds a click as receivers hear it by all ways.
@@ -92,9 +97,8 @@ fn offline(clicks: &[Click], samples: usize) -> Vec<Vec<f64>> {
 
 #[test]
 fn a_click_sounds_live_as_it_does_offline() {
-    let field = field();
-    let clicks = clicks(&field);
-    let (mut live, ways) = (live(&field), ways());
+    let (mut live, field) = live(&field());
+    let (clicks, ways) = (clicks(&field), ways());
     let mut to_come = clicks.iter().peekable();
     let mut heard = [Vec::new(), Vec::new()];
     // A click is known in the block in which it begins, and heard as late as its sound needs to get here and the look-ahead.
@@ -121,9 +125,8 @@ fn a_click_sounds_live_as_it_does_offline() {
 
 #[test]
 fn nothing_is_allocated_while_it_plays() {
-    let field = field();
-    let clicks = clicks(&field);
-    let (mut live, ways) = (live(&field), ways());
+    let (mut live, field) = live(&field());
+    let (clicks, ways) = (clicks(&field), ways());
     let mut block = [0.0; BLOCK];
     let counted = allocation_counter::measure(|| {
         for click in &clicks {
@@ -136,8 +139,7 @@ fn nothing_is_allocated_while_it_plays() {
 
 #[test]
 fn what_cannot_be_heard_is_counted() {
-    let field = field();
-    let clicks = clicks(&field);
+    let clicks = clicks(&SoundSource::Field(field()));
     let ways = LiveWays::new(Floor::None, None, None);
     let mut live = LiveClicks::new(&RenderSettings::default(), ways.losses(), 1, 1, 0.1).unwrap();
     let sphere = &clicks[1];
@@ -150,4 +152,36 @@ fn what_cannot_be_heard_is_counted() {
     push(&mut live, sphere, EARS[0]);
     let wanted = LiveReport { waves: 1, late: 1, distant: 1, refused: 2, inside: 1 };
     assert_eq!(live.report(), wanted);
+}
+
+#[test]
+fn an_ear_in_the_bounding_sphere_hears_the_field_on_it() {
+    let radius = 0.02;
+    let exact = sphere_field(1.0, DVec3::ZERO, 1, 6.0, 16);
+    let near = sphere_near_field(&exact, 16);
+    let field = Arc::new(PlayableField::try_new(&exact).unwrap());
+    // A cup, say: most of the bounding sphere is air.
+    let surface = Arc::new(Surface::Sphere { radius: 1e-4 * radius });
+    let source = FieldSource::new(field, Some(Arc::new(near)), radius, DQuat::IDENTITY, surface);
+    let settings = RenderSettings::default();
+    let heard = |distance: f64| {
+        let mut live = LiveClicks::new(&settings, &[PathLoss::default()], 1, 1, 0.1).unwrap();
+        let field = LiveField::new(&source, &settings);
+        let click = Click { source: field.source(), ..clicks(&field.source())[1].clone() };
+        live.put_field(0, Some(field));
+        let towards = distance * radius * DVec3::new(0.48, 0.6, 0.64);
+        assert!(live.first_sample(&click, towards).is_some());
+        live.play(&click, towards, 0, &[(0, 1.0)]);
+        let mut samples = vec![0.0; 4800];
+        live.take(0, &mut samples);
+        samples
+    };
+    let on_it = heard(1.0);
+    assert!(on_it.iter().any(|p| *p != 0.0));
+    for distance in [1e-3, 0.3, 0.99] {
+        let inside = heard(distance);
+        let apart = inside.iter().zip(&on_it).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // The same but for rounding of the place.
+        assert!(apart < 1e-9 * on_it.iter().fold(0.0, |m: f64, p| m.max(p.abs())), "{distance}: {apart:e}");
+    }
 }

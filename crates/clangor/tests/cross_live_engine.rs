@@ -2,23 +2,27 @@
 
 #[expect(dead_code, reason = "parts of it are for other tests")]
 mod ringing;
+#[path = "bodies/sphere_field.rs"]
+mod sphere_field;
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use clangor::body::{BodyId, Motion};
+use clangor::body::{BodyId, Motion, Surface};
 use clangor::contact::ForceProfile;
 use clangor::glam::{DQuat, DVec3};
 use clangor::material::Damping;
 use clangor::medium::Medium;
+use clangor::model::playable_field::PlayableField;
 use clangor::pose::{Keyframe, Pose, Track};
 use clangor::realtime::{Blow, Engine, EngineSettings, Event, SoundingObject, Struck, engine};
-use clangor::room::{Air, PathLoss, Room, WallAbsorption};
+use clangor::room::{Air, LateReverberation, PathLoss, Room, WallAbsorption};
 use clangor::synthesis::listener::Floor;
 use clangor::synthesis::modal::{ModalSettings, ModalSource, ModalVoice};
-use clangor::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+use clangor::synthesis::{Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
 use num_complex::Complex64;
 use ringing::{IMPULSE, RADIUS, blow, mode, poses, source};
+use sphere_field::sphere_field;
 
 const RATE: f64 = 48_000.0;
 const BLOCK: usize = 128;
@@ -253,6 +257,54 @@ fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
     }
 }
 
+#[test]
+fn late_reverberation_is_fed_as_offline() {
+    let room = Room {
+        lowest: DVec3::new(-1.5, -1.0, -2.0),
+        highest: DVec3::new(2.0, 1.5, 1.7),
+        walls: [0.1, 0.2, 0.15, 0.3, 0.1, 0.25].map(WallAbsorption::even),
+        // Not heard themselves, but by the network.
+        image_order: 0,
+        late: true,
+    };
+    let settings =
+        EngineSettings { room: Some(room.clone()), floor: Floor::None, receivers: 1, ..settings() };
+    let marbles: Vec<Blow> = (0..9).map(marble).collect();
+    let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
+    let events = marbles.iter().chain(&strikes).map(|blow| (blow.time, Event::Blow(*blow))).collect();
+    let object = SoundingObject::new(None, Some(bell()), &settings);
+    let (heard, engine) = play(&settings, Some(object), events, 7200);
+    let still = Motion::Keyframed(Track::fixed(Pose::IDENTITY));
+    let (latency, marbles, strikes) = (engine.latency(), &marbles[..], &strikes[..]);
+    let scenario = Scenario { motion: still, latency, marbles, strikes, samples: 7200 };
+    let ear = Listener::fixed("ear", EARS[0]);
+    let direct = scenario.heard(&ear, PathLoss::through(settings.air), Floor::None);
+    let images = clangor::room::image_sources(&Room { image_order: 1, ..room.clone() });
+    let entering: Vec<Vec<f64>> = images
+        .iter()
+        .map(|image| {
+            let loss = PathLoss::by(image, &room, settings.air).unspread();
+            scenario.heard(&ear.mirrored(image), loss, Floor::None).remove(0)
+        })
+        .collect();
+    let walls = images.iter().map(|image| image.reflections.iter().position(|met| *met == 1).unwrap());
+    let place: Vec<usize> = walls.collect();
+    let air = settings.air.as_ref();
+    let mut network = LateReverberation::new(&room, air, settings.medium.sound_speed, RATE).unwrap();
+    let exact: Vec<f64> = (0..7200)
+        .map(|frame| {
+            let mut inputs = [0.0; LateReverberation::INPUTS];
+            place.iter().zip(&entering).for_each(|(input, signal)| inputs[*input] = signal[frame]);
+            let mut late = [0.0];
+            network.step(&inputs, &mut late);
+            direct[0][frame] + late[0]
+        })
+        .collect();
+    let error = apart(&heard[0], &exact);
+    println!("RES {error:e}");
+    assert!(error < 1e-3, "{error:e}");
+}
+
 /// A body that swings along z over a rigid floor, against the sum of the two paths.
 #[test]
 fn a_dipole_over_a_rigid_floor_is_the_sum_of_two_paths() {
@@ -319,8 +371,13 @@ fn the_audio_thread_allocates_nothing() {
     };
     let settings = EngineSettings { room: Some(room), ..settings() };
     let (mut controller, mut engine) = engine(&settings).unwrap();
+    let field = sphere_field(0.3, DVec3::new(0.2, 0.1, -0.3), 8, 8.0, 20);
+    let field = Arc::new(PlayableField::try_new(&field).unwrap());
+    let surface = Arc::new(Surface::Sphere { radius: 0.01 });
+    let click = SoundSource::Field(Arc::new(FieldSource::new(field, None, 0.02, DQuat::IDENTITY, surface)));
+    let object = || SoundingObject::new(Some(click.clone()), Some(bell()), &settings);
     for slot in 0..3 {
-        controller.put(slot, Some(SoundingObject::new(None, Some(bell()), &settings))).unwrap();
+        controller.put(slot, Some(object())).unwrap();
     }
     engine.render(BLOCK);
     let mut count = 0;
@@ -339,8 +396,14 @@ fn the_audio_thread_allocates_nothing() {
         }
         if k % 50 == 7 {
             controller.send(Event::Receivers(EARS.map(|ear| ear + f64::from(k) * 0.01))).unwrap();
-            controller.put(0, Some(SoundingObject::new(None, Some(bell()), &settings))).unwrap();
+            controller.put(0, Some(object())).unwrap();
             controller.send(Event::End { slot: 1, time }).unwrap();
+        }
+        if k == 200 {
+            // More than have room to leave.
+            for _ in 0..60 {
+                controller.put(2, Some(object())).unwrap();
+            }
         }
         if k == 300 {
             controller.send(Event::Silence).unwrap();

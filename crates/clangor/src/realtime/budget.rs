@@ -9,7 +9,8 @@ pub struct Budget {
     pub blows: usize,
     /// Modes that ring, times the ways and receivers by which each is heard.
     pub mode_paths: usize,
-    /// Coefficients of transfers that follow the motion of bodies and receivers. About 1 ns each.
+    /// Coefficients of transfers that follow the motion of bodies and receivers, about 1 ns each; objects that begin to ring
+    /// may take as many again.
     pub transfers: usize,
 }
 
@@ -23,7 +24,7 @@ impl Default for Budget {
 impl Budget {
     /// For so many samples.
     pub(super) fn of(&self, frames: usize) -> Budget {
-        let share = |work: usize| (work * frames).div_ceil(128);
+        let share = |work: usize| work.saturating_mul(frames).div_ceil(128);
         Budget {
             waves: share(self.waves),
             blows: share(self.blows),

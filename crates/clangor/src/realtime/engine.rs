@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::budget::Budget;
-use super::event::{Blow, Event, MOST_RECEIVERS, Part, Struck, turns};
+use super::event::{Blow, Event, MOST_RECEIVERS, Part, Struck, is_pose, is_sane};
 use super::event_ring::{Exchange, Report};
 use super::schedule::Schedule;
 use super::sounding_object::SoundingObject;
@@ -28,6 +28,12 @@ const LOOK_AHEAD: usize =
     if CLICK_LOOK_AHEAD > FORCE_LOOK_AHEAD { CLICK_LOOK_AHEAD } else { FORCE_LOOK_AHEAD };
 /// Events and waves that wait for their time, at most.
 const MOST_WAITING: usize = 8192;
+/// Objects that were taken from their slots and are still heard, at most.
+pub(super) const LEAVING: usize = 32;
+/// Farthest that sound is waited for \[m\].
+const FARTHEST: f64 = 1000.0;
+/// Shortest block \[samples\].
+const SHORTEST_BLOCK: usize = 16;
 /// Events are refused from so far ahead \[s\].
 const HORIZON: f64 = 60.0;
 /// Time in which receivers follow \[s\].
@@ -60,7 +66,7 @@ pub struct EngineSettings {
     pub receivers: usize,
     /// The length of block for which all events of the block before come in time \[samples\].
     pub block: usize,
-    /// How far sound is heard \[m\].
+    /// How far sound is heard \[m\], reflections of a room included: at least to all of them.
     pub reach: f64,
     /// Slots for objects.
     pub objects: usize,
@@ -102,6 +108,23 @@ impl EngineSettings {
         }
     }
 
+    /// The same with what can be: 1 or 2 receivers, blocks of 16 to 4096 samples, a reach up to 1 km that holds the reflections of the
+    /// room.
+    #[must_use]
+    pub fn possible(&self) -> Self {
+        let reflected = self
+            .room
+            .as_ref()
+            .map_or(0.0, |room| room.extent().length() * f64::from(room.image_order.max(1) + 1));
+        let reach = if self.reach > 0.0 { self.reach } else { EngineSettings::default().reach };
+        EngineSettings {
+            receivers: self.receivers.clamp(1, MOST_RECEIVERS),
+            block: self.block.clamp(SHORTEST_BLOCK, LONGEST_BLOCK),
+            reach: reach.max(reflected).min(FARTHEST),
+            ..self.clone()
+        }
+    }
+
     /// As clicks and voices are rendered.
     pub(super) fn rendering(&self) -> RenderSettings {
         let EngineSettings { sample_rate, max_frequency, medium, .. } = *self;
@@ -117,6 +140,13 @@ impl EngineSettings {
     pub(super) fn longest_delay(&self) -> f64 {
         self.reach / self.medium.sound_speed
     }
+}
+
+/// An object that left its slot, is heard to its end, and is then freed.
+struct Leaving {
+    object: Box<SoundingObject>,
+    /// Sample from which on no click in progress refers to it.
+    until: i64,
 }
 
 /// An object in its slot.
@@ -139,8 +169,8 @@ pub struct Engine {
     waves: WaveQueue,
     forces: LiveForces,
     seats: Vec<Option<Seat>>,
-    /// Objects that were taken from their slots, until nobody can refer to them; and from which sample on.
-    leaving: Vec<(i64, Box<SoundingObject>)>,
+    /// Their fields have the places behind those of the slots.
+    leaving: [Option<Leaving>; LEAVING],
     /// The seat that is first to follow its motion.
     turn: usize,
     reverberation: Option<LateReverberation>,
@@ -151,6 +181,8 @@ pub struct Engine {
     /// Samples until everything has stopped.
     stopping: Option<usize>,
     blows_left: usize,
+    /// Coefficients that objects which begin to ring may still take in this block.
+    waking_left: usize,
     /// What was asked for.
     output: Vec<Vec<f64>>,
     /// A block of it.
@@ -168,9 +200,7 @@ fn voices(seats: &mut [Option<Seat>]) -> impl Iterator<Item = &mut LiveVoice> {
 
 impl Engine {
     pub(super) fn new(settings: &EngineSettings, exchange: Exchange) -> Result<Self, SynthesisError> {
-        let mut settings = settings.clone();
-        settings.receivers = settings.receivers.clamp(1, MOST_RECEIVERS);
-        settings.block = settings.block.clamp(1, LONGEST_BLOCK);
+        let settings = settings.possible();
         let rendering = settings.rendering();
         let ways = settings.ways();
         let reverberation = match &settings.room {
@@ -188,7 +218,7 @@ impl Engine {
         let clicks = LiveClicks::new(
             &rendering,
             ways.losses(),
-            settings.objects,
+            settings.objects + LEAVING,
             outputs,
             settings.longest_delay() + 0.1,
         )?;
@@ -201,7 +231,7 @@ impl Engine {
             waves: WaveQueue::new(MOST_WAITING),
             forces: LiveForces::new(&rendering, FORCES),
             seats: (0..settings.objects).map(|_| None).collect(),
-            leaving: Vec::with_capacity(settings.objects + 1),
+            leaving: [const { None }; LEAVING],
             turn: 0,
             reverberation,
             receivers: vec![DVec3::ZERO; settings.receivers],
@@ -210,6 +240,7 @@ impl Engine {
             heard: [true; 3],
             stopping: None,
             blows_left: 0,
+            waking_left: 0,
             output: silent(settings.receivers, LONGEST_BLOCK),
             channels: silent(settings.receivers, settings.block),
             entering: silent(inputs, settings.block),
@@ -258,7 +289,11 @@ impl Engine {
         self.take_events();
         self.output.iter_mut().for_each(Vec::clear);
         while self.output[0].len() < frames {
-            self.render_block(self.settings.block.min(frames - self.output[0].len()));
+            // Of even lengths: what fades does so within a block.
+            let left = frames - self.output[0].len();
+            let even = left.div_ceil(left.div_ceil(self.settings.block));
+            // Whoever wants silence has it before anything else is heard.
+            self.render_block(self.stopping.map_or(even, |stopping| even.min(stopping.max(1))));
             let blocks = self.output.iter_mut().zip(&self.channels);
             blocks.for_each(|(output, block)| output.extend_from_slice(block));
         }
@@ -269,10 +304,12 @@ impl Engine {
 
     fn render_block(&mut self, frames: usize) {
         let budget = self.settings.budget.of(frames);
-        self.blows_left = budget.blows;
+        (self.blows_left, self.waking_left) = (budget.blows, budget.transfers);
         let end = self.position + frames as i64;
         // What begins in the next block must be known in this one.
-        while let Some(event) = self.scheduled.next_before(end + LOOK_AHEAD as i64) {
+        while self.stopping.is_none()
+            && let Some(event) = self.scheduled.next_before(end + LOOK_AHEAD as i64)
+        {
             self.happen(event);
         }
         self.follow(frames);
@@ -301,12 +338,12 @@ impl Engine {
         let time = match &event {
             Event::Blow(blow) if blow.is_good() => blow.time,
             Event::Pose { time, pose, velocity, angular_velocity, .. } => {
-                let vectors = [pose.position, *velocity, *angular_velocity];
-                let good = turns(pose) && vectors.iter().all(|v| v.is_finite());
+                let good = is_pose(pose) && is_sane(*velocity) && is_sane(*angular_velocity);
                 if good { *time } else { f64::NAN }
             }
             Event::End { time, .. } => *time,
             Event::Blow(_) => f64::NAN,
+            Event::Put { .. } => self.time(),
             _ => return self.happen(event),
         };
         let ahead = time - self.time();
@@ -314,11 +351,24 @@ impl Engine {
             self.counts.refused += 1;
             return;
         }
-        self.counts.taken += 1;
+        // Blows become waves and forces before they are heard; all else is done when it is heard.
+        let early = if matches!(event, Event::Pose { .. } | Event::End { .. }) { LOOK_AHEAD } else { 0 };
         // Of what is long past only that it is past matters.
         let sample = (time.max(self.time() - 1.0) * self.settings.sample_rate.as_f64()).floor() as i64;
-        if self.scheduled.add(sample + self.latency_samples() as i64, event).is_err() {
-            self.counts.shed += 1;
+        let is_put = matches!(event, Event::Put { .. });
+        match self.scheduled.add(sample + (self.latency_samples() + early) as i64, event) {
+            Ok(()) => self.counts.taken += u64::from(!is_put),
+            Err(Event::Put { object, .. }) => self.refuse(object),
+            Err(_) => self.counts.shed += 1,
+        }
+    }
+
+    /// Sends an object back that finds no place.
+    fn refuse(&mut self, object: Option<Box<SoundingObject>>) {
+        self.counts.refused += 1;
+        if let Some(object) = object {
+            // The ring has room for every object that can have been sent.
+            let _ = self.exchange.returned.push(object);
         }
     }
 
@@ -344,7 +394,7 @@ impl Engine {
                 }
             }
             Event::Receivers(places) => {
-                if places.iter().all(|place| place.is_finite()) {
+                if places.into_iter().all(is_sane) {
                     self.targets.iter_mut().zip(places).for_each(|(target, place)| *target = place);
                 } else {
                     self.counts.refused += 1;
@@ -358,8 +408,15 @@ impl Engine {
                 self.ways.set_reflections(self.hears(Part::Reflections));
             }
             Event::Silence => {
-                self.scheduled.clear();
-                self.stopping = Some((FADE * self.settings.sample_rate.as_f64()) as usize);
+                // Where objects are stays true.
+                while let Some(event) = self.scheduled.next_before(i64::MAX) {
+                    if !matches!(event, Event::Blow(_)) {
+                        self.happen(event);
+                    }
+                }
+                self.waves.clear();
+                let length = (FADE * self.settings.sample_rate.as_f64()) as usize;
+                self.stopping.get_or_insert(length);
             }
             Event::Put { slot, object } => self.put(slot, object),
         }
@@ -370,29 +427,24 @@ impl Engine {
     }
 
     fn put(&mut self, slot: usize, mut object: Option<Box<SoundingObject>>) {
-        if self.leaving.len() == self.leaving.capacity() {
-            // Slots change faster than sound dies.
-            self.counts.refused += 1;
-            if let Some(object) = object {
-                let _ = self.exchange.returned.push(object);
-            }
-            return;
-        }
-        let reach = (self.settings.longest_delay() * self.settings.sample_rate.as_f64()) as i64;
-        let until = self.position + reach + LONGEST_BLOCK as i64;
-        let Some(seat) = self.seats.get_mut(slot) else {
-            self.counts.refused += 1;
-            if let Some(object) = object {
-                self.leaving.push((until, object));
-            }
-            return;
+        let fits = object.as_ref().is_none_or(|object| object.fits(&self.settings, self.ways.count()));
+        let free = self.leaving.iter().position(Option::is_none);
+        let (Some(seat), Some(free), true) = (self.seats.get_mut(slot), free, fits) else {
+            return self.refuse(object);
         };
         let field = object.as_mut().and_then(|object| object.field.take());
-        let field_before = self.clicks.put_field(slot, field);
-        let seated = object.map(|object| Seat { object, owed: 0 });
-        if let Some(Seat { mut object, .. }) = std::mem::replace(seat, seated) {
-            object.field = field_before;
-            self.leaving.push((until, object));
+        let before = self.clicks.put_field(slot, field);
+        if let Some(Seat { mut object, .. }) =
+            std::mem::replace(seat, object.map(|object| Seat { object, owed: 0 }))
+        {
+            // Its clicks in progress go on.
+            self.clicks.put_field(self.settings.objects + free, before);
+            if let Some(voice) = &mut object.voice {
+                voice.end();
+            }
+            let reach = (self.settings.longest_delay() * self.settings.sample_rate.as_f64()) as usize;
+            let until = self.position + (reach + 2 * LONGEST_BLOCK) as i64;
+            self.leaving[free] = Some(Leaving { object, until });
         }
     }
 
@@ -412,18 +464,23 @@ impl Engine {
                     return;
                 };
                 let impulse = blow.pose.orientation.inverse() * blow.impulse;
-                if let Some(voice) = object.voice.as_mut().filter(|_| impulse != DVec3::ZERO) {
-                    let force = match self.blows_left.checked_sub(1) {
-                        Some(left) if self.heard[Part::Ringing as usize] => {
-                            self.blows_left = left;
-                            self.forces.blow(self.settings.profile, time * rate, blow.duration)
-                        }
-                        _ => None,
-                    };
+                let rings = self.heard[Part::Ringing as usize] && impulse != DVec3::ZERO;
+                if let Some(voice) = object.voice.as_mut().filter(|_| rings) {
+                    voice.stand(time * rate, blow.pose);
+                    let waking = if voice.awake_modes() == 0 { object.transfer_work } else { 0 };
+                    // The first may always.
+                    let may = self.blows_left > 0
+                        && (waking <= self.waking_left || self.waking_left == self.settings.budget.transfers);
+                    let force =
+                        may.then(|| self.forces.blow(self.settings.profile, time * rate, blow.duration));
                     let point = blow.pose.body_from_world(blow.point);
-                    let struck =
-                        force.is_some_and(|force| voice.strike(&force, &[(point, impulse)], self.position));
-                    self.counts.shed += u64::from(!struck && self.heard[Part::Ringing as usize]);
+                    let strikes = |force| voice.strike(&force, &[(point, impulse)], self.position);
+                    if force.flatten().is_some_and(strikes) {
+                        self.blows_left -= 1;
+                        self.waking_left = self.waking_left.saturating_sub(waking);
+                    } else {
+                        self.counts.shed += 1;
+                    }
                 }
                 (object.click.clone(), object.radius)
             }
@@ -452,6 +509,10 @@ impl Engine {
                     self.counts.distant += 1;
                     continue;
                 }
+                if self.waves.is_full() {
+                    self.waves.shed.audible += 1;
+                    continue;
+                }
                 let Some(first) = self.clicks.first_sample(click, towards) else { continue };
                 let strength = strength(click, radius, towards.length(), &self.settings.medium);
                 self.waves.add(first, QueuedWave { click: click.clone(), towards, way, receiver, strength });
@@ -477,7 +538,11 @@ impl Engine {
             let QueuedWave { click, towards, way, receiver, .. } = wave;
             let input = ways.reverberation_input(*way).filter(|_| *receiver == 0);
             let into = [(*receiver, 1.0), (receivers + input.unwrap_or(0), towards.length())];
-            let outputs = if input.is_some() { &into[..] } else { &into[..1] };
+            let outputs = match (ways.is_heard(*way), input) {
+                (true, Some(_)) => &into[..],
+                (true, None) => &into[..1],
+                (false, _) => &into[1..],
+            };
             clicks.play(click, *towards, *way, outputs);
         });
         for (output, samples) in channels.iter_mut().chain(entering).enumerate() {
@@ -505,20 +570,26 @@ impl Engine {
             let mut outputs = LiveOutputs { channels: &mut self.channels, entering: &mut self.entering };
             voice.render(self.position, frames, &self.ways, &self.receivers, may, &mut outputs);
         }
+        for Leaving { object, .. } in self.leaving.iter_mut().flatten() {
+            if let Some(voice) = &mut object.voice {
+                let mut outputs = LiveOutputs { channels: &mut self.channels, entering: &mut self.entering };
+                voice.render(self.position, frames, &self.ways, &self.receivers, false, &mut outputs);
+            }
+        }
         self.turn = next_turn.unwrap_or(0);
     }
 
     /// Fades out the quietest objects until no more modes ring than may.
     fn limit_modes(&mut self, most: usize) {
         let ringing = || self.seats.iter().flatten().filter_map(|seat| seat.object.voice.as_deref());
-        let load: usize = ringing().map(|voice| voice.awake_modes() * voice.paths()).sum();
+        let load: usize = ringing().filter(|voice| !voice.is_ending()).map(LiveVoice::load).sum();
         self.counts.voices = ringing().filter(|voice| !voice.is_silent()).count() as u64;
         self.counts.modes = ringing().map(|voice| voice.awake_modes() as u64).sum();
         let mut excess = load.saturating_sub(most);
         while excess > 0 {
             let awake = voices(&mut self.seats).filter(|voice| voice.awake_modes() > 0 && !voice.is_ending());
             let Some(quietest) = awake.min_by(|a, b| a.loudness().total_cmp(&b.loudness())) else { break };
-            excess = excess.saturating_sub(quietest.awake_modes() * quietest.paths());
+            excess = excess.saturating_sub(quietest.load());
             quietest.end();
             self.counts.shed_voices += 1;
         }
@@ -546,23 +617,27 @@ impl Engine {
         if self.stopping.is_none() {
             self.clicks.silence();
             self.waves.clear();
-            voices(&mut self.seats).for_each(|voice| voice.silence());
+            voices(&mut self.seats).for_each(LiveVoice::silence);
+            let leaving = self.leaving.iter_mut().flatten();
+            leaving.filter_map(|left| left.object.voice.as_mut()).for_each(|voice| voice.silence());
             if let Some(network) = &mut self.reverberation {
                 network.silence();
             }
         }
     }
 
-    /// Returns objects that nobody refers to any more to where they can be freed.
+    /// Returns objects that are no longer heard to where they can be freed.
     fn give_back(&mut self) {
-        let position = self.position;
-        while let Some(at) = self.leaving.iter().position(|(until, _)| *until <= position) {
-            if self.exchange.returned.is_full() {
-                return;
+        for at in 0..LEAVING {
+            let over = |left: &mut Leaving| {
+                let silent = left.object.voice.as_ref().is_none_or(|voice| voice.is_silent());
+                silent && left.until <= self.position
+            };
+            if let Some(Leaving { mut object, .. }) = self.leaving[at].take_if(over) {
+                object.field = self.clicks.put_field(self.settings.objects + at, None);
+                // The ring has room for every object that can have been sent.
+                let _ = self.exchange.returned.push(object);
             }
-            let (_, object) = self.leaving.swap_remove(at);
-            // There is room for it.
-            let _ = self.exchange.returned.push(object);
         }
     }
 }

@@ -8,8 +8,12 @@ use crate::pose::Pose;
 /// Receivers at most.
 pub const MOST_RECEIVERS: usize = 2;
 
-/// No number of a blow in SI units is larger: beyond, products overflow.
-const LARGEST: f64 = 1e12;
+/// No number in SI units is larger: far beyond, products overflow.
+const LARGEST: f64 = 1e9;
+/// Radii of spheres that click \[m\].
+const RADII: std::ops::Range<f64> = 1e-6..1e3;
+/// Durations of forces \[s\].
+const DURATIONS: std::ops::Range<f64> = 1e-9..10.0;
 
 /// Something that happens, or that somebody wants.
 pub enum Event {
@@ -28,7 +32,7 @@ pub enum Event {
         /// How it turns on [rad/s].
         angular_velocity: DVec3,
     },
-    /// An object is no more: it falls silent within a block.
+    /// An object is no more: it falls silent within a block; what it has sent arrives as ever.
     End {
         /// Which object.
         slot: usize,
@@ -37,11 +41,13 @@ pub enum Event {
     },
     /// The receivers are somewhere else [m, world].
     Receivers([DVec3; MOST_RECEIVERS]),
-    /// A part of the sound is to be heard, or not.
+    /// A part of the sound is to be heard, or not: of clicks those that come, of ringing and reflections at once; late
+    /// reverberation dies away.
     Switch(Part, bool),
     /// All that sounds or is to sound stops, within a millisecond.
     Silence,
-    /// An object takes a slot, or nothing does; what was there goes back to the controller.
+    /// An object takes a slot, or nothing does, when what happened before has been heard; what was there ends as by `End`, and goes back to the
+    /// controller.
     Put {
         /// Which slot.
         slot: usize,
@@ -100,27 +106,23 @@ pub struct Blow {
 impl Blow {
     /// Whether all numbers are such that sound can come of them.
     pub(super) fn is_good(&self) -> bool {
-        let vectors = [
-            self.pose.position,
-            self.velocity_change,
-            self.angular_velocity_change,
-            self.point,
-            self.impulse,
-        ];
+        let vectors = [self.velocity_change, self.angular_velocity_change, self.point, self.impulse];
         let sized = match self.struck {
-            Struck::Sphere { radius } => radius > 0.0 && radius.is_finite(),
+            Struck::Sphere { radius } => RADII.contains(&radius),
             Struck::Object { .. } => true,
         };
-        sized
-            && self.duration > 0.0
-            && self.duration.is_finite()
-            && vectors.iter().all(|v| v.abs().max_element() < LARGEST)
-            && turns(&self.pose)
+        let good = vectors.into_iter().all(is_sane) && is_pose(&self.pose);
+        good && sized && DURATIONS.contains(&self.duration)
     }
 }
 
-/// Whether the orientation of a pose is one.
-pub(super) fn turns(pose: &Pose) -> bool {
+/// Whether a vector is one that anything can have.
+pub(super) fn is_sane(vector: DVec3) -> bool {
     // Written so that NaN is refused too.
-    (pose.orientation.length_squared() - 1.0).abs() < 1e-6
+    vector.abs().max_element() < LARGEST && vector.is_finite()
+}
+
+/// Whether a pose is one.
+pub(super) fn is_pose(pose: &Pose) -> bool {
+    is_sane(pose.position) && (pose.orientation.length_squared() - 1.0).abs() < 1e-6
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::engine::{Engine, EngineSettings};
+use super::engine::{Engine, EngineSettings, LEAVING};
 use super::event::Event;
 use super::sounding_object::SoundingObject;
 use crate::synthesis::SynthesisError;
@@ -126,7 +126,7 @@ pub struct Controller {
 /// [`SynthesisError`] for a medium, band or room that cannot be.
 pub fn engine(settings: &EngineSettings) -> Result<(Controller, Engine), SynthesisError> {
     let (events, taken) = rtrb::RingBuffer::new(EVENTS);
-    let (given_back, returned) = rtrb::RingBuffer::new(2 * settings.objects.max(1));
+    let (given_back, returned) = rtrb::RingBuffer::new(EVENTS + LEAVING + 2);
     let report = Arc::<SharedReport>::default();
     let exchange = Exchange { events: taken, returned: given_back, report: Arc::clone(&report) };
     let engine = Engine::new(settings, exchange)?;

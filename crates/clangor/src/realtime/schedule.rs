@@ -24,7 +24,7 @@ impl<T> Schedule<T> {
 
     /// Adds something of this time \[samples\]; gives it back if there is no room.
     pub(super) fn add(&mut self, sample: i64, item: T) -> Result<(), T> {
-        if self.waiting.len() == self.most {
+        if self.is_full() {
             return Err(item);
         }
         self.added += 1;
@@ -36,6 +36,11 @@ impl<T> Schedule<T> {
     pub(super) fn next_before(&mut self, sample: i64) -> Option<T> {
         self.waiting.peek().filter(|first| first.sample < sample)?;
         self.waiting.pop().map(|first| first.item)
+    }
+
+    /// Whether there is no room for more.
+    pub(super) fn is_full(&self) -> bool {
+        self.waiting.len() == self.most
     }
 
     /// Forgets all.

@@ -17,7 +17,7 @@ use crate::model::tensor_file::TensorFileError;
 use crate::synthesis::live_clicks::LiveField;
 use crate::synthesis::modal::live_voice::LiveVoice;
 use crate::synthesis::modal::{ModalError, ModalSettings, ModalSource};
-use crate::synthesis::{FieldSource, SoundSource};
+use crate::synthesis::{FieldSource, SampleRate, SoundSource};
 
 /// Why bytes are no object that sounds.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +53,23 @@ pub struct SoundingObject {
     pub(super) transfer_work: usize,
     /// Bounding radius \[m\].
     pub(super) radius: f64,
+    shape: Shape,
+}
+
+/// What the memory of an object depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Shape {
+    receivers: usize,
+    ways: usize,
+    block: usize,
+    rate: SampleRate,
+}
+
+impl Shape {
+    fn new(settings: &EngineSettings, ways: usize) -> Self {
+        let EngineSettings { receivers, block, sample_rate: rate, .. } = *settings;
+        Shape { receivers, ways, block, rate }
+    }
 }
 
 impl SoundingObject {
@@ -62,9 +79,10 @@ impl SoundingObject {
         ringing: Option<Arc<ModalSource>>,
         settings: &EngineSettings,
     ) -> Self {
+        let settings = &settings.possible();
         let rendering = settings.rendering();
         let field = match &click {
-            Some(SoundSource::Field(field)) => Some(LiveField::new(Arc::clone(field), &rendering)),
+            Some(SoundSource::Field(field)) => Some(LiveField::new(field, &rendering)),
             _ => None,
         };
         let radii = [click.as_ref().map(SoundSource::radius), ringing.as_ref().map(|r| r.radius())];
@@ -72,12 +90,15 @@ impl SoundingObject {
         let ways = settings.ways();
         let transfer_work = ringing
             .as_ref()
-            .map_or(0, |ringing| ringing.transfer_coefficients() * ways.count() * settings.receivers.max(1));
+            .map_or(0, |ringing| ringing.transfer_coefficients() * ways.count() * settings.receivers);
         let voice = ringing.map(|source| {
             let (receivers, block) = (settings.receivers, settings.block);
             Box::new(LiveVoice::new(source, &rendering, &ways, receivers, block, settings.longest_delay()))
         });
-        SoundingObject { click, field, voice, transfer_work, radius }
+        // As the engine knows it.
+        let click = field.as_ref().map(LiveField::source).or(click);
+        let shape = Shape::new(settings, ways.count());
+        SoundingObject { click, field, voice, transfer_work, radius, shape }
     }
 
     /// A body as `clangor bake` or `clangor modes` writes it. How long modes ring is the material's; without damping, that of the
@@ -104,6 +125,11 @@ impl SoundingObject {
         });
         let ringing = modal.map(|part| source_of(part, damping)).transpose()?;
         Ok(SoundingObject::new(click, ringing, settings))
+    }
+
+    /// Whether it was made for an engine of these settings and so many ways.
+    pub(super) fn fits(&self, settings: &EngineSettings, ways: usize) -> bool {
+        self.shape == Shape::new(settings, ways)
     }
 
     /// Bounding radius \[m\].

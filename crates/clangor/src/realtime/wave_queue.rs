@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::schedule::Schedule;
 use crate::medium::Medium;
+use crate::synthesis::SoundSource;
 use crate::synthesis::click::Click;
 
 /// What is this much weaker than the strongest wave of its block is masked by it: 80 dB.
@@ -45,6 +46,11 @@ impl WaveQueue {
         WaveQueue { waiting: Schedule::new(most), due: Vec::with_capacity(most), most, shed: Shed::default() }
     }
 
+    /// Whether there is no room for more.
+    pub(super) fn is_full(&self) -> bool {
+        self.waiting.is_full()
+    }
+
     /// Adds a wave of which the first sample is this.
     pub(super) fn add(&mut self, first: i64, wave: QueuedWave) {
         if self.waiting.add(first, wave).is_err() {
@@ -70,7 +76,10 @@ impl WaveQueue {
             }
         }
         self.due.iter().for_each(&mut play);
-        for _ in self.due.len()..budget {
+        let played = self.due.len();
+        // Nothing is kept that others may want to free.
+        self.due.clear();
+        for _ in played..budget {
             let Some(wave) = self.waiting.next_before(i64::MAX) else { break };
             play(&wave);
         }
@@ -90,7 +99,11 @@ impl WaveQueue {
 pub(super) fn strength(click: &Click, radius: f64, distance: f64, medium: &Medium) -> f64 {
     let Medium { density, sound_speed } = *medium;
     let distance = distance.max(radius);
-    let speed = click.velocity_change.length() + radius * click.angular_velocity_change.length();
+    let turning = match click.source {
+        SoundSource::Sphere { .. } => 0.0,
+        _ => radius * click.angular_velocity_change.length(),
+    };
+    let speed = click.velocity_change.length() + turning;
     let rate = std::f64::consts::PI / click.duration;
     let acceleration = 0.5 * rate * speed;
     let compact = 0.5

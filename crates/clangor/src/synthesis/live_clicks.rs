@@ -27,12 +27,13 @@ use super::field_spectrum::FieldPlayer;
 use super::heard_wave::HeardWave;
 use super::lowpass::REACH;
 use super::renderer::{MIN_LENGTH, RenderSettings};
+use super::source::SoundSource;
 use super::spectrum::{Grid, Losses, Spectrum, Transfer};
 use crate::room::PathLoss;
 
 /// Samples by which a click is heard before its wave.
 pub const LOOK_AHEAD: usize = REACH;
-/// Longest block \[samples\]: longer clicks are cut.
+/// Longest block \[samples\]: longer clicks are refused.
 const LONGEST: usize = 4096;
 
 /// What became of the waves.
@@ -149,7 +150,8 @@ impl LiveClicks {
     /// The first sample that hears a click from `towards` \[m\], the way from its centre to a receiver; `None` for one that
     /// nobody hears, which is counted.
     pub fn first_sample(&mut self, click: &Click, towards: DVec3) -> Option<i64> {
-        if click.check().is_err() || !towards.is_finite() {
+        let is_ground = matches!(click.source, SoundSource::Ground { .. });
+        if click.check().is_err() || !towards.is_finite() || is_ground {
             self.report.refused += 1;
             return None;
         }
@@ -157,11 +159,17 @@ impl LiveClicks {
             self.report.inside += 1;
             return None;
         }
-        let heard = self.settings.wave(click, towards);
+        let heard =
+            self.settings.wave(click, towards).filter(|heard| self.samples_of(heard) <= LONGEST as f64);
         if heard.is_none() {
             self.report.refused += 1;
         }
         heard.map(|heard| self.sample_of(heard.from) - REACH as i64)
+    }
+
+    /// Samples that a wave takes, with what the band limit adds.
+    fn samples_of(&self, heard: &HeardWave) -> f64 {
+        (heard.until - heard.from) * self.settings.sample_rate.as_f64() + 2.0 * REACH as f64 + 1.0
     }
 
     fn sample_of(&self, time: f64) -> i64 {
@@ -172,13 +180,12 @@ impl LiveClicks {
     /// [`first_sample`](Self::first_sample).
     pub fn play(&mut self, click: &Click, towards: DVec3, way: usize, outputs: &[(usize, f64)]) {
         let rate = self.settings.sample_rate.as_f64();
-        let Some(mut heard) = self.settings.wave(click, towards) else {
+        let heard = self.settings.wave(click, towards).map(|heard| (self.samples_of(&heard), heard));
+        let fits = |samples: f64| self.lengths.iter().position(|l| l.inverse.len() as f64 >= samples);
+        let Some((at, mut heard)) = heard.and_then(|(samples, heard)| Some((fits(samples)?, heard))) else {
             self.report.refused += 1;
             return;
         };
-        let samples = (heard.until - heard.from) * rate + 2.0 * REACH as f64 + 1.0;
-        let at = self.lengths.iter().position(|l| l.inverse.len() as f64 >= samples);
-        let at = at.unwrap_or(self.lengths.len() - 1);
         let first = self.sample_of(heard.from);
         let length = &self.lengths[at];
         let Memory { spectrum, player, bins, transform, samples } = &mut self.memory;
@@ -229,11 +236,6 @@ impl LiveClicks {
             *sample += std::mem::take(&mut coming.samples[coming.next as usize & mask]);
             coming.next += 1;
         }
-    }
-
-    /// Index of the sample that an output takes next.
-    pub fn next_sample(&self, output: usize) -> i64 {
-        self.coming[output].next
     }
 
     /// What became of the waves so far.

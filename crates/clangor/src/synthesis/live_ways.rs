@@ -2,6 +2,9 @@
 //!
 //! What an image source makes at a receiver, the source itself makes at the receiver mirrored the same way: a way is a
 //! direction in which a body sends, and what is lost there.
+//!
+//! Differs from the offline renderer: what is below the floor is heard directly, though not by the floor, and so is what is outside the
+//! room.
 
 use glam::DVec3;
 
@@ -53,11 +56,6 @@ impl LiveWays {
         &self.losses
     }
 
-    /// The room, if there is one.
-    pub fn room(&self) -> Option<&Room> {
-        self.room.as_ref()
-    }
-
     /// From a body to a receiver, both places [m, world], as the body sees it \[m\]; `None` where the way does not lead: a
     /// reflection of what is outside the room or below the floor.
     pub fn towards(&self, way: usize, body: DVec3, receiver: DVec3) -> Option<DVec3> {
@@ -75,6 +73,12 @@ impl LiveWays {
     /// Lets reflections be heard, or not.
     pub fn set_reflections(&mut self, heard: bool) {
         self.reflects = heard;
+    }
+
+    /// Whether receivers hear a way themselves; if not, it is only there to feed the late reverberation.
+    pub fn is_heard(&self, way: usize) -> bool {
+        let most = self.room.as_ref().map_or(u32::MAX, |room| room.image_order);
+        way.checked_sub(1).is_none_or(|image| self.images[image].order() <= most)
     }
 
     /// The input of the late reverberation that a way feeds: each single reflection in a wall one.

@@ -38,6 +38,7 @@ mod delay;
 mod drive;
 pub mod handover;
 mod live_delay;
+mod live_trail;
 pub mod live_voice;
 pub mod source;
 pub mod transfer;

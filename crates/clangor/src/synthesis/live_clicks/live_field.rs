@@ -16,10 +16,8 @@ use crate::synthesis::spectrum::{Spectrum, Transfer};
 
 /// See the module.
 pub struct LiveField {
-    /// As clicks name it.
+    /// Without the field inside the bounding sphere, which takes too long.
     source: Arc<FieldSource>,
-    /// What is played for it: without the field inside the bounding sphere, which takes too long.
-    played: Arc<FieldSource>,
     /// From its nodes to the bins of each length.
     tables: Vec<Arc<Interpolation>>,
     player: FieldPlayer,
@@ -27,14 +25,13 @@ pub struct LiveField {
 
 impl LiveField {
     /// Prepares a field for clicks of these settings; takes milliseconds.
-    pub fn new(source: Arc<FieldSource>, settings: &RenderSettings) -> Self {
-        let mut played = FieldSource::clone(&source);
-        played.near = None;
+    pub fn new(source: &FieldSource, settings: &RenderSettings) -> Self {
+        let mut source = source.clone();
+        source.near = None;
         let crossing = source.radius / settings.medium.sound_speed;
         let tables =
-            grids(settings).map(|(_, grid)| Arc::new(Interpolation::of(&played, crossing, &grid))).collect();
-        let mut field =
-            LiveField { source, played: Arc::new(played), tables, player: FieldPlayer::default() };
+            grids(settings).map(|(_, grid)| Arc::new(Interpolation::of(&source, crossing, &grid))).collect();
+        let mut field = LiveField { source: Arc::new(source), tables, player: FieldPlayer::default() };
         field.warm(settings);
         field
     }
@@ -50,7 +47,7 @@ impl LiveField {
             orientation: DQuat::IDENTITY,
             velocity_change: DVec3::X,
             angular_velocity_change: DVec3::ZERO,
-            source: SoundSource::Field(Arc::clone(&self.source)),
+            source: self.source(),
         };
         let mut spectrum = Spectrum::default();
         for (place, (_, grid)) in grids(settings).enumerate() {
@@ -70,6 +67,11 @@ impl LiveField {
         }
     }
 
+    /// What clicks name as their source.
+    pub fn source(&self) -> SoundSource {
+        SoundSource::Field(Arc::clone(&self.source))
+    }
+
     /// Whether a click names it.
     pub(super) fn is_of(&self, source: &Arc<FieldSource>) -> bool {
         Arc::ptr_eq(&self.source, source)
@@ -77,7 +79,6 @@ impl LiveField {
 
     /// Puts in place what is played on a block of the length at this place.
     pub(super) fn prepare(&mut self, transfer: &mut FieldTransfer, length: usize) -> &mut FieldPlayer {
-        transfer.source = Arc::clone(&self.played);
         transfer.table = Some(Arc::clone(&self.tables[length]));
         &mut self.player
     }

@@ -2,7 +2,7 @@
 //!
 //! Within a block the delay runs on a straight line: a body that accelerates by 10 m/s² is 26 ns off that in a block of
 //! 2.7 ms. A delay that would change by more than a quarter of the block is faded over to instead. Between samples the signal is that of
-//! a Kaiser-windowed sinc of 16 samples: 1e-4 below a third of the rate.
+//! a Kaiser-windowed sinc of 16 samples: 3e-4 below a third of the rate.
 
 use std::sync::LazyLock;
 
@@ -25,28 +25,43 @@ const GLIDE: f64 = 0.25;
 pub(super) struct LiveDelay {
     /// As many as a power of two.
     samples: Vec<f32>,
-    /// Index after the last sample sent.
+    /// The longest delay \[samples\].
+    longest: f64,
+    /// Place after the last sample sent, on a count that never jumps.
     end: i64,
-    /// The delay where the last block ended \[samples\].
-    delay: Option<f64>,
+    /// Index of a sample minus its place.
+    shift: i64,
+    heard: Heard,
+}
+
+/// How the last block was heard.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Heard {
+    /// There was none: what comes begins as it is.
+    Nothing,
+    /// Too far away, or by no way: what comes fades in.
+    Nowhere,
+    /// After this delay, at its end \[samples\].
+    After(f64),
 }
 
 impl LiveDelay {
     /// For delays of up to so many samples, and blocks of up to so many.
     pub(super) fn new(longest: usize, block: usize) -> Self {
         let kept = (longest + 2 * block + 2 * TAPS).next_power_of_two();
-        LiveDelay { samples: vec![0.0; kept], end: 0, delay: None }
+        let (end, shift, heard) = (0, 0, Heard::Nothing);
+        LiveDelay { samples: vec![0.0; kept], longest: longest as f64, end, shift, heard }
     }
 
-    /// The longest delay \[samples\].
-    fn longest(&self, frames: usize) -> f64 {
-        (self.samples.len() - frames - 2 * TAPS) as f64
-    }
-
-    /// Forgets everything; the next sample sent has this index.
+    /// Begins anew with a sample of this index, after silence of the longest delay and a block.
     pub(super) fn restart(&mut self, next: i64) {
+        (self.shift, self.heard) = (next - self.end, Heard::Nothing);
+    }
+
+    /// Forgets everything.
+    pub(super) fn silence(&mut self) {
         self.samples.fill(0.0);
-        (self.end, self.delay) = (next, None);
+        self.heard = Heard::Nothing;
     }
 
     /// Takes what is sent next.
@@ -58,14 +73,26 @@ impl LiveDelay {
         }
     }
 
-    /// What is heard from index `first` on, if the delay ends at `delay` \[samples\]; whether it was short enough, or nothing is heard.
-    pub(super) fn listen(&mut self, first: i64, delay: f64, heard: &mut [f32]) -> bool {
-        if !(0.0..=self.longest(heard.len())).contains(&delay) {
-            self.delay = None;
-            return false;
-        }
-        let before = self.delay.replace(delay).unwrap_or(delay);
+    /// What is heard from index `first` on, if the delay ends at `delay` \[samples\], or nothing is heard from there on any more; whether
+    /// there is anything.
+    pub(super) fn listen(&mut self, first: i64, delay: Option<f64>, heard: &mut [f32]) -> bool {
+        let now = match delay.filter(|delay| (0.0..=self.longest).contains(delay)) {
+            Some(delay) => Heard::After(delay),
+            None => Heard::Nowhere,
+        };
+        let (before, delay, fade) = match (std::mem::replace(&mut self.heard, now), now) {
+            (Heard::After(before), Heard::After(delay)) => (before, delay, None),
+            (Heard::Nothing, Heard::After(delay)) => (delay, delay, None),
+            (Heard::Nowhere, Heard::After(delay)) => (delay, delay, Some([0.0, 1.0])),
+            (Heard::After(before), _) => (before, before, Some([1.0, 0.0])),
+            _ => return false,
+        };
+        let first = first - self.shift;
         Arch::new().dispatch(Listening { samples: &self.samples, first, before, delay, heard });
+        if let Some([from, to]) = fade {
+            let step = (to - from) / heard.len() as f32;
+            heard.iter_mut().enumerate().for_each(|(frame, p)| *p *= from + step * (frame + 1) as f32);
+        }
         true
     }
 }
@@ -184,9 +211,9 @@ mod tests {
         line.restart(0);
         let tone: Vec<f64> = (0..400).map(|i| (std::f64::consts::TAU * part * f64::from(i)).cos()).collect();
         line.send(&tone);
-        line.delay = Some(from);
+        line.heard = Heard::After(from);
         let mut heard = vec![0.0; 128];
-        assert!(line.listen(260, to, &mut heard));
+        assert!(line.listen(260, Some(to), &mut heard));
         heard
     }
 
@@ -214,11 +241,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_far_is_silent() {
+    fn what_is_too_far_is_silent_and_fades() {
         let mut line = LiveDelay::new(300, 128);
         line.restart(0);
-        line.send(&[1.0; 300]);
-        assert!(!line.listen(100, 1e6, &mut [0.0; 128]));
-        assert!(!line.listen(100, f64::NAN, &mut [0.0; 128]));
+        line.send(&[1.0; 600]);
+        let mut heard = [0.0; 128];
+        assert!(!line.listen(100, Some(1e6), &mut heard));
+        assert!(!line.listen(100, Some(f64::NAN), &mut heard));
+        // From nowhere it fades in, and to nowhere it fades out.
+        assert!(line.listen(300, Some(50.0), &mut heard));
+        assert!(heard[0] < 0.02 && (heard[127] - 1.0).abs() < 1e-3, "{heard:?}");
+        assert!(line.listen(428, Some(301.0), &mut heard));
+        assert!(heard[0] > 0.98 && heard[127] < 1e-3, "{heard:?}");
     }
 }

@@ -8,7 +8,7 @@
 //! when they may, from the end of one block to the next; modes that wake get theirs at once.
 //!
 //! Differs from the offline voice: no force streams, no vibration that is taken over, and delays that are straight lines
-//! within a block, between samples a sinc of 16: 1e-4 below a third of the rate.
+//! within a block, between samples a sinc of 16: 3e-4 below a third of the rate.
 
 use std::sync::Arc;
 
@@ -18,6 +18,7 @@ use num_complex::Complex64;
 use super::bank::ModalBank;
 use super::drive::{Course, Shaper};
 use super::live_delay::{self, HALF_TAPS, LiveDelay};
+use super::live_trail::LiveTrail;
 use super::source::{ModalSource, StrikeMemory};
 use super::transfer::TransferMemory;
 use crate::contact::ForceProfile;
@@ -33,6 +34,8 @@ pub const LOOK_AHEAD: usize = AHEAD + REACH + 1;
 
 /// By how much order × direction may turn before transfers are due [rad].
 const TURN: f64 = 0.01;
+/// Modes that cost as much as the delay of a path.
+const LISTENING: usize = 8;
 /// Time for which a body goes on without news \[s\].
 const LONGEST_MOTION: f64 = 0.1;
 /// Forces in progress on one body; more are refused.
@@ -119,6 +122,9 @@ pub struct LiveVoice {
     source: Arc<ModalSource>,
     bank: ModalBank,
     pose: LivePose,
+    /// Whether somebody told it.
+    posed: bool,
+    trail: LiveTrail,
     rate: f64,
     sound_speed: f64,
     /// For each receiver all ways.
@@ -135,7 +141,7 @@ pub struct LiveVoice {
     /// Samples after which all that was sent has been heard.
     longest: usize,
     ending: bool,
-    /// Mean square of what the first receiver heard in the last block \[Pa²\].
+    /// Mean square of what was sent to the first receiver in the last block \[Pa²\].
     loudness: f64,
     amplitudes: Vec<f64>,
     striking: StrikeMemory,
@@ -193,6 +199,8 @@ impl LiveVoice {
                 velocity: DVec3::ZERO,
                 angular_velocity: DVec3::ZERO,
             },
+            posed: false,
+            trail: LiveTrail::new(longest, block),
             rate,
             sound_speed: settings.medium.sound_speed,
             paths: vec![path; paths],
@@ -232,19 +240,27 @@ impl LiveVoice {
         self.bank.awake_modes()
     }
 
-    /// Ways and receivers.
-    pub fn paths(&self) -> usize {
-        self.paths.len()
+    /// Work of a block that is spared if it ends: modes times ways and receivers, of which listening is worth some.
+    pub fn load(&self) -> usize {
+        let modes = self.awake_modes();
+        if modes == 0 { 0 } else { (modes + LISTENING) * self.paths.len() }
     }
 
-    /// Mean square pressure in the last block \[Pa²\].
+    /// How loud it is: mean square of what left it for the first receiver in the last block \[Pa²\]. Infinite while it is struck.
     pub fn loudness(&self) -> f64 {
-        self.loudness
+        if self.bank.forces() > 0 { f64::INFINITY } else { self.loudness }
     }
 
     /// Sets where the body is and how it moves on.
     pub fn set_pose(&mut self, pose: LivePose) {
-        self.pose = pose;
+        (self.pose, self.posed) = (pose, true);
+    }
+
+    /// Sets where it stands, unless that was told otherwise.
+    pub fn stand(&mut self, sample: f64, pose: Pose) {
+        if !self.posed {
+            self.pose = LivePose { sample, pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO };
+        }
     }
 
     /// Lets a blow act with these impulses [N s] at points \[m\], both in the frame of the body; whether it could be taken. Of one
@@ -257,6 +273,8 @@ impl LiveVoice {
             let next = position + AHEAD as i64;
             self.bank.seek(next);
             self.paths.iter_mut().for_each(|path| path.line.restart(next));
+            let now = self.pose.at(position as f64, self.rate).position;
+            self.trail.restart(position as f64, now);
         }
         if self.bank.is_silent() {
             self.paths.iter_mut().for_each(|path| path.set = false);
@@ -273,7 +291,7 @@ impl LiveVoice {
     }
 
     /// Renders `frames` samples from `position` on, while receivers move to where they are now. Transfers follow the motion if
-    /// they `may`.
+    /// they `may`. Returns how many sets of transfers were computed.
     pub fn render(
         &mut self,
         position: i64,
@@ -282,62 +300,68 @@ impl LiveVoice {
         receivers: &[DVec3],
         may: bool,
         outputs: &mut LiveOutputs<'_>,
-    ) {
+    ) -> usize {
         if self.is_silent() {
-            return;
+            return 0;
         }
         let end = position + frames as i64;
-        self.send(end, frames, ways, receivers, may);
+        let pose = self.pose.at(end as f64, self.rate);
+        self.trail.push(end as f64, pose.position);
+        let computed = self.send(end, frames, ways, receivers, may);
         self.quiet = if self.bank.is_silent() { self.quiet + frames } else { 0 };
-        let mut heard = 0.0;
         for (p, path) in self.paths.iter_mut().enumerate() {
             let (receiver, way) = (p / self.ways, p % self.ways);
-            let pose = self.pose.at(end as f64, self.rate);
-            let Some(towards) = ways.towards(way, pose.position, receivers[receiver]) else {
-                path.line.restart(end + AHEAD as i64);
+            let leaves = |place: DVec3| ways.towards(way, place, receivers[receiver]).map(DVec3::length);
+            let distance = leaves(pose.position).map(|distance| {
+                // What is heard now left where the body was then.
+                (0..3).fold(distance, |distance, _| {
+                    let left = end as f64 - distance / self.sound_speed * self.rate;
+                    leaves(self.trail.at(left)).unwrap_or(distance)
+                })
+            });
+            let delay = distance.map(|distance| distance / self.sound_speed * self.rate);
+            let heard = &mut self.heard[..frames];
+            if !path.line.listen(position, delay, heard) {
                 continue;
-            };
-            let distance = arrived(towards, self.pose.velocity, self.sound_speed);
-            let delay = distance / self.sound_speed * self.rate;
-            let channel = &mut outputs.channels[receiver];
+            }
+            if ways.is_heard(way) {
+                let channel = outputs.channels[receiver].iter_mut();
+                channel.zip(&*heard).for_each(|(sum, pressure)| *sum += f64::from(*pressure));
+            }
             // Late reverberation hears what the first receiver does.
-            let input = ways.reverberation_input(way).filter(|_| receiver == 0);
-            if !path.line.listen(position, delay, &mut self.heard[..frames]) {
-                continue;
-            }
-            for (sum, pressure) in channel.iter_mut().zip(&self.heard) {
-                *sum += f64::from(*pressure);
-            }
-            if receiver == 0 {
-                heard += self.heard[..frames].iter().map(|p| f64::from(*p).powi(2)).sum::<f64>();
-            }
-            if let Some(input) = input {
-                let entering = outputs.entering[input].iter_mut().zip(&self.heard);
+            if let Some(input) = ways.reverberation_input(way).filter(|_| receiver == 0)
+                && let Some(distance) = distance
+            {
+                let entering = outputs.entering[input].iter_mut().zip(&*heard);
                 entering.for_each(|(sum, p)| *sum += f64::from(*p) * distance);
             }
         }
-        self.loudness = heard / frames as f64;
         if self.ending {
             self.bank.silence();
             (self.ending, self.quiet) = (false, 0);
         }
+        computed
     }
 
     /// Rests at once, and forgets what is on its way.
     pub fn silence(&mut self) {
+        if self.is_silent() {
+            return;
+        }
         self.bank.silence();
+        self.paths.iter_mut().for_each(|path| path.line.silence());
         (self.ending, self.quiet) = (false, usize::MAX);
     }
 
-    /// Sends until [`AHEAD`] samples after `end`.
-    fn send(&mut self, end: i64, frames: usize, ways: &LiveWays, receivers: &[DVec3], may: bool) {
-        let woken = self.bank.take_woken();
-        if woken {
-            self.set_transfers(ways, receivers, end + AHEAD as i64, true);
+    /// Sends until [`AHEAD`] samples after `end`; returns how many sets of transfers were computed.
+    fn send(&mut self, end: i64, frames: usize, ways: &LiveWays, receivers: &[DVec3], may: bool) -> usize {
+        let mut computed = 0;
+        if self.bank.take_woken() {
+            computed += self.set_transfers(ways, receivers, end + AHEAD as i64, true);
             self.bank.jump_to_transfers();
         }
         if may && !self.bank.is_silent() {
-            self.set_transfers(ways, receivers, end + AHEAD as i64, false);
+            computed += self.set_transfers(ways, receivers, end + AHEAD as i64, false);
         }
         self.sent.iter_mut().for_each(Vec::clear);
         if self.bank.is_silent() {
@@ -352,14 +376,17 @@ impl LiveVoice {
                 sent.iter_mut().enumerate().for_each(|(frame, p)| *p *= fade(frame));
             }
         }
+        self.loudness = self.sent[0].iter().map(|p| p * p).sum::<f64>() / frames as f64;
         for (path, sent) in self.paths.iter_mut().zip(&self.sent) {
             path.line.send(sent);
         }
+        computed
     }
 
     /// Sets the transfers where receivers are: of modes that `woke` for the place that their path has already, so that those that
     /// ring do not jump.
-    fn set_transfers(&mut self, ways: &LiveWays, receivers: &[DVec3], end: i64, woke: bool) {
+    fn set_transfers(&mut self, ways: &LiveWays, receivers: &[DVec3], end: i64, woke: bool) -> usize {
+        let mut computed = 0;
         let pose = self.pose.at(end as f64, self.rate);
         let from_world = pose.orientation.inverse();
         let turn = TURN / (self.source.max_order() + 1) as f64;
@@ -376,6 +403,7 @@ impl LiveVoice {
                 continue;
             }
             (path.place, path.set) = (place, true);
+            computed += 1;
             match place {
                 Some(place) => {
                     let bank = &self.bank;
@@ -393,14 +421,6 @@ impl LiveVoice {
             }
             self.bank.set_transfers(p, &self.transfers);
         }
+        computed
     }
-}
-
-/// How far \[m\] what is heard now has come, if the body that is now so far away moves at this velocity.
-fn arrived(towards: DVec3, velocity: DVec3, sound_speed: f64) -> f64 {
-    let mut distance = towards.length();
-    for _ in 0..3 {
-        distance = (towards + velocity * (distance / sound_speed)).length();
-    }
-    distance
 }

@@ -38,6 +38,9 @@ class SoundProcessor extends AudioWorkletProcessor {
     /** @type {MessagePort | null} */
     this.worldPort = null;
     this.originFrame = 0;
+    /** @type {number[] | null} */
+    this.ears = null;
+    this.room = true;
     this.blocks = 0;
     this.squares = 0;
     this.peak = 0;
@@ -62,10 +65,13 @@ class SoundProcessor extends AudioWorkletProcessor {
           // The text comes as bytes: there is no TextEncoder here.
           this.synth.check(exports.synth_start(sampleRate, 128, this.synth.writeBytes(message.bytes)));
           this.originFrame = currentFrame;
+          // It starts with ears and room as the scene has them.
+          if (this.ears) exports.synth_listener(...this.ears);
+          exports.synth_room(this.room ? 1 : 0);
           this.port.postMessage({ kind: 'started', latency: exports.synth_latency() });
           break;
         case 'load':
-          this.synth.check(exports.synth_load(message.slot, this.synth.writeBytes(message.bytes)));
+          this.synth.check(exports.synth_load(message.slot, this.synth.writeBytes(message.bytes), 0));
           break;
         case 'world':
           this.worldPort = message.port;
@@ -87,12 +93,14 @@ class SoundProcessor extends AudioWorkletProcessor {
           break;
         }
         case 'listener':
-          exports.synth_listener(...message.left, ...message.right);
+          this.ears = [...message.left, ...message.right];
+          exports.synth_listener(...this.ears);
           break;
         case 'gain':
-          exports.synth_gain(message.pascals);
+          this.synth.check(exports.synth_gain(message.pascals));
           break;
         case 'room':
+          this.room = message.on;
           exports.synth_room(message.on ? 1 : 0);
           break;
         case 'silence':

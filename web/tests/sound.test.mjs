@@ -1,0 +1,261 @@
+// The sound of the page against closed forms: the worklet in an OfflineAudioContext of a real browser.
+
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { openBrowser } from '../scripts/browser.mjs';
+
+const RATE = 48000;
+
+/** Density [kg/m³] and speed of sound [m/s] of the air of a scene that says nothing. */
+const AIR = { density: 1.2041, speed: 343.2 };
+
+/** Two steel balls meet head on, far from everything, at (1 − 2·0.01)/2 seconds: centres 1 m apart, 1 m/s each. */
+const COLLISION = `version = 1
+gravity = [0.0, 0.0, 0.0]
+[simulation]
+duration = 2.0
+[[body]]
+name = "left"
+shape = "sphere:0.01"
+material = "steel"
+position = [-0.5, 0.0, 0.0]
+velocity = [1.0, 0.0, 0.0]
+[[body]]
+name = "right"
+shape = "sphere:0.01"
+material = "steel"
+position = [0.5, 0.0, 0.0]
+velocity = [-1.0, 0.0, 0.0]
+`;
+const MEETING = 0.49;
+
+/** @type {Awaited<ReturnType<typeof openBrowser>>} */
+let session;
+/** @type {import('playwright-core').Page} */
+let page;
+
+before(async () => {
+  session = await openBrowser();
+  // Nothing but the files of the page runs here.
+  page = await session.browser.newPage();
+  await page.goto(`${session.address}icon.svg`);
+});
+after(() => session?.close());
+
+/**
+ * What happens in a scene until a moment, by the world's half of the module.
+ * @param {string} scene @param {number} until [s]
+ */
+function happens(scene, until) {
+  return page.evaluate(async ([text, end]) => {
+    const { instance } = await WebAssembly.instantiateStreaming(fetch('clangor.wasm'));
+    const wasm = /** @type {any} */ (instance.exports);
+    const bytes = new TextEncoder().encode(text);
+    const pointer = wasm.buffer(bytes.length);
+    new Uint8Array(wasm.memory.buffer).set(bytes, pointer);
+    if (wasm.world_load(bytes.length) < 0) throw new Error('the scene is refused');
+    while (wasm.world_advance(end, 1) === 1);
+    const count = wasm.world_events_count();
+    return [...new Float64Array(wasm.memory.buffer, wasm.world_events(), 24 * count)];
+  }, /** @type {[string, number]} */ ([scene, until]));
+}
+
+/**
+ * What the worklet plays.
+ * @param {object} what
+ * @param {string} what.scene
+ * @param {number[]} what.events rows of 24 numbers
+ * @param {number[]} what.left place of the left ear [m]
+ * @param {number[]} what.right
+ * @param {number} what.seconds
+ * @param {{ at: number, from: number, rate: number } | null} [what.replay] the same events again
+ * @returns {Promise<{ left: number[], right: number[], latency: number, replayedAt: number | null }>}
+ */
+function played(what) {
+  return page.evaluate(
+    async ({ scene, events, left, right, seconds, replay, rate }) => {
+      const context = new OfflineAudioContext(2, Math.round(seconds * rate), rate);
+      await context.audioWorklet.addModule('sound-worklet.js');
+      const module = await WebAssembly.compileStreaming(fetch('clangor.wasm'));
+      const messages = [
+        { kind: 'scene', bytes: new TextEncoder().encode(scene) },
+        { kind: 'gain', pascals: 20 },
+        { kind: 'room', on: false },
+        { kind: 'listener', left, right },
+        { kind: 'events', events: new Float64Array(events) },
+      ];
+      const node = new AudioWorkletNode(context, 'clangor', {
+        numberOfInputs: 0,
+        outputChannelCount: [2],
+        processorOptions: { module, messages },
+      });
+      /** @type {any} */
+      const heard = { latency: NaN, replayedAt: null, failures: [] };
+      const answered = new Promise((resolve) => {
+        node.port.onmessage = ({ data }) => {
+          if (data.kind === 'started') heard.latency = data.latency;
+          if (data.kind === 'failed') heard.failures.push(data.message);
+          if (data.kind === 'replaying') {
+            heard.replayedAt = data.at;
+            resolve(undefined);
+          }
+        };
+      });
+      node.connect(context.destination);
+      if (replay) {
+        context.suspend(replay.at).then(async () => {
+          const { from, rate: slowness } = replay;
+          node.port.postMessage({ kind: 'replay', events: new Float64Array(events), from, rate: slowness });
+          await answered;
+          context.resume();
+        });
+      }
+      const buffer = await context.startRendering();
+      if (heard.failures.length > 0) throw new Error(heard.failures.join());
+      const samples = (/** @type {number} */ channel) => [...buffer.getChannelData(channel)];
+      return { ...heard, left: samples(0), right: samples(1) };
+    },
+    { replay: null, ...what, rate: RATE },
+  );
+}
+
+/**
+ * The pressure of a sphere of radius a that is accelerated along a line, exactly: with T = a/c and the time t' since the
+ * front of the wave has passed,
+ *
+ *   p = ρ (a³ cos θ / r²) (y + (r/c) y'),    T² y'' + 2 T y' + 2 y = A(t'),    A = ΔV π/(2τ) sin(π t'/τ)
+ *
+ * (Chadwick and others 2012, section 4.1), summed over clicks of spheres and sampled.
+ * @param {number[]} events @param {number[]} ear @param {number} latency [s] @param {number} samples
+ */
+function closedForm(events, ear, latency, samples) {
+  const pressure = new Float64Array(samples);
+  for (let at = 0; at < events.length; at += 24) {
+    const [, time, duration, radius] = events.slice(at, at + 4);
+    const way = ear.map((x, axis) => x - events[at + 4 + axis]);
+    const change = events.slice(at + 11, at + 14);
+    const distance = Math.hypot(...way);
+    const along = way.reduce((sum, x, axis) => sum + x * change[axis], 0) / distance;
+    const T = radius / AIR.speed;
+    const front = time + latency + (distance - radius) / AIR.speed;
+    // Small steps of a stiff equation: a hundredth of its time constant.
+    const steps = Math.ceil(1 / RATE / Math.min(0.01 * T, 0.005 * duration));
+    const step = 1 / RATE / steps;
+    let y = 0;
+    let dy = 0;
+    const begin = Math.ceil(front * RATE);
+    let age = begin / RATE - front;
+    // From the front to the first sample after it.
+    const curve = (/** @type {number} */ a, /** @type {number} */ u, /** @type {number} */ du) =>
+      ((a > 0 && a < duration
+        ? ((along * Math.PI) / (2 * duration)) * Math.sin((Math.PI * a) / duration)
+        : 0) -
+        2 * u -
+        2 * T * du) /
+      (T * T);
+    const march = (/** @type {number} */ from, /** @type {number} */ span, /** @type {number} */ count) => {
+      const h = span / count;
+      for (let i = 0; i < count; i += 1) {
+        const a = from + i * h;
+        // Midpoint rule.
+        const half = dy + 0.5 * h * curve(a, y, dy);
+        const middle = curve(a + 0.5 * h, y + 0.5 * h * dy, half);
+        y += h * half;
+        dy += h * middle;
+      }
+    };
+    march(0, age, Math.max(1, Math.ceil(age / step)));
+    for (let sample = begin; sample < samples; sample += 1) {
+      const factor = (AIR.density * radius ** 3) / distance ** 2;
+      pressure[sample] += factor * (y + (distance / AIR.speed) * dy);
+      march(age, 1 / RATE, steps);
+      age += 1 / RATE;
+      if (age > 20 * duration + 60 * T) break;
+    }
+  }
+  return pressure;
+}
+
+/** @param {ArrayLike<number>} samples */
+function loudest(samples) {
+  let best = 0;
+  for (let i = 0; i < samples.length; i += 1) {
+    if (Math.abs(samples[i]) > Math.abs(samples[best])) best = i;
+  }
+  return best;
+}
+
+/** The first sample above a tenth of the loudest. @param {ArrayLike<number>} samples */
+function onset(samples) {
+  const level = 0.1 * Math.abs(samples[loudest(samples)]);
+  let i = 0;
+  while (Math.abs(samples[i]) < level) i += 1;
+  return i;
+}
+
+/** By how many samples `b` is later than `a`, by their largest correlation. @param {number[]} a @param {number[]} b */
+function shiftBetween(a, b) {
+  const centre = loudest(b) - loudest(a);
+  let best = centre;
+  let most = -Infinity;
+  for (let shift = centre - 12; shift <= centre + 12; shift += 1) {
+    let sum = 0;
+    for (let i = Math.max(0, -shift); i < a.length && i + shift < b.length; i += 1)
+      sum += a[i] * b[i + shift];
+    if (sum > most) [most, best] = [sum, shift];
+  }
+  return best;
+}
+
+test('two balls collide, and their click arrives at the sample of the closed form', async () => {
+  const events = await happens(COLLISION, 0.6);
+  assert.equal(events.length, 48, 'one click for each ball');
+  assert.ok(Math.abs(events[1] - MEETING) < 1e-9, `met at ${events[1]}`);
+  const ear = [0.9, 0.3, 0.2];
+  const { left, latency } = await played({ scene: COLLISION, events, left: ear, right: ear, seconds: 0.6 });
+  const expected = closedForm(events, ear, latency, left.length);
+  const peak = Math.abs(expected[loudest(expected)]);
+  const late = [loudest(left) - loudest(expected), onset(left) - onset(expected)];
+  console.log(
+    `peak ${(20 * Math.abs(left[loudest(left)])).toPrecision(4)} Pa, closed form ${peak.toPrecision(4)} Pa;`,
+  );
+  console.log(
+    `peak late by ${late[0]}, onset by ${late[1]} samples; latency ${(1000 * latency).toFixed(2)} ms`,
+  );
+  assert.ok(Math.abs(late[0]) <= 1 && Math.abs(late[1]) <= 1);
+  // The closed form is sampled, the click is limited to the band: a click of 40 µs loses some of its peak.
+  assert.ok(Math.abs(20 * Math.abs(left[loudest(left)]) - peak) < 0.3 * peak);
+});
+
+test('a listener further away hears the click later by the right number of samples, ears apart likewise', async () => {
+  const events = await happens(COLLISION, 0.6);
+  const heard = async (/** @type {number} */ x) =>
+    await played({ scene: COLLISION, events, left: [x, 0, 0], right: [x + 0.17, 0, 0], seconds: 0.6 });
+  const [near, far] = [await heard(1), await heard(2)];
+  const expected = RATE / AIR.speed;
+  console.log(`a metre: ${shiftBetween(near.left, far.left)} samples, expected ${expected.toFixed(2)}`);
+  assert.ok(Math.abs(shiftBetween(near.left, far.left) - expected) <= 1);
+  assert.ok(Math.abs(shiftBetween(near.left, near.right) - 0.17 * expected) <= 1);
+});
+
+test('a replay from the same place gives the same samples, a slow one the same clicks further apart', async () => {
+  const events = await happens(COLLISION, 0.6);
+  const ear = [0.7, 0.2, 0.1];
+  const what = { scene: COLLISION, events, left: ear, right: ear, seconds: 1.4 };
+  const again = await played({ ...what, replay: { at: 0.6144, from: 0.2, rate: 1 } });
+  const shift = Math.round(/** @type {number} */ ((again.replayedAt) - 0.2) * RATE);
+  const first = again.left.slice(0, 0.6 * RATE);
+  const peak = Math.abs(first[loudest(first)]);
+  let worst = 0;
+  for (let i = Math.round(0.3 * RATE); i < 0.6 * RATE; i += 1) {
+    worst = Math.max(worst, Math.abs(again.left[i + shift] - again.left[i]));
+  }
+  console.log(`largest difference ${(worst / peak).toExponential(2)} of the peak`);
+  assert.ok(peak > 0);
+  assert.ok(worst <= 1e-6 * peak);
+
+  const slow = await played({ ...what, replay: { at: 0.6144, from: 0.4, rate: 0.5 } });
+  const later = slow.left.map((sample, i) => (i < 0.6144 * RATE ? 0 : sample));
+  const due = /** @type {number} */ (slow.replayedAt) + (MEETING - 0.4) / 0.5 - MEETING;
+  assert.ok(Math.abs(loudest(later) - loudest(first) - due * RATE) <= 1);
+});

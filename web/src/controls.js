@@ -3,7 +3,8 @@
 import { radioButtons, selection } from './choices.js';
 import { KEPT } from './history.js';
 import { pascals } from './level-meter.js';
-import { PRESETS } from './presets.js';
+import { readRun } from './exported-run.js';
+import { presetOfRun, PRESETS } from './presets.js';
 import { BALL_MATERIALS, COUNTS, WALL_MATERIALS } from './sphere-box.js';
 import { MALLETS } from './strike.js';
 
@@ -82,6 +83,14 @@ export class Controls {
       this.showSettings(element('settings').hidden);
     });
     element('help-open').addEventListener('click', () => this.explain());
+    const file = element('run-file');
+    element('open-run').addEventListener('click', () => file.click());
+    file.addEventListener('change', () => this.openRun(file.files[0]));
+    addEventListener('dragover', (event) => event.preventDefault());
+    addEventListener('drop', (event) => {
+      event.preventDefault();
+      this.openRun(event.dataTransfer?.files[0]);
+    });
   }
 
   bindBalls() {
@@ -176,6 +185,7 @@ export class Controls {
     history.replaceState(null, '', `#${preset.id}`);
     element('story').textContent = preset.story;
     element('how').textContent = preset.how;
+    document.body.dataset.finished = String(preset.run !== undefined);
     const strikes = preset.objects !== undefined;
     element('strike-settings').hidden = !strikes;
     const box = preset.id === 'box';
@@ -198,6 +208,18 @@ export class Controls {
     this.showGravity();
   }
 
+  /** @param {File | undefined} file written by `clangor export web` */
+  async openRun(file) {
+    if (!file) return;
+    element('help').close();
+    try {
+      const run = readRun(new Uint8Array(await file.arrayBuffer()));
+      await this.choose(presetOfRun(run, file.name));
+    } catch (error) {
+      this.complain(`${file.name}: ${error instanceof Error ? error.message : error}`);
+    }
+  }
+
   showBalls() {
     const { stage } = this;
     const box = stage.preset.id === 'box';
@@ -205,6 +227,9 @@ export class Controls {
     element('radius-value').textContent = `${(stage.drop.radius * 1000).toFixed(0)} mm`;
     element('count').value = COUNTS.indexOf(stage.box.count);
     element('count-value').textContent = String(stage.box.count);
+    const own = element('own-material');
+    own.hidden = stage.preset.drop.material in BALL_MATERIALS;
+    own.value = own.textContent = stage.preset.drop.material;
     element('material').value = box ? stage.box.material : stage.drop.material;
     element('material').querySelector('[value="mixed"]').hidden = !box;
   }
@@ -349,7 +374,7 @@ export class Controls {
     const { load, synth } = this.report;
     const count = this.picture.balls.bodyOf.length;
     element('figures').textContent =
-      `${count} balls · ${synth[7]} clicks, ${synth[8]} modes sounding · audio thread ${(100 * load).toFixed(0)} %`;
+      `${count} balls · ${synth[8]} modes ringing · audio thread ${(100 * load).toFixed(0)} % busy`;
   }
 
   /** What a pointer on the picture does. @returns {import('./gestures.js').Actions} */

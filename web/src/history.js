@@ -57,6 +57,19 @@ export class History {
     this.forget();
   }
 
+  /**
+   * Holds a finished run, all of it.
+   * @param {{ time: number, poses: Float32Array }[]} frames
+   * @param {Contact[]} contacts
+   * @param {Float64Array[]} events
+   */
+  fill(frames, contacts, events) {
+    this.clear();
+    this.frames = frames;
+    this.contacts = contacts;
+    for (const event of events) this.addEvent(event);
+  }
+
   /** @param {Float64Array} event one row, on the world's clock */
   addEvent(event) {
     this.events.push({ time: event[EVENT.time], event });

@@ -47,6 +47,12 @@ async function open() {
   const recorder = new Recorder(sound);
   const picture = new Picture(/** @type {HTMLCanvasElement} */ (element('picture')), element('overlay'));
   const spectrogram = new Spectrogram(/** @type {HTMLCanvasElement} */ (element('spectrogram')));
+  for (const { text, part } of Spectrogram.marks()) {
+    const mark = document.createElement('span');
+    mark.textContent = text;
+    mark.style.top = `${100 * part}%`;
+    element('spectrum').append(mark);
+  }
   const meter = new LevelMeter(element('meter-bar'), element('level'), element('peak'));
   const log = new EventLog(element('log'));
   const controls = new Controls({ stage, sound, transport, listeners, picture, recorder, complain });

@@ -14,18 +14,27 @@
  */
 
 /**
- * @param {Uint8Array} bytes of a safetensors file
- * @returns {Solid}
+ * Opens a safetensors file of Clangor.
+ * @param {Uint8Array} bytes
+ * @returns {{ about: any, array: (name: string) => ArrayBuffer }} the description, and the bytes of each array
  */
-export function readSolid(bytes) {
+export function openTensors(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const headerLength = Number(view.getBigUint64(0, true));
   const header = JSON.parse(new TextDecoder().decode(bytes.subarray(8, 8 + headerLength)));
-  const about = JSON.parse(header.__metadata__.clangor);
   const array = (/** @type {string} */ name) => {
     const [begin, end] = header[name].data_offsets;
-    return bytes.slice(8 + headerLength + begin, 8 + headerLength + end).buffer;
+    return /** @type {ArrayBuffer} */ (bytes.slice(8 + headerLength + begin, 8 + headerLength + end).buffer);
   };
+  return { about: JSON.parse(header.__metadata__.clangor), array };
+}
+
+/**
+ * @param {Uint8Array} bytes of a sound model
+ * @returns {Solid}
+ */
+export function readSolid(bytes) {
+  const { about, array } = openTensors(bytes);
   const vertices = Float32Array.from(new Float64Array(array('solid.vertices')));
   let lowest = Infinity;
   for (let at = 1; at < vertices.length; at += 3) lowest = Math.min(lowest, vertices[at]);

@@ -28,7 +28,8 @@ export class Picture {
    */
   constructor(canvas, overlay) {
     this.canvas = canvas;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+    const software = drawsInSoftware();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !software, powerPreference: 'high-performance' });
     this.scene = new Scene();
     this.scene.background = BACKGROUND;
     this.view = new OrbitCamera();
@@ -44,6 +45,7 @@ export class Picture {
       this.planes.group,
       this.balls.group,
       this.links.group,
+      this.solids.shadows,
       this.solids.group,
       this.ripples.mesh,
       this.listeners.group,
@@ -59,7 +61,7 @@ export class Picture {
     /** What other things cover at the edges of the canvas [CSS pixels]. */
     this.covered = { top: 0, right: 0, bottom: 0, left: 0 };
     this.calm = matchMedia('(prefers-reduced-motion: reduce)');
-    this.sharpness = 1;
+    this.sharpness = software ? 0.8 : 1;
     /** @type {number[]} */
     this.durations = [];
     this.frames = 0;
@@ -113,7 +115,7 @@ export class Picture {
     }
     this.balls.update(this.poses, this.known, glow);
     this.links.update(this.poses, this.known);
-    this.solids.update(glow);
+    this.solids.update(glow, this.poses, time);
     this.ripples.update(contacts, time, this.scale);
     const { clientWidth, clientHeight } = this.canvas;
     this.listeners.update(listeners, this.view.camera, clientWidth, clientHeight);
@@ -202,4 +204,13 @@ export class Picture {
   hideArrow() {
     this.arrow.visible = false;
   }
+}
+
+/** Whether there is no graphics processor: smooth edges cost too much then. */
+function drawsInSoftware() {
+  const context = document.createElement('canvas').getContext('webgl2');
+  const names = context?.getExtension('WEBGL_debug_renderer_info');
+  const name = names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : '';
+  context?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }

@@ -33,7 +33,7 @@ const GROUND_FRAGMENT = /* glsl */ `
   varying vec3 vAt;
   float line(float x, float width) {
     float away = abs(fract(x - 0.5) - 0.5) / max(width, 1e-6);
-    return 1.0 - smoothstep(0.6, 1.6, away);
+    return 1.0 - smoothstep(0.4, 1.2, away);
   }
   void main() {
     float r = length(vAt.xz - centre.xz) / reach;
@@ -41,7 +41,7 @@ const GROUND_FRAGMENT = /* glsl */ `
     vec2 cell = vAt.xz / grid;
     vec2 width = fwidth(cell);
     float lines = max(line(cell.x, width.x), line(cell.y, width.y)) * (1.0 - smoothstep(0.15, 0.5, max(width.x, width.y)));
-    vec3 shade = colour * (0.18 + 0.62 * lit) + vec3(0.05) * lines * lit;
+    vec3 shade = colour * (0.18 + 0.62 * lit) + vec3(0.022) * lines * lit;
     gl_FragColor = vec4(shade, 1.0 - smoothstep(0.75, 1.0, r));
     #include <colorspace_fragment>
   }

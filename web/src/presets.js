@@ -23,6 +23,7 @@ import { boxScene, halfEdge } from './sphere-box.js';
  * @property {boolean} [room] whether it starts in a room
  * @property {Drop} drop what falls when one asks for a ball
  * @property {RainPlan} [rain]
+ * @property {import('./exported-run.js').ExportedRun} [run] instead of a scene that is simulated
  * @property {{ model: string, position: number[] }[]} [objects] that can be struck: file, and where its lowest point stands [m]
  */
 
@@ -46,14 +47,14 @@ export const PRESETS = [
     how: 'Tap the air to drop a ball, drag a ball to throw it, drag the air to look around.',
     scene: fixed(drops),
     extent: within([-0.3, 0, -0.3], [0.3, 0.42, 0.3]),
-    view: { target: [0, 0.19, 0], distance: 1.25, azimuth: 24, elevation: 17 },
+    view: { target: [0, 0.18, 0], distance: 1.08, azimuth: 24, elevation: 17 },
     ears: [
       [0.25, 0.32, 0.5],
       [-0.7, 0.3, 0.1],
       [0, 0.9, -0.2],
       [0.05, 0.08, 0.26],
     ],
-    fullScale: 0.6,
+    fullScale: 8,
     room: true,
     drop: { material: 'steel', radius: 0.012, height: 0.5 },
     rain: {
@@ -75,14 +76,14 @@ export const PRESETS = [
     how: 'Drag an outer ball aside and let go to throw it. Space stops time: listen again in slow motion.',
     scene: fixed(newtonsCradle),
     extent: within([-0.2, 0, -0.12], [0.2, 0.26, 0.12]),
-    view: { target: [0, 0.15, 0], distance: 0.75, azimuth: 18, elevation: 9 },
+    view: { target: [0, 0.16, 0], distance: 0.6, azimuth: 18, elevation: 9 },
     ears: [
       [0, 0.3, 0.5],
       [0.5, 0.12, 0],
       [0, 0.12, -0.4],
       [0, 0.1, 0.06],
     ],
-    fullScale: 0.5,
+    fullScale: 6,
     room: true,
     drop: { material: 'steel', radius: 0.011, height: 0.3 },
   },
@@ -93,14 +94,14 @@ export const PRESETS = [
     how: 'Drag any ball to shoot it. N sets the rack up again.',
     scene: fixed(poolBreak),
     extent: within([-1.27, 0, -0.635], [1.27, 0.06, 0.635]),
-    view: { target: [0.1, 0, 0.02], distance: 2.5, azimuth: -24, elevation: 30 },
+    view: { target: [0, 0, 0.02], distance: 2.75, azimuth: -20, elevation: 31 },
     ears: [
       [0.2, 0.7, 0.5],
       [-1.5, 0.6, 0],
       [1.6, 0.5, 0.1],
       [0.7, 0.12, 0.3],
     ],
-    fullScale: 4,
+    fullScale: 20,
     room: true,
     drop: { material: 'phenolic', radius: 0.028575, height: 0.3 },
   },
@@ -119,7 +120,7 @@ export const PRESETS = [
       [1.6, 0.5, 0.1],
       [0.3, 0.12, 0.25],
     ],
-    fullScale: 2,
+    fullScale: 15,
     room: true,
     drop: { material: 'phenolic', radius: 0.028575, height: 0.3 },
   },
@@ -137,7 +138,7 @@ export const PRESETS = [
       [0, 0.9, 0],
       [0.02, 0.22, 0.2],
     ],
-    fullScale: 1,
+    fullScale: 10,
     drop: { material: 'glass', radius: 0.012, height: 0.5 },
   },
   {
@@ -155,7 +156,7 @@ export const PRESETS = [
       [0, 0.05, -0.4],
       [0, 0.1, 0],
     ],
-    fullScale: 0.6,
+    fullScale: 6,
     room: true,
     drop: { material: 'glass', radius: 0.01, height: 0.45 },
   },
@@ -201,7 +202,43 @@ export const PRESETS = [
       [0, 0.7, 0],
       [0, 0.15, 0],
     ],
-    fullScale: 0.6,
+    fullScale: 8,
     drop: { material: 'steel', radius: 0.01, height: 0.25 },
   },
 ];
+
+/**
+ * A run from a file, as a scene among the others.
+ * @param {import('./exported-run.js').ExportedRun} run
+ * @param {string} name of the file
+ * @returns {Preset}
+ */
+export function presetOfRun(run, name) {
+  const { low, high } = run.extent;
+  const middle = low.map((x, axis) => (x + high[axis]) / 2);
+  const size = Math.hypot(...high.map((x, axis) => x - low[axis]));
+  const ears = run.about.listeners
+    .slice(0, 4)
+    .map((/** @type {any} */ { left, right }) =>
+      left.map((/** @type {number} */ x, /** @type {number} */ axis) => (x + right[axis]) / 2),
+    );
+  const around = [
+    [0.6, 0.4, 0.6],
+    [-0.7, 0.3, 0.1],
+    [0, 0.9, -0.2],
+    [0.1, 0.1, -0.5],
+  ].map((part) => part.map((x, axis) => middle[axis] + size * x));
+  return {
+    id: 'run',
+    name,
+    story: `${run.bodies.length} bodies, ${run.contacts.length} blows in ${run.about.duration_s.toFixed(1)} seconds: a finished run. Listen from wherever you like.`,
+    how: 'Move the slider, choose a speed, drag a numbered head and play again.',
+    scene: fixed(run.about.scene),
+    extent: () => run.extent,
+    view: { target: middle, distance: 1.5 * size, azimuth: 25, elevation: 18 },
+    ears: [...ears, ...around.slice(ears.length)],
+    fullScale: run.about.full_scale_pa,
+    drop: { material: 'steel', radius: 0.01, height: 0.3 },
+    run,
+  };
+}

@@ -1,6 +1,16 @@
 // Draws the loaded objects from the surfaces in their own model files, and finds where a ray hits them.
 
-import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, Mesh, ShaderMaterial } from 'three';
+import {
+  BufferAttribute,
+  BufferGeometry,
+  CircleGeometry,
+  Color,
+  DoubleSide,
+  Group,
+  Mesh,
+  ShaderMaterial,
+} from 'three';
+import { POSE_STRIDE } from './event-layout.js';
 import { lookOf } from './looks.js';
 import { STUDIO_LIGHT } from './studio-light.js';
 
@@ -45,10 +55,31 @@ const FRAGMENT = /* glsl */ `
   }
 `;
 
+/** A soft shadow on the ground below an object that stands. */
+const SHADOW = new ShaderMaterial({
+  vertexShader: /* glsl */ `
+    varying vec2 vAt;
+    void main() {
+      vAt = position.xy;
+      gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+    }
+  `,
+  fragmentShader: /* glsl */ `
+    varying vec2 vAt;
+    void main() {
+      float r = dot(vAt, vAt);
+      gl_FragColor = vec4(0.0, 0.0, 0.0, 0.6 * (1.0 - r) * (1.0 - r));
+    }
+  `,
+  transparent: true,
+  depthWrite: false,
+});
+
 export class SolidsPicture {
   /** @param {Color} accent */
   constructor(accent) {
     this.group = new Group();
+    this.shadows = new Group();
     this.accent = accent;
   }
 
@@ -56,6 +87,7 @@ export class SolidsPicture {
   setObjects(objects) {
     for (const old of this.group.children) /** @type {Mesh} */ (old).geometry.dispose();
     this.group.clear();
+    this.shadows.clear();
     for (const object of objects) {
       const geometry = new BufferGeometry();
       geometry.setAttribute('position', new BufferAttribute(object.solid.vertices, 3));
@@ -80,19 +112,30 @@ export class SolidsPicture {
       mesh.position.fromArray(object.position);
       mesh.userData.object = object;
       this.group.add(mesh);
+      // What moves throws none.
+      if (!Number.isFinite(object.solid.lowest)) continue;
+      const shadow = new Mesh(new CircleGeometry(1, 40), SHADOW);
+      shadow.rotation.x = -Math.PI / 2;
+      shadow.scale.setScalar(1.15 * widthOf(object.solid.vertices));
+      const [x, y, z] = object.position;
+      shadow.position.set(x, y + object.solid.lowest + 4e-4, z);
+      this.shadows.add(shadow);
     }
   }
 
-  /** @param {number} index of an object @param {number[]} position [m] @param {number[]} turn quaternion */
-  place(index, position, turn) {
-    const mesh = this.group.children[index];
-    mesh.position.fromArray(position);
-    mesh.quaternion.fromArray(turn);
-  }
-
-  /** @param {Map<number, number>} glow by slot, 0 to 1 */
-  update(glow) {
+  /**
+   * @param {Map<number, number>} glow by slot, 0 to 1
+   * @param {Float32Array} poses of all bodies
+   * @param {number} time [s]
+   */
+  update(glow, poses, time) {
     for (const mesh of this.group.children) {
+      const { body, birth, death } = mesh.userData.object;
+      if (body !== undefined) {
+        mesh.visible = time >= birth && time < death;
+        mesh.position.fromArray(poses, body * POSE_STRIDE);
+        mesh.quaternion.fromArray(poses, body * POSE_STRIDE + 3);
+      }
       const material = /** @type {ShaderMaterial} */ (/** @type {Mesh} */ (mesh).material);
       material.uniforms.glow.value = glow.get(mesh.userData.object.slot) ?? 0;
     }
@@ -114,4 +157,13 @@ export class SolidsPicture {
       normal: normal.toArray(),
     };
   }
+}
+
+/** Largest distance from the vertical through the centre of mass [m]. @param {Float32Array} vertices */
+function widthOf(vertices) {
+  let widest = 0;
+  for (let at = 0; at < vertices.length; at += 3) {
+    widest = Math.max(widest, Math.hypot(vertices[at], vertices[at + 2]));
+  }
+  return widest;
 }

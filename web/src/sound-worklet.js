@@ -70,9 +70,11 @@ class SoundProcessor extends AudioWorkletProcessor {
           exports.synth_room(this.room ? 1 : 0);
           this.port.postMessage({ kind: 'started', latency: exports.synth_latency() });
           break;
-        case 'load':
-          this.synth.check(exports.synth_load(message.slot, this.synth.writeBytes(message.bytes), 0));
+        case 'load': {
+          const length = this.synth.writeBytes(message.bytes) - message.dampingLength;
+          this.synth.check(exports.synth_load(message.slot, length, message.dampingLength));
           break;
+        }
         case 'world':
           this.worldPort = message.port;
           message.port.onmessage = (/** @type {MessageEvent} */ event) => {
@@ -93,8 +95,7 @@ class SoundProcessor extends AudioWorkletProcessor {
           break;
         }
         case 'listener':
-          this.ears = [...message.left, ...message.right];
-          exports.synth_listener(...this.ears);
+          this.listen([...message.left, ...message.right]);
           break;
         case 'gain':
           this.synth.check(exports.synth_gain(message.pascals));
@@ -129,6 +130,13 @@ class SoundProcessor extends AudioWorkletProcessor {
     } catch (error) {
       this.complain(error);
     }
+  }
+
+  /** @param {number[]} ears left and right [m] */
+  listen(ears) {
+    if (!ears.every(Number.isFinite)) throw new RangeError('the ears are nowhere');
+    this.ears = ears;
+    this.synth.exports.synth_listener(...ears);
   }
 
   /** @param {unknown} error */

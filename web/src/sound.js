@@ -121,9 +121,17 @@ export class Sound extends EventTarget {
     this.set({ kind: 'scene', bytes: new TextEncoder().encode(text) });
   }
 
-  /** @param {number} slot @param {Uint8Array} bytes of a sound model */
-  load(slot, bytes) {
-    this.set({ kind: 'load', slot, bytes });
+  /**
+   * @param {number} slot
+   * @param {Uint8Array} bytes of a sound model
+   * @param {string} damping pairs of frequency [Hz] and T60 [s] as JSON; empty: that of the material by its name
+   */
+  load(slot, bytes, damping = '') {
+    const tail = new TextEncoder().encode(damping);
+    const whole = new Uint8Array(bytes.length + tail.length);
+    whole.set(bytes);
+    whole.set(tail, bytes.length);
+    this.set({ kind: 'load', slot, bytes: whole, dampingLength: tail.length });
   }
 
   /** @param {Ears} ears */

@@ -1,10 +1,13 @@
-// The spectrum of what is heard, as it happens: time to the left, octaves upwards, one column of pixels per frame.
+// The spectrum of what is heard, as it happens: time to the left, octaves upwards.
 
 /** What is shown: frequency [Hz] and level [dB re full scale]. */
 const LOWEST = 60;
 const HIGHEST = 20000;
 const QUIETEST = -110;
 const LOUDEST = -20;
+
+/** Columns per second, however many pictures are drawn. */
+const SPEED = 60;
 
 /** Frequencies that are written beside the picture [Hz]. */
 const MARKS = [100, 1000, 10000];
@@ -15,6 +18,7 @@ export class Spectrogram {
     this.canvas = canvas;
     this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
     this.bins = new Float32Array(1024);
+    this.drawnUntil = 0;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
   }
@@ -32,7 +36,10 @@ export class Spectrogram {
   /** @param {AnalyserNode} analyser */
   draw(analyser) {
     const { canvas, context, column, bins } = this;
-    if (!column) return;
+    const now = analyser.context.currentTime * SPEED;
+    const columns = Math.min(SPEED, Math.floor(now - this.drawnUntil));
+    if (!column || columns < 1) return;
+    this.drawnUntil = Math.floor(now);
     analyser.getFloatFrequencyData(bins);
     const perBin = analyser.context.sampleRate / analyser.fftSize;
     const { height, width } = canvas;
@@ -50,8 +57,8 @@ export class Spectrogram {
       pixels.set(colour, 4 * row);
       pixels[4 * row + 3] = 255;
     }
-    context.drawImage(canvas, -1, 0);
-    context.putImageData(column, width - 1, 0);
+    context.drawImage(canvas, -columns, 0);
+    for (let x = width - columns; x < width; x += 1) context.putImageData(column, x, 0);
   }
 
   /** Where to write which frequency, from the top as parts of the height. */

@@ -64,8 +64,12 @@ export class Stage extends EventTarget {
   /** The same scene from its beginning. */
   async again() {
     const { preset } = this;
+    if (preset.run) {
+      this.replayRun(preset.run);
+      return;
+    }
     const text = preset.scene(this.box);
-    this.transport.reset();
+    this.transport.reset(false);
     this.history.clear();
     this.blows = [];
     const objects = await this.loadObjects(preset.objects ?? []);
@@ -76,6 +80,18 @@ export class Stage extends EventTarget {
     this.sound.set({ kind: 'events', events: joined(objects.map(restingPose)) });
     this.world.load(text);
     this.dispatchEvent(new Event('scene'));
+  }
+
+  /** @param {import('./exported-run.js').ExportedRun} run */
+  replayRun(run) {
+    this.transport.reset(true);
+    this.sound.scene(run.about.scene);
+    for (const { slot, bytes, damping } of run.models) this.sound.load(slot, bytes, damping);
+    this.objects = run.solids;
+    this.history.fill(run.frames, run.contacts, run.events);
+    this.world.show(run.bodies, run.materials);
+    this.dispatchEvent(new Event('scene'));
+    this.transport.play();
   }
 
   /** @param {{ model: string, position: number[] }[]} placed */
@@ -121,6 +137,7 @@ export class Stage extends EventTarget {
 
   /** @param {number[]} place [m] */
   dropAt([x, y, z]) {
+    if (this.transport.finished) return;
     this.transport.goLive();
     const { radius } = this.drop;
     this.world.add(this.materialIndex(this.drop.material), radius, [x, y, z], [0, 0, 0]);
@@ -171,6 +188,7 @@ export class Stage extends EventTarget {
    * @param {number[]} normal
    */
   strike(object, point, normal) {
+    if (this.transport.finished) return;
     this.transport.goLive();
     const blow = strike(object, point, normal, this.strikeSpeed, this.mallet);
     this.blows.push({ ...blow, speed: this.strikeSpeed });
@@ -210,6 +228,7 @@ export class Stage extends EventTarget {
 
   /** The name of a body in the log. @param {number} index */
   nameOf(index) {
+    if (this.preset.run) return this.preset.run.about.bodies[index]?.name ?? 'ground';
     if (this.objects.length > 0) return this.objects[index]?.solid.name ?? 'table';
     const body = this.world.bodies[index];
     if (!body) return 'ground';

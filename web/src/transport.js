@@ -16,6 +16,8 @@ export class Transport extends EventTarget {
     /** @type {Mode} */
     this.mode = 'live';
     this.rate = 1;
+    /** Whether all there is lies in the history: nothing is live. */
+    this.finished = false;
     /** The moment at which it is paused or from which it replays [s of the world]. */
     this.moment = 0;
     /** When that moment is due to be handed out [s of the sound]; null until the worklet has said so.
@@ -60,7 +62,7 @@ export class Transport extends EventTarget {
   }
 
   goLive() {
-    if (this.mode === 'live') return;
+    if (this.mode === 'live' || this.finished) return;
     this.change('live');
     this.sound.post({ kind: 'silence' });
     this.world.run(true);
@@ -103,11 +105,13 @@ export class Transport extends EventTarget {
     if (running) this.play();
   }
 
-  /** From the start: a new scene. */
-  reset() {
+  /** From the start: a new scene, or a finished run. @param {boolean} finished */
+  reset(finished) {
     this.offset = null;
     this.startedAt = null;
-    this.change('live');
+    this.moment = 0;
+    this.finished = finished;
+    this.change(finished ? 'paused' : 'live');
   }
 
   /** @param {Mode} mode */

@@ -19,6 +19,8 @@ const LINK_STRIDE = 8;
 
 const clock = new WorldClock();
 
+/** @type {WebAssembly.Module} */
+let module;
 /** @type {WasmInstance} */
 let world;
 /** @type {MessagePort | null} */
@@ -59,6 +61,8 @@ function load(message) {
   contacts = [];
   events = [];
   lastPoseTime = -Infinity;
+  // A new instance: whatever happened to the last one is over.
+  world = new WasmInstance(module);
   world.check(world.exports.world_load(world.writeBytes(new TextEncoder().encode(message.text))));
   world.check(world.exports.world_materials());
   const materials = JSON.parse(world.message());
@@ -142,9 +146,8 @@ function join(parts) {
 /** What the page may ask for, by the kind of its message.
  * @type {Record<string, (message: any) => void>} */
 const answers = {
-  start({ module }) {
-    world = new WasmInstance(module);
-    tell({ kind: 'ready' });
+  start(message) {
+    module = message.module;
   },
   load,
   connect({ port, sampleRate }) {

@@ -54,7 +54,7 @@ export class World extends EventTarget {
   /** @param {any} message */
   receive(message) {
     // What the last scene still had to say is of no interest.
-    if (message.generation !== this.generation && message.kind !== 'ready') return;
+    if (message.generation !== this.generation) return;
     switch (message.kind) {
       case 'loaded':
         this.materials = message.materials;
@@ -79,6 +79,20 @@ export class World extends EventTarget {
   load(text, rain = null) {
     this.generation += 1;
     this.worker.postMessage({ kind: 'load', text, rain, generation: this.generation });
+  }
+
+  /**
+   * Stops, and shows bodies that somebody else moves.
+   * @param {Body[]} bodies
+   * @param {{ name: string }[]} materials
+   */
+  show(bodies, materials) {
+    this.generation += 1;
+    this.run(false);
+    this.bodies = bodies;
+    this.links = [];
+    this.materials = materials;
+    this.say('bodies', bodies);
   }
 
   /** @param {MessagePort} port to the worklet @param {number} sampleRate */

@@ -223,8 +223,8 @@ test('two balls collide, and their click arrives at the sample of the closed for
     `peak late by ${late[0]}, onset by ${late[1]} samples; latency ${(1000 * latency).toFixed(2)} ms`,
   );
   assert.ok(Math.abs(late[0]) <= 1 && Math.abs(late[1]) <= 1);
-  // The closed form is sampled, the click is limited to the band: a click of 40 µs loses some of its peak.
-  assert.ok(Math.abs(20 * Math.abs(left[loudest(left)]) - peak) < 0.3 * peak);
+  // Seen: 0.06 %, of which most is where the samples lie on the peak.
+  assert.ok(Math.abs(20 * Math.abs(left[loudest(left)]) - peak) < 0.01 * peak);
 });
 
 test('a listener further away hears the click later by the right number of samples, ears apart likewise', async () => {
@@ -243,7 +243,7 @@ test('a replay from the same place gives the same samples, a slow one the same c
   const ear = [0.7, 0.2, 0.1];
   const what = { scene: COLLISION, events, left: ear, right: ear, seconds: 1.4 };
   const again = await played({ ...what, replay: { at: 0.6144, from: 0.2, rate: 1 } });
-  const shift = Math.round(/** @type {number} */ ((again.replayedAt) - 0.2) * RATE);
+  const shift = Math.round(/** @type {number} */ (again.replayedAt - 0.2) * RATE);
   const first = again.left.slice(0, 0.6 * RATE);
   const peak = Math.abs(first[loudest(first)]);
   let worst = 0;

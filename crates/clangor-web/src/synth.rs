@@ -257,7 +257,8 @@ pub fn synth_silence() -> i32 {
     send(Event::Silence)
 }
 
-/// The next samples, 4096 at most: all of the left channel, then all of the right.
+/// The next samples, 4096 at most: all of the left channel, then all of the right, as they are to be played; then the same
+/// two as pressure \[Pa\], for recording and measuring.
 pub fn synth_render(frames: u32) -> *const f32 {
     let frames = frames.clamp(1, MOST_FRAMES) as usize;
     STATE.with_borrow_mut(|state| {
@@ -265,12 +266,12 @@ pub fn synth_render(frames: u32) -> *const f32 {
         match &mut state.playing {
             Some(Playing { engine, .. }) => {
                 let Level(level) = &state.level;
-                for channel in engine.render(frames) {
-                    state.output.extend(channel.iter().map(|p| level.sample(*p)));
-                }
+                let channels = engine.render(frames);
+                state.output.extend(channels.iter().flatten().map(|p| level.sample(*p)));
+                state.output.extend(channels.iter().flatten().map(|p| *p as f32));
                 state.peak = state.peak.max(engine.report().peak);
             }
-            None => state.output.resize(2 * frames, 0.0),
+            None => state.output.resize(4 * frames, 0.0),
         }
         state.output.as_ptr()
     })

@@ -1,0 +1,227 @@
+// A finished run from `clangor export web` (docs/format/replay.md): bodies, how they moved, every blow, and the sound
+// models of what was hit. Nothing is simulated: it becomes a history that is replayed, with the listener free to move.
+
+import { EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
+import { openTensors } from './model-file.js';
+
+/** Every so many frames an object that rings is told where it is. */
+const FRAMES_PER_POSE = 2;
+
+/**
+ * @typedef {object} ExportedRun
+ * @property {any} about the description
+ * @property {import('./world.js').Body[]} bodies
+ * @property {{ name: string }[]} materials
+ * @property {RunSolid[]} solids
+ * @property {{ time: number, poses: Float32Array }[]} frames
+ * @property {Float64Array[]} events in order of time
+ * @property {import('./history.js').Contact[]} contacts
+ * @property {{ slot: number, bytes: Uint8Array, damping: string }[]} models
+ * @property {import('./planes-picture.js').Extent} extent
+ */
+
+/**
+ * A mesh among the bodies, with its life [s].
+ * @typedef {import('./strike.js').PlacedSolid & { body: number, birth: number, death: number }} RunSolid
+ */
+
+/**
+ * @param {Uint8Array} file
+ * @returns {ExportedRun}
+ */
+export function readRun(file) {
+  const { about, array } = openTensors(file);
+  if (about.kind !== 'replay' || about.version !== 1) {
+    throw new Error(
+      `this is ${about.kind ?? 'something'}, version ${about.version}, not a replay of version 1`,
+    );
+  }
+  const rows = new Float32Array(array('poses'));
+  const path = (/** @type {number} */ body) => new Path(about.bodies[body], about.frame_rate_hz, rows);
+  const bodies = about.bodies.map((/** @type {any} */ body, /** @type {number} */ index) =>
+    describe(body, path(index).at(0)),
+  );
+  const frames = [];
+  for (let frame = 0; frame <= about.duration_s * about.frame_rate_hz; frame += 1) {
+    const poses = new Float32Array(bodies.length * POSE_STRIDE);
+    for (let body = 0; body < bodies.length; body += 1) {
+      poses.set(path(body).at(frame), body * POSE_STRIDE);
+    }
+    frames.push({ time: frame / about.frame_rate_hz, poses });
+  }
+  const blows = splitRows(new Float64Array(array('events')));
+  const ranges = new Uint32Array(array('sounds.ranges'));
+  const sounds = new Uint8Array(array('sounds.bytes'));
+  const events = [...blows];
+  const models = about.sounds.map((/** @type {any} */ sound, /** @type {number} */ slot) => {
+    const [first, length] = ranges.subarray(2 * slot, 2 * slot + 2);
+    events.push(...posesOf(sound, slot, about, path(sound.body)));
+    const damping = sound.t60.length > 0 ? JSON.stringify(sound.t60) : '';
+    return { slot, bytes: sounds.slice(first, first + length), damping };
+  });
+  events.sort((a, b) => a[EVENT.time] - b[EVENT.time]);
+  return {
+    about,
+    bodies,
+    materials: about.materials.map((/** @type {string} */ name) => ({ name })),
+    solids: readSolids(about, array, frames[0].poses),
+    frames,
+    events,
+    contacts: blows.filter((row) => row[EVENT.kind] <= EVENT_KIND.blow).map(contactOf),
+    models,
+    extent: extentOf(bodies, about, rows),
+  };
+}
+
+/** Where a body is in each frame: its rows, the first before them, the last after them. */
+class Path {
+  /** @param {any} body @param {number} rate [Hz] @param {Float32Array} rows */
+  constructor(body, rate, rows) {
+    this.body = body;
+    this.rate = rate;
+    this.rows = rows;
+  }
+
+  /** @param {number} frame counted from the start of the run */
+  at(frame) {
+    const { first_frame: firstFrame, first_row: firstRow, rows: count } = this.body;
+    const row = firstRow + Math.min(count - 1, Math.max(0, frame - firstFrame));
+    return this.rows.subarray(row * POSE_STRIDE, (row + 1) * POSE_STRIDE);
+  }
+}
+
+/** @param {any} body @param {Float32Array} pose at the start @returns {import('./world.js').Body} */
+function describe(body, pose) {
+  const [x, y, z, ...turn] = pose;
+  const plane = body.form === 'plane';
+  const normal = plane ? upward(turn) : [0, 0, 0];
+  return {
+    radius: body.form === 'sphere' ? body.radius_m : 0,
+    material: body.material,
+    free: false,
+    plane,
+    normal,
+    distance: normal[0] * x + normal[1] * y + normal[2] * z,
+  };
+}
+
+/** The y axis after a rotation. @param {number[]} turn quaternion */
+function upward([x, y, z, w]) {
+  return [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)];
+}
+
+/** @param {number[]} a @param {number[]} b quaternions x, y, z, w @returns {number[]} a after b */
+function product([ax, ay, az, aw], [bx, by, bz, bw]) {
+  return [
+    aw * bx + ax * bw + ay * bz - az * by,
+    aw * by - ax * bz + ay * bw + az * bx,
+    aw * bz + ax * by - ay * bx + az * bw,
+    aw * bw - ax * bx - ay * by - az * bz,
+  ];
+}
+
+/** @param {Float64Array} rows */
+function splitRows(rows) {
+  const parts = [];
+  for (let at = 0; at + EVENT_STRIDE <= rows.length; at += EVENT_STRIDE) {
+    parts.push(rows.slice(at, at + EVENT_STRIDE));
+  }
+  return parts;
+}
+
+/**
+ * Where an object that rings is while it lives.
+ * @param {any} sound @param {number} slot @param {any} about @param {Path} path
+ */
+function posesOf(sound, slot, about, path) {
+  const body = about.bodies[sound.body];
+  const rate = about.frame_rate_hz;
+  const last = Math.floor(Math.min(body.death_s ?? Infinity, about.duration_s) * rate);
+  const end = Math.min(last, body.first_frame + body.rows);
+  const events = [];
+  for (let frame = body.first_frame; frame <= end; frame += FRAMES_PER_POSE) {
+    const pose = path.at(frame);
+    const next = path.at(frame + 1);
+    const event = new Float64Array(EVENT_STRIDE);
+    event[EVENT.kind] = EVENT_KIND.pose;
+    event[EVENT.time] = Math.max(frame / rate, body.birth_s);
+    event[EVENT.slot] = slot;
+    event.set(pose.subarray(0, 3), EVENT.centre);
+    event.set(product([...pose.subarray(3)], sound.rotation), EVENT.orientation);
+    for (let i = 0; i < 3; i += 1) event[EVENT.velocityChange + i] = (next[i] - pose[i]) * rate;
+    event[EVENT.body] = sound.body;
+    events.push(event);
+  }
+  return events;
+}
+
+/** @param {Float64Array} row of a blow @returns {import('./history.js').Contact} */
+function contactOf(row) {
+  const three = (/** @type {number} */ at) => [...row.subarray(at, at + 3)];
+  return {
+    time: row[EVENT.time],
+    bodyA: row[EVENT.body],
+    bodyB: -1,
+    speed: Math.hypot(...three(EVENT.velocityChange)),
+    impulse: Math.hypot(...three(EVENT.impulse)),
+    duration: row[EVENT.duration],
+    point: three(EVENT.point),
+  };
+}
+
+/**
+ * @param {any} about @param {(name: string) => ArrayBuffer} array @param {Float32Array} poses at the start
+ * @returns {RunSolid[]}
+ */
+function readSolids(about, array, poses) {
+  const vertices = new Float32Array(array('mesh.vertices'));
+  const triangles = new Uint32Array(array('mesh.triangles'));
+  const ranges = new Uint32Array(array('mesh.ranges'));
+  /** @type {RunSolid[]} */
+  const solids = [];
+  about.bodies.forEach((/** @type {any} */ body, /** @type {number} */ index) => {
+    if (body.form !== 'mesh') return;
+    const [firstVertex, vertexCount, first, count] = ranges.subarray(4 * body.mesh, 4 * body.mesh + 4);
+    const own = vertices.slice(3 * firstVertex, 3 * (firstVertex + vertexCount));
+    solids.push({
+      solid: {
+        name: body.name,
+        material: about.materials[body.material],
+        vertices: own,
+        triangles: triangles.slice(3 * first, 3 * (first + count)),
+        mass: NaN,
+        inertia: [NaN, NaN, NaN],
+        lowest: NaN,
+        radius: NaN,
+      },
+      slot: index,
+      body: index,
+      position: [...poses.subarray(index * POSE_STRIDE, index * POSE_STRIDE + 3)],
+      birth: body.birth_s,
+      death: body.death_s ?? Infinity,
+    });
+  });
+  return solids;
+}
+
+/** A box around all that moves, half as large again. @param {import('./world.js').Body[]} bodies @param {any} about @param {Float32Array} rows */
+function extentOf(bodies, about, rows) {
+  const low = [Infinity, Infinity, Infinity];
+  const high = [-Infinity, -Infinity, -Infinity];
+  about.bodies.forEach((/** @type {any} */ body, /** @type {number} */ index) => {
+    if (bodies[index].plane) return;
+    // Where it begins: pieces that fly away would make everything small.
+    for (let axis = 0; axis < 3; axis += 1) {
+      const x = rows[body.first_row * POSE_STRIDE + axis];
+      low[axis] = Math.min(low[axis], x);
+      high[axis] = Math.max(high[axis], x);
+    }
+  });
+  const floor = bodies.filter((body) => body.normal[1] > 0.999).map((body) => body.distance);
+  low[1] = Math.min(low[1], ...floor);
+  const margin = Math.max(0.2, 0.5 * Math.hypot(...high.map((x, axis) => x - low[axis])));
+  return {
+    low: low.map((x, axis) => (axis === 1 ? x : x - margin)),
+    high: high.map((x) => x + margin),
+  };
+}

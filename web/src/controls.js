@@ -149,7 +149,10 @@ export class Controls {
     element('room').addEventListener('click', () => this.toggleRoom());
     element('sound').addEventListener('click', () => this.toggleSound());
     element('record').addEventListener('click', () => {
-      if (!this.sound.on) return;
+      if (!this.sound.on) {
+        this.complain('There is nothing to record yet: turn the sound on.');
+        return;
+      }
       this.recorder.toggle();
       element('record').setAttribute('aria-pressed', String(this.recorder.on));
     });
@@ -172,11 +175,13 @@ export class Controls {
     });
     transport.addEventListener('change', () => {
       const standing = transport.mode === 'paused';
+      element('transport').dataset.mode = transport.mode;
       element('play').dataset.running = String(!standing);
       element('play-name').textContent = standing ? 'Replay' : 'Pause';
       element('live').setAttribute('aria-pressed', String(transport.mode === 'live'));
     });
     element('play').dataset.running = 'true';
+    element('transport').dataset.mode = transport.mode;
   }
 
   /** @param {import('./presets.js').Preset} preset */

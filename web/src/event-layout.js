@@ -32,8 +32,8 @@ export const EVENT = {
   body: 23,
 };
 
-/** Kinds of events. */
-export const EVENT_KIND = { click: 0, blow: 1, pose: 2 };
+/** Kinds of events: a sphere that is hit, a loaded object that is hit, where one is, and when one is no more. */
+export const EVENT_KIND = { click: 0, blow: 1, pose: 2, end: 3 };
 
 /** Numbers per contact (f64). */
 export const CONTACT_STRIDE = 12;

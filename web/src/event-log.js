@@ -29,10 +29,10 @@ export class EventLog {
     this.shownUntil = time;
     for (const contact of latest) {
       const row = document.createElement('li');
-      const other = contact.bodyB < 0 ? 'ground' : nameOf(contact.bodyB);
+      const pair = [contact.bodyA, contact.bodyB].filter((body) => body !== -1).map(nameOf);
       for (const [kind, text] of [
         ['time', `${contact.time.toFixed(3)} s`],
-        ['pair', `${nameOf(contact.bodyA)} → ${other}`],
+        ['pair', pair.join(' · ')],
         ['speed', `${contact.speed.toFixed(2)} m/s`],
         ['impulse', impulse(contact.impulse)],
         ['duration', duration(contact.duration)],

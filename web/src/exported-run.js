@@ -4,9 +4,6 @@
 import { EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
 import { openTensors } from './model-file.js';
 
-/** Every so many frames an object that rings is told where it is. */
-const FRAMES_PER_POSE = 2;
-
 /**
  * @typedef {object} ExportedRun
  * @property {any} about the description
@@ -49,17 +46,14 @@ export function readRun(file) {
     }
     frames.push({ time: frame / about.frame_rate_hz, poses });
   }
-  const blows = splitRows(new Float64Array(array('events')));
+  const events = splitRows(new Float64Array(array('events')));
   const ranges = new Uint32Array(array('sounds.ranges'));
   const sounds = new Uint8Array(array('sounds.bytes'));
-  const events = [...blows];
   const models = about.sounds.map((/** @type {any} */ sound, /** @type {number} */ slot) => {
     const [first, length] = ranges.subarray(2 * slot, 2 * slot + 2);
-    events.push(...posesOf(sound, slot, about, path(sound.body)));
     const damping = sound.t60.length > 0 ? JSON.stringify(sound.t60) : '';
     return { slot, bytes: sounds.slice(first, first + length), damping };
   });
-  events.sort((a, b) => a[EVENT.time] - b[EVENT.time]);
   return {
     about,
     bodies,
@@ -67,7 +61,7 @@ export function readRun(file) {
     solids: readSolids(about, array, frames[0].poses),
     frames,
     events,
-    contacts: blows.filter((row) => row[EVENT.kind] <= EVENT_KIND.blow).map(contactOf),
+    contacts: events.filter((row) => row[EVENT.kind] <= EVENT_KIND.blow).map(contactOf),
     models,
     extent: extentOf(bodies, about, rows),
   };
@@ -110,16 +104,6 @@ function upward([x, y, z, w]) {
   return [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)];
 }
 
-/** @param {number[]} a @param {number[]} b quaternions x, y, z, w @returns {number[]} a after b */
-function product([ax, ay, az, aw], [bx, by, bz, bw]) {
-  return [
-    aw * bx + ax * bw + ay * bz - az * by,
-    aw * by - ax * bz + ay * bw + az * bx,
-    aw * bz + ax * by - ay * bx + az * bw,
-    aw * bw - ax * bx - ay * by - az * bz,
-  ];
-}
-
 /** @param {Float64Array} rows */
 function splitRows(rows) {
   const parts = [];
@@ -127,32 +111,6 @@ function splitRows(rows) {
     parts.push(rows.slice(at, at + EVENT_STRIDE));
   }
   return parts;
-}
-
-/**
- * Where an object that rings is while it lives.
- * @param {any} sound @param {number} slot @param {any} about @param {Path} path
- */
-function posesOf(sound, slot, about, path) {
-  const body = about.bodies[sound.body];
-  const rate = about.frame_rate_hz;
-  const last = Math.floor(Math.min(body.death_s ?? Infinity, about.duration_s) * rate);
-  const end = Math.min(last, body.first_frame + body.rows);
-  const events = [];
-  for (let frame = body.first_frame; frame <= end; frame += FRAMES_PER_POSE) {
-    const pose = path.at(frame);
-    const next = path.at(frame + 1);
-    const event = new Float64Array(EVENT_STRIDE);
-    event[EVENT.kind] = EVENT_KIND.pose;
-    event[EVENT.time] = Math.max(frame / rate, body.birth_s);
-    event[EVENT.slot] = slot;
-    event.set(pose.subarray(0, 3), EVENT.centre);
-    event.set(product([...pose.subarray(3)], sound.rotation), EVENT.orientation);
-    for (let i = 0; i < 3; i += 1) event[EVENT.velocityChange + i] = (next[i] - pose[i]) * rate;
-    event[EVENT.body] = sound.body;
-    events.push(event);
-  }
-  return events;
 }
 
 /** @param {Float64Array} row of a blow @returns {import('./history.js').Contact} */
@@ -194,7 +152,8 @@ function readSolids(about, array, poses) {
         lowest: NaN,
         radius: NaN,
       },
-      slot: index,
+      slot: -1,
+      key: index,
       body: index,
       position: [...poses.subarray(index * POSE_STRIDE, index * POSE_STRIDE + 3)],
       birth: body.birth_s,

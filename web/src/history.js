@@ -1,7 +1,7 @@
 // The last half minute of the world, for drawing the moment that is being heard and for replay: poses, contacts and the
 // events that made the sound. All times are those of the world.
 
-import { CONTACT, CONTACT_STRIDE, EVENT, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
+import { CONTACT, CONTACT_STRIDE, EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
 
 /** What is kept [s]. */
 export const KEPT = 30;
@@ -132,12 +132,20 @@ export class History {
   }
 
   /**
-   * The events from a moment on, as rows in order of time.
+   * The events from a moment on, as rows in order of time; before them, where each object that rings was last.
    * @param {number} from [s]
    */
   eventsFrom(from) {
-    const chosen = this.events.filter((entry) => entry.time >= from);
-    chosen.sort((a, b) => a.time - b.time);
+    const inOrder = this.events.toSorted((a, b) => a.time - b.time);
+    /** @type {Map<number, { time: number, event: Float64Array }>} */
+    const lastPoses = new Map();
+    for (const entry of inOrder) {
+      if (entry.time >= from) break;
+      const { event } = entry;
+      if (event[EVENT.kind] === EVENT_KIND.pose) lastPoses.set(event[EVENT.slot], entry);
+      if (event[EVENT.kind] === EVENT_KIND.end) lastPoses.delete(event[EVENT.slot]);
+    }
+    const chosen = [...lastPoses.values(), ...inOrder.filter((entry) => entry.time >= from)];
     const rows = new Float64Array(chosen.length * EVENT_STRIDE);
     chosen.forEach((entry, row) => rows.set(entry.event, row * EVENT_STRIDE));
     return rows;

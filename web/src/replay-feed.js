@@ -14,7 +14,7 @@ export class ReplayFeed {
   }
 
   /**
-   * @param {Float64Array} events in order of time, on the world's clock
+   * @param {Float64Array} events in order of time, on the world's clock; what lies before `from` is told at once
    * @param {number} from moment of the world [s] that is heard …
    * @param {number} rate seconds of the world per second of sound
    * @param {number} earliest time of the sound [s] at which it is heard; up to one sample later, so that the shift is a
@@ -27,8 +27,6 @@ export class ReplayFeed {
     this.from = from;
     this.rate = rate;
     this.soundTime = from + Math.ceil((earliest - from) * samplesPerSecond) / samplesPerSecond;
-    const rows = events.length / EVENT_STRIDE;
-    while (this.at < rows && events[this.at * EVENT_STRIDE + EVENT.time] < from) this.at += 1;
   }
 
   /**

@@ -124,7 +124,7 @@ export class SolidsPicture {
   }
 
   /**
-   * @param {Map<number, number>} glow by slot, 0 to 1
+   * @param {Map<number, number>} glow by key, 0 to 1
    * @param {Float32Array} poses of all bodies
    * @param {number} time [s]
    */
@@ -137,7 +137,7 @@ export class SolidsPicture {
         mesh.quaternion.fromArray(poses, body * POSE_STRIDE + 3);
       }
       const material = /** @type {ShaderMaterial} */ (/** @type {Mesh} */ (mesh).material);
-      material.uniforms.glow.value = glow.get(mesh.userData.object.slot) ?? 0;
+      material.uniforms.glow.value = glow.get(mesh.userData.object.key) ?? 0;
     }
   }
 

@@ -10,6 +10,9 @@ import { restingPose, strike } from './strike.js';
 /** A throw that nobody aimed: upwards and a little aside [m/s]. */
 const TOSS = 2.4;
 
+/** Keys of objects beside the bodies of a world go down from here; −1 is the world itself. */
+const FIRST_KEY = -2;
+
 export class Stage extends EventTarget {
   /**
    * @param {import('./world.js').World} world
@@ -102,7 +105,7 @@ export class Stage extends EventTarget {
         this.sound.load(slot, bytes);
         const solid = readSolid(bytes);
         const [x, y, z] = position;
-        return { solid, slot, position: [x, y - solid.lowest, z] };
+        return { solid, slot, key: FIRST_KEY - slot, position: [x, y - solid.lowest, z] };
       }),
     );
   }
@@ -217,8 +220,8 @@ export class Stage extends EventTarget {
     this.history.addEvent(event);
     this.history.contacts.push({
       time: event[EVENT.time],
-      bodyA: event[EVENT.slot],
-      bodyB: -2,
+      bodyA: FIRST_KEY - event[EVENT.slot],
+      bodyB: -1,
       speed: blow.speed,
       impulse: blow.impulse,
       duration: blow.duration,
@@ -229,7 +232,7 @@ export class Stage extends EventTarget {
   /** The name of a body in the log. @param {number} index */
   nameOf(index) {
     if (this.preset.run) return this.preset.run.about.bodies[index]?.name ?? 'ground';
-    if (this.objects.length > 0) return this.objects[index]?.solid.name ?? 'table';
+    if (index <= FIRST_KEY) return this.objects[FIRST_KEY - index]?.solid.name ?? '';
     const body = this.world.bodies[index];
     if (!body) return 'ground';
     const material = this.world.materials[body.material]?.name ?? '';

@@ -31,6 +31,7 @@ const RESTITUTION = 0.5;
  * @typedef {object} PlacedSolid
  * @property {import('./model-file.js').Solid} solid
  * @property {number} slot
+ * @property {number} key its number among the bodies that contacts name; negative beside a world that counts its own
  * @property {number[]} position of the centre of mass [m]
  */
 

@@ -47,9 +47,7 @@ function tell(message, transfer = []) {
 function describeBodies() {
   const { exports } = world;
   const bodies = world.readNumbers(exports.world_bodies(), exports.world_body_count() * BODY_STRIDE);
-  const links = exports.world_links
-    ? world.readNumbers(exports.world_links(), exports.world_link_count() * LINK_STRIDE)
-    : new Float64Array(0);
+  const links = world.readNumbers(exports.world_links(), exports.world_link_count() * LINK_STRIDE);
   tell({ kind: 'bodies', bodies, links }, [bodies.buffer, links.buffer]);
 }
 

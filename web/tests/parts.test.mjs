@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { WorldClock, LEAD } from '../src/clock.js';
-import { EVENT, EVENT_STRIDE } from '../src/event-layout.js';
+import { EVENT, EVENT_KIND, EVENT_STRIDE } from '../src/event-layout.js';
 import { EventQueue } from '../src/event-queue.js';
 import { History } from '../src/history.js';
 import { ReplayFeed } from '../src/replay-feed.js';
@@ -72,7 +72,7 @@ test('the world stays ahead of the sound by the lead, skips what is too far behi
 test('a replay shifts events by whole samples, and stretches time when it is slow', () => {
   const feed = new ReplayFeed();
   const target = new Float64Array(8 * EVENT_STRIDE);
-  feed.start(eventsAt([1, 2, 3, 4]), 1.5, 1, 100.00001, 48000);
+  feed.start(eventsAt([2, 3, 4]), 1.5, 1, 100.00001, 48000);
   assert.equal(feed.take(101.6, target), 2);
   const shift = target[EVENT.time] - 2;
   assert.ok(Math.abs(shift * 48000 - Math.round(shift * 48000)) < 1e-6);
@@ -98,6 +98,26 @@ test('the history keeps half a minute and interpolates poses', () => {
   assert.ok(Math.abs(target[0] - 70.005) < 1e-4);
   assert.equal(history.poses(1e9, target), 1);
   assert.equal(target[0], 80);
+});
+
+test('from a moment on there are its events, and where what rings was last, unless it is no more', () => {
+  const history = new History();
+  const add = (/** @type {number} */ kind, /** @type {number} */ time, /** @type {number} */ slot) => {
+    const event = new Float64Array(EVENT_STRIDE);
+    event.set([kind, time, 0, slot]);
+    history.addEvent(event);
+  };
+  add(EVENT_KIND.pose, 1, 0);
+  add(EVENT_KIND.pose, 2, 0);
+  add(EVENT_KIND.pose, 2, 1);
+  add(EVENT_KIND.end, 2.5, 1);
+  add(EVENT_KIND.blow, 4, 0);
+  add(EVENT_KIND.click, 3.5, 0);
+  add(EVENT_KIND.click, 2.7, 0);
+  const rows = history.eventsFrom(3);
+  const times = [0, 1, 2].map((row) => rows[row * EVENT_STRIDE + EVENT.time]);
+  assert.equal(rows.length, 3 * EVENT_STRIDE);
+  assert.deepEqual(times, [2, 3.5, 4]);
 });
 
 test('a recording is a WAV file of 32-bit floats', () => {

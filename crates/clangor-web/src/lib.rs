@@ -58,6 +58,8 @@ export! {
     world::world_time() -> f64;
     world::world_body_count() -> u32;
     world::world_bodies() -> *const f64;
+    world::world_link_count() -> u32;
+    world::world_links() -> *const f64;
     world::world_materials() -> i32;
     world::world_poses() -> *const f32;
     world::world_velocities() -> *const f32;

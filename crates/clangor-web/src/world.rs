@@ -4,7 +4,7 @@
 
 use std::cell::RefCell;
 
-use clangor::body::{Body, BodyId, Motion, Surface, World};
+use clangor::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use clangor::material::Material;
 use clangor::material::presets;
 use clangor::scene::instantiate::load_shape;
@@ -19,6 +19,8 @@ use crate::exchange::{self, status};
 
 /// Numbers of a body in [`world_bodies`].
 pub const BODY_STRIDE: usize = 8;
+/// Numbers of a rod or a spring in [`world_links`].
+pub const LINK_STRIDE: usize = 8;
 /// Numbers of an impact in [`world_contacts`].
 pub const CONTACT_STRIDE: usize = 12;
 /// Events of the solvers that a second of computing does, with a margin: a processor of 2015 in a browser.
@@ -38,6 +40,7 @@ struct State {
     events: Vec<f64>,
     contacts: Vec<f64>,
     bodies: Vec<f64>,
+    links: Vec<f64>,
     poses: Vec<f32>,
     velocities: Vec<f32>,
 }
@@ -161,6 +164,37 @@ fn described(body: &Body, materials: &[Material]) -> [f64; BODY_STRIDE] {
     let [x, y, z] = normal.to_array();
     let free = flag(body.motion == Motion::Free);
     [radius, material as f64, free, flag(is_plane), x, y, z, normal.dot(body.pose.position)]
+}
+
+/// Number of rods and springs.
+pub fn world_link_count() -> u32 {
+    STATE.with_borrow(|state| state.world.as_ref().map_or(0, |world| world.links().len()) as u32)
+}
+
+/// For each rod and spring [`LINK_STRIDE`] numbers: 0 for a rod, 1 for a spring; the body at one end; the body at the other
+/// or −1; the fixed point where there is none \[m\]; the length without force \[m\], 0 for a rod; 0.
+pub fn world_links() -> *const f64 {
+    STATE.with_borrow_mut(|state| {
+        let State { world, links, .. } = state;
+        links.clear();
+        links.extend(world.iter().flat_map(LiveWorld::links).flat_map(described_link));
+        links.as_ptr()
+    })
+}
+
+fn described_link(link: &Link) -> [f64; LINK_STRIDE] {
+    let row = |kind: f64, body: BodyId, other: f64, end: DVec3, length: f64| {
+        [kind, f64::from(body.0), other, end.x, end.y, end.z, length, 0.0]
+    };
+    match *link {
+        Link::Hang { body, anchor } => row(0.0, body, -1.0, anchor, 0.0),
+        Link::Spring { body, to: SpringEnd::Point(end), rest_length, .. } => {
+            row(1.0, body, -1.0, end, rest_length)
+        }
+        Link::Spring { body, to: SpringEnd::Body(other), rest_length, .. } => {
+            row(1.0, body, f64::from(other.0), DVec3::ZERO, rest_length)
+        }
+    }
 }
 
 /// Tells the materials in the message, as a JSON list in the order of their indices: those of the scene, then the

@@ -233,8 +233,9 @@ export class Controls {
     element('count').value = COUNTS.indexOf(stage.box.count);
     element('count-value').textContent = String(stage.box.count);
     const own = element('own-material');
-    own.hidden = stage.preset.drop.material in BALL_MATERIALS;
-    own.value = own.textContent = stage.preset.drop.material;
+    const listed = stage.preset.drop.material in BALL_MATERIALS;
+    own.hidden = listed;
+    own.value = own.textContent = listed ? '' : stage.preset.drop.material;
     element('material').value = box ? stage.box.material : stage.drop.material;
     element('material').querySelector('[value="mixed"]').hidden = !box;
   }

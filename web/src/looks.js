@@ -11,9 +11,8 @@ const CLEAR = 2;
 
 /** @type {Record<string, [string, number]>} */
 const LOOKS = {
-  steel: ['#c3cad3', METAL],
-  'bearing-steel': ['#c3cad3', METAL],
   'table-steel': ['#a9a49c', METAL],
+  steel: ['#c3cad3', METAL],
   copper: ['#d08a62', METAL],
   brass: ['#d9b564', METAL],
   aluminium: ['#dadde0', METAL],
@@ -44,7 +43,9 @@ export function lookOf(material, index) {
       stripe: number >= 8 ? 1 : 0,
     };
   }
-  const look = LOOKS[material];
+  // Materials of a scene's own are mostly named after what they start from, such as `tuned-brass`.
+  const known = Object.keys(LOOKS).find((name) => material.endsWith(name));
+  const look = known && LOOKS[known];
   if (look) return { colour: new Color(look[0]), surface: look[1], stripe: 0 };
   let hash = 0;
   for (const letter of material) hash = (hash * 31 + letter.charCodeAt(0)) % 360;

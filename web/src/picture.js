@@ -135,7 +135,7 @@ export class Picture {
     const middle = this.durations.sort((a, b) => a - b)[FRAMES_PER_DECISION >> 1];
     this.durations = [];
     const old = this.sharpness;
-    if (middle > TOO_SLOW) this.sharpness = Math.max(0.4, this.sharpness * 0.8);
+    if (middle > TOO_SLOW) this.sharpness = Math.max(0.5, this.sharpness * 0.8);
     else if (middle < FAST) this.sharpness = Math.min(1, this.sharpness * 1.1);
     if (this.sharpness !== old) this.resize();
   }

@@ -76,9 +76,9 @@ export const PRESETS = [
     how: 'Drag an outer ball aside and let go to throw it. Space stops time: listen again in slow motion.',
     scene: fixed(newtonsCradle),
     extent: within([-0.2, 0, -0.12], [0.2, 0.26, 0.12]),
-    view: { target: [0, 0.16, 0], distance: 0.6, azimuth: 18, elevation: 9 },
+    view: { target: [0, 0.16, 0], distance: 0.66, azimuth: 18, elevation: 9 },
     ears: [
-      [0, 0.3, 0.5],
+      [-0.15, 0.24, 0.2],
       [0.5, 0.12, 0],
       [0, 0.12, -0.4],
       [0, 0.1, 0.06],

@@ -1,0 +1,265 @@
+//! Contacts of a running physics world in Bevy, heard through Clangor's live engine.
+//!
+//! ```text
+//! avian3d: contacts of a step ─► approach speed ─► impulse, Hertz: duration τ ─► Blow ─► ring ─► Engine, on the audio thread
+//! ```
+//!
+//! [`ClangorPlugin`] looks at every contact after each step of avian3d. One that approached faster than [`V_MIN`] is a blow: its impulse
+//! is (1 + e) m V, of the approach, the effective mass and avian3d's restitution, its duration that of Hertz's theory for the masses,
+//! curvatures and materials of the two bodies. (The impulses that avian3d sums up over a step count some twice: 8.6 m/s for a ball
+//! that it turns by 5.5.)
+//! Each body with a [`Sounding`] is heard; the other one may be anything.
+//!
+//! Who plays the sound takes the [`Engine`](clangor::realtime::Engine) that [`ClangorPlugin::new`] returns, and calls its `render` from
+//! an audio callback; with the feature `playback`, [`playback`] does. An event is heard a block and 97 samples after the
+//! step in which it happened, and as late as the step is long at most.
+//!
+//! It is not a click for each manifold point: the points of one contact are one blow, at their mean. Blows within a step are
+//! all at its end, since the physics does not say when in the step they were.
+
+#[cfg(feature = "playback")]
+pub mod playback;
+
+use std::sync::{Mutex, PoisonError};
+
+use avian3d::prelude::*;
+use bevy::prelude::*;
+use clangor::contact::hertz::HertzContact;
+use clangor::glam::{DQuat, DVec3};
+use clangor::material::Material;
+use clangor::pose::Pose;
+use clangor::realtime::{Blow, Controller, Engine, EngineSettings, Event as SoundEvent, Struck, engine};
+use clangor::synthesis::SynthesisError;
+
+/// Contacts that approach more slowly are silent [m/s].
+pub const V_MIN: f32 = 0.05;
+/// Distance of the two receivers of an [`Ears`] [m].
+pub const EAR_DISTANCE: f64 = 0.17;
+/// When the clocks of physics and sound are further apart than this, they are set anew [s].
+const DRIFT: f64 = 0.1;
+
+/// A body that is heard when it is struck.
+#[derive(Component, Clone, Debug)]
+pub struct Sounding {
+    /// What sounds: the sphere of its volume, or an object that was put into a slot by [`Sound::controller`].
+    pub struck: Struck,
+    /// Of what it is, for the time that contacts last.
+    pub material: Material,
+    /// Mean curvature of its surface where it is struck [1/m].
+    pub curvature: f64,
+}
+
+impl Sounding {
+    /// A ball of this radius [m].
+    pub fn ball(radius: f64, material: Material) -> Self {
+        Sounding { struck: Struck::Sphere { radius }, material, curvature: 1.0 / radius }
+    }
+}
+
+/// A body that is not heard itself, but of which the blows on others know the material: a floor, a wall. Flat.
+#[derive(Component, Clone, Debug)]
+pub struct Ground(pub Material);
+
+/// Where the world is heard; the receivers are to the left and right of it.
+#[derive(Component, Clone, Copy, Debug, Default)]
+#[require(Transform)]
+pub struct Ears;
+
+/// The way to the engine.
+#[derive(Resource)]
+pub struct Sound {
+    // The ring has one end for one thread at a time.
+    controller: Mutex<Controller>,
+    /// Time of sound minus time of physics [s].
+    offset: Option<f64>,
+    /// Blows sent.
+    pub blows: u64,
+}
+
+/// See the crate.
+pub struct ClangorPlugin {
+    controller: Mutex<Option<Controller>>,
+}
+
+impl ClangorPlugin {
+    /// The plugin, and the engine that is to play for it.
+    ///
+    /// # Errors
+    /// [`SynthesisError`] for settings that cannot be.
+    pub fn new(settings: &EngineSettings) -> Result<(Self, Engine), SynthesisError> {
+        let (controller, engine) = engine(settings)?;
+        Ok((ClangorPlugin { controller: Mutex::new(Some(controller)) }, engine))
+    }
+}
+
+impl Plugin for ClangorPlugin {
+    fn build(&self, app: &mut App) {
+        let mut held = self.controller.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(controller) = held.take() else { return };
+        app.insert_resource(Sound { controller: Mutex::new(controller), offset: None, blows: 0 });
+        let heard = (tell_clock, tell_ears, tell_poses, tell_blows).chain();
+        app.add_systems(PhysicsSchedule, heard.in_set(PhysicsStepSystems::Last));
+    }
+}
+
+impl Sound {
+    /// Tells the engine what happens; puts objects into slots.
+    pub fn controller(&mut self) -> &mut Controller {
+        self.controller.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The time of sound that belongs to a time of physics [s].
+    fn time(&self, physics: f64) -> f64 {
+        physics + self.offset.unwrap_or(0.0)
+    }
+
+    /// An engine that is overrun says so in its report; a game goes on.
+    fn send(&mut self, event: SoundEvent) {
+        let _ = self.controller().send(event);
+    }
+}
+
+/// Keeps the clocks together: what happens now is heard as soon as it can be.
+fn tell_clock(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>) {
+    let now = sound.controller().report().time - clock.elapsed_secs_f64();
+    if sound.offset.is_none_or(|offset| (offset - now).abs() > DRIFT) {
+        sound.offset = Some(now);
+    }
+}
+
+fn tell_ears(mut sound: ResMut<Sound>, ears: Query<&Transform, With<Ears>>) {
+    if let Some(ears) = ears.iter().next() {
+        let middle = widened(ears.translation);
+        let right = widened(*ears.right()) * (0.5 * EAR_DISTANCE);
+        sound.send(SoundEvent::Receivers([middle - right, middle + right]));
+    }
+}
+
+type Moving<'a> = (&'a Sounding, &'a Position, &'a Rotation, &'a LinearVelocity, &'a AngularVelocity);
+
+/// Objects that ring are heard from where they are.
+fn tell_poses(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>, bodies: Query<Moving>) {
+    let time = sound.time(clock.elapsed_secs_f64());
+    for (sounding, position, rotation, velocity, spin) in &bodies {
+        if let Struck::Object { slot } = sounding.struck {
+            let (velocity, angular_velocity) = (widened(velocity.0), widened(spin.0));
+            let pose = pose_of(position, rotation);
+            sound.send(SoundEvent::Pose { slot, time, pose, velocity, angular_velocity });
+        }
+    }
+}
+
+/// Bevy and Clangor do not always have the same version of glam.
+fn widened(vector: Vec3) -> DVec3 {
+    DVec3::from_array(vector.to_array().map(f64::from))
+}
+
+fn pose_of(position: &Position, rotation: &Rotation) -> Pose {
+    let orientation = DQuat::from_array(rotation.0.to_array().map(f64::from)).normalize();
+    Pose { position: widened(position.0), orientation }
+}
+
+type Struckable<'a> = (
+    Option<&'a Sounding>,
+    Option<&'a Ground>,
+    &'a Position,
+    &'a Rotation,
+    Option<&'a ComputedMass>,
+    Option<&'a ComputedAngularInertia>,
+    Option<&'a ComputedCenterOfMass>,
+);
+
+/// What a contact asks of a body.
+struct Side {
+    struck: Option<Struck>,
+    pose: Pose,
+    inverse_mass: f64,
+    inverse_inertia: Mat3,
+    curvature: f64,
+    compliance: f64,
+}
+
+impl Side {
+    fn of((sounding, ground, position, rotation, mass, inertia, centre): Struckable<'_>) -> Self {
+        let mut pose = pose_of(position, rotation);
+        if let Some(centre) = centre {
+            pose.position += pose.orientation * widened(centre.0);
+        }
+        let material = sounding.map(|s| &s.material).or(ground.map(|g| &g.0));
+        let turn = Mat3::from_quat(rotation.0);
+        let inverse = inertia.map_or(Mat3::ZERO, |inertia| Mat3::from(inertia.inverse()));
+        Side {
+            struck: sounding.map(|sounding| sounding.struck),
+            pose,
+            inverse_mass: mass.map_or(0.0, |mass| f64::from(mass.inverse())),
+            inverse_inertia: turn * inverse * turn.transpose(),
+            curvature: sounding.map_or(0.0, |sounding| sounding.curvature),
+            compliance: material.map_or(0.0, Material::contact_compliance),
+        }
+    }
+
+    /// 1/m that is felt at a point along a direction [1/kg].
+    fn inverse_mass_at(&self, point: DVec3, normal: DVec3) -> f64 {
+        let lever = (point - self.pose.position).cross(normal).as_vec3();
+        let lever = Vec3::from_array(lever.to_array());
+        self.inverse_mass + f64::from(lever.dot(self.inverse_inertia * lever))
+    }
+
+    /// The blow of an impulse at a point on this body; `None` if it is silent.
+    fn blow(&self, time: f64, duration: f64, point: DVec3, impulse: DVec3) -> Option<Blow> {
+        let twist = (point - self.pose.position).cross(impulse).as_vec3();
+        let twist = Vec3::from_array(twist.to_array());
+        Some(Blow {
+            struck: self.struck?,
+            time,
+            duration,
+            pose: self.pose,
+            velocity_change: impulse * self.inverse_mass,
+            angular_velocity_change: widened(self.inverse_inertia * twist),
+            point,
+            impulse,
+        })
+    }
+}
+
+/// Contacts that approached in this step become blows.
+fn tell_blows(
+    mut sound: ResMut<Sound>,
+    clock: Res<Time<Physics>>,
+    contacts: Collisions,
+    bodies: Query<Struckable>,
+) {
+    let time = sound.time(clock.elapsed_secs_f64());
+    for pair in contacts.iter() {
+        let points = || pair.manifolds.iter().flat_map(|m| m.points.iter().map(move |p| (m, p)));
+        let touches = |p: &ContactPoint| p.normal_impulse > 0.0;
+        let approach = points().filter(|(_, p)| touches(p)).map(|(_, p)| -p.normal_speed).fold(0.0, f32::max);
+        let (Some(one), Some(two)) = (pair.body1, pair.body2) else { continue };
+        if approach < V_MIN {
+            continue;
+        }
+        let (Ok(one), Ok(two)) = (bodies.get(one), bodies.get(two)) else { continue };
+        let sides = [Side::of(one), Side::of(two)];
+        // The mean of what was pressed.
+        let total: f32 = points().map(|(_, p)| p.normal_impulse).sum();
+        let share = |p: &ContactPoint| f64::from(p.normal_impulse / total);
+        let point: DVec3 = points().map(|(_, p)| widened(p.point) * share(p)).sum();
+        // Normals point from the first body to the second.
+        let normal = points().map(|(m, p)| widened(m.normal) * share(p)).sum::<DVec3>().normalize_or_zero();
+        let restitution = points().map(|(m, p)| f64::from(m.restitution) * share(p)).sum::<f64>();
+        let contact = HertzContact {
+            inverse_mass: sides.iter().map(|side| side.inverse_mass_at(point, normal)).sum(),
+            curvature: sides.iter().map(|side| side.curvature).sum(),
+            compliance: sides.iter().map(|side| side.compliance).sum(),
+            speed: f64::from(approach),
+        };
+        let duration = contact.duration();
+        let impulse = normal * ((1.0 + restitution) * contact.speed / contact.inverse_mass);
+        for (side, impulse) in sides.iter().zip([-impulse, impulse]) {
+            if let Some(blow) = side.blow(time, duration, point, impulse) {
+                sound.blows += 1;
+                sound.send(SoundEvent::Blow(blow));
+            }
+        }
+    }
+}

@@ -2,7 +2,6 @@
 // numbers: place, radius, orientation.
 
 import {
-  BufferGeometry,
   DynamicDrawUsage,
   Group,
   InstancedBufferAttribute,
@@ -10,56 +9,76 @@ import {
   Mesh,
   PlaneGeometry,
   ShaderMaterial,
-  SphereGeometry,
 } from 'three';
 import { POSE_STRIDE } from './event-layout.js';
 import { lookOf } from './looks.js';
 import { STUDIO_LIGHT } from './studio-light.js';
 
+// A ball is a square that faces the camera, on which the fragment shader draws a sphere: round at any size, for two
+// triangles. It stands at the foremost point of the ball, so that what the ball lies on does not cut it.
 const BALL_VERTEX = /* glsl */ `
   attribute vec4 place;
   attribute vec4 turn;
   attribute vec3 tint;
   attribute vec3 look;
-  varying vec3 vNormal;
-  varying vec3 vOwn;
-  varying vec3 vAt;
+  varying vec2 vAt;
+  varying vec3 vRight;
+  varying vec3 vUp;
+  varying vec3 vToEye;
+  varying vec4 vPlace;
+  varying vec4 vTurn;
   varying vec3 vTint;
   varying vec3 vLook;
-  varying float vRadius;
   void main() {
-    vec3 n = position;
-    vOwn = n;
-    vNormal = n + 2.0 * cross(turn.xyz, cross(turn.xyz, n) + turn.w * n);
-    vAt = place.xyz + place.w * vNormal;
+    vec3 way = cameraPosition - place.xyz;
+    float distance = length(way);
+    vToEye = way / distance;
+    vRight = normalize(cross(vec3(0.0, 1.0, 0.0), vToEye));
+    vUp = cross(vToEye, vRight);
+    vAt = position.xy;
+    vPlace = place;
+    vTurn = turn;
     vTint = tint;
     vLook = look;
-    vRadius = place.w;
-    gl_Position = projectionMatrix * viewMatrix * vec4(vAt, 1.0);
+    // Seen from nearby the outline of a ball is larger than the ball.
+    float outline = place.w * distance / sqrt(max(1e-9, distance * distance - place.w * place.w));
+    vec3 at = place.xyz + outline * (position.x * vRight + position.y * vUp);
+    vec4 seen = projectionMatrix * viewMatrix * vec4(at, 1.0);
+    vec4 front = projectionMatrix * viewMatrix * vec4(place.xyz + place.w * vToEye, 1.0);
+    seen.z = front.z / front.w * seen.w;
+    gl_Position = seen;
   }
 `;
 
 const BALL_FRAGMENT = /* glsl */ `
   uniform float floorHeight;
   uniform vec3 accent;
-  varying vec3 vNormal;
-  varying vec3 vOwn;
-  varying vec3 vAt;
+  varying vec2 vAt;
+  varying vec3 vRight;
+  varying vec3 vUp;
+  varying vec3 vToEye;
+  varying vec4 vPlace;
+  varying vec4 vTurn;
   varying vec3 vTint;
   varying vec3 vLook;
-  varying float vRadius;
   ${STUDIO_LIGHT}
   void main() {
-    vec3 n = normalize(vNormal);
-    vec3 v = normalize(cameraPosition - vAt);
-    float facing = max(0.0, dot(n, v));
+    float square = dot(vAt, vAt);
+    if (square > 1.0) discard;
+    float facing = sqrt(1.0 - square);
+    vec3 v = vToEye;
+    vec3 n = vAt.x * vRight + vAt.y * vUp + facing * v;
     vec3 mirrored = studio(reflect(-v, n));
     float edge = pow(1.0 - facing, 5.0);
     vec3 colour = vTint;
     // look.z: stripe of a pool ball.
-    if (vLook.z > 0.5) colour = mix(vec3(0.86, 0.83, 0.76), colour, step(abs(vOwn.y), 0.5));
+    if (vLook.z > 0.5) {
+      // Height on the ball in its own axes.
+      float own = n.y + 2.0 * dot(cross(vTurn.xyz, cross(vTurn.xyz, n) - vTurn.w * n), vec3(0.0, 1.0, 0.0));
+      colour = mix(vec3(0.86, 0.83, 0.76), colour, step(abs(own), 0.5));
+    }
     // The floor is near: less light from below.
-    float near = exp(-(vAt.y - floorHeight) / (0.9 * vRadius));
+    float near = exp(-(vPlace.y / vPlace.w + n.y - floorHeight / vPlace.w) / 0.9);
     float open = 1.0 - 0.65 * near;
     vec3 light;
     if (vLook.x > 1.5) {
@@ -84,9 +103,11 @@ const SHADOW_VERTEX = /* glsl */ `
   varying float vDark;
   void main() {
     float height = max(0.0, place.y - place.w - floorHeight);
-    float spread = place.w * 1.25 + 0.35 * height;
+    // Higher up than this nobody sees it.
+    float near = 1.0 - height / (7.0 * place.w);
+    float spread = step(0.0, near) * (place.w * 1.25 + 0.2 * height);
     vAt = position.xy;
-    vDark = 0.72 / (1.0 + 2.2 * height / place.w) * step(floorHeight, place.y);
+    vDark = 0.72 * near * near * step(floorHeight, place.y);
     vec3 at = vec3(place.x + position.x * spread, floorHeight + 0.0004, place.z - position.y * spread);
     gl_Position = projectionMatrix * viewMatrix * vec4(at, 1.0);
   }
@@ -101,13 +122,6 @@ const SHADOW_FRAGMENT = /* glsl */ `
     gl_FragColor = vec4(0.0, 0.0, 0.0, vDark * (1.0 - r) * (1.0 - r));
   }
 `;
-
-/** Meridians of a ball: with few balls each is larger, and round is cheap. @param {number} count */
-function meridiansFor(count) {
-  if (count <= 40) return 48;
-  if (count <= 150) return 32;
-  return count <= 600 ? 20 : 12;
-}
 
 export class BallsPicture {
   /** @param {import('three').Color} accent */
@@ -129,7 +143,6 @@ export class BallsPicture {
     /** Which body is which ball. @type {number[]} */
     this.bodyOf = [];
     this.capacity = 0;
-    this.meridians = 0;
   }
 
   /**
@@ -142,7 +155,7 @@ export class BallsPicture {
       if (!body.plane && body.radius > 0) this.bodyOf.push(index);
     });
     const count = this.bodyOf.length;
-    if (count > this.capacity || meridiansFor(count) !== this.meridians) this.allocate(count);
+    if (count > this.capacity) this.allocate(count);
     this.bodyOf.forEach((index, ball) => {
       const body = bodies[index];
       const look = lookOf(materials[body.material]?.name ?? '', index);
@@ -158,7 +171,6 @@ export class BallsPicture {
   /** @param {number} count */
   allocate(count) {
     this.capacity = Math.max(64, Math.ceil(count * 1.5));
-    this.meridians = meridiansFor(count);
     const attribute = (/** @type {number} */ size) => {
       const made = new InstancedBufferAttribute(new Float32Array(size * this.capacity), size);
       made.setUsage(DynamicDrawUsage);
@@ -170,17 +182,14 @@ export class BallsPicture {
     this.look = attribute(3);
     for (const old of this.group.children) /** @type {Mesh} */ (old).geometry.dispose();
     this.group.clear();
-    const form = new SphereGeometry(1, this.meridians, Math.round(this.meridians * 0.65));
-    this.balls = this.mesh(form, this.ballMaterial);
-    this.shadows = this.mesh(new PlaneGeometry(2, 2), this.shadowMaterial);
+    this.balls = this.mesh(this.ballMaterial);
+    this.shadows = this.mesh(this.shadowMaterial);
     this.group.add(this.shadows, this.balls);
   }
 
-  /**
-   * @param {BufferGeometry} form
-   * @param {ShaderMaterial} material
-   */
-  mesh(form, material) {
+  /** A square for each ball. @param {ShaderMaterial} material */
+  mesh(material) {
+    const form = new PlaneGeometry(2, 2);
     const geometry = new InstancedBufferGeometry();
     geometry.index = form.index;
     geometry.setAttribute('position', form.getAttribute('position'));

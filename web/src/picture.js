@@ -104,6 +104,8 @@ export class Picture {
    * @param {import('./listeners.js').Listeners} listeners
    */
   draw(history, time, listeners) {
+    // First, since a canvas of another size is empty.
+    this.adapt();
     this.known = history.poses(time, this.poses);
     const contacts = this.calm.matches ? [] : history.contactsBetween(time - RIPPLE_TIME, time);
     const glow = new Map();
@@ -120,7 +122,6 @@ export class Picture {
     const { clientWidth, clientHeight } = this.canvas;
     this.listeners.update(listeners, this.view.camera, clientWidth, clientHeight);
     this.renderer.render(this.scene, this.view.camera);
-    this.adapt();
   }
 
   adapt() {

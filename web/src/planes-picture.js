@@ -104,22 +104,17 @@ function ground(corners, colour, extent) {
   return mesh;
 }
 
-/** @param {Vector3[]} corners @param {boolean} slope whether things lie on it */
+/** An outline; a pane as well where things lie on it. @param {Vector3[]} corners @param {boolean} slope */
 function wall(corners, slope) {
   const outline = new LineLoop(
     new BufferGeometry().setFromPoints(corners),
-    new LineBasicMaterial({ color: '#8fa0b8', transparent: true, opacity: 0.32 }),
+    new LineBasicMaterial({ color: '#8fa0b8', transparent: true, opacity: 0.4 }),
   );
+  if (!slope) return [outline];
+  const look = { color: '#8fa0b8', transparent: true, opacity: 0.09, depthWrite: false };
   const pane = new Mesh(
     fan(corners),
-    new MeshBasicMaterial({
-      color: '#8fa0b8',
-      transparent: true,
-      opacity: slope ? 0.09 : 0.025,
-      side: DoubleSide,
-      depthWrite: false,
-      blending: AdditiveBlending,
-    }),
+    new MeshBasicMaterial({ ...look, side: DoubleSide, blending: AdditiveBlending }),
   );
   pane.renderOrder = -1;
   return [outline, pane];

@@ -28,8 +28,6 @@ const VERTEX = /* glsl */ `
     vec4 at = viewMatrix * vec4(ring.xyz, 1.0);
     at.xy += position.xy * ring.w;
     gl_Position = projectionMatrix * at;
-    // In front of what was hit.
-    gl_Position.z -= 0.002 * gl_Position.w;
   }
 `;
 
@@ -62,6 +60,7 @@ export class RipplesPicture {
       uniforms: { accent: { value: accent } },
       blending: AdditiveBlending,
       transparent: true,
+      depthTest: false,
       depthWrite: false,
     });
     this.mesh = new Mesh(geometry, material);

@@ -6,7 +6,7 @@
  * @param {[string, string][]} options value and name
  * @param {string} chosen
  * @param {(value: string) => void} change
- * @returns {(value: string) => void} chooses without calling `change`
+ * @returns {(value: string) => void} chooses without calling `change`; nothing, if there is no such value
  */
 export function radioButtons(group, options, chosen, change) {
   /** @type {Map<string, HTMLInputElement>} */
@@ -23,9 +23,8 @@ export function radioButtons(group, options, chosen, change) {
     group.append(label);
     inputs.set(value, input);
   }
-  return (value) => {
-    const input = inputs.get(value);
-    if (input) input.checked = true;
+  return (chosenNow) => {
+    for (const [value, input] of inputs) input.checked = value === chosenNow;
   };
 }
 

@@ -11,6 +11,9 @@ import { MALLETS } from './strike.js';
 /** Speeds of replay that can be chosen. */
 const RATES = { 1: '1×', 0.5: '½', 0.25: '¼', 0.1: '⅒' };
 
+/** What follows the first gesture within this time belongs to it [ms]. */
+const GESTURE = 700;
+
 /** Width of windows on which settings lie over the picture [CSS pixels]; as in style.css. */
 const SMALL = 760;
 
@@ -44,6 +47,7 @@ export class Controls {
     this.lastEars = '';
     this.roomOn = false;
     this.woken = false;
+    this.wokenAt = -Infinity;
     this.bindScene();
     this.bindBalls();
     this.bindHearing();
@@ -264,6 +268,7 @@ export class Controls {
   wake(drop) {
     if (this.sound.on) return;
     const first = !this.woken;
+    if (first) this.wokenAt = performance.now();
     this.woken = true;
     this.sound
       .start((port, sampleRate) => this.stage.world.connect(port, sampleRate))
@@ -273,8 +278,10 @@ export class Controls {
   }
 
   toggleSound() {
+    // The gesture that has just turned the sound on does not mute it.
+    const waking = performance.now() - this.wokenAt < GESTURE;
     if (!this.sound.on) this.wake(true);
-    else this.sound.mute(!this.sound.muted);
+    else if (!waking) this.sound.mute(!this.sound.muted);
     this.showSound();
   }
 

@@ -23,6 +23,7 @@ async function opened(preset) {
   const { page, complaints } = await session.open(`#${preset}`);
   await page.click('#sound');
   await page.waitForFunction(() => Reflect.get(globalThis, 'clangor').sound.on);
+  assert.equal(await page.evaluate(() => Reflect.get(globalThis, 'clangor').sound.muted), false);
   return { page, complaints };
 }
 

@@ -155,7 +155,7 @@ export class BallsPicture {
       if (!body.plane && body.radius > 0) this.bodyOf.push(index);
     });
     const count = this.bodyOf.length;
-    if (count > this.capacity) this.allocate(count);
+    if (!this.place || count > this.capacity) this.allocate(count);
     this.bodyOf.forEach((index, ball) => {
       const body = bodies[index];
       const look = lookOf(materials[body.material]?.name ?? '', index);

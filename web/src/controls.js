@@ -81,6 +81,7 @@ export class Controls {
     element('wake').addEventListener('click', () => this.drop());
     element('drop').addEventListener('click', () => this.drop());
     element('throw').addEventListener('click', () => this.throwSomething());
+    element('strike').addEventListener('click', () => this.strikeSomething());
     element('again').addEventListener('click', () => this.again());
     element('gravity').addEventListener('click', () => this.toggleGravity());
     element('settings-toggle').addEventListener('click', () => {
@@ -194,8 +195,9 @@ export class Controls {
     history.replaceState(null, '', `#${preset.id}`);
     element('story').textContent = preset.story;
     element('how').textContent = preset.how;
-    document.body.dataset.finished = String(preset.run !== undefined);
     const strikes = preset.objects !== undefined;
+    document.body.dataset.finished = String(preset.run !== undefined);
+    document.body.dataset.strikes = String(strikes);
     element('strike-settings').hidden = !strikes;
     const box = preset.id === 'box';
     for (const field of document.querySelectorAll('[data-only="box"]')) {

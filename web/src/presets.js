@@ -165,7 +165,7 @@ export const PRESETS = [
     name: 'Bowl & glass',
     story:
       'A bowl, a wine glass, a plate and a coin with the modes of their real shapes. Where you hit decides what rings.',
-    how: 'Tap an object where you want to hit it. Choose the mallet and its speed below.',
+    how: 'Tap an object where you want to hit it: rim, wall or foot. Choose the mallet and its speed below.',
     scene: fixed(objects),
     extent: within([-0.34, 0, -0.3], [0.34, 0.3, 0.3]),
     view: { target: [0, 0.045, 0], distance: 0.88, azimuth: 8, elevation: 27 },

@@ -140,14 +140,19 @@ export class Stage extends EventTarget {
 
   /** @param {number[]} place [m] */
   dropAt([x, y, z]) {
-    if (this.transport.finished) return;
+    // Balls would fall through objects that are no bodies of the world.
+    if (this.transport.finished || this.objects.length > 0) return;
     this.transport.goLive();
     const { radius } = this.drop;
     this.world.add(this.materialIndex(this.drop.material), radius, [x, y, z], [0, 0, 0]);
   }
 
-  /** Drops a ball somewhere above the scene. */
+  /** Drops a ball somewhere above the scene; where there are objects, strikes one. */
   dropSomewhere() {
+    if (this.objects.length > 0) {
+      this.strikeSomething();
+      return;
+    }
     const { low, high } = this.preset.extent(this.box);
     const inside = (/** @type {number} */ axis) => {
       const room = Math.max(0, (high[axis] - low[axis]) / 2 - 2 * this.drop.radius);

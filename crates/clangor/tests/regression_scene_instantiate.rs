@@ -200,6 +200,10 @@ fn a_listener_inside_a_body_is_refused() {
          move the listener outside, or the body away from it"
     );
     assert!(refusal(&at("[5, -1, 0]")).contains("inside the body `plane-1` by 1.000e0 m"));
+    // Behind a thin wall one may listen, inside a ball not even there.
+    let thin = |position: &str| at(position).replace("\"wood\"", "\"wood\"\nthin = true");
+    assert!(instantiate(&decode(&thin("[5, -1, 0]")), &mut load_shape).is_ok());
+    assert!(refusal(&thin("[0, 1.008, 0]")).contains("inside the body `ball`"));
     // One receiver of a pair, 8 cm to the right of a midpoint outside.
     assert!(refusal(&at("[-0.08, 1, 0]\nspacing = 0.16")).contains("inside the body `ball`"));
     let moving = "[0, 1, 0] }, { time = 1, position = [1, 1, 0] }]";

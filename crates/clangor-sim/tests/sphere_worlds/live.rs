@@ -10,13 +10,14 @@ use super::{plane, sphere, world};
 
 /// Marbles in the air of a box without a lid, on a grid that is slightly disturbed.
 pub(crate) fn marbles_in_a_box(count: usize, radius: f64, material: &Material) -> World {
-    const SIDE: usize = 7;
-    let half = SIDE as f64 * 1.2 * radius;
+    // About as wide as the pile is high.
+    let side = ((1.2 * count as f64).cbrt() as usize).max(2);
+    let half = side as f64 * 1.2 * radius;
     let mut bodies: Vec<_> = (0..count)
         .map(|k| {
-            let (i, j, layer) = (k % SIDE, k / SIDE % SIDE, k / (SIDE * SIDE));
+            let (i, j, layer) = (k % side, k / side % side, k / (side * side));
             let jitter = |seed: usize| 0.1 * radius * ((k * seed % 97) as f64 / 97.0 - 0.5);
-            let place = |n: usize| 2.4 * radius * (n as f64 - 0.5 * (SIDE - 1) as f64);
+            let place = |n: usize| 2.4 * radius * (n as f64 - 0.5 * (side - 1) as f64);
             let height = radius * (2.0 + 2.4 * layer as f64);
             let at = DVec3::new(place(i) + jitter(31), height, place(j) + jitter(57));
             sphere(radius, at, DVec3::new(jitter(13), 0.0, jitter(71)), material)

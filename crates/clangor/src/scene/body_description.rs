@@ -154,6 +154,8 @@ pub struct PlaneDescription {
     pub normal: DVec3,
     /// Material.
     pub material: Material,
+    /// Whether it is a wall, behind which a listener may be. To bodies that is the same.
+    pub thin: bool,
     /// Where it is written.
     pub place: Place,
 }

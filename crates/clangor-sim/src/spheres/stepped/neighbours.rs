@@ -14,7 +14,7 @@ use super::{Ball, PLANE, Stepped};
 /// Margin as a part of the radius.
 const MARGIN: f64 = 0.25;
 /// Steps for which the margin of a moving ball shall last.
-const LOOK_AHEAD: f64 = 8.0;
+const LOOK_AHEAD: f64 = 2.0;
 /// Balls this much wider than the median one are kept out of the grid.
 const WIDE: f64 = 3.0;
 /// Searches for single balls, and their part of all balls, after which all lists are made anew.

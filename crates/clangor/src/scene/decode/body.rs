@@ -40,7 +40,7 @@ pub(super) const KEYS: &[&str] = &[
     "placement",
 ];
 pub(super) const PLACEMENT_KEYS: &[&str] = &["region", "seed", "orientation", "max_spin"];
-pub(super) const PLANE_KEYS: &[&str] = &["name", "point", "normal", "material"];
+pub(super) const PLANE_KEYS: &[&str] = &["name", "point", "normal", "material", "thin"];
 
 /// A body that a scene may ask for by name.
 #[derive(Clone, Copy)]
@@ -350,8 +350,9 @@ pub(super) fn planes(
             None => Some(DVec3::Y),
         };
         let material = material(d, &section, materials, None);
+        let thin = section.boolean(d, "thin").unwrap_or(false);
         if let (Some(normal), Some(material)) = (normal, material) {
-            planes.push(PlaneDescription { name, point, normal, material, place: section.place });
+            planes.push(PlaneDescription { name, point, normal, material, thin, place: section.place });
         }
     }
     planes

@@ -12,15 +12,20 @@ const EARSHOT: f64 = 100.0;
 
 /// Checks every receiver at every keyframe against the bodies as they start.
 pub(super) fn check(scene: &Scene, world: &World, builder: &mut Builder) {
+    // The planes are the last bodies.
+    let first_plane = world.bodies.len() - scene.planes.len();
+    let is_thin = |body: usize| {
+        body.checked_sub(first_plane).and_then(|plane| scene.planes.get(plane)).is_some_and(|plane| plane.thin)
+    };
     for listener in &scene.listeners {
         let mut nearest = f64::INFINITY;
         let mut inside: Option<(&Body, f64)> = None;
         for key in listener.track.keys() {
             for receiver in listener.receivers() {
                 let point = key.pose.world_from_body(receiver);
-                for body in &world.bodies {
+                for (index, body) in world.bodies.iter().enumerate() {
                     let depth = depth(body, point);
-                    if depth > 0.0 && inside.is_none_or(|(_, deepest)| depth > deepest) {
+                    if depth > 0.0 && !is_thin(index) && inside.is_none_or(|(_, deepest)| depth > deepest) {
                         inside = Some((body, depth));
                     }
                     if !matches!(*body.surface, Surface::HalfSpace) {

@@ -1,0 +1,125 @@
+//! The WebAssembly module in Node against the same code compiled for this machine: the impacts of a cradle, and the sound of
+//! the same events.
+//!
+//! Skipped, with the reason, where `web/build-wasm` has not been run or there is no Node.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use clangor_web::event::STRIDE;
+use clangor_web::exchange::{last_message, write};
+use clangor_web::{synth, world};
+
+const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+
+/// The module, or why there is nothing to compare.
+fn module() -> Result<PathBuf, &'static str> {
+    let module = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../web/public/clangor.wasm");
+    if !module.exists() {
+        return Err("there is no web/public/clangor.wasm; web/build-wasm builds it");
+    }
+    match Command::new("node").arg("--version").output() {
+        Ok(version) if version.status.success() => Ok(module),
+        _ => Err("there is no node to run the module"),
+    }
+}
+
+/// Runs the module; what it wrote.
+fn drive(module: &Path, arguments: &[&str], output: &Path) -> Vec<u8> {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cross_wasm/drive.mjs");
+    let run = Command::new("node").arg(script).arg(module).args(arguments).arg(output).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    std::fs::read(output).unwrap()
+}
+
+fn numbers(bytes: &[u8]) -> Vec<f64> {
+    bytes.as_chunks::<8>().0.iter().map(|eight| f64::from_le_bytes(*eight)).collect()
+}
+
+/// A fresh folder for the files of a test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Events and impacts of a scene until `end` \[s\].
+fn play(scene: &str, end: f64) -> (Vec<f64>, Vec<f64>) {
+    assert_eq!(world::world_load(write(scene.as_bytes())), 0, "{}", last_message());
+    let (mut events, mut impacts) = (Vec::new(), Vec::new());
+    for k in 1..=(50.0 * end).round() as u32 {
+        while world::world_advance(f64::from(k) / 50.0, 0.0) == 1 {}
+        world::with_events(|new_events, new_impacts| {
+            events.extend_from_slice(new_events);
+            impacts.extend_from_slice(new_impacts);
+        });
+        world::world_clear();
+    }
+    (events, impacts)
+}
+
+#[test]
+fn the_world_moves_alike() {
+    let module = match module() {
+        Ok(module) => module,
+        Err(reason) => return println!("skipped: {reason}"),
+    };
+    for name in ["newtons-cradle", "ball-drop"] {
+        let path = format!("{SCENES}/{name}.toml");
+        let (_, native) = play(&std::fs::read_to_string(&path).unwrap(), 2.0);
+        let output = folder("world").join(name);
+        let wasm = numbers(&drive(&module, &["world", &path, "2"], &output));
+        assert!(native.len() >= 5 * world::CONTACT_STRIDE && native.len() == wasm.len(), "{name}");
+        let mut worst = [0.0_f64; world::CONTACT_STRIDE];
+        let rows = native.chunks(world::CONTACT_STRIDE).zip(wasm.chunks(world::CONTACT_STRIDE));
+        for (row, other) in rows {
+            for ((worst, x), y) in worst.iter_mut().zip(row).zip(other) {
+                *worst = worst.max((x - y).abs());
+            }
+        }
+        println!("{name}: {} impacts, differences {worst:?}", native.len() / world::CONTACT_STRIDE);
+        // Times, speeds, durations, points.
+        assert!(worst.iter().all(|difference| *difference < 1e-9));
+    }
+}
+
+#[test]
+fn the_same_events_sound_alike() {
+    let module = match module() {
+        Ok(module) => module,
+        Err(reason) => return println!("skipped: {reason}"),
+    };
+    let (frames, block) = (48_000, 128);
+    let path = format!("{SCENES}/ball-drop.toml");
+    let scene = std::fs::read_to_string(&path).unwrap();
+    let (mut events, _) = play(&std::fs::read_to_string(format!("{SCENES}/newtons-cradle.toml")).unwrap(), 0.9);
+    let (dropped, _) = play(&scene, 0.9);
+    events.extend(dropped);
+    let count = events.len() / STRIDE;
+    let mut order: Vec<&[f64]> = events.chunks(STRIDE).collect();
+    order.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    let bytes: Vec<u8> = order.concat().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let folder = folder("synth");
+    let events_file = folder.join("events");
+    std::fs::write(&events_file, &bytes).unwrap();
+
+    assert_eq!(synth::synth_start(48_000.0, block, write(scene.as_bytes())), 0, "{}", last_message());
+    assert_eq!(synth::synth_listener(-0.1, 0.2, 0.5, 0.1, 0.2, 0.5), 0);
+    write(&bytes);
+    assert_eq!(synth::synth_push(count as u32), count as u32);
+    let mut native: Vec<f32> = Vec::new();
+    for _ in 0..frames / block {
+        synth::synth_render(block);
+        synth::with_output(|samples| native.extend_from_slice(samples));
+    }
+
+    let frames = frames.to_string();
+    let wasm = drive(&module, &["synth", &path, events_file.to_str().unwrap(), &frames], &folder.join("sound"));
+    let wasm: Vec<f32> = wasm.as_chunks::<4>().0.iter().map(|four| f32::from_le_bytes(*four)).collect();
+    assert_eq!(native.len(), wasm.len());
+    let peak = native.iter().fold(0.0_f32, |peak, x| peak.max(x.abs()));
+    let worst = native.iter().zip(&wasm).fold(0.0_f32, |worst, (x, y)| worst.max((x - y).abs()));
+    println!("{count} events, peak {peak:.3} Pa, difference {:.1e} of it", worst / peak);
+    assert!(count > 20 && peak > 1e-3);
+    assert!(worst < 1e-5 * peak);
+}

@@ -155,3 +155,35 @@ fn a_hundred_thousand_changes_take_no_time_of_the_world() {
     assert_eq!(live.count(), 5 + 5 + 1);
     go(&mut live, 0.5);
 }
+
+#[test]
+fn a_crystal_of_touching_balls_is_stepped() {
+    let glass = material(0.9, 0.2, 0.0);
+    let radius = 0.01;
+    let mut bodies: Vec<_> = (0..512_u32)
+        .map(|k| {
+            let at = DVec3::new(f64::from(k % 8), f64::from(k / 8 % 8), f64::from(k / 64)) * (2.0 * radius);
+            sphere(radius, at, DVec3::ZERO, &glass)
+        })
+        .collect();
+    bodies.push(sphere(radius, DVec3::new(-0.1, 0.03, 0.03), DVec3::X * 5.0, &glass));
+    let mut live = LiveWorld::new(&world(bodies, Vec::new(), 0.0), LiveSettings::default()).unwrap();
+    let energy = live.energy();
+    go(&mut live, 0.1);
+    assert_eq!(live.solver(), Solver::Rigid);
+    assert!(live.energy() <= energy * (1.0 + 1e-12) && !live.impacts().is_empty());
+}
+
+#[test]
+fn a_mob_of_fast_balls_stays_within_its_budget() {
+    let glass = material(0.95, 0.2, 0.0);
+    let mut live = LiveWorld::new(&marbles_in_a_box(300, 0.01, &glass), LiveSettings::default()).unwrap();
+    for k in 0..300_u32 {
+        let towards = DVec3::new(f64::from(k % 7) - 3.0, f64::from(k % 5) - 2.0, f64::from(k % 3) - 1.0);
+        live.set_velocity(BodyId(k), towards.normalize_or(DVec3::X) * 199.0).unwrap();
+    }
+    for _ in 0..20 {
+        live.advance(1.0, 2000).unwrap();
+    }
+    assert!(live.time() > 0.0 && deepest_overlap(&live) < 0.01);
+}

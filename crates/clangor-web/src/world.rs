@@ -24,7 +24,7 @@ pub const LINK_STRIDE: usize = 8;
 /// Numbers of an impact in [`world_contacts`].
 pub const CONTACT_STRIDE: usize = 12;
 /// Events of the solvers that a second of computing does, with a margin: a processor of 2015 in a browser.
-const EVENTS_PER_SECOND: f64 = 4e5;
+const EVENTS_PER_SECOND: f64 = 2e5;
 /// Longest computation that may be asked for at once, and the one where none is asked for \[s\].
 const LONGEST_BUDGET: f64 = 2.0;
 const USUAL_BUDGET: f64 = 0.02;

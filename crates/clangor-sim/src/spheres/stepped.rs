@@ -21,7 +21,7 @@ mod sleep;
 
 use clangor::body::{BodyId, Surface, World};
 use clangor::pose::Pose;
-use clangor::timeline::PoseRow;
+use clangor::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::{DQuat, DVec3};
 
 use super::pairs::Pairs;
@@ -37,6 +37,8 @@ use resting::Resting;
 const PLANE: u32 = 1 << 31;
 /// A ball that falls through this part of its radius in a step from rest is followed in shorter steps.
 const LONGEST_FALL: f64 = 0.002;
+/// Way of the balls in a step, in units of their radii: beyond it, too many may meet.
+const LONGEST_WAY: f64 = 2.0;
 /// Shortest step \[s\].
 const SHORTEST_STEP: f64 = 1e-4;
 /// Slowest approach that is an impact where gravity is weak [m/s].
@@ -78,6 +80,9 @@ struct Ball {
     generation: u32,
     /// Impacts in this step.
     hits: u32,
+    /// When it was last struck \[s\], and its velocities before everything that happened at that instant.
+    struck: f64,
+    before: (DVec3, DVec3),
     /// Where it was when its neighbours were sought, and how far it may go from there \[m\].
     origin: DVec3,
     margin: f64,
@@ -101,6 +106,25 @@ impl Ball {
         self.free && self.there && !self.asleep
     }
 
+    /// What keeps a waiting ball in its place until the end of a step, at `time`: the opposite of its weight.
+    fn held(&self, time: f64, step: f64) -> ContactRow {
+        let impulse = self.acceleration * (self.mass * (self.since - step));
+        ContactRow {
+            time,
+            body_a: BodyId(self.body),
+            body_b: BodyId::WORLD,
+            kind: ContactKind::Constraint,
+            point: self.position,
+            normal: DVec3::Y,
+            impulse_n: impulse.y,
+            impulse_t: DVec3::new(impulse.x, 0.0, impulse.z),
+            couple: DVec3::ZERO,
+            velocity: self.velocity,
+            depth: 0.0,
+            impact_id: 0,
+        }
+    }
+
     /// Takes the state at a time into the step as its new reference.
     fn bring_forward(&mut self, time: f64) {
         let s = time - self.since;
@@ -120,6 +144,8 @@ impl Ball {
 pub(crate) struct Stepped {
     now: f64,
     longest_step: f64,
+    /// The longest step for the present balls and gravity \[s\].
+    usual_step: f64,
     /// Half of the speed that is heard [m/s].
     quiet_speed: f64,
     step: f64,
@@ -163,6 +189,8 @@ impl Stepped {
                 quiet: 0,
                 generation: 0,
                 hits: 0,
+                struck: f64::NEG_INFINITY,
+                before: (DVec3::ZERO, DVec3::ZERO),
                 origin: ball.position,
                 margin: 0.0,
             })
@@ -174,6 +202,7 @@ impl Stepped {
         let mut stepped = Stepped {
             now: 0.0,
             longest_step,
+            usual_step: longest_step,
             quiet_speed: 0.5 * v_min,
             step: longest_step,
             gravity: world.gravity,
@@ -196,8 +225,19 @@ impl Stepped {
         let smallest = there.map(|ball| ball.radius).fold(f64::INFINITY, f64::min);
         let step =
             self.longest_step.min((2.0 * LONGEST_FALL * smallest / g).sqrt()).min(self.quiet_speed / g);
-        self.step = step.max(SHORTEST_STEP);
+        self.usual_step = step.max(SHORTEST_STEP);
         self.neighbours.outdate();
+    }
+
+    /// Shortens the next step where most of the balls are fast.
+    fn fit_step(&mut self) {
+        let moving = self.balls.iter().filter(|ball| ball.moves());
+        let (squares, radii) = moving.fold((0.0, 0.0), |(squares, radii), ball| {
+            (squares + ball.velocity.length_squared(), radii + ball.radius * ball.radius)
+        });
+        let way = LONGEST_WAY * (radii / squares).sqrt();
+        // Also where nothing moves.
+        self.step = if way < self.usual_step { way.max(SHORTEST_STEP) } else { self.usual_step };
     }
 
     /// Time since the beginning \[s\].
@@ -216,11 +256,15 @@ impl Stepped {
         world: &World,
         recorder: &mut Recorder<'_>,
     ) -> Result<u64, SimulationError> {
+        self.fit_step();
         self.refresh_neighbours();
         let sweeps = self.rest(recorder)?;
         let impacts = self.fly(recorder)?;
         let mut awake = 0;
         for ball in self.balls.iter_mut().filter(|ball| ball.moves()) {
+            if ball.waits && !recorder.ignores_slow_contacts() {
+                recorder.contact(&[ball.held(self.now + self.step, self.step)], &[])?;
+            }
             ball.bring_forward(self.step);
             (ball.since, ball.waits, ball.hits) = (0.0, false, 0);
             awake += 1;
@@ -288,6 +332,8 @@ impl Stepped {
             quiet: 0,
             generation: 0,
             hits: 0,
+            struck: f64::NEG_INFINITY,
+            before: (DVec3::ZERO, DVec3::ZERO),
             origin: description.pose.position,
             margin: 0.0,
         };
@@ -316,10 +362,14 @@ impl Stepped {
         self.choose_step();
     }
 
-    /// State of a ball for the log.
-    fn pose_row(&self, ball: usize, time: f64) -> PoseRow {
-        let Ball { body, position, orientation, velocity, omega, .. } = self.balls[ball];
-        PoseRow { time, body: BodyId(body), position, orientation, velocity, angular_velocity: omega }
+    /// State of a ball for the log, before everything that happens at this time \[s\].
+    fn pose_row(&mut self, ball: usize, time: f64) -> PoseRow {
+        let ball = &mut self.balls[ball];
+        if ball.struck != time {
+            (ball.struck, ball.before) = (time, (ball.velocity, ball.omega));
+        }
+        let Ball { body, position, orientation, before: (velocity, angular_velocity), .. } = *ball;
+        PoseRow { time, body: BodyId(body), position, orientation, velocity, angular_velocity }
     }
 
     fn body_of(&self, partner: u32) -> BodyId {

@@ -1,7 +1,7 @@
 // Drives the WebAssembly module as a page does, and writes what comes out as raw numbers.
 //   node drive.mjs MODULE world SCENE END OUTPUT             f64: the impacts, fetched every 20 ms
-//   node drive.mjs MODULE synth SCENE EVENTS FRAMES OUTPUT   f32: blocks of 128 frames, left then right
-//   node drive.mjs MODULE time SCENE END                     prints the time that the world took
+//   node drive.mjs MODULE synth SCENE EVENTS FRAMES OUTPUT   f32: pressures in blocks of 128 frames, left then right
+//   node drive.mjs MODULE time SCENE END                     prints the processor time that the world took
 import { readFileSync, writeFileSync } from 'node:fs';
 
 const [file, mode, sceneFile, ...rest] = process.argv.slice(2);
@@ -9,7 +9,9 @@ const { instance } = await WebAssembly.instantiate(readFileSync(file), {});
 const wasm = instance.exports;
 
 function put(bytes) {
-  new Uint8Array(wasm.memory.buffer, wasm.buffer(bytes.length), bytes.length).set(bytes);
+  // Whatever is called may move the memory: views are made after it.
+  const at = wasm.buffer(bytes.length);
+  new Uint8Array(wasm.memory.buffer, at, bytes.length).set(bytes);
   return bytes.length;
 }
 
@@ -32,7 +34,8 @@ if (mode === 'world') {
   const [end, output] = rest;
   const impacts = [];
   for (const _ of worldUntil(Number(end))) {
-    impacts.push(...new Float64Array(wasm.memory.buffer, wasm.world_contacts(), 12 * wasm.world_contacts_count()));
+    const at = wasm.world_contacts();
+    impacts.push(...new Float64Array(wasm.memory.buffer, at, 12 * wasm.world_contacts_count()));
   }
   writeFileSync(output, new Uint8Array(Float64Array.from(impacts).buffer));
 } else if (mode === 'synth') {
@@ -46,17 +49,21 @@ if (mode === 'world') {
   if (wasm.synth_push(count) !== count) throw new Error('events were refused');
   const samples = [];
   for (let frame = 0; frame < Number(frames); frame += block) {
-    samples.push(...new Float32Array(wasm.memory.buffer, wasm.synth_render(block), 2 * block));
+    // Behind the samples of the loudspeaker are the pressures.
+    const at = wasm.synth_render(block) + 2 * 4 * block;
+    samples.push(...new Float32Array(wasm.memory.buffer, at, 2 * block));
   }
   writeFileSync(output, new Uint8Array(Float32Array.from(samples).buffer));
 } else {
   const [end] = rest;
-  let [last, impacts] = [performance.now(), 0];
+  // Microseconds of this process.
+  const clock = () => process.cpuUsage().user + process.cpuUsage().system;
+  let [last, impacts] = [clock(), 0];
   for (const time of worldUntil(Number(end))) {
     impacts += wasm.world_contacts_count();
     if (Math.round(2 * time) === 2 * time) {
-      const now = performance.now();
-      const share = ((now - last) / 500).toFixed(3);
+      const now = clock();
+      const share = ((now - last) / 5e5).toFixed(3);
       console.log(`t ${time} s: ${impacts} impacts, ${share} s per second, solver ${wasm.world_solver()}`);
       [last, impacts] = [now, 0];
     }

@@ -6,12 +6,12 @@
 //! other by at most 2 g h².
 //!
 //! A ball that has been hit [`MOST_HITS`] times waits where it is for the next step, and so does what runs into it without
-//! an impact: nothing gains energy or overlaps by that, but the waiting lose time.
+//! an impact: nothing gains energy or overlaps by that, but the waiting lose time. The log has what holds them up meanwhile.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use clangor::timeline::{ContactKind, ContactRow};
+use clangor::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
 use super::super::approach::{Approach, fall, meet, meet_uniform};
@@ -216,13 +216,8 @@ impl Stepped {
             impact_id: 0,
         };
         let moving = [Some(a), other].map(|ball| ball.filter(|ball| self.balls[*ball].free));
-        match moving {
-            [Some(one), Some(two)] => {
-                recorder.impact(&[row], &[self.pose_row(one, at), self.pose_row(two, at)])?;
-            }
-            [Some(one), None] | [None, Some(one)] => recorder.impact(&[row], &[self.pose_row(one, at)])?,
-            [None, None] => {}
-        }
+        let poses: Vec<PoseRow> = moving.into_iter().flatten().map(|ball| self.pose_row(ball, at)).collect();
+        recorder.impact(&[row], &poses)?;
         for (ball, member) in
             moving.into_iter().zip(&members).filter_map(|(ball, member)| Some((ball?, member)))
         {

@@ -15,7 +15,9 @@ pub(super) fn check(scene: &Scene, world: &World, builder: &mut Builder) {
     // The planes are the last bodies.
     let first_plane = world.bodies.len() - scene.planes.len();
     let is_thin = |body: usize| {
-        body.checked_sub(first_plane).and_then(|plane| scene.planes.get(plane)).is_some_and(|plane| plane.thin)
+        body.checked_sub(first_plane)
+            .and_then(|plane| scene.planes.get(plane))
+            .is_some_and(|plane| plane.thin)
     };
     for listener in &scene.listeners {
         let mut nearest = f64::INFINITY;

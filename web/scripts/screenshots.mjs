@@ -30,8 +30,8 @@ for (const [preset, wait] of Object.entries(PRESETS)) {
   if (preset === 'objects') {
     await page.waitForTimeout(700);
     for (const [x, y] of [
-      [440, 420],
-      [800, 420],
+      [357, 345],
+      [640, 400],
     ]) {
       await page.mouse.click(x, y);
       await page.waitForTimeout(250);

@@ -1,20 +1,21 @@
 // How the page bears 300 balls for a minute: frames per second, gaps in the sound, load of the audio thread, how often the
-// world fell behind. `npm run soak [-- SECONDS PRESET]`; 300 balls without gravity in the sphere box unless told otherwise.
+// world fell behind. `npm run soak [-- SECONDS PRESET BALLS]`; 300 balls without gravity in the sphere box unless told otherwise.
 
 import { openBrowser } from './browser.mjs';
 
 const seconds = Number(process.argv[2] ?? 60);
 const preset = process.argv[3] ?? 'box';
+const balls = Number(process.argv[4] ?? 300);
 
 const session = await openBrowser();
 const { page, complaints } = await session.open(`#${preset}`);
 await page.mouse.click(640, 300);
 if (preset === 'box') {
-  await page.evaluate(() => {
+  await page.evaluate((count) => {
     const { stage } = Reflect.get(globalThis, 'clangor');
-    stage.box = { ...stage.box, count: 300, gravity: false };
+    stage.box = { ...stage.box, count, gravity: false };
     return stage.again();
-  });
+  }, balls);
 }
 await page.waitForTimeout(5000);
 const result = await page.evaluate(async (length) => {
@@ -45,7 +46,9 @@ const result = await page.evaluate(async (length) => {
   return {
     framesPerSecond: (picture.frames - begin.frames) / wall,
     audioSecondsLost: wall - (context.currentTime - begin.audio),
-    underruns: stats ? [before, stats.toJSON()] : 'this browser does not count them',
+    underruns: stats
+      ? stats.toJSON().underrunEvents - before.underrunEvents
+      : 'this browser does not count them',
     audioLoadMean: loads.reduce((a, b) => a + b, 0) / loads.length,
     audioLoadWorst: loads[loads.length - 1],
     worldSkips: skips,

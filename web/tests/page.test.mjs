@@ -110,6 +110,57 @@ test('a blow is handed out, with the base latency of the context, within 60 ms',
   await page.close();
 });
 
+test('a tap strikes an object where it is tapped, a drag throws a ball the way it is dragged', async () => {
+  const { page } = await opened('objects');
+  await page.waitForTimeout(800);
+  const rim = await page.evaluate(() => {
+    const { stage, picture } = Reflect.get(globalThis, 'clangor');
+    const [{ solid, position }] = stage.objects;
+    let highest = 0;
+    for (let at = 0; at < solid.vertices.length; at += 3) {
+      // In front, where the camera is.
+      if (solid.vertices[at + 2] > 0.03 && solid.vertices[at + 1] > solid.vertices[highest + 1]) highest = at;
+    }
+    const point = picture.view.target.clone().fromArray(solid.vertices, highest);
+    point.y -= 0.01;
+    point.add({ x: position[0], y: position[1], z: position[2] }).project(picture.view.camera);
+    return [
+      (0.5 + 0.5 * point.x) * picture.canvas.clientWidth,
+      (0.5 - 0.5 * point.y) * picture.canvas.clientHeight,
+    ];
+  });
+  const [{ peak }] = await Promise.all([loudestReport(page, 800), page.mouse.click(rim[0], rim[1])]);
+  assert.ok(peak > 1e-3, `${peak} Pa from the bowl`);
+  const struck = await page.evaluate(() => {
+    const { history, stage } = Reflect.get(globalThis, 'clangor');
+    return history.contacts.map((/** @type {any} */ contact) => stage.nameOf(contact.bodyA));
+  });
+  assert.deepEqual(struck, ['bowl']);
+
+  await page.check('#presets input[value="trick"]', { force: true });
+  await page.waitForTimeout(300);
+  const ball = await page.evaluate(() => {
+    const { picture } = Reflect.get(globalThis, 'clangor');
+    const point = picture.view.target
+      .clone()
+      .fromArray(picture.poses, 7 * 9)
+      .project(picture.view.camera);
+    return [
+      (0.5 + 0.5 * point.x) * picture.canvas.clientWidth,
+      (0.5 - 0.5 * point.y) * picture.canvas.clientHeight,
+    ];
+  });
+  const before = await page.evaluate(() => Reflect.get(globalThis, 'clangor').picture.poses[7 * 9]);
+  await page.mouse.move(ball[0], ball[1]);
+  await page.mouse.down();
+  await page.mouse.move(ball[0] + 60, ball[1], { steps: 4 });
+  await page.mouse.up();
+  await page.waitForTimeout(150);
+  const after = await page.evaluate(() => Reflect.get(globalThis, 'clangor').picture.poses[7 * 9]);
+  assert.ok(after > before + 0.01, `from ${before} to ${after} m`);
+  await page.close();
+});
+
 test('a contact of the world is handed out, with the base latency of the context, within 60 ms', async () => {
   const { page } = await opened('cradle');
   await page.waitForTimeout(1500);

@@ -99,6 +99,7 @@ name = "${name}"
 point = [${point}]
 normal = [${normal}]
 material = "${walls}"
+thin = ${name !== 'floor'}
 `);
   }
   return parts.join('\n');

@@ -74,6 +74,8 @@ struct Ball {
     asleep: bool,
     /// Whether it stays where it is until the end of the step, because too much has happened to it.
     waits: bool,
+    /// For how long it has waited in this step \[s\].
+    waited: f64,
     /// Steps since it last moved fast.
     quiet: u32,
     /// Counts the changes of the path.
@@ -106,9 +108,9 @@ impl Ball {
         self.free && self.there && !self.asleep
     }
 
-    /// What keeps a waiting ball in its place until the end of a step, at `time`: the opposite of its weight.
-    fn held(&self, time: f64, step: f64) -> ContactRow {
-        let impulse = self.acceleration * (self.mass * (self.since - step));
+    /// What has kept a ball in its place while it waited in the step that ends at `time`: the opposite of its weight.
+    fn held(&self, time: f64) -> ContactRow {
+        let impulse = self.acceleration * (-self.mass * self.waited);
         ContactRow {
             time,
             body_a: BodyId(self.body),
@@ -133,8 +135,12 @@ impl Ball {
         }
         (self.position, self.velocity) = self.at(time);
         self.since = time;
+        if self.waits {
+            self.waited += s;
+            return;
+        }
         let turn = self.omega * s;
-        if turn != DVec3::ZERO && !self.waits {
+        if turn != DVec3::ZERO {
             self.orientation = (DQuat::from_scaled_axis(turn) * self.orientation).normalize();
         }
     }
@@ -186,6 +192,7 @@ impl Stepped {
                 there: true,
                 asleep: false,
                 waits: false,
+                waited: 0.0,
                 quiet: 0,
                 generation: 0,
                 hits: 0,
@@ -262,11 +269,11 @@ impl Stepped {
         let impacts = self.fly(recorder)?;
         let mut awake = 0;
         for ball in self.balls.iter_mut().filter(|ball| ball.moves()) {
-            if ball.waits && !recorder.ignores_slow_contacts() {
-                recorder.contact(&[ball.held(self.now + self.step, self.step)], &[])?;
-            }
             ball.bring_forward(self.step);
-            (ball.since, ball.waits, ball.hits) = (0.0, false, 0);
+            if ball.waits && !recorder.ignores_slow_contacts() {
+                recorder.contact(&[ball.held(self.now + self.step)], &[])?;
+            }
+            (ball.since, ball.waits, ball.waited, ball.hits) = (0.0, false, 0.0, 0);
             awake += 1;
             if !(ball.position.is_finite() && ball.velocity.is_finite() && ball.omega.is_finite()) {
                 let body = world.bodies[ball.body as usize].name.clone();
@@ -329,6 +336,7 @@ impl Stepped {
             there: true,
             asleep: false,
             waits: false,
+            waited: 0.0,
             quiet: 0,
             generation: 0,
             hits: 0,

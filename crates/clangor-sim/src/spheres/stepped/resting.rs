@@ -10,7 +10,7 @@
 //! energy, whose least value under these bounds is the solution; the impulses of the step before might raise it, and are
 //! then forgotten.
 //!
-//! What still overlaps is parted without any velocity: a fraction of what is deeper than [`SLOP`] in each step.
+//! What still overlaps is parted without any velocity: most of what is deeper than [`SLOP`] in each step.
 
 use clangor::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
@@ -26,8 +26,9 @@ const TOLERANCE: f64 = 0.02;
 const SWEEPS: [u64; 2] = [2, 12];
 /// Overlap that is left, in units of g h².
 const SLOP: f64 = 0.1;
-/// Part of an overlap beyond it that is undone in a step.
-const PARTING: f64 = 0.2;
+/// Part of an overlap beyond it that is undone at a time, and how often in a step.
+const PARTING: f64 = 0.5;
+const PARTINGS: usize = 3;
 
 /// Velocities of a ball during the sweeps.
 #[derive(Clone, Copy, Default)]
@@ -282,7 +283,8 @@ impl Stepped {
     /// Moves apart what overlaps at the end of a step.
     pub(super) fn part(&mut self) {
         let slop = SLOP * self.impact_speed() * self.step;
-        for index in 0..self.resting.contacts.len() {
+        let count = self.resting.contacts.len();
+        for index in (0..PARTINGS).flat_map(|_| 0..count) {
             let contact = &self.resting.contacts[index];
             let pair = &self.neighbours.pairs[contact.pair as usize];
             let (normal, depth) = self.normal(contact.a, pair.b);

@@ -1,6 +1,6 @@
 //! The command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clangor::glam::DVec3;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -131,6 +131,35 @@ pub(crate) struct Render {
     /// Replace an existing timeline
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+impl Render {
+    /// What `render` is asked when only the input is named.
+    pub(crate) fn of(input: &Path) -> Self {
+        Render {
+            input: input.into(),
+            output: None,
+            listener: Vec::new(),
+            timeline: None,
+            sample_rate: None,
+            max_frequency: None,
+            quality: Quality::Normal,
+            sound: None,
+            parts: Vec::new(),
+            transfer: Transfer::Baked,
+            model: Vec::new(),
+            bits: None,
+            duration: None,
+            from: None,
+            to: None,
+            full_scale: None,
+            normalize: None,
+            stems: false,
+            explain: false,
+            report: None,
+            force: false,
+        }
+    }
 }
 
 #[derive(Args)]
@@ -524,6 +553,20 @@ pub(crate) enum ExportFormat {
         /// Animation keys per second
         #[arg(long, value_name = "HZ", default_value_t = 120.0, value_parser = positive)]
         rate: f64,
+    },
+    /// A finished run for the page: drop the file on it, and listen from anywhere
+    Web {
+        /// A timeline folder (.timeline)
+        input: PathBuf,
+        /// The file to write (default: the timeline's name with .replay)
+        #[arg(short, long, value_name = "OUT.replay")]
+        output: Option<PathBuf>,
+        /// Effort for the sound fields of bodies
+        #[arg(long, value_enum, default_value = "normal")]
+        quality: Quality,
+        /// Highest frequency to bake, 100 Hz to 24 kHz
+        #[arg(long, value_name = "HZ", value_parser = positive)]
+        max_frequency: Option<f64>,
     },
     /// A baked body with its modes, material and mass, as binary glTF with KHR_audio_rigid_bodies
     Modal {

@@ -28,6 +28,7 @@ pub mod spectrum_plot;
 pub mod timeline_file;
 pub mod validate;
 pub mod wav;
+pub mod web_replay;
 
 /// Runs `work` on a pool of `threads` threads; 0 means one per core. The result of no stage depends on it.
 pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {

@@ -11,14 +11,14 @@ use std::sync::Arc;
 
 use clangor::body::{Body, BodyId, Life};
 use clangor::contact::{ContactError, ContactSettings, PoseHistory};
-use clangor::glam::DVec3;
+use clangor::glam::{DQuat, DVec3};
 use clangor::pose::Pose;
-use clangor::realtime::{Blow, EngineSettings, SoundingObject, Struck};
-use clangor::synthesis::SoundSource;
+use clangor::realtime::{Blow, Controller, Engine, EngineSettings, SoundingObject, Struck, engine};
 use clangor::synthesis::modal::ModalSource;
+use clangor::synthesis::{Listener, SampleRate, SoundSource, SynthesisError};
 use clangor::timeline::Timeline;
 
-use crate::render::{Forces, forces};
+use crate::render::{Forces, RenderOptions, forces};
 
 /// See the module.
 pub struct LiveScore {
@@ -40,6 +40,29 @@ pub struct Moving {
     pub velocity: DVec3,
     /// Angular velocity [rad/s], world.
     pub angular_velocity: DVec3,
+}
+
+impl Moving {
+    /// A body at a time \[s\]; at a blow, how it moves after it.
+    pub(crate) fn of(poses: &PoseHistory, body: BodyId, time: f64) -> Self {
+        let (pose, next) = (poses.at(body, time), poses.at(body, time + STEP));
+        let turned = (next.orientation * pose.orientation.inverse()).normalize();
+        // The shorter way around.
+        let turned = if turned.w < 0.0 { -turned } else { turned };
+        Moving {
+            pose,
+            velocity: (next.position - pose.position) / STEP,
+            angular_velocity: turned.to_scaled_axis() / STEP,
+        }
+    }
+
+    /// Where it would be so much later \[s\] if it went on like this.
+    pub(crate) fn after(&self, time: f64) -> Pose {
+        Pose {
+            position: self.pose.position + time * self.velocity,
+            orientation: DQuat::from_scaled_axis(time * self.angular_velocity) * self.pose.orientation,
+        }
+    }
 }
 
 /// Over which velocities are taken from poses \[s\].
@@ -108,19 +131,6 @@ impl LiveScore {
         Ok(LiveScore { objects, blows, poses, ringing })
     }
 
-    /// What to put into the slots, in their order.
-    pub fn sounding_objects<'a>(
-        &'a self,
-        sources: &'a [SoundSource],
-        ringing: &'a BTreeMap<BodyId, Arc<ModalSource>>,
-        settings: &'a EngineSettings,
-    ) -> impl Iterator<Item = SoundingObject> + 'a {
-        self.objects.iter().map(move |id| {
-            let click = sources.get(id.index()).cloned();
-            SoundingObject::new(click, ringing.get(id).cloned(), settings)
-        })
-    }
-
     /// When a body exists.
     pub fn life(&self, body: BodyId) -> Life {
         self.poses.life(body)
@@ -128,22 +138,58 @@ impl LiveScore {
 
     /// Where a body is at a time \[s\], and how it moves.
     pub fn moving(&self, body: BodyId, time: f64) -> Moving {
-        let (pose, next) = (self.poses.at(body, time), self.poses.at(body, time + STEP));
-        let turned = (next.orientation * pose.orientation.inverse()).normalize();
-        // The shorter way around.
-        let turned = if turned.w < 0.0 { -turned } else { turned };
-        Moving {
-            pose,
-            velocity: (next.position - pose.position) / STEP,
-            angular_velocity: turned.to_scaled_axis() / STEP,
+        Moving::of(&self.poses, body, time)
+    }
+
+    /// An engine as these options ask for, for a listener who hears everything, however far.
+    pub fn engine_settings(
+        &self,
+        options: &RenderOptions,
+        listener: &Listener,
+        sample_rate: SampleRate,
+    ) -> EngineSettings {
+        let usual = EngineSettings::default();
+        let distance = |(_, blow): &(BodyId, Blow)| {
+            (0..listener.receivers.len())
+                .map(|receiver| listener.receiver_position(receiver, blow.time).distance(blow.pose.position))
+                .fold(0.0, f64::max)
+        };
+        EngineSettings {
+            sample_rate,
+            max_frequency: options.synthesis.max_frequency,
+            medium: options.synthesis.medium,
+            floor: options.synthesis.floor,
+            room: options.room.clone(),
+            air: options.air,
+            profile: options.contact.profile,
+            receivers: listener.receivers.len(),
+            reach: usual.reach.max(1.5 * self.blows.iter().map(distance).fold(0.0, f64::max)),
+            objects: self.objects.len(),
+            ..usual
         }
     }
 
-    /// Greatest distance of a blow from any of these places \[m\].
-    pub fn extent(&self, places: &[DVec3]) -> f64 {
-        let farthest = |place: &DVec3| {
-            self.blows.iter().map(|(_, blow)| blow.pose.position.distance(*place)).fold(0.0, f64::max)
-        };
-        places.iter().map(farthest).fold(0.0, f64::max)
+    /// An engine with everything in its slots.
+    ///
+    /// # Errors
+    /// [`SynthesisError`] for settings that cannot be.
+    pub fn engine(
+        &self,
+        sources: &[SoundSource],
+        ringing: &BTreeMap<BodyId, Arc<ModalSource>>,
+        settings: &EngineSettings,
+    ) -> Result<(Controller, Engine), SynthesisError> {
+        let (mut controller, mut engine) = engine(settings)?;
+        for (slot, id) in self.objects.iter().enumerate() {
+            let click = sources.get(id.index()).cloned();
+            let object = SoundingObject::new(click, ringing.get(id).cloned(), settings);
+            // There is room: every block takes what there is.
+            let _ = controller.put(slot, Some(object));
+            if slot % 1024 == 0 {
+                engine.render(1);
+            }
+        }
+        engine.render(1);
+        Ok((controller, engine))
     }
 }

@@ -1,5 +1,7 @@
 //! `clangor export`: a scene, a timeline or a model becomes another tool's file.
 
+mod web;
+
 use std::path::Path;
 
 use clangor::geometry::tri_mesh::TriMesh;
@@ -21,6 +23,9 @@ use crate::failure::Failure;
 pub(crate) fn run(options: &Export, global: &Global, console: &Console) -> Result<(), Failure> {
     match &options.format {
         ExportFormat::Gltf { input, output, rate } => motion(input, output, *rate, global, console),
+        ExportFormat::Web { input, output, quality, max_frequency } => {
+            web::run(input, output.as_deref(), (*quality, *max_frequency), global, console)
+        }
         ExportFormat::Modal { model, output, material } => modal(model, output, material.as_deref(), console),
     }
 }

@@ -7,10 +7,11 @@ use std::sync::Arc;
 
 use clangor::body::{Body, BodyId};
 use clangor::material::Material;
+use clangor::model::acceleration_model::AccelerationModel;
 use clangor::model::modal_file::{ModalOrigin, ModalPart};
 use clangor::model::modal_model::ModalModel;
 use clangor::model::model_file::Solid;
-use clangor::model::playable_model::PlayableModel;
+use clangor::model::playable_model::{PlayableBank, PlayableModel};
 use clangor::model::published_file::PublishedFile;
 use clangor::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor::synthesis::{PublishedSource, RenderSettings, SoundRule, SoundSource};
@@ -18,7 +19,7 @@ use clangor_bake::modal::ModalBakeOptions;
 use clangor_pipeline::model_cache::ModelCache;
 use clangor_pipeline::sound_models::ringers::{Ringers, Ringing, RingingPlan};
 use clangor_pipeline::sound_models::sources::{SourceProgress, SourceSettings, Sources, sources};
-use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
+use clangor_pipeline::sound_models::{ModelRequest, SoundFile, obtain, read_sound_file};
 use clangor_pipeline::soundbank::default_bank;
 
 use crate::arguments::{Global, Quality, Sound};
@@ -57,14 +58,7 @@ pub(super) fn find_sources(
 ) -> Result<Sources, Failure> {
     let cache = ModelCache::find(global.cache.as_deref());
     let bank = default_bank();
-    let settings = SourceSettings {
-        rules: wanted.rules,
-        max_wavenumber: wanted.settings.max_wavenumber(),
-        accuracy: if wanted.quality == Quality::High { 0.002 } else { 0.01 },
-        cache: cache.as_ref(),
-        bank: bank.as_ref(),
-        bake: wanted.quality != Quality::Draft,
-    };
+    let settings = source_settings(wanted, cache.as_ref(), bank.as_ref());
     // A bar appears with the first field that has to be baked.
     let mut bar: Option<Progress<'_>> = None;
     let mut told = |p: &SourceProgress<'_>| {
@@ -81,6 +75,31 @@ pub(super) fn find_sources(
         console.warn(remark);
     }
     Ok(found)
+}
+
+/// The model of a body that clicks by a field of its own: what [`find_sources`] has put into the cache.
+pub(super) fn own_model(body: &Body, wanted: &Wanted<'_>, global: &Global) -> Option<AccelerationModel> {
+    let cache = ModelCache::find(global.cache.as_deref());
+    let settings = source_settings(wanted, cache.as_ref(), None);
+    let request = ModelRequest::of_body(body, settings.bake_options()).ok()?;
+    obtain(&request, cache.as_ref(), &mut |_| ControlFlow::Continue(()))
+        .ok()
+        .map(|found| found.model.acceleration)
+}
+
+fn source_settings<'a>(
+    wanted: &Wanted<'a>,
+    cache: Option<&'a ModelCache>,
+    bank: Option<&'a PlayableBank>,
+) -> SourceSettings<'a> {
+    SourceSettings {
+        rules: wanted.rules,
+        max_wavenumber: wanted.settings.max_wavenumber(),
+        accuracy: if wanted.quality == Quality::High { 0.002 } else { 0.01 },
+        cache,
+        bank,
+        bake: wanted.quality != Quality::Draft,
+    }
 }
 
 /// How modes are baked for what is rendered so.

@@ -1,6 +1,9 @@
 //! Hands a score to an engine a little ahead of its time.
 
-use clangor::realtime::{Controller, Event, SendError};
+use std::ops::ControlFlow;
+
+use clangor::body::BodyId;
+use clangor::realtime::{Controller, Engine, Event, SendError, Struck};
 use clangor::synthesis::Listener;
 
 use super::{LiveScore, Moving};
@@ -63,14 +66,16 @@ impl<'a> Feed<'a> {
                 if !self.score.life(*id).holds(time) {
                     continue;
                 }
-                let Moving { pose, velocity, angular_velocity } = self.score.moving(*id, time);
-                let time = time + self.offset;
-                taken(controller.send(Event::Pose { slot: *slot, time, pose, velocity, angular_velocity }))?;
+                taken(controller.send(self.pose(*slot, *id, time)))?;
             }
             self.next_pose += 1.0 / rate;
         }
-        while let Some((_, blow)) = self.score.blows.get(self.next_blow).filter(|(_, b)| b.time < until) {
+        while let Some((id, blow)) = self.score.blows.get(self.next_blow).filter(|(_, b)| b.time < until) {
             let mut blow = *blow;
+            // It moves otherwise from now on.
+            if let Struck::Object { slot } = blow.struck {
+                taken(controller.send(self.pose(slot, *id, blow.time)))?;
+            }
             blow.time += self.offset;
             taken(controller.send(Event::Blow(blow)))?;
             self.next_blow += 1;
@@ -80,6 +85,11 @@ impl<'a> Feed<'a> {
             self.next_death += 1;
         }
         Ok(())
+    }
+
+    fn pose(&self, slot: usize, id: BodyId, time: f64) -> Event {
+        let Moving { pose, velocity, angular_velocity } = self.score.moving(id, time);
+        Event::Pose { slot, time: time + self.offset, pose, velocity, angular_velocity }
     }
 
     /// Blows sent so far.
@@ -94,4 +104,33 @@ fn taken(sent: Result<(), SendError>) -> Result<(), SendError> {
         Err(SendError::Full) => Ok(()),
         sent => sent,
     }
+}
+
+/// Frames rendered at once where nobody listens.
+const BLOCK: usize = 1024;
+
+/// Plays a part of a run \[s\] as fast as can be. Returns the loudest pressure \[Pa\], or nothing if `progress`, which is told the
+/// time in the run, breaks. The engine is silent afterwards.
+pub fn rehearse(
+    score: &LiveScore,
+    listener: &Listener,
+    (from, to): (f64, f64),
+    (controller, engine): (&mut Controller, &mut Engine),
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Option<f64> {
+    let begin = engine.time();
+    let mut feed = Feed::new(score, listener, from, begin);
+    let end = begin + (to - from) + engine.latency();
+    let mut peak = 0.0_f64;
+    while engine.time() < end {
+        feed.feed(controller, engine.time()).ok()?;
+        peak = engine.render(BLOCK).iter().flatten().fold(peak, |peak, p| peak.max(p.abs()));
+        if progress(from + engine.time() - begin).is_break() {
+            return None;
+        }
+    }
+    controller.send(Event::Silence).ok()?;
+    // It takes a millisecond to fall silent, and events to come are forgotten.
+    engine.render(BLOCK);
+    Some(peak)
 }

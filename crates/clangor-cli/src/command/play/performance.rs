@@ -3,16 +3,16 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use clangor::realtime::{Controller, Engine, EngineSettings, Event, PlaybackLevel, Report, engine};
+use clangor::realtime::{Controller, Engine, PlaybackLevel, Report};
 use clangor::synthesis::{Listener, SampleRate};
 use clangor_pipeline::live_score::LiveScore;
-use clangor_pipeline::live_score::feed::Feed;
+use clangor_pipeline::live_score::feed::{Feed, rehearse};
 use clangor_pipeline::render::{Transfers, modal_sources};
 use serde_json::json;
 
 use super::super::render::{Prepared, prepare};
 use super::device::Output;
-use crate::arguments::{Global, Play, Render, Transfer};
+use crate::arguments::{Global, Play, Render};
 use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
 
@@ -22,13 +22,20 @@ const LEAD: f64 = 0.1;
 const FEED_EVERY: Duration = Duration::from_millis(10);
 /// A device that takes nothing for so long does not work.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Frames rendered at once where nobody listens.
-const BLOCK: usize = 1024;
 
 pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Console) -> Result<(), Failure> {
     // Who has no loudspeaker is told so before a long simulation.
     let output = Output::open(options.device.as_deref())?;
-    let asked = rendering(input, options, output.sample_rate());
+    let asked = Render {
+        listener: options.listener.into_iter().collect(),
+        sample_rate: Some(output.sample_rate()),
+        quality: options.quality,
+        duration: options.duration,
+        from: options.from,
+        to: options.to,
+        full_scale: options.full_scale,
+        ..Render::of(input)
+    };
     let Prepared { bodies, options: how, sources, ringers, timeline, .. } =
         prepare(&asked, None, global, console)?;
     let Some(listener) = how.listeners.first() else { return Err(Failure::new("there is no listener")) };
@@ -36,37 +43,22 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
     let score =
         LiveScore::new(&bodies, &sources.sources, &ringing, &timeline, &how.contact).map_err(Failure::new)?;
     let (from, to) = (how.synthesis.start, how.to);
-    let places: Vec<_> = (0..listener.receivers.len())
-        .flat_map(|receiver| [from, to].map(|time| listener.receiver_position(receiver, time)))
-        .collect();
-    let settings = EngineSettings {
-        sample_rate: SampleRate::try_new(output.sample_rate()).map_err(Failure::new)?,
-        medium: how.synthesis.medium,
-        floor: how.synthesis.floor,
-        room: how.room.clone(),
-        air: how.air,
-        profile: how.contact.profile,
-        receivers: listener.receivers.len(),
-        reach: EngineSettings::default().reach.max(1.5 * score.extent(&places)),
-        objects: score.objects.len(),
-        ..EngineSettings::default()
-    };
-    let (mut controller, mut live) = engine(&settings).map_err(Failure::new)?;
-    for (slot, object) in score.sounding_objects(&sources.sources, &ringing, &settings).enumerate() {
-        controller.put(slot, Some(object)).map_err(Failure::new)?;
-        // A block takes what the ring holds.
-        if slot % BLOCK == 0 {
-            live.render(1);
-        }
-    }
-    let mut played = Performance { score: &score, listener, from, length: to - from + LEAD };
+    let rate = SampleRate::try_new(output.sample_rate()).map_err(Failure::new)?;
+    let settings = score.engine_settings(&how, listener, rate);
+    let (mut controller, mut live) =
+        score.engine(&sources.sources, &ringing, &settings).map_err(Failure::new)?;
     let full_scale = match options.full_scale {
         Some(pressure) => pressure,
-        None => match 2.0 * played.rehearse(&mut controller, &mut live, console)? {
-            silent if silent <= 0.0 => 1.0,
-            loud => loud,
-        },
+        None => {
+            let progress = console.progress("rehearse", to);
+            let mut told = |time| progress.reached(time);
+            let both = (&mut controller, &mut live);
+            let loudest =
+                rehearse(&score, listener, (from, to), both, &mut told).ok_or(Failure::Interrupted)?;
+            if loudest > 0.0 { 2.0 * loudest } else { 1.0 }
+        }
     };
+    let played = Performance { score: &score, listener, from, length: to - from + LEAD };
     let before = live.report();
     let latency = live.latency();
     console.say(format_args!(
@@ -114,33 +106,6 @@ fn left_out(report: &Report) -> u64 {
     report.lost + report.shed + report.shed_voices + report.distant
 }
 
-/// What `render` would be asked.
-fn rendering(input: &Path, options: &Play, sample_rate: u32) -> Render {
-    Render {
-        input: input.into(),
-        output: None,
-        listener: options.listener.into_iter().collect(),
-        timeline: None,
-        sample_rate: Some(sample_rate),
-        max_frequency: None,
-        quality: options.quality,
-        sound: None,
-        parts: Vec::new(),
-        transfer: Transfer::Baked,
-        model: Vec::new(),
-        bits: None,
-        duration: options.duration,
-        from: options.from,
-        to: options.to,
-        full_scale: options.full_scale,
-        normalize: None,
-        stems: false,
-        explain: false,
-        report: None,
-        force: false,
-    }
-}
-
 /// A score, who hears it, and which part of it.
 struct Performance<'a> {
     score: &'a LiveScore,
@@ -160,35 +125,9 @@ struct Performed {
 }
 
 impl Performance<'_> {
-    /// The loudest pressure \[Pa\] of everything, played as fast as can be. What still sounds then is stopped.
-    fn rehearse(
-        &mut self,
-        controller: &mut Controller,
-        live: &mut Engine,
-        console: &Console,
-    ) -> Result<f64, Failure> {
-        let begin = live.time();
-        let end = begin + self.length + live.latency();
-        let mut feed = Feed::new(self.score, self.listener, self.from, begin + LEAD);
-        let progress = console.progress("rehearse", self.length);
-        let mut peak = 0.0_f64;
-        while live.time() < end {
-            feed.feed(controller, live.time()).map_err(Failure::new)?;
-            let channels = live.render(BLOCK);
-            peak = channels.iter().flatten().fold(peak, |peak, p| peak.max(p.abs()));
-            if progress.reached(live.time() - begin).is_break() {
-                return Err(Failure::Interrupted);
-            }
-        }
-        controller.send(Event::Silence).map_err(Failure::new)?;
-        // It takes a millisecond to fall silent, and events to come are forgotten.
-        live.render(BLOCK);
-        Ok(peak)
-    }
-
     /// Plays to the end, in the time of the device; the run begins at `begin` \[s of the engine\].
     fn perform(
-        &mut self,
+        &self,
         output: &Output,
         mut controller: Controller,
         live: Engine,

@@ -1,0 +1,91 @@
+//! `clangor export web`: a finished run for the page.
+
+use std::path::Path;
+
+use clangor_pipeline::live_score::LiveScore;
+use clangor_pipeline::live_score::feed::rehearse;
+use clangor_pipeline::render::{Transfers, modal_sources};
+use clangor_pipeline::soundbank::default_bank;
+use clangor_pipeline::timeline_file::TimelineReader;
+use clangor_pipeline::web_replay::{Replay, write_replay};
+use serde_json::json;
+
+use super::super::render::{Prepared, prepare};
+use super::super::sound_sources::{Wanted, own_model};
+use super::super::{check_ending, is_timeline};
+use crate::arguments::{Global, Quality, Render};
+use crate::console::{Console, counted};
+use crate::failure::Failure;
+
+/// A scene of nothing: still air, no room.
+const EMPTY_SCENE: &str = "version = 1\n";
+
+pub(super) fn run(
+    input: &Path,
+    output: Option<&Path>,
+    (quality, max_frequency): (Quality, Option<f64>),
+    global: &Global,
+    console: &Console,
+) -> Result<(), Failure> {
+    let output = output.map_or_else(|| input.with_extension("replay"), Path::to_path_buf);
+    check_ending(&output, "replay")?;
+    if !is_timeline(input) {
+        return Err(Failure::new(format_args!(
+            "{} is no timeline; clangor simulate {0} -o RUN.timeline makes one",
+            input.display()
+        )));
+    }
+    let asked = Render { quality, max_frequency, ..Render::of(input) };
+    let Prepared { bodies, options, sources, ringers, .. } = prepare(&asked, None, global, console)?;
+    let reader = TimelineReader::open(input).map_err(Failure::new)?;
+    let timeline = reader.read_all().map_err(Failure::new)?;
+    let ringing = modal_sources(&bodies, &ringers, Transfers::Baked).map_err(Failure::new)?;
+    let score = LiveScore::new(&bodies, &sources.sources, &ringing, &timeline, &options.contact)
+        .map_err(Failure::new)?;
+    let Some(listener) = options.listeners.first() else { return Err(Failure::new("there is no listener")) };
+    let settings = score.engine_settings(&options, listener, options.synthesis.sample_rate);
+    let (mut controller, mut engine) =
+        score.engine(&sources.sources, &ringing, &settings).map_err(Failure::new)?;
+    let progress = console.progress("rehearse", options.to);
+    let mut told = |time| progress.reached(time);
+    let both = (&mut controller, &mut engine);
+    let loudest =
+        rehearse(&score, listener, (0.0, options.to), both, &mut told).ok_or(Failure::Interrupted)?;
+    drop(progress);
+    let bank = default_bank();
+    let wanted = Wanted { rules: &[], quality, settings: &options.synthesis };
+    let replay = Replay {
+        bodies: &bodies,
+        timeline: &timeline,
+        clicks: options.parts.acceleration,
+        kinds: &sources.kinds,
+        own_model: &|id| own_model(&bodies[id.index()], &wanted, global),
+        bank: bank.as_ref(),
+        max_wavenumber: options.synthesis.max_wavenumber(),
+        ringers: &ringers,
+        contact: &options.contact,
+        listeners: &options.listeners,
+        scene: reader.header().scene.as_deref().unwrap_or(EMPTY_SCENE),
+        duration: options.to,
+        full_scale: if loudest > 0.0 { 2.0 * loudest } else { 1.0 },
+    };
+    let summary = write_replay(&replay, &output).map_err(Failure::new)?;
+    console.say(format_args!(
+        "{}: {}, {}, {}, {:.1} MB",
+        output.display(),
+        counted(summary.bodies, "body", "bodies"),
+        counted(summary.sounds, "sound", "sounds"),
+        counted(summary.events, "event", "events"),
+        1e-6 * summary.bytes as f64,
+    ));
+    console.json(&json!({
+        "replay": output,
+        "bodies": summary.bodies,
+        "sounds": summary.sounds,
+        "events": summary.events,
+        "poses": summary.poses,
+        "bytes": summary.bytes,
+        "full_scale_pa": replay.full_scale,
+    }));
+    Ok(())
+}

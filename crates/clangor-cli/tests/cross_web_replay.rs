@@ -24,7 +24,6 @@ duration = 0.5
 [render]
 floor = "rigid"
 ground = "none"
-limit_energy = false
 max_frequency = 16000
 
 [[body]]

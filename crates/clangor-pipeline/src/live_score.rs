@@ -1,8 +1,7 @@
 //! A run as the live engine plays it: what strikes which body when, and where the bodies are meanwhile.
 //!
 //! The same forces as [`render`](crate::render::render) takes, in the same order. Differs: heard are clicks and the ringing of blows.
-//! Left out are rolling, the ground, the vibration that a piece takes over from what it was part of, and the limit of the
-//! energy of modes.
+//! Left out are rolling, the ground, and the vibration that a piece takes over from what it was part of.
 
 pub mod feed;
 
@@ -10,7 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use clangor::body::{Body, BodyId, Life};
-use clangor::contact::{ContactError, ContactSettings, PoseHistory};
+use clangor::contact::{ContactError, PoseHistory};
 use clangor::glam::{DQuat, DVec3};
 use clangor::pose::Pose;
 use clangor::realtime::{Blow, Controller, Engine, EngineSettings, SoundingObject, Struck, engine};
@@ -18,7 +17,7 @@ use clangor::synthesis::modal::ModalSource;
 use clangor::synthesis::{Listener, SampleRate, SoundSource, SynthesisError};
 use clangor::timeline::Timeline;
 
-use crate::render::{Forces, RenderOptions, forces};
+use crate::render::{Forces, RenderOptions, blows_on, forces};
 
 /// See the module.
 pub struct LiveScore {
@@ -79,9 +78,14 @@ impl LiveScore {
         sources: &[SoundSource],
         ringing: &BTreeMap<BodyId, Arc<ModalSource>>,
         timeline: &Timeline,
-        settings: &ContactSettings,
+        options: &RenderOptions,
     ) -> Result<Self, ContactError> {
-        let Forces { poses, pulses, .. } = forces(bodies, timeline, settings)?;
+        let Forces { poses, pulses, .. } = forces(bodies, timeline, &options.contact)?;
+        // For each body that rings, the blows on it in their order, as long as its modes feel them.
+        let mut felt: BTreeMap<BodyId, _> = ringing
+            .iter()
+            .map(|(id, source)| (*id, blows_on(*id, source, &pulses, options.limit_energy).0.into_iter()))
+            .collect();
         let mut slots: BTreeMap<BodyId, usize> = BTreeMap::new();
         let mut objects = Vec::new();
         let mut blows = Vec::new();
@@ -112,17 +116,18 @@ impl LiveScore {
                     point: pulse.point,
                     impulse: DVec3::ZERO,
                 };
-                let points = if matches!(struck, Struck::Object { .. }) { &pulse.points[..] } else { &[] };
-                let vibrates = |(at, (point, impulse)): (usize, &(DVec3, DVec3))| {
-                    let still =
-                        Blow { velocity_change: DVec3::ZERO, angular_velocity_change: DVec3::ZERO, ..whole };
-                    let blow = if at == 0 { whole } else { still };
-                    (id, Blow { point: *point, impulse: sign * *impulse, ..blow })
+                blows.push((id, whole));
+                let Some(felt) = felt.get_mut(&id).and_then(Iterator::next) else { continue };
+                let still = Blow {
+                    duration: felt.duration,
+                    velocity_change: DVec3::ZERO,
+                    angular_velocity_change: DVec3::ZERO,
+                    ..whole
                 };
-                match points {
-                    [] => blows.push((id, whole)),
-                    points => blows.extend(points.iter().enumerate().map(vibrates)),
-                }
+                let vibrates = |(point, impulse): &(DVec3, DVec3)| {
+                    (id, Blow { point: *point, impulse: sign * *impulse, ..still })
+                };
+                blows.extend(felt.points.iter().map(vibrates));
             }
         }
         blows.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));

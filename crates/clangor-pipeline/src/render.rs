@@ -34,6 +34,7 @@ use clangor::synthesis::{
 use clangor::timeline::{ContactRow, Timeline};
 
 pub use self::energy_limit::EnergyLimits;
+pub(crate) use self::energy_limit::blows_on;
 use self::file_names::{check_distinct, file_name};
 use self::ringing::{Breaking, RingingBodies, Rolling, Voices};
 pub use self::ringing::{Handover, Transfers, UnplayableModes, modal_sources};

@@ -12,6 +12,7 @@ mod surfaces;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use clangor::body::{Body, BodyId};
 use clangor::contact::{ContactError, ContactSettings};
@@ -19,6 +20,7 @@ use clangor::model::acceleration_model::AccelerationModel;
 use clangor::model::playable_model::PlayableBank;
 use clangor::model::tensor_file::TensorFileError;
 use clangor::synthesis::Listener;
+use clangor::synthesis::modal::ModalSource;
 use clangor::synthesis::source_rule::SourceKind;
 use clangor::timeline::Timeline;
 use safetensors::tensor::{Dtype, TensorView};
@@ -72,6 +74,10 @@ pub enum ReplayError {
 pub struct Replay<'a> {
     /// All that ever were.
     pub bodies: &'a [Body],
+    /// What rings, with its modes.
+    pub ringing: &'a BTreeMap<BodyId, Arc<ModalSource>>,
+    /// Whether blows put no more energy into modes than the motion lost.
+    pub limit_energy: bool,
     /// The whole run.
     pub timeline: &'a Timeline,
     /// Whether clicks are heard.

@@ -47,7 +47,7 @@ pub struct EnergyLimits {
 }
 
 /// The blows on a body, with the durations that its modes feel; their own without `limit`.
-pub(super) fn blows_on(
+pub(crate) fn blows_on(
     body: BodyId,
     source: &ModalSource,
     pulses: &[ImpactPulse],

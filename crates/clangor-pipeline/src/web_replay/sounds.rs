@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use clangor::body::{Body, BodyId};
 use clangor::contact::{BodyPulse, ImpactPulse};
@@ -19,12 +20,13 @@ use clangor::model::modal_model::{ModalMode, ModalModel, ModalTransfer};
 use clangor::model::modal_surface::{ModalSurface, SurfaceLocator};
 use clangor::model::model_file::{ModelFile, Origin, Solid};
 use clangor::model::proxy_field::{LEAST_ORDER, mean_field};
+use clangor::synthesis::modal::ModalSource;
 use clangor::synthesis::source_rule::SourceKind;
 use serde_json::{Value, json};
 
 use super::{Replay, ReplayError, STRIDE};
 use crate::live_score::Moving;
-use crate::render::Forces;
+use crate::render::{Forces, blows_on};
 
 /// Places on one body at most; what strikes elsewhere strikes the nearest.
 const MOST_PLACES: usize = 256;
@@ -215,6 +217,11 @@ impl Sounds {
         for id in self.rings.keys() {
             self.add_poses(*id, replay, forces, &mut events);
         }
+        // For each body that rings, the blows on it in their order, as long as its modes feel them.
+        let felt = |(id, source): (&BodyId, &Arc<ModalSource>)| {
+            (*id, blows_on(*id, source, &forces.pulses, replay.limit_energy).0.into_iter())
+        };
+        let mut felt: BTreeMap<BodyId, _> = replay.ringing.iter().map(felt).collect();
         for pulse in &forces.pulses {
             for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
                 let Some(share) = share else { continue };
@@ -228,12 +235,13 @@ impl Sounds {
                     events.push(event(kind, what, rotation, pulse, &whole, pulse.point, DVec3::ZERO));
                 }
                 let Some((slot, places)) = self.rings.get(&share.body) else { continue };
+                let Some(felt) = felt.get_mut(&share.body).and_then(Iterator::next) else { continue };
                 let still = Moved { share, velocity: false };
                 for (point, impulse) in &pulse.points {
                     let Some(at) = places.of(share.pose.body_from_world(*point)) else { continue };
                     let place = share.pose.world_from_body(places.places[at]);
                     let rotation = self.slots[*slot].rotation;
-                    events.push(event(1.0, *slot as f64, rotation, pulse, &still, place, sign * *impulse));
+                    events.push(event(1.0, *slot as f64, rotation, &felt, &still, place, sign * *impulse));
                 }
             }
         }

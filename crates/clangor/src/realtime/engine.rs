@@ -343,6 +343,10 @@ impl Engine {
             }
             Event::End { time, .. } => *time,
             Event::Blow(_) => f64::NAN,
+            // Nobody has heard of it yet.
+            Event::Put { slot, .. } if self.seats.get(*slot).is_some_and(Option::is_none) => {
+                return self.happen(event);
+            }
             Event::Put { .. } => self.time(),
             _ => return self.happen(event),
         };
@@ -485,7 +489,8 @@ impl Engine {
                 (object.click.clone(), object.radius)
             }
         };
-        let Some(source) = source.filter(|_| self.hears(Part::Clicks)) else { return };
+        let moves = blow.velocity_change != DVec3::ZERO || blow.angular_velocity_change != DVec3::ZERO;
+        let Some(source) = source.filter(|_| moves && self.hears(Part::Clicks)) else { return };
         let click = Click {
             body: BodyId(0),
             time,

@@ -40,8 +40,8 @@ pub(super) fn run(
     let reader = TimelineReader::open(input).map_err(Failure::new)?;
     let timeline = reader.read_all().map_err(Failure::new)?;
     let ringing = modal_sources(&bodies, &ringers, Transfers::Baked).map_err(Failure::new)?;
-    let score = LiveScore::new(&bodies, &sources.sources, &ringing, &timeline, &options.contact)
-        .map_err(Failure::new)?;
+    let score =
+        LiveScore::new(&bodies, &sources.sources, &ringing, &timeline, &options).map_err(Failure::new)?;
     let Some(listener) = options.listeners.first() else { return Err(Failure::new("there is no listener")) };
     let settings = score.engine_settings(&options, listener, options.synthesis.sample_rate);
     let (mut controller, mut engine) =
@@ -56,6 +56,8 @@ pub(super) fn run(
     let wanted = Wanted { rules: &[], quality, settings: &options.synthesis };
     let replay = Replay {
         bodies: &bodies,
+        ringing: &ringing,
+        limit_energy: options.limit_energy,
         timeline: &timeline,
         clicks: options.parts.acceleration,
         kinds: &sources.kinds,

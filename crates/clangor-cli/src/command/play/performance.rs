@@ -40,8 +40,7 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
         prepare(&asked, None, global, console)?;
     let Some(listener) = how.listeners.first() else { return Err(Failure::new("there is no listener")) };
     let ringing = modal_sources(&bodies, &ringers, Transfers::Baked).map_err(Failure::new)?;
-    let score =
-        LiveScore::new(&bodies, &sources.sources, &ringing, &timeline, &how.contact).map_err(Failure::new)?;
+    let score = LiveScore::new(&bodies, &sources.sources, &ringing, &timeline, &how).map_err(Failure::new)?;
     let (from, to) = (how.synthesis.start, how.to);
     let rate = SampleRate::try_new(output.sample_rate()).map_err(Failure::new)?;
     let settings = score.engine_settings(&how, listener, rate);

@@ -225,6 +225,24 @@ fn what_changes_makes_no_click() {
 }
 
 #[test]
+fn an_object_too_large_for_the_budget_rings_all_the_same() {
+    for frames in [128, 100, 4096] {
+        let budget = Budget { transfers: 0, ..Budget::default() };
+        let settings = EngineSettings { budget, ..EngineSettings::default() };
+        let (mut controller, mut engine) = start(&settings);
+        for slot in 0..2 {
+            controller.put(slot, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
+            controller.send(Event::Blow(bell(slot, 0.01))).unwrap();
+        }
+        let heard: Vec<f64> = (0..60).flat_map(|_| engine.render(frames)[0].clone()).collect();
+        // Two begin at once, and there is room for one: the other waits for a block.
+        let report = controller.report();
+        let heard_of = (report.shed, report.late, report.voices);
+        assert!(loudest(&heard) > 0.0 && heard_of == (0, 1, 2), "{frames}: {report:?}");
+    }
+}
+
+#[test]
 fn an_ear_inside_what_rings_hears_no_nonsense() {
     let settings = EngineSettings::default();
     let (mut controller, mut engine) = start(&settings);

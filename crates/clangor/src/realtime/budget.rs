@@ -5,12 +5,12 @@
 pub struct Budget {
     /// Waves of clicks, of which each receiver and reflection is one. About 5 µs each on a desktop processor.
     pub waves: usize,
-    /// Blows on ringing objects. About 20 µs each.
+    /// Blows on ringing objects, about 20 µs each. More wait for the next blocks, up to 30 ms.
     pub blows: usize,
     /// Modes that ring, times the ways and receivers by which each is heard.
     pub mode_paths: usize,
     /// Coefficients of transfers that follow the motion of bodies and receivers, about 1 ns each; objects that begin to ring
-    /// may take as many again.
+    /// may take four times as many.
     pub transfers: usize,
 }
 

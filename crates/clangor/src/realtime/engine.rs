@@ -42,6 +42,8 @@ const FOLLOWING: f64 = 0.02;
 const JUMP: f64 = 1.0;
 /// Time in which everything stops when it is to \[s\].
 const FADE: f64 = 1e-3;
+/// How long a blow on an object may wait until there is room for it \[s\].
+const LONGEST_WAIT: f64 = 0.03;
 /// Blows on ringing objects whose forces are in progress at once.
 const FORCES: usize = 512;
 
@@ -183,6 +185,8 @@ pub struct Engine {
     blows_left: usize,
     /// Coefficients that objects which begin to ring may still take in this block.
     waking_left: usize,
+    /// Whether one has begun to in this block.
+    woke: bool,
     /// What was asked for.
     output: Vec<Vec<f64>>,
     /// A block of it.
@@ -241,6 +245,7 @@ impl Engine {
             stopping: None,
             blows_left: 0,
             waking_left: 0,
+            woke: false,
             output: silent(settings.receivers, LONGEST_BLOCK),
             channels: silent(settings.receivers, settings.block),
             entering: silent(inputs, settings.block),
@@ -304,7 +309,7 @@ impl Engine {
 
     fn render_block(&mut self, frames: usize) {
         let budget = self.settings.budget.of(frames);
-        (self.blows_left, self.waking_left) = (budget.blows, budget.transfers);
+        (self.blows_left, self.waking_left, self.woke) = (budget.blows, 4 * budget.transfers, false);
         let end = self.position + frames as i64;
         // What begins in the next block must be known in this one.
         while self.stopping.is_none()
@@ -472,9 +477,8 @@ impl Engine {
                 if let Some(voice) = object.voice.as_mut().filter(|_| rings) {
                     voice.stand(time * rate, blow.pose);
                     let waking = if voice.awake_modes() == 0 { object.transfer_work } else { 0 };
-                    // The first may always.
-                    let may = self.blows_left > 0
-                        && (waking <= self.waking_left || self.waking_left == self.settings.budget.transfers);
+                    // However large, the first may always.
+                    let may = self.blows_left > 0 && (waking <= self.waking_left || !self.woke);
                     let force =
                         may.then(|| self.forces.blow(self.settings.profile, time * rate, blow.duration));
                     let point = blow.pose.body_from_world(blow.point);
@@ -482,8 +486,20 @@ impl Engine {
                     if force.flatten().is_some_and(strikes) {
                         self.blows_left -= 1;
                         self.waking_left = self.waking_left.saturating_sub(waking);
+                        self.woke |= waking > 0;
                     } else {
-                        self.counts.shed += 1;
+                        // A little later is better than never.
+                        let still = Blow {
+                            velocity_change: DVec3::ZERO,
+                            angular_velocity_change: DVec3::ZERO,
+                            ..*blow
+                        };
+                        let next = self.position + (self.settings.block + LOOK_AHEAD) as i64;
+                        let room = self.scheduled.len() < MOST_WAITING / 8;
+                        let waits = !may && room && earliest - wanted < LONGEST_WAIT;
+                        if !waits || self.scheduled.add(next, Event::Blow(still)).is_err() {
+                            self.counts.shed += 1;
+                        }
                     }
                 }
                 (object.click.clone(), object.radius)

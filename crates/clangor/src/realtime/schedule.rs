@@ -38,9 +38,14 @@ impl<T> Schedule<T> {
         self.waiting.pop().map(|first| first.item)
     }
 
+    /// How many wait.
+    pub(super) fn len(&self) -> usize {
+        self.waiting.len()
+    }
+
     /// Whether there is no room for more.
     pub(super) fn is_full(&self) -> bool {
-        self.waiting.len() == self.most
+        self.len() == self.most
     }
 
     /// Forgets all.

@@ -54,6 +54,17 @@ fn settings() -> EngineSettings {
     }
 }
 
+/// A room around the bell and the ears.
+fn plastered(image_order: u32, late: bool) -> Room {
+    Room {
+        lowest: DVec3::new(-1.5, -1.0, -2.0),
+        highest: DVec3::new(2.0, 1.5, 1.7),
+        walls: [0.1, 0.2, 0.15, 0.3, 0.1, 0.25].map(WallAbsorption::even),
+        image_order,
+        late,
+    }
+}
+
 /// A marble that is struck.
 fn marble(k: u32) -> Blow {
     let spread = |step: f64| (f64::from(k) * step).fract() - 0.5;
@@ -223,13 +234,7 @@ fn a_body_that_moves_sounds_as_it_does_offline() {
 
 #[test]
 fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
-    let room = Room {
-        lowest: DVec3::new(-1.5, -1.0, -2.0),
-        highest: DVec3::new(2.0, 1.5, 1.7),
-        walls: [0.1, 0.2, 0.15, 0.3, 0.1, 0.25].map(WallAbsorption::even),
-        image_order: 2,
-        late: false,
-    };
+    let room = plastered(2, false);
     let settings = EngineSettings { room: Some(room.clone()), floor: Floor::None, ..settings() };
     let marbles: Vec<Blow> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
@@ -259,14 +264,8 @@ fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
 
 #[test]
 fn late_reverberation_is_fed_as_offline() {
-    let room = Room {
-        lowest: DVec3::new(-1.5, -1.0, -2.0),
-        highest: DVec3::new(2.0, 1.5, 1.7),
-        walls: [0.1, 0.2, 0.15, 0.3, 0.1, 0.25].map(WallAbsorption::even),
-        // Not heard themselves, but by the network.
-        image_order: 0,
-        late: true,
-    };
+    // Images of the first order are not heard themselves, but by the network.
+    let room = plastered(0, true);
     let settings =
         EngineSettings { room: Some(room.clone()), floor: Floor::None, receivers: 1, ..settings() };
     let marbles: Vec<Blow> = (0..9).map(marble).collect();

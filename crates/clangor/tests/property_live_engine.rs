@@ -159,6 +159,7 @@ fn what_comes_too_late_is_heard_late_and_whole() {
     let ((in_time, none), (late, one)) = (wave(0.0, 0), wave(-30.0, 3));
     assert_eq!((none, one), (0, 1));
     // The same click, but for where between two samples it begins.
+    // Residual seen: 4e-14.
     assert!((loudest(&late) / loudest(&in_time) - 1.0).abs() < 0.1);
 }
 
@@ -183,6 +184,7 @@ fn too_many_modes_fade_out_the_quietest() {
     let (both, _) = play(&[(0, 1.0), (2, 1.0)]);
     // What is left is the two loud ones, and no step on the way to it.
     let apart = heard[9000..].iter().zip(&both[9000..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    // Residual seen: 0; the steepest is 1 %.
     assert!(apart < 1e-9 * loudest(&both), "{apart:e}");
     assert!(steepest(&heard[6400..]) < 0.06 * loudest(&heard), "{}", steepest(&heard[6400..]));
 }
@@ -219,6 +221,7 @@ fn what_changes_makes_no_click() {
         }
         // A hum at 400 Hz moves by 2π 400/48000 = 5.2 % from sample to sample, a fade within 1 ms by 2 %.
         let steep = steepest(&after) / level;
+        // Seen: 5.0 to 5.5 %.
         assert!(steep < 0.085, "{name}: {steep}");
         assert_eq!(loudest(&after[4500..]) > 0.0, sounds, "{name}");
     }
@@ -277,6 +280,7 @@ fn blocks_of_any_length_sound_alike() {
     for lengths in [&[1_usize][..], &[4096], &[37, 128, 900]] {
         let other = render(lengths);
         let apart = even.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // Residual seen: 0.
         assert!(apart < 1e-6 * loudest(&even), "{lengths:?}: {:e}", apart / loudest(&even));
     }
 }

@@ -91,6 +91,36 @@ struct Ball {
 }
 
 impl Ball {
+    /// A ball there, of no size yet, to which nothing has happened.
+    fn untouched(position: DVec3) -> Self {
+        Ball {
+            position,
+            velocity: DVec3::ZERO,
+            acceleration: DVec3::ZERO,
+            omega: DVec3::ZERO,
+            orientation: DQuat::IDENTITY,
+            since: 0.0,
+            radius: 0.0,
+            mass: 0.0,
+            inverse_mass: 0.0,
+            inverse_inertia: 0.0,
+            body: 0,
+            material: 0,
+            free: false,
+            there: true,
+            asleep: false,
+            waits: false,
+            waited: 0.0,
+            quiet: 0,
+            generation: 0,
+            hits: 0,
+            struck: f64::NEG_INFINITY,
+            before: (DVec3::ZERO, DVec3::ZERO),
+            origin: position,
+            margin: 0.0,
+        }
+    }
+
     /// Centre and velocity at a time into the step.
     fn at(&self, time: f64) -> (DVec3, DVec3) {
         if self.waits {
@@ -176,12 +206,9 @@ impl Stepped {
             .zip(&spins)
             .zip(&traits)
             .map(|((ball, spin), traits)| Ball {
-                position: ball.position,
                 velocity: ball.velocity,
-                acceleration: DVec3::ZERO,
                 omega: spin.omega,
                 orientation: spin.orientation,
-                since: 0.0,
                 radius: ball.radius,
                 mass: traits.mass,
                 inverse_mass: traits.inverse_mass,
@@ -189,17 +216,7 @@ impl Stepped {
                 body: traits.body,
                 material: traits.material,
                 free: traits.free,
-                there: true,
-                asleep: false,
-                waits: false,
-                waited: 0.0,
-                quiet: 0,
-                generation: 0,
-                hits: 0,
-                struck: f64::NEG_INFINITY,
-                before: (DVec3::ZERO, DVec3::ZERO),
-                origin: ball.position,
-                margin: 0.0,
+                ..Ball::untouched(ball.position)
             })
             .collect();
         let mut ball_of = vec![None; world.bodies.len()];
@@ -320,12 +337,9 @@ impl Stepped {
         let description = &world.bodies[body.index()];
         let Surface::Sphere { radius } = *description.surface else { return };
         let ball = Ball {
-            position: description.pose.position,
             velocity: description.velocity,
-            acceleration: DVec3::ZERO,
             omega: description.angular_velocity,
             orientation: description.pose.orientation,
-            since: 0.0,
             radius,
             mass: description.mass,
             inverse_mass: 1.0 / description.mass,
@@ -333,17 +347,7 @@ impl Stepped {
             body: body.0,
             material: self.classes.class_of(&description.material),
             free: true,
-            there: true,
-            asleep: false,
-            waits: false,
-            waited: 0.0,
-            quiet: 0,
-            generation: 0,
-            hits: 0,
-            struck: f64::NEG_INFINITY,
-            before: (DVec3::ZERO, DVec3::ZERO),
-            origin: description.pose.position,
-            margin: 0.0,
+            ..Ball::untouched(description.pose.position)
         };
         let place = self.balls.iter().position(|ball| !ball.there).unwrap_or(self.balls.len());
         match self.balls.get_mut(place) {

@@ -1,0 +1,70 @@
+//! Values on the command line: what they may be, and what is said of others.
+
+use std::path::PathBuf;
+
+use clangor::glam::DVec3;
+
+pub(super) fn vector(text: &str) -> Result<DVec3, String> {
+    let component = |n: &str| between(n.trim(), -1e5, 1e5, "");
+    let numbers = text.split(',').map(component).collect::<Result<Vec<f64>, String>>()?;
+    match numbers[..] {
+        [x, y, z] => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!("expected three numbers like 1.0,1.8,1.0, found {}", numbers.len())),
+    }
+}
+
+pub(super) fn body_model(text: &str) -> Result<(String, PathBuf), String> {
+    match text.split_once('=') {
+        Some((body, file)) if !body.is_empty() && !file.is_empty() => Ok((body.into(), file.into())),
+        _ => Err("expected BODY=MODEL.safetensors".into()),
+    }
+}
+
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    let number: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number"))?;
+    if number.is_finite() { Ok(number) } else { Err(format!("{text} is not a finite number")) }
+}
+
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be greater than 0".into()) })
+}
+
+/// The bounds of the scene format hold on the command line too.
+fn between(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
+    finite(text).and_then(|n| match (low..=high).contains(&n) {
+        true => Ok(n),
+        false => Err(format!("must be from {low} to {high} {unit}").trim_end().into()),
+    })
+}
+
+pub(super) fn duration(text: &str) -> Result<f64, String> {
+    between(text, 0.001, 3600.0, "s")
+}
+
+pub(super) fn full_scale(text: &str) -> Result<f64, String> {
+    between(text, 1e-9, 1e9, "Pa")
+}
+
+pub(super) fn level(text: &str) -> Result<f64, String> {
+    between(text, -120.0, 0.0, "dBFS")
+}
+
+pub(super) fn instant(text: &str) -> Result<f64, String> {
+    between(text, 0.0, 3600.0, "s")
+}
+
+pub(super) fn contact_duration(text: &str) -> Result<f64, String> {
+    between(text, 1e-9, 1.0, "s")
+}
+
+pub(crate) fn accuracy(text: &str) -> Result<f64, String> {
+    between(text, 1e-6, 0.5, "")
+}
+
+pub(crate) fn band(text: &str) -> Result<f64, String> {
+    between(text, 100.0, 192_000.0, "Hz")
+}
+
+pub(super) fn wavenumber(text: &str) -> Result<f64, String> {
+    between(text, 0.1, 100.0, "")
+}

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver};
+use clangor_core::shape::Shape;
+use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
 use clangor_bake::radiation::RadiationSolver;
 
 /// Runs of which the fastest counts.

@@ -8,17 +8,17 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::material::Material;
-use clangor::material::presets::GLASS;
-use clangor::math::random::SplitMix;
-use clangor::medium::Medium;
-use clangor::model::modal_bank::{BankMaterial, ContactMapping, ModalSoundbank, ProxyBody};
-use clangor::model::modal_bank_file::{ModalBankFile, ModalBankOrigin};
-use clangor::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
-use clangor_bake::acceleration_noise::BakeGeometry;
+use clangor_core::material::Material;
+use clangor_core::material::presets::GLASS;
+use clangor_core::math::random::SplitMix;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::soundbank::modal_soundbank::{BankMaterial, ContactMapping, ModalSoundbank, ProxyBody};
+use clangor_core::sound_model::files::modal_soundbank_file::{ModalBankFile, ModalBankOrigin};
+use clangor_core::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
+use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
-use clangor_bake::modal_bank::ellipsoid_vibration::BallPolynomials;
-use clangor_bake::modal_bank::{BankOptions, build_bank, ringing_ellipsoid, sampling};
+use clangor_bake::soundbank::modal::ellipsoid_modes::BallPolynomials;
+use clangor_bake::soundbank::modal::{BankOptions, build_bank, ringing_ellipsoid, sampling};
 use glam::{DMat3, DVec3};
 
 fn main() {

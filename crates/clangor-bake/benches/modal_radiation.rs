@@ -8,19 +8,19 @@ mod cpu_time;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::material::presets::CERAMIC;
-use clangor::medium::Medium;
-use clangor::model::modal_model::ModalTransfer;
-use clangor::model::modal_surface::ModalSurface;
-use clangor::shape::Shape;
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::modal_radiation::triangles::TriangleModes;
-use clangor_bake::modal_radiation::waves::WaveModes;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::material::presets::CERAMIC;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::shape::Shape;
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
+use clangor_bake::modal_radiation::fdtd_transfer::WaveModes;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::modes;
-use clangor_bake::remesh::resolution::resolution;
-use clangor_bake::tetrahedra::shape_mesh;
+use clangor_bake::modal_analysis::eigensolver;
+use clangor_bake::mesh::remesh::resolution::resolution;
+use clangor_bake::mesh::tetrahedra::shape_mesh;
 use cpu_time::cpu_time;
 
 fn main() {

@@ -7,15 +7,15 @@ mod cpu_time;
 
 use std::ops::ControlFlow;
 
-use clangor::material::presets::{CERAMIC, STEEL};
-use clangor::model::modal_surface::ModalSurface;
-use clangor::shape::Shape;
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::helmholtz::revolution::RevolutionOptions;
-use clangor_bake::modal_radiation::round::RoundSolver;
+use clangor_core::material::presets::{CERAMIC, STEEL};
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::shape::Shape;
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::bem::axisymmetric::RevolutionOptions;
+use clangor_bake::modal_radiation::axisymmetric::RoundSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::modes::solve;
-use clangor_bake::tetrahedra::shape_mesh;
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::mesh::tetrahedra::shape_mesh;
 use cpu_time::cpu_time;
 use glam::DVec3;
 

@@ -8,12 +8,12 @@ mod cpu_time;
 
 use std::ops::ControlFlow;
 
-use clangor::material::presets::GLASS;
-use clangor_bake::acceleration_noise::BakeGeometry;
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::modes::solve;
-use clangor_bake::tetrahedra::block::block;
-use clangor_bake::vibration::{VibrationOptions, vibration};
+use clangor_core::material::presets::GLASS;
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::modal_analysis::{VibrationOptions, vibration};
 use cpu_time::cpu_time;
 use glam::DVec3;
 

@@ -11,8 +11,8 @@ use std::ops::ControlFlow;
 #[cfg(feature = "gpu")]
 use std::time::Instant;
 
-use clangor::shape::Shape;
-use clangor_bake::wave::{Boundary, WaveOptions, WaveSolver};
+use clangor_core::shape::Shape;
+use clangor_bake::fdtd::{Boundary, WaveOptions, WaveSolver};
 #[cfg(feature = "gpu")]
 use clangor_bake::{gpu::Gpu, wave::WaveDevice};
 use cpu_time::cpu_time;

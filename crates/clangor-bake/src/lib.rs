@@ -5,29 +5,22 @@
 //!          helmholtz, wave     radiation                        rational
 //! ```
 //!
-//! Everything here may be slow, threaded and heavy. What it makes is `clangor::model::acceleration_field`, which the
+//! Everything here may be slow, threaded and heavy. What it makes is `clangor_core::sound_model::acceleration::field`, which the
 //! runtime library plays.
 
-pub mod acceleration_noise;
-pub mod comparison;
-pub mod elasticity;
-pub mod elastostatics;
+pub mod acceleration;
+pub mod bem;
+pub mod fdtd;
+pub mod fem;
+pub mod fitting;
+pub mod geometry_class;
 pub mod gpu;
-pub mod helmholtz;
-pub mod meridian_fit;
-pub mod mirror_symmetry;
+pub mod mesh;
 pub mod modal;
-pub mod modal_bank;
+pub mod modal_analysis;
 pub mod modal_radiation;
-pub mod modes;
-pub mod multipole_projection;
-pub mod published;
 pub mod quadrature;
 pub mod radiation;
-pub mod rational;
-pub mod remesh;
+pub mod reference;
 pub mod soundbank;
-pub mod tetrahedra;
-mod turned_body;
-pub mod vibration;
-pub mod wave;
+pub mod stress;

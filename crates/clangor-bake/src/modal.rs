@@ -10,22 +10,22 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor::geometry::meridian::Meridian;
-use clangor::material::Material;
-use clangor::medium::Medium;
-use clangor::model::modal_file::round_shape;
-use clangor::model::modal_model::ModalModel;
-use clangor::model::modal_surface::ModalSurface;
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::material::Material;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::files::modal_file::round_shape;
+use clangor_core::sound_model::modal::model::ModalModel;
+use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
-use crate::acceleration_noise::{BakeError, BakeGeometry, BakeProgress};
-use crate::elasticity::{ElasticConstants, ElasticError};
-use crate::modal_radiation::round::RoundSolver;
+use crate::acceleration::{BakeError, BakeGeometry, BakeProgress};
+use crate::fem::{ElasticConstants, ElasticError};
+use crate::modal_radiation::axisymmetric::RoundSolver;
 use crate::modal_radiation::surface_modes::SurfaceModes;
 use crate::modal_radiation::{ModalMotion, ModalSolver};
-use crate::modes::ModalError;
+use crate::modal_analysis::eigensolver::ModalError;
 use crate::radiation::RadiationError;
-use crate::vibration::{Vibration, VibrationError, VibrationOptions, VibrationProgress, vibration};
+use crate::modal_analysis::{Vibration, VibrationError, VibrationOptions, VibrationProgress, vibration};
 
 /// What modes to find, and how well.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,25 +1,25 @@
 //! What solvers of ringing answer: the field of each mode of one body at the mode's own frequency.
 //!
 //! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ U(x)·n on the surface, outgoing, e^{+iωt}: the pressure of a modal
-//! acceleration q̈ = 1, k = ω/c. What comes of it is the transfer of `clangor::model::modal_model`.
+//! acceleration q̈ = 1, k = ω/c. What comes of it is the transfer of `clangor_core::sound_model::modal::model`.
 
 #[cfg(feature = "gpu")]
 pub mod gpu_transfers;
-pub mod round;
-pub mod surface_loads;
+pub mod axisymmetric;
+pub mod normal_velocity_projection;
 pub mod surface_modes;
 pub mod surface_motion;
-pub mod triangles;
+pub mod bem_transfer;
 mod truncation;
-pub mod waves;
+pub mod fdtd_transfer;
 
 use std::ops::ControlFlow;
 
-use clangor::model::modal_model::ModalTransfer;
-use clangor::model::modal_surface::ModalSurface;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
-use crate::helmholtz::galerkin::MOST_ORDER;
+use crate::bem::triangles::MOST_ORDER;
 use crate::radiation::RadiationError;
 
 /// A mode to be radiated.

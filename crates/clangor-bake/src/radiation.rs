@@ -5,8 +5,8 @@
 //! centre of mass, which is the origin. Time dependence e^{+iωt}, so that a wavenumber with negative imaginary part
 //! belongs to a motion that grows, and keeps resonances away.
 
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::model::acceleration_field::DEGREES;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::acceleration::field::DEGREES;
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use clangor::material::Material;
-use clangor::material::presets::GLASS;
-use clangor_bake::acceleration_noise::BakeGeometry;
-use clangor_bake::elasticity::lamb_sphere::frequencies;
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::modes::solve;
-use clangor_bake::tetrahedra::ball::ellipsoid;
-use clangor_bake::vibration::{VibrationOptions, vibration};
+use clangor_core::material::Material;
+use clangor_core::material::presets::GLASS;
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::fem::lamb_sphere::frequencies;
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
+use clangor_bake::modal_analysis::{VibrationOptions, vibration};
 use glam::DVec3;
 
 const RADIUS: f64 = 0.025;

@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::medium::Medium;
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::sphere_radiation::{SphereModel, SphereTransfer};
-use clangor::model::spherical_harmonics::{count, index};
-use clangor_bake::acceleration_noise::{BakeOptions, bake_with};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
+use clangor_core::math::spherical_harmonics::{count, index};
+use clangor_bake::acceleration::{BakeOptions, bake_with};
 use clangor_bake::radiation::{RadiationError, RadiationSample, RadiationSolver};
 use glam::DVec3;
 use num_complex::Complex64;

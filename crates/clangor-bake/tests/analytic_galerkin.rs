@@ -3,13 +3,13 @@
 
 use std::f64::consts::PI;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::medium::Medium;
-use clangor::model::sphere_radiation::{SphereModel, SphereTransfer};
-use clangor::model::spherical_harmonics::index;
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
+use clangor_core::math::spherical_harmonics::index;
+use clangor_core::shape::Shape;
+use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
 use clangor_bake::quadrature::gauss_legendre;
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use glam::DVec3;

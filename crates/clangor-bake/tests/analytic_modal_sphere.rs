@@ -4,16 +4,16 @@
 
 use std::f64::consts::PI;
 
-use clangor::geometry::meridian::Meridian;
-use clangor::model::modal_model::ModalTransfer;
-use clangor::model::modal_surface::ModalSurface;
-use clangor::model::radial::{outgoing, reverse_bessel};
-use clangor::model::spherical_harmonics::{count, index, solid_harmonics};
-use clangor_bake::helmholtz::revolution::RevolutionOptions;
-use clangor_bake::helmholtz::revolution::azimuthal::{AzimuthalSolver, RingWave};
-use clangor_bake::modal_radiation::round::RoundSolver;
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::math::radial::{outgoing, reverse_bessel};
+use clangor_core::math::spherical_harmonics::{count, index, solid_harmonics};
+use clangor_bake::bem::axisymmetric::RevolutionOptions;
+use clangor_bake::bem::axisymmetric::azimuthal::{AzimuthalSolver, RingWave};
+use clangor_bake::modal_radiation::axisymmetric::RoundSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::tetrahedra::ball::ellipsoid;
+use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
 use glam::DVec3;
 use num_complex::Complex64;
 

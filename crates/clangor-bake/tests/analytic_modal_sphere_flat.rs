@@ -4,15 +4,15 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::model::modal_surface::ModalSurface;
-use clangor::model::spherical_harmonics::{index, solid_harmonics};
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver};
-use clangor_bake::modal_radiation::triangles::TriangleModes;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
+use clangor_core::shape::Shape;
+use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::remesh::SymmetricMesh;
+use clangor_bake::mesh::remesh::SymmetricMesh;
 use glam::{BVec3, DMat3, DVec3};
 use num_complex::Complex64;
 

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use clangor::geometry::meridian::Meridian;
-use clangor::model::spherical_harmonics::index;
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::math::spherical_harmonics::index;
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::radiation::RadiationSolver;
 use glam::DVec3;
 use num_complex::Complex64;

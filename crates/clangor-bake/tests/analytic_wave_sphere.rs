@@ -3,14 +3,14 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::medium::Medium;
-use clangor::model::radial::reverse_bessel;
-use clangor::model::sphere_radiation::{SphereModel, SphereTransfer};
-use clangor::model::spherical_harmonics::{count, index};
-use clangor::shape::{Form, Shape};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::medium::Medium;
+use clangor_core::math::radial::reverse_bessel;
+use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
+use clangor_core::math::spherical_harmonics::{count, index};
+use clangor_core::shape::{Form, Shape};
 use clangor_bake::radiation::RadiationSample;
-use clangor_bake::wave::{Boundary, WaveOptions, WaveSolver};
+use clangor_bake::fdtd::{Boundary, WaveOptions, WaveSolver};
 use glam::DVec3;
 use num_complex::Complex64;
 

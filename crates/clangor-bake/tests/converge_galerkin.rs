@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::medium::Medium;
-use clangor::model::sphere_radiation::{SphereModel, SphereTransfer};
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
+use clangor_core::shape::Shape;
+use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
 use clangor_bake::radiation::RadiationSolver;
 use num_complex::Complex64;
 

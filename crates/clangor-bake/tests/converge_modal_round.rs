@@ -5,10 +5,10 @@
 
 use std::ops::ControlFlow;
 
-use clangor::model::modal_surface::ModalSurface;
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::revolution::RevolutionOptions;
-use clangor_bake::modal_radiation::round::RoundSolver;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::shape::Shape;
+use clangor_bake::bem::axisymmetric::RevolutionOptions;
+use clangor_bake::modal_radiation::axisymmetric::RoundSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use glam::DVec3;
 

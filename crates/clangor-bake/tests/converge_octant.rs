@@ -1,8 +1,8 @@
 //! The octant solver against itself with finer patches, where no closed form is known.
 
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::radial::reverse_bessel;
-use clangor_bake::helmholtz::octant::OctantSolver;
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::math::radial::reverse_bessel;
+use clangor_bake::bem::symmetric_patches::OctantSolver;
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use glam::DVec3;
 use num_complex::Complex64;

@@ -2,16 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::radial::outgoing;
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver};
-use clangor_bake::mirror_symmetry::mirror_planes;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::math::radial::outgoing;
+use clangor_core::shape::Shape;
+use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
-use clangor_bake::remesh::resolution::resolution;
-use clangor_bake::remesh::{RemeshOptions, remesh_symmetric};
+use clangor_bake::mesh::remesh::resolution::resolution;
+use clangor_bake::mesh::remesh::{RemeshOptions, remesh_symmetric};
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
+use clangor_core::shape::Shape;
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use glam::DVec3;
 

@@ -2,11 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use clangor::material::presets::{GLASS, Preset, STEEL};
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::BakeGeometry;
-use clangor_bake::elasticity::ElasticConstants;
-use clangor_bake::vibration::{VibrationError, VibrationOptions, vibration};
+use clangor_core::material::presets::{GLASS, Preset, STEEL};
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::fem::ElasticConstants;
+use clangor_bake::modal_analysis::{VibrationError, VibrationOptions, vibration};
 use glam::DVec3;
 
 /// The references of `converge_modes`, the first ten \[Hz\].

@@ -3,20 +3,20 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::ControlFlow;
 
-use clangor::body::Surface;
-use clangor::geometry::meridian::{Meridian, Piece};
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::model::acceleration_model::AccelerationModel;
-use clangor::model::radial::reverse_bessel;
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Method, bake, bake_with};
-use clangor_bake::comparison::{FieldErrors, compare, directions, six_pressures};
-use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver};
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
+use clangor_core::body::Surface;
+use clangor_core::geometry::meridian::{Meridian, Piece};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::math::radial::reverse_bessel;
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::{BakeGeometry, BakeOptions, Method, bake, bake_with};
+use clangor_bake::fitting::comparison::{FieldErrors, compare, directions, six_pressures};
+use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
-use clangor_bake::rational::poles;
-use clangor_bake::remesh::{RemeshOptions, remesh};
-use clangor_bake::wave::{Boundary, WaveField, WaveOptions, WaveSolver};
+use clangor_bake::fitting::rational::poles;
+use clangor_bake::mesh::remesh::{RemeshOptions, remesh};
+use clangor_bake::fdtd::{Boundary, WaveField, WaveOptions, WaveSolver};
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 

@@ -1,14 +1,14 @@
 //! The lowest frequency of a body, found alone by elements or by polynomials, against all modes of the same mesh and of finer ones.
 
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::material::presets::{GLASS, STEEL};
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::modal_bank::solid_polynomials::lowest_by_polynomials;
-use clangor_bake::modal_bank::{first_frequency, first_frequency_of_surface};
-use clangor_bake::modes::solve;
-use clangor_bake::tetrahedra::TetMesh;
-use clangor_bake::tetrahedra::ball::ellipsoid;
-use clangor_bake::tetrahedra::block::block;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::material::presets::{GLASS, STEEL};
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::soundbank::modal::solid_polynomials::lowest_by_polynomials;
+use clangor_bake::soundbank::modal::{first_frequency, first_frequency_of_surface};
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::mesh::tetrahedra::TetMesh;
+use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
+use clangor_bake::mesh::tetrahedra::block::block;
 use glam::{DVec2, DVec3};
 
 #[test]
@@ -44,7 +44,7 @@ fn coarse_meshes_are_within_two_per_cent() {
     println!("bar of {} nodes: {:.1e}", bar.nodes.len(), found / 574.401 - 1.0);
     assert!((found / 574.401 - 1.0).abs() < 0.02, "{found}");
     // The same plate by its surface alone.
-    let surface = clangor::shape::Shape::parse("box:0.25x0.01x0.25").expect("a box").mesh();
+    let surface = clangor_core::shape::Shape::parse("box:0.25x0.01x0.25").expect("a box").mesh();
     let found = first_frequency_of_surface(&surface, &glass).expect("a frequency");
     println!("plate by its surface: {:.1e}", found / 516.129 - 1.0);
     assert!((found / 516.129 - 1.0).abs() < 0.03, "{found}");
@@ -56,7 +56,7 @@ fn polynomials_are_as_good_as_elements() {
     let glass = ElasticConstants::of(&GLASS.material()).expect("an elastic material");
     let steel = ElasticConstants::of(&STEEL.material()).expect("an elastic material");
     let of = |text: &str, constants, degree| {
-        let surface = clangor::shape::Shape::parse(text).expect("a box").mesh();
+        let surface = clangor_core::shape::Shape::parse(text).expect("a box").mesh();
         lowest_by_polynomials(&surface, constants, degree).expect("a frequency")
     };
     // Residuals seen: 2.8 %, 0.8 % and 0.4 % for the plate.

@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::material::presets::CERAMIC;
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::BakeGeometry;
-use clangor_bake::elasticity::ElasticConstants;
-use clangor_bake::meridian_fit::fitted_meridian;
-use clangor_bake::vibration::{VibrationOptions, vibration};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::material::presets::CERAMIC;
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::fem::ElasticConstants;
+use clangor_bake::geometry_class::detect_axisymmetry::fitted_meridian;
+use clangor_bake::modal_analysis::{VibrationOptions, vibration};
 
 /// A shape's triangles about their centre of mass.
 fn mesh(shape: &str) -> TriMesh {

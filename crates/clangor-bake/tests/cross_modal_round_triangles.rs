@@ -2,13 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::model::modal_surface::ModalSurface;
-use clangor::shape::Shape;
-use clangor_bake::modal_radiation::round::RoundSolver;
-use clangor_bake::modal_radiation::triangles::TriangleModes;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::shape::Shape;
+use clangor_bake::modal_radiation::axisymmetric::RoundSolver;
+use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::tetrahedra::shape_mesh;
+use clangor_bake::mesh::tetrahedra::shape_mesh;
 use glam::DVec3;
 
 /// Worst errors of the field at 2 R and of the power, over bending of orders 0, 2 and 3 at wavenumbers up to `highest` [1/m].

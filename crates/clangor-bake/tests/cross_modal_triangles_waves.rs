@@ -4,12 +4,12 @@ mod solids;
 
 use std::ops::ControlFlow;
 
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::model::modal_model::ModalTransfer;
-use clangor::model::modal_surface::ModalSurface;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_bake::modal_radiation::surface_modes::SurfaceModes;
-use clangor_bake::modal_radiation::triangles::TriangleModes;
-use clangor_bake::modal_radiation::waves::WaveModes;
+use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
+use clangor_bake::modal_radiation::fdtd_transfer::WaveModes;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use glam::DVec3;
 use solids::{faces, shape};

@@ -2,8 +2,8 @@
 //!
 //! Needs the feature `gpu` and a Vulkan device; one in software will do. Without one it says `skipped:`.
 
-use clangor::model::modal_model::ModalTransfer;
-use clangor::model::spherical_harmonics::count;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::math::spherical_harmonics::count;
 use clangor_bake::gpu::{Gpu, GpuError};
 use clangor_bake::modal_radiation::gpu_transfers::GpuTransfers;
 use glam::DVec3;

@@ -3,15 +3,15 @@
 
 use std::ops::ControlFlow;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::material::presets::{CERAMIC, COPPER};
-use clangor::model::modal_surface::SurfaceLocator;
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::BakeGeometry;
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::modes::{Modes, solve};
-use clangor_bake::tetrahedra::shape_mesh;
-use clangor_bake::vibration::{Vibration, VibrationOptions, vibration};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::material::presets::{CERAMIC, COPPER};
+use clangor_core::sound_model::modal::surface::SurfaceLocator;
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::modal_analysis::eigensolver::{Modes, solve};
+use clangor_bake::mesh::tetrahedra::shape_mesh;
+use clangor_bake::modal_analysis::{Vibration, VibrationOptions, vibration};
 use glam::{DMat3, DVec3};
 
 fn turned(shape: &str, constants: &ElasticConstants, limit: f64) -> Vibration {

@@ -4,10 +4,10 @@
 
 use std::ops::ControlFlow;
 
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::shape::Shape;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::shape::Shape;
 use clangor_bake::gpu::{Gpu, GpuError};
-use clangor_bake::wave::{Boundary, WaveDevice, WaveError, WaveField, WaveOptions, WaveSolver};
+use clangor_bake::fdtd::{Boundary, WaveDevice, WaveError, WaveField, WaveOptions, WaveSolver};
 
 /// Whether there is a device; if not, says so.
 fn has_device() -> bool {
@@ -74,7 +74,7 @@ fn a_key_radiates_alike_on_both() {
     }
     // Concave, with a hole and thin walls: no two motions alike.
     let mesh = mesh("key");
-    let spacing = mesh.bounding_radius(clangor::glam::DVec3::ZERO) / 8.0;
+    let spacing = mesh.bounding_radius(clangor_core::glam::DVec3::ZERO) / 8.0;
     let solver = solver(&mesh, spacing, 1.0 / spacing);
     let (here, there) = (run(&solver, WaveDevice::Cpu), run(&solver, WaveDevice::Gpu));
     let difference = difference(&here, &there, 0.0);

@@ -3,15 +3,15 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
-use clangor::material::Material;
-use clangor::material::presets::{CERAMIC, GLASS};
-use clangor::medium::Medium;
-use clangor::model::modal_bank::{BankMaterial, ModalProxy, ModalSoundbank, ProxyBody};
-use clangor::model::modal_model::ModalModel;
-use clangor_bake::acceleration_noise::BakeGeometry;
+use clangor_core::material::Material;
+use clangor_core::material::presets::{CERAMIC, GLASS};
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::soundbank::modal_soundbank::{BankMaterial, ModalProxy, ModalSoundbank, ProxyBody};
+use clangor_core::sound_model::modal::model::ModalModel;
+use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::modal::{ModalBakeOptions, ModalEvidence, find_modes, radiate};
-use clangor_bake::modal_bank::ellipsoid_vibration::BallPolynomials;
-use clangor_bake::modal_bank::{BankOptions, modal_model, ringing_ellipsoid};
+use clangor_bake::soundbank::modal::ellipsoid_modes::BallPolynomials;
+use clangor_bake::soundbank::modal::{BankOptions, modal_model, ringing_ellipsoid};
 use glam::{DMat3, DVec3};
 
 const DEGREE: usize = 10;
@@ -102,7 +102,7 @@ fn shape_error(proxy: &ModalProxy, mode: usize, baked: &ModalModel) -> f64 {
     let shape = &baked.modes[mode].shape;
     let largest = shape.iter().map(|u| u.length()).fold(0.0, f64::max);
     let error = |(x, u): (&DVec3, &DVec3)| {
-        let direction = proxy.contact(*x, *x, clangor::model::modal_bank::ContactMapping::Position);
+        let direction = proxy.contact(*x, *x, clangor_core::sound_model::soundbank::modal_soundbank::ContactMapping::Position);
         proxy.motions(direction, &mut harmonics, &mut motions);
         motions[mode].distance(*u) / largest
     };
@@ -175,11 +175,11 @@ fn a_scaled_ellipsoid_is_the_body_baked_by_itself() {
             error = error.max((by_own.sqrt() - by_proxy.sqrt()).abs());
             // The motion of a place on the surface, along its normal.
             let place = semi_axes * x.normalize();
-            let locator = clangor::model::modal_surface::SurfaceLocator::new(&own.surface);
+            let locator = clangor_core::sound_model::modal::surface::SurfaceLocator::new(&own.surface);
             let point = locator.nearest(place).expect("a place");
             let by_own = square(&|k| point.interpolate(&own.modes[k].shape).length_squared());
             let (mut harmonics, mut motions) = (Vec::new(), Vec::new());
-            let mapping = clangor::model::modal_bank::ContactMapping::Position;
+            let mapping = clangor_core::sound_model::soundbank::modal_soundbank::ContactMapping::Position;
             proxy.motions(proxy.contact(place, DVec3::ZERO, mapping), &mut harmonics, &mut motions);
             let by_proxy = square(&|k| motions[k].length_squared());
             pushed = pushed.max(by_own.sqrt());

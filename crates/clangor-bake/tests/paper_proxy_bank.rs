@@ -6,9 +6,9 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor::model::acceleration_field::{AccelerationField, DEGREES};
-use clangor::model::proxy_field::mean_field;
-use clangor_bake::soundbank::{bank_entry, build_bank};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES};
+use clangor_core::sound_model::acceleration::proxy_field::mean_field;
+use clangor_bake::soundbank::acceleration::{bank_entry, build_bank};
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
@@ -78,7 +78,7 @@ fn the_whole_bank() {
         4e-6 * numbers as f64
     );
     let at = |b: f64, c: f64| {
-        let near = |e: &&clangor::model::ellipsoid_bank::BankEntry| (e.b - b).abs() + (e.c - c).abs() < 1e-6;
+        let near = |e: &&clangor_core::sound_model::soundbank::ellipsoid_bank::BankEntry| (e.b - b).abs() + (e.c - c).abs() < 1e-6;
         &bank.entries().iter().find(near).unwrap().field
     };
     let value = |k: usize| 0.05 + 0.095 * k as f64;

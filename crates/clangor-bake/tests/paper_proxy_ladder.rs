@@ -5,11 +5,11 @@
 
 mod exact_fields;
 
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::published::PublishedField;
-use clangor::model::published::directions::Directions;
-use clangor::model::published::pulse::pulse_spectrum;
-use clangor_bake::published::{Fit, PublishedFitError, PublishedOptions, fit, synthesize};
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::reference::pan_representation::PublishedField;
+use clangor_core::reference::pan_representation::directions::Directions;
+use clangor_core::reference::pan_representation::pulse::pulse_spectrum;
+use clangor_bake::reference::{Fit, PublishedFitError, PublishedOptions, fit, synthesize};
 use exact_fields::{Ball, ball, cross, spectra};
 use glam::DVec3;
 

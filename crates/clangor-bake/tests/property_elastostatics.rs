@@ -1,19 +1,19 @@
 //! What must hold of the stress of any body: nothing from rigid motions, stored columns as good as a solve, bounds that
 //! hold, forces kept, bad input refused; and of the meshes that bodies break on.
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::material::presets::GLASS;
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::BakeGeometry;
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::elastostatics::{
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::material::presets::GLASS;
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::stress::{
     ElastostaticsError, FractureMeshError, PointLoad, Reaction, StressBody, StressOptions, SymmetricTensor,
     fracture_mesh,
 };
-use clangor_bake::tetrahedra::block::block;
-use clangor_bake::tetrahedra::dish::Dish;
-use clangor_bake::tetrahedra::turned::turned;
-use clangor_bake::tetrahedra::{TetMesh, ball};
+use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::mesh::tetrahedra::dish::Dish;
+use clangor_bake::mesh::tetrahedra::axisymmetric::turned;
+use clangor_bake::mesh::tetrahedra::{TetMesh, ball};
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 fn glass() -> ElasticConstants {

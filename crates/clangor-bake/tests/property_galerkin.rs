@@ -2,17 +2,17 @@
 
 use std::f64::consts::{PI, TAU};
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::radial::reverse_bessel;
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::galerkin::field::field;
-use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver, MOST_UNKNOWNS};
-use clangor_bake::mirror_symmetry::mirror_planes;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::math::radial::reverse_bessel;
+use clangor_core::shape::Shape;
+use clangor_bake::bem::triangles::field::field;
+use clangor_bake::bem::triangles::{Equation, GalerkinSolver, MOST_UNKNOWNS};
+use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
 use clangor_bake::quadrature::gauss_legendre;
 use clangor_bake::radiation::{RadiationError, RadiationSample, RadiationSolver, rigid_motions};
-use clangor_bake::remesh::{RemeshOptions, remesh_symmetric};
+use clangor_bake::mesh::remesh::{RemeshOptions, remesh_symmetric};
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
 

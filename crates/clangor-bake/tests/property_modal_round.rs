@@ -3,18 +3,18 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor::geometry::meridian::Meridian;
-use clangor::model::modal_model::ModalTransfer;
-use clangor::model::modal_surface::ModalSurface;
-use clangor::model::radial::outgoing;
-use clangor::model::spherical_harmonics::{count, solid_harmonics};
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::revolution::azimuthal::{AzimuthalSolver, RingWave, turn_square};
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
-use clangor_bake::modal_radiation::round::RoundSolver;
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::math::radial::outgoing;
+use clangor_core::math::spherical_harmonics::{count, solid_harmonics};
+use clangor_core::shape::Shape;
+use clangor_bake::bem::axisymmetric::azimuthal::{AzimuthalSolver, RingWave, turn_square};
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
+use clangor_bake::modal_radiation::axisymmetric::RoundSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_bake::radiation::{RadiationError, RadiationSample, RadiationSolver};
-use clangor_bake::tetrahedra::shape_mesh;
+use clangor_bake::mesh::tetrahedra::shape_mesh;
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -1,9 +1,9 @@
 //! Conservation laws of the meridian solver: power and reciprocity, on the mesh and pressures that it gives away.
 
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::radial::reverse_bessel;
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::math::radial::reverse_bessel;
+use clangor_core::shape::Shape;
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver, rigid_motions};
 use num_complex::Complex64;
 

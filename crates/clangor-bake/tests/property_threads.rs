@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use clangor::body::Surface;
-use clangor::model::acceleration_model::AccelerationModel;
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, Evidence, Method, bake};
+use clangor_core::body::Surface;
+use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::{BakeGeometry, BakeOptions, Evidence, Method, bake};
 use glam::DVec3;
 
 fn with_threads(threads: usize, geometry: &BakeGeometry, method: Method) -> (AccelerationModel, Evidence) {

@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::meridian::Meridian;
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::{BakeError, BakeGeometry, BakeOptions, Evidence, Method, bake};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::{BakeError, BakeGeometry, BakeOptions, Evidence, Method, bake};
 use clangor_bake::radiation::RadiationError;
-use clangor_bake::wave::WaveError;
+use clangor_bake::fdtd::WaveError;
 
 fn wavenumber(frequency: f64) -> f64 {
     TAU * frequency / 343.0

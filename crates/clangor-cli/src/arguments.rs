@@ -4,7 +4,7 @@ mod values;
 
 use std::path::{Path, PathBuf};
 
-use clangor::glam::DVec3;
+use clangor_core::glam::DVec3;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(crate) use self::values::{accuracy, band, finite, positive};

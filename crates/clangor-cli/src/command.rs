@@ -19,9 +19,9 @@ pub(crate) mod validate;
 
 use std::path::Path;
 
-use clangor::scene::Scene;
-use clangor::scene::body_description::Copies;
-use clangor_pipeline::load::{LoadedScene, load_scene};
+use clangor_core::scene::Scene;
+use clangor_core::scene::body_description::Copies;
+use clangor_pipeline::stages::load::{LoadedScene, load_scene};
 
 use crate::arguments::Global;
 use crate::console::Console;

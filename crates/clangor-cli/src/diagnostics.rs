@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use clangor::scene::diagnostic::{Place, SceneErrors, SceneWarning};
+use clangor_core::scene::diagnostic::{Place, SceneErrors, SceneWarning};
 
 /// Every error of a scene.
 pub(crate) fn draw_errors(path: &Path, text: &str, errors: &SceneErrors) -> String {

@@ -2,12 +2,12 @@
 
 use std::fmt::Display;
 
-use clangor_bake::acceleration_noise::BakeError;
+use clangor_bake::acceleration::BakeError;
 use clangor_bake::modal::ModalBakeError;
-use clangor_pipeline::exchange::ExchangeError;
-use clangor_pipeline::load::LoadError;
-use clangor_pipeline::render::RenderError;
-use clangor_pipeline::simulate::SimulateError;
+use clangor_pipeline::interchange::body_files::ExchangeError;
+use clangor_pipeline::stages::load::LoadError;
+use clangor_pipeline::stages::render::RenderError;
+use clangor_pipeline::stages::simulate::SimulateError;
 
 use crate::diagnostics::draw_errors;
 

@@ -5,7 +5,7 @@ mod sound_file;
 
 use std::fs;
 
-use clangor_pipeline::audio_rigid_bodies::read_audio_bodies;
+use clangor_pipeline::interchange::audio_rigid_bodies::read_audio_bodies;
 use program::{clangor, run};
 use sound_file::samples;
 

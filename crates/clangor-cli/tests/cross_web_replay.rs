@@ -6,11 +6,11 @@ mod sound_file;
 use std::fs;
 use std::path::Path;
 
-use clangor::glam::{DQuat, DVec3};
-use clangor::material::Damping;
-use clangor::pose::Pose;
-use clangor::realtime::{Blow, EngineSettings, Event, SoundingObject, Struck, engine};
-use clangor::scene::Scene;
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::material::Damping;
+use clangor_core::pose::Pose;
+use clangor_core::realtime::{Blow, EngineSettings, Event, SoundingObject, Struck, engine};
+use clangor_core::scene::Scene;
 use safetensors::SafeTensors;
 use serde_json::Value;
 

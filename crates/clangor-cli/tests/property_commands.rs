@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use clangor_pipeline::wav::WavReader;
+use clangor_pipeline::formats::wav::WavReader;
 use program::{clangor, run};
 use serde_json::Value;
 

@@ -9,7 +9,7 @@ use std::io::Read;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use clangor_pipeline::timeline_file::TimelineReader;
+use clangor_pipeline::formats::timeline_file::TimelineReader;
 
 use program::clangor;
 use sound_file::samples;

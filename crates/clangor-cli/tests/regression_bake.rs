@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use clangor::model::model_file::ModelFile;
+use clangor_core::sound_model::files::model_file::ModelFile;
 
 /// A closed tetrahedron of 2 cm.
 const TETRAHEDRON: &str = "v 0.01 0.01 0.01\nv 0.01 -0.01 -0.01\nv -0.01 0.01 -0.01\nv -0.01 -0.01 0.01\n\

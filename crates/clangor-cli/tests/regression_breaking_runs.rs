@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use clangor_pipeline::timeline_file::TimelineReader;
+use clangor_pipeline::formats::timeline_file::TimelineReader;
 
 use program::{clangor, run};
 

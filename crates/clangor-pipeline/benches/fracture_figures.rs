@@ -6,9 +6,9 @@
 #[path = "../tests/broken_tile/mod.rs"]
 mod broken_tile;
 
-use clangor::glam::DVec2;
-use clangor::scene::render_settings::Parts;
-use clangor_pipeline::picture::{
+use clangor_core::glam::DVec2;
+use clangor_core::scene::render_settings::Parts;
+use clangor_pipeline::plots::picture::{
     Align, BLACK, Canvas, Colour, GREY, Raster, Svg, TextStyle, circle, rectangle,
 };
 

@@ -8,10 +8,10 @@ mod cpu_time;
 
 use std::ops::ControlFlow;
 
-use clangor::medium::Medium;
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::BakeOptions;
-use clangor_pipeline::sound_models::{ModelRequest, bake_model};
+use clangor_core::medium::Medium;
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::BakeOptions;
+use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model};
 use cpu_time::cpu_time;
 
 /// Name, shape, accuracy, and what \[PAN\] prints: minutes of simulation and fit, megabytes at 40 × 80 and 5 × 10.

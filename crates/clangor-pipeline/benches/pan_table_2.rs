@@ -12,8 +12,8 @@ mod cpu_time;
 #[path = "paper_scenes/stage.rs"]
 mod stage;
 
-use clangor::synthesis::SoundRule;
-use clangor_pipeline::soundbank::default_bank;
+use clangor_core::synthesis::SoundRule;
+use clangor_pipeline::formats::soundbank::default_bank;
 
 use stage::{Group, Stage, cache};
 

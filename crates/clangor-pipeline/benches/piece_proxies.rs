@@ -13,22 +13,22 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use clangor::body::Surface;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::glam::{DVec2, DVec3};
-use clangor::material::Material;
-use clangor::material::presets::GLASS;
-use clangor::math::random::SplitMix;
-use clangor::medium::Medium;
-use clangor::model::modal_bank::{ContactMapping, ModalProxy, ModalSoundbank, ProxyBody};
-use clangor::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
-use clangor_bake::acceleration_noise::BakeGeometry;
-use clangor_bake::elasticity::ElasticConstants;
+use clangor_core::body::Surface;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::{DVec2, DVec3};
+use clangor_core::material::Material;
+use clangor_core::material::presets::GLASS;
+use clangor_core::math::random::SplitMix;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy, ModalSoundbank, ProxyBody};
+use clangor_core::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::fem::ElasticConstants;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
-use clangor_bake::modal_bank::solid_polynomials::lowest_by_polynomials;
-use clangor_pipeline::modal_soundbank::{bank_material, default_modal_bank};
-use clangor_pipeline::timeline_file::TimelineReader;
+use clangor_bake::soundbank::modal::solid_polynomials::lowest_by_polynomials;
+use clangor_pipeline::formats::modal_soundbank::{bank_material, default_modal_bank};
+use clangor_pipeline::formats::timeline_file::TimelineReader;
 
 use cpu_time::cpu_time;
 use thread_time::thread_time;
@@ -77,7 +77,7 @@ impl Piece {
 /// All pieces that were born.
 fn of_timeline(folder: &str) -> Vec<Piece> {
     let reader = TimelineReader::open(Path::new(folder)).expect("a timeline");
-    let of_body = |body: &clangor::body::Body| match &*body.surface {
+    let of_body = |body: &clangor_core::body::Body| match &*body.surface {
         Surface::Mesh(surface) => Some(Piece::new(&surface.mesh, body.material.clone())),
         _ => None,
     };

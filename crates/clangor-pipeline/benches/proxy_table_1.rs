@@ -12,16 +12,16 @@ mod stage;
 
 use std::ops::ControlFlow;
 
-use clangor::medium::Medium;
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::published::directions::Directions;
-use clangor::model::published::{HeardContact, PublishedModel};
-use clangor::shape::Shape;
-use clangor::synthesis::SoundRule;
-use clangor_bake::acceleration_noise::BakeOptions;
-use clangor_bake::published::{FieldSampler, Fit, PublishedOptions, fit};
-use clangor_pipeline::sound_models::{ModelRequest, obtain};
-use clangor_pipeline::soundbank::default_bank;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::reference::pan_representation::directions::Directions;
+use clangor_core::reference::pan_representation::{HeardContact, PublishedModel};
+use clangor_core::shape::Shape;
+use clangor_core::synthesis::SoundRule;
+use clangor_bake::acceleration::BakeOptions;
+use clangor_bake::reference::{FieldSampler, Fit, PublishedOptions, fit};
+use clangor_pipeline::stages::sound_models::{ModelRequest, obtain};
+use clangor_pipeline::formats::soundbank::default_bank;
 
 use cpu_time::cpu_time;
 use stage::{Group, Stage, Uniform, cache};

@@ -9,17 +9,17 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
-use clangor::body::Surface;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::glam::{DMat3, DVec3};
-use clangor::medium::Medium;
-use clangor::model::acceleration_field::AccelerationField;
-use clangor::model::proxy_field::mean_field;
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::BakeOptions;
-use clangor_bake::comparison::directions;
-use clangor_pipeline::sound_models::{ModelRequest, bake_model};
-use clangor_pipeline::soundbank::default_bank;
+use clangor_core::body::Surface;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::glam::{DMat3, DVec3};
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::field::AccelerationField;
+use clangor_core::sound_model::acceleration::proxy_field::mean_field;
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::BakeOptions;
+use clangor_bake::fitting::comparison::directions;
+use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model};
+use clangor_pipeline::formats::soundbank::default_bank;
 
 const AIR: Medium = Medium::AIR;
 /// Blows and listeners of each stone.
@@ -49,7 +49,7 @@ impl Heard<'_> {
 
 /// The pressure² of a sphere that gets the acceleration, summed over a band.
 fn sphere_band(radius: f64, a: DVec3, x: DVec3, centre: f64) -> f64 {
-    use clangor::model::sphere_radiation::{SphereModel, SphereTransfer};
+    use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
     let unit = Medium { density: 1.0, sound_speed: 1.0 };
     let transfer = SphereTransfer::new(SphereModel::Exact, &unit, radius, x.length(), a.dot(x) / x.length());
     (0..LINES)

@@ -12,8 +12,8 @@ mod pile;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clangor::timeline::{ContactRow, TimelineSink};
-use clangor_pipeline::timeline_file::{TimelineHeader, TimelineReader, TimelineWriter};
+use clangor_core::timeline::{ContactRow, TimelineSink};
+use clangor_pipeline::formats::timeline_file::{TimelineHeader, TimelineReader, TimelineWriter};
 use cpu_time::cpu_time;
 
 use pile::{Pile, header};

@@ -6,20 +6,20 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor::contact::{ContactSettings, PoseHistory, impact_pulses};
-use clangor::glam::DVec3;
-use clangor::medium::Medium;
-use clangor::scene::render_settings::{GroundSound, Parts};
-use clangor::synthesis::ground::HalfSpace;
-use clangor::synthesis::{Listener, RenderSettings, SoundSource};
-use clangor::timeline::Timeline;
-use clangor_pipeline::load::{LoadedScene, scene_from_text};
-use clangor_pipeline::render::{
+use clangor_core::contact::{ContactSettings, PoseHistory, impact_pulses};
+use clangor_core::glam::DVec3;
+use clangor_core::medium::Medium;
+use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::synthesis::ground::HalfSpace;
+use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
+use clangor_core::timeline::Timeline;
+use clangor_pipeline::stages::load::{LoadedScene, scene_from_text};
+use clangor_pipeline::stages::render::{
     FullScale, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, render,
 };
-use clangor_pipeline::simulate::simulate_impacts;
-use clangor_pipeline::sound_models::ringers::Ringers;
-use clangor_pipeline::wav::{SampleFormat, WavReader};
+use clangor_pipeline::stages::simulate::simulate_impacts;
+use clangor_pipeline::stages::sound_models::ringers::Ringers;
+use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 
 const HEIGHT: f64 = 100.0;
 const SCENE: &str = r#"

@@ -18,9 +18,9 @@ use std::f64::consts::TAU;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::model::modal_surface::ModalSurface;
-use clangor_pipeline::audio_rigid_bodies::{
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_pipeline::interchange::audio_rigid_bodies::{
     AudioBody, AudioMaterial, BodyMass, Ringing, RingingMode, read_audio_bodies, write_audio_body,
 };
 use glam::DVec3;

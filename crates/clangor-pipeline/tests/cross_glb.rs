@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Life, MeshSurface, Motion, Surface, World};
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::material::{Damping, Material};
-use clangor::pose::{Keyframe, Pose, Track};
-use clangor::timeline::PoseRow;
-use clangor_pipeline::glb::{GlbError, write_glb};
-use clangor_pipeline::mesh_reader::read_mesh;
+use clangor_core::body::{Body, BodyId, Life, MeshSurface, Motion, Surface, World};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::material::{Damping, Material};
+use clangor_core::pose::{Keyframe, Pose, Track};
+use clangor_core::timeline::PoseRow;
+use clangor_pipeline::formats::glb::{GlbError, write_glb};
+use clangor_pipeline::formats::mesh_reader::read_mesh;
 use glam::{DMat3, DQuat, DVec3};
 use gltf::animation::util::ReadOutputs;
 

@@ -5,21 +5,21 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Life, MeshSurface, Motion, Surface};
-use clangor::contact::ForceProfile;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::glam::DVec3;
-use clangor::material::presets;
-use clangor::medium::Medium;
-use clangor::model::modal_bank::ContactMapping;
-use clangor::model::sphere_radiation::SphereModel;
-use clangor::pose::Pose;
-use clangor::shape::Shape;
-use clangor::synthesis::SampleRate;
-use clangor::synthesis::modal::{ModalSettings, ModalSource, RingingRule, StrikeMemory, TransferMemory};
-use clangor::synthesis::strike::{Strike, StrikeSound, struck_ringing};
+use clangor_core::body::{Body, BodyId, Life, MeshSurface, Motion, Surface};
+use clangor_core::contact::ForceProfile;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::glam::DVec3;
+use clangor_core::material::presets;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::soundbank::modal_soundbank::ContactMapping;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
+use clangor_core::pose::Pose;
+use clangor_core::shape::Shape;
+use clangor_core::synthesis::SampleRate;
+use clangor_core::synthesis::modal::{ModalSettings, ModalSource, RingingRule, StrikeMemory, TransferMemory};
+use clangor_core::synthesis::strike::{Strike, StrikeSound, struck_ringing};
 use clangor_bake::modal::ModalBakeOptions;
-use clangor_pipeline::sound_models::ringers::{Ringing, RingingPlan};
+use clangor_pipeline::stages::sound_models::ringers::{Ringing, RingingPlan};
 
 const RATE: f64 = 48_000.0;
 

@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor::glam::{DMat3, DVec3};
-use clangor::model::acceleration_field::{AccelerationField, DEGREES};
-use clangor::model::proxy_field::mean_field;
-use clangor_bake::comparison::directions;
-use clangor_bake::soundbank::bank_entry;
-use clangor_pipeline::soundbank::default_bank;
+use clangor_core::glam::{DMat3, DVec3};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES};
+use clangor_core::sound_model::acceleration::proxy_field::mean_field;
+use clangor_bake::fitting::comparison::directions;
+use clangor_bake::soundbank::acceleration::bank_entry;
+use clangor_pipeline::formats::soundbank::default_bank;
 
 /// Highest kA of the comparison.
 const HIGHEST: f64 = 8.0;

@@ -3,19 +3,19 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::body::{BodyId, Surface};
-use clangor::contact::ForceProfile;
-use clangor::glam::{DQuat, DVec3};
-use clangor::model::playable_model::PlayableModel;
-use clangor::model::published_file::PublishedFile;
-use clangor::shape::Shape;
-use clangor::synthesis::listener::Floor;
-use clangor::synthesis::{
+use clangor_core::body::{BodyId, Surface};
+use clangor_core::contact::ForceProfile;
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::sound_model::acceleration::model_evaluator::PlayableModel;
+use clangor_core::reference::pan_file::PublishedFile;
+use clangor_core::shape::Shape;
+use clangor_core::synthesis::listener::Floor;
+use clangor_core::synthesis::{
     Click, FieldSource, Listener, OverlapAdd, PublishedSource, RenderSettings, Renderer, SoundSource,
 };
-use clangor_bake::acceleration_noise::BakeOptions;
-use clangor_bake::published::PublishedForm;
-use clangor_pipeline::sound_models::{ModelRequest, bake_model, publish};
+use clangor_bake::acceleration::BakeOptions;
+use clangor_bake::reference::PublishedForm;
+use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model, publish};
 
 /// Clicks in three directions, as two receivers hear them above a floor.
 fn render(source: &SoundSource, profile: ForceProfile, floor: Floor) -> (Vec<Vec<f64>>, f64) {

@@ -2,7 +2,7 @@
 
 mod broken_tile;
 
-use clangor::scene::render_settings::Parts;
+use clangor_core::scene::render_settings::Parts;
 
 use broken_tile::{Tile, median, onset_energy};
 

@@ -7,16 +7,16 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::material::presets::preset;
-use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions};
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::modes::solve;
-use clangor_bake::tetrahedra::stuffing::stuff;
-use clangor_bake::vibration::{VibrationOptions, vibration};
-use clangor_pipeline::load::mesh_geometry;
-use clangor_pipeline::mesh_reader::read_mesh;
-use clangor_pipeline::sound_models::ModelRequest;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::material::presets::preset;
+use clangor_bake::acceleration::{BakeGeometry, BakeOptions};
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::mesh::tetrahedra::isosurface_stuffing::stuff;
+use clangor_bake::modal_analysis::{VibrationOptions, vibration};
+use clangor_pipeline::stages::load::mesh_geometry;
+use clangor_pipeline::formats::mesh_reader::read_mesh;
+use clangor_pipeline::stages::sound_models::ModelRequest;
 
 #[test]
 #[ignore = "needs the authors' meshes, and 25 s of CPU time"]

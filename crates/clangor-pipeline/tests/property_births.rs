@@ -5,24 +5,24 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Life, MeshSurface, Motion, Surface, World};
-use clangor::contact::ContactSettings;
-use clangor::geometry::convex::ConvexPart;
-use clangor::geometry::hull::convex_hull;
-use clangor::material::presets;
-use clangor::medium::Medium;
-use clangor::model::modal_model::{ModalMode, ModalModel, ModalTransfer};
-use clangor::model::modal_surface::ModalSurface;
-use clangor::pose::Pose;
-use clangor::scene::render_settings::{GroundSound, Parts};
-use clangor::synthesis::{Listener, RenderSettings, SoundSource};
-use clangor::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
-use clangor_pipeline::render::{
+use clangor_core::body::{Body, BodyId, Life, MeshSurface, Motion, Surface, World};
+use clangor_core::contact::ContactSettings;
+use clangor_core::geometry::convex::ConvexPart;
+use clangor_core::geometry::hull::convex_hull;
+use clangor_core::material::presets;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::pose::Pose;
+use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
+use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
+use clangor_pipeline::stages::render::{
     FullScale, Handover, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, read_impacts, render,
 };
-use clangor_pipeline::sound_models::ringers::{Ringers, Ringing};
-use clangor_pipeline::timeline_file::{Origin, TimelineHeader, TimelineReader, TimelineWriter};
-use clangor_pipeline::wav::{SampleFormat, WavReader};
+use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing};
+use clangor_pipeline::formats::timeline_file::{Origin, TimelineHeader, TimelineReader, TimelineWriter};
+use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{CrackImpulse, Replacement, RigidWorld, StepLog};
 use clangor_sim::{SimulationError, SimulationSettings, Solver, simulate_breaking};
@@ -290,7 +290,7 @@ fn halves_ring_on_with_what_the_tile_rang_with() {
     let birth = recorded.fractures[0].time;
     for body in [2, 3] {
         let stem = |summary: &RenderSummary| {
-            let own = |file: &&clangor_pipeline::render::RenderedFile| {
+            let own = |file: &&clangor_pipeline::stages::render::RenderedFile| {
                 file.stem.is_some_and(|s| s.body == BodyId(body))
             };
             samples(&summary.files.iter().find(own).unwrap().path)
@@ -332,7 +332,7 @@ fn the_halves_are_heard_from_their_birth_on() {
     let summary = hear(&bodies, &timeline, &folder.path().join("a.wav"));
     let birth = timeline.fractures[0].time;
     let loudest = |body: u32| {
-        let stem = |file: &&clangor_pipeline::render::RenderedFile| {
+        let stem = |file: &&clangor_pipeline::stages::render::RenderedFile| {
             file.stem.is_some_and(|s| s.body == BodyId(body) && s.part == StemPart::Acceleration)
         };
         let file = summary.files.iter().find(stem).unwrap();

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::PathBuf;
 
-use clangor::body::BodyId;
-use clangor::timeline::{ContactKind, ContactRow};
-use clangor_pipeline::contact_list::{ContactListError, read_contact_list};
+use clangor_core::body::BodyId;
+use clangor_core::timeline::{ContactKind, ContactRow};
+use clangor_pipeline::formats::contact_list::{ContactListError, read_contact_list};
 use glam::DVec3;
 use proptest::prelude::*;
 use tempfile::TempDir;

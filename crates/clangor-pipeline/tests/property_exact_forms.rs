@@ -1,12 +1,12 @@
 //! Few small exact forms have fields of their own; stones and heaps of different forms sound as ellipsoids.
 
-use clangor::body::Body;
-use clangor::scene::Scene;
-use clangor::scene::instantiate::{instantiate, load_shape};
-use clangor::synthesis::RenderSettings;
-use clangor::synthesis::source_rule::{Reason, SourceKind};
-use clangor_pipeline::sound_models::sources::SourceSettings;
-use clangor_pipeline::soundbank::default_bank;
+use clangor_core::body::Body;
+use clangor_core::scene::Scene;
+use clangor_core::scene::instantiate::{instantiate, load_shape};
+use clangor_core::synthesis::RenderSettings;
+use clangor_core::synthesis::source_rule::{Reason, SourceKind};
+use clangor_pipeline::stages::sound_models::sources::SourceSettings;
+use clangor_pipeline::formats::soundbank::default_bank;
 
 fn bodies(shapes: &[String]) -> Vec<Body> {
     let mut text = String::from("version = 1\n");

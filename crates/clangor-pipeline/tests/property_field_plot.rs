@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::medium::Medium;
-use clangor::model::acceleration_field::{AccelerationField, Node, Term};
-use clangor::model::acceleration_model::AccelerationModel;
-use clangor::model::model_file::{ModelFile, Origin, Solid};
-use clangor_pipeline::field_plot::{FieldPlot, HEIGHT, PlotError, WIDTH};
-use clangor_pipeline::picture::{Align, Canvas, Colour, Grid, PictureError, Raster, Svg, TextStyle};
-use clangor_pipeline::sound_models::{SoundFileError, read_model};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, Term};
+use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
+use clangor_pipeline::plots::field::{FieldPlot, HEIGHT, PlotError, WIDTH};
+use clangor_pipeline::plots::picture::{Align, Canvas, Colour, Grid, PictureError, Raster, Svg, TextStyle};
+use clangor_pipeline::stages::sound_models::{SoundFileError, read_model};
 use num_complex::Complex64;
 
 /// A rigid sphere, whose field is p ∝ x⁻² (1 + sx) e^{s − sx}/(s² + 2s + 2) cos θ: weights with the zeros of the
@@ -63,21 +63,21 @@ fn plot(degree: usize, frequency: f64) -> FieldPlot {
 /// Keeps what is drawn.
 #[derive(Default)]
 struct Recorder {
-    lines: Vec<(Vec<clangor::glam::DVec2>, Colour)>,
+    lines: Vec<(Vec<clangor_core::glam::DVec2>, Colour)>,
     texts: Vec<String>,
     grids: Vec<Grid>,
 }
 
 impl Canvas for Recorder {
-    fn line(&mut self, points: &[clangor::glam::DVec2], _width: f64, colour: Colour) {
+    fn line(&mut self, points: &[clangor_core::glam::DVec2], _width: f64, colour: Colour) {
         self.lines.push((points.to_vec(), colour));
     }
 
-    fn text(&mut self, _place: clangor::glam::DVec2, _align: Align, _style: TextStyle, text: &str) {
+    fn text(&mut self, _place: clangor_core::glam::DVec2, _align: Align, _style: TextStyle, text: &str) {
         self.texts.push(text.into());
     }
 
-    fn grid(&mut self, _corner: clangor::glam::DVec2, _size: clangor::glam::DVec2, grid: &Grid) {
+    fn grid(&mut self, _corner: clangor_core::glam::DVec2, _size: clangor_core::glam::DVec2, grid: &Grid) {
         self.grids.push(grid.clone());
     }
 

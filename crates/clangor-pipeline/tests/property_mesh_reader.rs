@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor_pipeline::mesh_reader::{MeshFault, MeshFileError, MeshPlace, read_mesh};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_pipeline::formats::mesh_reader::{MeshFault, MeshFileError, MeshPlace, read_mesh};
 use glam::DVec3;
 use proptest::prelude::*;
 

@@ -4,15 +4,15 @@
 use std::fs;
 use std::ops::ControlFlow;
 
-use clangor::body::Surface;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::glam::DVec3;
-use clangor::material::{Material, presets};
-use clangor::medium::Medium;
-use clangor_bake::acceleration_noise::{BakeGeometry, BakeProgress};
+use clangor_core::body::Surface;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::glam::DVec3;
+use clangor_core::material::{Material, presets};
+use clangor_core::medium::Medium;
+use clangor_bake::acceleration::{BakeGeometry, BakeProgress};
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions};
-use clangor_pipeline::model_cache::{Lookup, ModelCache, modal_key};
-use clangor_pipeline::sound_models::ringing::{ModalRequest, obtain_modes};
+use clangor_pipeline::formats::model_cache::{Lookup, ModelCache, modal_key};
+use clangor_pipeline::stages::sound_models::ringing::{ModalRequest, obtain_modes};
 
 /// A ball of steel with a few modes in the band, on a coarse mesh.
 fn request(max_frequency: f64) -> ModalRequest {

@@ -1,13 +1,13 @@
 //! A picture of modes shows the motion that it is given: red where the surface moves outwards, blue where inwards, white where
 //! it slides.
 
-use clangor::glam::{DVec2, DVec3};
-use clangor::medium::Medium;
-use clangor::model::modal_model::{ModalMode, ModalModel};
-use clangor::model::modal_surface::ModalSurface;
-use clangor::shape::{Form, Shape};
-use clangor_pipeline::mode_plot::{HEIGHT, ModePlot, ModePlotError, WIDTH};
-use clangor_pipeline::picture::{Align, Canvas, Colour, Grid, PictureError, Raster, TextStyle};
+use clangor_core::glam::{DVec2, DVec3};
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::modal::model::{ModalMode, ModalModel};
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::shape::{Form, Shape};
+use clangor_pipeline::plots::modes::{HEIGHT, ModePlot, ModePlotError, WIDTH};
+use clangor_pipeline::plots::picture::{Align, Canvas, Colour, Grid, PictureError, Raster, TextStyle};
 
 /// A ball of six-node triangles with these motions.
 fn ball(motions: &[fn(DVec3) -> DVec3]) -> ModalModel {

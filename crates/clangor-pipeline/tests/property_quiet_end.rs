@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor_pipeline::load::load_scene;
-use clangor_pipeline::simulate::simulate_impacts;
+use clangor_pipeline::stages::load::load_scene;
+use clangor_pipeline::stages::simulate::simulate_impacts;
 
 /// Impacts of a scene as shipped; pieces, and the fastest approach \[m/s\] in the last second and in all.
 fn fastest(name: &str) -> (u64, f64, f64) {

@@ -4,13 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Life, Link, MeshSurface, Motion, SpringEnd, Surface, World};
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::material::{Damping, Material};
-use clangor::medium::Medium;
-use clangor::pose::{Keyframe, Pose, Track};
-use clangor::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
-use clangor_pipeline::timeline_file::{
+use clangor_core::body::{Body, BodyId, Life, Link, MeshSurface, Motion, SpringEnd, Surface, World};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::material::{Damping, Material};
+use clangor_core::medium::Medium;
+use clangor_core::pose::{Keyframe, Pose, Track};
+use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
+use clangor_pipeline::formats::timeline_file::{
     Origin, RowProblem, TimelineError, TimelineHeader, TimelineReader, TimelineWriter,
 };
 use glam::{DMat3, DQuat, DVec3};

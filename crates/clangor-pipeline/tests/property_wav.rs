@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clangor_pipeline::wav::{Meaning, SampleFormat, WavError, WavReader, WavSpec, WavWriter};
+use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavError, WavReader, WavSpec, WavWriter};
 use proptest::prelude::*;
 
 fn spec(format: SampleFormat, channels: u16, full_scale: f64) -> WavSpec {

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::model::modal_surface::ModalSurface;
-use clangor_pipeline::audio_rigid_bodies::{
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_pipeline::interchange::audio_rigid_bodies::{
     AudioBody, AudioMaterial, BodyMass, Ringing, RingingMode, read_audio_bodies, write_audio_body,
 };
 use glam::{DMat3, DVec3};

@@ -3,8 +3,8 @@
 #[path = "../benches/timeline/pile.rs"]
 mod pile;
 
-use clangor::timeline::TimelineSink;
-use clangor_pipeline::timeline_file::{TimelineReader, TimelineWriter};
+use clangor_core::timeline::TimelineSink;
+use clangor_pipeline::formats::timeline_file::{TimelineReader, TimelineWriter};
 
 use pile::{Pile, header};
 

@@ -7,7 +7,7 @@
 #[allow(dead_code)]
 mod scenes;
 
-use clangor::body::BodyId;
+use clangor_core::body::BodyId;
 use clangor_sim::rigid::{RigidWorld, StepLog};
 
 fn argument(key: &str, default: f64) -> f64 {

@@ -15,8 +15,8 @@ use std::ops::ControlFlow;
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use clangor::body::{Body, World};
-use clangor::timeline::{ContactRow, FractureRow, PoseRow, TimelineSink};
+use clangor_core::body::{Body, World};
+use clangor_core::timeline::{ContactRow, FractureRow, PoseRow, TimelineSink};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::{SimulationSettings, simulate};
 use glam::DVec3;

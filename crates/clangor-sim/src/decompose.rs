@@ -6,14 +6,14 @@
 
 use std::f64::consts::PI;
 
-use clangor::geometry::convex::ConvexPart;
-use clangor::geometry::hull::convex_hull;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::parts_fit::measure_parts;
-use clangor::geometry::solid::MeshError;
-use clangor::geometry::surface_tree::SurfaceTree;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::glam::{DVec2, DVec3};
+use clangor_core::geometry::convex::ConvexPart;
+use clangor_core::geometry::hull::convex_hull;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::parts_fit::measure_parts;
+use clangor_core::geometry::solid::MeshError;
+use clangor_core::geometry::surface_tree::SurfaceTree;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::{DVec2, DVec3};
 use parry3d_f64::transformation::try_convex_hull;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
 use parry3d_f64::transformation::voxelization::FillMode;

@@ -14,12 +14,12 @@
 //! | [`crack_impulse`] | how the released stress drives them apart |
 //! | [`hulls`] | what pieces collide with |
 //!
-//! Stresses and energies come from outside (`clangor_bake::elastostatics`); what happens to the pieces afterwards is the
+//! Stresses and energies come from outside (`clangor_bake::stress`); what happens to the pieces afterwards is the
 //! solver's business.
 //!
 //! Source: \[FRAC\] §3.2 and §3.3.
 
-mod blows;
+mod contact_loads;
 pub mod breaking;
 mod cells;
 mod coarsen;
@@ -32,12 +32,12 @@ pub mod piece;
 pub mod split;
 mod tetrahedron_parts;
 
-use clangor::contact::ContactError;
-use clangor::geometry::solid::MeshError;
-use clangor::glam::DVec3;
-use clangor_bake::elasticity::ElasticError;
-use clangor_bake::elastostatics::ElastostaticsError;
-use clangor_bake::tetrahedra::TetMeshError;
+use clangor_core::contact::ContactError;
+use clangor_core::geometry::solid::MeshError;
+use clangor_core::glam::DVec3;
+use clangor_bake::fem::ElasticError;
+use clangor_bake::stress::ElastostaticsError;
+use clangor_bake::mesh::tetrahedra::TetMeshError;
 
 pub use breaking::{Breakable, BreakingBodies};
 use crack_impulse::NoImpulse;

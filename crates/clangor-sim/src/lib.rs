@@ -20,10 +20,10 @@ pub mod spheres;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use clangor::body::{Body, Link, Motion, Surface, World};
-use clangor::glam::DVec3;
-pub use clangor::scene::simulation_settings::SolverChoice as Solver;
-use clangor::timeline::TimelineSink;
+use clangor_core::body::{Body, Link, Motion, Surface, World};
+use clangor_core::glam::DVec3;
+pub use clangor_core::scene::simulation_settings::SolverChoice as Solver;
+use clangor_core::timeline::TimelineSink;
 
 use record::{RecordSettings, Recorder};
 

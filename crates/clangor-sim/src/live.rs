@@ -17,12 +17,12 @@ mod impacts;
 
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface, World};
-use clangor::contact::{ContactError, ImpactPulse};
-use clangor::material::Material;
-use clangor::pose::Pose;
-use clangor::scene::body_description::EDGE_RADIUS_RATIO;
-use clangor::timeline::ContactRow;
+use clangor_core::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::contact::{ContactError, ImpactPulse};
+use clangor_core::material::Material;
+use clangor_core::pose::Pose;
+use clangor_core::scene::body_description::EDGE_RADIUS_RATIO;
+use clangor_core::timeline::ContactRow;
 use glam::{DMat3, DVec3};
 
 use crate::spheres::{Engine, Stepped};

@@ -8,8 +8,8 @@
 
 use std::collections::BTreeMap;
 
-use clangor::body::{Body, BodyId};
-use clangor::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, TimelineSink};
+use clangor_core::body::{Body, BodyId};
+use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, TimelineSink};
 
 use crate::SimulationReport;
 
@@ -223,8 +223,8 @@ impl<'a> Recorder<'a> {
 
 #[cfg(test)]
 mod tests {
-    use clangor::glam::DVec3;
-    use clangor::timeline::Timeline;
+    use clangor_core::glam::DVec3;
+    use clangor_core::timeline::Timeline;
 
     use super::*;
 

@@ -36,9 +36,9 @@ mod step_log;
 
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, World};
-use clangor::material::PairCoefficients;
-use clangor::timeline::PoseRow;
+use clangor_core::body::{Body, BodyId, World};
+use clangor_core::material::PairCoefficients;
+use clangor_core::timeline::PoseRow;
 use glam::DVec3;
 
 use crate::SimulationError;
@@ -66,14 +66,14 @@ const ORDER_CHECK: u64 = 64;
 /// # Errors
 /// What is wrong with it.
 #[cfg(feature = "fracture")]
-pub(crate) fn check_surface(surface: &clangor::body::Surface) -> Result<(), &'static str> {
+pub(crate) fn check_surface(surface: &clangor_core::body::Surface) -> Result<(), &'static str> {
     Shape::try_new(surface).map(|_| ())
 }
 
 /// A world that is stepped.
 pub struct RigidWorld {
     names: Vec<String>,
-    materials: Vec<clangor::material::Material>,
+    materials: Vec<clangor_core::material::Material>,
     bodies: Vec<BodyState>,
     shapes: Vec<Shape>,
     springs: Vec<Spring>,
@@ -108,7 +108,7 @@ impl RigidWorld {
         let mut shapes = Vec::new();
         let mut bodies = Vec::new();
         // Copies of a body share a surface, and here its parts.
-        let mut known: Vec<*const clangor::body::Surface> = Vec::new();
+        let mut known: Vec<*const clangor_core::body::Surface> = Vec::new();
         for body in &world.bodies {
             let bad = |reason| SimulationError::BadBody { body: body.name.clone(), reason };
             let surface = Arc::as_ptr(&body.surface);

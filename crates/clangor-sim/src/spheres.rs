@@ -40,7 +40,7 @@ mod support;
 
 use std::ops::ControlFlow;
 
-use clangor::body::World;
+use clangor_core::body::World;
 
 use crate::record::Recorder;
 use crate::{SimulationError, SimulationSettings};

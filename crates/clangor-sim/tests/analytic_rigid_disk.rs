@@ -7,8 +7,8 @@
 #[allow(dead_code)]
 mod scenes;
 
-use clangor::body::{Body, BodyId};
-use clangor::glam::{DQuat, DVec3};
+use clangor_core::body::{Body, BodyId};
+use clangor_core::glam::{DQuat, DVec3};
 use clangor_sim::rigid::{RigidWorld, StepLog};
 
 use scenes::{cylinder, floor, material, world};

@@ -4,9 +4,9 @@
 #[allow(dead_code)]
 mod scenes;
 
-use clangor::body::{Body, BodyId, World};
-use clangor::glam::DVec3;
-use clangor::timeline::ContactKind;
+use clangor_core::body::{Body, BodyId, World};
+use clangor_core::glam::DVec3;
+use clangor_core::timeline::ContactKind;
 use clangor_sim::rigid::{RigidWorld, StepLog};
 
 use scenes::{ball, floor, material, world};

@@ -2,7 +2,7 @@
 
 mod sphere_worlds;
 
-use clangor::body::World;
+use clangor_core::body::World;
 use glam::DVec3;
 use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, rows_of, run, settings, sphere, world};
 

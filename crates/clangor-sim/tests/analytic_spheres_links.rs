@@ -4,8 +4,8 @@ mod sphere_worlds;
 
 use std::f64::consts::PI;
 
-use clangor::body::{BodyId, Link, Motion, SpringEnd};
-use clangor::timeline::PoseRow;
+use clangor_core::body::{BodyId, Link, Motion, SpringEnd};
+use clangor_core::timeline::PoseRow;
 use glam::DVec3;
 use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, rows_of, run, settings, sphere, world};
 

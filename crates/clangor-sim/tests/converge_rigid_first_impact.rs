@@ -4,9 +4,9 @@
 #[allow(dead_code)]
 mod scenes;
 
-use clangor::body::Body;
-use clangor::glam::DVec3;
-use clangor::timeline::ContactRow;
+use clangor_core::body::Body;
+use clangor_core::glam::DVec3;
+use clangor_core::timeline::ContactRow;
 use clangor_sim::rigid::{RigidWorld, StepLog};
 
 use scenes::{Random, cylinder, die, floor, material, rock, solid, world};

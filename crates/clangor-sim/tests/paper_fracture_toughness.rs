@@ -4,7 +4,7 @@
 
 mod brittle;
 
-use clangor::scene::breaking::Breaking;
+use clangor_core::scene::breaking::Breaking;
 
 use brittle::{run, tile};
 

@@ -5,8 +5,8 @@
 
 mod brittle;
 
-use clangor::glam::DVec3;
-use clangor::scene::breaking::{Breaking, Score};
+use clangor_core::glam::DVec3;
+use clangor_core::scene::breaking::{Breaking, Score};
 
 use brittle::{Run, run, tile};
 

@@ -1,11 +1,11 @@
 //! Convex parts of meshes: exact where the mesh is convex, close and measured where it is not.
 #![cfg(feature = "rigid")]
 
-use clangor::geometry::convex::ConvexPart;
-use clangor::geometry::solid::check_solid;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::glam::DVec3;
-use clangor::shape::Shape;
+use clangor_core::geometry::convex::ConvexPart;
+use clangor_core::geometry::solid::check_solid;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::DVec3;
+use clangor_core::shape::Shape;
 use clangor_sim::decompose::{DecomposeError, DecomposeSettings, Decomposition, convex_parts};
 
 fn decompose(mesh: &TriMesh) -> Decomposition {

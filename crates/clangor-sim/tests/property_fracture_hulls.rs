@@ -1,15 +1,15 @@
 //! Hulls of pieces: how much volume they add or miss, how far off they are, and how far siblings reach into each other.
 
-use clangor::geometry::convex::ConvexPart;
-use clangor::geometry::hull::convex_hull;
-use clangor::geometry::parts_fit::measure_parts;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::glam::DVec3;
-use clangor::math::random::SplitMix;
-use clangor_bake::tetrahedra::TetMesh;
-use clangor_bake::tetrahedra::ball::ellipsoid;
-use clangor_bake::tetrahedra::block::block;
-use clangor_bake::tetrahedra::round::torus;
+use clangor_core::geometry::convex::ConvexPart;
+use clangor_core::geometry::hull::convex_hull;
+use clangor_core::geometry::parts_fit::measure_parts;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::DVec3;
+use clangor_core::math::random::SplitMix;
+use clangor_bake::mesh::tetrahedra::TetMesh;
+use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
+use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::mesh::tetrahedra::cylinder::torus;
 use clangor_sim::fracture::hulls::{HullSettings, PieceHulls, piece_hulls};
 use clangor_sim::fracture::pattern::PatternSettings;
 use clangor_sim::fracture::piece::Piece;

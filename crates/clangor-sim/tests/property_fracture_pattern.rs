@@ -1,8 +1,8 @@
 //! Patterns: they cost no more than the energy pays for, seeds fall where the energy is, regions hang together, and the
 //! same seed gives the same pattern.
 
-use clangor::glam::DVec3;
-use clangor_bake::tetrahedra::block::block;
+use clangor_core::glam::DVec3;
+use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_sim::fracture::FractureError;
 use clangor_sim::fracture::pattern::{PatternSettings, draw_pattern};
 use clangor_sim::fracture::piece::Piece;

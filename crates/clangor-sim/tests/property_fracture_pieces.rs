@@ -4,15 +4,15 @@
 
 use std::collections::BTreeMap;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::glam::DVec3;
-use clangor::math::random::SplitMix;
-use clangor_bake::tetrahedra::TetMesh;
-use clangor_bake::tetrahedra::ball::ellipsoid;
-use clangor_bake::tetrahedra::block::block;
-use clangor_bake::tetrahedra::round::{cylinder, torus};
-use clangor_bake::tetrahedra::stuffing::stuff;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::DVec3;
+use clangor_core::math::random::SplitMix;
+use clangor_bake::mesh::tetrahedra::TetMesh;
+use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
+use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::mesh::tetrahedra::cylinder::{cylinder, torus};
+use clangor_bake::mesh::tetrahedra::isosurface_stuffing::stuff;
 use clangor_sim::fracture::pattern::{PatternSettings, draw_pattern};
 use clangor_sim::fracture::piece::Piece;
 use clangor_sim::fracture::split::{Split, split_by_regions};

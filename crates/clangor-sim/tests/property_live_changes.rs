@@ -2,7 +2,7 @@
 
 mod sphere_worlds;
 
-use clangor::body::{BodyId, Link};
+use clangor_core::body::{BodyId, Link};
 use clangor_sim::Solver;
 use clangor_sim::live::{LiveError, LiveSettings, LiveWorld};
 use glam::DVec3;

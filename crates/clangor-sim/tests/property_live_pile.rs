@@ -4,8 +4,8 @@ mod sphere_worlds;
 
 use std::collections::BTreeMap;
 
-use clangor::body::{BodyId, Motion, Surface, World};
-use clangor::timeline::{ContactKind, ContactRow};
+use clangor_core::body::{BodyId, Motion, Surface, World};
+use clangor_core::timeline::{ContactKind, ContactRow};
 use clangor_sim::Solver;
 use clangor_sim::live::{BodyState, LiveSettings, LiveWorld};
 use glam::DVec3;

@@ -5,8 +5,8 @@
 #[allow(dead_code)]
 mod scenes;
 
-use clangor::body::{BodyId, World};
-use clangor::glam::DVec3;
+use clangor_core::body::{BodyId, World};
+use clangor_core::glam::DVec3;
 use clangor_sim::rigid::{Impulse, RigidWorld, StepLog};
 
 use scenes::{Random, ball, cylinder, die, floor, material, prism, ring, rock, rock_pile, solid, world};
@@ -31,7 +31,7 @@ fn worst_imbalance(world: &World, time_step: f64, duration: f64) -> (f64, f64) {
                 sum.2 += row.impulse().length();
             }
         }
-        for i in (0..count).filter(|&i| world.bodies[i].motion == clangor::body::Motion::Free) {
+        for i in (0..count).filter(|&i| world.bodies[i].motion == clangor_core::body::Motion::Free) {
             let slept_through = before[i].1 && rigid.is_asleep(id(i));
             if slept_through {
                 continue;

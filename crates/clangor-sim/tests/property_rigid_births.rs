@@ -9,13 +9,13 @@ mod scenes;
 
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, MeshSurface, Surface};
-use clangor::geometry::convex::ConvexPart;
-use clangor::geometry::hull::convex_hull;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::glam::{DQuat, DVec3};
-use clangor::pose::Pose;
-use clangor::timeline::PoseRow;
+use clangor_core::body::{Body, BodyId, MeshSurface, Surface};
+use clangor_core::geometry::convex::ConvexPart;
+use clangor_core::geometry::hull::convex_hull;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::pose::Pose;
+use clangor_core::timeline::PoseRow;
 use clangor_sim::rigid::{RigidWorld, StepLog};
 
 use cut::{cells, pieces};

@@ -7,11 +7,11 @@ mod scenes;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
-use clangor::geometry::convex::ConvexPart;
-use clangor::glam::{DMat3, DQuat, DVec3};
-use clangor::pose::{Keyframe, Pose, Track};
-use clangor::timeline::{ContactKind, Timeline};
+use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::geometry::convex::ConvexPart;
+use clangor_core::glam::{DMat3, DQuat, DVec3};
+use clangor_core::pose::{Keyframe, Pose, Track};
+use clangor_core::timeline::{ContactKind, Timeline};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{RigidWorld, StepLog};
 use clangor_sim::{SimulationError, SimulationSettings, Solver, simulate};

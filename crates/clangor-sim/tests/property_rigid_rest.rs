@@ -7,9 +7,9 @@
 #[allow(dead_code)]
 mod scenes;
 
-use clangor::body::{Body, BodyId, World};
-use clangor::glam::DVec3;
-use clangor::material::Material;
+use clangor_core::body::{Body, BodyId, World};
+use clangor_core::glam::DVec3;
+use clangor_core::material::Material;
 use clangor_sim::rigid::{RigidWorld, StepLog};
 
 use scenes::{Random, cuboid, floor, material, named, rock_pile, solid, world};

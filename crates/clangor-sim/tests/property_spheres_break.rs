@@ -2,8 +2,8 @@
 
 mod sphere_worlds;
 
-use clangor::body::Body;
-use clangor::timeline::PoseRow;
+use clangor_core::body::Body;
+use clangor_core::timeline::PoseRow;
 use glam::DVec3;
 use sphere_worlds::{G, kinetic_energy, material, plane, run, settings, sphere, world};
 

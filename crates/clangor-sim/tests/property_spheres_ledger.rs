@@ -2,8 +2,8 @@
 
 mod sphere_worlds;
 
-use clangor::body::{BodyId, Link, Motion, SpringEnd, Surface, World};
-use clangor::timeline::{ContactKind, PoseRow, Timeline};
+use clangor_core::body::{BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::timeline::{ContactKind, PoseRow, Timeline};
 use glam::{DMat3, DVec3};
 use sphere_worlds::{G, material, plane, run, settings, sphere, world};
 

@@ -2,7 +2,7 @@
 
 mod sphere_worlds;
 
-use clangor::body::{Body, BodyId, Link, Motion, SpringEnd, World};
+use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, World};
 use clangor_sim::SimulationError;
 use glam::DVec3;
 use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, run, settings, sphere, world};

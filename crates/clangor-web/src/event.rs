@@ -14,7 +14,7 @@
 //! | 20–22 | impulse there [N s], world |
 //! | 23 | number of the body, for the page |
 
-use clangor::contact::{BodyPulse, ImpactPulse};
+use clangor_core::contact::{BodyPulse, ImpactPulse};
 
 /// Numbers of an event.
 pub const STRIDE: usize = 24;

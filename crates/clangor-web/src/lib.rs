@@ -11,7 +11,7 @@
 //! The layout of an event, [`event::STRIDE`] numbers, is written in [`event`](mod@event).
 
 pub mod event;
-pub mod exchange;
+pub mod wasm_buffer;
 pub mod synth;
 pub mod world;
 

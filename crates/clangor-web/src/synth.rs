@@ -5,18 +5,18 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use clangor::glam::{DQuat, DVec3};
-use clangor::material::Damping;
-use clangor::pose::Pose;
-use clangor::realtime::{
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::material::Damping;
+use clangor_core::pose::Pose;
+use clangor_core::realtime::{
     Blow, Controller, Engine, EngineSettings, Event, ObjectError, Part, PlaybackLevel, SendError,
     SoundingObject, Struck, engine,
 };
-use clangor::scene::Scene;
-use clangor::synthesis::{SampleRate, SynthesisError};
+use clangor_core::scene::Scene;
+use clangor_core::synthesis::{SampleRate, SynthesisError};
 
 use crate::event::{BLOW, CLICK, END, POSE, STRIDE};
-use crate::exchange::{self, status};
+use crate::wasm_buffer::{self, status};
 
 /// Slots for objects.
 pub const SLOTS: u32 = 1024;

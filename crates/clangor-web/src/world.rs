@@ -4,18 +4,18 @@
 
 use std::cell::RefCell;
 
-use clangor::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
-use clangor::material::Material;
-use clangor::material::presets;
-use clangor::scene::instantiate::load_shape;
-use clangor::scene::{Scene, instantiate};
+use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::material::Material;
+use clangor_core::material::presets;
+use clangor_core::scene::instantiate::load_shape;
+use clangor_core::scene::{Scene, instantiate};
 use clangor_sim::Solver;
 use clangor_sim::live::{LiveError, LiveSettings, LiveWorld};
 use glam::DVec3;
 use serde_json::json;
 
 use crate::event::{self, STRIDE};
-use crate::exchange::{self, status};
+use crate::wasm_buffer::{self, status};
 
 /// Numbers of a body in [`world_bodies`].
 pub const BODY_STRIDE: usize = 8;
@@ -63,7 +63,7 @@ enum WorldError {
 impl State {
     fn load(&mut self, text: &[u8]) -> Result<i32, WorldError> {
         let text = str::from_utf8(text).map_err(|_| WorldError::NotText)?;
-        let refuse = |error: clangor::scene::diagnostic::SceneErrors| WorldError::Scene(error.to_string());
+        let refuse = |error: clangor_core::scene::diagnostic::SceneErrors| WorldError::Scene(error.to_string());
         let scene = Scene::from_toml(text).map_err(refuse)?;
         let world = instantiate(&scene, &mut load_shape).map_err(refuse)?.world;
         let settings = LiveSettings { v_min: scene.simulation.v_min, ..LiveSettings::default() };

@@ -3,13 +3,13 @@
 
 use std::f64::consts::PI;
 
-use clangor::contact::{ContactSettings, PoseHistory, impact_pulses};
-use clangor::scene::instantiate::load_shape;
-use clangor::scene::{Scene, instantiate};
-use clangor::timeline::Timeline;
+use clangor_core::contact::{ContactSettings, PoseHistory, impact_pulses};
+use clangor_core::scene::instantiate::load_shape;
+use clangor_core::scene::{Scene, instantiate};
+use clangor_core::timeline::Timeline;
 use clangor_sim::record::RecordSettings;
 use clangor_sim::{SimulationSettings, Solver, simulate};
-use clangor_web::exchange::{last_message, write};
+use clangor_web::wasm_buffer::{last_message, write};
 use clangor_web::world::{
     CONTACT_STRIDE, with_events, world_advance, world_clear, world_load, world_solver, world_time,
 };

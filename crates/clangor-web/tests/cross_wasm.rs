@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clangor_web::event::STRIDE;
-use clangor_web::exchange::{last_message, write};
+use clangor_web::wasm_buffer::{last_message, write};
 use clangor_web::{synth, world};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");

@@ -1,6 +1,6 @@
 //! The world of the module under nonsense and under a flood of changes: refused with a message, and on it goes.
 
-use clangor_web::exchange::{last_message, write};
+use clangor_web::wasm_buffer::{last_message, write};
 use clangor_web::world::{
     world_add_sphere, world_advance, world_body_count, world_energy, world_events_count, world_gravity,
     world_load, world_materials, world_remove, world_set_velocity, world_solver, world_time,

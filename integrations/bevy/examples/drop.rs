@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use avian3d::prelude::*;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
-use clangor::material::presets;
-use clangor::realtime::EngineSettings;
+use clangor_core::material::presets;
+use clangor_core::realtime::EngineSettings;
 use clangor_bevy::playback::{play, settings_for_device};
 use clangor_bevy::{ClangorPlugin, Ears, Ground, Sounding};
 

@@ -10,7 +10,7 @@
 //! that it turns by 5.5.)
 //! Each body with a [`Sounding`] is heard; the other one may be anything.
 //!
-//! Who plays the sound takes the [`Engine`](clangor::realtime::Engine) that [`ClangorPlugin::new`] returns, and calls its `render` from
+//! Who plays the sound takes the [`Engine`](clangor_core::realtime::Engine) that [`ClangorPlugin::new`] returns, and calls its `render` from
 //! an audio callback; with the feature `playback`, [`playback`] does. An event is heard a block and 97 samples after the
 //! step in which it happened, and as late as the step is long at most.
 //!
@@ -24,12 +24,12 @@ use std::sync::{Mutex, PoisonError};
 
 use avian3d::prelude::*;
 use bevy::prelude::*;
-use clangor::contact::hertz::HertzContact;
-use clangor::glam::{DQuat, DVec3};
-use clangor::material::Material;
-use clangor::pose::Pose;
-use clangor::realtime::{Blow, Controller, Engine, EngineSettings, Event as SoundEvent, Struck, engine};
-use clangor::synthesis::SynthesisError;
+use clangor_core::contact::hertz::HertzContact;
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::material::Material;
+use clangor_core::pose::Pose;
+use clangor_core::realtime::{Blow, Controller, Engine, EngineSettings, Event as SoundEvent, Struck, engine};
+use clangor_core::synthesis::SynthesisError;
 
 /// Contacts that approach more slowly are silent [m/s].
 pub const V_MIN: f32 = 0.05;

@@ -1,7 +1,7 @@
 //! An engine played by the machine's own loudspeakers.
 
-use clangor::realtime::{Engine, EngineSettings, PlaybackLevel};
-use clangor::synthesis::SampleRate;
+use clangor_core::realtime::{Engine, EngineSettings, PlaybackLevel};
+use clangor_core::synthesis::SampleRate;
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 
 /// Why there is no sound.

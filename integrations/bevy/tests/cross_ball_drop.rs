@@ -5,13 +5,13 @@ use std::time::Duration;
 use avian3d::prelude::*;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
-use clangor::body::BodyId;
-use clangor::contact::ForceProfile;
-use clangor::contact::hertz::HertzContact;
-use clangor::glam::{DQuat, DVec3};
-use clangor::material::presets;
-use clangor::realtime::EngineSettings;
-use clangor::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+use clangor_core::body::BodyId;
+use clangor_core::contact::ForceProfile;
+use clangor_core::contact::hertz::HertzContact;
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::material::presets;
+use clangor_core::realtime::EngineSettings;
+use clangor_core::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
 use clangor_bevy::{ClangorPlugin, EAR_DISTANCE, Ears, Ground, Sound, Sounding};
 
 const STEP: f64 = 1.0 / 240.0;
@@ -22,7 +22,7 @@ const RESTITUTION: f32 = 0.8;
 const HEIGHT: f32 = 0.5;
 const EARS: Vec3 = Vec3::new(0.0, 0.4, 1.0);
 
-fn world() -> (App, clangor::realtime::Engine) {
+fn world() -> (App, clangor_core::realtime::Engine) {
     let (plugin, engine) = ClangorPlugin::new(&EngineSettings::default()).unwrap();
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, TransformPlugin, PhysicsPlugins::default(), plugin));

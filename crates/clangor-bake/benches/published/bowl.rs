@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use clangor::model::published::directions::Directions;
-use clangor::shape::Shape;
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
-use clangor_bake::published::{Fit, PublishedOptions, fit};
+use clangor_core::reference::pan_representation::directions::Directions;
+use clangor_core::shape::Shape;
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
+use clangor_bake::reference::{Fit, PublishedOptions, fit};
 use glam::DVec3;
 
 use crate::measure::{Push, directions, errors, worst};

@@ -8,21 +8,21 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
-use clangor::body::{BodyId, Surface};
-use clangor::contact::ForceProfile;
-use clangor::geometry::meridian::Meridian;
-use clangor::glam::DQuat;
-use clangor::medium::Medium;
-use clangor::model::acceleration_field::{AccelerationField, DEGREES};
-use clangor::model::playable_field::PlayableField;
-use clangor::model::published::directions::Directions;
-use clangor::model::published::{HeardContact, PublishedField, PublishedModel};
-use clangor::synthesis::{
+use clangor_core::body::{BodyId, Surface};
+use clangor_core::contact::ForceProfile;
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::glam::DQuat;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES};
+use clangor_core::sound_model::acceleration::field_evaluator::PlayableField;
+use clangor_core::reference::pan_representation::directions::Directions;
+use clangor_core::reference::pan_representation::{HeardContact, PublishedField, PublishedModel};
+use clangor_core::synthesis::{
     Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
 };
-use clangor_bake::acceleration_noise::{BakeOptions, Method, bake_with};
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
-use clangor_bake::published::{FieldSampler, Fit, PublishedOptions, fit, half_sine_spectrum, synthesize};
+use clangor_bake::acceleration::{BakeOptions, Method, bake_with};
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
+use clangor_bake::reference::{FieldSampler, Fit, PublishedOptions, fit, half_sine_spectrum, synthesize};
 use glam::DVec3;
 use num_complex::Complex64;
 

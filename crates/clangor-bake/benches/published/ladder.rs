@@ -5,13 +5,13 @@
 
 use std::collections::BTreeMap;
 
-use clangor::geometry::meridian::Meridian;
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::bank_file::BankFile;
-use clangor::model::published::PublishedField;
-use clangor::model::published::directions::Directions;
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
-use clangor_bake::published::{FieldSampler, Fit, PublishedOptions, fit, fit_at, fit_radii};
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::files::ellipsoid_bank_file::BankFile;
+use clangor_core::reference::pan_representation::PublishedField;
+use clangor_core::reference::pan_representation::directions::Directions;
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
+use clangor_bake::reference::{FieldSampler, Fit, PublishedOptions, fit, fit_at, fit_radii};
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;

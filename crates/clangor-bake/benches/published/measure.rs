@@ -1,9 +1,9 @@
 //! Errors of a published field against the field it was fitted from.
 
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::published::PublishedField;
-use clangor::model::published::pulse::pulse_spectrum;
-use clangor_bake::published::{half_sine_spectrum, synthesize};
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::reference::pan_representation::PublishedField;
+use clangor_core::reference::pan_representation::pulse::pulse_spectrum;
+use clangor_bake::reference::{half_sine_spectrum, synthesize};
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -3,10 +3,10 @@
 //! The response to an acceleration is over after a while, T: solves Δκ = 2π/T apart hold all of it. Solvers may stay off the real
 //! axis by the same distance everywhere, k = κ − iσ; then what they see is the response times e^{−σu}.
 
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::radial::outgoing;
-use clangor::model::spherical_harmonics::{index, solid_harmonics};
-use clangor_bake::published::{PublishedOptions, synthesize};
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::math::radial::outgoing;
+use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
+use clangor_bake::reference::{PublishedOptions, synthesize};
 use clangor_bake::radiation::{RadiationError, RadiationSolver};
 use glam::DVec3;
 use num_complex::Complex64;

@@ -8,7 +8,7 @@
 //! The coefficients stay on the device; a call sends directions and distances and brings back one complex number for each
 //! mode and place. All in `f32`: products of the ratios of up to 60 orders keep 1e-5.
 
-use clangor::model::modal_model::ModalTransfer;
+use clangor_core::sound_model::modal::model::ModalTransfer;
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -17,18 +17,18 @@
 
 use std::ops::ControlFlow;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::model::modal_model::ModalTransfer;
-use clangor::model::modal_surface::ModalSurface;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::sound_model::modal::surface::ModalSurface;
 
-use super::triangles::{TriangleModes, centred_mirrors};
-use super::waves::WaveModes;
+use crate::modal_radiation::bem_transfer::{TriangleModes, centred_mirrors};
+use crate::modal_radiation::fdtd_transfer::WaveModes;
 use super::{ModalMotion, ModalSolver};
-use crate::acceleration_noise::BakeError;
-use crate::helmholtz::galerkin::MOST_UNKNOWNS;
+use crate::acceleration::BakeError;
+use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::radiation::RadiationError;
-use crate::remesh::resolution::resolution;
+use crate::mesh::remesh::resolution::resolution;
 
 /// CPU-s per square of the unknowns, and per cube of those of a system.
 const ASSEMBLY: f64 = 5e-8;

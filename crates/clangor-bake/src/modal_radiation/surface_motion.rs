@@ -8,7 +8,7 @@
 //! next to nothing; on another mesh the interpolated motion may displace a thousandth of what moves, which
 //! radiates as a monopole where the true motion hardly radiates at all. [`balance`] gives it back the true flux.
 
-use clangor::model::modal_surface::{ModalSurface, SurfaceLocator, SurfacePoint, node_weights};
+use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator, SurfacePoint, node_weights};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -90,7 +90,7 @@ fn tangents(x: &[DVec3; 6], [a, b, c]: [f64; 3]) -> [DVec3; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tetrahedra::ball::ellipsoid;
+    use crate::mesh::tetrahedra::ball::ellipsoid;
 
     #[test]
     fn fluxes_are_those_of_the_divergence() {

@@ -1,8 +1,8 @@
 //! Fields known in closed form at every wavenumber, to fit and to compare with.
 
-use clangor::medium::Medium;
-use clangor::model::acceleration_field::DEGREES;
-use clangor::model::sphere_radiation::{SphereModel, SphereTransfer};
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -1,9 +1,9 @@
 //! Bodies of the shape library about their centres of mass, and their surfaces as modes see them.
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::model::modal_surface::ModalSurface;
-use clangor::shape::Shape;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::shape::Shape;
 
 /// A named shape about its centre of mass.
 pub(crate) fn shape(text: &str) -> TriMesh {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clangor::glam::DVec3;
+use clangor_core::glam::DVec3;
 
 pub(super) fn vector(text: &str) -> Result<DVec3, String> {
     let component = |n: &str| between(n.trim(), -1e5, 1e5, "");

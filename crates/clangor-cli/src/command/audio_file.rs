@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use clangor::body::{Body, BodyId};
-use clangor::material::Material;
-use clangor::model::modal_model::ModalModel;
-use clangor::scene::instantiate::LoadedGeometry;
-use clangor_pipeline::audio_rigid_bodies::{EXTENSION, Played, choose_body, read_audio_bodies};
-use clangor_pipeline::load::mesh_geometry;
+use clangor_core::body::{Body, BodyId};
+use clangor_core::material::Material;
+use clangor_core::sound_model::modal::model::ModalModel;
+use clangor_core::scene::instantiate::LoadedGeometry;
+use clangor_pipeline::interchange::audio_rigid_bodies::{EXTENSION, Played, choose_body, read_audio_bodies};
+use clangor_pipeline::stages::load::mesh_geometry;
 
 use super::sound_sources::{SAME_VOLUME, is_copy};
 use crate::console::Console;

@@ -9,26 +9,26 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
 
-use clangor::material::{Material, presets};
-use clangor::medium::Medium;
-use clangor::model::model_file::ModelFile;
-use clangor::scene::Scene;
-use clangor::synthesis::source_rule::SourceKind;
-use clangor::synthesis::{RenderSettings, SampleRate};
-use clangor_bake::acceleration_noise::{BakeOptions, BakeProgress, Method};
+use clangor_core::material::{Material, presets};
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::files::model_file::ModelFile;
+use clangor_core::scene::Scene;
+use clangor_core::synthesis::source_rule::SourceKind;
+use clangor_core::synthesis::{RenderSettings, SampleRate};
+use clangor_bake::acceleration::{BakeOptions, BakeProgress, Method};
 use clangor_bake::modal::ModalBakeOptions;
-use clangor_bake::published::PublishedForm;
-use clangor_bake::wave::WaveDevice;
-use clangor_pipeline::atomic_file::{check_folder, write_atomically};
-use clangor_pipeline::load::{LoadedScene, geometry_reference, load_geometry};
-use clangor_pipeline::model_cache::ModelCache;
-use clangor_pipeline::sound_models::ringers::{FoundModes, RingingPlan};
-use clangor_pipeline::sound_models::ringing::{ModalRequest, ObtainedModes, obtain_modes};
-use clangor_pipeline::sound_models::sources::SourceSettings;
-use clangor_pipeline::sound_models::{
+use clangor_bake::reference::PublishedForm;
+use clangor_bake::fdtd::WaveDevice;
+use clangor_pipeline::formats::atomic_file::{check_folder, write_atomically};
+use clangor_pipeline::stages::load::{LoadedScene, geometry_reference, load_geometry};
+use clangor_pipeline::formats::model_cache::ModelCache;
+use clangor_pipeline::stages::sound_models::ringers::{FoundModes, RingingPlan};
+use clangor_pipeline::stages::sound_models::ringing::{ModalRequest, ObtainedModes, obtain_modes};
+use clangor_pipeline::stages::sound_models::sources::SourceSettings;
+use clangor_pipeline::stages::sound_models::{
     ModelRequest, Obtained, RequestError, obtain, publish, shared_requests,
 };
-use clangor_pipeline::soundbank::default_bank;
+use clangor_pipeline::formats::soundbank::default_bank;
 use serde_json::{Value, json};
 
 use super::audio_file::audio_input;

@@ -3,15 +3,15 @@
 use std::path::Path;
 use std::time::Instant;
 
-use clangor::medium::Medium;
-use clangor::model::bank_file::BankFile;
-use clangor::model::modal_bank_file::ModalBankFile;
-use clangor_bake::modal_bank::BankOptions as ModalBankOptions;
-use clangor_pipeline::atomic_file::{check_folder, write_atomically};
-use clangor_pipeline::modal_soundbank::{bank_material, build_modal_bank};
-use clangor_pipeline::model_cache::ModelCache;
-use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
-use clangor_pipeline::soundbank::{BankOptions, build_bank};
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::files::ellipsoid_bank_file::BankFile;
+use clangor_core::sound_model::files::modal_soundbank_file::ModalBankFile;
+use clangor_bake::soundbank::modal::BankOptions as ModalBankOptions;
+use clangor_pipeline::formats::atomic_file::{check_folder, write_atomically};
+use clangor_pipeline::formats::modal_soundbank::{bank_material, build_modal_bank};
+use clangor_pipeline::formats::model_cache::ModelCache;
+use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
+use clangor_pipeline::formats::soundbank::{BankOptions, build_bank};
 use serde_json::json;
 
 use super::bake::preset;

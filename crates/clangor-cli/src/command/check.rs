@@ -1,6 +1,6 @@
 //! `clangor check`: every mistake of a scene at once.
 
-use clangor_pipeline::simulate::check_motion;
+use clangor_pipeline::stages::simulate::check_motion;
 use serde_json::json;
 
 use super::load;

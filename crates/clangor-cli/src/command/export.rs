@@ -4,14 +4,14 @@ mod web;
 
 use std::path::Path;
 
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::glam::DVec3;
-use clangor::material::{Material, presets};
-use clangor::model::model_file::Solid;
-use clangor::shape::{Form, Shape};
-use clangor_pipeline::audio_rigid_bodies::{AudioBody, AudioMaterial, BodyMass, Ringing, write_audio_body};
-use clangor_pipeline::exchange::{export_scene_gltf, export_timeline_gltf};
-use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::DVec3;
+use clangor_core::material::{Material, presets};
+use clangor_core::sound_model::files::model_file::Solid;
+use clangor_core::shape::{Form, Shape};
+use clangor_pipeline::interchange::audio_rigid_bodies::{AudioBody, AudioMaterial, BodyMass, Ringing, write_audio_body};
+use clangor_pipeline::interchange::body_files::{export_scene_gltf, export_timeline_gltf};
+use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
 use super::bake::preset;

@@ -1,6 +1,6 @@
 //! `clangor import`: what another tool or a person wrote becomes a timeline.
 
-use clangor_pipeline::exchange::import_contacts;
+use clangor_pipeline::interchange::body_files::import_contacts;
 use serde_json::json;
 
 use super::{check_ending, load};

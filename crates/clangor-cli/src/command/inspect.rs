@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use clangor::body::{Motion, Surface};
-use clangor::geometry::principal_axes::principal_axes;
-use clangor::scene::body_description::Geometry;
-use clangor_pipeline::levels::{LevelMeter, db_spl};
-use clangor_pipeline::load::{geometry_reference, load_geometry};
-use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
-use clangor_pipeline::timeline_file::TimelineReader;
-use clangor_pipeline::wav::{WavEncoding, WavReader};
+use clangor_core::body::{Motion, Surface};
+use clangor_core::geometry::principal_axes::principal_axes;
+use clangor_core::scene::body_description::Geometry;
+use clangor_pipeline::plots::levels::{LevelMeter, db_spl};
+use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
+use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
+use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
 use clangor_sim::choose_solver;
 use serde_json::json;
 

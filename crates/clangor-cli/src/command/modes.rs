@@ -4,15 +4,15 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clangor::material::{Material, presets};
-use clangor_bake::acceleration_noise::BakeOptions;
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::vibration::{
+use clangor_core::material::{Material, presets};
+use clangor_bake::acceleration::BakeOptions;
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::modal_analysis::{
     Vibration, VibrationError, VibrationOptions, VibrationProgress, vibration_and_system,
 };
-use clangor_pipeline::atomic_file::AtomicFile;
-use clangor_pipeline::load::{geometry_reference, load_geometry};
-use clangor_pipeline::sound_models::ModelRequest;
+use clangor_pipeline::formats::atomic_file::AtomicFile;
+use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
+use clangor_pipeline::stages::sound_models::ModelRequest;
 use clap::Args;
 use serde_json::json;
 

@@ -5,16 +5,16 @@ mod spectrogram;
 
 use std::path::Path;
 
-use clangor::medium::Medium;
-use clangor::model::modal_file::ModalPart;
-use clangor_pipeline::atomic_file::write_atomically;
-use clangor_pipeline::field_plot::{self, FieldPlot};
-use clangor_pipeline::mode_plot::{self, ModePlot};
-use clangor_pipeline::picture::{Canvas, Raster, Svg};
-use clangor_pipeline::sound_models::{SoundFile, read_model, read_sound_file};
-use clangor_pipeline::spectrum::Spectrum;
-use clangor_pipeline::spectrum_plot::{self, SpectrumPlot};
-use clangor_pipeline::wav::WavReader;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::files::modal_file::ModalPart;
+use clangor_pipeline::formats::atomic_file::write_atomically;
+use clangor_pipeline::plots::field::{self, FieldPlot};
+use clangor_pipeline::plots::modes::{self, ModePlot};
+use clangor_pipeline::plots::picture::{Canvas, Raster, Svg};
+use clangor_pipeline::stages::sound_models::{SoundFile, read_model, read_sound_file};
+use clangor_pipeline::plots::spectrum::Spectrum;
+use clangor_pipeline::plots::spectrum_plot::{self, SpectrumPlot};
+use clangor_pipeline::formats::wav::WavReader;
 use serde_json::json;
 
 use crate::arguments::{Degree, Picture, Plot};

@@ -2,9 +2,9 @@
 
 pub(super) mod breaking;
 
-use clangor_pipeline::fracture_report::FractureReport;
-use clangor_pipeline::simulate::simulate_to_folder;
-use clangor_pipeline::timeline_file::TimelineReader;
+use clangor_pipeline::stages::fracture_report::FractureReport;
+use clangor_pipeline::stages::simulate::simulate_to_folder;
+use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 
@@ -19,7 +19,7 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
     if let Some(path) = &options.report {
         check_ending(path, "json")?;
     }
-    let adjust = |scene: &mut clangor::scene::Scene| {
+    let adjust = |scene: &mut clangor_core::scene::Scene| {
         scene.simulation.duration = options.duration.unwrap_or(scene.simulation.duration);
     };
     let loaded = load(&options.scene, global, &adjust, console)?;

@@ -1,6 +1,6 @@
 //! `clangor validate`: the published error table.
 
-use clangor_pipeline::atomic_file::write_atomically;
+use clangor_pipeline::formats::atomic_file::write_atomically;
 use clangor_pipeline::validate::{Extent, markdown, validate};
 use serde_json::json;
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clangor_pipeline::wav::WavReader;
+use clangor_pipeline::formats::wav::WavReader;
 
 /// Samples, and how many there are in a second.
 pub(crate) fn samples(path: &Path) -> (Vec<f32>, f64) {

@@ -1,12 +1,12 @@
 //! An imitated raw log of a settling rock pile: the same pairs of bodies touch step after step, at points that creep and
 //! with impulses that fluctuate about the load they carry.
 
-use clangor::body::{Body, BodyId, Life, Motion, Surface, World};
-use clangor::material::{Damping, Material};
-use clangor::medium::Medium;
-use clangor::pose::Pose;
-use clangor::timeline::{ContactKind, ContactRow};
-use clangor_pipeline::timeline_file::{Origin, TimelineHeader};
+use clangor_core::body::{Body, BodyId, Life, Motion, Surface, World};
+use clangor_core::material::{Damping, Material};
+use clangor_core::medium::Medium;
+use clangor_core::pose::Pose;
+use clangor_core::timeline::{ContactKind, ContactRow};
+use clangor_pipeline::formats::timeline_file::{Origin, TimelineHeader};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! Hertz contact: the printed time scale of \[PAN\] Table 1, and Hertz's equation of motion integrated numerically.
 
-use clangor::contact::hertz::HertzContact;
-use clangor::material::presets;
+use clangor_core::contact::hertz::HertzContact;
+use clangor_core::material::presets;
 
 use super::{Check, Extent, Outcome, Validation};
 

@@ -3,13 +3,13 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Life, Motion, Surface, World};
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::glam::{DMat3, DQuat, DVec3};
-use clangor::material::{Material, presets};
-use clangor::pose::Pose;
-use clangor::shape::Shape;
-use clangor::timeline::{ContactKind, ContactRow, Timeline};
+use clangor_core::body::{Body, BodyId, Life, Motion, Surface, World};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::glam::{DMat3, DQuat, DVec3};
+use clangor_core::material::{Material, presets};
+use clangor_core::pose::Pose;
+use clangor_core::shape::Shape;
+use clangor_core::timeline::{ContactKind, ContactRow, Timeline};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::{SimulationSettings, Solver, simulate};
 
@@ -140,7 +140,7 @@ fn bouncing_ball(solver: Solver, time_step: f64, label: &str, table: &mut Valida
 /// Velocities of all bodies when the run ends.
 fn final_velocities(world: &World, timeline: &Timeline) -> Vec<DVec3> {
     let last = |index: usize| {
-        let of_body = |p: &&clangor::timeline::PoseRow| p.body == BodyId(index as u32);
+        let of_body = |p: &&clangor_core::timeline::PoseRow| p.body == BodyId(index as u32);
         timeline
             .poses
             .iter()

@@ -11,26 +11,26 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::meridian::Meridian;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::glam::DVec3;
-use clangor::medium::Medium;
-use clangor::model::acceleration_field::{AccelerationField, DEGREES};
-use clangor::model::radial::outgoing;
-use clangor::model::spherical_harmonics::{index, solid_harmonics};
-use clangor::shape::Shape;
-use clangor_bake::acceleration_noise::{BakeGeometry, BakeOptions, bake};
-use clangor_bake::comparison::directions;
-use clangor_bake::helmholtz::galerkin::{Equation, GalerkinSolver};
-use clangor_bake::helmholtz::octant::OctantSolver;
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::DVec3;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES};
+use clangor_core::math::radial::outgoing;
+use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
+use clangor_core::shape::Shape;
+use clangor_bake::acceleration::{BakeGeometry, BakeOptions, bake};
+use clangor_bake::fitting::comparison::directions;
+use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::symmetric_patches::OctantSolver;
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
-use clangor_bake::wave::{Boundary, WaveOptions, WaveSolver};
+use clangor_bake::fdtd::{Boundary, WaveOptions, WaveSolver};
 use num_complex::Complex64;
 
 use super::{Check, Extent, Outcome, Timing, Validation, cpu_time};
-use crate::soundbank::default_bank;
+use crate::formats::soundbank::default_bank;
 
 const SECTION: &str = "Acceleration noise of any shape";
 /// ka of the spheres: to 20 kHz for a ball of 7.5 mm.
@@ -236,7 +236,7 @@ fn unseen_frequencies(table: &mut Validation) -> Outcome {
 fn bank(table: &mut Validation) -> Outcome {
     let bank = default_bank().ok_or("the bank of the program cannot be used")?;
     for (b, c) in [(0.525, 0.24), (1.0, 0.05)] {
-        let near = |e: &&clangor::model::ellipsoid_bank::BankEntry| (e.b - b).abs() + (e.c - c).abs() < 1e-6;
+        let near = |e: &&clangor_core::sound_model::soundbank::ellipsoid_bank::BankEntry| (e.b - b).abs() + (e.c - c).abs() < 1e-6;
         let entry = bank.bank().entries().iter().find(near).ok_or("the bank lacks an ellipsoid")?;
         let solver = OctantSolver::ellipsoid(DVec3::new(1.0, b, c), 20.0, 1e-4)?;
         let samples = solver.solve(&[0.7, 5.3, 11.9, 18.3], 24)?;

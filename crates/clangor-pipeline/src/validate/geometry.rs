@@ -1,8 +1,8 @@
 //! Mass properties and curvature of meshes against closed forms.
 
-use clangor::geometry::curvature::mean_curvature;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::shape::Shape;
+use clangor_core::geometry::curvature::mean_curvature;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::shape::Shape;
 use std::f64::consts::PI;
 
 use super::{Check, Extent, Outcome, Validation};

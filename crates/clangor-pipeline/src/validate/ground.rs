@@ -3,14 +3,14 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use clangor::body::BodyId;
-use clangor::contact::ForceProfile;
-use clangor::glam::{DQuat, DVec3};
-use clangor::material::{Material, presets};
-use clangor::medium::Medium;
-use clangor::synthesis::ground::rayleigh_integral::SurfaceGrid;
-use clangor::synthesis::ground::{GroundSource, HalfSpace, rayleigh_integral};
-use clangor::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+use clangor_core::body::BodyId;
+use clangor_core::contact::ForceProfile;
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::material::{Material, presets};
+use clangor_core::medium::Medium;
+use clangor_core::synthesis::ground::rayleigh_integral::SurfaceGrid;
+use clangor_core::synthesis::ground::{GroundSource, HalfSpace, rayleigh_integral};
+use clangor_core::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
 
 use super::{Check, Extent, Fault, Outcome, Validation};
 

@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor::body::{Body, BodyId, Link, World};
-use clangor::glam::DVec3;
-use clangor::material::Material;
-use clangor::shape::Shape;
-use clangor::timeline::{PoseRow, Timeline};
+use clangor_core::body::{Body, BodyId, Link, World};
+use clangor_core::glam::DVec3;
+use clangor_core::material::Material;
+use clangor_core::shape::Shape;
+use clangor_core::timeline::{PoseRow, Timeline};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{Impulse, RigidWorld, StepLog};
 use clangor_sim::{SimulationSettings, Solver, simulate};

@@ -4,16 +4,16 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use clangor::body::{Body, Life, Motion, Surface};
-use clangor::contact::ForceProfile;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::glam::DVec3;
-use clangor::material::presets;
-use clangor::medium::Medium;
-use clangor::model::sphere_radiation::SphereModel;
-use clangor::pose::Pose;
-use clangor::synthesis::strike::{Strike, strike};
-use clangor::synthesis::{SampleRate, SoundSource};
+use clangor_core::body::{Body, Life, Motion, Surface};
+use clangor_core::contact::ForceProfile;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::glam::DVec3;
+use clangor_core::material::presets;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
+use clangor_core::pose::Pose;
+use clangor_core::synthesis::strike::{Strike, strike};
+use clangor_core::synthesis::{SampleRate, SoundSource};
 
 use super::{Check, Extent, Outcome, Validation};
 

@@ -1,13 +1,13 @@
 //! What happens between a click and the file: the floor, the band limit, the cost.
 
-use clangor::body::BodyId;
-use clangor::contact::ForceProfile;
-use clangor::glam::{DQuat, DVec3};
-use clangor::medium::Medium;
-use clangor::model::sphere_radiation::SphereModel;
-use clangor::room::PathLoss;
-use clangor::synthesis::listener::Floor;
-use clangor::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource};
+use clangor_core::body::BodyId;
+use clangor_core::contact::ForceProfile;
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
+use clangor_core::propagation::PathLoss;
+use clangor_core::synthesis::listener::Floor;
+use clangor_core::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 

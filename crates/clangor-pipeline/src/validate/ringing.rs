@@ -5,40 +5,40 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::body::{Body, Life, Motion, Surface};
-use clangor::contact::ForceProfile;
-use clangor::geometry::meridian::Meridian;
-use clangor::glam::DVec3;
-use clangor::material::presets::{CERAMIC, GLASS, STEEL};
-use clangor::material::{Damping, Material};
-use clangor::medium::Medium;
-use clangor::model::modal_model::{ModalMode, ModalModel, ModalTransfer};
-use clangor::model::modal_surface::ModalSurface;
-use clangor::model::radial::outgoing;
-use clangor::model::sphere_radiation::SphereModel;
-use clangor::model::spherical_harmonics::solid_harmonics;
-use clangor::pose::Pose;
-use clangor::shape::Shape;
-use clangor::synthesis::SampleRate;
-use clangor::synthesis::modal::{ModalSettings, ModalSource};
-use clangor::synthesis::strike::{Strike, StrikeSound, struck_ringing};
-use clangor_bake::acceleration_noise::BakeGeometry;
-use clangor_bake::comparison::directions;
-use clangor_bake::elasticity::lamb_sphere;
-use clangor_bake::elasticity::{ElasticConstants, ElasticSystem};
-use clangor_bake::helmholtz::revolution::{RevolutionOptions, RevolutionSolver};
+use clangor_core::body::{Body, Life, Motion, Surface};
+use clangor_core::contact::ForceProfile;
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::glam::DVec3;
+use clangor_core::material::presets::{CERAMIC, GLASS, STEEL};
+use clangor_core::material::{Damping, Material};
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::math::radial::outgoing;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
+use clangor_core::math::spherical_harmonics::solid_harmonics;
+use clangor_core::pose::Pose;
+use clangor_core::shape::Shape;
+use clangor_core::synthesis::SampleRate;
+use clangor_core::synthesis::modal::{ModalSettings, ModalSource};
+use clangor_core::synthesis::strike::{Strike, StrikeSound, struck_ringing};
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::fitting::comparison::directions;
+use clangor_bake::fem::lamb_sphere;
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
-use clangor_bake::modal_radiation::round::RoundSolver;
+use clangor_bake::modal_radiation::axisymmetric::RoundSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::modes::solve;
+use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::radiation::RadiationSolver;
-use clangor_bake::tetrahedra::ball::ellipsoid;
-use clangor_bake::tetrahedra::block::block;
-use clangor_bake::vibration::{VibrationOptions, vibration};
+use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
+use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::modal_analysis::{VibrationOptions, vibration};
 use num_complex::Complex64;
 
 use super::{Check, Extent, Fault, Outcome, Timing, Validation, cpu_time};
-use crate::spectrum::Spectrum;
+use crate::plots::spectrum::Spectrum;
 
 const SECTION: &str = "Ringing";
 
@@ -121,7 +121,7 @@ fn bar(table: &mut Validation) -> Outcome {
 fn round_body(name: &str, edge: f64) -> Result<(Meridian, ModalSurface), Fault> {
     let shape = Shape::parse(name)?.with_edge(edge)?;
     let meridian = shape.meridian().ok_or("the body has no section")?;
-    let mesh = clangor_bake::tetrahedra::shape_mesh(&shape, edge)?;
+    let mesh = clangor_bake::mesh::tetrahedra::shape_mesh(&shape, edge)?;
     let centre = DVec3::Y * meridian.centre_of_mass();
     let nodes = mesh.nodes.iter().map(|x| x - centre).collect();
     Ok((meridian.about_centre_of_mass(), ModalSurface { nodes, triangles: mesh.surface() }))
@@ -238,7 +238,7 @@ fn struck(surface: Surface, material: Material, volume: f64) -> Body {
     Body {
         name: "struck".into(),
         mass,
-        inertia: clangor::glam::DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius)),
+        inertia: clangor_core::glam::DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius)),
         edge_radius: 0.05 * radius,
         material,
         surface: Arc::new(surface),
@@ -253,7 +253,7 @@ fn struck(surface: Surface, material: Material, volume: f64) -> Body {
 /// What a blow of 60 µs on the axis rings in so many seconds from its beginning, and its first sample's time.
 fn rung(body: &Body, source: ModalSource, blow: &Strike, seconds: f64) -> Result<StrikeSound, Fault> {
     let rate = blow.sample_rate.as_f64();
-    let lead = clangor::synthesis::strike::LEAD;
+    let lead = clangor_core::synthesis::strike::LEAD;
     let count = ((seconds + lead) * rate).ceil() as usize;
     let mut sound = StrikeSound {
         times: (0..count).map(|n| n as f64 / rate - lead).collect(),

@@ -5,22 +5,22 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor::contact::ContactSettings;
-use clangor::glam::DVec3;
-use clangor::medium::Medium;
-use clangor::model::sphere_radiation::SphereModel;
-use clangor::room::PathLoss;
-use clangor::scene::render_settings::{GroundSound, Parts};
-use clangor::synthesis::listener::Floor;
-use clangor::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};
+use clangor_core::contact::ContactSettings;
+use clangor_core::glam::DVec3;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
+use clangor_core::propagation::PathLoss;
+use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::synthesis::listener::Floor;
+use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};
 
 use super::radiation::exact_spectrum;
 use super::{Check, Extent, Fault, Outcome, Validation};
-use crate::load::scene_from_text;
-use crate::render::{FullScale, RenderOptions, Sounds, Transfers, render};
-use crate::simulate::simulate_impacts;
-use crate::sound_models::ringers::Ringers;
-use crate::wav::{SampleFormat, WavReader};
+use crate::stages::load::scene_from_text;
+use crate::stages::render::{FullScale, RenderOptions, Sounds, Transfers, render};
+use crate::stages::simulate::simulate_impacts;
+use crate::stages::sound_models::ringers::Ringers;
+use crate::formats::wav::{SampleFormat, WavReader};
 
 const SCENE: &str = r#"
 version = 1

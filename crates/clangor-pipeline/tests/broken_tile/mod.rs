@@ -4,21 +4,21 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor::body::{Body, BodyId};
-use clangor::contact::ContactSettings;
-use clangor::medium::Medium;
-use clangor::scene::render_settings::{GroundSound, Parts};
-use clangor::synthesis::source_rule::rules_with_pieces;
-use clangor::synthesis::{Listener, RenderSettings};
-use clangor::timeline::Timeline;
+use clangor_core::body::{Body, BodyId};
+use clangor_core::contact::ContactSettings;
+use clangor_core::medium::Medium;
+use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::synthesis::source_rule::rules_with_pieces;
+use clangor_core::synthesis::{Listener, RenderSettings};
+use clangor_core::timeline::Timeline;
 use clangor_bake::modal::ModalBakeOptions;
-use clangor_pipeline::load::{LoadedScene, scene_from_text};
-use clangor_pipeline::render::{FullScale, RenderOptions, Sounds, Transfers, render};
-use clangor_pipeline::simulate::simulate_impacts;
-use clangor_pipeline::sound_models::ringers::{Ringers, Ringing, RingingPlan};
-use clangor_pipeline::sound_models::sources::{SourceSettings, sources};
-use clangor_pipeline::soundbank::default_bank;
-use clangor_pipeline::wav::{SampleFormat, WavReader};
+use clangor_pipeline::stages::load::{LoadedScene, scene_from_text};
+use clangor_pipeline::stages::render::{FullScale, RenderOptions, Sounds, Transfers, render};
+use clangor_pipeline::stages::simulate::simulate_impacts;
+use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing, RingingPlan};
+use clangor_pipeline::stages::sound_models::sources::{SourceSettings, sources};
+use clangor_pipeline::formats::soundbank::default_bank;
+use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 
 /// Duration of the scene \[s\].
 pub(crate) const DURATION: f64 = 0.06;
@@ -118,7 +118,7 @@ impl Fallen {
         let ringers = if parts.modal { ringers } else { &silent };
         let sounds = Sounds { sources: &found.unwrap().sources, ringers };
         let options = RenderOptions {
-            listeners: vec![Listener::fixed("microphone", clangor::glam::DVec3::new(0.0, 0.4, 1.0))],
+            listeners: vec![Listener::fixed("microphone", clangor_core::glam::DVec3::new(0.0, 0.4, 1.0))],
             contact: ContactSettings::default(),
             synthesis,
             parts,

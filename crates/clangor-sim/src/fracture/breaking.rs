@@ -23,15 +23,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
-use clangor::body::{Body, BodyId, World};
-use clangor::scene::breaking::{Breaking, Load, Score};
-use clangor::timeline::ContactKind;
-use clangor_bake::elasticity::ElasticConstants;
-use clangor_bake::elastostatics::{PointLoad, StressBody, StressOptions, SymmetricTensor};
-use clangor_bake::tetrahedra::TetMesh;
+use clangor_core::body::{Body, BodyId, World};
+use clangor_core::scene::breaking::{Breaking, Load, Score};
+use clangor_core::timeline::ContactKind;
+use clangor_bake::fem::ElasticConstants;
+use clangor_bake::stress::{PointLoad, StressBody, StressOptions, SymmetricTensor};
+use clangor_bake::mesh::tetrahedra::TetMesh;
 use glam::DVec3;
 
-use super::blows::{Blow, blow_on, impact};
+use crate::fracture::contact_loads::{Blow, blow_on, impact};
 use super::fragments::{Broken, Fragments, Parent, fragments};
 use super::pattern::PatternSettings;
 use super::piece::Piece;

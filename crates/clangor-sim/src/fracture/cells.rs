@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use clangor::glam::DVec3;
+use clangor_core::glam::DVec3;
 
 use super::piece::Piece;
 use super::tetrahedron_parts::{PointMask, distinct, face_polygon, tetrahedra, triangles};
@@ -225,7 +225,7 @@ impl Cells {
     fn sides(&self) -> Vec<([u32; 3], u32)> {
         let mut sides: Vec<([u32; 3], u32)> = Vec::with_capacity(4 * self.cells.len());
         for (k, cell) in self.cells.iter().enumerate() {
-            for face in clangor_bake::tetrahedra::FACES {
+            for face in clangor_bake::mesh::tetrahedra::FACES {
                 let mut corners = face.map(|i| cell.corners[i]);
                 corners.sort_unstable();
                 sides.push((corners, k as u32));

@@ -14,7 +14,7 @@
 //! The size of an element is measured against that of the element of the first whole body that it came from, so that
 //! pieces of pieces do not fill up with ever smaller elements.
 
-use clangor::glam::DVec3;
+use clangor_core::glam::DVec3;
 
 use super::cells::{Cell, Cells, six_volumes};
 
@@ -164,7 +164,7 @@ impl<'a> Merger<'a> {
         let mut short: Vec<(u64, [u32; 2])> = Vec::new();
         for k in (0..self.cells.len()).filter(|k| self.alive[*k] && self.touched[*k]) {
             let limit = SHORT * self.size_of(k as u32);
-            for [i, j] in clangor_bake::tetrahedra::EDGES {
+            for [i, j] in clangor_bake::mesh::tetrahedra::EDGES {
                 let (a, b) = (self.cells[k].corners[i], self.cells[k].corners[j]);
                 let length = self.place(a).distance(self.place(b));
                 if length < limit {
@@ -189,7 +189,7 @@ impl<'a> Merger<'a> {
             if now >= POOR {
                 continue;
             }
-            let mut edges = clangor_bake::tetrahedra::EDGES.map(|[i, j]| [corners[i], corners[j]]);
+            let mut edges = clangor_bake::mesh::tetrahedra::EDGES.map(|[i, j]| [corners[i], corners[j]]);
             edges.sort_by(|a, b| {
                 let length = |e: &[u32; 2]| self.place(e[0]).distance_squared(self.place(e[1]));
                 length(a).total_cmp(&length(b)).then(a.cmp(b))

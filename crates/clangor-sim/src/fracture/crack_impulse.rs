@@ -18,7 +18,7 @@
 //! Where the stress across the crack presses, the release pulls the pieces together, as an elastic body does; contact
 //! then holds them off.
 
-use clangor::glam::{DMat3, DVec3};
+use clangor_core::glam::{DMat3, DVec3};
 
 use super::motion::Motion;
 use super::split::CrackFace;

@@ -14,11 +14,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use clangor::body::{Body, Life, MeshSurface, Motion as Moved, Surface};
-use clangor::pose::Pose;
-use clangor::scene::body_description::EDGE_RADIUS_RATIO;
-use clangor::timeline::{FractureRow, PoseRow};
-use clangor_bake::elastostatics::SymmetricTensor;
+use clangor_core::body::{Body, Life, MeshSurface, Motion as Moved, Surface};
+use clangor_core::pose::Pose;
+use clangor_core::scene::body_description::EDGE_RADIUS_RATIO;
+use clangor_core::timeline::{FractureRow, PoseRow};
+use clangor_bake::stress::SymmetricTensor;
 use glam::{DMat3, DVec3};
 
 use super::crack_impulse::{CrackImpulses, NoImpulse, crack_impulses};

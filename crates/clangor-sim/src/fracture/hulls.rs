@@ -22,12 +22,12 @@
 //! Differs from [`decompose`](crate::decompose): that is for meshes of any size and form before a simulation starts, takes
 //! voxels and seconds.
 
-use clangor::geometry::convex::ConvexPart;
-use clangor::geometry::hull::convex_hull;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::geometry::principal_axes::principal_axes;
-use clangor::geometry::tri_mesh::TriMesh;
-use clangor::glam::{DMat3, DVec3};
+use clangor_core::geometry::convex::ConvexPart;
+use clangor_core::geometry::hull::convex_hull;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::principal_axes::principal_axes;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::{DMat3, DVec3};
 use parry3d_f64::transformation::try_convex_hull;
 
 use super::FractureError;

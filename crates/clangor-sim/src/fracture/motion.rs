@@ -9,8 +9,8 @@
 //!
 //! Momentum, angular momentum and kinetic energy of the pieces together are those of the body.
 
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::glam::{DMat3, DVec3};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::glam::{DMat3, DVec3};
 
 /// A rigid body in motion; all vectors in one frame, such as that of the body's mesh at the instant of fracture.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,7 +14,7 @@
 //!
 //! With two regions the middles of edges may lie anywhere on the edges, and the division stays valid.
 
-use clangor_bake::tetrahedra::FACES;
+use clangor_bake::mesh::tetrahedra::FACES;
 
 /// A point of a tetrahedron: bit k is set if corner k is one of those whose centroid it is.
 pub(super) type PointMask = u8;
@@ -140,7 +140,7 @@ pub(super) fn tetrahedra(regions: [u32; 4], region: u32, number: impl Fn(PointMa
 
 #[cfg(test)]
 mod tests {
-    use clangor::glam::DVec3;
+    use clangor_core::glam::DVec3;
 
     use super::*;
 

@@ -2,10 +2,10 @@
 
 use std::mem::take;
 
-use clangor::body::Body;
-use clangor::contact::chain_onset::delay_chains_after;
-use clangor::contact::{ContactError, ContactSettings, ImpactPulse, PoseHistory, impact_pulses};
-use clangor::timeline::{ContactRow, PoseRow, Timeline};
+use clangor_core::body::Body;
+use clangor_core::contact::chain_onset::delay_chains_after;
+use clangor_core::contact::{ContactError, ContactSettings, ImpactPulse, PoseHistory, impact_pulses};
+use clangor_core::timeline::{ContactRow, PoseRow, Timeline};
 
 use crate::SimulationError;
 use crate::record::{RecordSettings, Recorder, Suspended};

@@ -15,7 +15,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use clangor::timeline::ContactKind;
+use clangor_core::timeline::ContactKind;
 use glam::DVec3;
 
 use super::broad_phase::Neighbours;

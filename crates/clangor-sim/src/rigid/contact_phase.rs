@@ -9,7 +9,7 @@
 //! Not here: shock propagation (\[GUE\] §8), which holds the lower body and so breaks the balance of momentum by as
 //! much as the impulses themselves; the warm start and the order do its work.
 
-use clangor::timeline::ContactKind;
+use clangor_core::timeline::ContactKind;
 use glam::{DMat3, DVec3};
 
 use super::collision_phase::{MAX_HITS, bend, rest_speed};

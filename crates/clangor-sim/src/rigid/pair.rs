@@ -10,7 +10,7 @@
 //! of it; as the bodies part it is forgotten, and never counts again. Bodies so are born without impulses between them
 //! and stay without while they part or rest, but if they approach each other they are stopped where they are.
 
-use clangor::material::PairCoefficients;
+use clangor_core::material::PairCoefficients;
 use glam::{DQuat, DVec3};
 
 use super::manifold::{ManifoldPoint, ManifoldScratch, Placed, Separation, manifold};

@@ -7,8 +7,8 @@
 //! No impulse is exchanged at the birth itself. Pieces touch, and the convex parts that stand for them may even overlap:
 //! `pair` says how that is forgotten as they part.
 
-use clangor::body::{Body, BodyId, Motion};
-use clangor::timeline::FractureRow;
+use clangor_core::body::{Body, BodyId, Motion};
+use clangor_core::timeline::FractureRow;
 use glam::DVec3;
 
 use super::pair::{Pair, Step};

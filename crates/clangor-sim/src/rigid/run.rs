@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use clangor::body::{Body, BodyId, Life, World};
-use clangor::timeline::{ContactKind, ContactRow, FractureRow};
+use clangor_core::body::{Body, BodyId, Life, World};
+use clangor_core::timeline::{ContactKind, ContactRow, FractureRow};
 
 use super::replacement::{Breaker, CrackImpulse, Replacement};
 use super::{RigidWorld, StepLog};

@@ -3,8 +3,8 @@
 //! Hulls keep every vertex of a face, because a manifold cut down to four vertices lets a coin of 64 sides rock for
 //! ever. Balls, cylinders and half-spaces stay exact. Not here: mass and inertia, which come with the body.
 
-use clangor::body::Surface;
-use clangor::geometry::convex::ConvexPart;
+use clangor_core::body::Surface;
+use clangor_core::geometry::convex::ConvexPart;
 use glam::{DQuat, DVec3};
 use parry3d_f64::shape::{ConvexPolyhedron, SupportMap};
 

@@ -4,8 +4,8 @@
 //! [`SLEEP_SPEED`] for [`SLEEP_TIME`]; the momentum that is left is taken away and logged, so that the balance holds.
 //! Touching one body of an island wakes all of it.
 
-use clangor::body::BodyId;
-use clangor::timeline::{ContactKind, ContactRow};
+use clangor_core::body::BodyId;
+use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
 use super::broad_phase::Neighbours;

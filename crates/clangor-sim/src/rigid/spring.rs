@@ -3,8 +3,8 @@
 //! `F = −(k (l − l₀) + c l̇) e` along the unit vector e from the far end. With the positions of the middle this is the
 //! leapfrog rule, stable while `Δt √(k/m) < 2`.
 
-use clangor::body::{BodyId, Link, SpringEnd};
-use clangor::timeline::{ContactKind, ContactRow};
+use clangor_core::body::{BodyId, Link, SpringEnd};
+use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
 use super::pair::Step;

@@ -9,8 +9,8 @@
 //! the exact pose of t*, and the new flight is carried back to the middle: [`BodyState::redirect`]. After the collision
 //! phase u becomes the velocity at the end of the step by `u += g Δt`, and the contact phase acts at (x_m, q_m).
 
-use clangor::body::{Body, Motion};
-use clangor::pose::Track;
+use clangor_core::body::{Body, Motion};
+use clangor_core::pose::Track;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::flight::{angular_velocity, turn};

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use clangor::body::BodyId;
-use clangor::timeline::{ContactKind, ContactRow, PoseRow};
+use clangor_core::body::BodyId;
+use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
 use super::state::Instant;

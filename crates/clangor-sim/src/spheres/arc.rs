@@ -12,7 +12,7 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use clangor::body::BodyId;
+use clangor_core::body::BodyId;
 use glam::DVec3;
 
 /// Collocation points of a segment.

@@ -1,7 +1,7 @@
 //! From a meeting to impulses: the cluster of everything that touches, resolved and logged.
 
-use clangor::body::BodyId;
-use clangor::timeline::{ContactKind, ContactRow, PoseRow};
+use clangor_core::body::BodyId;
+use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
 use super::ball::Course;

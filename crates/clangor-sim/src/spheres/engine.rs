@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use clangor::body::World;
-use clangor::pose::Pose;
+use clangor_core::body::World;
+use clangor_core::pose::Pose;
 use glam::DVec3;
 
 use super::arc::Island;

@@ -10,7 +10,7 @@
 //! solid ball), cut to the Coulomb cone μ (1 + e) λ. Impulses act on hung balls through the mobility
 //! (1 − Σ d dᵀ)/m, d the directions of their rods, which take up the rest.
 
-use clangor::material::PairCoefficients;
+use clangor_core::material::PairCoefficients;
 use glam::DVec3;
 
 use super::QUIET_SPEED;

@@ -1,7 +1,7 @@
 //! What is sampled: poses, and the impulses of lasting contacts, exact because forces are constant within a phase.
 
-use clangor::body::BodyId;
-use clangor::timeline::{ContactKind, ContactRow, PoseRow};
+use clangor_core::body::BodyId;
+use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
 use super::arc::Far;

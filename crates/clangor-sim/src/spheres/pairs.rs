@@ -4,8 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use clangor::body::World;
-use clangor::material::{Material, PairCoefficients};
+use clangor_core::body::World;
+use clangor_core::material::{Material, PairCoefficients};
 
 /// Materials whose pairs fit a table.
 const MOST: usize = 256;

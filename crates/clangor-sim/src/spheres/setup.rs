@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use glam::DVec3;
 
 use super::arc::{Far, Island, Rod, Spring};

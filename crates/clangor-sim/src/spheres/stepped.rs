@@ -19,9 +19,9 @@ mod neighbours;
 mod resting;
 mod sleep;
 
-use clangor::body::{BodyId, Surface, World};
-use clangor::pose::Pose;
-use clangor::timeline::{ContactKind, ContactRow, PoseRow};
+use clangor_core::body::{BodyId, Surface, World};
+use clangor_core::pose::Pose;
+use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::{DQuat, DVec3};
 
 use super::pairs::Pairs;

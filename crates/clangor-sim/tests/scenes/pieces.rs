@@ -1,10 +1,10 @@
 //! A box cut into the Voronoi cells of random seeds, for the tests of births and deaths.
 
-use clangor::body::Body;
-use clangor::geometry::hull::convex_hull;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::glam::DVec3;
-use clangor::timeline::PoseRow;
+use clangor_core::body::Body;
+use clangor_core::geometry::hull::convex_hull;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::glam::DVec3;
+use clangor_core::timeline::PoseRow;
 
 use crate::scenes::{Random, solid};
 
@@ -28,7 +28,7 @@ fn cell(half: DVec3, seed: DVec3, seeds: &[DVec3]) -> Vec<DVec3> {
     for i in 0..planes.len() {
         for j in i + 1..planes.len() {
             for k in j + 1..planes.len() {
-                let normals = clangor::glam::DMat3::from_cols(planes[i].0, planes[j].0, planes[k].0);
+                let normals = clangor_core::glam::DMat3::from_cols(planes[i].0, planes[j].0, planes[k].0);
                 if normals.determinant().abs() < 1e-6 {
                     continue;
                 }

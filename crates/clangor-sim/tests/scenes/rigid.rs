@@ -3,14 +3,14 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use clangor::body::{Body, Life, MeshSurface, Motion, Surface, World};
-use clangor::geometry::convex::ConvexPart;
-use clangor::geometry::hull::convex_hull;
-use clangor::geometry::mass_properties::MassProperties;
-use clangor::glam::{DMat3, DQuat, DVec3};
-use clangor::material::{Damping, Material};
-use clangor::pose::Pose;
-use clangor::shape::Shape;
+use clangor_core::body::{Body, Life, MeshSurface, Motion, Surface, World};
+use clangor_core::geometry::convex::ConvexPart;
+use clangor_core::geometry::hull::convex_hull;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::glam::{DMat3, DQuat, DVec3};
+use clangor_core::material::{Damping, Material};
+use clangor_core::pose::Pose;
+use clangor_core::shape::Shape;
 
 /// xorshift64: seeded, so that every run sees the same numbers.
 pub(crate) struct Random(pub(crate) u64);

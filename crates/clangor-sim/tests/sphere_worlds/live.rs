@@ -1,8 +1,8 @@
 //! Live worlds for tests and benches.
 #![allow(dead_code, reason = "every file uses some of it")]
 
-use clangor::body::{BodyId, Surface, World};
-use clangor::material::Material;
+use clangor_core::body::{BodyId, Surface, World};
+use clangor_core::material::Material;
 use clangor_sim::live::LiveWorld;
 use glam::DVec3;
 

@@ -6,10 +6,10 @@ pub(crate) mod live;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor::body::{Body, BodyId, Life, Link, Motion, Surface, World};
-use clangor::material::{Damping, Material};
-use clangor::pose::Pose;
-use clangor::timeline::{ContactRow, PoseRow, Timeline};
+use clangor_core::body::{Body, BodyId, Life, Link, Motion, Surface, World};
+use clangor_core::material::{Damping, Material};
+use clangor_core::pose::Pose;
+use clangor_core::timeline::{ContactRow, PoseRow, Timeline};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, Solver, simulate};
 use glam::{DMat3, DQuat, DVec3};

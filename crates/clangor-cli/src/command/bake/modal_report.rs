@@ -2,9 +2,9 @@
 
 use std::f64::consts::{LN_10, TAU};
 
-use clangor::material::{Damping, presets};
-use clangor::model::modal_file::ModalPart;
-use clangor::model::modal_model::{ModalMode, ModalModel};
+use clangor_core::material::{Damping, presets};
+use clangor_core::sound_model::files::modal_file::ModalPart;
+use clangor_core::sound_model::modal::model::{ModalMode, ModalModel};
 use serde_json::{Value, json};
 
 use crate::console::{Console, counted, four_digits};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use clangor::medium::Medium;
-use clangor::model::model_file::ModelFile;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::files::model_file::ModelFile;
 use serde_json::{Value, json};
 
 use crate::console::{Console, counted};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use clangor::medium::Medium;
-use clangor::model::published_file::PublishedFile;
+use clangor_core::medium::Medium;
+use clangor_core::reference::pan_file::PublishedFile;
 use serde_json::json;
 
 use crate::console::{Console, counted};

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use clangor_pipeline::live_score::LiveScore;
-use clangor_pipeline::live_score::feed::rehearse;
-use clangor_pipeline::render::{Transfers, modal_sources};
-use clangor_pipeline::soundbank::default_bank;
-use clangor_pipeline::timeline_file::TimelineReader;
-use clangor_pipeline::web_replay::{Replay, write_replay};
+use clangor_pipeline::stages::event_schedule::LiveScore;
+use clangor_pipeline::stages::event_schedule::event_feeder::rehearse;
+use clangor_pipeline::stages::render::{Transfers, modal_sources};
+use clangor_pipeline::formats::soundbank::default_bank;
+use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::formats::web_replay::{Replay, write_replay};
 use serde_json::json;
 
 use super::super::render::{Prepared, prepare};

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use clangor::realtime::{Controller, Engine, PlaybackLevel, Report};
-use clangor::synthesis::{Listener, SampleRate};
-use clangor_pipeline::live_score::LiveScore;
-use clangor_pipeline::live_score::feed::{Feed, rehearse};
-use clangor_pipeline::render::{Transfers, modal_sources};
+use clangor_core::realtime::{Controller, Engine, PlaybackLevel, Report};
+use clangor_core::synthesis::{Listener, SampleRate};
+use clangor_pipeline::stages::event_schedule::LiveScore;
+use clangor_pipeline::stages::event_schedule::event_feeder::{Feed, rehearse};
+use clangor_pipeline::stages::render::{Transfers, modal_sources};
 use serde_json::json;
 
 use super::super::render::{Prepared, prepare};

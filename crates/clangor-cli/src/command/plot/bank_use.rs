@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use clangor_pipeline::atomic_file::write_atomically;
-use clangor_pipeline::bank_use_plot;
-use clangor_pipeline::fracture_report::FractureReport;
-use clangor_pipeline::modal_soundbank::default_modal_bank;
-use clangor_pipeline::sound_models::{SoundFile, read_sound_file};
+use clangor_pipeline::formats::atomic_file::write_atomically;
+use clangor_pipeline::plots::bank_use;
+use clangor_pipeline::stages::fracture_report::FractureReport;
+use clangor_pipeline::formats::modal_soundbank::default_modal_bank;
+use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
 use super::canvas;
@@ -61,7 +61,7 @@ pub(super) fn draw(
 }
 
 fn axes(
-    entries: &[std::sync::Arc<clangor::model::modal_bank::RingingEllipsoid>],
+    entries: &[std::sync::Arc<clangor_core::sound_model::soundbank::modal_soundbank::RingingEllipsoid>],
 ) -> impl Iterator<Item = [f64; 3]> {
     entries.iter().map(|entry| entry.semi_axes.to_array())
 }

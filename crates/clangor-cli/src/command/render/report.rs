@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use clangor::body::{Body, BodyId, Motion, Surface};
-use clangor::scene::render_settings::GroundSound;
-use clangor::synthesis::source_rule::SourceKind;
-use clangor_pipeline::levels::db_spl;
-use clangor_pipeline::render::{EnergyLimits, Handover, RenderOptions, RenderSummary, RenderedFile};
-use clangor_pipeline::sound_models::ringers::{MOST_FORMS, Ringers, Ringing};
-use clangor_pipeline::sound_models::sources::Sources;
+use clangor_core::body::{Body, BodyId, Motion, Surface};
+use clangor_core::scene::render_settings::GroundSound;
+use clangor_core::synthesis::source_rule::SourceKind;
+use clangor_pipeline::plots::levels::db_spl;
+use clangor_pipeline::stages::render::{EnergyLimits, Handover, RenderOptions, RenderSummary, RenderedFile};
+use clangor_pipeline::stages::sound_models::ringers::{MOST_FORMS, Ringers, Ringing};
+use clangor_pipeline::stages::sound_models::sources::Sources;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use clangor_pipeline::atomic_file::write_atomically;
-use clangor_pipeline::fracture_report::{FractureReport, Totals};
+use clangor_pipeline::formats::atomic_file::write_atomically;
+use clangor_pipeline::stages::fracture_report::{FractureReport, Totals};
 use clangor_sim::BreakingReport;
 use serde_json::{Value, json};
 

@@ -11,7 +11,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use clangor::timeline::{ContactKind, ContactRow, PoseRow};
+use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
 use super::super::approach::{Approach, fall, meet, meet_uniform};

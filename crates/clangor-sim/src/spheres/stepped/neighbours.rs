@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use clangor::material::PairCoefficients;
+use clangor_core::material::PairCoefficients;
 use glam::{DVec3, IVec3};
 
 use super::{Ball, PLANE, Stepped};

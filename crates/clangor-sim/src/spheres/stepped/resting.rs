@@ -12,7 +12,7 @@
 //!
 //! What still overlaps is parted without any velocity: most of what is deeper than [`SLOP`] in each step.
 
-use clangor::timeline::{ContactKind, ContactRow};
+use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
 use super::neighbours::Hold;

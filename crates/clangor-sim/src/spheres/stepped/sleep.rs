@@ -4,8 +4,8 @@
 //! it touches is as quiet. A sleeper is as good as fixed for its lasting contacts. It wakes when it is struck, when what
 //! touches it moves faster than [`WAKING`], or when something that it touched is no longer there.
 
-use clangor::body::BodyId;
-use clangor::timeline::{ContactKind, ContactRow};
+use clangor_core::body::BodyId;
+use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
 use super::{PLANE, Stepped};

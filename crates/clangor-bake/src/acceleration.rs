@@ -1,0 +1,386 @@
+//! Acceleration noise of one body: picks a solver, solves at as few frequencies as the band needs, and fits.
+
+mod frequencies;
+mod solvers;
+
+use std::ops::ControlFlow;
+
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::geometry::solid::MeshError;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES, Term};
+use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::sound_model::acceleration::near_field::NearField;
+use clangor_core::math::spherical_harmonics::index;
+use clangor_core::shape::ShapeError;
+use glam::DVec3;
+use num_complex::{Complex32, Complex64};
+
+use self::frequencies::{Band, FittedBand, solve_band};
+use self::solvers::{Prepared, prepare};
+pub(crate) use self::solvers::{has_cavities, watched};
+use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
+use crate::mesh::remesh::RemeshError;
+use crate::fdtd::{WaveDevice, WaveError};
+
+/// Which solver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The cheapest that is right for the shape.
+    #[default]
+    Auto,
+    /// Boundary elements.
+    Bem,
+    /// Finite differences in time.
+    Fdtd,
+}
+
+/// How to compute a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// Highest wavenumber k = 2πf/c [1/m].
+    pub max_wavenumber: f64,
+    /// Level error asked for: of each motion against the loudest of the body, rotations at equal surface speed.
+    pub accuracy: f64,
+    /// Which solver.
+    pub method: Method,
+    /// Where finite differences in time run; the other solvers know one place only.
+    pub device: WaveDevice,
+    /// Whether to keep the surface pressure for listeners inside the bounding sphere.
+    pub near_field: bool,
+}
+
+impl BakeOptions {
+    /// The solver that suits the body, on the processor, without a near field.
+    pub fn new(max_wavenumber: f64, accuracy: f64) -> Self {
+        let (method, device) = (Method::Auto, WaveDevice::Cpu);
+        BakeOptions { max_wavenumber, accuracy, method, device, near_field: false }
+    }
+}
+
+/// What is accelerated, about its centre of mass \[m\].
+#[derive(Clone, Debug, PartialEq)]
+pub enum BakeGeometry {
+    /// An ellipsoid with these semi-axes along x, y, z; a sphere too.
+    Ellipsoid {
+        /// Semi-axes \[m\].
+        semi_axes: DVec3,
+    },
+    /// A box with rounded edges and corners.
+    RoundedBox {
+        /// Full edges along x, y, z \[m\].
+        edges: DVec3,
+        /// Radius of the rounding \[m\]; 0 for sharp edges.
+        round: f64,
+    },
+    /// A body of revolution about y.
+    Revolution(Meridian),
+    /// Any closed surface.
+    Mesh(TriMesh),
+}
+
+/// How far a computation is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeProgress {
+    /// Part of the work that is done, 0 to 1.
+    pub done: f64,
+    /// What is being done.
+    pub stage: &'static str,
+}
+
+/// How good the model is, and how that is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evidence {
+    /// Solver, in words.
+    pub method: String,
+    /// Unknowns of the largest system, or cells.
+    pub unknowns: usize,
+    /// Frequencies solved.
+    pub solves: usize,
+    /// Largest level error of the rational fit at frequencies that it has not seen.
+    pub held_out_error: f64,
+    /// What a user should know: thin walls, lost volume, dropped band.
+    pub warnings: Vec<String>,
+}
+
+/// Why there is no model.
+#[derive(Debug, thiserror::Error)]
+pub enum BakeError {
+    /// The solver could not.
+    #[error(transparent)]
+    Radiation(#[from] RadiationError),
+    /// The surface bounds no solid.
+    #[error("the surface bounds no solid: {0}")]
+    Solid(#[from] MeshError),
+    /// The surface cannot be cut into triangles that suit the solver.
+    #[error(transparent)]
+    Remesh(#[from] RemeshError),
+    /// Time stepping could not.
+    #[error(transparent)]
+    Wave(WaveError),
+    /// A form that cannot be made into triangles.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// More multipoles than a model can hold.
+    #[error(
+        "a body of {radius:.3} m needs multipoles to order {order} at {wavenumber:.4e} 1/m, more than the {most} that are kept; use a lower band"
+    )]
+    Multipoles {
+        /// Bounding radius R \[m\].
+        radius: f64,
+        /// Highest wavenumber k [1/m].
+        wavenumber: f64,
+        /// Order needed, about kR.
+        order: usize,
+        /// Highest order.
+        most: usize,
+    },
+    /// Stopped by the caller.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Highest order of the multipoles: above, a model takes a hundred megabytes and a bake takes hours.
+const MOST_ORDER: usize = 150;
+
+impl From<WaveError> for BakeError {
+    fn from(error: WaveError) -> Self {
+        match error {
+            WaveError::Interrupted => BakeError::Interrupted,
+            error => BakeError::Wave(error),
+        }
+    }
+}
+
+/// A frequency that is solved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolvedFrequency {
+    /// Wavenumber k [1/m] that was asked for.
+    pub asked: f64,
+    /// The solution.
+    pub sample: RadiationSample,
+}
+
+/// From where a computation goes on, and what may be kept of it.
+pub struct Resumption<'a> {
+    /// What an earlier call with the same geometry and options has solved.
+    pub solved: Vec<SolvedFrequency>,
+    /// Told all that is solved, whenever there is more of it.
+    pub keep: &'a mut dyn FnMut(&[SolvedFrequency]),
+}
+
+/// Computes the field of a body's six rigid motions.
+///
+/// `progress` is told how far the work is, and may stop it.
+///
+/// # Errors
+/// [`BakeError`].
+pub fn bake(
+    geometry: &BakeGeometry,
+    options: &BakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(AccelerationModel, Evidence), BakeError> {
+    resume_bake(geometry, options, Resumption { solved: Vec::new(), keep: &mut |_| () }, progress)
+}
+
+/// The same, from where an earlier call was interrupted. The result has the same bits.
+///
+/// Differs for finite differences in time, which solve no frequencies and begin again.
+///
+/// # Errors
+/// [`BakeError`].
+pub fn resume_bake(
+    geometry: &BakeGeometry,
+    options: &BakeOptions,
+    resumption: Resumption<'_>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(AccelerationModel, Evidence), BakeError> {
+    let Prepared { solver, spacing, method, unknowns, warnings } = prepare(geometry, options, progress)?;
+    let (model, mut evidence) = fitted_model(&*solver, spacing, options, resumption, progress)?;
+    evidence.method = method.into();
+    evidence.unknowns = unknowns;
+    evidence.warnings.extend(warnings);
+    Ok((model, evidence))
+}
+
+/// Fits the field that a solver computes.
+///
+/// # Errors
+/// [`BakeError`].
+pub fn bake_with(
+    solver: &dyn RadiationSolver,
+    spacing: f64,
+    options: &BakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(AccelerationModel, Evidence), BakeError> {
+    let resumption = Resumption { solved: Vec::new(), keep: &mut |_| () };
+    fitted_model(solver, spacing, options, resumption, progress)
+}
+
+fn fitted_model(
+    solver: &dyn RadiationSolver,
+    spacing: f64,
+    options: &BakeOptions,
+    resumption: Resumption<'_>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(AccelerationModel, Evidence), BakeError> {
+    let radius = solver.reference_radius();
+    let highest = options.max_wavenumber * radius;
+    let order = multipole_order(highest, options.accuracy);
+    if order > MOST_ORDER {
+        let wavenumber = options.max_wavenumber;
+        return Err(BakeError::Multipoles { radius, wavenumber, order, most: MOST_ORDER });
+    }
+    let band = Band {
+        highest,
+        spacing,
+        order,
+        tolerance: 0.5 * options.accuracy,
+        most_solves: ((3.0 * highest / spacing) as usize).max(24),
+    };
+    let fitted = solve_band(solver, &band, resumption, progress)?;
+    let mut warnings = Vec::new();
+    if fitted.held_out > options.accuracy {
+        warnings.push(format!(
+            "frequencies between those solved are off by {:.1e}, more than the {:.1e} asked for",
+            fitted.held_out, options.accuracy
+        ));
+    }
+    let field = field_of(&fitted, radius, highest, options.accuracy);
+    let near = match solver.surface() {
+        Some(surface) if options.near_field => Some(near_field_of(&fitted, surface, radius)),
+        _ => None,
+    };
+    let evidence = Evidence {
+        method: String::new(),
+        unknowns: 0,
+        solves: fitted.samples.len(),
+        held_out_error: fitted.held_out,
+        warnings,
+    };
+    Ok((AccelerationModel { radius, field, near }, evidence))
+}
+
+/// Order of the multipoles for an error at 2 R and beyond: κ + 2 gives about 1e-3, κ + 4 about 1e-4; flat bodies of any
+/// size need the first ten for their near field.
+fn multipole_order(highest: f64, accuracy: f64) -> usize {
+    let extra = if accuracy < 5e-4 { 5.0 } else { 3.0 };
+    ((highest + extra).ceil() as usize).max(if accuracy < 5e-4 { 12 } else { 10 })
+}
+
+/// The coefficients at the nodes, without those that are nothing.
+fn field_of(fitted: &FittedBand, radius: f64, highest: f64, accuracy: f64) -> AccelerationField {
+    let at_nodes: Vec<&RadiationSample> = fitted.fit.support.iter().map(|&i| &fitted.samples[i]).collect();
+    let order = (at_nodes[0].coefficients[0].len() as f64).sqrt() as usize - 1;
+    let unit = |degree: usize| if degree < 3 { radius } else { radius * radius };
+    let loudest: Vec<f64> = at_nodes
+        .iter()
+        .map(|sample| {
+            let square = |d: usize| sample.coefficients[d].iter().map(Complex64::norm_sqr).sum::<f64>();
+            (0..DEGREES).map(|d| square(d).sqrt() / unit(d)).fold(0.0, f64::max)
+        })
+        .collect();
+    let mut field = AccelerationField {
+        max_wavenumber: highest,
+        ring_time: fitted.ring_time,
+        nodes: fitted.fit.nodes.clone(),
+        terms: Vec::new(),
+        real: Vec::new(),
+        imaginary: Vec::new(),
+    };
+    for n in 0..=order {
+        for m in -(n as isize)..=n as isize {
+            for degree in 0..DEGREES {
+                let value =
+                    |sample: &RadiationSample| sample.coefficients[degree][index(n, m)] / unit(degree);
+                let level =
+                    at_nodes.iter().zip(&loudest).map(|(s, l)| value(s).norm() / l).fold(0.0, f64::max);
+                // Low orders outlast the others with distance: a dipole may be faint near the body and all there is
+                // far away.
+                let least = if n <= 2 { 1e-4 * accuracy } else { 1e-2 * accuracy };
+                if level <= least {
+                    continue;
+                }
+                field.terms.push(Term { n: n as u8, m: m as i8, degree: degree as u8 });
+                for sample in &at_nodes {
+                    let s = Complex64::I * sample.wavenumber * radius;
+                    let q = if n == 0 { value(sample) / (s * s) } else { value(sample) };
+                    field.real.push(q.re as f32);
+                    field.imaginary.push(q.im as f32);
+                }
+            }
+        }
+    }
+    field
+}
+
+/// Surface pressures at the nodes, in the units of the field.
+fn near_field_of(fitted: &FittedBand, surface: &TriMesh, radius: f64) -> NearField {
+    let mut scaled = surface.clone();
+    scaled.vertices.iter_mut().for_each(|v| *v /= radius);
+    let support = &fitted.fit.support;
+    let mut pressures = Vec::with_capacity(surface.vertices.len() * DEGREES * support.len());
+    for vertex in 0..surface.vertices.len() {
+        for degree in 0..DEGREES {
+            let unit = if degree < 3 { radius } else { radius * radius };
+            let at = |i: &usize| fitted.samples[*i].surface_pressure[vertex][degree] / unit;
+            pressures.extend(support.iter().map(at).map(|p| Complex32::new(p.re as f32, p.im as f32)));
+        }
+    }
+    NearField::from_pressures(scaled, support.len(), &pressures)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+    use crate::bem::symmetric_patches::OctantSolver;
+
+    /// A solver that counts.
+    struct Counting {
+        solver: OctantSolver,
+        solved: AtomicUsize,
+    }
+
+    impl RadiationSolver for Counting {
+        fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
+            self.solved.fetch_add(wavenumbers.len(), Ordering::Relaxed);
+            self.solver.solve(wavenumbers, order)
+        }
+
+        fn reference_radius(&self) -> f64 {
+            self.solver.reference_radius()
+        }
+
+        fn surface(&self) -> Option<&TriMesh> {
+            self.solver.surface()
+        }
+    }
+
+    #[test]
+    fn a_bake_goes_on_where_it_was_interrupted() {
+        let options = BakeOptions { method: Method::Bem, near_field: true, ..BakeOptions::new(4.0, 3e-2) };
+        let solver = OctantSolver::ellipsoid(DVec3::new(1.0, 0.8, 0.6), 4.0, 1e-2).unwrap();
+        let counting = Counting { solver, solved: AtomicUsize::new(0) };
+        let mut go_on = |_: &BakeProgress| ControlFlow::Continue(());
+        let mut kept: Vec<Vec<SolvedFrequency>> = Vec::new();
+        let mut keep = |solved: &[SolvedFrequency]| kept.push(solved.to_vec());
+        let whole = Resumption { solved: Vec::new(), keep: &mut keep };
+        let (model, evidence) = fitted_model(&counting, 0.8, &options, whole, &mut go_on).unwrap();
+        let all = counting.solved.swap(0, Ordering::Relaxed);
+        assert_eq!((all, kept.last().map(Vec::len)), (evidence.solves, Some(evidence.solves)));
+        for solved in kept {
+            let left = all - solved.len();
+            let resumption = Resumption { solved, keep: &mut |_| () };
+            let (again, _) = fitted_model(&counting, 0.8, &options, resumption, &mut go_on).unwrap();
+            assert!(again == model);
+            assert_eq!(counting.solved.swap(0, Ordering::Relaxed), left);
+        }
+        // What belongs to another order is not used.
+        let other = SolvedFrequency { asked: 4.0, sample: counting.solve(&[4.0], 3).unwrap().swap_remove(0) };
+        let resumption = Resumption { solved: vec![other], keep: &mut |_| () };
+        let (again, _) = fitted_model(&counting, 0.8, &options, resumption, &mut go_on).unwrap();
+        assert!(again == model);
+    }
+}

@@ -1,0 +1,250 @@
+//! As few solves as the band needs: solve, fit, test where the fit is least certain, add what the test shows.
+//!
+//! What is fitted is the pressure without e^{−s|x|} at points on three spheres about the body, near, middle and far, of all six
+//! motions at once, errors counted against the loudest motion at each sphere and frequency. A test solves at frequencies
+//! that the fit has not seen: its error there is the evidence, and the new samples join the fit.
+
+use std::ops::ControlFlow;
+
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::math::radial::outgoing;
+use clangor_core::math::spherical_harmonics::solid_harmonics;
+use glam::DVec3;
+use num_complex::Complex64;
+
+use super::{BakeError, BakeProgress, Resumption, SolvedFrequency};
+use crate::fitting::comparison::directions;
+use crate::radiation::{RadiationSample, RadiationSolver};
+use crate::fitting::rational::{FunctionSample, RationalFit, error_at, fit, poles, predict, residues};
+
+/// Distances, in bounding radii, at which the field is fitted.
+const SPHERES: [f64; 3] = [1.2, 3.0, 100.0];
+/// Directions on each.
+const DIRECTIONS: usize = 24;
+/// Lowest κ solved: below it every field is its limit, to 1e-4.
+const LOWEST: f64 = 0.02;
+
+/// How the search for frequencies goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Band {
+    /// Highest κ = kR.
+    pub(super) highest: f64,
+    /// Spacing of the first samples in κ.
+    pub(super) spacing: f64,
+    /// Order of the multipoles.
+    pub(super) order: usize,
+    /// Error of the fit that is accepted.
+    pub(super) tolerance: f64,
+    /// Most solves.
+    pub(super) most_solves: usize,
+}
+
+/// The solves and the fit through them.
+pub(super) struct FittedBand {
+    /// All solves, in order of frequency.
+    pub(super) samples: Vec<RadiationSample>,
+    /// The fit.
+    pub(super) fit: RationalFit,
+    /// Largest error of the last fit but one at the frequencies that it had not seen.
+    pub(super) held_out: f64,
+    /// Time, in R/c, after which a sudden acceleration has died away.
+    pub(super) ring_time: f64,
+}
+
+/// Solves and fits until frequencies held out are predicted to the tolerance.
+pub(super) fn solve_band(
+    solver: &dyn RadiationSolver,
+    band: &Band,
+    resumption: Resumption<'_>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<FittedBand, BakeError> {
+    let mut solved = Solved::new(solver, band.order, resumption);
+    let radius = solver.reference_radius();
+    let steps = (band.highest / band.spacing).ceil().max(3.0) as usize;
+    let mut pending: Vec<f64> = (0..=steps).map(|k| band.highest * k as f64 / steps as f64).collect();
+    pending[0] = LOWEST.min(0.1 * band.highest);
+    // Low frequencies are heard from afar as the first two orders only: one more sample there keeps them right.
+    pending.insert(1, (0.3 * pending[1]).max(2.0 * pending[0]));
+    let mut samples: Vec<RadiationSample> = Vec::new();
+    let mut functions: Vec<FunctionSample> = Vec::new();
+    let mut last: Option<RationalFit> = None;
+    let mut held_out = f64::INFINITY;
+    loop {
+        for batch in pending.chunks(BATCH) {
+            let planned = (samples.len() + pending.len() + TESTS).max(band.most_solves.min(steps + 6));
+            let done = samples.len() as f64 / planned as f64;
+            if progress(&BakeProgress { done, stage: "solving for the field" }).is_break() {
+                return Err(BakeError::Interrupted);
+            }
+            let wavenumbers: Vec<f64> = batch.iter().map(|kappa| kappa / radius).collect();
+            samples.extend(solved.at(&wavenumbers)?);
+        }
+        let tested = samples[functions.len()..].iter().map(|s| functions_of(s, radius)).collect::<Vec<_>>();
+        if let Some(fit) = &last {
+            held_out =
+                tested.iter().map(|t| error_at(&functions, &fit.support, &fit.nodes, t)).fold(0.0, f64::max);
+        }
+        functions.extend(tested);
+        let tolerance = 0.3 * band.tolerance;
+        let now = fit(&functions, tolerance, functions.len());
+        let enough = held_out <= band.tolerance || functions.len() + TESTS > band.most_solves;
+        if enough && last.is_some() {
+            let ring_time = ring_time(&functions, &now, band.highest);
+            let order = ascending(&functions);
+            let fit = renumbered(now, &order);
+            return Ok(FittedBand { samples: reordered(samples, &order), fit, held_out, ring_time });
+        }
+        pending = least_certain(&functions, &now);
+        last = Some(now);
+    }
+}
+
+/// Solutions, of this call or an earlier one.
+struct Solved<'s, 'k> {
+    solver: &'s dyn RadiationSolver,
+    order: usize,
+    /// In the order in which they were asked for.
+    all: Vec<SolvedFrequency>,
+    keep: &'k mut dyn FnMut(&[SolvedFrequency]),
+}
+
+impl<'s, 'k> Solved<'s, 'k> {
+    fn new(solver: &'s dyn RadiationSolver, order: usize, resumption: Resumption<'k>) -> Self {
+        let Resumption { solved: mut all, keep } = resumption;
+        let points = solver.surface().map_or(0, |surface| surface.vertices.len());
+        all.retain(|SolvedFrequency { sample, .. }| {
+            sample.coefficients.iter().all(|c| c.len() == (order + 1).pow(2))
+                && sample.surface_pressure.len() == points
+        });
+        Solved { solver, order, all, keep }
+    }
+
+    /// The samples at these wavenumbers: known, or solved now, a batch together or not at all.
+    fn at(&mut self, wavenumbers: &[f64]) -> Result<Vec<RadiationSample>, BakeError> {
+        let known = |k: &f64| self.all.iter().find(|s| s.asked.to_bits() == k.to_bits());
+        if let Some(samples) = wavenumbers.iter().map(|k| known(k).map(|s| s.sample.clone())).collect() {
+            return Ok(samples);
+        }
+        let samples = self.solver.solve(wavenumbers, self.order)?;
+        let now = wavenumbers.iter().zip(&samples);
+        self.all.extend(now.map(|(k, sample)| SolvedFrequency { asked: *k, sample: sample.clone() }));
+        (self.keep)(&self.all);
+        Ok(samples)
+    }
+}
+
+/// Solves handed to the solver at once.
+const BATCH: usize = 8;
+/// Frequencies of a test.
+const TESTS: usize = 4;
+
+/// κ of the middles between samples where the fit and one with a node less differ most, at most [`TESTS`].
+fn least_certain(functions: &[FunctionSample], now: &RationalFit) -> Vec<f64> {
+    let mut kappas: Vec<f64> = functions.iter().map(|f| f.s.im).collect();
+    kappas.sort_by(f64::total_cmp);
+    let fewer = fit(functions, 0.0, now.nodes.len().saturating_sub(1).max(1));
+    let mut gaps: Vec<(f64, f64)> = kappas
+        .windows(2)
+        .map(|pair| {
+            let kappa = 0.5 * (pair[0] + pair[1]);
+            let s = Complex64::new(functions[0].s.re, kappa);
+            let values = predict(functions, &now.support, &now.nodes, s);
+            let near = functions
+                .iter()
+                .min_by(|a, b| (a.s - s).norm().total_cmp(&(b.s - s).norm()))
+                .map_or_else(Vec::new, |f| f.weights.clone());
+            let at = FunctionSample { s, values, weights: near, group: DIRECTIONS };
+            let doubt = error_at(functions, &fewer.support, &fewer.nodes, &at);
+            // Where both fits agree, wide gaps are less certain than narrow ones.
+            (doubt + 1e-9 * (pair[1] - pair[0]), kappa)
+        })
+        .collect();
+    gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut chosen: Vec<f64> = gaps.iter().take(TESTS).map(|g| g.1).collect();
+    chosen.sort_by(f64::total_cmp);
+    chosen
+}
+
+/// Time, in R/c, until the poles of the band have fallen by 100 dB, each counted from its own strength.
+fn ring_time(functions: &[FunctionSample], fit: &RationalFit, highest: f64) -> f64 {
+    let strengths: Vec<(f64, f64)> = poles(&fit.nodes)
+        .into_iter()
+        .filter(|pole| pole.im.abs() < 1.1 * highest && pole.re < 0.0)
+        .map(|pole| {
+            let residues = residues(functions, &fit.support, &fit.nodes, pole);
+            // Against the loudest motion, near and far alike: weights of the nearest sample.
+            let near = functions
+                .iter()
+                .min_by(|a, b| (a.s.im - pole.im.abs()).abs().total_cmp(&(b.s.im - pole.im.abs()).abs()));
+            let strength =
+                near.map_or(0.0, |f| residues.iter().zip(&f.weights).map(|(r, w)| r * w).fold(0.0, f64::max));
+            (strength, -pole.re)
+        })
+        .collect();
+    let loudest = strengths.iter().map(|s| s.0).fold(0.0, f64::max);
+    let folds = |strength: f64| (1e5 * strength / loudest).ln();
+    // A wave from the far side of the body passes R/c after one from its centre.
+    strengths.iter().map(|(strength, decay)| folds(*strength) / decay).fold(0.0, f64::max) + 1.0
+}
+
+/// Order of samples by frequency.
+fn ascending(functions: &[FunctionSample]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..functions.len()).collect();
+    order.sort_by(|&a, &b| functions[a].s.im.total_cmp(&functions[b].s.im));
+    order
+}
+
+fn reordered(samples: Vec<RadiationSample>, order: &[usize]) -> Vec<RadiationSample> {
+    let mut slots: Vec<Option<RadiationSample>> = samples.into_iter().map(Some).collect();
+    order.iter().filter_map(|&i| slots[i].take()).collect()
+}
+
+fn renumbered(mut fit: RationalFit, order: &[usize]) -> RationalFit {
+    for i in &mut fit.support {
+        *i = order.iter().position(|o| o == i).unwrap_or(*i);
+    }
+    fit
+}
+
+/// What is fitted, from the multipoles of a solve.
+pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSample {
+    let s = Complex64::I * sample.wavenumber * radius;
+    let order = (sample.coefficients[0].len() as f64).sqrt() as usize - 1;
+    let directions: Vec<Vec<f64>> = turned_directions()
+        .map(|direction| {
+            let mut harmonics = Vec::new();
+            solid_harmonics(direction, order, &mut harmonics);
+            harmonics
+        })
+        .collect();
+    let mut radial = Vec::new();
+    let mut values = Vec::with_capacity(SPHERES.len() * DIRECTIONS * DEGREES);
+    let mut weights = Vec::with_capacity(values.capacity());
+    for x in SPHERES {
+        outgoing(s, x, order, &mut radial);
+        let mut loudest = 0.0_f64;
+        for degree in 0..DEGREES {
+            // Rotations at equal surface speed: z = R α.
+            let unit = if degree < 3 { radius } else { radius * radius };
+            let mut square = 0.0;
+            for harmonics in &directions {
+                let coefficients = &sample.coefficients[degree];
+                let of_order = |n: usize| -> Complex64 {
+                    let range = n * n..(n + 1) * (n + 1);
+                    coefficients[range.clone()].iter().zip(&harmonics[range]).map(|(c, y)| c * y).sum()
+                };
+                let sum: Complex64 = radial.iter().enumerate().map(|(n, r)| r * of_order(n)).sum();
+                square += sum.norm_sqr() / (unit * unit);
+                values.push(sum / unit);
+            }
+            loudest = loudest.max((square / DIRECTIONS as f64).sqrt());
+        }
+        weights.extend(std::iter::repeat_n(1.0 / loudest.max(f64::MIN_POSITIVE), DEGREES * DIRECTIONS));
+    }
+    FunctionSample { s, values, weights, group: DIRECTIONS }
+}
+
+/// Directions of the fit: turned, so that no axis of a body is the axis of the spiral.
+fn turned_directions() -> impl Iterator<Item = DVec3> {
+    directions(DIRECTIONS).map(|d| DVec3::new(0.6 * d.x - 0.8 * d.z, d.y, 0.8 * d.x + 0.6 * d.z))
+}

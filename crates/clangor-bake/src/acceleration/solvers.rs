@@ -1,0 +1,280 @@
+//! Which solver computes a shape's field, and how fine.
+//!
+//! - Ellipsoids and rounded boxes: curved patches on an octant.
+//! - Bodies of revolution: the meridian alone.
+//! - Other surfaces: triangles by the Galerkin method, on a mesh fine enough for the accuracy, as long as it fits; beyond
+//!   that finite differences in time.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use clangor_core::geometry::hull::{convex_hull, extreme_hull};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::shape::{Form, Shape};
+use glam::DVec3;
+
+use super::{BakeError, BakeGeometry, BakeOptions, BakeProgress, Method, multipole_order};
+use crate::bem::triangles::{Equation, GalerkinSolver, MOST_UNKNOWNS};
+use crate::bem::symmetric_patches::OctantSolver;
+use crate::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
+use crate::geometry_class::mirror_symmetry::mirror_planes;
+use crate::radiation::{RadiationError, RadiationSolver};
+use crate::mesh::remesh::resolution::{Resolution, resolution};
+use crate::mesh::remesh::{RemeshOptions, remesh, remesh_symmetric};
+use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
+
+/// Spacing in κ of the first solves for bodies without cavities.
+const SOLID_SPACING: f64 = 0.8;
+/// The same where sound is caught: the poles are near.
+const CAVITY_SPACING: f64 = 0.45;
+/// A body that fills less of its hull than this has cavities, or is a plate that is bent.
+const CONVEX: f64 = 0.7;
+/// Most unknowns of triangles in a parity class; beyond, time stepping is cheaper.
+const MOST_TRIANGLE_UNKNOWNS: usize = 4200;
+
+/// A solver and what is to be said of it.
+pub(super) struct Prepared {
+    /// The solver.
+    pub(super) solver: Box<dyn RadiationSolver>,
+    /// Spacing in κ of the first solves.
+    pub(super) spacing: f64,
+    /// What it is.
+    pub(super) method: &'static str,
+    /// Unknowns, or cells.
+    pub(super) unknowns: usize,
+    /// What a user should know.
+    pub(super) warnings: Vec<String>,
+}
+
+/// Picks and prepares a solver.
+pub(super) fn prepare(
+    geometry: &BakeGeometry,
+    options: &BakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<Prepared, BakeError> {
+    let BakeOptions { max_wavenumber, accuracy, .. } = *options;
+    // The discretisation's share of the error.
+    let fine = 0.3 * accuracy;
+    match (geometry, options.method) {
+        (BakeGeometry::Ellipsoid { semi_axes }, Method::Auto | Method::Bem) => {
+            let solver = OctantSolver::ellipsoid(*semi_axes, max_wavenumber, fine)?;
+            Ok(octant(solver))
+        }
+        (BakeGeometry::RoundedBox { edges, round }, Method::Auto | Method::Bem) => {
+            let solver = OctantSolver::rounded_box(*edges, *round, max_wavenumber, fine)?;
+            Ok(octant(solver))
+        }
+        (BakeGeometry::Revolution(meridian), Method::Auto | Method::Bem) => {
+            let settings = RevolutionOptions::new(max_wavenumber);
+            let mut solver = RevolutionSolver::new(meridian, DVec3::Y, settings);
+            let unknowns = solver.unknowns();
+            if options.near_field {
+                solver = solver.with_surface(NEAR_FIELD_EDGES);
+            }
+            Ok(Prepared {
+                solver: Box::new(solver),
+                spacing: SOLID_SPACING,
+                method: "boundary elements on the meridian",
+                unknowns,
+                warnings: Vec::new(),
+            })
+        }
+        (BakeGeometry::Mesh(mesh), Method::Auto | Method::Bem) => triangles(mesh, options, progress),
+        (exact, Method::Fdtd) => {
+            let surface = surface_of(exact, options)?;
+            let fineness = resolution(&surface, options.max_wavenumber, options.accuracy)?;
+            time_stepping(&surface, fineness.wall, options, progress)
+        }
+    }
+}
+
+/// Edges of the mesh of surface pressures on the shortest wave.
+const NEAR_FIELD_EDGES: f64 = 5.0;
+
+fn octant(solver: OctantSolver) -> Prepared {
+    let unknowns = solver.unknowns();
+    Prepared {
+        solver: Box::new(solver),
+        spacing: SOLID_SPACING,
+        method: "boundary elements on one octant",
+        unknowns,
+        warnings: Vec::new(),
+    }
+}
+
+/// Triangles, or time stepping where there would be too many.
+fn triangles(
+    mesh: &TriMesh,
+    options: &BakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<Prepared, BakeError> {
+    let mass = MassProperties::of(mesh)?;
+    let fineness = resolution(mesh, options.max_wavenumber, options.accuracy)?;
+    let planes = mirrors(mesh, &mass, options.accuracy * fineness.wall);
+    let unknowns = fineness.unknowns >> planes.len();
+    if options.method == Method::Auto && unknowns > MOST_TRIANGLE_UNKNOWNS {
+        return time_stepping(mesh, fineness.wall, options, progress);
+    }
+    // The estimate is no better than that; the solver counts.
+    if unknowns > MOST_UNKNOWNS + MOST_UNKNOWNS / 4 {
+        let wavenumber = options.max_wavenumber;
+        return Err(RadiationError::TooLarge { unknowns, most: MOST_UNKNOWNS, wavenumber }.into());
+    }
+    if progress(&BakeProgress { done: 0.0, stage: "remeshing" }).is_break() {
+        return Err(BakeError::Interrupted);
+    }
+    // A mesh that cannot be cut at its planes may do as a whole.
+    let (solver, used) = match remesh_symmetric(mesh, &planes, &fineness.options) {
+        Ok((symmetric, report)) if !planes.is_empty() => {
+            let solver =
+                GalerkinSolver::try_symmetric(&symmetric, options.max_wavenumber, Equation::BurtonMiller)?;
+            (solver, report.options)
+        }
+        _ => {
+            let (remeshed, report) = remesh(mesh, &fineness.options)?;
+            let solver = GalerkinSolver::try_new(&remeshed, options.max_wavenumber, Equation::BurtonMiller)?;
+            (solver, report.options)
+        }
+    };
+    let unknowns = solver.unknowns();
+    Ok(Prepared {
+        solver: Box::new(solver),
+        spacing: if has_cavities(mesh, &mass) { CAVITY_SPACING } else { SOLID_SPACING },
+        method: "boundary elements on triangles",
+        unknowns,
+        warnings: thin_walls(&fineness, &used),
+    })
+}
+
+/// Normals of the planes about which a surface is symmetric to within `tolerance` \[m\].
+///
+/// The planes go through the centre of mass of the surface, so that they serve only where that is the origin.
+fn mirrors(mesh: &TriMesh, mass: &MassProperties, tolerance: f64) -> Vec<DVec3> {
+    if mass.centre_of_mass.length() > CENTRED * mesh.bounding_radius(DVec3::ZERO) {
+        return Vec::new();
+    }
+    mirror_planes(mesh, tolerance).into_iter().map(|plane| plane.normal).collect()
+}
+
+/// Distance from the origin, in bounding radii, of a centre of mass that is there.
+const CENTRED: f64 = 1e-6;
+
+/// Directions in which the hull is looked for: its volume to a per cent or two.
+const HULL_DIRECTIONS: usize = 300;
+
+/// Whether a body leaves much of its convex hull to the air.
+pub(crate) fn has_cavities(mesh: &TriMesh, mass: &MassProperties) -> bool {
+    let hull = extreme_hull(mesh, HULL_DIRECTIONS).and_then(|hull| MassProperties::of(&hull));
+    hull.is_ok_and(|hull| mass.volume < CONVEX * hull.volume)
+}
+
+/// What to say of walls that the mesh resolves badly.
+fn thin_walls(fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
+    if 2.0 * used.min_edge <= fineness.wall {
+        return Vec::new();
+    }
+    let DVec3 { x, y, z } = fineness.thinnest;
+    vec![format!(
+        "walls of {:.2e} m, thinnest at ({x:.4}, {y:.4}, {z:.4}) m, have edges of {:.2e} m: thin motions may be off by \
+         several per cent; ask for a finer accuracy",
+        fineness.wall, used.min_edge
+    )]
+}
+
+/// An exact form as triangles, for the solver that knows nothing else.
+fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, BakeError> {
+    let surface = match exact {
+        BakeGeometry::Ellipsoid { semi_axes } => {
+            let form = Form::Ellipsoid { semi_axes: *semi_axes };
+            Some(Shape::try_new(form, Some(semi_axes.max_element() / 40.0))?.mesh())
+        }
+        BakeGeometry::RoundedBox { edges, round } => {
+            // The hull of a ball in each corner.
+            let ball = match *round > 0.0 {
+                true => Shape::try_new(Form::Sphere { radius: *round }, Some(0.3 * *round))?.mesh().vertices,
+                false => vec![DVec3::ZERO],
+            };
+            let corner = 0.5 * *edges - *round;
+            let sign = |k: u32, axis: u32| if k >> axis & 1 == 1 { -1.0 } else { 1.0 };
+            let signs = (0..8).map(|k| DVec3::from_array([0, 1, 2].map(|axis| sign(k, axis))));
+            let points: Vec<DVec3> =
+                signs.flat_map(|signs| ball.iter().map(move |v| signs * (v.abs() + corner))).collect();
+            Some(convex_hull(&points)?)
+        }
+        BakeGeometry::Revolution(meridian) => {
+            let solver =
+                RevolutionSolver::new(meridian, DVec3::Y, RevolutionOptions::new(options.max_wavenumber));
+            solver.with_surface(24.0).surface().cloned()
+        }
+        BakeGeometry::Mesh(mesh) => Some(mesh.clone()),
+    };
+    Ok(surface.unwrap_or_default())
+}
+
+/// Finite differences in time on a surface with walls of this thickness \[m\].
+fn time_stepping(
+    mesh: &TriMesh,
+    wall: f64,
+    options: &BakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<Prepared, BakeError> {
+    let mass = MassProperties::of(mesh)?;
+    let radius = mesh.bounding_radius(DVec3::ZERO);
+    let wave = std::f64::consts::TAU / options.max_wavenumber;
+    let cavity = has_cavities(mesh, &mass);
+    // Two cells across a wall; at least ten on the shortest wave, eight on the radius.
+    let spacing = (0.5 * wall).min(wave / 10.0).min(radius / 8.0);
+    let highest = options.max_wavenumber * radius;
+    let solver = WaveSolver::try_new(
+        mesh,
+        WaveOptions {
+            max_wavenumber: options.max_wavenumber,
+            spacing,
+            order: multipole_order(highest, options.accuracy),
+            boundary: Boundary::CutCells,
+            longest: if cavity { 30.0 } else { 12.0 },
+        },
+    )?;
+    let unknowns = solver.cells();
+    let field = watched(progress, |report| solver.run_on(options.device, report))?;
+    Ok(Prepared {
+        solver: Box::new(field),
+        spacing: if cavity { CAVITY_SPACING } else { SOLID_SPACING },
+        method: match options.device {
+            WaveDevice::Cpu => "finite differences in time",
+            WaveDevice::Gpu => "finite differences in time on a graphics processor",
+        },
+        unknowns,
+        warnings: Vec::new(),
+    })
+}
+
+/// Runs work that reports from any thread, and passes the reports on from this one.
+pub(crate) fn watched<T: Send>(
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+    work: impl FnOnce(&(dyn Fn(f64) -> ControlFlow<()> + Sync)) -> T + Send,
+) -> T {
+    // Parts of the work done, in billionths.
+    const WHOLE: f64 = 1e9;
+    let (done, stop) = (AtomicU64::new(0), AtomicBool::new(false));
+    let report = |part: f64| {
+        done.fetch_max((part * WHOLE) as u64, Ordering::Relaxed);
+        if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    std::thread::scope(|scope| {
+        let worker = scope.spawn(|| work(&report));
+        while !worker.is_finished() {
+            std::thread::park_timeout(POLL);
+            let done = done.load(Ordering::Relaxed) as f64 / WHOLE;
+            if progress(&BakeProgress { done, stage: "stepping the waves" }).is_break() {
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+        worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// Time between two looks at the progress.
+const POLL: Duration = Duration::from_millis(50);

@@ -1,0 +1,316 @@
+//! Fields of any order around the axis: a normal acceleration a(s) cos mφ or a(s) sin mφ at a real frequency.
+//!
+//! The two have the same pressure p(s) but for the angle, and so do all accelerations of the same k and m share the
+//! matrix. Waves of one mesh share what depends on the geometry alone.
+//!
+//! Where the inside may resonate, the equations at the nodes are joined by those at points inside and solved as least
+//! squares; other points, which have not been used, then have to be as quiet. If they are not, more points are used.
+
+use std::f64::consts::{PI, TAU};
+
+use clangor_core::geometry::meridian::Meridian;
+use faer::Mat;
+use faer::linalg::solvers::SolveLstsq;
+use glam::DVec2;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::inside::{first_resonance, inner_points, inscribed_radius};
+use super::multipoles::AxisProjection;
+use super::panels::Panels;
+use super::ring::MidpointLadder;
+use super::rows::{Observer, Row, RowContext, Wave};
+use super::{BATCH_MEMORY, MOST_UNKNOWNS, RevolutionOptions, solve_system, system_matrix};
+use crate::radiation::RadiationError;
+
+/// Orders n of multipoles beyond kR and beyond m.
+const EXTRA_ORDERS: usize = 10;
+
+/// Most that n may be: beyond, (2n − 1)!! overflows.
+const MOST_ORDER: usize = 148;
+
+/// Most waves that are solved at a time.
+const MOST_WAVES: usize = 16;
+
+/// Pressure at points inside, over the largest on the surface, that is taken for none.
+const QUIET: f64 = 3e-4;
+
+/// How often points inside are added before it is given up.
+const ATTEMPTS: usize = 4;
+
+/// The solver of one body.
+#[derive(Clone, Debug)]
+pub struct AzimuthalSolver {
+    meridian: Meridian,
+    radius: f64,
+    options: RevolutionOptions,
+    resonance: f64,
+}
+
+/// The meridian cut into panels.
+#[derive(Clone, Debug)]
+pub struct MeridianMesh {
+    panels: Panels,
+}
+
+/// A node of a [`MeridianMesh`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeridianNode {
+    /// (r, y) \[m\].
+    pub position: DVec2,
+    /// Outward unit normal.
+    pub normal: DVec2,
+    /// Share of the length of the meridian \[m\]: weight of the rule.
+    pub length: f64,
+}
+
+/// Vibrations of one order and frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RingWave {
+    /// k [1/m].
+    pub wavenumber: f64,
+    /// m.
+    pub order: usize,
+    /// Normal accelerations at the nodes, of any number of vibrations.
+    pub accelerations: Vec<Vec<f64>>,
+}
+
+/// The field of one vibration, for ρ = 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RingField {
+    /// Pressure at the nodes.
+    pub pressure: Vec<Complex64>,
+    /// Multipoles on the sphere of the reference radius R about the origin, n from 0: with φ counted as for the
+    /// acceleration and the axis as the polar one, p e^{ikr} = Σ c_n x^{−(n+1)} θₙ(ikRx)/θₙ(ikR) Y_n,±m, x = r/R.
+    pub coefficients: Vec<Complex64>,
+}
+
+impl MeridianMesh {
+    /// The nodes, panel after panel.
+    pub fn nodes(&self) -> impl Iterator<Item = MeridianNode> + '_ {
+        self.panels.nodes.iter().map(|node| {
+            let speed = node.normal.length();
+            MeridianNode { position: node.position, normal: node.normal / speed, length: node.weight * speed }
+        })
+    }
+
+    /// Values at the nodes of another mesh of the same meridian from those at the nodes of this one.
+    pub fn interpolate(&self, values: &[f64], onto: &MeridianMesh) -> Vec<f64> {
+        let count = self.panels.rule.len();
+        let mut cardinal = vec![0.0; count];
+        onto.panels
+            .nodes
+            .iter()
+            .map(|node| {
+                let piece = onto.panels.panels[node.panel].piece;
+                let (panel, x) = self.panels.locate(piece, node.t);
+                self.panels.cardinal(x, &mut cardinal);
+                let own = &values[panel * count..(panel + 1) * count];
+                own.iter().zip(&cardinal).map(|(v, c)| v * c).sum()
+            })
+            .collect()
+    }
+
+    /// ∫ (da/ds)² r ds of values at the nodes.
+    pub fn slope_square(&self, values: &[f64]) -> f64 {
+        let count = self.panels.rule.len();
+        let slopes = self.panels.slopes();
+        let span = |panel: usize| self.panels.panels[panel].end - self.panels.panels[panel].start;
+        let at_node = |(i, node): (usize, MeridianNode)| {
+            let (panel, own) = (i / count, i % count);
+            let here = &values[panel * count..(panel + 1) * count];
+            let slope: f64 = here.iter().zip(&slopes[own * count..]).map(|(v, d)| v * d).sum();
+            let speed = self.panels.nodes[i].normal.length() * span(panel);
+            (slope / speed).powi(2) * node.position.x * node.length
+        };
+        self.nodes().enumerate().map(at_node).sum()
+    }
+}
+
+impl AzimuthalSolver {
+    /// For a meridian about the origin, with multipoles on the sphere of `radius` \[m\]. The options' highest wavenumber is
+    /// not used: meshes are made for one each.
+    pub fn new(meridian: &Meridian, radius: f64, options: RevolutionOptions) -> Self {
+        let resonance = first_resonance(inscribed_radius(meridian));
+        AzimuthalSolver { meridian: meridian.clone(), radius, options, resonance }
+    }
+
+    /// A mesh that resolves waves of this wavenumber [1/m], in the air and of the surface.
+    ///
+    /// # Errors
+    /// [`RadiationError::TooLarge`].
+    pub fn mesh(&self, wavenumber: f64) -> Result<MeridianMesh, RadiationError> {
+        let length: f64 = self.meridian.pieces().iter().map(|piece| piece.length(0.0, 1.0)).sum();
+        let waves = length * wavenumber / TAU * self.options.nodes_per_wavelength;
+        let too_large = |unknowns| RadiationError::TooLarge { unknowns, most: MOST_UNKNOWNS, wavenumber };
+        // Before it is tried, and after.
+        if waves > MOST_UNKNOWNS as f64 {
+            return Err(too_large(waves as usize));
+        }
+        let panels = Panels::new(&self.meridian, wavenumber, &self.options);
+        if panels.nodes.len() > MOST_UNKNOWNS {
+            return Err(too_large(panels.nodes.len()));
+        }
+        Ok(MeridianMesh { panels })
+    }
+
+    /// The largest number of waves to be solved on a mesh in one go.
+    pub fn batch(&self, mesh: &MeridianMesh) -> usize {
+        (BATCH_MEMORY / (mesh.panels.nodes.len().pow(2) * size_of::<Complex64>())).clamp(1, MOST_WAVES)
+    }
+
+    /// The fields of each wave's vibrations; no more waves than a [`batch`](Self::batch).
+    ///
+    /// # Errors
+    /// [`RadiationError`].
+    pub fn solve(
+        &self,
+        mesh: &MeridianMesh,
+        waves: &[RingWave],
+    ) -> Result<Vec<Vec<RingField>>, RadiationError> {
+        let panels = &mesh.panels;
+        let mut accelerations = Vec::new();
+        let mut asked = Vec::new();
+        for wave in waves {
+            let first = accelerations.len();
+            accelerations.extend(wave.accelerations.iter().cloned());
+            asked.push(Wave {
+                wavenumber: Complex64::new(wave.wavenumber, 0.0),
+                orders: [wave.order],
+                sources: [(first..accelerations.len()).collect()],
+            });
+        }
+        let highest = waves.iter().map(|w| w.wavenumber).fold(0.0, f64::max);
+        let around = waves.iter().map(|w| w.order).max().unwrap_or(0);
+        let ladder = MidpointLadder::new(highest * panels.widest(), around);
+        let context = RowContext::new(panels, &ladder, &asked, &accelerations);
+        let rows: Vec<Row> = panels.nodes.par_iter().map(|node| context.row(Observer::node(node))).collect();
+        let pressures = self.pressures(&context, panels, &rows, waves)?;
+        waves
+            .par_iter()
+            .zip(pressures)
+            .map(|(wave, pressures)| {
+                let finite = pressures.iter().flatten().all(|p| p.is_finite());
+                if !finite {
+                    return Err(RadiationError::NotFinite { wavenumber: wave.wavenumber });
+                }
+                let order = self.order(wave)?;
+                let projection = AxisProjection::new(panels, self.radius, wave.order, order);
+                let k = Complex64::new(wave.wavenumber, 0.0);
+                let fields = pressures.into_iter().zip(&wave.accelerations);
+                Ok(fields
+                    .map(|(pressure, a)| RingField {
+                        coefficients: projection.coefficients(&pressure, a, k),
+                        pressure,
+                    })
+                    .collect())
+            })
+            .collect()
+    }
+
+    /// Highest n of the multipoles of a wave.
+    fn order(&self, wave: &RingWave) -> Result<usize, RadiationError> {
+        let reach = (wave.wavenumber * self.radius).ceil() as usize;
+        let order = reach.max(wave.order) + EXTRA_ORDERS;
+        if order > MOST_ORDER {
+            let (unknowns, most) = ((order + 1).pow(2), (MOST_ORDER + 1).pow(2));
+            return Err(RadiationError::TooLarge { unknowns, most, wavenumber: wave.wavenumber });
+        }
+        Ok(order)
+    }
+
+    /// Pressures at the nodes.
+    fn pressures(
+        &self,
+        context: &RowContext<1>,
+        panels: &Panels,
+        rows: &[Row],
+        waves: &[RingWave],
+    ) -> Result<Vec<Vec<Vec<Complex64>>>, RadiationError> {
+        let resonant: Vec<usize> =
+            (0..waves.len()).filter(|f| waves[*f].wavenumber >= self.resonance).collect();
+        let mut pressures: Vec<Vec<Vec<Complex64>>> = waves
+            .par_iter()
+            .enumerate()
+            .map(|(f, wave)| {
+                if wave.wavenumber >= self.resonance {
+                    return Vec::new();
+                }
+                solve_system::<1>(rows, f, 0, 0..wave.accelerations.len())
+            })
+            .collect();
+        let mut left = resonant;
+        let (mut used, mut spare): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
+        let mut drawn = 0;
+        for attempt in 0..=ATTEMPTS {
+            let Some(lowest) = left.iter().map(|f| waves[*f].wavenumber).reduce(f64::min) else { break };
+            if attempt == ATTEMPTS {
+                return Err(RadiationError::Resonance { wavenumber: lowest });
+            }
+            // The last spare points are used now; the first time there are none.
+            let wanted = if attempt == 0 { [1, 2] } else { [2, 1] }.map(|k| k * (panels.nodes.len() / 8 + 8));
+            used.append(&mut spare);
+            for (rows, count) in [(&mut used, wanted[0]), (&mut spare, wanted[1])] {
+                let points = inner_points(&self.meridian, lowest, drawn, count);
+                drawn += count;
+                rows.par_extend(points.into_par_iter().map(|p| context.row(Observer::inside(p))));
+            }
+            let solved: Vec<(usize, Option<Vec<Vec<Complex64>>>)> = left
+                .par_iter()
+                .map(|f| {
+                    let found = solve_joined(rows, &used, *f);
+                    let loud = found.iter().enumerate().any(|(i, p)| loudness(&spare, *f, i, p) > QUIET);
+                    (*f, (!loud).then_some(found))
+                })
+                .collect();
+            left.clear();
+            for (f, found) in solved {
+                match found {
+                    Some(found) => pressures[f] = found,
+                    None => left.push(f),
+                }
+            }
+        }
+        Ok(pressures)
+    }
+}
+
+/// Pressures that satisfy the equations at the nodes and at points inside as well as they can.
+fn solve_joined(rows: &[Row], inside: &[Row], wave: usize) -> Vec<Vec<Complex64>> {
+    let nodes = rows.len();
+    let square = system_matrix::<1>(rows, wave, 0);
+    let matrix = Mat::from_fn(nodes + inside.len(), nodes, |i, j| {
+        if i < nodes {
+            return square[(i, j)];
+        }
+        let row = &inside[i - nodes];
+        -Complex64::new(row.real[wave * nodes + j], row.imaginary[wave * nodes + j])
+    });
+    let count = rows[0].rhs[wave].len();
+    let rhs = Mat::from_fn(nodes + inside.len(), count, |i, j| {
+        if i < nodes { rows[i].rhs[wave][j] } else { inside[i - nodes].rhs[wave][j] }
+    });
+    let solution = matrix.qr().solve_lstsq(&rhs);
+    (0..count).map(|j| (0..nodes).map(|i| solution[(i, j)]).collect()).collect()
+}
+
+/// Largest pressure at points inside over the largest on the surface.
+fn loudness(inside: &[Row], wave: usize, source: usize, pressure: &[Complex64]) -> f64 {
+    let loudest = pressure.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let start = wave * pressure.len();
+    let residual = |row: &Row| {
+        let sum: Complex64 = pressure
+            .iter()
+            .enumerate()
+            .map(|(j, p)| Complex64::new(row.real[start + j], row.imaginary[start + j]) * p)
+            .sum();
+        (sum + row.rhs[wave][source]).norm()
+    };
+    let most = inside.iter().map(residual).fold(0.0, f64::max);
+    if most == 0.0 { 0.0 } else { most / loudest }
+}
+
+/// ∫ dφ of cos²mφ.
+pub fn turn_square(order: usize) -> f64 {
+    if order == 0 { TAU } else { PI }
+}

@@ -1,0 +1,87 @@
+//! The inside of a body of revolution: how thick it is, and points in it.
+//!
+//! The equation for the pressure on the surface has more than one solution where the inside resonates with p = 0 on the
+//! surface: the field of the others does not vanish inside. Points inside, where it has to, single out the right one
+//! (Schenck, J. Acoust. Soc. Am. 44, 1968). Few of them may lie where a resonance has its nodes; many, scattered
+//! over all that is thick enough to resonate, do not.
+
+use std::f64::consts::FRAC_PI_2;
+
+use clangor_core::geometry::meridian::Meridian;
+use glam::DVec2;
+
+/// Part of π/(2ρ) below which there are no resonances.
+const RESONANCE_MARGIN: f64 = 0.9;
+
+/// Stretches of each piece of the meridian from which the inside is looked at.
+const PARTS: usize = 96;
+
+/// Wavenumber [1/m] below which nothing inside resonates, for the radius of the largest inscribed ball \[m\].
+pub(super) fn first_resonance(inscribed: f64) -> f64 {
+    RESONANCE_MARGIN * FRAC_PI_2 / inscribed
+}
+
+/// Radius \[m\] of the largest ball inside that touches the surface at one of many points.
+pub(super) fn inscribed_radius(meridian: &Meridian) -> f64 {
+    touching_balls(meridian).into_iter().map(|(_, _, radius)| radius).fold(0.0, f64::max)
+}
+
+/// Points (r, y) inside \[m\], `count` of them from the `skip`-th of a sequence, where the body is thicker than
+/// a fraction of what resonates at `wavenumber` [1/m].
+pub(super) fn inner_points(meridian: &Meridian, wavenumber: f64, skip: usize, count: usize) -> Vec<DVec2> {
+    // The fractions of the golden ratio and of √2 never meet.
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    const SILVER: f64 = 0.414_213_562_373_095;
+    let mut balls = touching_balls(meridian);
+    balls.retain(|(_, _, radius)| wavenumber * radius > 1.0);
+    if balls.is_empty() {
+        return Vec::new();
+    }
+    (skip..skip + count)
+        .map(|k| {
+            let (point, normal, radius) = balls[((k as f64 * GOLDEN).fract() * balls.len() as f64) as usize];
+            point - normal * (radius * (0.3 + 0.7 * (k as f64 * SILVER).fract()))
+        })
+        .filter(|p| p.x > 0.0)
+        .collect()
+}
+
+/// Points of the surface, outward normals there and the radii of the largest balls inside that touch there.
+///
+/// The ball that touches at x with outward normal n and passes through q has the radius |q − x|²/(2 n·(x − q)).
+fn touching_balls(meridian: &Meridian) -> Vec<(DVec2, DVec2, f64)> {
+    let mut points: Vec<(DVec2, DVec2)> = Vec::new();
+    for piece in meridian.pieces() {
+        points.extend((0..PARTS).map(|k| {
+            let t = (k as f64 + 0.5) / PARTS as f64;
+            let v = piece.velocity(t).normalize();
+            (piece.point(t), DVec2::new(v.y, -v.x))
+        }));
+    }
+    let radius_at = |(x, n): (DVec2, DVec2)| {
+        points
+            .iter()
+            .flat_map(|(q, _)| [*q, DVec2::new(-q.x, q.y)])
+            .map(|q| (q - x, n.dot(x - q)))
+            .filter(|(gap, depth)| *depth > 1e-9 * gap.length())
+            .map(|(gap, depth)| 0.5 * gap.length_squared() / depth)
+            .fold(f64::INFINITY, f64::min)
+    };
+    points.iter().map(|p| (p.0, p.1, radius_at(*p))).filter(|(_, _, radius)| radius.is_finite()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn balls_and_points_are_inside() {
+        let egg = Meridian::spheroid(1.0, 2.0).expect("a spheroid");
+        // The true radius is 1; residual seen: 1e-4, of the points between which the surface is.
+        assert!((inscribed_radius(&egg) - 1.0).abs() < 1e-3);
+        let points = inner_points(&egg, 5.0, 3, 100);
+        assert!(points.len() > 80);
+        assert!(points.iter().all(|p| p.x > 0.0 && p.x * p.x + 0.25 * p.y * p.y < 0.999));
+        assert!(inner_points(&egg, 0.5, 0, 10).is_empty());
+    }
+}

@@ -1,0 +1,282 @@
+//! Time-domain solver: the wave equation around a body that is given an acceleration pulse, on a regular grid.
+//!
+//! The published way to precompute acceleration noise (\[PAN\] §4: second-order leapfrog on a staggered grid, a
+//! perfectly matched layer), for any closed surface, cavities and thin walls included; and a check of the boundary
+//! elements that shares nothing with them. One run per motion:
+//!
+//! ```text
+//! surface ─► cut cells ─► rows ─► leapfrog + absorbing layer ─► multipoles on r = 1.5 R ─► spectra ─► samples
+//!            cut_cells    boundary  grid, absorber                recorder                   field, tail
+//! ```
+//!
+//! Differs from \[PAN\], which makes each cell all solid or all air and reads pulses at points:
+//!
+//! * cells are cut ([`Boundary::CutCells`]): the error at 8 cells per radius falls from 9 % to 0.2 %, and is of
+//!   second order instead of first;
+//! * the Laplacian is isotropic and the spectrum is read at the frequency at which the *grid* carries the wavenumber, so
+//!   that there is no dispersion up to fourth order;
+//! * the grid ends just beyond 1.5 R: outside, multipoles are exact at any distance.
+//!
+//! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), nor does it model the losses
+//! at walls. Sharp edges cost order: a wall of 1.8 mm with edges of 90° is 5.3, 3.0, 2.1 % too quiet at cells of 0.9, 0.6,
+//! 0.45 mm; in theory it falls with h^{4/3}, for triangles too. What still rings when the run ends is continued by its resonances (`tail`).
+
+mod absorber;
+mod boundary;
+mod cut_cells;
+mod field;
+#[cfg(feature = "gpu")]
+mod gpu;
+mod grid;
+mod modal_bursts;
+mod pulse;
+mod recorder;
+mod tail;
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::math::spherical_harmonics::count;
+use glam::DVec3;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+pub use boundary::Boundary;
+use boundary::Rows;
+use cut_cells::CutCells;
+pub use field::WaveField;
+use grid::{COURANT, Drive, Lattice, WaveGrid, phase_per_step};
+pub use modal_bursts::{DrivenPlace, WaveMotion};
+use pulse::Pulse;
+use recorder::Recorder;
+use tail::Tail;
+
+use crate::gpu::GpuError;
+
+/// Where the field is read, in bounding radii.
+const RECORDING: f64 = 1.5;
+/// Where the centre of mass lies in its cell: no face of a body that is symmetric falls on a grid plane.
+const OFFSET: DVec3 = DVec3::new(0.137, 0.271, 0.391);
+/// Samples of the recorded signals per shortest period of the band: the pulse has nothing where they would alias.
+const OVERSAMPLING: f64 = 4.5;
+
+/// Time after the pulse, in R/c, when all is past the sphere that leaves the body at once: what remains only rings.
+const PASSED: f64 = RECORDING + 2.0;
+
+/// Where a run takes place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WaveDevice {
+    /// On this machine's processor.
+    #[default]
+    Cpu,
+    /// On its graphics processor ([`crate::gpu`]); needs the feature `gpu`.
+    Gpu,
+}
+
+/// How to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WaveOptions {
+    /// Highest wavenumber of the band, k = 2πf/c [1/m].
+    pub max_wavenumber: f64,
+    /// Edge of a cell h \[m\].
+    pub spacing: f64,
+    /// Highest degree of the multipoles.
+    pub order: usize,
+    /// How cells at the surface are treated.
+    pub boundary: Boundary,
+    /// Longest time that is run after the pulse, in R/c.
+    pub longest: f64,
+}
+
+/// Why a body cannot be run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WaveError {
+    /// No triangles or a coordinate that is not finite.
+    #[error("the surface has no extent or coordinates that are not finite")]
+    Surface,
+    /// An option that is not a positive number.
+    #[error("{name} is {value}, and must be positive")]
+    Option {
+        /// Which.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A band that the cells do not resolve.
+    #[error(
+        "cells of {spacing:.3e} m do not resolve a wavenumber of {wavenumber:.4e} 1/m; {most:.3e} m would"
+    )]
+    Coarse {
+        /// Edge of a cell \[m\].
+        spacing: f64,
+        /// Highest wavenumber of the band [1/m].
+        wavenumber: f64,
+        /// Largest edge that would do \[m\].
+        most: f64,
+    },
+    /// More cells than are run.
+    #[error("the body needs {cells} cells of {spacing:.3e} m, more than the {most} that are run")]
+    TooLarge {
+        /// Cells needed.
+        cells: usize,
+        /// Most that are run.
+        most: usize,
+        /// Edge of a cell \[m\].
+        spacing: f64,
+    },
+    /// No graphics processor, or one that failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// Stopped by the caller.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Most cells of a grid: indices have 32 bits, and six grids of this size take 12 GB.
+const MOST_CELLS: usize = 256_000_000;
+/// Largest kh that is run: 6 cells per wavelength.
+const MOST_PHASE: f64 = 1.05;
+
+/// A body in its grid, ready to run.
+#[derive(Clone, Debug)]
+pub struct WaveSolver {
+    options: WaveOptions,
+    radius: f64,
+    lattice: Lattice,
+    centre: DVec3,
+    rows: Rows,
+    closed: usize,
+}
+
+impl WaveSolver {
+    /// Lays a grid around a closed surface about its centre of mass \[m\].
+    ///
+    /// # Errors
+    /// [`WaveError`].
+    pub fn try_new(surface: &TriMesh, options: WaveOptions) -> Result<Self, WaveError> {
+        let h = options.spacing;
+        for (name, value) in
+            [("max_wavenumber", options.max_wavenumber), ("spacing", h), ("longest", options.longest)]
+        {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(WaveError::Option { name, value });
+            }
+        }
+        let radius = surface.bounding_radius(DVec3::ZERO);
+        if !(radius > 0.0 && radius.is_finite()) || surface.vertices.iter().any(|v| !v.is_finite()) {
+            return Err(WaveError::Surface);
+        }
+        if options.max_wavenumber * h > MOST_PHASE {
+            return Err(WaveError::Coarse {
+                spacing: h,
+                wavenumber: options.max_wavenumber,
+                most: MOST_PHASE / options.max_wavenumber,
+            });
+        }
+        let half = (RECORDING * radius / h).ceil() + (recorder::REACH + absorber::LAYER + 2) as f64;
+        let cells = (2.0 * half).powi(3);
+        if cells > MOST_CELLS as f64 {
+            return Err(WaveError::TooLarge { cells: cells as usize, most: MOST_CELLS, spacing: h });
+        }
+        let lattice = Lattice([2 * half as usize; 3]);
+        let centre = DVec3::splat(half) + OFFSET;
+        let vertices = surface.vertices.iter().map(|v| *v / h).collect();
+        let scaled = TriMesh { vertices, triangles: surface.triangles.clone() };
+        let mut cut = CutCells::new(&scaled, centre);
+        let closed = match options.boundary {
+            Boundary::CutCells => cut.close_walls(centre),
+            Boundary::Staircase => {
+                cut.coarsen(centre);
+                0
+            }
+        };
+        let rows = Rows::new(cut, &lattice);
+        Ok(WaveSolver { options, radius, lattice, centre, rows, closed })
+    }
+
+    /// Cells of the grid.
+    pub fn cells(&self) -> usize {
+        self.lattice.cells()
+    }
+
+    /// Cells that were closed because they hold both sides of a wall: more than none says that walls are thinner than
+    /// the grid resolves, and are taken to be up to a cell thicker.
+    pub fn closed_cells(&self) -> usize {
+        self.closed
+    }
+
+    /// Runs the six motions on the processor. `progress` is told which part is done, and may stop the rest.
+    ///
+    /// # Errors
+    /// [`WaveError::Interrupted`].
+    pub fn run(&self, progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync)) -> Result<WaveField, WaveError> {
+        self.run_on(WaveDevice::Cpu, progress)
+    }
+
+    /// Runs the six motions on either processor: fields agree to 1e-5.
+    ///
+    /// # Errors
+    /// [`WaveError::Interrupted`], [`WaveError::Gpu`].
+    pub fn run_on(
+        &self,
+        device: WaveDevice,
+        progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
+    ) -> Result<WaveField, WaveError> {
+        let WaveOptions { max_wavenumber, spacing: h, order, longest, .. } = self.options;
+        let phase = phase_per_step(Complex64::from(max_wavenumber * h)).re;
+        let stride = (std::f64::consts::TAU / (OVERSAMPLING * phase)).floor().max(1.0) as usize;
+        let pulse = Pulse::new(phase);
+        let recorder = Recorder::new(&self.lattice, self.centre, RECORDING * self.radius / h, order);
+        // The pulse, the way to the sphere, and what was asked for.
+        let steps = pulse.values.len() + ((RECORDING + longest) * self.radius / (h * COURANT)) as usize;
+        let signals = match device {
+            WaveDevice::Cpu => self.step_all(&recorder, &pulse, stride, steps, progress)?,
+            #[cfg(feature = "gpu")]
+            WaveDevice::Gpu => {
+                let (lattice, rows) = (&self.lattice, &self.rows);
+                let (recorder, pulse) = (&recorder, &pulse);
+                gpu::signals(&gpu::Course { lattice, rows, recorder, pulse, stride, steps }, progress)?
+            }
+            #[cfg(not(feature = "gpu"))]
+            WaveDevice::Gpu => return Err(GpuError::NotBuilt.into()),
+        };
+        let updates = (DEGREES * steps * self.lattice.cells()) as f64;
+        let free = pulse.values.len() + (PASSED * self.radius / (h * COURANT)) as usize;
+        let weights: [f64; DEGREES] = std::array::from_fn(|d| if d < 3 { 1.0 } else { h / self.radius });
+        let tail = Tail::fit(&signals, count(order), free.div_ceil(stride), &weights);
+        Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals, tail })
+    }
+
+    /// The time loop on the processor, a thread for each motion: the signal of each.
+    fn step_all(
+        &self,
+        recorder: &Recorder,
+        pulse: &Pulse,
+        stride: usize,
+        steps: usize,
+        progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
+    ) -> Result<Vec<Vec<f64>>, WaveError> {
+        let done = AtomicUsize::new(0);
+        (0..DEGREES)
+            .into_par_iter()
+            .map(|motion| {
+                let drive = Drive::rigid(&self.rows, motion);
+                let mut grid = WaveGrid::new(self.lattice, &self.rows, vec![drive]);
+                let mut signals = Vec::with_capacity((steps / stride + 1) * count(self.options.order));
+                for step in 0..steps {
+                    if step % stride == 0 {
+                        recorder.record(&self.lattice, grid.pressure(), &mut signals);
+                        let done = done.fetch_add(stride, Ordering::Relaxed);
+                        if progress(done as f64 / (DEGREES * steps) as f64).is_break() {
+                            return Err(WaveError::Interrupted);
+                        }
+                    }
+                    grid.step(&[pulse.at(step)]);
+                }
+                Ok(signals)
+            })
+            .collect()
+    }
+}

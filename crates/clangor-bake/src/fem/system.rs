@@ -1,0 +1,277 @@
+//! Stiffness and mass of a whole mesh, sparse and symmetric.
+//!
+//! A mesh of a volume or of a section: its elements have any number of nodes, and nodes three unknowns each. Both
+//! matrices have one entry per pair of nodes that share an element: a 3 × 3 block of the stiffness and one number of the
+//! mass, which is the same along x, y and z. Only pairs with row ≥ column are kept.
+
+use glam::{DMat3, DVec3};
+
+use super::ElasticConstants;
+use super::element::{ElementMatrices, element_matrices};
+use super::products::{LANES, Matrix, Product};
+use super::rigid_motions::{normalised, rigid_motions};
+use crate::mesh::tetrahedra::TetMesh;
+
+/// K and M of a free body. Unknown 3n + c is the displacement of node n along axis c.
+#[derive(Clone, Debug)]
+pub struct ElasticSystem {
+    /// Node positions \[m\].
+    nodes: Vec<DVec3>,
+    /// Where the column of each node starts, and the end.
+    starts: Vec<usize>,
+    /// Row of each entry, ascending in a column, the diagonal first.
+    rows: Vec<u32>,
+    /// Blocks of K [N/m].
+    stiffness: Vec<DMat3>,
+    /// Factors of M \[kg\].
+    mass: Vec<f64>,
+    /// Motions without energy, at the nodes.
+    rigid: Vec<Vec<DVec3>>,
+    /// Unknowns that stay zero; empty if all are free.
+    held: Vec<bool>,
+    /// By entry: the axes along which held unknowns leave no mass; empty if all are free.
+    massless: Vec<[bool; 3]>,
+}
+
+/// A mesh, as a system sees it.
+pub(crate) struct Elements<'a, E> {
+    /// Node positions \[m\].
+    pub(crate) nodes: Vec<DVec3>,
+    /// Nodes of each element.
+    pub(crate) elements: &'a [E],
+    /// Independent motions without energy, at the nodes.
+    pub(crate) rigid: Vec<Vec<DVec3>>,
+}
+
+impl ElasticSystem {
+    /// Assembles the matrices of a mesh.
+    pub fn new(mesh: &TetMesh, constants: &ElasticConstants) -> Self {
+        let elements = Elements {
+            nodes: mesh.nodes.clone(),
+            elements: &mesh.elements,
+            rigid: rigid_motions(&mesh.nodes).into(),
+        };
+        Self::assemble(elements, |e| {
+            let ElementMatrices { stiffness, mass } = element_matrices(&mesh.positions(e), constants);
+            move |i: usize, j: usize| (stiffness[i][j], mass[i][j])
+        })
+    }
+
+    /// Assembles elements. `matrices` gives, by the number of an element, what gives its blocks of the stiffness and
+    /// factors of the mass, by two of its nodes of which the first is not before the second.
+    pub(crate) fn assemble<E: AsRef<[u32]>, F: Fn(usize, usize) -> (DMat3, f64)>(
+        mesh: Elements<'_, E>,
+        matrices: impl Fn(usize) -> F,
+    ) -> Self {
+        let (starts, rows) = pattern(mesh.nodes.len(), mesh.elements);
+        let mut stiffness = vec![DMat3::ZERO; rows.len()];
+        let mut mass = vec![0.0; rows.len()];
+        for (e, element) in mesh.elements.iter().enumerate() {
+            let (element, matrices) = (element.as_ref(), matrices(e));
+            for i in 0..element.len() {
+                for j in 0..=i {
+                    let (a, b) = (element[i], element[j]);
+                    let (row, column) = (a.max(b), a.min(b) as usize);
+                    let found = rows[starts[column]..starts[column + 1]].partition_point(|r| *r < row);
+                    let entry = starts[column] + found;
+                    let (block, factor) = matrices(i, j);
+                    stiffness[entry] += if a >= b { block } else { block.transpose() };
+                    mass[entry] += factor;
+                }
+            }
+        }
+        let (held, massless) = (Vec::new(), Vec::new());
+        ElasticSystem { nodes: mesh.nodes, starts, rows, stiffness, mass, rigid: mesh.rigid, held, massless }
+    }
+
+    /// The same body with unknowns held at zero, and the motions without energy that are left. Held unknowns keep the
+    /// diagonal of the stiffness and no mass, so that they take no part in any mode.
+    pub(crate) fn holding(mut self, held: Vec<bool>, rigid: Vec<Vec<DVec3>>) -> Self {
+        self.massless = vec![[false; 3]; self.rows.len()];
+        for column in 0..self.nodes.len() {
+            for entry in self.starts[column]..self.starts[column + 1] {
+                let row = self.rows[entry] as usize;
+                for c in 0..3 {
+                    for r in 0..3 {
+                        let diagonal = row == column && r == c;
+                        if !diagonal && (held[3 * row + r] || held[3 * column + c]) {
+                            self.stiffness[entry].col_mut(c)[r] = 0.0;
+                        }
+                    }
+                    self.massless[entry][c] = held[3 * row + c] || held[3 * column + c];
+                }
+            }
+        }
+        ElasticSystem { held, rigid, ..self }
+    }
+
+    /// Number of nodes.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Node positions \[m\].
+    pub fn nodes(&self) -> &[DVec3] {
+        &self.nodes
+    }
+
+    /// Column starts and rows of the pairs of nodes that are coupled, row ≥ column.
+    pub fn pattern(&self) -> (&[usize], &[u32]) {
+        (&self.starts, &self.rows)
+    }
+
+    /// Row, column, entry of K [N/m] and entry of M \[kg\] for the lower half of both, by unknowns.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64, f64)> {
+        let pairs = (0..self.nodes.len()).flat_map(|column| {
+            (self.starts[column]..self.starts[column + 1]).map(move |entry| (column, entry))
+        });
+        pairs.flat_map(|(column, entry)| {
+            let row = self.rows[entry] as usize;
+            let (block, mass) = (self.stiffness[entry], self.mass[entry]);
+            (0..9).map(|k| (k % 3, k / 3)).filter(move |(r, c)| row != column || r >= c).map(move |(r, c)| {
+                (3 * row + r, 3 * column + c, block.col(c)[r], if r == c { mass } else { 0.0 })
+            })
+        })
+    }
+
+    /// The motions that cost no energy, orthonormal in the mass: six of a volume.
+    pub fn rigid_motions(&self) -> Vec<Vec<f64>> {
+        normalised(self, &self.rigid)
+    }
+
+    /// How many motions cost no energy.
+    pub fn rigid_count(&self) -> usize {
+        self.rigid.len()
+    }
+
+    /// Number of unknowns that are not held.
+    pub(crate) fn free_count(&self) -> usize {
+        3 * self.nodes.len() - self.held.iter().filter(|held| **held).count()
+    }
+
+    /// The block of K − σ M at an entry of the pattern.
+    pub(crate) fn shifted_block(&self, entry: usize, shift: f64) -> DMat3 {
+        let mut mass = DVec3::splat(shift * self.mass[entry]);
+        if let Some(massless) = self.massless.get(entry) {
+            (0..3).filter(|a| massless[*a]).for_each(|a| mass[a] = 0.0);
+        }
+        self.stiffness[entry] - DMat3::from_diagonal(mass)
+    }
+
+    /// M x for `width` vectors at once, stored with unknown 3n + c of vector k at `x[(3n + c) · width + k]`; fastest for
+    /// eight.
+    pub fn multiply_mass(&self, x: &[f64], width: usize, y: &mut [f64]) {
+        if width == LANES {
+            self.multiply_lanes(Matrix::Scalars(&self.mass), x, y);
+        } else {
+            self.multiply_mass_plainly(x, width, y);
+        }
+        self.hold(y, width);
+    }
+
+    /// Zeros where unknowns are held; vectors are stored as in [`multiply_mass`](Self::multiply_mass), which expects and
+    /// leaves them so.
+    pub(crate) fn hold(&self, x: &mut [f64], width: usize) {
+        let held = x.chunks_exact_mut(width).zip(&self.held).filter(|(_, held)| **held);
+        held.for_each(|(x, _)| x.fill(0.0));
+    }
+
+    fn multiply_mass_plainly(&self, x: &[f64], width: usize, y: &mut [f64]) {
+        y.fill(0.0);
+        let span = 3 * width;
+        for column in 0..self.nodes.len() {
+            let own = column * span..(column + 1) * span;
+            for entry in self.starts[column]..self.starts[column + 1] {
+                let m = self.mass[entry];
+                let row = self.rows[entry] as usize;
+                let there = row * span..(row + 1) * span;
+                add_scaled(&mut y[there.clone()], &x[own.clone()], m);
+                if row != column {
+                    add_scaled(&mut y[own.clone()], &x[there], m);
+                }
+            }
+        }
+    }
+
+    /// K x, stored as in [`multiply_mass`](Self::multiply_mass).
+    pub fn multiply_stiffness(&self, x: &[f64], width: usize, y: &mut [f64]) {
+        if width == LANES {
+            return self.multiply_lanes(Matrix::Blocks(&self.stiffness), x, y);
+        }
+        y.fill(0.0);
+        for column in 0..self.nodes.len() {
+            for entry in self.starts[column]..self.starts[column + 1] {
+                let block = &self.stiffness[entry];
+                let row = self.rows[entry] as usize;
+                add_block(y, x, row, column, width, |r, c| block.col(c)[r]);
+                if row != column {
+                    add_block(y, x, column, row, width, |r, c| block.col(r)[c]);
+                }
+            }
+        }
+    }
+
+    fn multiply_lanes(&self, matrix: Matrix<'_>, x: &[f64], y: &mut [f64]) {
+        let (starts, rows) = (&self.starts, &self.rows);
+        pulp::Arch::new().dispatch(Product { starts, rows, matrix, x, y });
+    }
+}
+
+fn add_scaled(y: &mut [f64], x: &[f64], factor: f64) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += factor * x;
+    }
+}
+
+fn add_block(
+    y: &mut [f64],
+    x: &[f64],
+    row: usize,
+    column: usize,
+    width: usize,
+    block: impl Fn(usize, usize) -> f64,
+) {
+    for r in 0..3 {
+        for c in 0..3 {
+            let (to, from) = ((3 * row + r) * width, (3 * column + c) * width);
+            add_scaled(&mut y[to..to + width], &x[from..from + width], block(r, c));
+        }
+    }
+}
+
+/// The pairs of nodes that share an element, by columns.
+fn pattern<E: AsRef<[u32]>>(count: usize, elements: &[E]) -> (Vec<usize>, Vec<u32>) {
+    let mut filled = vec![0_usize; count + 1];
+    for element in elements.iter().map(AsRef::as_ref) {
+        for i in element {
+            filled[*i as usize + 1] += element.iter().filter(|j| *j >= i).count();
+        }
+    }
+    for n in 0..count {
+        filled[n + 1] += filled[n];
+    }
+    let mut all = vec![0_u32; filled[count]];
+    let mut next = filled.clone();
+    for element in elements.iter().map(AsRef::as_ref) {
+        for i in element {
+            for j in element.iter().filter(|j| *j >= i) {
+                all[next[*i as usize]] = *j;
+                next[*i as usize] += 1;
+            }
+        }
+    }
+    let mut starts = vec![0];
+    let mut rows = Vec::with_capacity(all.len() / 3);
+    for n in 0..count {
+        let column = &mut all[filled[n]..filled[n + 1]];
+        column.sort_unstable();
+        let begin = rows.len();
+        for row in column {
+            if rows.len() == begin || rows[rows.len() - 1] != *row {
+                rows.push(*row);
+            }
+        }
+        starts.push(rows.len());
+    }
+    (starts, rows)
+}

@@ -1,0 +1,230 @@
+//! Rational interpolation in frequency of many functions that share their poles.
+//!
+//! The set-valued AAA algorithm (Nakatsukasa, Sète and Trefethen 2018; Lietaert and others 2022): nodes are taken one by
+//! one from the samples, each where the error is largest; the weights of
+//!
+//! ```text
+//! r(s) = Σ_j [ w_j f_j/(s − s_j) + conj(w_j f_j)/(s − conj s_j) ] / Σ_j [ w_j/(s − s_j) + conj(w_j)/(s − conj s_j) ]
+//! ```
+//!
+//! minimise the linearised residual over all samples and functions. The mirrored nodes make r(conj s) = conj r(s): the
+//! response in time is real. Poles are common to all functions, as those of a body are to all directions.
+
+use clangor_core::sound_model::acceleration::field::Node;
+use faer::{Mat, Side};
+use num_complex::Complex64;
+
+/// A sample: s, the values of the functions there, and the size by which errors there are divided.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FunctionSample {
+    /// s, with Im s ≥ 0.
+    pub s: Complex64,
+    /// Values of the functions.
+    pub values: Vec<Complex64>,
+    /// 1 over what counts as an error of 100 % for each function.
+    pub weights: Vec<f64>,
+    /// How many consecutive functions share an error: the root of the mean square over them.
+    pub group: usize,
+}
+
+/// Nodes among the samples, and their weights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RationalFit {
+    /// Which samples are nodes.
+    pub support: Vec<usize>,
+    /// The nodes, in the same order.
+    pub nodes: Vec<Node>,
+    /// Largest error at a sample.
+    pub error: f64,
+}
+
+/// Fits with as few nodes as reach `tolerance`, at most `most`.
+///
+/// With too few samples for the tolerance, all but one become nodes; the error is that at the last.
+pub fn fit(samples: &[FunctionSample], tolerance: f64, most: usize) -> RationalFit {
+    let most = most.min(samples.len().saturating_sub(1)).max(1);
+    let mut support: Vec<usize> = Vec::new();
+    let mut best: Option<RationalFit> = None;
+    let mut next = loudest(samples);
+    while support.len() < most {
+        support.push(next);
+        let weights = least_residual(samples, &support);
+        let nodes: Vec<Node> =
+            support.iter().zip(weights).map(|(&i, weight)| Node { s: samples[i].s, weight }).collect();
+        let mut error = 0.0;
+        for (i, sample) in samples.iter().enumerate() {
+            if support.contains(&i) {
+                continue;
+            }
+            let here = error_at(samples, &support, &nodes, sample);
+            if here >= error {
+                (error, next) = (here, i);
+            }
+        }
+        let better = best.as_ref().is_none_or(|b| error < b.error);
+        if better {
+            best = Some(RationalFit { support: support.clone(), nodes, error });
+        }
+        if error <= tolerance {
+            break;
+        }
+    }
+    best.unwrap_or(RationalFit { support: Vec::new(), nodes: Vec::new(), error: f64::INFINITY })
+}
+
+/// The sample with the largest weighted value.
+fn loudest(samples: &[FunctionSample]) -> usize {
+    let size = |s: &FunctionSample| -> f64 {
+        s.values.iter().zip(&s.weights).map(|(v, w)| (v * w).norm_sqr()).sum()
+    };
+    (0..samples.len()).max_by(|&a, &b| size(&samples[a]).total_cmp(&size(&samples[b]))).unwrap_or(0)
+}
+
+/// The weighted error at a sample, of the worst group of functions.
+pub fn error_at(samples: &[FunctionSample], support: &[usize], nodes: &[Node], at: &FunctionSample) -> f64 {
+    let predicted = predict(samples, support, nodes, at.s);
+    let squares: Vec<f64> = predicted
+        .iter()
+        .zip(&at.values)
+        .zip(&at.weights)
+        .map(|((p, v), w)| ((p - v) * *w).norm_sqr())
+        .collect();
+    let worst = squares
+        .chunks(at.group.max(1))
+        .map(|group| group.iter().sum::<f64>() / group.len() as f64)
+        .fold(0.0, f64::max);
+    worst.sqrt()
+}
+
+/// Values of all functions at `s`.
+pub fn predict(
+    samples: &[FunctionSample],
+    support: &[usize],
+    nodes: &[Node],
+    s: Complex64,
+) -> Vec<Complex64> {
+    let count = samples.first().map_or(0, |s| s.values.len());
+    let mut above = vec![Complex64::ZERO; count];
+    let mut below = Complex64::ZERO;
+    for (&i, node) in support.iter().zip(nodes) {
+        if (s - node.s).norm() < 1e-14 * (1.0 + s.norm()) {
+            return samples[i].values.clone();
+        }
+        let here = node.weight / (s - node.s);
+        let mirrored = node.weight.conj() / (s - node.s.conj());
+        below += here + mirrored;
+        for (sum, value) in above.iter_mut().zip(&samples[i].values) {
+            *sum += here * value + mirrored * value.conj();
+        }
+    }
+    above.iter().map(|a| a / below).collect()
+}
+
+/// Weights of unit length that make the linearised residual smallest: the last eigenvector of the Gram matrix of the
+/// Loewner matrix, whose columns are the real and imaginary parts of the weights.
+///
+/// The Gram matrix squares the condition: residuals below 1e-8 of the largest are not told apart, far below the error
+/// of any solver.
+fn least_residual(samples: &[FunctionSample], support: &[usize]) -> Vec<Complex64> {
+    let columns = 2 * support.len();
+    let mut gram = Mat::<f64>::zeros(columns, columns);
+    let mut row = vec![Complex64::ZERO; columns];
+    for (i, sample) in samples.iter().enumerate() {
+        if support.contains(&i) {
+            continue;
+        }
+        let poles: Vec<(Complex64, Complex64)> = support
+            .iter()
+            .map(|&j| (1.0 / (sample.s - samples[j].s), 1.0 / (sample.s - samples[j].s.conj())))
+            .collect();
+        for (v, value) in sample.values.iter().enumerate() {
+            let weight = sample.weights[v];
+            for (k, &j) in support.iter().enumerate() {
+                let node = samples[j].values[v];
+                let direct = (value - node) * poles[k].0 * weight;
+                let mirrored = (value - node.conj()) * poles[k].1 * weight;
+                row[2 * k] = direct + mirrored;
+                row[2 * k + 1] = Complex64::I * (direct - mirrored);
+            }
+            for a in 0..columns {
+                for b in 0..=a {
+                    gram[(a, b)] += row[a].re * row[b].re + row[a].im * row[b].im;
+                }
+            }
+        }
+    }
+    match gram.self_adjoint_eigen(Side::Lower) {
+        Ok(eigen) => {
+            let vector = eigen.U().col(0);
+            (0..support.len()).map(|k| Complex64::new(vector[2 * k], vector[2 * k + 1])).collect()
+        }
+        Err(_) => vec![Complex64::ONE; support.len()],
+    }
+}
+
+/// Poles of a fit: the zeros of its denominator.
+///
+/// Besides 0 the eigenvalues of Λ − e wᵀΛ/(wᵀe) are the zeros of Σ w/(s − s_j): its left eigenvector of 0 is w, so every
+/// other right eigenvector (Λ − λ)⁻¹e is orthogonal to w.
+pub fn poles(nodes: &[Node]) -> Vec<Complex64> {
+    let all: Vec<(Complex64, Complex64)> =
+        nodes.iter().flat_map(|n| [(n.s, n.weight), (n.s.conj(), n.weight.conj())]).collect();
+    // Shifted, so that the extra eigenvalue lies where no pole of a body can: far in the right half plane.
+    let shift = 2.0 * all.iter().map(|(s, _)| s.norm()).fold(1.0, f64::max);
+    let total: Complex64 = all.iter().map(|(_, w)| w).sum();
+    let matrix = Mat::<Complex64>::from_fn(all.len(), all.len(), |a, b| {
+        let diagonal = if a == b { all[a].0 - shift } else { Complex64::ZERO };
+        diagonal - all[b].1 * (all[b].0 - shift) / total
+    });
+    let Ok(values) = matrix.eigenvalues() else { return Vec::new() };
+    let extra = (0..values.len()).min_by(|&a, &b| values[a].norm().total_cmp(&values[b].norm()));
+    values.iter().enumerate().filter(|(k, _)| Some(*k) != extra).map(|(_, v)| v + shift).collect()
+}
+
+/// Size of the residue of each function at a pole.
+pub fn residues(samples: &[FunctionSample], support: &[usize], nodes: &[Node], pole: Complex64) -> Vec<f64> {
+    let count = samples.first().map_or(0, |s| s.values.len());
+    let mut above = vec![Complex64::ZERO; count];
+    let mut slope = Complex64::ZERO;
+    for (&i, node) in support.iter().zip(nodes) {
+        let here = node.weight / (pole - node.s);
+        let mirrored = node.weight.conj() / (pole - node.s.conj());
+        slope -= here / (pole - node.s) + mirrored / (pole - node.s.conj());
+        for (sum, value) in above.iter_mut().zip(&samples[i].values) {
+            *sum += here * value + mirrored * value.conj();
+        }
+    }
+    above.iter().map(|a| (a / slope).norm()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sphere's dipole at two distances: poles −1 ± i, nothing else.
+    fn sphere(s: Complex64) -> FunctionSample {
+        let below = 2.0 + 2.0 * s + s * s;
+        let values: Vec<Complex64> = [1.0, 3.0].iter().map(|r| (s / r + 1.0 / (r * r)) / below).collect();
+        let weights = vec![1.0; values.len()];
+        FunctionSample { s, values, weights, group: 1 }
+    }
+
+    #[test]
+    fn the_poles_of_a_sphere_are_found() {
+        let samples: Vec<FunctionSample> =
+            (0..8).map(|k| sphere(Complex64::new(0.02, 0.1 + 0.4 * k as f64))).collect();
+        let fit = fit(&samples, 1e-9, 10);
+        assert_eq!(fit.nodes.len(), 2);
+        let mut poles = poles(&fit.nodes);
+        poles.sort_by(|a, b| a.im.total_cmp(&b.im));
+        let near = |p: Complex64| poles.iter().map(|q| (q - p).norm()).fold(f64::INFINITY, f64::min);
+        // Residual seen: 1e-7.
+        assert!(
+            near(Complex64::new(-1.0, 1.0)) < 1e-5 && near(Complex64::new(-1.0, -1.0)) < 1e-5,
+            "{poles:?}"
+        );
+        let held_out = sphere(Complex64::new(0.0, 1.234));
+        // Residual seen: 2e-16.
+        assert!(error_at(&samples, &fit.support, &fit.nodes, &held_out) < 1e-7);
+    }
+}

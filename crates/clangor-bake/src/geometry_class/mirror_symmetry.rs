@@ -1,0 +1,167 @@
+//! Planes through the centre of mass that map a solid onto itself.
+//!
+//! A mirror plane of a solid is one of its inertia tensor, so that the principal axes are the candidates where the
+//! moments differ. Equal moments leave a plane or a sphere of directions: there, the extrema of the quartic form
+//! Q(d) = ∫ (d·x)⁴ dS and the phases of the moments ∫ (x + iy)^m dS about the distinct axis are candidates too, and the
+//! coordinate axes in any case. A candidate stands if the mirrored vertices lie on the surface.
+
+use std::f64::consts::PI;
+
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::principal_axes::principal_axes;
+use clangor_core::geometry::surface_tree::SurfaceTree;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use glam::{DMat3, DVec3};
+use num_complex::Complex64;
+
+/// Vertices that are mirrored, at most.
+const SAMPLES: usize = 3000;
+/// Moments that differ by less than this part are equal.
+const EQUAL: f64 = 2e-3;
+/// Highest number of mirror planes through an axis that is looked for.
+const HIGHEST_FOLD: i32 = 8;
+
+/// A plane of symmetry through the centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MirrorPlane {
+    /// Unit normal.
+    pub normal: DVec3,
+    /// Largest distance of a mirrored vertex from the surface \[m\].
+    pub residual: f64,
+}
+
+/// Up to three orthogonal planes of symmetry of a closed surface, the best first; residuals are at most `tolerance` \[m\].
+///
+/// Normals along coordinate axes are exactly so. A surface that bounds no solid has none.
+pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
+    let Ok(mass) = MassProperties::of(mesh) else { return Vec::new() };
+    let centred = mesh.relative_to(mass.centre_of_mass);
+    let tree = SurfaceTree::new(&centred);
+    let mut tried: Vec<DVec3> = Vec::new();
+    let mut found: Vec<MirrorPlane> = Vec::new();
+    for normal in candidates(&centred, mass.inertia) {
+        // The same direction twice: the first is the rounder one.
+        if tried.iter().any(|d| d.cross(normal).length() < 1e-6) {
+            continue;
+        }
+        tried.push(normal);
+        if let Some(residual) = residual(&centred, &tree, normal, tolerance) {
+            found.push(MirrorPlane { normal, residual });
+        }
+    }
+    // Residuals of the same size: the order of the candidates decides.
+    let rounding = 1e-9 * centred.bounding_radius(DVec3::ZERO);
+    found.sort_by(|a, b| a.residual.max(rounding).total_cmp(&b.residual.max(rounding)));
+    let mut best: Vec<MirrorPlane> = Vec::new();
+    // As many orthogonal planes as there are, starting from the best that has a partner.
+    for first in &found {
+        let mut set = vec![*first];
+        for next in &found {
+            if set.iter().all(|p| p.normal.dot(next.normal).abs() < 1e-3) {
+                set.push(*next);
+            }
+        }
+        if set.len() > best.len() {
+            best = set;
+        }
+    }
+    orthogonal(best)
+}
+
+/// Makes nearly orthogonal normals exactly so.
+fn orthogonal(planes: Vec<MirrorPlane>) -> Vec<MirrorPlane> {
+    let mut result: Vec<MirrorPlane> = Vec::new();
+    for plane in planes {
+        let normal = result.iter().fold(plane.normal, |n, p| n - n.dot(p.normal) * p.normal).normalize();
+        result.push(MirrorPlane { normal, ..plane });
+    }
+    result
+}
+
+/// Largest distance of a mirrored vertex from the surface, if it is at most `tolerance`.
+fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, tolerance: f64) -> Option<f64> {
+    let count = mesh.vertices.len();
+    let step = count.div_ceil(SAMPLES).max(1);
+    let mut worst = 0.0_f64;
+    // A coarse sample first: most candidates fail at once.
+    for (start, stride) in [(0, 61 * step), (0, step)] {
+        for v in mesh.vertices.iter().skip(start).step_by(stride) {
+            let image = *v - 2.0 * v.dot(normal) * normal;
+            let nearest = tree.nearest_where(mesh, image, tolerance.next_up(), |_| true)?;
+            worst = worst.max(nearest.distance);
+        }
+    }
+    Some(worst)
+}
+
+/// Directions that may be normals of mirror planes.
+fn candidates(mesh: &TriMesh, inertia: DMat3) -> Vec<DVec3> {
+    let (moments, axes) = principal_axes(inertia);
+    let axes = [axes.x_axis, axes.y_axis, axes.z_axis];
+    let mut directions = DVec3::AXES.to_vec();
+    directions.extend(axes);
+    let equal = |i: usize, j: usize| (moments[i] - moments[j]).abs() < EQUAL * moments[2];
+    match (equal(0, 1), equal(1, 2)) {
+        (false, false) => {}
+        (true, true) => {
+            let quartic = quartic_extrema(mesh);
+            for axis in &quartic {
+                directions.extend(around(mesh, *axis));
+            }
+            directions.extend(quartic);
+        }
+        (true, false) => directions.extend(around(mesh, axes[2])),
+        (false, true) => directions.extend(around(mesh, axes[0])),
+    }
+    directions
+}
+
+/// Normals of possible mirror planes that contain `axis`.
+fn around(mesh: &TriMesh, axis: DVec3) -> Vec<DVec3> {
+    let (u, v) = axis.any_orthonormal_pair();
+    let weighted = |t: usize| {
+        let x = mesh.centroid(t);
+        (mesh.area_vector(t).length(), Complex64::new(x.dot(u), x.dot(v)))
+    };
+    let points: Vec<(f64, Complex64)> = (0..mesh.triangles.len()).map(weighted).collect();
+    let mut normals = Vec::new();
+    for m in 1..=HIGHEST_FOLD {
+        let moment: Complex64 = points.iter().map(|(a, z)| a * z.powi(m)).sum();
+        let most: f64 = points.iter().map(|(a, z)| a * z.norm().powi(m)).sum();
+        // A moment that is nothing has no phase.
+        if moment.norm() < 1e-6 * most {
+            continue;
+        }
+        for k in 0..m {
+            let plane = (moment.arg() + PI * f64::from(k)) / f64::from(m);
+            let normal = Complex64::from_polar(1.0, plane + 0.5 * PI);
+            normals.push(normal.re * u + normal.im * v);
+        }
+    }
+    normals
+}
+
+/// Where ∫ (d·x)⁴ dS over unit vectors d is largest and smallest.
+fn quartic_extrema(mesh: &TriMesh) -> Vec<DVec3> {
+    let step = mesh.triangles.len().div_ceil(SAMPLES).max(1);
+    let points: Vec<(f64, DVec3)> = (0..mesh.triangles.len())
+        .step_by(step)
+        .map(|t| (mesh.area_vector(t).length(), mesh.centroid(t)))
+        .collect();
+    let gradient = |d: DVec3| points.iter().map(|(a, x)| a * d.dot(*x).powi(3) * *x).sum::<DVec3>();
+    let scale: f64 = points.iter().map(|(a, x)| a * x.length_squared().powi(2)).sum();
+    let starts =
+        [DVec3::ONE, DVec3::new(1.0, 0.3, -0.2), DVec3::new(-0.2, 1.0, 0.4), DVec3::new(0.1, -0.3, 1.0)];
+    let mut extrema = Vec::new();
+    // Ascent by the power method; with a shift that outweighs the form, descent.
+    for sign in [1.0, -1.0] {
+        for start in starts {
+            let mut d = start.normalize();
+            for _ in 0..200 {
+                d = (sign * gradient(d) + scale * d).normalize_or(DVec3::X);
+            }
+            extrema.push(d);
+        }
+    }
+    extrema
+}

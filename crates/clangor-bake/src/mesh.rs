@@ -1,0 +1,4 @@
+//! Meshes for the solvers: triangles of a surface and tetrahedra of a volume.
+
+pub mod remesh;
+pub mod tetrahedra;

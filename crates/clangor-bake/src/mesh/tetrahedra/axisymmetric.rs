@@ -1,0 +1,54 @@
+//! Bodies of revolution about y: the triangles of a section, turned from sector to sector.
+//!
+//! Each triangle sweeps a prism, cut into three tetrahedra along the order of its corners' numbers, so that neighbours
+//! agree; at the axis prisms are less, and so are their tetrahedra.
+
+use std::f64::consts::TAU;
+
+use clangor_core::geometry::turning::on_ring;
+use glam::{DVec2, DVec3};
+
+use super::{TetMesh, TetMeshError};
+
+/// Points of the section closer to the axis than this part of the widest are on it.
+const ON_AXIS: f64 = 1e-9;
+
+/// Triangles (r, y) \[m\], turned all around in `sectors` steps; edges are straight.
+///
+/// # Errors
+/// [`TetMeshError`] for no triangles or fewer than three sectors.
+pub fn turned(points: &[DVec2], triangles: &[[u32; 3]], sectors: usize) -> Result<TetMesh, TetMeshError> {
+    if sectors < 3 {
+        return Err(TetMeshError::Empty);
+    }
+    let widest = points.iter().fold(0.0_f64, |widest, p| widest.max(p.x));
+    let mut nodes: Vec<DVec3> = Vec::new();
+    // The first node of each point, and how many it has.
+    let mut rings: Vec<(usize, usize)> = Vec::with_capacity(points.len());
+    for point in points {
+        let count = if point.x <= ON_AXIS * widest { 1 } else { sectors };
+        rings.push((nodes.len(), count));
+        nodes.extend((0..count).map(|s| match count {
+            1 => DVec3::new(0.0, point.y, 0.0),
+            _ => on_ring(*point, TAU * s as f64 / sectors as f64),
+        }));
+    }
+    let at = |point: u32, sector: usize| {
+        let (first, count) = rings[point as usize];
+        (first + sector % count) as u32
+    };
+    let mut tetrahedra = Vec::with_capacity(3 * sectors * triangles.len());
+    for triangle in triangles {
+        let mut sorted = *triangle;
+        sorted.sort_unstable();
+        for s in 0..sectors {
+            let here = sorted.map(|p| at(p, s));
+            let there = sorted.map(|p| at(p, s + 1));
+            // What was on the prism's edge k lies on the axis if both ends are one node.
+            for k in (0..3).filter(|k| here[*k] != there[*k]) {
+                tetrahedra.push(std::array::from_fn(|n| if n <= k { here[n] } else { there[n - 1] }));
+            }
+        }
+    }
+    TetMesh::straight(nodes, &tetrahedra)
+}

@@ -1,0 +1,327 @@
+//! The vibration of a free body of any form: its modes up to a frequency, and how far each is from a finer mesh.
+//!
+//! Frequencies fall as a mesh is refined, and the spectra of two meshes are complete, so that the k-th mode of one belongs
+//! to the k-th of the other. From the edges h and r h of their elements follows what is still missing:
+//!
+//! ```text
+//! f(h) − f(0) ≈ (f(r h) − f(h)) / (r^p − 1),    p = 4 for quadratic elements; less where they are cut
+//! ```
+//!
+//! Meshes are refined until that is less than the part asked for, in all modes, or until the nodes run out.
+
+pub(crate) mod axisymmetric;
+pub mod eigensolver;
+mod mirrored_box;
+mod volume_fem;
+
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+
+use clangor_core::sound_model::modal::model::ModalMode;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use glam::DVec3;
+
+use crate::acceleration::BakeGeometry;
+use crate::fem::{ElasticConstants, ElasticSystem};
+use crate::modal_analysis::eigensolver::ModalError;
+use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
+use crate::modal_analysis::axisymmetric::TurnedBody;
+use volume_fem::FilledBody;
+
+/// How to find modes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VibrationOptions {
+    /// All modes below this are found \[Hz\].
+    pub max_frequency: f64,
+    /// Part of itself by which a finer mesh may change a frequency.
+    pub accuracy: f64,
+    /// Most nodes of a mesh.
+    pub most_nodes: usize,
+}
+
+impl VibrationOptions {
+    /// Nodes of meshes unless other limits are asked for: two gigabytes of factors.
+    pub const MOST_NODES: usize = 80_000;
+
+    /// Within 1 %.
+    pub fn to(max_frequency: f64) -> Self {
+        VibrationOptions { max_frequency, accuracy: 0.01, most_nodes: Self::MOST_NODES }
+    }
+}
+
+/// How a body vibrates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vibration {
+    /// The modes by frequency, without transfers; shapes are given at the nodes of the surface.
+    pub modes: Vec<ModalMode>,
+    /// The surface, in the frame of the geometry.
+    pub surface: ModalSurface,
+    /// Density of the body [kg/m³].
+    pub density: f64,
+    /// All modes below this are there \[Hz\].
+    pub max_frequency: f64,
+    /// What meshes were used, in words.
+    pub method: String,
+    /// Nodes of the finest mesh.
+    pub nodes: usize,
+    /// Largest ‖K u − ω² M u‖ / ‖ω² M u‖.
+    pub residual: f64,
+    /// What a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// How far a computation is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VibrationProgress {
+    /// Part of the work that is done, 0 to 1; a guess.
+    pub done: f64,
+    /// Nodes of the mesh that is solved now.
+    pub nodes: usize,
+}
+
+/// Why there are no modes.
+#[derive(Debug, thiserror::Error)]
+pub enum VibrationError {
+    /// The accuracy makes no sense.
+    #[error("the accuracy is {0}, but must be between 0 and 1")]
+    Accuracy(f64),
+    /// The body cannot be filled with tetrahedra.
+    #[error(transparent)]
+    Mesh(#[from] StuffingError),
+    /// The curve that a body is turned from crosses itself.
+    #[error("the section of the body crosses itself")]
+    Section,
+    /// More bodies than one.
+    #[error("the body falls into {0} parts that do not hang together; give each a body of its own")]
+    LooseParts(usize),
+    /// Even the coarsest mesh that resolves the body is too large.
+    #[error("a mesh that resolves the body has {nodes} nodes, more than the {most} allowed")]
+    TooLarge {
+        /// Nodes needed.
+        nodes: usize,
+        /// Nodes allowed.
+        most: usize,
+    },
+    /// Waves or walls are too short for the body's size.
+    #[error(
+        "walls {wall:.3e} m thick want elements of {edge:.3e} m, {elements:.1e} of them on {nodes:.1e} nodes, more than the \
+         {most} allowed; ask for a lower band, or thicken the walls"
+    )]
+    TooFine {
+        /// Thickness \[m\].
+        wall: f64,
+        /// Edge of the elements \[m\].
+        edge: f64,
+        /// Number of elements.
+        elements: f64,
+        /// Number of nodes.
+        nodes: f64,
+        /// Nodes allowed.
+        most: usize,
+    },
+    /// The modes of a mesh could not be found.
+    #[error(transparent)]
+    Modes(#[from] ModalError),
+    /// Stopped by the caller.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Meshes at most.
+const MOST_MESHES: usize = 5;
+/// The coarsest spectrum is sought a little further, because its frequencies are higher.
+const COARSE_MARGIN: f64 = 1.1;
+/// A mesh is made a little finer than the estimate says.
+const SAFETY: f64 = 0.85;
+
+/// Finds all modes of a free body, about its centre of mass, up to a frequency.
+///
+/// # Errors
+/// [`VibrationError`]; [`ModalError::Silent`] if there are none.
+pub fn vibration(
+    geometry: &BakeGeometry,
+    constants: &ElasticConstants,
+    options: &VibrationOptions,
+    progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
+) -> Result<Vibration, VibrationError> {
+    vibration_and_system(geometry, constants, options, progress).map(|(vibration, _)| vibration)
+}
+
+/// The same with the matrices of the finest mesh; there are none of bodies that are solved by their section.
+///
+/// # Errors
+/// As [`vibration`].
+pub fn vibration_and_system(
+    geometry: &BakeGeometry,
+    constants: &ElasticConstants,
+    options: &VibrationOptions,
+    progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
+) -> Result<(Vibration, Option<ElasticSystem>), VibrationError> {
+    if !(options.accuracy > 0.0 && options.accuracy < 1.0) {
+        return Err(VibrationError::Accuracy(options.accuracy));
+    }
+    if !(options.max_frequency > 0.0 && options.max_frequency.is_finite()) {
+        return Err(ModalError::Frequency(options.max_frequency).into());
+    }
+    match TurnedBody::of(geometry, constants) {
+        Some(body) => refined(&body, constants, options, progress),
+        None => {
+            let body = FilledBody::of(geometry, constants, options.most_nodes)?;
+            refined(&body, constants, options, progress)
+        }
+    }
+}
+
+/// A body that can be cut into elements of any size.
+pub(crate) trait Divisible {
+    /// A mesh.
+    type Mesh;
+    /// Modes of a mesh.
+    type Modes;
+
+    /// What the elements are, in words.
+    fn method(&self) -> &'static str;
+    /// Order p at which frequencies converge.
+    fn convergence(&self) -> f64;
+    /// Edge of the first, coarse mesh over that of the second.
+    fn first_ratio(&self) -> f64;
+    /// A coarse mesh, whose frequencies up to a limit \[Hz\] may be off by several times the accuracy.
+    fn coarse(&self, limit: f64, accuracy: f64) -> Result<Self::Mesh, VibrationError>;
+    /// A mesh finer by about `ratio` in all directions in which the one before is not fine enough already.
+    fn finer(&self, than: &Self::Mesh, ratio: f64) -> Result<Self::Mesh, VibrationError>;
+    /// Number of nodes, and length of edges in any unit.
+    fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
+    /// All modes up to a limit \[Hz\].
+    fn solve(&self, mesh: &Self::Mesh, limit: f64) -> Result<Spectrum<Self::Modes>, ModalError>;
+    /// The matrices of a mesh, if there is one system of the whole body.
+    fn system(&self, mesh: &Self::Mesh) -> Option<ElasticSystem>;
+    /// The surface and the first `count` shapes there.
+    fn shapes(&self, mesh: &Self::Mesh, modes: &Self::Modes, count: usize)
+    -> (ModalSurface, Vec<Vec<DVec3>>);
+}
+
+/// The modes of one mesh.
+pub(crate) struct Spectrum<M> {
+    /// Ascending \[Hz\].
+    pub(crate) frequencies: Vec<f64>,
+    /// The lowest frequency, be it below or above the limit \[Hz\].
+    pub(crate) first: f64,
+    /// Largest relative residual.
+    pub(crate) residual: f64,
+    /// The modes themselves.
+    pub(crate) modes: M,
+}
+
+fn refined<B: Divisible>(
+    body: &B,
+    constants: &ElasticConstants,
+    options: &VibrationOptions,
+    progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
+) -> Result<(Vibration, Option<ElasticSystem>), VibrationError> {
+    let mut tell = |done: f64, nodes: usize| match progress(&VibrationProgress { done, nodes }) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(VibrationError::Interrupted),
+    };
+    let limit = options.max_frequency;
+    let mut mesh = body.coarse(limit, options.accuracy)?;
+    let (nodes, mut edge) = body.size(&mesh);
+    if nodes > options.most_nodes {
+        return Err(VibrationError::TooLarge { nodes, most: options.most_nodes });
+    }
+    tell(0.0, nodes)?;
+    let mut spectrum = body.solve(&mesh, limit * COARSE_MARGIN)?;
+    let mut errors = Vec::new();
+    let mut ratio = body.first_ratio();
+    for meshes in 2..=MOST_MESHES {
+        let finer = match body.finer(&mesh, ratio) {
+            Err(VibrationError::TooFine { .. }) => break,
+            finer => finer?,
+        };
+        let (nodes, fine_edge) = body.size(&finer);
+        if nodes > options.most_nodes {
+            break;
+        }
+        tell(1.0 - 0.5_f64.powi(meshes as i32 - 1), nodes)?;
+        let fine = body.solve(&finer, limit)?;
+        errors = mesh_errors(
+            &spectrum.frequencies,
+            &fine.frequencies,
+            (edge / fine_edge).powf(body.convergence()),
+        );
+        (mesh, edge, spectrum) = (finer, fine_edge, fine);
+        let worst = largest(&errors);
+        if worst <= options.accuracy {
+            break;
+        }
+        ratio = ((worst / options.accuracy).powf(body.convergence().recip()) / SAFETY).clamp(1.2, 2.5);
+    }
+    let count = spectrum.frequencies.partition_point(|f| *f < limit);
+    if count == 0 {
+        return Err(ModalError::Silent { first: spectrum.first, limit }.into());
+    }
+    errors.truncate(count);
+    let (surface, shapes) = body.shapes(&mesh, &spectrum.modes, count);
+    let (nodes, _) = body.size(&mesh);
+    tell(1.0, nodes)?;
+    let error = |k: usize| errors.get(k).copied().unwrap_or(f64::NAN);
+    let mode = |(k, shape): (usize, Vec<DVec3>)| ModalMode {
+        frequency: spectrum.frequencies[k],
+        mesh_error: error(k),
+        shape,
+        transfer: None,
+    };
+    let vibration = Vibration {
+        modes: shapes.into_iter().enumerate().map(mode).collect(),
+        surface,
+        density: constants.density,
+        max_frequency: limit,
+        method: body.method().into(),
+        nodes,
+        residual: spectrum.residual,
+        warnings: warnings(&errors, nodes, options),
+    };
+    Ok((vibration, body.system(&mesh)))
+}
+
+fn largest(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(0.0, f64::max)
+}
+
+/// What part of each frequency a finer mesh would take away, by those of a mesh with errors `times` as large.
+fn mesh_errors(coarse: &[f64], fine: &[f64], times: f64) -> Vec<f64> {
+    let share = 1.0 / (times - 1.0);
+    let mut errors: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c / f - 1.0).abs() * share).collect();
+    // A mode that the coarser mesh moved beyond the band has the error of the worst that it did not.
+    let worst = errors.iter().copied().reduce(f64::max).unwrap_or((COARSE_MARGIN - 1.0) * share);
+    errors.resize(fine.len(), worst);
+    errors
+}
+
+fn warnings(errors: &[f64], nodes: usize, options: &VibrationOptions) -> Vec<String> {
+    let (worst, asked) = (100.0 * largest(errors), 100.0 * options.accuracy);
+    if errors.is_empty() {
+        let most = options.most_nodes;
+        return vec![format!(
+            "how accurate frequencies are is not known: a finer mesh than this of {nodes} nodes would have more than \
+             {most}"
+        )];
+    }
+    if worst > asked {
+        return vec![format!(
+            "frequencies may be off by {worst:.1} % on {nodes} nodes; {asked:.1} % was asked for"
+        )];
+    }
+    Vec::new()
+}
+
+/// The shortest wave up to a frequency \[m\]: of bending in walls of a thickness \[m\], or along a surface.
+///
+/// ```text
+/// λ = min(√(2π c_p t / (√12 f)), 0.92 c_s / f),    c_p² = E/(ρ (1 − ν²)),    c_s² = μ/ρ
+/// ```
+pub(crate) fn shortest_wave(constants: &ElasticConstants, wall: f64, limit: f64) -> f64 {
+    let ElasticConstants { lame_lambda: lambda, shear_modulus: mu, density } = *constants;
+    let plate_speed = (4.0 * mu * (lambda + mu) / (lambda + 2.0 * mu) / density).sqrt();
+    let bending = (TAU * plate_speed * wall / (12.0_f64.sqrt() * limit)).sqrt();
+    bending.min(0.92 * (mu / density).sqrt() / limit)
+}

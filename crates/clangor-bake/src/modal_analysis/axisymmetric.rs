@@ -1,0 +1,154 @@
+//! The vibration of bodies of revolution, by their section alone.
+//!
+//! A mode of such a body has an order m: it goes around the axis as cos mφ and, for m > 0, a second time as sin mφ, with
+//! the same frequency. What is left of the equations is two-dimensional,
+//!
+//! ```text
+//! K_m u = ω² M u,    u = (U, V, W) on the section
+//! ```
+//!
+//! with thousands of unknowns where the body takes a hundred thousand, and pairs of modes are exact.
+
+mod section_element;
+pub(crate) mod section_mesh;
+mod spectrum;
+mod triangulation;
+mod axisymmetric_surface;
+
+use std::borrow::Cow;
+
+use clangor_core::geometry::meridian::Meridian;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use glam::DVec3;
+
+use crate::acceleration::BakeGeometry;
+use crate::fem::{ElasticConstants, ElasticSystem};
+use crate::geometry_class::detect_axisymmetry::fitted_meridian;
+use crate::modal_analysis::eigensolver::ModalError;
+use crate::modal_analysis::{Divisible, Spectrum, VibrationError, shortest_wave};
+use section_mesh::SectionMesh;
+use spectrum::{SectionMode, spectrum};
+use axisymmetric_surface::TurnedSurface;
+
+/// Elements on the shortest wave of the coarse mesh, and on the surface where shapes are given.
+const SECTION_ELEMENTS: f64 = 3.0;
+const SURFACE_ELEMENTS: f64 = 6.0;
+/// Edges of the coarse mesh over the least that a wall wants.
+const COARSE_FINENESS: f64 = 0.8;
+/// Sine of the angle from which on an edge inwards counts as sharp.
+const LEAST_INNER_EDGE: f64 = 0.2;
+/// Elements of the surface along the bounding radius at least.
+const LEAST_SURFACE_ELEMENTS: f64 = 6.0;
+
+/// A body of revolution about y.
+pub(crate) struct TurnedBody<'a> {
+    meridian: Cow<'a, Meridian>,
+    constants: &'a ElasticConstants,
+}
+
+/// A mesh of the section.
+pub(crate) struct Turned {
+    section: SectionMesh,
+    /// Edges \[m\] that are short enough for the band and the size of the body.
+    most: f64,
+    /// Edges over those.
+    fineness: f64,
+    /// Edges of the surface \[m\].
+    surface_edge: f64,
+}
+
+impl<'a> TurnedBody<'a> {
+    /// Nothing if the body is not one of revolution about y.
+    pub(crate) fn of(geometry: &'a BakeGeometry, constants: &'a ElasticConstants) -> Option<Self> {
+        let meridian = match geometry {
+            BakeGeometry::Revolution(meridian) => Cow::Borrowed(meridian),
+            BakeGeometry::Ellipsoid { semi_axes } if semi_axes.x == semi_axes.z => {
+                Cow::Owned(Meridian::spheroid(semi_axes.x, semi_axes.y).ok()?)
+            }
+            BakeGeometry::Mesh(mesh) => Cow::Owned(fitted_meridian(mesh)?.meridian),
+            _ => return None,
+        };
+        Some(TurnedBody { meridian, constants })
+    }
+
+    fn section(&self, most: f64, fineness: f64) -> Result<SectionMesh, VibrationError> {
+        SectionMesh::new(&self.meridian, most, fineness).ok_or(VibrationError::Section)
+    }
+}
+
+impl Divisible for TurnedBody<'_> {
+    type Mesh = Turned;
+    type Modes = Vec<SectionMode>;
+
+    fn method(&self) -> &'static str {
+        "quadratic triangles on the section, order by order"
+    }
+
+    fn convergence(&self) -> f64 {
+        // 4 where all is smooth and small; few layers across a wall slow it down, and sharp inner edges more.
+        if has_inner_edge(&self.meridian) { 2.0 } else { 3.0 }
+    }
+
+    fn first_ratio(&self) -> f64 {
+        2.0
+    }
+
+    fn coarse(&self, limit: f64, _accuracy: f64) -> Result<Turned, VibrationError> {
+        let radius = self.meridian.bounding_radius();
+        let wave = shortest_wave(self.constants, section_mesh::wall(&self.meridian), limit);
+        let most = (wave / SECTION_ELEMENTS).min(0.5 * radius);
+        let surface_edge = (wave / SURFACE_ELEMENTS).min(radius / LEAST_SURFACE_ELEMENTS);
+        let fineness = COARSE_FINENESS;
+        Ok(Turned { section: self.section(most, fineness)?, most, fineness, surface_edge })
+    }
+
+    fn finer(&self, than: &Turned, ratio: f64) -> Result<Turned, VibrationError> {
+        let (most, fineness) = (than.most, than.fineness / ratio);
+        Ok(Turned { section: self.section(most, fineness)?, fineness, ..*than })
+    }
+
+    fn size(&self, mesh: &Turned) -> (usize, f64) {
+        (mesh.section.nodes.len(), mesh.fineness)
+    }
+
+    fn solve(&self, mesh: &Turned, limit: f64) -> Result<Spectrum<Vec<SectionMode>>, ModalError> {
+        let found = spectrum(&mesh.section, self.constants, limit)?;
+        let both = |m: &SectionMode| std::iter::repeat_n(m.frequency, if m.order == 0 { 1 } else { 2 });
+        Ok(Spectrum {
+            frequencies: found.modes.iter().flat_map(both).collect(),
+            first: found.first,
+            residual: found.residual,
+            modes: found.modes,
+        })
+    }
+
+    fn system(&self, _mesh: &Turned) -> Option<ElasticSystem> {
+        None
+    }
+
+    fn shapes(
+        &self,
+        mesh: &Turned,
+        modes: &Vec<SectionMode>,
+        count: usize,
+    ) -> (ModalSurface, Vec<Vec<DVec3>>) {
+        let turned = TurnedSurface::new(&self.meridian, mesh.surface_edge);
+        let shape = |m: &SectionMode, across: bool| turned.shape(&mesh.section, &m.motion, m.order, across);
+        let both = |m: &SectionMode| {
+            let second = (m.order > 0).then(|| shape(m, true));
+            std::iter::once(shape(m, false)).chain(second)
+        };
+        let shapes = modes.iter().flat_map(both).take(count).collect();
+        (turned.surface, shapes)
+    }
+}
+
+/// Whether the curve turns clockwise anywhere between two pieces.
+fn has_inner_edge(meridian: &Meridian) -> bool {
+    let pieces = meridian.pieces();
+    let next = pieces.iter().skip(1).chain(meridian.is_loop().then(|| &pieces[0]));
+    pieces.iter().zip(next).any(|(before, after)| {
+        let (from, to) = (before.velocity(1.0).normalize_or_zero(), after.velocity(0.0).normalize_or_zero());
+        from.perp_dot(to) < -LEAST_INNER_EDGE
+    })
+}

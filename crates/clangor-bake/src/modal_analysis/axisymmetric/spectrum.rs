@@ -1,0 +1,80 @@
+//! All modes of a section up to a frequency, order by order.
+//!
+//! The lowest frequency of order m rises with m, at the latest where waves around the rim are shorter than those along
+//! the wall; orders are taken in turn until several have none in the band. Within an order the factorisations prove that
+//! none is missing.
+
+use glam::DVec3;
+
+use super::section_element::{rigid_motions, section_matrices};
+use super::section_mesh::SectionMesh;
+use crate::fem::{ElasticConstants, ElasticSystem, Elements};
+use crate::modal_analysis::eigensolver::{ModalError, solve};
+
+/// The search ends after so many orders, from the third on, without modes in the band.
+const EMPTY_ORDERS: u32 = 3;
+
+/// A mode of a section; of an order above 0 it stands for two of the body.
+#[derive(Clone, Debug)]
+pub(crate) struct SectionMode {
+    pub(super) frequency: f64,
+    /// m.
+    pub(super) order: u32,
+    /// U, V, W at the nodes of the section [kg^−½].
+    pub(super) motion: Vec<DVec3>,
+}
+
+/// Modes of all orders.
+#[derive(Clone, Debug)]
+pub(super) struct SectionSpectrum {
+    /// By frequency.
+    pub(super) modes: Vec<SectionMode>,
+    /// Largest relative residual.
+    pub(super) residual: f64,
+    /// The lowest frequency, in the band or above it \[Hz\].
+    pub(super) first: f64,
+}
+
+pub(super) fn spectrum(
+    mesh: &SectionMesh,
+    constants: &ElasticConstants,
+    limit: f64,
+) -> Result<SectionSpectrum, ModalError> {
+    let mut found = SectionSpectrum { modes: Vec::new(), residual: 0.0, first: f64::INFINITY };
+    let (mut order, mut empty) = (0, 0);
+    while order < 2 || empty < EMPTY_ORDERS {
+        match solve(&system(mesh, constants, order), limit) {
+            Ok(modes) => {
+                empty = 0;
+                found.residual = found.residual.max(modes.residual);
+                let own = modes.modes.into_iter();
+                found.modes.extend(own.map(|m| SectionMode {
+                    frequency: m.frequency,
+                    order,
+                    motion: m.shape,
+                }));
+            }
+            Err(ModalError::Silent { first, .. }) => {
+                empty += u32::from(order >= 2);
+                found.first = found.first.min(first);
+            }
+            Err(error) => return Err(error),
+        }
+        order += 1;
+    }
+    found.modes.sort_by(|a, b| a.frequency.total_cmp(&b.frequency).then(a.order.cmp(&b.order)));
+    found.first = found.modes.first().map_or(found.first, |m| m.frequency);
+    Ok(found)
+}
+
+fn system(mesh: &SectionMesh, constants: &ElasticConstants, order: u32) -> ElasticSystem {
+    let elements = Elements {
+        nodes: mesh.nodes.iter().map(|x| x.extend(0.0)).collect(),
+        elements: &mesh.elements,
+        rigid: rigid_motions(&mesh.nodes, order),
+    };
+    ElasticSystem::assemble(elements, |e| {
+        let matrices = section_matrices(&mesh.positions(e), order, constants);
+        move |i: usize, j: usize| (matrices.stiffness[i][j], matrices.mass[i][j])
+    })
+}

@@ -1,0 +1,119 @@
+//! How a free body vibrates: all modes up to a frequency, and the proof that none is missing.
+//!
+//! ```text
+//! K u = ω² M u,    uᵀM u = 1
+//! ```
+//!
+//! The spectrum is cut into slices. At the ends of each the matrix K − ω² M is factored, which counts the modes below
+//! (see `factor`); between, Lanczos iteration finds as many as the counts say there are (see `lanczos`), or fails. The
+//! last count is at the upper limit, so what is returned is complete or it is an error.
+
+mod factor;
+mod lanczos;
+mod lowest;
+mod slices;
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use crate::fem::elimination::OutOfMemory;
+pub(crate) use lanczos::eigenvectors as symmetric_eigenvectors;
+pub use lowest::lowest_frequency;
+pub use slices::solve;
+
+/// A mode of a free body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mode {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// Displacement of each node, with uᵀM u = 1 [kg^−½].
+    pub shape: Vec<DVec3>,
+}
+
+/// All modes of a body up to a frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Modes {
+    /// The modes, by frequency.
+    pub modes: Vec<Mode>,
+    /// Where the search ended \[Hz\].
+    pub max_frequency: f64,
+    /// Largest ‖K u − ω² M u‖ / ‖ω² M u‖.
+    pub residual: f64,
+    /// Counts of the factorisations: frequency \[Hz\] and number of modes below, rigid motions left out.
+    pub counts: Vec<(f64, usize)>,
+    /// Solves that the iteration took.
+    pub solves: usize,
+}
+
+/// Why modes cannot be computed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModalError {
+    /// The limit makes no sense.
+    #[error("the highest frequency is {0} Hz, but must be positive")]
+    Frequency(f64),
+    /// The iteration did not find all modes that the counts prove.
+    #[error("only {found} of {expected} modes were found about {frequency:.1} Hz; nothing is returned")]
+    Incomplete {
+        /// How many converged.
+        found: usize,
+        /// How many there are.
+        expected: usize,
+        /// Where \[Hz\].
+        frequency: f64,
+    },
+    /// The modes are not accurate enough.
+    #[error(
+        "the residual of a mode is {residual:.1e}: the limit is too far above the lowest mode, or elements are too distorted"
+    )]
+    Inaccurate {
+        /// ‖K u − ω² M u‖ / ‖ω² M u‖.
+        residual: f64,
+    },
+    /// No modes in the band.
+    #[error("no audible modes: the first is at {:.2} kHz, above the limit of {:.2} kHz", first * 1e-3, limit * 1e-3)]
+    Silent {
+        /// The lowest mode \[Hz\].
+        first: f64,
+        /// The limit \[Hz\].
+        limit: f64,
+    },
+    /// A factorisation met an eigenvalue.
+    #[error(
+        "the factorisation at {:.6e} 1/s² is singular: the elements are too distorted, or the mesh has loose parts",
+        shift
+    )]
+    Singular {
+        /// σ [1/s²].
+        shift: f64,
+    },
+    /// More or fewer rigid motions than six.
+    #[error("the mesh falls into parts that do not hang together")]
+    LooseParts,
+    /// No memory for the factors.
+    #[error("not enough memory for the factors of {unknowns} unknowns")]
+    Memory {
+        /// Number of unknowns.
+        unknowns: usize,
+    },
+}
+
+impl From<OutOfMemory> for ModalError {
+    fn from(OutOfMemory { unknowns }: OutOfMemory) -> Self {
+        ModalError::Memory { unknowns }
+    }
+}
+
+/// √(ω²) / 2π.
+fn frequency(square: f64) -> f64 {
+    square.max(0.0).sqrt() / TAU
+}
+
+/// Uniform in [−½, ½). Source: SplitMix64, Steele, Lea, Flood (2014), "Fast splittable pseudorandom number generators".
+fn random(seed: &mut u64) -> f64 {
+    *seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *seed;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+}

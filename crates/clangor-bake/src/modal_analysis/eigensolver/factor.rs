@@ -1,0 +1,103 @@
+//! Sparse factors of K − σ M, and how many eigenvalues lie below σ.
+//!
+//! ```text
+//! P (K − σ M) Pᵀ = L D Lᵀ
+//! ```
+//!
+//! By Sylvester's law of inertia D has as many negative entries as there are eigenvalues below σ. That number is exact
+//! however badly an iteration goes, so it is what the completeness of a spectrum is proven with.
+//!
+//! There is no pivoting. Where a pivot comes out small, the factors lose digits; this is measured by solving for a
+//! known vector.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::sparse::linalg::cholesky::{LdltRef, supernodal::SupernodalLdltRef};
+use faer::{Conj, MatMut, Par, Side, Spec};
+
+use super::ModalError;
+use crate::fem::ElasticSystem;
+use crate::fem::elimination::Elimination;
+
+/// Largest relative error of a solve that is good enough: the iteration after it mends the rest.
+const WORST_SOLVE: f64 = 1e-5;
+
+/// Factors at one shift.
+pub(super) struct Factor<'a> {
+    structure: &'a Elimination,
+    values: Vec<f64>,
+    /// Eigenvalues below the shift.
+    pub(super) below: usize,
+}
+
+/// Factors K − σ M.
+///
+/// # Errors
+/// [`ModalError::Singular`] if σ is too close to an eigenvalue, [`ModalError::Memory`].
+pub(super) fn factor<'a>(
+    structure: &'a Elimination,
+    system: &ElasticSystem,
+    shift: f64,
+) -> Result<Factor<'a>, ModalError> {
+    let entries = structure.gather(system, |entry| system.shifted_block(entry, shift));
+    let mut values = structure.room()?;
+    let cholesky = structure.cholesky();
+    let scratch = cholesky.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
+    let mut buffer = MemBuffer::try_new(scratch).map_err(|_| structure.out_of_memory())?;
+    cholesky
+        .factorize_numeric_ldlt(
+            &mut values,
+            structure.matrix(&entries),
+            Side::Lower,
+            LdltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut buffer),
+            Spec::default(),
+        )
+        .map_err(|_| ModalError::Singular { shift })?;
+    let below = negative_pivots(structure, &values);
+    let factor = Factor { structure, values, below };
+    let error = factor.solve_error(system, shift);
+    // A comparison that is false for NaN.
+    if error <= WORST_SOLVE { Ok(factor) } else { Err(ModalError::Singular { shift }) }
+}
+
+fn negative_pivots(structure: &Elimination, values: &[f64]) -> usize {
+    let symbolic = structure.supernodes();
+    let factor = SupernodalLdltRef::new(symbolic, values);
+    let negative = |s: usize| {
+        let block = factor.supernode(s).val();
+        (0..block.ncols()).filter(|k| block[(*k, *k)] < 0.0).count()
+    };
+    (0..symbolic.n_supernodes()).map(negative).sum()
+}
+
+impl Factor<'_> {
+    /// Solves (K − σ M) x = b for all columns of `b`, in place.
+    pub(super) fn solve(&self, b: MatMut<'_, f64>) {
+        let cholesky = self.structure.cholesky();
+        let mut buffer = MemBuffer::new(cholesky.solve_in_place_scratch::<f64>(b.ncols(), Par::Seq));
+        LdltRef::new(cholesky, &self.values).solve_in_place_with_conj(
+            Conj::No,
+            b,
+            Par::Seq,
+            MemStack::new(&mut buffer),
+        );
+    }
+
+    /// Relative error of the solution for M times a known vector with all frequencies in it.
+    fn solve_error(&self, system: &ElasticSystem, shift: f64) -> f64 {
+        let size = 3 * system.node_count();
+        let mut seed = 1;
+        let mut known: Vec<f64> = (0..size).map(|_| super::random(&mut seed)).collect();
+        system.hold(&mut known, 1);
+        let (mut stiff, mut heavy) = (vec![0.0; size], vec![0.0; size]);
+        system.multiply_stiffness(&known, 1, &mut stiff);
+        system.multiply_mass(&known, 1, &mut heavy);
+        let mut b: Vec<f64> = stiff.iter().zip(&heavy).map(|(k, m)| k - shift * m).collect();
+        self.solve(MatMut::from_column_major_slice_mut(&mut b, size, 1));
+        let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        let error: f64 = b.iter().zip(&known).map(|(x, y)| (x - y) * (x - y)).sum();
+        (error / square(&known)).sqrt()
+    }
+}

@@ -1,0 +1,318 @@
+//! The whole band, slice by slice.
+//!
+//! Shifts σ₁ < σ₂ < … lie inside the band, and every factorisation counts the modes below it. Around each shift the
+//! iteration finds all modes down to the shift before that are not known yet, and half of those up to the next; at the
+//! last shift, all up to the limit. What is known is kept out of the next iteration, so that neighbours agree on who
+//! found what without comparing frequencies, which no degenerate pair would survive.
+
+use std::f64::consts::TAU;
+
+use faer::Mat;
+use glam::DVec3;
+
+use super::factor::{Factor, factor};
+use super::lanczos::{BLOCK, Found, Search, pack};
+use super::{ModalError, Mode, Modes, frequency};
+use crate::fem::ElasticSystem;
+use crate::fem::elimination::Elimination;
+
+/// Modes of a slice.
+const SLICE: usize = 140;
+/// Where shifts lie in their slices, as parts of them; others where the first do not count what they find.
+const PLACES: [f64; 3] = [0.75, 0.72, 0.77];
+/// Modes of a larger residual are found again, together with those up to so many times the lowest ω² among them, and
+/// so often at most.
+const POLISHED: f64 = 4e-7;
+const POLISHED_TOGETHER: f64 = 400.0;
+const POLISHES: usize = 4;
+/// Largest residual of what is returned.
+const WORST_RESIDUAL: f64 = 1e-5;
+/// How far a shift moves when it meets an eigenvalue, relative.
+const NUDGE: f64 = 1e-4;
+const NUDGES: usize = 4;
+
+/// Finds all modes up to `max_frequency` \[Hz\].
+///
+/// # Errors
+/// [`ModalError`]; [`ModalError::Silent`] if the body has no modes in the band.
+pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalError> {
+    let mut outcome = solve_at(system, max_frequency, PLACES[0]);
+    for place in &PLACES[1..] {
+        // A shift that lies on a mode, but for rounding, counts it on one side and finds it on the other.
+        if !matches!(outcome, Err(ModalError::Incomplete { .. })) {
+            break;
+        }
+        outcome = solve_at(system, max_frequency, *place);
+    }
+    outcome
+}
+
+/// The same with shifts at some place in their slices.
+fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Modes, ModalError> {
+    if !(max_frequency > 0.0 && max_frequency.is_finite()) {
+        return Err(ModalError::Frequency(max_frequency));
+    }
+    let rigid = system.rigid_count();
+    let structure = Elimination::new(system)?;
+    let limit = (TAU * max_frequency).powi(2);
+    let (limit, top) = factor_near(&structure, system, limit)?;
+    if top.below < rigid {
+        return Err(ModalError::LooseParts);
+    }
+    let total = top.below - rigid;
+    let mut band = Band::new(system);
+    if total == 0 {
+        let first = Search {
+            system,
+            factor: &top,
+            shift: limit,
+            known: band.known.as_ref(),
+            range: [limit, f64::INFINITY],
+            below: 0,
+            above: 1,
+        };
+        let first = frequency(first.run()?.values[0]);
+        return Err(ModalError::Silent { first, limit: max_frequency });
+    }
+    let top_below = top.below;
+    drop(top);
+    let mut shifts: Vec<(f64, Factor<'_>)> = Vec::new();
+    for fraction in fractions(total, place) {
+        shifts.push(factor_near(&structure, system, fraction * limit)?);
+    }
+    for k in 0..shifts.len() {
+        let (shift, factor) = &shifts[k];
+        let before = if k == 0 { (0.0, rigid) } else { (shifts[k - 1].0, shifts[k - 1].1.below) };
+        let (end, below_end) = shifts.get(k + 1).map_or((limit, top_below), |(s, f)| (*s, f.below));
+        let there = below_end - factor.below;
+        let above = if k + 1 < shifts.len() { there.div_ceil(2) } else { there };
+        let below = (factor.below - before.1).checked_sub(band.between(before.0, *shift)).ok_or(
+            ModalError::Incomplete {
+                found: 0,
+                expected: factor.below - before.1,
+                frequency: frequency(*shift),
+            },
+        )?;
+        band.search(factor, *shift, [before.0, end], below, above)?;
+    }
+    let mut counts: Vec<(f64, usize)> =
+        shifts.iter().map(|(shift, factor)| (frequency(*shift), factor.below - rigid)).collect();
+    counts.push((frequency(limit), total));
+    drop(shifts);
+    let residual = band.polish(&structure, limit)?;
+    if residual.is_nan() || residual > WORST_RESIDUAL {
+        return Err(ModalError::Inaccurate { residual });
+    }
+    band.finish(counts, max_frequency, residual)
+}
+
+/// Where the shifts lie, as parts of the highest ω².
+fn fractions(total: usize, place: f64) -> Vec<f64> {
+    let slices = total.div_ceil(SLICE);
+    (0..slices).map(|k| ((k as f64 + place) / slices as f64).powi(2)).collect()
+}
+
+/// Factors near ω² = `shift`, on an eigenvalue just beside it.
+fn factor_near<'a>(
+    structure: &'a Elimination,
+    system: &ElasticSystem,
+    shift: f64,
+) -> Result<(f64, Factor<'a>), ModalError> {
+    let mut failure = ModalError::Singular { shift };
+    for k in 0..NUDGES {
+        let shift = shift * (1.0 + NUDGE * k as f64);
+        match factor(structure, system, shift) {
+            Ok(factor) => return Ok((shift, factor)),
+            Err(error) => failure = error,
+        }
+    }
+    Err(failure)
+}
+
+struct Band<'a> {
+    system: &'a ElasticSystem,
+    /// How many motions are rigid.
+    rigid: usize,
+    /// Rigid motions, then modes.
+    known: Mat<f64>,
+    values: Vec<f64>,
+    solves: usize,
+}
+
+impl<'a> Band<'a> {
+    fn new(system: &'a ElasticSystem) -> Self {
+        let motions = system.rigid_motions();
+        let rigid = motions.len();
+        let known = Mat::from_fn(3 * system.node_count(), rigid, |i, k| motions[k][i]);
+        Band { system, rigid, known, values: Vec::new(), solves: 0 }
+    }
+
+    fn between(&self, low: f64, high: f64) -> usize {
+        self.values.iter().filter(|v| **v > low && **v < high).count()
+    }
+
+    fn search(
+        &mut self,
+        factor: &Factor<'_>,
+        shift: f64,
+        range: [f64; 2],
+        below: usize,
+        above: usize,
+    ) -> Result<(), ModalError> {
+        // Modes far from this slice are not found again anyway.
+        let near: Vec<usize> = (0..self.rigid)
+            .chain((0..self.values.len()).filter(|k| self.values[*k] > range[0]).map(|k| k + self.rigid))
+            .collect();
+        let known = Mat::from_fn(self.known.nrows(), near.len(), |i, k| self.known[(i, near[k])]);
+        let search =
+            Search { system: self.system, factor, shift, known: known.as_ref(), range, below, above };
+        let Found { values, vectors, solves } = search.run()?;
+        self.solves += solves;
+        let old = self.known.ncols();
+        let mut known = Mat::zeros(self.known.nrows(), old + vectors.ncols());
+        known.subcols_mut(0, old).copy_from(&self.known);
+        known.subcols_mut(old, vectors.ncols()).copy_from(&vectors);
+        self.known = known;
+        self.values.extend(values);
+        Ok(())
+    }
+
+    /// Relative residual of every mode.
+    fn residuals(&self) -> Vec<f64> {
+        let size = self.known.nrows();
+        let (mut shapes, mut stiff, mut heavy) =
+            (vec![0.0; size * BLOCK], vec![0.0; size * BLOCK], vec![0.0; size * BLOCK]);
+        let mut residuals = Vec::with_capacity(self.values.len());
+        for (group, squares) in self.values.chunks(BLOCK).enumerate() {
+            pack(self.known.subcols(self.rigid + group * BLOCK, squares.len()), &mut shapes);
+            self.system.multiply_stiffness(&shapes, BLOCK, &mut stiff);
+            self.system.multiply_mass(&shapes, BLOCK, &mut heavy);
+            residuals.extend(squares.iter().enumerate().map(|(k, square)| {
+                let lane = |all: &[f64]| all.iter().skip(k).step_by(BLOCK).copied().collect::<Vec<f64>>();
+                let (stiff, heavy) = (lane(&stiff), lane(&heavy));
+                let error: f64 = stiff.iter().zip(&heavy).map(|(k, m)| (k - square * m).powi(2)).sum();
+                (error / heavy.iter().map(|m| m * m).sum::<f64>()).sqrt() / square
+            }));
+        }
+        residuals
+    }
+
+    /// Finds modes anew from a shift just below them, where rounding in factors of higher shifts has spoilt them; none
+    /// beyond the ω² of `limit` [1/s²].
+    fn polish(&mut self, structure: &Elimination, limit: f64) -> Result<f64, ModalError> {
+        let rigid = self.rigid;
+        for _ in 0..POLISHES {
+            let residuals = self.residuals();
+            let bad = (0..residuals.len()).filter(|k| residuals[*k] > POLISHED);
+            let Some(lowest) = bad.map(|k| self.values[k]).reduce(f64::min) else { break };
+            let mut sorted = self.values.clone();
+            sorted.sort_by(f64::total_cmp);
+            // The group begins and ends at gaps, so that no degenerate pair is torn.
+            let mut start = sorted.partition_point(|v| *v < lowest);
+            while start > 0 && sorted[start] < 1.01 * sorted[start - 1] {
+                start -= 1;
+            }
+            let ends = (start + 1..sorted.len())
+                .find(|k| sorted[*k] > POLISHED_TOGETHER * lowest && sorted[*k] > 1.01 * sorted[*k - 1]);
+            let high = ends.map_or(limit, |k| 0.5 * (sorted[k - 1] + sorted[k]));
+            let below = if start == 0 { 0.0 } else { sorted[start - 1] };
+            let low = 0.5 * (below + sorted[start]);
+            let (shift, factor) = factor_near(structure, self.system, low)?;
+            if factor.below != self.rigid + start {
+                return Err(ModalError::Incomplete {
+                    found: start,
+                    expected: factor.below.saturating_sub(self.rigid),
+                    frequency: frequency(shift),
+                });
+            }
+            let keep: Vec<usize> =
+                (0..self.values.len()).filter(|k| self.values[*k] < low || self.values[*k] > high).collect();
+            let again = self.values.len() - keep.len();
+            let kept = |k: usize| if k < rigid { k } else { keep[k - rigid] + rigid };
+            let columns = keep.len() + rigid;
+            self.known = Mat::from_fn(self.known.nrows(), columns, |i, k| self.known[(i, kept(k))]);
+            self.values = keep.iter().map(|k| self.values[*k]).collect();
+            // Not from the mode below on, which is kept: rounding may lift it over such a border, and it came twice.
+            self.search(&factor, shift, [shift, high], 0, again)?;
+        }
+        Ok(self.residuals().into_iter().fold(0.0, f64::max))
+    }
+
+    /// Checks the counts and puts the modes in order.
+    fn finish(
+        self,
+        counts: Vec<(f64, usize)>,
+        max_frequency: f64,
+        residual: f64,
+    ) -> Result<Modes, ModalError> {
+        for (frequency, count) in &counts {
+            let square = (TAU * frequency).powi(2);
+            let found = self.between(0.0, square);
+            if found != *count {
+                return Err(ModalError::Incomplete { found, expected: *count, frequency: *frequency });
+            }
+        }
+        let mut order: Vec<usize> = (0..self.values.len()).collect();
+        order.sort_by(|a, b| self.values[*a].total_cmp(&self.values[*b]));
+        let mode = |k: usize| {
+            let shape: Vec<f64> = self.known.col(k + self.rigid).iter().copied().collect();
+            let shape = shape.chunks_exact(3).map(DVec3::from_slice).collect();
+            Mode { frequency: frequency(self.values[k]), shape }
+        };
+        let modes = order.into_iter().map(mode).collect();
+        Ok(Modes { modes, max_frequency, residual, counts, solves: self.solves })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clangor_core::material::presets::GLASS;
+
+    use super::*;
+    use crate::fem::ElasticConstants;
+    use crate::modal_analysis::eigensolver::random;
+    use crate::mesh::tetrahedra::block::block;
+
+    /// A window had 100 modes where 99 were counted: modes found anew brought the one below them along.
+    #[test]
+    fn modes_found_anew_are_found_once() {
+        let mesh = block(DVec3::new(0.6, 0.8, 0.01), [5, 6, 1]).expect("a box");
+        let system = ElasticSystem::new(&mesh, &ElasticConstants::of(&GLASS.material()).expect("glass"));
+        let structure = Elimination::new(&system).expect("memory");
+        let whole = solve(&system, 1200.0).expect("modes");
+        let count = whole.modes.len();
+        assert!(count > 12, "{count}");
+        for spoilt in 1..count {
+            let mut band = Band::new(&system);
+            let rigid = band.known.clone();
+            band.known = Mat::from_fn(rigid.nrows(), rigid.ncols() + count, |i, k| {
+                match k.checked_sub(rigid.ncols()) {
+                    None => rigid[(i, k)],
+                    Some(mode) => whole.modes[mode].shape[i / 3][i % 3],
+                }
+            });
+            band.values = whole.modes.iter().map(|m| (TAU * m.frequency).powi(2)).collect();
+            let mut seed = 5;
+            band.known
+                .col_mut(rigid.ncols() + spoilt)
+                .iter_mut()
+                .for_each(|x| *x += 1e-8 * random(&mut seed));
+            assert!(band.residuals()[spoilt] > POLISHED, "{:.1e}", band.residuals()[spoilt]);
+            let residual = band.polish(&structure, (TAU * 1200.0_f64).powi(2)).expect("modes");
+            assert!(
+                residual < POLISHED && band.values.len() == count,
+                "{residual:.1e} {}",
+                band.values.len()
+            );
+            band.values.sort_by(f64::total_cmp);
+            for (found, mode) in band.values.iter().zip(&whole.modes) {
+                // Residual seen: at most 1e-10.
+                assert!(
+                    (frequency(*found) / mode.frequency - 1.0).abs() < 1e-9,
+                    "{spoilt}: {}",
+                    mode.frequency
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! Bodies filled with elements: boxes with bricks, ellipsoids with tetrahedra of a grid of their own, all others with
+//! tetrahedra of a grid that is cut at the surface.
+//!
+//! Plates have one cell across where waves are long. Its displacements are quadratic, so the shear stress across it is even
+//! instead of a parabola, which raises a frequency by some 0.02 (2π t/λ)², t the thickness and λ the wavelength; from five
+//! cells of waves on, two cells of fourth order miss nothing.
+
+use std::borrow::Cow;
+use std::f64::consts::PI;
+
+use clangor_core::geometry::hull::convex_hull;
+use clangor_core::geometry::icosahedron::icosahedron;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::surface_tree::SurfaceTree;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use glam::DVec3;
+
+use super::mirrored_box::MirroredBox;
+use super::{Divisible, Spectrum, VibrationError, shortest_wave};
+use crate::acceleration::BakeGeometry;
+use crate::fem::bricks::box_of_bricks;
+use crate::fem::{ElasticConstants, ElasticSystem};
+use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};
+use crate::mesh::tetrahedra::isosurface_stuffing::{GRID_PER_WALL, StuffingError, stuff, wall_thickness};
+use crate::mesh::tetrahedra::{TetMesh, ball, block};
+
+/// Elements on the shortest wave for an error of about 1 %.
+const ELEMENTS_PER_WAVE: f64 = 5.0;
+/// Thickness of walls over the longest extent that counts as thin.
+const THIN: f64 = 0.1;
+/// Elements along the longest extent at least.
+const LEAST_ELEMENTS: f64 = 6.0;
+/// A box is one cell thick up to this part of the edge that waves ask for.
+const ONE_CELL: f64 = 0.2;
+
+/// Elements of a ball are those of so many tetrahedra, each divided evenly.
+const ICOSAHEDRON_FACES: f64 = 20.0;
+/// Tetrahedra of a body-centred cubic grid in a cube of its edge.
+const GRID_TETRAHEDRA: f64 = 12.0;
+/// Corners and edges for each tetrahedron far from the surface; near it there are more.
+const NODES_PER_TETRAHEDRON: f64 = 4.0 / 3.0;
+
+/// A grid that loses too much of the body is made finer by this, so often.
+const COARSE_STEP: f64 = 0.55;
+const COARSE_TRIALS: i32 = 3;
+
+/// A body, and what decides how fine its meshes must be.
+pub(super) struct FilledBody<'a> {
+    form: Filling<'a>,
+    constants: &'a ElasticConstants,
+    /// Longest extent \[m\].
+    size: f64,
+    /// Thickness of the walls \[m\].
+    wall: f64,
+    /// Volume \[m³\].
+    volume: f64,
+    /// Most nodes of a mesh.
+    most_nodes: usize,
+}
+
+enum Filling<'a> {
+    Ellipsoid(DVec3),
+    Block(DVec3),
+    Surface(Cow<'a, TriMesh>),
+}
+
+/// A mesh, and how fine it is.
+pub(super) struct Filled {
+    mesh: TetMesh,
+    /// Edge of its elements \[m\].
+    edge: f64,
+    /// Elements along each direction of a grid of its own.
+    cells: [usize; 3],
+    /// Of a box, the part that is solved.
+    part: Option<TetMesh>,
+}
+
+impl<'a> FilledBody<'a> {
+    /// Bodies of revolution, which have something better, are not for this.
+    pub(super) fn of(
+        geometry: &'a BakeGeometry,
+        constants: &'a ElasticConstants,
+        most_nodes: usize,
+    ) -> Result<Self, VibrationError> {
+        Ok(match geometry {
+            BakeGeometry::Ellipsoid { semi_axes } => FilledBody {
+                form: Filling::Ellipsoid(*semi_axes),
+                constants,
+                size: 2.0 * semi_axes.max_element(),
+                wall: 2.0 * semi_axes.min_element(),
+                volume: 4.0 / 3.0 * PI * semi_axes.element_product(),
+                most_nodes,
+            },
+            BakeGeometry::RoundedBox { edges, round: 0.0 } => FilledBody {
+                form: Filling::Block(*edges),
+                constants,
+                size: edges.max_element(),
+                wall: edges.min_element(),
+                volume: edges.element_product(),
+                most_nodes,
+            },
+            BakeGeometry::RoundedBox { edges, round } => {
+                Self::of_surface(Cow::Owned(rounded_box(*edges, *round)?), constants, most_nodes)?
+            }
+            BakeGeometry::Mesh(mesh) => Self::of_surface(Cow::Borrowed(mesh), constants, most_nodes)?,
+            BakeGeometry::Revolution(_) => return Err(VibrationError::Section),
+        })
+    }
+
+    fn of_surface(
+        surface: Cow<'a, TriMesh>,
+        constants: &'a ElasticConstants,
+        most_nodes: usize,
+    ) -> Result<Self, StuffingError> {
+        let (low, high) = surface.bounds();
+        let wall = wall_thickness(&surface, &SurfaceTree::new(&surface));
+        let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
+        let size = (high - low).max_element();
+        Ok(FilledBody { form: Filling::Surface(surface), constants, size, wall, volume, most_nodes })
+    }
+
+    fn assembled(&self, mesh: &Filled) -> ElasticSystem {
+        match &self.form {
+            Filling::Block(edges) => box_of_bricks(&mesh.mesh, *edges, mesh.cells, self.constants),
+            _ => ElasticSystem::new(&mesh.mesh, self.constants),
+        }
+    }
+
+    /// Elements and nodes of a mesh before it is made: exactly those of a box, about as many or fewer of others.
+    fn expected(&self, cells: [usize; 3], edge: f64) -> [f64; 2] {
+        let cells = cells.map(|n| n as f64);
+        match self.form {
+            Filling::Ellipsoid(_) => {
+                let elements = ICOSAHEDRON_FACES * cells[0].powi(3);
+                [elements, NODES_PER_TETRAHEDRON * elements]
+            }
+            Filling::Block(_) => [cells.iter().product(), cells.iter().map(|n| 2.0 * n + 1.0).product()],
+            Filling::Surface(_) => {
+                let elements = GRID_TETRAHEDRA * self.volume / edge.min(GRID_PER_WALL * self.wall).powi(3);
+                [elements, NODES_PER_TETRAHEDRON * elements]
+            }
+        }
+    }
+
+    fn with_cells(&self, cells: [usize; 3], edge: f64) -> Result<Filled, VibrationError> {
+        let broken = StuffingError::from;
+        let [elements, nodes] = self.expected(cells, edge);
+        if nodes > self.most_nodes as f64 {
+            let (wall, most) = (self.wall, self.most_nodes);
+            return Err(VibrationError::TooFine { wall, edge, elements, nodes, most });
+        }
+        Ok(match &self.form {
+            Filling::Ellipsoid(semi_axes) => {
+                let edge = semi_axes.max_element() / cells[0] as f64;
+                let mesh = ball::ellipsoid(*semi_axes, cells[0]).map_err(broken)?;
+                Filled { mesh, edge, cells, part: None }
+            }
+            Filling::Block(edges) => {
+                let mirrored = MirroredBox { edges: *edges, cells, constants: self.constants };
+                let part = Some(mirrored.part().map_err(broken)?);
+                let edge = (0..3).map(|a| edges[a] / cells[a] as f64).fold(0.0, f64::max);
+                Filled { mesh: block::block(*edges, cells).map_err(broken)?, edge, cells, part }
+            }
+            Filling::Surface(surface) => {
+                let (mesh, report) = stuff(surface, edge)?;
+                match mesh.parts() {
+                    1 => Filled { mesh, edge: report.edge, cells, part: None },
+                    parts => return Err(VibrationError::LooseParts(parts)),
+                }
+            }
+        })
+    }
+}
+
+/// Cells along the axes of a box for elements of some edge, or finer: one, two, or a number that mirrors divide.
+fn box_cells(edges: DVec3, edge: f64) -> [usize; 3] {
+    edges.to_array().map(|length| match length / edge {
+        cells if cells <= ONE_CELL => 1,
+        cells if cells <= 2.0 => 2,
+        cells => 4 * (0.25 * cells - 1e-9).ceil() as usize,
+    })
+}
+
+/// The next such number.
+fn more_cells(cells: usize) -> usize {
+    if cells == 1 { 2 } else { 4 * (cells / 4 + 1) }
+}
+
+impl Divisible for FilledBody<'_> {
+    type Mesh = Filled;
+    type Modes = Vec<Mode>;
+
+    fn method(&self) -> &'static str {
+        match self.form {
+            Filling::Ellipsoid(_) => "quadratic tetrahedra in a divided icosahedron",
+            Filling::Block(_) => "bricks of fourth order, of second across where thin",
+            Filling::Surface(_) => "quadratic tetrahedra in a body-centred cubic grid",
+        }
+    }
+
+    fn convergence(&self) -> f64 {
+        match self.form {
+            Filling::Ellipsoid(_) => 4.0,
+            // Near the edges of a plate twisting changes over its thickness, which is shorter than a brick.
+            Filling::Block(_) => 2.0,
+            // Each grid cuts sharp edges elsewhere.
+            Filling::Surface(_) => 2.0,
+        }
+    }
+
+    fn first_ratio(&self) -> f64 {
+        match self.form {
+            // Walls already demand a grid that is finer than waves do.
+            Filling::Surface(_) if self.wall < THIN * self.size => 1.25,
+            _ => 1.5,
+        }
+    }
+
+    fn coarse(&self, limit: f64, accuracy: f64) -> Result<Filled, VibrationError> {
+        let elements = ELEMENTS_PER_WAVE * (0.01 / accuracy).powf(0.25);
+        let wave = shortest_wave(self.constants, self.wall, limit);
+        let edge = self.first_ratio() * (wave / elements).min(self.size / LEAST_ELEMENTS);
+        let count = |length: f64| (length / edge).ceil().max(1.0) as usize;
+        match &self.form {
+            Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge),
+            Filling::Block(edges) => self.with_cells(box_cells(*edges, edge), edge),
+            Filling::Surface(_) => {
+                // Bodies with sharp edges lose much of their volume on a coarse grid.
+                let mut trial = self.with_cells([0; 3], edge);
+                for k in 1..COARSE_TRIALS {
+                    match trial {
+                        Err(VibrationError::Mesh(StuffingError::Unresolved { .. })) => {
+                            trial = self.with_cells([0; 3], edge * COARSE_STEP.powi(k));
+                        }
+                        _ => break,
+                    }
+                }
+                trial
+            }
+        }
+    }
+
+    fn finer(&self, than: &Filled, ratio: f64) -> Result<Filled, VibrationError> {
+        let edge = than.edge / ratio;
+        let cells = match &self.form {
+            Filling::Block(edges) => {
+                let enough = box_cells(*edges, edge);
+                std::array::from_fn(|a| match edges[a] <= edge {
+                    // Across a plate the fourth order has long converged.
+                    true => enough[a],
+                    false => enough[a].max(more_cells(than.cells[a])),
+                })
+            }
+            _ => than.cells.map(|n| (n as f64 * ratio - 1e-9).ceil() as usize),
+        };
+        self.with_cells(cells, edge)
+    }
+
+    fn size(&self, mesh: &Filled) -> (usize, f64) {
+        (mesh.mesh.nodes.len(), mesh.edge)
+    }
+
+    fn solve(&self, mesh: &Filled, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalError> {
+        if let (Filling::Block(edges), Some(part)) = (&self.form, &mesh.part) {
+            let mirrored = MirroredBox { edges: *edges, cells: mesh.cells, constants: self.constants };
+            return mirrored.solve(&mesh.mesh, part, limit);
+        }
+        match solve(&self.assembled(mesh), limit) {
+            Ok(found) => Ok(Spectrum {
+                frequencies: found.modes.iter().map(|m| m.frequency).collect(),
+                first: found.modes.first().map_or(f64::INFINITY, |m| m.frequency),
+                residual: found.residual,
+                modes: found.modes,
+            }),
+            // A finer mesh may have some.
+            Err(ModalError::Silent { first, .. }) => {
+                Ok(Spectrum { frequencies: Vec::new(), first, residual: 0.0, modes: Vec::new() })
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn system(&self, mesh: &Filled) -> Option<ElasticSystem> {
+        Some(self.assembled(mesh))
+    }
+
+    fn shapes(&self, mesh: &Filled, modes: &Vec<Mode>, count: usize) -> (ModalSurface, Vec<Vec<DVec3>>) {
+        let mut triangles = mesh.mesh.surface();
+        let mut kept: Vec<u32> = triangles.iter().flatten().copied().collect();
+        kept.sort_unstable();
+        kept.dedup();
+        for node in triangles.iter_mut().flatten() {
+            *node = kept.partition_point(|k| *k < *node) as u32;
+        }
+        let on_surface = |all: &[DVec3]| -> Vec<DVec3> { kept.iter().map(|n| all[*n as usize]).collect() };
+        let surface = ModalSurface { nodes: on_surface(&mesh.mesh.nodes), triangles };
+        (surface, modes.iter().take(count).map(|m| on_surface(&m.shape)).collect())
+    }
+}
+
+/// The hull of a ball in each corner.
+fn rounded_box(edges: DVec3, round: f64) -> Result<TriMesh, StuffingError> {
+    const DIVISIONS: u32 = 6;
+    let corner = 0.5 * edges - round;
+    let mut points = Vec::new();
+    for [a, b, c] in icosahedron() {
+        for (i, j) in (0..=DIVISIONS).flat_map(|i| (0..=DIVISIONS - i).map(move |j| (i, j))) {
+            let [u, v] = [i, j].map(|n| f64::from(n) / f64::from(DIVISIONS));
+            let direction = (a * u + b * v + c * (1.0 - u - v)).normalize_or_zero().abs();
+            let sign = |k: usize, axis: usize| if k >> axis & 1 == 1 { -1.0 } else { 1.0 };
+            let signs = (0..8).map(|k| DVec3::from_array([0, 1, 2].map(|axis| sign(k, axis))));
+            points.extend(signs.map(|signs| signs * (corner + round * direction)));
+        }
+    }
+    convex_hull(&points).map_err(StuffingError::Input)
+}

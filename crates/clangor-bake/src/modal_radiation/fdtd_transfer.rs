@@ -1,0 +1,127 @@
+//! Radiation of the modes of any closed surface by finite differences in time, several modes in one run.
+//!
+//! For what boundary elements cannot reach: large bodies without mirror planes. The motion of a mode acts on the cells
+//! that the surface cuts, U taken at the nearest face that looks the same way, and its flux made the true one. What this
+//! method costs and what its error is, [`crate::fdtd`] says; how modes share a run, [`crate::fdtd::WaveSolver::run_modes`].
+
+use std::ops::ControlFlow;
+
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator};
+use clangor_core::math::radial::outgoing;
+use glam::DVec3;
+use num_complex::Complex64;
+
+use super::surface_motion::volume_flux;
+use crate::modal_radiation::bem_transfer::{order, trimmed};
+use super::{ModalMotion, ModalSolver, check};
+use crate::acceleration::{BakeProgress, has_cavities, watched};
+use crate::radiation::RadiationError;
+use crate::fdtd::{Boundary, WaveError, WaveMotion, WaveOptions, WaveSolver};
+
+/// Cells on the shortest wave, across a wall and on the radius, at least.
+const CELLS: [f64; 3] = [10.0, 2.0, 8.0];
+/// Time after the bursts, in R/c, that a body without cavities and one with them are heard.
+const LONGEST: [f64; 2] = [6.0, 30.0];
+
+/// The modes of a closed surface by finite differences.
+#[derive(Clone, Debug)]
+pub struct WaveModes {
+    solver: WaveSolver,
+    radius: f64,
+}
+
+impl WaveModes {
+    /// Prepares the surface of a body whose centre of mass is at the origin, with walls of thickness `wall` \[m\], for modes
+    /// up to `highest` [1/m].
+    ///
+    /// # Errors
+    /// [`WaveError`].
+    pub fn try_new(surface: &TriMesh, highest: f64, wall: f64) -> Result<Self, WaveError> {
+        let radius = surface.bounding_radius(DVec3::ZERO);
+        let [on_wave, across, on_radius] = CELLS;
+        let spacing = (std::f64::consts::TAU / highest / on_wave).min(wall / across).min(radius / on_radius);
+        Self::with_spacing(surface, highest, spacing)
+    }
+
+    /// The same with cells of edge `spacing` \[m\].
+    ///
+    /// # Errors
+    /// [`WaveError`].
+    pub fn with_spacing(surface: &TriMesh, highest: f64, spacing: f64) -> Result<Self, WaveError> {
+        let radius = surface.bounding_radius(DVec3::ZERO);
+        let cavity = MassProperties::of(surface).is_ok_and(|mass| has_cavities(surface, &mass));
+        let options = WaveOptions {
+            max_wavenumber: highest,
+            spacing,
+            order: order(highest * radius),
+            boundary: Boundary::CutCells,
+            longest: LONGEST[usize::from(cavity)],
+        };
+        Ok(WaveModes { solver: WaveSolver::try_new(surface, options)?, radius })
+    }
+
+    /// Cells of the grid.
+    pub fn cells(&self) -> usize {
+        self.solver.cells()
+    }
+
+    /// Cell updates for modes of these wavenumbers [1/m].
+    pub fn updates(&self, wavenumbers: &[f64]) -> f64 {
+        self.solver.updates_of_modes(wavenumbers)
+    }
+}
+
+impl ModalSolver for WaveModes {
+    fn transfers(
+        &self,
+        surface: &ModalSurface,
+        motions: &[ModalMotion<'_>],
+        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<ModalTransfer>, RadiationError> {
+        check(surface, motions)?;
+        let radius = surface.radius();
+        let locator = SurfaceLocator::new(surface);
+        let places = self.solver.places();
+        let area: f64 = places.iter().map(|place| place.area.length()).sum();
+        let located: Option<Vec<_>> =
+            places.iter().map(|place| locator.nearest_facing(place.position, place.area)).collect();
+        let located = located.ok_or(RadiationError::Empty)?;
+        let driven: Vec<WaveMotion> = motions
+            .iter()
+            .map(|motion| {
+                let at_places = located.iter().zip(&places);
+                let mut flux: Vec<f64> =
+                    at_places.map(|(at, place)| at.interpolate(motion.shape).dot(place.area)).collect();
+                let excess = (flux.iter().sum::<f64>() - volume_flux(surface, motion.shape)) / area;
+                flux.iter_mut().zip(&places).for_each(|(f, place)| *f -= excess * place.area.length());
+                WaveMotion { wavenumber: motion.wavenumber, flux }
+            })
+            .collect();
+        if progress(0).is_break() {
+            return Err(RadiationError::Interrupted);
+        }
+        let mut told = |told: &BakeProgress| progress((told.done * motions.len() as f64) as usize);
+        let solved = watched(&mut told, |report| self.solver.run_modes(&driven, report))
+            .map_err(|_| RadiationError::Interrupted)?;
+        let of_motion = |(motion, mut coefficients): (&ModalMotion<'_>, Vec<Complex64>)| {
+            // From the sphere around the surface to the one around the elements.
+            let kappa = motion.wavenumber * self.radius;
+            let highest = order(motion.wavenumber * radius).min(coefficients.len().isqrt() - 1);
+            let mut waves = Vec::new();
+            outgoing(Complex64::new(0.0, kappa), radius / self.radius, highest, &mut waves);
+            coefficients.truncate((highest + 1) * (highest + 1));
+            for (n, wave) in waves.iter().enumerate() {
+                coefficients[n * n..(n + 1) * (n + 1)].iter_mut().for_each(|c| *c *= wave / radius);
+            }
+            if coefficients.iter().all(|c| c.is_finite()) {
+                Ok(trimmed(coefficients, motion.wavenumber * radius))
+            } else {
+                Err(RadiationError::NotFinite { wavenumber: motion.wavenumber })
+            }
+        };
+        motions.iter().zip(solved).map(of_motion).collect()
+    }
+}

@@ -1,0 +1,44 @@
+//! The lowest frequency of a body by elements, which is all that has to be known of it before an ellipsoid rings in its place; of a piece
+//! of a broken body [`solid_polynomials`](super::solid_polynomials) find it a hundred times faster.
+
+use clangor_core::geometry::tri_mesh::TriMesh;
+
+use crate::fem::{ElasticConstants, ElasticSystem};
+use crate::modal_analysis::eigensolver::{ModalError, lowest_frequency};
+use crate::mesh::tetrahedra::TetMesh;
+use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
+
+/// Elements along the longest extent of a surface.
+const ELEMENTS: f64 = 6.0;
+
+/// Why a lowest frequency is not known.
+#[derive(Debug, thiserror::Error)]
+pub enum FirstFrequencyError {
+    /// The body cannot be filled with tetrahedra.
+    #[error(transparent)]
+    Mesh(#[from] StuffingError),
+    /// The mode cannot be found.
+    #[error(transparent)]
+    Mode(#[from] ModalError),
+}
+
+/// The lowest frequency \[Hz\] of a free body of these tetrahedra.
+///
+/// # Errors
+/// [`ModalError`].
+pub fn first_frequency(mesh: &TetMesh, constants: &ElasticConstants) -> Result<f64, ModalError> {
+    lowest_frequency(&ElasticSystem::new(mesh, constants), constants)
+}
+
+/// The lowest frequency \[Hz\] of a free body with this surface, on a coarse grid.
+///
+/// # Errors
+/// [`FirstFrequencyError`].
+pub fn first_frequency_of_surface(
+    surface: &TriMesh,
+    constants: &ElasticConstants,
+) -> Result<f64, FirstFrequencyError> {
+    let (low, high) = surface.bounds();
+    let (mesh, _) = stuff(surface, (high - low).max_element() / ELEMENTS)?;
+    Ok(first_frequency(&mesh, constants)?)
+}

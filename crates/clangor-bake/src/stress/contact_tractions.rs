@@ -1,0 +1,168 @@
+//! Forces on the surface as forces on the nodes.
+//!
+//! ```text
+//! f_n = ∫ t N_n dS,    N_n the shape functions of the six nodes of a face
+//! ```
+//!
+//! A force at a point makes an infinite stress there, and on a mesh one that grows as elements shrink. A contact is no
+//! point: its force is spread around as a pressure ∝ 1 − d²/r² within the distance r along the surface, where r is the
+//! radius of the contact, but no less than the longest edge at that vertex, below which a mesh does not see a difference.
+//! Such a patch belongs to each vertex of the surface; a force inside a face goes to the patches of its three corners by
+//! its barycentric coordinates, so that the load moves continuously with its point.
+//!
+//! The force is kept exactly. Its torque is off by the distance of the middle of the patch from the point, at edges of the
+//! body up to a third of r; the reaction balances what is applied.
+//!
+//! Differs from \[FRAC\], which does not say how contacts load the mesh: forces on single nodes would break a body by the
+//! tension beside them as soon as its mesh is fine enough, however weak they are.
+
+use clangor_core::geometry::surface_tree::SurfaceTree;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use glam::{DMat3, DVec3};
+
+use crate::quadrature::TRIANGLE_FIFTH_DEGREE;
+use crate::mesh::tetrahedra::TetMesh;
+
+/// The surface of a body, ready for loads.
+pub(super) struct SurfaceLoads {
+    surface: TriMesh,
+    tree: SurfaceTree,
+    /// The six nodes of each triangle.
+    faces: Vec<[u32; 6]>,
+    /// Where the triangles of each vertex start in `triangles`, and the end.
+    starts: Vec<u32>,
+    triangles: Vec<u32>,
+    /// Least radius of a patch \[m\].
+    radius: f64,
+}
+
+impl SurfaceLoads {
+    pub(super) fn new(mesh: &TetMesh, radius: f64) -> Self {
+        let faces = mesh.surface();
+        let mut vertices: Vec<u32> = faces.iter().flat_map(|f| [f[0], f[1], f[2]]).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let number = |n: u32| vertices.partition_point(|v| *v < n) as u32;
+        let corners: Vec<[u32; 3]> = faces.iter().map(|f| [f[0], f[1], f[2]].map(number)).collect();
+        let mut incidences: Vec<(u32, u32)> =
+            corners.iter().enumerate().flat_map(|(t, c)| c.map(|v| (v, t as u32))).collect();
+        incidences.sort_unstable();
+        let starts = (0..=vertices.len() as u32)
+            .map(|v| incidences.partition_point(|(vertex, _)| *vertex < v) as u32)
+            .collect();
+        let surface = TriMesh {
+            vertices: vertices.iter().map(|n| mesh.nodes[*n as usize]).collect(),
+            triangles: corners,
+        };
+        SurfaceLoads {
+            tree: SurfaceTree::new(&surface),
+            surface,
+            faces,
+            starts,
+            triangles: incidences.into_iter().map(|(_, t)| t).collect(),
+            radius,
+        }
+    }
+
+    /// Number of vertices.
+    pub(super) fn vertex_count(&self) -> usize {
+        self.surface.vertices.len()
+    }
+
+    /// The vertices whose patches carry a force at a point, with their shares; nothing for a point that is not finite.
+    pub(super) fn shares(&self, point: DVec3) -> Option<[(usize, f64); 3]> {
+        let nearest = self.tree.nearest(&self.surface, point)?;
+        let corners = self.surface.triangles[nearest.triangle];
+        Some(std::array::from_fn(|k| (corners[k] as usize, nearest.weights[k])))
+    }
+
+    /// Shares of the nodes in a force on the patch of a vertex; they sum to 1.
+    pub(super) fn patch(&self, vertex: usize) -> Vec<(u32, f64)> {
+        let centre = self.surface.vertices[vertex];
+        let reach = self.triangles_of(vertex).flat_map(|t| self.surface.triangles[t]);
+        let longest = reach.map(|v| self.surface.vertices[v as usize].distance(centre)).fold(0.0, f64::max);
+        let radius = self.radius.max(longest);
+        let mut shares: Vec<(u32, f64)> = Vec::new();
+        for triangle in self.triangles_within(vertex, radius) {
+            let corners = self.surface.corners(triangle);
+            let area = self.surface.area_vector(triangle).length();
+            for (at, weight) in TRIANGLE_FIFTH_DEGREE {
+                let place = corners[0] * at[0] + corners[1] * at[1] + corners[2] * at[2];
+                let pressure = 1.0 - place.distance_squared(centre) / (radius * radius);
+                if pressure > 0.0 {
+                    let share = |k: usize, n: f64| (self.faces[triangle][k], weight * area * pressure * n);
+                    shares.extend(shapes(at).into_iter().enumerate().map(|(k, n)| share(k, n)));
+                }
+            }
+        }
+        shares.sort_by_key(|(node, _)| *node);
+        let mut patch: Vec<(u32, f64)> = Vec::new();
+        for (node, share) in shares {
+            match patch.last_mut() {
+                Some(last) if last.0 == node => last.1 += share,
+                _ => patch.push((node, share)),
+            }
+        }
+        let sum: f64 = patch.iter().map(|(_, share)| share).sum();
+        patch.iter_mut().for_each(|(_, share)| *share /= sum);
+        patch
+    }
+
+    /// A rotation whose first column is the inward normal at a vertex.
+    pub(super) fn frame(&self, vertex: usize) -> DMat3 {
+        let inward = -self.triangles_of(vertex).map(|t| self.surface.area_vector(t)).sum::<DVec3>();
+        let inward = inward.try_normalize().unwrap_or(DVec3::X);
+        let along = inward.any_orthonormal_vector();
+        DMat3::from_cols(inward, along, inward.cross(along))
+    }
+
+    /// Adds the forces of a traction \[Pa\], given by position and outward normal, to those on the nodes \[N\].
+    pub(super) fn add_traction(&self, traction: impl Fn(DVec3, DVec3) -> DVec3, forces: &mut [DVec3]) {
+        for (triangle, nodes) in self.faces.iter().enumerate() {
+            let corners = self.surface.corners(triangle);
+            let area = self.surface.area_vector(triangle);
+            let normal = area.normalize_or_zero();
+            for (at, weight) in TRIANGLE_FIFTH_DEGREE {
+                let place = corners[0] * at[0] + corners[1] * at[1] + corners[2] * at[2];
+                let force = traction(place, normal) * (weight * area.length());
+                for (node, n) in nodes.iter().zip(shapes(at)) {
+                    forces[*node as usize] += force * n;
+                }
+            }
+        }
+    }
+
+    fn triangles_of(&self, vertex: usize) -> impl Iterator<Item = usize> {
+        self.triangles[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
+            .iter()
+            .map(|t| *t as usize)
+    }
+
+    /// Triangles that hang together with a vertex through vertices closer than a radius, itself included.
+    fn triangles_within(&self, vertex: usize, radius: f64) -> Vec<usize> {
+        let centre = self.surface.vertices[vertex];
+        let mut reached = vec![vertex];
+        let mut triangles: Vec<usize> = Vec::new();
+        let mut next = 0;
+        while next < reached.len() {
+            for t in self.triangles_of(reached[next]) {
+                if triangles.contains(&t) {
+                    continue;
+                }
+                triangles.push(t);
+                for v in self.surface.triangles[t].map(|v| v as usize) {
+                    if self.surface.vertices[v].distance(centre) < radius && !reached.contains(&v) {
+                        reached.push(v);
+                    }
+                }
+            }
+            next += 1;
+        }
+        triangles
+    }
+}
+
+/// Shape functions of the nodes of a face: corners, then the middles of the edges from the first to the second and so on.
+fn shapes([a, b, c]: [f64; 3]) -> [f64; 6] {
+    [a * (2.0 * a - 1.0), b * (2.0 * b - 1.0), c * (2.0 * c - 1.0), 4.0 * a * b, 4.0 * b * c, 4.0 * c * a]
+}

@@ -1,0 +1,253 @@
+//! A mesh of straight tetrahedra for the stress and the breaking of a body.
+//!
+//! The edges of its elements bound the smallest pieces that make sense, and its nodes decide what a solve costs; so its
+//! size is chosen by nodes. Boxes, rounded ones too, are grids of cells, thin ones with two layers where nodes allow;
+//! ellipsoids are divided icosahedra; plates, bowls and coins are discs of cells; other bodies of revolution are turned
+//! triangles; anything else is filled with a grid that is cut at the surface.
+//!
+//! Straight edges cut corners off round bodies. The mesh is scaled to the volume of the body and moved to its centre of
+//! mass, so that mass is kept; its moments of inertia are then off by about the part of the volume that was missing.
+
+use std::f64::consts::{PI, TAU};
+
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::meridian::Meridian;
+use glam::DVec3;
+
+use crate::acceleration::BakeGeometry;
+use crate::geometry_class::detect_axisymmetry::fitted_meridian;
+use crate::mesh::tetrahedra::dish::Dish;
+use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
+use crate::mesh::tetrahedra::{TetMesh, TetMeshError, axisymmetric, ball, block};
+use crate::modal_analysis::axisymmetric::section_mesh::SectionMesh;
+
+/// Nodes, middles of edges included, where no edge is asked for.
+const NODES: usize = 10_000;
+/// Elements from the middle of an ellipsoid to its surface for about as many.
+const BALL_DIVISIONS: f64 = 7.0;
+/// Most nodes of a mesh: its factor takes about two gigabytes.
+const MOST_NODES: usize = 80_000;
+/// Edge over the thickness of a plate up to which two layers are worth their nodes.
+const TWO_LAYERS: f64 = 3.0;
+/// Largest part of the volume that straight edges may lose.
+const MOST_LOST: f64 = 0.15;
+/// Edges in the section over the thickness of walls.
+const SECTION_EDGE: f64 = 2.0;
+/// Steps around the axis at least.
+const LEAST_SECTORS: f64 = 12.0;
+/// How much finer each trial is.
+const STEP: f64 = 0.93;
+const MOST_STEPS: i32 = 200;
+
+/// Why a body has no mesh to break.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FractureMeshError {
+    /// The edge makes no sense.
+    #[error("the edge of elements is {0} m, but must be positive")]
+    Edge(f64),
+    /// The body cannot be filled.
+    #[error(transparent)]
+    Filling(#[from] StuffingError),
+    /// The elements do not fit.
+    #[error("the tetrahedra make no mesh: {0}")]
+    Tetrahedra(#[from] TetMeshError),
+    /// The section crosses itself.
+    #[error("the section of the body crosses itself")]
+    Section,
+    /// The body falls apart.
+    #[error("the body falls into {0} parts that do not hang together")]
+    LooseParts(usize),
+    /// Too fine.
+    #[error(
+        "the mesh has {nodes} nodes, more than the {most} allowed: ask for longer edges or thicken the walls"
+    )]
+    TooLarge {
+        /// Nodes.
+        nodes: usize,
+        /// Nodes allowed.
+        most: usize,
+    },
+    /// The mesh does not follow the body.
+    #[error("straight edges lose {:.0} % of the volume: ask for shorter ones", 100.0 * lost)]
+    Coarse {
+        /// Part of the volume.
+        lost: f64,
+    },
+}
+
+/// A mesh of a body with edges of about `edge` \[m\], or with about ten thousand nodes; in the frame of the geometry.
+///
+/// # Errors
+/// [`FractureMeshError`].
+pub fn fracture_mesh(geometry: &BakeGeometry, edge: Option<f64>) -> Result<TetMesh, FractureMeshError> {
+    if let Some(edge) = edge.filter(|e| !(*e > 0.0 && e.is_finite())) {
+        return Err(FractureMeshError::Edge(edge));
+    }
+    let (mesh, volume, centre) = match geometry {
+        BakeGeometry::Ellipsoid { semi_axes } => {
+            let divisions =
+                edge.map_or(BALL_DIVISIONS, |edge| (semi_axes.max_element() / edge).ceil().max(2.0));
+            check_nodes((27.0 * divisions.powi(3)) as usize)?;
+            let volume = 4.0 / 3.0 * PI * semi_axes.element_product();
+            (ball::ellipsoid(*semi_axes, divisions as usize)?, volume, DVec3::ZERO)
+        }
+        BakeGeometry::RoundedBox { edges, round } => {
+            let cells = finest(edges.max_element(), edge, |edge| cells(*edges, edge))?;
+            (rounded_box(*edges, *round, cells)?, rounded_box_volume(*edges, *round), DVec3::ZERO)
+        }
+        BakeGeometry::Revolution(meridian) => {
+            let centre = DVec3::Y * meridian.centre_of_mass();
+            (turned_mesh(meridian, edge)?, meridian.volume(), centre)
+        }
+        BakeGeometry::Mesh(surface) => {
+            let mass = MassProperties::of(surface).map_err(StuffingError::Input)?;
+            let mesh = match fitted_meridian(surface) {
+                Some(fit) => turned_mesh(&fit.meridian, edge)?,
+                None => {
+                    // The grid has two points and fourteen edges per cube.
+                    let edge = edge.unwrap_or((16.0 * mass.volume / NODES as f64).cbrt());
+                    stuff(surface, edge)?.0
+                }
+            };
+            (mesh, mass.volume, mass.centre_of_mass)
+        }
+    };
+    check_nodes(mesh.nodes.len())?;
+    match mesh.parts() {
+        1 => fitted(mesh, volume, centre),
+        parts => Err(FractureMeshError::LooseParts(parts)),
+    }
+}
+
+fn check_nodes(nodes: usize) -> Result<(), FractureMeshError> {
+    if nodes > MOST_NODES { Err(FractureMeshError::TooLarge { nodes, most: MOST_NODES }) } else { Ok(()) }
+}
+
+/// The mesh with straight edges, scaled and moved to a volume \[m³\] and a centre of mass \[m\].
+fn fitted(mesh: TetMesh, volume: f64, centre: DVec3) -> Result<TetMesh, FractureMeshError> {
+    let mut points = mesh.nodes;
+    points.truncate(mesh.corners);
+    let elements: Vec<[u32; 4]> = mesh.elements.iter().map(|e| [e[0], e[1], e[2], e[3]]).collect();
+    let (mut own_volume, mut moment) = (0.0, DVec3::ZERO);
+    for element in &elements {
+        let [a, b, c, d] = element.map(|n| points[n as usize]);
+        let part = (b - a).cross(c - a).dot(d - a) / 6.0;
+        own_volume += part;
+        moment += 0.25 * part * (a + b + c + d);
+    }
+    let lost = 1.0 - own_volume / volume;
+    if lost.is_nan() || lost.abs() > MOST_LOST {
+        return Err(FractureMeshError::Coarse { lost });
+    }
+    let own_centre = moment / own_volume;
+    let scale = (volume / own_volume).cbrt();
+    points.iter_mut().for_each(|x| *x = centre + scale * (*x - own_centre));
+    Ok(TetMesh::straight(points, &elements)?)
+}
+
+/// Cells of a box with edges of about `edge`.
+fn cells(edges: DVec3, edge: f64) -> [usize; 3] {
+    edges.to_array().map(|length| match (length / edge - 1e-9).ceil().max(1.0) as usize {
+        1 if edge <= TWO_LAYERS * length => 2,
+        count => count,
+    })
+}
+
+fn grid_nodes(cells: [usize; 3]) -> usize {
+    cells.iter().fold(1, |nodes: usize, n| nodes.saturating_mul(n.saturating_mul(2).saturating_add(1)))
+}
+
+/// The cells for an edge or, without, for the shortest edge that keeps to the number of nodes.
+fn finest(
+    longest: f64,
+    edge: Option<f64>,
+    cells: impl Fn(f64) -> [usize; 3],
+) -> Result<[usize; 3], FractureMeshError> {
+    let edge = edge.unwrap_or_else(|| {
+        let steps = (1..MOST_STEPS).map(|k| longest * STEP.powi(k));
+        steps.take_while(|edge| grid_nodes(cells(*edge)) <= NODES).last().unwrap_or(longest)
+    });
+    let cells = cells(edge);
+    check_nodes(grid_nodes(cells))?;
+    Ok(cells)
+}
+
+/// A grid in a box with rounded edges: boxes of all sizes about the middle are rounded alike.
+fn rounded_box(edges: DVec3, round: f64, cells: [usize; 3]) -> Result<TetMesh, TetMeshError> {
+    let mesh = block::block(edges, cells)?;
+    if round == 0.0 {
+        return Ok(mesh);
+    }
+    let half = 0.5 * edges;
+    let rounded = |x: &DVec3| {
+        let shell = (*x / half).abs().max_element();
+        if shell == 0.0 {
+            return DVec3::ZERO;
+        }
+        let on_box = *x / shell;
+        let kernel = (half - round).max(DVec3::ZERO);
+        let kernel = on_box.clamp(-kernel, kernel);
+        shell * (kernel + (on_box - kernel).clamp_length_max(round))
+    };
+    let points = mesh.nodes[..mesh.corners].iter().map(rounded).collect();
+    let elements: Vec<[u32; 4]> = mesh.elements.iter().map(|e| [e[0], e[1], e[2], e[3]]).collect();
+    TetMesh::straight(points, &elements)
+}
+
+/// The kernel, slabs on its faces, quarter cylinders on its edges and a ball in its corners.
+fn rounded_box_volume(edges: DVec3, round: f64) -> f64 {
+    let kernel = edges - 2.0 * round;
+    let faces = kernel.x * kernel.y + kernel.y * kernel.z + kernel.z * kernel.x;
+    kernel.element_product()
+        + 2.0 * round * faces
+        + PI * round.powi(2) * kernel.element_sum()
+        + 4.0 / 3.0 * PI * round.powi(3)
+}
+
+/// A grid on a thin wall, or a section filled with triangles and turned.
+fn turned_mesh(meridian: &Meridian, edge: Option<f64>) -> Result<TetMesh, FractureMeshError> {
+    if let Some(dish) = Dish::of(meridian) {
+        let sizes = DVec3::new(dish.width(), dish.width(), dish.thickness());
+        // Even, so that there is a node on the axis.
+        let even = |edge: f64| {
+            let [across, _, layers] = cells(sizes, edge);
+            [across + across % 2, across + across % 2, layers]
+        };
+        let [across, _, layers] = finest(sizes.x, edge, even)?;
+        return Ok(dish.mesh(across, layers)?);
+    }
+    let radius = meridian.bounding_radius();
+    let widest = meridian.pieces().iter().flat_map(|p| [p.point(0.0).x, p.point(0.5).x, p.point(1.0).x]);
+    let around = TAU * widest.fold(0.0, f64::max);
+    let of_edge = |edge: f64| -> Result<(SectionMesh, usize), FractureMeshError> {
+        // Walls have one element across, not longer than twice their thickness.
+        let section = SectionMesh::new(meridian, edge / SECTION_EDGE, SECTION_EDGE)
+            .ok_or(FractureMeshError::Section)?;
+        Ok((section, (around / edge).ceil().max(LEAST_SECTORS) as usize))
+    };
+    let nodes = |(section, sectors): &(SectionMesh, usize)| 2 * sectors * section.nodes.len();
+    let length: f64 = meridian.pieces().iter().map(|p| p.length(0.0, 1.0)).sum();
+    let made = match edge {
+        Some(edge) => {
+            check_nodes((around / edge * length / edge) as usize)?;
+            of_edge(edge)?
+        }
+        None => {
+            let mut made = of_edge(0.5 * radius)?;
+            for k in 1..MOST_STEPS {
+                let finer = of_edge(0.5 * radius * STEP.powi(k))?;
+                if nodes(&finer) > NODES {
+                    break;
+                }
+                made = finer;
+            }
+            made
+        }
+    };
+    check_nodes(nodes(&made))?;
+    let (section, sectors) = made;
+    let corners =
+        section.elements.iter().flat_map(|t| [t[0], t[1], t[2]]).max().map_or(0, |n| n as usize + 1);
+    let triangles: Vec<[u32; 3]> = section.elements.iter().map(|t| [t[0], t[1], t[2]]).collect();
+    Ok(axisymmetric::axisymmetric(&section.nodes[..corners], &triangles, sectors)?)
+}

@@ -1,0 +1,184 @@
+//! What the live engine takes of one core: `cargo bench --profile release -p clangor-core --bench live -- soak 600`.
+//!
+//! A thousand clicks a second, which come in bursts of up to fifty in a block, and fifty objects of a hundred modes that ring all
+//! the time, in blocks of 128 samples at 48 kHz for two ears. The time of each block is that of the thread, so that other
+//! programs do not count but for what they take of the caches.
+//!
+//! * `soak SECONDS`: so long of sound, objects at rest. Share of real time; the block that one in ten thousand exceeds, the longest.
+//! * `moving SECONDS`: the same while all objects and the ears move, and transfers follow.
+//! * `floor SECONDS`, `room SECONDS`: at rest over a rigid floor, and in a room with late reverberation.
+
+use std::sync::Arc;
+
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::material::Damping;
+use clangor_core::math::random::SplitMix;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::pose::Pose;
+use clangor_core::realtime::{Blow, EngineSettings, Event, SoundingObject, Struck, engine};
+use clangor_core::propagation::{Air, Room, WallAbsorption};
+use clangor_core::synthesis::listener::Floor;
+use clangor_core::synthesis::modal::{ModalSettings, ModalSource};
+use num_complex::Complex64;
+use rustix::time::{ClockId, clock_gettime};
+
+const BLOCK: usize = 128;
+const RATE: f64 = 48_000.0;
+const OBJECTS: usize = 50;
+const MODES: usize = 100;
+/// Clicks in a second, and in the largest burst.
+const CLICKS: f64 = 1000.0;
+const BURST: usize = 50;
+/// Blows on objects in a second.
+const BLOWS: f64 = 100.0;
+
+/// What this thread has had of the processor [s].
+fn thread_time() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// A hundred modes up to 18 kHz that ring for seconds, with transfers of the orders that their wavelengths have on 10 cm.
+fn source(random: &mut SplitMix) -> Arc<ModalSource> {
+    let radius = 0.1;
+    let corners = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|x| radius * x);
+    let middles = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| 0.5 * (corners[a] + corners[b]));
+    let nodes: Vec<DVec3> = corners.into_iter().chain(middles).collect();
+    let modes = (0..MODES).map(|i| {
+        let frequency = 300.0 + 177.0 * i as f64;
+        let order = (std::f64::consts::TAU * frequency * radius / 343.2) as usize + 2;
+        let coefficient = |_| Complex64::new(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0));
+        let coefficients: Vec<_> = (0..(order + 1).pow(2)).map(coefficient).collect();
+        let transfer = Some(ModalTransfer { order, coefficients });
+        ModalMode { frequency, mesh_error: 0.0, shape: vec![random.direction(); 6], transfer }
+    });
+    let model = ModalModel {
+        radius,
+        medium: Medium::AIR,
+        density: 2700.0,
+        max_frequency: 20_000.0,
+        modes: modes.collect(),
+        surface: ModalSurface { nodes, triangles: vec![[0, 1, 2, 3, 4, 5]] },
+    };
+    let settings = ModalSettings { radiation_damping: false, ..ModalSettings::default() };
+    Arc::new(ModalSource::new(Arc::new(model), &Damping::T60(4.0), &settings).expect("a good model"))
+}
+
+fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
+    let mut random = SplitMix::new(7);
+    let (mut controller, mut engine) = engine(settings).expect("good settings");
+    let places: Vec<DVec3> = (0..OBJECTS).map(|_| random.direction() * random.uniform(0.3, 2.0)).collect();
+    for slot in 0..OBJECTS {
+        let object = SoundingObject::new(None, Some(source(&mut random)), settings);
+        controller.put(slot, Some(object)).expect("room");
+    }
+    engine.render(BLOCK);
+    let blocks = (seconds * RATE / BLOCK as f64) as usize;
+    let mut times = Vec::with_capacity(blocks);
+    let (mut owed, mut owed_blows, mut next_burst, mut modes) = (0.0, 0.0, 1, 0);
+    for block in 0..blocks {
+        let time = engine.time();
+        owed += CLICKS * BLOCK as f64 / RATE;
+        owed_blows += BLOWS * BLOCK as f64 / RATE;
+        let mut send = |event| controller.send(event).expect("room in the ring");
+        // Clicks wait until as many as are to come at once are there.
+        if owed >= next_burst as f64 {
+            owed -= next_burst as f64;
+            for _ in 0..next_burst {
+                send(Event::Blow(Blow {
+                    struck: Struck::Sphere { radius: random.uniform(0.003, 0.03) },
+                    time: time + random.uniform(0.0, BLOCK as f64 / RATE),
+                    duration: random.uniform(30e-6, 200e-6),
+                    pose: Pose::at(2.0 * random.direction()),
+                    velocity_change: random.direction(),
+                    angular_velocity_change: DVec3::ZERO,
+                    point: DVec3::ZERO,
+                    impulse: DVec3::ZERO,
+                }));
+            }
+            // Mostly a few, sometimes fifty.
+            next_burst = (1.0 + BURST as f64 * random.uniform(0.0, 1.0).powi(4)) as usize;
+        }
+        while owed_blows >= 1.0 {
+            owed_blows -= 1.0;
+            let slot = (random.uniform(0.0, 1.0) * OBJECTS as f64) as usize;
+            send(Event::Blow(Blow {
+                struck: Struck::Object { slot },
+                time,
+                duration: random.uniform(30e-6, 500e-6),
+                pose: Pose::at(places[slot]),
+                velocity_change: DVec3::ZERO,
+                angular_velocity_change: DVec3::ZERO,
+                point: places[slot],
+                impulse: 0.01 * random.direction(),
+            }));
+        }
+        // Poses come as often as a picture is drawn; at rest once is enough.
+        if if moving { block % 6 == 0 } else { block == 0 } {
+            let turn = if moving { time } else { 0.0 };
+            for (slot, place) in places.iter().enumerate() {
+                let pose = Pose { position: *place, orientation: DQuat::from_rotation_y(3.0 * turn) };
+                let angular_velocity = if moving { 3.0 * DVec3::Y } else { DVec3::ZERO };
+                send(Event::Pose { slot, time, pose, velocity: DVec3::ZERO, angular_velocity });
+            }
+            let ear = DVec3::new(0.3 * turn.sin(), 0.2, 0.3 * turn.cos());
+            send(Event::Receivers([ear, ear + 0.17 * DVec3::X]));
+        }
+        let begin = thread_time();
+        engine.render(BLOCK);
+        times.push(thread_time() - begin);
+        modes += engine.report().modes as usize;
+    }
+    let period = BLOCK as f64 / RATE;
+    let mean = times.iter().sum::<f64>() / blocks as f64 / period;
+    times.sort_by(f64::total_cmp);
+    let at = |part: f64| 100.0 * times[((part * blocks as f64) as usize).min(blocks - 1)] / period;
+    let report = engine.report();
+    println!(
+        "{name}: {seconds} s, {:.1} % of real time; of a block's period 50 %: {:.1} %, 99 %: {:.1} %, 99.99 %: {:.1} %, \
+         longest {:.1} %; {:.0} modes on average, {} waves, shed {} (masked {}), late {}, objects faded {}",
+        100.0 * mean,
+        at(0.5),
+        at(0.99),
+        at(0.9999),
+        at(1.0),
+        modes as f64 / blocks as f64,
+        report.waves,
+        report.shed,
+        report.masked,
+        report.late,
+        report.shed_voices,
+    );
+}
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
+    let seconds = |name: &str| {
+        let at = words.iter().position(|word| word == name);
+        at.map(|at| words.get(at + 1).and_then(|word| word.parse().ok()).unwrap_or(20.0))
+            .or(words.is_empty().then_some(5.0))
+    };
+    let settings = EngineSettings::default();
+    let room = Room {
+        lowest: DVec3::splat(-3.0),
+        highest: DVec3::splat(3.0),
+        walls: [WallAbsorption::even(0.2); 6],
+        image_order: 1,
+        late: true,
+    };
+    let floor = EngineSettings { floor: Floor::Rigid { height: -2.5 }, ..settings.clone() };
+    let room = EngineSettings { room: Some(room), air: Some(Air::default()), ..settings.clone() };
+    let runs = [
+        ("soak", &settings, false),
+        ("moving", &settings, true),
+        ("floor", &floor, false),
+        ("room", &room, false),
+    ];
+    for (name, settings, moving) in runs {
+        if let Some(seconds) = seconds(name) {
+            soak(name, seconds, settings, moving);
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Reflections of sound in the walls of a box, as sources outside it: J. B. Allen and D. A. Berkley (1979), "Image method
+//! for efficiently simulating small-room acoustics".
+//!
+//! ```text
+//! x' = 2 n L + x,  or  2 n L − x        along each axis, from the lowest wall on, n = …, −1, 0, 1, …
+//! ```
+//!
+//! The image met the lowest wall |n|, the highest |n| times; the mirrored one |n − 1| and |n|. The source is mirrored as
+//! a whole, with its motion and its field: what it makes at a receiver, the source itself makes at the receiver mirrored
+//! the same way (\[HW\] §4). Exact for rigid walls; for others as far as their reflectance does not depend on the angle.
+
+use glam::DVec3;
+
+use crate::propagation::room::Room;
+
+/// One way from a source to a receiver by reflections.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageSource {
+    /// Whether each axis is mirrored.
+    pub mirrored: [bool; 3],
+    /// Where the origin of the world goes \[m\].
+    pub origin: DVec3,
+    /// How often each wall was met, in the order of the room's walls.
+    pub reflections: [u32; 6],
+}
+
+/// Every image with one to so many reflections as the room asks for, those with the fewest first.
+pub fn image_sources(room: &Room) -> Vec<ImageSource> {
+    let order = room.image_order;
+    let reach = order as i32;
+    let axis = |k: usize| {
+        let (low, length) = (room.lowest[k], room.extent()[k]);
+        (-reach..=reach).flat_map(move |n| {
+            [false, true].map(move |mirrored| {
+                // About the lowest wall x − low goes to 2nL ± (x − low).
+                let sign = if mirrored { -1.0 } else { 1.0 };
+                let origin = low + 2.0 * f64::from(n) * length - sign * low;
+                let lowest = (n - i32::from(mirrored)).unsigned_abs();
+                (mirrored, origin, [lowest, n.unsigned_abs()])
+            })
+        })
+    };
+    let mut images = Vec::new();
+    for (mirrored_x, x, across_x) in axis(0) {
+        for (mirrored_y, y, across_y) in axis(1) {
+            for (mirrored_z, z, across_z) in axis(2) {
+                let reflections = [across_x, across_y, across_z];
+                let image = ImageSource {
+                    mirrored: [mirrored_x, mirrored_y, mirrored_z],
+                    origin: DVec3::new(x, y, z),
+                    reflections: std::array::from_fn(|i| reflections[i / 2][i % 2]),
+                };
+                if (1..=order).contains(&image.order()) {
+                    images.push(image);
+                }
+            }
+        }
+    }
+    images.sort_by_key(ImageSource::order);
+    images
+}
+
+impl ImageSource {
+    /// Whether the lowest wall across y, the floor, was met.
+    pub fn met_floor(&self) -> bool {
+        self.reflections[2] > 0
+    }
+
+    /// How many reflections.
+    pub fn order(&self) -> u32 {
+        self.reflections.iter().sum()
+    }
+
+    /// A vector of the world as the image has it.
+    pub fn turned(&self, vector: DVec3) -> DVec3 {
+        let sign = |axis: usize| if self.mirrored[axis] { -1.0 } else { 1.0 };
+        vector * DVec3::new(sign(0), sign(1), sign(2))
+    }
+
+    /// 1, or −1 where left and right are exchanged.
+    pub fn handedness(&self) -> f64 {
+        self.turned(DVec3::ONE).element_product()
+    }
+
+    /// The image of a point [m, world].
+    pub fn image(&self, point: DVec3) -> DVec3 {
+        self.origin + self.turned(point)
+    }
+
+    /// The point [m, world] of which this is the image: a receiver as the source itself sees it.
+    pub fn unfolded(&self, image: DVec3) -> DVec3 {
+        self.turned(image - self.origin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::propagation::{PathLoss, WallAbsorption};
+
+    fn room(image_order: u32) -> Room {
+        Room {
+            lowest: DVec3::new(-1.0, 0.5, 2.0),
+            highest: DVec3::new(2.0, 3.0, 6.0),
+            walls: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6].map(WallAbsorption::even),
+            image_order,
+            late: false,
+        }
+    }
+
+    #[test]
+    fn images_are_as_many_as_the_octahedron_has_points() {
+        // 6, 18, 38, 66 with exactly 1, 2, 3, 4 reflections.
+        assert_eq!([0, 1, 2, 3, 4].map(|order| image_sources(&room(order)).len()), [0, 6, 24, 62, 128]);
+    }
+
+    #[test]
+    fn one_reflection_mirrors_in_its_wall() {
+        let room = room(1);
+        let point = DVec3::new(0.3, 1.0, 4.5);
+        for image in image_sources(&room) {
+            let wall = image.reflections.iter().position(|n| *n == 1).unwrap();
+            let plane = if wall.is_multiple_of(2) { room.lowest[wall / 2] } else { room.highest[wall / 2] };
+            let mut wanted = point;
+            wanted[wall / 2] = 2.0 * plane - wanted[wall / 2];
+            assert!(image.image(point).distance(wanted) < 1e-12, "{wall} {} {wanted}", image.image(point));
+            assert!(image.unfolded(image.image(point)).distance(point) < 1e-12);
+            let share = 0.1 * (wall + 1) as f64;
+            let loss = PathLoss::by(&image, &room, None);
+            assert!((loss.gain(loss.at(1000.0), 3.0) - (1.0 - share).sqrt()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn images_are_what_repeated_mirrors_make() {
+        // Every sequence of up to three mirrors that changes the place is an image, with those walls.
+        let room = room(3);
+        let point = DVec3::new(0.3, 1.0, 4.5);
+        let images = image_sources(&room);
+        let mirror = |p: DVec3, wall: usize| {
+            let mut q = p;
+            q[wall / 2] =
+                2.0 * if wall.is_multiple_of(2) { room.lowest } else { room.highest }[wall / 2] - p[wall / 2];
+            q
+        };
+        let mut found = vec![false; images.len()];
+        let mut sequences: Vec<(DVec3, Vec<usize>)> = vec![(point, Vec::new())];
+        for _ in 0..3 {
+            sequences = sequences
+                .into_iter()
+                .flat_map(|(p, walls)| (0..6).map(move |w| (p, [&walls[..], &[w]].concat())))
+                // The same wall twice in a row leads back.
+                .filter(|(_, walls)| walls.len() < 2 || walls[walls.len() - 1] != walls[walls.len() - 2])
+                .map(|(p, walls)| (mirror(p, walls[walls.len() - 1]), walls))
+                .collect();
+            for (place, walls) in &sequences {
+                let same = |image: &ImageSource| image.image(point).distance(*place) < 1e-9;
+                // What leads back through another wall between is none of its own: x, y, x is y.
+                if let Some(at) = images.iter().position(same) {
+                    found[at] |= images[at].order() as usize == walls.len();
+                }
+            }
+        }
+        assert!(found.iter().all(|f| *f));
+    }
+}

@@ -1,0 +1,169 @@
+//! A published model as bytes: the signals of [`PublishedModel`] with the solid that
+//! they are of and where they come from; docs/format/model.md describes it.
+//!
+//! It is a file of its own kind beside the [sound model](crate::sound_model::files::model_file): what render plays by default is that one.
+
+use serde::{Deserialize, Serialize};
+
+use crate::sound_model::files::model_file::{Origin, Solid, SolidDescription, check_origin};
+use crate::reference::pan_representation::directions::Directions;
+use crate::reference::pan_representation::signals::{Signals, SparseCoefficients};
+use crate::reference::pan_representation::{PublishedField, PublishedModel};
+use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter};
+
+/// Version of the format.
+pub const VERSION: u32 = 1;
+/// What the description calls the file.
+pub const KIND: &str = "published sound model";
+
+/// Most fields, of as many pulses.
+const MOST_FIELDS: usize = 16;
+
+/// A published model with its origin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PublishedFile {
+    /// The signals.
+    pub model: PublishedModel,
+    /// What they are of.
+    pub solid: Solid,
+    /// How the field that they stand for was baked, and how good it is.
+    pub origin: Origin,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Description {
+    kind: String,
+    version: u32,
+    units: String,
+    radius_m: f64,
+    fields: Vec<FieldDescription>,
+    solid: SolidDescription,
+    origin: Origin,
+}
+
+#[derive(Serialize, Deserialize)]
+struct FieldDescription {
+    pulse: f64,
+    step: f64,
+    start: f64,
+    length: usize,
+    terms: usize,
+    directions: DirectionsDescription,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum DirectionsDescription {
+    Angles { rows: usize, columns: usize },
+    Octant { divisions: usize },
+}
+
+const UNITS: &str = "lengths over the bounding radius R = radius_m about the centre of mass, times over R/c, pressures over \
+(density R) for accelerations (a, R alpha); solid.* in metres; no material and no medium is in it";
+
+/// Most divisions of an angle or an edge.
+const MOST_DIVISIONS: usize = 4096;
+
+impl PublishedFile {
+    /// The bytes of the file. The same model gives the same bytes.
+    ///
+    /// # Errors
+    /// [`TensorFileError`] for a model that [`decode`](Self::decode) would refuse.
+    pub fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
+        let PublishedFile { model, solid, origin } = self;
+        solid.check(model.radius())?;
+        check_origin(origin)?;
+        let mut file = TensorWriter::default();
+        for (index, field) in model.fields().iter().enumerate() {
+            let name = |what: &str| format!("published.{index}.{what}");
+            match &field.signals {
+                Signals::Samples(samples) => {
+                    file.add(&name("samples"), &[samples.len()], samples.iter().copied());
+                }
+                Signals::Wavelets(sparse) => {
+                    file.add(&name("first"), &[sparse.first.len()], sparse.first.iter().copied());
+                    file.add(&name("places"), &[sparse.places.len()], sparse.places.iter().copied());
+                    file.add(&name("values"), &[sparse.values.len()], sparse.values.iter().copied());
+                }
+            }
+        }
+        let fields = model.fields().iter().map(|field| FieldDescription {
+            pulse: field.pulse,
+            step: field.step,
+            start: field.start,
+            length: field.length,
+            terms: field.terms,
+            directions: match field.directions {
+                Directions::Angles { rows, columns } => DirectionsDescription::Angles { rows, columns },
+                Directions::Octant { divisions } => DirectionsDescription::Octant { divisions },
+            },
+        });
+        let description = Description {
+            kind: KIND.into(),
+            version: VERSION,
+            units: UNITS.into(),
+            radius_m: model.radius(),
+            fields: fields.collect(),
+            solid: solid.put(&mut file),
+            origin: origin.clone(),
+        };
+        file.finish(&description)
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`TensorFileError`] for anything that [`encode`](Self::encode) does not write.
+    pub fn decode(bytes: &[u8]) -> Result<Self, TensorFileError> {
+        let file = TensorReader::open(bytes, KIND, VERSION)?;
+        let Description { radius_m, fields, solid, origin, .. } = file.describe()?;
+        if fields.len() > MOST_FIELDS {
+            return Err(TensorFileError::value(
+                "the description",
+                format!("has more than {MOST_FIELDS} fields"),
+            ));
+        }
+        let fields = fields
+            .into_iter()
+            .enumerate()
+            .map(|(index, field)| read_field(&file, index, field))
+            .collect::<Result<_, _>>()?;
+        let model = PublishedModel::new(radius_m, fields)
+            .map_err(|e| TensorFileError::value("the model", format!("cannot be played: {e}")))?;
+        let solid = Solid::take(&file, solid)?;
+        solid.check(model.radius())?;
+        check_origin(&origin)?;
+        Ok(PublishedFile { model, solid, origin })
+    }
+}
+
+fn read_field(
+    file: &TensorReader<'_>,
+    index: usize,
+    field: FieldDescription,
+) -> Result<PublishedField, TensorFileError> {
+    let FieldDescription { pulse, step, start, length, terms, directions } = field;
+    let directions = match directions {
+        DirectionsDescription::Angles { rows, columns } => Directions::Angles { rows, columns },
+        DirectionsDescription::Octant { divisions } => Directions::Octant { divisions },
+    };
+    let few = match directions {
+        Directions::Angles { rows, columns } => rows.max(columns) <= MOST_DIVISIONS,
+        Directions::Octant { divisions } => divisions <= MOST_DIVISIONS,
+    };
+    // Products of these must not overflow.
+    if !few || length > 1 << 24 || terms > 64 {
+        return Err(TensorFileError::value(format!("field {index}"), "is larger than any that is written"));
+    }
+    let name = |what: &str| format!("published.{index}.{what}");
+    let signals = if file.has(&name("samples")) {
+        Signals::Samples(file.rows(&name("samples"), &[])?.1)
+    } else {
+        Signals::Wavelets(SparseCoefficients {
+            first: file.rows(&name("first"), &[])?.1,
+            places: file.rows(&name("places"), &[])?.1,
+            values: file.rows(&name("values"), &[])?.1,
+        })
+    };
+    Ok(PublishedField { pulse, step, start, length, terms, directions, signals })
+}

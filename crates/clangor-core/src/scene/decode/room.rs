@@ -1,0 +1,68 @@
+//! The section `[room]`.
+
+use super::reader::{Decoder, Node, Quantity, Section};
+use crate::propagation::{OCTAVES, Room, RoomError, WallAbsorption};
+use crate::scene::diagnostic::Problem;
+
+pub(super) const ROOM_KEYS: &[&str] = &["lowest", "highest", "absorption", "images", "late"];
+/// Names of the walls, in their order, after that of all that are not named.
+pub(super) const WALL_KEYS: &[&str] = &["walls", "x_low", "x_high", "floor", "ceiling", "z_low", "z_high"];
+
+/// Images of so many reflections are not single echoes to any ear.
+const MOST_IMAGES: i64 = 8;
+
+pub(super) fn room(d: &mut Decoder<'_>, top: &Section<'_>) -> Option<Room> {
+    let section = top.get("room")?.section(d, ROOM_KEYS)?;
+    let mut corner = |key| match section.get(key) {
+        Some(node) => node.vector(d, "m"),
+        None => {
+            section.missing(d, key, "a corner of the room, such as [0, 0, 0], in m");
+            None
+        }
+    };
+    let (lowest, highest) = (corner("lowest"), corner("highest"));
+    let walls = match section.get("absorption") {
+        Some(node) => absorption(d, &node),
+        None => {
+            section.missing(d, "absorption", "the share of the energy that walls absorb, such as 0.1");
+            None
+        }
+    };
+    let image_order = section.integer(d, "images", 0, MOST_IMAGES).unwrap_or(2) as u32;
+    let late = section.boolean(d, "late").unwrap_or(true);
+    let room = Room { lowest: lowest?, highest: highest?, walls: walls?, image_order, late };
+    if let (Err(error @ RoomError::Empty { .. }), Some(node)) = (room.check(), section.get("highest")) {
+        d.error(node.place(d), Problem::Room(error));
+        return None;
+    }
+    Some(room)
+}
+
+fn absorption(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<[WallAbsorption; 6]> {
+    if node.peek_number().is_some() || node.is_array() {
+        return one_wall(d, node).map(|wall| [wall; 6]);
+    }
+    let section = node.section(d, WALL_KEYS)?;
+    let others = section.get(WALL_KEYS[0]).and_then(|node| one_wall(d, &node));
+    let mut walls = [None; 6];
+    for (wall, key) in walls.iter_mut().zip(&WALL_KEYS[1..]) {
+        *wall = match section.get(key) {
+            Some(node) => one_wall(d, &node),
+            None => others,
+        };
+        if !section.has(key) && !section.has(WALL_KEYS[0]) {
+            section.missing(d, key, "what it absorbs, or `walls` for all that are not named");
+        }
+    }
+    let [a, b, c, e, f, g] = walls;
+    Some([a?, b?, c?, e?, f?, g?])
+}
+
+/// One number for all octaves, or one for each.
+fn one_wall(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<WallAbsorption> {
+    let share = Quantity::between(0.0, 1.0, "");
+    match node.is_array() {
+        true => node.numbers::<{ OCTAVES.len() }>(d, share).map(WallAbsorption),
+        false => node.number(d, share).map(WallAbsorption::even),
+    }
+}

@@ -1,0 +1,452 @@
+//! What is wrong with a scene, where, and what to do about it.
+//!
+//! Every error and warning names the byte span, line, column and field path of what the user wrote. The problem is
+//! typed and carries its numbers; its `Display` says what is wrong and [`Problem::remedy`] what to write instead.
+
+use std::fmt;
+use std::ops::Range;
+
+use super::suggest::nearest;
+use crate::propagation::room::RoomError;
+use crate::shape::ShapeError;
+
+/// Where in a scene something stands. What does not come from a text, such as a listener of the command line, has line 0.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// Bytes of the text.
+    pub span: Range<usize>,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// Path of the field, such as `body[2].velocity`; empty for the whole file. Array elements count from 0.
+    pub field: String,
+}
+
+impl Place {
+    /// What places are sorted by: the order of the text.
+    pub(super) fn order(&self) -> (usize, String) {
+        (self.span.start, self.field.clone())
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.line, self.field.as_str()) {
+            (0, field) => write!(f, "{field}"),
+            (line, "") => write!(f, "{line}:{}", self.column),
+            (line, field) => write!(f, "{line}:{}: {field}", self.column),
+        }
+    }
+}
+
+/// An error in a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneError {
+    /// Where.
+    pub place: Place,
+    /// What.
+    pub problem: Problem,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}; {}", self.place, self.problem, self.problem.remedy())
+    }
+}
+
+/// All errors of a scene, in the order of the text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneErrors(pub Vec<SceneError>);
+
+impl fmt::Display for SceneErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.0.iter().enumerate() {
+            if index > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{error}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneErrors {}
+
+/// What is wrong.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Problem {
+    /// The text is not TOML.
+    #[error("not valid TOML: {message}")]
+    Syntax {
+        /// The parser's words.
+        message: String,
+    },
+    /// A key that means nothing here.
+    #[error("unknown key `{key}`")]
+    UnknownKey {
+        /// The key.
+        key: String,
+        /// The accepted key that looks most like it.
+        nearest: Option<String>,
+        /// Every key accepted here.
+        accepted: &'static [&'static str],
+    },
+    /// A key that must be there.
+    #[error("`{key}` is missing")]
+    Missing {
+        /// The key.
+        key: &'static str,
+        /// What it should be.
+        expected: String,
+    },
+    /// A value of the wrong type.
+    #[error("this is {found}")]
+    WrongType {
+        /// What it is.
+        found: &'static str,
+        /// What it should be.
+        expected: String,
+    },
+    /// An array of the wrong length.
+    #[error("this has {found} elements")]
+    WrongLength {
+        /// How many it has.
+        found: usize,
+        /// What it should be.
+        expected: String,
+    },
+    /// NaN or an infinity.
+    #[error("this is not a finite number")]
+    NotFinite {
+        /// What it should be.
+        expected: String,
+    },
+    /// A number outside its range.
+    #[error("{} is out of range", readable(*value))]
+    OutOfRange {
+        /// The number.
+        value: f64,
+        /// What it should be.
+        expected: String,
+    },
+    /// A name that stands for nothing.
+    #[error("there is no {what} `{name}`")]
+    UnknownName {
+        /// What kind of name.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// The known name that looks most like it.
+        nearest: Option<String>,
+        /// Every known name.
+        known: Vec<String>,
+    },
+    /// A name used twice.
+    #[error("the name `{name}` is already taken on line {first_line}")]
+    DuplicateName {
+        /// The name.
+        name: String,
+        /// Where it was used first.
+        first_line: usize,
+    },
+    /// A name of no letters.
+    #[error("this name is empty")]
+    EmptyName,
+    /// A material named like a preset.
+    #[error("`{name}` is the name of a preset")]
+    PresetName {
+        /// The name.
+        name: String,
+    },
+    /// Two keys that exclude each other.
+    #[error("`{key}` cannot be combined with {other}")]
+    Conflict {
+        /// The key.
+        key: &'static str,
+        /// What excludes it.
+        other: &'static str,
+    },
+    /// A body that is to break, of a material whose strength or toughness is not known.
+    #[error("it cannot break: material \"{material}\" has no `{missing}`")]
+    CannotBreak {
+        /// The material.
+        material: String,
+        /// The number that it lacks.
+        missing: &'static str,
+    },
+    /// A key without its partner.
+    #[error("`{key}` means nothing without {other}")]
+    Needs {
+        /// The key.
+        key: &'static str,
+        /// What is missing.
+        other: &'static str,
+    },
+    /// A format version that this program does not know.
+    #[error("version {found} is not supported")]
+    UnsupportedVersion {
+        /// The version.
+        found: i64,
+    },
+    /// A shape that the library does not make.
+    #[error(transparent)]
+    Shape(ShapeError),
+    /// Geometry that its loader refuses.
+    #[error("`{reference}` cannot be used: {reason}")]
+    Geometry {
+        /// The shape or file.
+        reference: String,
+        /// Why.
+        reason: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// A direction of no length.
+    #[error("this vector has no direction")]
+    NoDirection {
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// Times of keyframes that do not increase.
+    #[error("keyframe times must increase, but {time} s follows {previous} s")]
+    UnorderedKeyframes {
+        /// Time of the offending key \[s\].
+        time: f64,
+        /// Time of the key before it \[s\].
+        previous: f64,
+    },
+    /// Frequencies of a table that do not ascend.
+    #[error("frequencies must ascend, but {frequency} Hz follows {previous} Hz")]
+    UnorderedFrequencies {
+        /// The offending frequency \[Hz\].
+        frequency: f64,
+        /// The one before it \[Hz\].
+        previous: f64,
+    },
+    /// A size that no scene means.
+    #[error("a bounding radius of {radius:.3e} m is absurd")]
+    AbsurdSize {
+        /// Bounding radius \[m\].
+        radius: f64,
+    },
+    /// Too many bodies.
+    #[error("the scene has {count} bodies")]
+    TooManyBodies {
+        /// How many.
+        count: u64,
+        /// How many there may be.
+        limit: u64,
+    },
+    /// Something as fast as sound.
+    #[error("{} m/s is not slower than sound ({sound_speed} m/s)", readable(*speed))]
+    Supersonic {
+        /// Speed \[m/s\].
+        speed: f64,
+        /// Speed of sound \[m/s\].
+        sound_speed: f64,
+    },
+    /// A listener inside a body.
+    #[error("the listener is inside the body `{body}` by {depth:.3e} m")]
+    ListenerInside {
+        /// The body.
+        body: String,
+        /// How deep \[m\].
+        depth: f64,
+    },
+    /// A listener under a reflecting floor.
+    #[error("the listener at height {height} m is below the rigid floor at {floor} m")]
+    ListenerBelowFloor {
+        /// Height of the listener \[m\].
+        height: f64,
+        /// Height of the floor \[m\].
+        floor: f64,
+    },
+    /// A listener outside the room.
+    #[error("the listener leaves the room")]
+    ListenerOutside,
+    /// A room that is none.
+    #[error(transparent)]
+    Room(RoomError),
+    /// Copies that do not fit in their region.
+    #[error("only {placed} of {count} copies fit in the region without touching")]
+    DoesNotFit {
+        /// How many were placed.
+        placed: usize,
+        /// How many were asked for.
+        count: usize,
+    },
+    /// A link to a body that cannot have it.
+    #[error("the body `{body}` {reason}")]
+    BadLink {
+        /// The body.
+        body: String,
+        /// Why it cannot.
+        reason: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+}
+
+impl Problem {
+    /// What the user should write instead.
+    pub fn remedy(&self) -> String {
+        match self {
+            Problem::Syntax { message } => syntax_remedy(message).into(),
+            Problem::UnknownKey { nearest, accepted, .. } => match nearest {
+                Some(nearest) => format!("did you mean `{nearest}`?"),
+                None => format!("delete it; accepted here: {}", accepted.join(", ")),
+            },
+            Problem::Missing { key, expected } => format!("add `{key}`: {expected}"),
+            Problem::WrongType { expected, .. }
+            | Problem::WrongLength { expected, .. }
+            | Problem::NotFinite { expected }
+            | Problem::OutOfRange { expected, .. } => format!("write {expected}"),
+            Problem::UnknownName { what, nearest, known, .. } => match nearest {
+                Some(nearest) => format!("did you mean `{nearest}`?"),
+                None if known.is_empty() => format!("define a {what} of that name"),
+                None => format!("known: {}", abridged(known)),
+            },
+            Problem::DuplicateName { .. } => "give each a name of its own".into(),
+            Problem::EmptyName => "write a name, or delete the key".into(),
+            Problem::PresetName { name } => {
+                format!("choose another name, and write base = \"{name}\" to start from the preset")
+            }
+            Problem::Conflict { key, other } => format!("keep either `{key}` or {other}"),
+            Problem::CannotBreak { material, missing } => {
+                format!("add `{missing}` to [material.{material}], or start it from a preset with `base`")
+            }
+            Problem::Needs { key, other } => format!("add {other}, or delete `{key}`"),
+            Problem::UnsupportedVersion { .. } => "write version = 1, or use a newer program".into(),
+            Problem::Shape(error) => shape_remedy(error),
+            Problem::Geometry { remedy, .. } => remedy.clone(),
+            Problem::NoDirection { expected } => format!("write {expected}"),
+            Problem::UnorderedKeyframes { .. } => {
+                "sort the keyframes by `time`, each later than the last".into()
+            }
+            Problem::UnorderedFrequencies { .. } => "sort the rows by frequency, each only once".into(),
+            Problem::AbsurdSize { radius } if *radius > 1.0 => {
+                "lengths are in metres; if the file is in millimetres, set scale = 0.001".into()
+            }
+            Problem::AbsurdSize { .. } => "lengths are in metres; correct the shape or its `scale`".into(),
+            Problem::TooManyBodies { limit, .. } => format!("use at most {limit}"),
+            Problem::Supersonic { .. } => "linear acoustics ends there: write a lower speed in m/s".into(),
+            Problem::ListenerInside { .. } => "move the listener outside, or the body away from it".into(),
+            Problem::ListenerBelowFloor { .. } => {
+                "raise the listener, lower `floor_height`, or set floor = \"none\"".into()
+            }
+            Problem::ListenerOutside => "move the listener into the room, or enlarge the room".into(),
+            Problem::Room(_) => "write the lower corner as `lowest`, the other as `highest`".into(),
+            Problem::DoesNotFit { .. } => "enlarge the region, or lower `count` or `scale`".into(),
+            Problem::BadLink { remedy, .. } => (*remedy).into(),
+        }
+    }
+}
+
+/// What to write instead of a bad shape.
+fn shape_remedy(error: &ShapeError) -> String {
+    match error {
+        ShapeError::UnknownName { name, known } => match nearest(name, known.split(", ")) {
+            Some(nearest) => format!("did you mean `{nearest}`?"),
+            None => "write one of these names".into(),
+        },
+        ShapeError::Sizes { example, .. } => format!("write sizes in metres, as in \"{example}\""),
+        ShapeError::Value { limit, .. } => format!("write a size in metres that is {limit}"),
+        ShapeError::Edge { .. } => "choose another edge length after @, or leave it out".into(),
+        ShapeError::Mesh(_) => "change the sizes of the shape".into(),
+    }
+}
+
+/// A remedy for the commonest slips of TOML.
+fn syntax_remedy(message: &str) -> &'static str {
+    if message.contains("duplicate") {
+        "keep one of the two, or write [[...]] for a list of tables"
+    } else if message.contains("string") || message.contains("quote") {
+        "put text between a pair of double quotes on one line"
+    } else if message.contains("key with no value") || message.contains("missing value") {
+        "write `key = value`"
+    } else if message.contains("array") {
+        "close the array with `]` and separate its elements with commas"
+    } else if message.contains("table") {
+        "close the table with `}`, or its header with `]`"
+    } else {
+        "correct the TOML here: one `key = value` a line, text in double quotes, comments after #"
+    }
+}
+
+/// A number without a train of zeros.
+pub(super) fn readable(value: f64) -> String {
+    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite();
+    if plain { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// The first names of a list.
+fn abridged(names: &[String]) -> String {
+    const SHOWN: usize = 20;
+    let shown = names.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ");
+    if names.len() > SHOWN { format!("{shown}, …") } else { shown }
+}
+
+/// Something that is allowed but probably not meant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneWarning {
+    /// Where.
+    pub place: Place,
+    /// What.
+    pub doubt: Doubt,
+}
+
+impl fmt::Display for SceneWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.doubt)
+    }
+}
+
+/// What is doubtful, and what to do if it was not meant.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Doubt {
+    /// A number outside what is usual.
+    #[error("{what} of {} {unit} is unusual (usually {usual}); check the unit", readable(*value))]
+    Unusual {
+        /// What the number is.
+        what: &'static str,
+        /// The number.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// What is usual.
+        usual: &'static str,
+    },
+    /// Nobody listens.
+    #[error("the scene has no listener, so nothing is heard; add a [[listener]]")]
+    NoListener,
+    /// Nothing can collide.
+    #[error("nothing moves, so the scene is silent; add a free body, gravity, a velocity or keyframes")]
+    NothingMoves,
+    /// A free body has nothing that it could ever hit.
+    #[error(
+        "there is one body and nothing that it could hit, so the scene is silent; add a [[plane]] or a body"
+    )]
+    NothingToHit,
+    /// A listener out of earshot.
+    #[error(
+        "the nearest body is {} m away, so next to nothing is heard; move the listener closer",
+        readable(distance.round())
+    )]
+    FarListener {
+        /// Distance to the nearest body \[m\].
+        distance: f64,
+    },
+    /// The sample rate loses audible sound.
+    #[error("this sample rate cuts the band at {nyquist} Hz; 48000 keeps all that can be heard")]
+    CutBand {
+        /// Half of the sample rate \[Hz\].
+        nyquist: f64,
+    },
+    /// A warning from whoever built or read the geometry.
+    #[error("{message}")]
+    Geometry {
+        /// Its words.
+        message: String,
+    },
+}

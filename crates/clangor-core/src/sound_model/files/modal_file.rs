@@ -1,0 +1,366 @@
+//! How a body rings, as bytes: a file of its own, or a part of a sound model; docs/format/model.md describes both.
+//!
+//! Unlike the click, ringing belongs to a material and a medium: other stiffness is other modes, and a transfer holds at
+//! the frequency of its mode alone. Damping is in neither: it may change without another bake.
+//!
+//! Frequencies are stored in 64 bits, shapes and transfers in 32: the 24 bits of a number are sharper than any mesh. What
+//! is computed is rounded alike ([`ModalPart::rounded`]), so that it sounds the same from the file, bit by bit.
+
+use glam::DVec3;
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+use crate::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
+use crate::sound_model::modal::surface::ModalSurface;
+use crate::sound_model::files::model_file::{RADII, Solid, SolidDescription, positive};
+use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
+use crate::medium::Medium;
+
+/// Version of the format of a file with nothing but ringing.
+pub const VERSION: u32 = 1;
+/// What the description calls such a file.
+pub const KIND: &str = "modal model";
+
+/// Highest n that a file may have.
+const HIGHEST_ORDER: usize = 255;
+/// How far outside the bounding sphere a node may be, over the radius.
+const OUTSIDE: f64 = 1e-6;
+
+/// How a body rings, and nothing else.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModalFile {
+    /// How it rings.
+    pub modal: ModalPart,
+    /// What it was baked from.
+    pub solid: Solid,
+}
+
+/// How a body rings, with its origin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModalPart {
+    /// The modes.
+    pub model: ModalModel,
+    /// How they were computed, and how good they are.
+    pub origin: ModalOrigin,
+}
+
+/// How modes and their sound were computed, and how good they are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModalOrigin {
+    /// Program and version.
+    pub program: String,
+    /// Hash of geometry, elasticity, medium and options.
+    pub inputs: String,
+    /// The material, as the person named it.
+    pub material: String,
+    /// Young's modulus \[Pa\].
+    #[serde(rename = "youngs_modulus_pa")]
+    pub youngs_modulus: f64,
+    /// Poisson's ratio \[-\].
+    pub poisson_ratio: f64,
+    /// Part of a frequency by which a finer mesh may change it, that was asked for.
+    pub asked_mesh_error: f64,
+    /// Level error of the transfers that was asked for.
+    pub asked_accuracy: f64,
+    /// The volume mesh, in words.
+    pub mesh: String,
+    /// Nodes of the volume mesh.
+    pub nodes: u64,
+    /// Largest ‖K u − ω² M u‖ / ‖ω² M u‖ \[-\].
+    pub residual: f64,
+    /// The lowest mode \[Hz\] of a body that has none below the highest frequency; absent of one that has.
+    #[serde(rename = "first_frequency_hz", default, skip_serializing_if = "Option::is_none")]
+    pub first_frequency: Option<f64>,
+    /// Solver of the transfers, in words; empty without transfers.
+    pub method: String,
+    /// What a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// The description of a file of its own.
+#[derive(Serialize, Deserialize)]
+struct Description {
+    kind: String,
+    version: u32,
+    units: String,
+    modal: ModalDescription,
+    solid: SolidDescription,
+}
+
+/// The description of the modal part of any file.
+#[derive(Serialize, Deserialize)]
+pub(super) struct ModalDescription {
+    radius_m: f64,
+    medium_density_kg_m3: f64,
+    sound_speed_m_s: f64,
+    density_kg_m3: f64,
+    max_frequency_hz: f64,
+    origin: ModalOrigin,
+}
+
+const UNITS: &str = "SI; shapes in kg^-1/2 (integral of density U^2 = 1), transfers in kg^-1/2: pressure over \
+(density of the medium, radius_m, modal acceleration), each wave made 1 on the sphere of radius_m about the centre of mass";
+
+impl ModalFile {
+    /// The bytes of the file. The same model gives the same bytes.
+    ///
+    /// # Errors
+    /// [`TensorFileError`] for a model that [`decode`](Self::decode) would refuse.
+    pub fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
+        self.check()?;
+        let mut file = TensorWriter::default();
+        let modal = self.modal.put(&mut file);
+        let solid = self.solid.put(&mut file);
+        file.finish(&Description { kind: KIND.into(), version: VERSION, units: UNITS.into(), modal, solid })
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`TensorFileError`] for anything that [`encode`](Self::encode) does not write.
+    pub fn decode(bytes: &[u8]) -> Result<Self, TensorFileError> {
+        let file = TensorReader::open(bytes, KIND, VERSION)?;
+        let Description { modal, solid, .. } = file.describe()?;
+        let model = ModalFile { modal: ModalPart::take(&file, modal)?, solid: Solid::take(&file, solid)? };
+        model.check()?;
+        Ok(model)
+    }
+
+    fn check(&self) -> Result<(), TensorFileError> {
+        self.modal.check()?;
+        self.solid.check(self.modal.model.radius)
+    }
+}
+
+impl ModalPart {
+    /// The same with shapes and transfers as a file keeps them.
+    #[must_use]
+    pub fn rounded(mut self) -> Self {
+        for mode in &mut self.model.modes {
+            round_shape(&mut mode.shape);
+            let transfer = mode.transfer.iter_mut().flat_map(|t| &mut t.coefficients);
+            transfer.for_each(|c| *c = Complex64::new(single(c.re), single(c.im)));
+        }
+        self
+    }
+
+    /// Adds the arrays to a file, and describes the rest.
+    pub(super) fn put(&self, file: &mut TensorWriter) -> ModalDescription {
+        let ModalModel { radius, medium, density, max_frequency, surface, modes } = &self.model;
+        let nodes = surface.nodes.len();
+        file.add("modal.nodes", &[nodes, 3], surface.nodes.iter().flat_map(|x| x.to_array()));
+        file.add(
+            "modal.triangles",
+            &[surface.triangles.len(), 6],
+            surface.triangles.iter().flatten().copied(),
+        );
+        file.add("modal.modes", &[modes.len(), 2], modes.iter().flat_map(|m| [m.frequency, m.mesh_error]));
+        file.add(
+            "modal.shapes",
+            &[modes.len(), nodes, 3],
+            modes.iter().flat_map(|m| &m.shape).flat_map(|u| u.to_array()).map(|u| u as f32),
+        );
+        let order = |m: &ModalMode| m.transfer.as_ref().map_or(-1, |t| t.order as i16);
+        file.add("modal.orders", &[modes.len()], modes.iter().map(order));
+        let transfers = || modes.iter().filter_map(|m| m.transfer.as_ref()).flat_map(|t| &t.coefficients);
+        let count = transfers().count();
+        file.add("modal.real", &[count], transfers().map(|c| c.re as f32));
+        file.add("modal.imaginary", &[count], transfers().map(|c| c.im as f32));
+        ModalDescription {
+            radius_m: *radius,
+            medium_density_kg_m3: medium.density,
+            sound_speed_m_s: medium.sound_speed,
+            density_kg_m3: *density,
+            max_frequency_hz: *max_frequency,
+            origin: self.origin.clone(),
+        }
+    }
+
+    /// Takes it out of a file.
+    pub(super) fn take(
+        file: &TensorReader<'_>,
+        modal: ModalDescription,
+    ) -> Result<ModalPart, TensorFileError> {
+        let (nodes, positions) = file.rows::<f64>("modal.nodes", &[3])?;
+        let (_, triangles) = file.rows::<u32>("modal.triangles", &[6])?;
+        let surface = ModalSurface {
+            nodes: positions.chunks_exact(3).map(DVec3::from_slice).collect(),
+            triangles: triangles.as_chunks::<6>().0.to_vec(),
+        };
+        let (count, numbers) = file.rows::<f64>("modal.modes", &[2])?;
+        let shapes = file.array::<f32>("modal.shapes", &[count, nodes, 3])?;
+        let orders = file.array::<i16>("modal.orders", &[count])?;
+        let (total, real) = file.rows::<f32>("modal.real", &[])?;
+        let imaginary = file.array::<f32>("modal.imaginary", &[total])?;
+        let transfers = take_transfers(&orders, &real, &imaginary)?;
+        let modes = numbers
+            .chunks_exact(2)
+            .zip(transfers)
+            .enumerate()
+            .map(|(at, (number, transfer))| ModalMode {
+                frequency: number[0],
+                mesh_error: number[1],
+                shape: shapes[3 * at * nodes..3 * (at + 1) * nodes]
+                    .chunks_exact(3)
+                    .map(|u| DVec3::new(u[0].into(), u[1].into(), u[2].into()))
+                    .collect(),
+                transfer,
+            })
+            .collect();
+        let model = ModalModel {
+            radius: modal.radius_m,
+            medium: Medium { density: modal.medium_density_kg_m3, sound_speed: modal.sound_speed_m_s },
+            density: modal.density_kg_m3,
+            max_frequency: modal.max_frequency_hz,
+            surface,
+            modes,
+        };
+        Ok(ModalPart { model, origin: modal.origin })
+    }
+
+    /// Refuses a model that could not be played.
+    pub(super) fn check(&self) -> Result<(), TensorFileError> {
+        let ModalModel { radius, medium, density, max_frequency, surface, modes } = &self.model;
+        if !RADII.contains(radius) {
+            return Err(TensorFileError::value(
+                "the bounding radius",
+                format!("is {radius:e} m, outside {:e} m to {:e} m", RADII.start(), RADII.end()),
+            ));
+        }
+        positive("the density of the medium", medium.density)?;
+        positive("the speed of sound", medium.sound_speed)?;
+        positive("the density of the body", *density)?;
+        positive("the highest frequency", *max_frequency)?;
+        positive("Young's modulus", self.origin.youngs_modulus)?;
+        if !(self.origin.poisson_ratio > -1.0 && self.origin.poisson_ratio < 0.5) {
+            return Err(TensorFileError::value(
+                "Poisson's ratio",
+                format!("is {}, not between -1 and 0.5", self.origin.poisson_ratio),
+            ));
+        }
+        // Without modes there is nothing to say where they are.
+        if !modes.is_empty() {
+            check_surface(surface, *radius)?;
+        }
+        let mut last = 0.0;
+        for (at, mode) in modes.iter().enumerate() {
+            let what = || format!("mode {at}");
+            positive(&what(), mode.frequency)?;
+            if mode.frequency < last {
+                return Err(TensorFileError::value(what(), "is below the one before it"));
+            }
+            last = mode.frequency;
+            // An error that nobody has estimated is not a number.
+            if mode.mesh_error < 0.0 || mode.mesh_error.is_infinite() {
+                return Err(TensorFileError::value(
+                    format!("the mesh error of mode {at}"),
+                    "is not a finite number from 0",
+                ));
+            }
+            check_shape(at, mode, surface.nodes.len())?;
+            mode.transfer.as_ref().map_or(Ok(()), |transfer| check_transfer(at, transfer))?;
+        }
+        Ok(())
+    }
+}
+
+/// Rounds a shape to 32 bits.
+pub fn round_shape(shape: &mut [DVec3]) {
+    shape.iter_mut().for_each(|u| *u = u.map(single));
+}
+
+/// Rounds to 32 bits.
+fn single(x: f64) -> f64 {
+    f64::from(x as f32)
+}
+
+/// The transfers of the modes, which lie one behind the other; −1 is the order of none.
+fn take_transfers(
+    orders: &[i16],
+    real: &[f32],
+    imaginary: &[f32],
+) -> Result<Vec<Option<ModalTransfer>>, TensorFileError> {
+    let mut numbers = real.iter().zip(imaginary).map(|(re, im)| Complex64::new((*re).into(), (*im).into()));
+    let mut transfers = Vec::with_capacity(orders.len());
+    let mut needed = 0;
+    for (at, order) in orders.iter().enumerate() {
+        let transfer = match usize::try_from(*order) {
+            Ok(order) if order <= HIGHEST_ORDER => {
+                let count = (order + 1) * (order + 1);
+                needed += count;
+                Some(ModalTransfer { order, coefficients: numbers.by_ref().take(count).collect() })
+            }
+            Err(_) if *order == -1 => None,
+            _ => {
+                return Err(TensorFileError::value(
+                    format!("the order of mode {at}"),
+                    format!("is {order}, not -1 to {HIGHEST_ORDER}"),
+                ));
+            }
+        };
+        transfers.push(transfer);
+    }
+    if needed != real.len() {
+        return Err(TensorFileError::Shape {
+            name: "modal.real".into(),
+            found: format!("of {} numbers", real.len()),
+            expected: format!("of {needed}"),
+        });
+    }
+    Ok(transfers)
+}
+
+fn check_surface(surface: &ModalSurface, radius: f64) -> Result<(), TensorFileError> {
+    let count = surface.nodes.len();
+    if surface.triangles.is_empty() {
+        return Err(TensorFileError::value("the array \"modal.triangles\"", "is empty"));
+    }
+    if let Some(at) = surface.triangles.iter().position(|t| t.iter().any(|i| *i as usize >= count)) {
+        return Err(TensorFileError::value(
+            format!("row {at} of the array \"modal.triangles\""),
+            format!("names a node that is not among the {count}"),
+        ));
+    }
+    let outside = |x: &DVec3| !x.is_finite() || x.length() > (1.0 + OUTSIDE) * radius;
+    match surface.nodes.iter().position(outside) {
+        Some(at) => Err(TensorFileError::value(
+            format!("row {at} of the array \"modal.nodes\""),
+            "is outside the bounding sphere",
+        )),
+        None => Ok(()),
+    }
+}
+
+fn check_shape(at: usize, mode: &ModalMode, nodes: usize) -> Result<(), TensorFileError> {
+    if mode.shape.len() != nodes {
+        return Err(TensorFileError::Shape {
+            name: "modal.shapes".into(),
+            found: format!("of {} nodes for mode {at}", mode.shape.len()),
+            expected: format!("of {nodes}"),
+        });
+    }
+    // In the precision of the file, in which a number may be too large.
+    match mode.shape.iter().position(|u| !u.as_vec3().is_finite()) {
+        Some(node) => {
+            Err(TensorFileError::value(format!("node {node} of the shape of mode {at}"), "is not finite"))
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_transfer(at: usize, transfer: &ModalTransfer) -> Result<(), TensorFileError> {
+    let count = (transfer.order + 1) * (transfer.order + 1);
+    if transfer.order > HIGHEST_ORDER || transfer.coefficients.len() != count {
+        return Err(TensorFileError::Shape {
+            name: "modal.real".into(),
+            found: format!(
+                "of {} numbers for mode {at} of order {}",
+                transfer.coefficients.len(),
+                transfer.order
+            ),
+            expected: format!("of {count}, of order {HIGHEST_ORDER} at most"),
+        });
+    }
+    let rounded: Vec<f32> = transfer.coefficients.iter().flat_map(|c| [c.re as f32, c.im as f32]).collect();
+    check_finite(&format!("modal.real or modal.imaginary of mode {at}"), &rounded)
+}

@@ -1,0 +1,213 @@
+//! Spectra of clicks that sound as a field.
+//!
+//! The pressure at the receiver, without e^{−s|x|}, is interpolated from the nodes of the field to the bins
+//! ([`field_interpolation`](super::field_interpolation)), and multiplied with the spectrum of the force and the delay.
+//!
+//! Above the highest frequency f_b of the field the interpolation is an extrapolation. It is faded out, by the same
+//! curve as the band limit of the output, between f_b and 6/5 f_b, or over 200 Hz where that is more. What the output
+//! would carry beyond is missing.
+
+use super::field_interpolation::{Interpolation, LEAST_WAVENUMBER};
+use super::lowpass;
+use super::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
+use crate::contact::ForceProfile;
+use crate::sound_model::acceleration::field::DEGREES;
+use crate::sound_model::acceleration::near_field::{FAR, NEAR};
+use crate::sound_model::acceleration::field_evaluator::{FieldScratch, GROUP, NodeGroup};
+use crate::synthesis::source::FieldSource;
+use glam::DVec3;
+use num_complex::Complex64;
+use pulp::Simd;
+use std::sync::Arc;
+
+/// Least half-width of the fade at the end of a field's band \[Hz\].
+const LEAST_FADE: f64 = 100.0;
+
+/// A field as it is heard at a point, per unit of force profile.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FieldTransfer {
+    /// The field and its size.
+    pub(super) source: Arc<FieldSource>,
+    /// z = (Δv, R Δω) [m/s] in the axes of the field.
+    pub(super) motion: [f64; DEGREES],
+    /// The receiver over R, in the axes of the field; outside the bounding sphere unless there is a near field.
+    pub(super) position: DVec3,
+    /// ρ R [kg/m²].
+    pub(super) scale: f64,
+    /// R/c \[s\].
+    pub(super) crossing: f64,
+    /// From the nodes to the bins of the block in which it is heard, if that is kept.
+    pub(super) table: Option<Arc<Interpolation>>,
+}
+
+/// Centre and half-width \[Hz\] of the fade at the end of a field's band that ends at this frequency \[Hz\].
+pub(super) fn fade(band_end: f64) -> (f64, f64) {
+    let half_width = (0.1 * band_end).max(LEAST_FADE);
+    (band_end + half_width, half_width)
+}
+
+/// Time \[s\] by which the fade blurs a click to both sides.
+pub(super) fn fade_reach(band_end: f64) -> f64 {
+    lowpass::REACH as f64 * lowpass::HALF_WIDTH / fade(band_end).1
+}
+
+/// Longest [`fade_reach`] \[s\].
+pub(super) const LONGEST_FADE_REACH: f64 = lowpass::REACH as f64 * lowpass::HALF_WIDTH / LEAST_FADE;
+
+/// Adds clicks that sound as fields to spectra; holds the memory that this takes.
+#[derive(Default)]
+pub(crate) struct FieldPlayer {
+    scratch: FieldScratch,
+    values: Vec<NodeGroup>,
+    /// Re(w_j v_j) and Re(w_j v_j conj s_j).
+    weighted: Vec<(f64, f64)>,
+    near: Vec<NodeGroup>,
+    /// What was added last.
+    last: Option<(Arc<FieldSource>, f64, Arc<Interpolation>)>,
+}
+
+impl FieldPlayer {
+    /// The values at the nodes: of the multipoles, of the boundary integral, or between the two.
+    #[inline(always)]
+    fn at_nodes(&mut self, transfer: &FieldTransfer) {
+        let FieldTransfer { source, motion, position, .. } = transfer;
+        let distance = position.length();
+        let near = source.near.as_deref().filter(|_| distance < FAR);
+        // 1 where the boundary integral speaks alone.
+        let share = near.map_or(0.0, |_| ((FAR - distance) / (FAR - NEAR)).min(1.0));
+        if share < 1.0 {
+            source.field.at_nodes(motion, *position, &mut self.scratch, &mut self.values);
+        }
+        if let Some(near) = near {
+            near.at_nodes(source.field.nodes(), motion, *position, &mut self.near);
+            if share == 1.0 {
+                self.values.clone_from(&self.near);
+                return;
+            }
+            for (value, near) in self.values.iter_mut().zip(&self.near) {
+                for lane in 0..GROUP {
+                    value.re[lane] += share * (near.re[lane] - value.re[lane]);
+                    value.im[lane] += share * (near.im[lane] - value.im[lane]);
+                }
+            }
+        }
+    }
+
+    /// Adds a wave, with times counted from `origin` \[s\].
+    #[inline(always)]
+    pub(super) fn add<S: Simd>(
+        &mut self,
+        simd: S,
+        spectrum: &mut Spectrum,
+        grid: &Grid,
+        wave: &Wave,
+        transfer: &FieldTransfer,
+        origin: f64,
+    ) {
+        let source = &transfer.source;
+        let field = &*source.field;
+        self.at_nodes(transfer);
+        self.weighted.clear();
+        for (j, node) in field.nodes().iter().enumerate() {
+            let (group, lane) = (j / GROUP, j % GROUP);
+            let value = Complex64::new(self.values[group].re[lane], self.values[group].im[lane]);
+            let weighted = node.weight * value * transfer.scale;
+            self.weighted.push((weighted.re, (weighted * node.s.conj()).re));
+        }
+        let table = match &transfer.table {
+            Some(table) => Arc::clone(table),
+            None => Arc::new(Interpolation::of(source, transfer.crossing, grid)),
+        };
+        let crossing = transfer.crossing;
+        let (_, _, table) = self.last.insert((Arc::clone(source), crossing, table));
+        add_interpolated(simd, spectrum, grid, wave, (&self.weighted, crossing), table, origin);
+    }
+
+    /// Estimate of the energy ∫ p² dt [Pa² s] that a click would have had above the band of its field.
+    ///
+    /// Far above, a rigid body's pressure follows its velocity, so that per acceleration it falls as 1/ω: so it is
+    /// continued from the mean square of the last tenth of the band, `spectrum` over that of the force.
+    pub(super) fn missing_energy(&self, grid: &Grid, spectrum: &Spectrum, wave: &Wave) -> f64 {
+        let Some((source, crossing, table)) = &self.last else { return 0.0 };
+        if table.gains.is_empty() {
+            return 0.0;
+        }
+        let band_end = source.max_frequency(source.radius / crossing);
+        let bin = |hz: f64| ((hz / grid.spacing_hz) as usize).min(grid.bins.saturating_sub(1));
+        let (first, last) = (bin(0.9 * band_end), bin(band_end));
+        let force = |k: usize| wave.profile.centred_spectrum(grid.omega[k], wave.duration).powi(2);
+        let (mut heard, mut pushed) = (0.0, 0.0);
+        for k in first..=last {
+            heard += spectrum.re[k].powi(2) + spectrum.im[k].powi(2);
+            pushed += force(k);
+        }
+        let ratio = if pushed > 0.0 { heard / pushed } else { 0.0 };
+        let beyond = (last + 1..grid.bins).map(|k| {
+            let missing = 1.0 - table.gains.get(k).map_or(0.0, |gain| gain * gain);
+            let fall = last.max(1) as f64 / k as f64;
+            missing * (fall * grid.gain(k)).powi(2) * force(k)
+        });
+        2.0 * grid.spacing_hz * ratio * beyond.sum::<f64>()
+    }
+}
+
+/// Adds what has these weighted values at the nodes.
+#[inline(always)]
+fn add_interpolated<S: Simd>(
+    simd: S,
+    spectrum: &mut Spectrum,
+    grid: &Grid,
+    wave: &Wave,
+    (weighted, crossing): (&[(f64, f64)], f64),
+    table: &Interpolation,
+    origin: f64,
+) {
+    let step = std::f64::consts::TAU * grid.spacing_hz;
+    let mut delay = Rotation::<LANES>::new(-step * (wave.middle - origin));
+    let mut half_angle = Rotation::<LANES>::new(0.5 * step * wave.duration);
+    let pole = std::f64::consts::PI / wave.duration;
+    let inverse_pole_square = 1.0 / (pole * pole);
+    // Where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, the formula that knows.
+    let singular = (pole / step).round();
+
+    let groups = grid.omega.as_chunks::<LANES>().0;
+    let out = spectrum.re.as_chunks_mut::<LANES>().0.iter_mut().zip(spectrum.im.as_chunks_mut::<LANES>().0);
+    for (group, ((omega, (re_out, im_out)), inverse)) in
+        groups.iter().zip(out).zip(&table.inverse).enumerate()
+    {
+        let (slope, level) = table.sums(simd, weighted, group);
+        let mut amplitude = [0.0; LANES];
+        match wave.profile {
+            ForceProfile::HalfSine => {
+                for lane in 0..LANES {
+                    let w = omega[lane];
+                    amplitude[lane] = half_angle.cos[lane] / (1.0 - w * w * inverse_pole_square);
+                }
+                let lane = singular - (group * LANES) as f64;
+                if lane >= 0.0 && lane < LANES as f64 {
+                    let lane = lane as usize;
+                    amplitude[lane] = wave.profile.centred_spectrum(omega[lane], wave.duration);
+                }
+            }
+            ForceProfile::Gaussian => {
+                for lane in 0..LANES {
+                    amplitude[lane] = wave.profile.centred_spectrum(omega[lane], wave.duration);
+                }
+            }
+        }
+        // Sums first, stores after: only then does the compiler see that the lanes are independent.
+        let (mut re_sum, mut im_sum) = (*re_out, *im_out);
+        for lane in 0..LANES {
+            let k = (omega[lane] * crossing).max(LEAST_WAVENUMBER);
+            let above_re = -k * slope.im[lane] - level.re[lane];
+            let above_im = k * slope.re[lane] - level.im[lane];
+            let turn_re = inverse.re[lane] * delay.cos[lane] - inverse.im[lane] * delay.sin[lane];
+            let turn_im = inverse.re[lane] * delay.sin[lane] + inverse.im[lane] * delay.cos[lane];
+            re_sum[lane] += amplitude[lane] * (above_re * turn_re - above_im * turn_im);
+            im_sum[lane] += amplitude[lane] * (above_re * turn_im + above_im * turn_re);
+        }
+        (*re_out, *im_out) = (re_sum, im_sum);
+        delay.advance();
+        half_angle.advance();
+    }
+}

@@ -1,0 +1,152 @@
+//! Spectra of blows on the ground, on the grid of a block.
+//!
+//! Amplitudes are smooth in log ω, and so on a parabola over a few bins, but for the lowest.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use glam::DVec3;
+use num_complex::Complex64;
+
+use super::direction::Direction;
+use super::source::{GroundSource, Heard};
+use crate::contact::ForceProfile;
+use crate::synthesis::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
+
+/// From this bin on amplitudes are on parabolas over [`LANES`] bins.
+const SMOOTH_FROM: usize = 8 * LANES;
+
+/// A ground struck at a point, as it is heard at another.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct GroundTransfer {
+    /// The ground.
+    pub(crate) source: Arc<GroundSource>,
+    /// Impulse into it [N s].
+    pub(crate) impulse: f64,
+    /// The listener, from the point that is struck, y up \[m\].
+    pub(crate) place: DVec3,
+}
+
+/// A number for each of the bins that advance together.
+type Lanes = [f64; LANES];
+
+/// Adds a blow, with times counted from `origin` \[s\]; `wave.middle` is that of the force, before any delay.
+#[inline(always)]
+pub(crate) fn add(
+    spectrum: &mut Spectrum,
+    grid: &Grid,
+    wave: &Wave,
+    transfer: &GroundTransfer,
+    origin: f64,
+) {
+    let GroundTransfer { source, impulse, place } = transfer;
+    let (Some(heard), Some(last)) = (Heard::at(source, *place), grid.bins.checked_sub(1)) else { return };
+    if last == 0 {
+        return;
+    }
+    let direction = heard.kept_direction(source, grid.omega[1], grid.omega[last]);
+    let step = TAU * grid.spacing_hz;
+    let late = wave.middle - origin;
+    let mut turns: Vec<Rotation<LANES>> = direction
+        .trains
+        .iter()
+        .map(|train| Rotation::new(-step * (late + train.arrival * heard.delay)))
+        .collect();
+    let mut force = Force::new(wave, step);
+    let mut amplitudes = Amplitudes::new(&direction);
+    let scale = impulse * source.scale();
+    let omegas = grid.omega.as_chunks::<LANES>().0;
+    let re_out = spectrum.re.as_chunks_mut::<LANES>().0;
+    let im_out = spectrum.im.as_chunks_mut::<LANES>().0;
+    for (chunk, ((omega, re_out), im_out)) in omegas.iter().zip(re_out).zip(im_out).enumerate() {
+        amplitudes.fill(&direction, &omega.map(|w| w * heard.delay), chunk * LANES >= SMOOTH_FROM);
+        let (mut re, mut im): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
+        for ((a_re, a_im), turn) in amplitudes.now.iter().zip(&mut turns) {
+            for lane in 0..LANES {
+                re[lane] += a_re[lane] * turn.cos[lane] - a_im[lane] * turn.sin[lane];
+                im[lane] += a_re[lane] * turn.sin[lane] + a_im[lane] * turn.cos[lane];
+            }
+            turn.advance();
+        }
+        let force = force.next(omega);
+        for lane in 0..LANES {
+            let gain = scale * omega[lane] * omega[lane] * force[lane];
+            re_out[lane] += gain * re[lane];
+            im_out[lane] += gain * im[lane];
+        }
+    }
+}
+
+/// Amplitudes of all waves at the bins that advance together.
+struct Amplitudes {
+    now: Vec<(Lanes, Lanes)>,
+    /// At the first of the next bins, once they are on parabolas.
+    next: Vec<Complex64>,
+}
+
+impl Amplitudes {
+    fn new(direction: &Direction) -> Self {
+        Amplitudes { now: vec![([0.0; LANES], [0.0; LANES]); direction.trains.len()], next: Vec::new() }
+    }
+
+    /// Goes on to these x.
+    #[inline(always)]
+    fn fill(&mut self, direction: &Direction, x: &Lanes, smooth: bool) {
+        if !smooth {
+            for (lane, x) in x.iter().enumerate() {
+                for (own, amplitude) in self.now.iter_mut().zip(direction.amplitudes(*x)) {
+                    (own.0[lane], own.1[lane]) = (amplitude.re, amplitude.im);
+                }
+            }
+            return;
+        }
+        if self.next.is_empty() {
+            self.next.extend(direction.amplitudes(x[0]));
+        }
+        let beyond = x[0] + (x[1] - x[0]) * LANES as f64;
+        let ends = direction.amplitudes(x[LANES / 2]).zip(direction.amplitudes(beyond));
+        for ((own, next), (middle, end)) in self.now.iter_mut().zip(&mut self.next).zip(ends) {
+            let begin = std::mem::replace(next, end);
+            let (slope, bend) = (end - begin, 4.0 * middle - 2.0 * (begin + end));
+            for lane in 0..LANES {
+                let part = lane as f64 / LANES as f64;
+                let bent = part * (1.0 - part);
+                own.0[lane] = begin.re + slope.re * part + bend.re * bent;
+                own.1[lane] = begin.im + slope.im * part + bend.im * bent;
+            }
+        }
+    }
+}
+
+/// The spectrum of the force from the middle of the blow.
+struct Force {
+    profile: ForceProfile,
+    duration: f64,
+    half_angle: Rotation<LANES>,
+}
+
+impl Force {
+    fn new(wave: &Wave, step: f64) -> Self {
+        let half_angle = Rotation::new(0.5 * step * wave.duration);
+        Force { profile: wave.profile, duration: wave.duration, half_angle }
+    }
+
+    /// At the next bins.
+    #[inline(always)]
+    fn next(&mut self, omega: &Lanes) -> Lanes {
+        let exact = |omega: f64| self.profile.centred_spectrum(omega, self.duration);
+        if self.profile != ForceProfile::HalfSine {
+            return omega.map(exact);
+        }
+        let below = omega.map(|w| 1.0 - (w * self.duration / PI).powi(2));
+        let mut force: Lanes = std::array::from_fn(|lane| self.half_angle.cos[lane] / below[lane]);
+        // Near ω = π/τ it is 0/0.
+        for lane in 0..LANES {
+            if below[lane].abs() < 1e-3 {
+                force[lane] = exact(omega[lane]);
+            }
+        }
+        self.half_angle.advance();
+        force
+    }
+}

@@ -1,0 +1,281 @@
+//! Clicks as they happen: what a click will sound like is added at once to the samples to come.
+//!
+//! The same spectra as in [`renderer`](super::renderer), one inverse FFT for each wave, in blocks of 256 to 4096 samples. After
+//! [`LiveClicks::new`] nothing is allocated and nothing waits: a click takes microseconds, whatever came before.
+//!
+//! The low-pass looks ahead, and so a click is heard from [`LOOK_AHEAD`] samples before its wave on; what of it should already
+//! have been heard is lost. Whoever drives this delays all events by that and the length of a block.
+//!
+//! A wave may come by several ways, each of which loses something else ([`PathLoss`]), and go to several outputs at once.
+//!
+//! Differs from the offline renderer: a listener in the bounding sphere of a body hears the field on it; the ground and
+//! the published form of a field are not heard.
+
+mod live_field;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use pulp::{Arch, Simd, WithSimd};
+use realfft::num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner};
+
+pub use self::live_field::LiveField;
+use super::SynthesisError;
+use crate::synthesis::acceleration_pulse::Click;
+use super::field_spectrum::FieldPlayer;
+use crate::synthesis::received_wave::HeardWave;
+use super::lowpass::REACH;
+use super::renderer::{MIN_LENGTH, RenderSettings};
+use super::source::SoundSource;
+use super::spectrum::{Grid, Losses, Spectrum, Transfer};
+use crate::propagation::PathLoss;
+
+/// Samples by which a click is heard before its wave.
+pub const LOOK_AHEAD: usize = REACH;
+/// Longest block \[samples\]: longer clicks are refused.
+const LONGEST: usize = 4096;
+
+/// What became of the waves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LiveReport {
+    /// Waves that were added: one for each click, receiver and reflection.
+    pub waves: u64,
+    /// Waves of which the beginning came too late.
+    pub late: u64,
+    /// Waves that begin after all samples that are kept, from too far away.
+    pub distant: u64,
+    /// Waves of clicks with numbers that are not finite, or of sources that are not known.
+    pub refused: u64,
+    /// Waves of clicks with the receiver inside the body.
+    pub inside: u64,
+}
+
+/// See the module.
+pub struct LiveClicks {
+    settings: RenderSettings,
+    lengths: Vec<Length>,
+    fields: Vec<Option<LiveField>>,
+    coming: Vec<Coming>,
+    memory: Memory,
+    report: LiveReport,
+}
+
+/// What all blocks of one length share.
+struct Length {
+    grid: Grid,
+    /// What each way loses.
+    losses: Vec<Option<Losses>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
+}
+
+/// The samples to come at one output, in a circle.
+struct Coming {
+    samples: Vec<f64>,
+    /// Index of the next one to be taken.
+    next: i64,
+}
+
+#[derive(Default)]
+struct Memory {
+    spectrum: Spectrum,
+    /// Not used by spheres.
+    player: FieldPlayer,
+    bins: Vec<Complex<f64>>,
+    transform: Vec<Complex<f64>>,
+    samples: Vec<f64>,
+}
+
+/// The grids of all lengths of blocks.
+fn grids(settings: &RenderSettings) -> impl Iterator<Item = (usize, Grid)> + '_ {
+    let lengths = std::iter::successors(Some(MIN_LENGTH), |length| Some(2 * length));
+    let grid = |length| Grid::new(length, settings.sample_rate.as_f64(), settings.max_frequency);
+    lengths.take_while(|length| *length <= LONGEST).map(move |length| (length, grid(length)))
+}
+
+impl LiveClicks {
+    /// Silence at so many outputs from sample 0 on, for clicks of spheres and of up to so many fields. Each way loses what
+    /// its loss says. Samples of `seconds` to come are kept, which is also how long sound may be on its way.
+    ///
+    /// # Errors
+    /// A medium that carries no sound, a band limit of nothing.
+    pub fn new(
+        settings: &RenderSettings,
+        ways: &[PathLoss],
+        fields: usize,
+        outputs: usize,
+        seconds: f64,
+    ) -> Result<Self, SynthesisError> {
+        settings.check()?;
+        let mut planner = RealFftPlanner::new();
+        let lengths: Vec<Length> = grids(settings)
+            .map(|(length, grid)| {
+                let losses = ways.iter().map(|loss| Losses::on(&grid, *loss)).collect();
+                Length { grid, losses, inverse: planner.plan_fft_inverse(length) }
+            })
+            .collect();
+        let kept = ((seconds * settings.sample_rate.as_f64()) as usize + 2 * LONGEST).next_power_of_two();
+        let coming = (0..outputs).map(|_| Coming { samples: vec![0.0; kept], next: 0 }).collect();
+        let mut clicks = LiveClicks {
+            settings: *settings,
+            lengths,
+            fields: (0..fields).map(|_| None).collect(),
+            coming,
+            memory: Memory::default(),
+            report: LiveReport::default(),
+        };
+        clicks.warm();
+        Ok(clicks)
+    }
+
+    /// Lets all memory grow to what it will ever need.
+    fn warm(&mut self) {
+        for length in &self.lengths {
+            let memory = &mut self.memory;
+            memory.spectrum.clear(&length.grid);
+            memory.bins.resize(length.inverse.complex_len(), Complex::ZERO);
+            memory.transform.resize(length.inverse.get_scratch_len(), Complex::ZERO);
+            memory.samples.resize(length.inverse.len(), 0.0);
+        }
+    }
+
+    /// Puts a field in one of the places for fields, and returns what was there. A place that is none returns the field.
+    pub fn put_field(&mut self, place: usize, field: Option<LiveField>) -> Option<LiveField> {
+        match self.fields.get_mut(place) {
+            Some(held) => std::mem::replace(held, field),
+            None => field,
+        }
+    }
+
+    /// The first sample that hears a click from `towards` \[m\], the way from its centre to a receiver; `None` for one that
+    /// nobody hears, which is counted.
+    pub fn first_sample(&mut self, click: &Click, towards: DVec3) -> Option<i64> {
+        let is_ground = matches!(click.source, SoundSource::Ground { .. });
+        if click.check().is_err() || !towards.is_finite() || is_ground {
+            self.report.refused += 1;
+            return None;
+        }
+        if click.source.silent_at(click.orientation.inverse() * towards) {
+            self.report.inside += 1;
+            return None;
+        }
+        let heard =
+            self.settings.wave(click, towards).filter(|heard| self.samples_of(heard) <= LONGEST as f64);
+        if heard.is_none() {
+            self.report.refused += 1;
+        }
+        heard.map(|heard| self.sample_of(heard.from) - REACH as i64)
+    }
+
+    /// Samples that a wave takes, with what the band limit adds.
+    fn samples_of(&self, heard: &HeardWave) -> f64 {
+        (heard.until - heard.from) * self.settings.sample_rate.as_f64() + 2.0 * REACH as f64 + 1.0
+    }
+
+    fn sample_of(&self, time: f64) -> i64 {
+        ((time - self.settings.start) * self.settings.sample_rate.as_f64()).floor() as i64
+    }
+
+    /// Adds the wave of a click that runs `towards` a receiver \[m\] by a way, times a factor each, to some outputs. It must have a
+    /// [`first_sample`](Self::first_sample).
+    pub fn play(&mut self, click: &Click, towards: DVec3, way: usize, outputs: &[(usize, f64)]) {
+        let rate = self.settings.sample_rate.as_f64();
+        let heard = self.settings.wave(click, towards).map(|heard| (self.samples_of(&heard), heard));
+        let fits = |samples: f64| self.lengths.iter().position(|l| l.inverse.len() as f64 >= samples);
+        let Some((at, mut heard)) = heard.and_then(|(samples, heard)| Some((fits(samples)?, heard))) else {
+            self.report.refused += 1;
+            return;
+        };
+        let first = self.sample_of(heard.from);
+        let length = &self.lengths[at];
+        let Memory { spectrum, player, bins, transform, samples } = &mut self.memory;
+        let mut player = player;
+        if let Transfer::Field(transfer) = &mut heard.wave.transfer {
+            let known = self.fields.iter_mut().flatten().find(|field| field.is_of(&transfer.source));
+            let Some(field) = known else {
+                self.report.refused += 1;
+                return;
+            };
+            player = field.prepare(transfer, at);
+        }
+        let end = first + length.inverse.len() as i64;
+        let ends = |coming: &Coming| coming.next + coming.samples.len() as i64;
+        if outputs.iter().any(|(output, _)| end > ends(&self.coming[*output])) {
+            self.report.distant += 1;
+            return;
+        }
+        self.report.waves += 1;
+        self.report.late += u64::from(outputs.iter().any(|(output, _)| first < self.coming[*output].next));
+        let begin = first - REACH as i64;
+        let origin = self.settings.start + begin as f64 / rate;
+        Arch::new().dispatch(Playing {
+            grid: &length.grid,
+            losses: length.losses[way].as_ref(),
+            heard: &heard,
+            origin,
+            player,
+            spectrum,
+        });
+        let samples = &mut samples[..length.inverse.len()];
+        spectrum.transform(&length.grid, &*length.inverse, (bins, transform), samples);
+        for (output, factor) in outputs {
+            self.coming[*output].add(begin, *factor, samples);
+        }
+    }
+
+    /// Forgets all that is to come.
+    pub fn silence(&mut self) {
+        self.coming.iter_mut().for_each(|coming| coming.samples.fill(0.0));
+    }
+
+    /// Adds the next samples \[Pa\] of an output to `samples`, and forgets them.
+    pub fn take(&mut self, output: usize, samples: &mut [f64]) {
+        let coming = &mut self.coming[output];
+        let mask = coming.samples.len() - 1;
+        for sample in samples {
+            *sample += std::mem::take(&mut coming.samples[coming.next as usize & mask]);
+            coming.next += 1;
+        }
+    }
+
+    /// What became of the waves so far.
+    pub fn report(&self) -> LiveReport {
+        self.report
+    }
+}
+
+impl Coming {
+    /// Adds samples times a factor, of which the first has this index; what has been taken already is lost.
+    fn add(&mut self, first: i64, factor: f64, samples: &[f64]) {
+        let mask = self.samples.len() - 1;
+        let skip = (self.next - first).clamp(0, samples.len() as i64) as usize;
+        let start = (first + skip as i64) as usize;
+        for (k, sample) in samples[skip..].iter().enumerate() {
+            self.samples[(start + k) & mask] += factor * sample;
+        }
+    }
+}
+
+/// One copy of the loops for the widest vector instructions of this machine.
+struct Playing<'a> {
+    grid: &'a Grid,
+    losses: Option<&'a Losses>,
+    heard: &'a HeardWave,
+    origin: f64,
+    player: &'a mut FieldPlayer,
+    spectrum: &'a mut Spectrum,
+}
+
+impl WithSimd for Playing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Playing { grid, losses, heard, origin, player, spectrum } = self;
+        spectrum.clear(grid);
+        spectrum.add_wave(simd, grid, &heard.wave, origin, player);
+        if let Some(losses) = losses {
+            losses.apply(spectrum, heard.distance);
+        }
+    }
+}

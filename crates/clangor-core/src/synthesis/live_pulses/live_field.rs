@@ -1,0 +1,85 @@
+//! A field that is played live: with all that its clicks need in memory before the first comes.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+
+use super::{Playing, grids};
+use crate::body::BodyId;
+use crate::contact::ForceProfile;
+use crate::synthesis::acceleration_pulse::Click;
+use crate::synthesis::field_interpolation::Interpolation;
+use crate::synthesis::field_spectrum::{FieldPlayer, FieldTransfer};
+use crate::synthesis::renderer::RenderSettings;
+use crate::synthesis::source::{FieldSource, SoundSource};
+use crate::synthesis::spectrum::{Spectrum, Transfer};
+
+/// See the module.
+pub struct LiveField {
+    /// Without the field inside the bounding sphere, which takes too long.
+    source: Arc<FieldSource>,
+    /// From its nodes to the bins of each length.
+    tables: Vec<Arc<Interpolation>>,
+    player: FieldPlayer,
+}
+
+impl LiveField {
+    /// Prepares a field for clicks of these settings; takes milliseconds.
+    pub fn new(source: &FieldSource, settings: &RenderSettings) -> Self {
+        let mut source = source.clone();
+        source.near = None;
+        let crossing = source.radius / settings.medium.sound_speed;
+        let tables =
+            grids(settings).map(|(_, grid)| Arc::new(Interpolation::of(&source, crossing, &grid))).collect();
+        let mut field = LiveField { source: Arc::new(source), tables, player: FieldPlayer::default() };
+        field.warm(settings);
+        field
+    }
+
+    /// Lets the memory grow to what a click needs.
+    fn warm(&mut self, settings: &RenderSettings) {
+        let click = Click {
+            body: BodyId(0),
+            time: settings.start,
+            duration: 1e-4,
+            profile: ForceProfile::HalfSine,
+            centre: DVec3::ZERO,
+            orientation: DQuat::IDENTITY,
+            velocity_change: DVec3::X,
+            angular_velocity_change: DVec3::ZERO,
+            source: self.source(),
+        };
+        let mut spectrum = Spectrum::default();
+        for (place, (_, grid)) in grids(settings).enumerate() {
+            let Some(mut heard) = settings.wave(&click, DVec3::X * (2.0 * self.source.radius)) else {
+                return;
+            };
+            let Transfer::Field(transfer) = &mut heard.wave.transfer else { return };
+            let player = self.prepare(transfer, place);
+            pulp::Arch::new().dispatch(Playing {
+                grid: &grid,
+                losses: None,
+                heard: &heard,
+                origin: settings.start,
+                player,
+                spectrum: &mut spectrum,
+            });
+        }
+    }
+
+    /// What clicks name as their source.
+    pub fn source(&self) -> SoundSource {
+        SoundSource::Field(Arc::clone(&self.source))
+    }
+
+    /// Whether a click names it.
+    pub(super) fn is_of(&self, source: &Arc<FieldSource>) -> bool {
+        Arc::ptr_eq(&self.source, source)
+    }
+
+    /// Puts in place what is played on a block of the length at this place.
+    pub(super) fn prepare(&mut self, transfer: &mut FieldTransfer, length: usize) -> &mut FieldPlayer {
+        transfer.table = Some(Arc::clone(&self.tables[length]));
+        &mut self.player
+    }
+}

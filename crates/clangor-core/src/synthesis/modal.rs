@@ -1,0 +1,99 @@
+//! Ringing: the modes of bodies, driven by contact forces and heard at the receivers.
+//!
+//! ```text
+//! ImpactPulse ─► ModalVoice::push_pulses ─► Q = Σ U(x)·j g(t) ─► ModalBank: ẇ = λw + Q, A = c (λw + Q)
+//!                                           ─► Σ Re{H A} on the emission grid ─► delay r/c ─► samples \[Pa\]
+//! ```
+//!
+//! Each mode of a [`ModalModel`](crate::sound_model::modal::model::ModalModel) obeys q̈ + 2ξω q̇ + ω² q = Q and sounds as
+//! Re{H A}, with the transfer H = ρR × [`undelayed`](crate::sound_model::modal::model::ModalTransfer::undelayed) for the
+//! direction and distance of the receiver in the frame of the body, and A the complex modal acceleration ([`bank`]).
+//! Pressure follows acceleration, so a force at rest is silent. The sound leaves at t with the pose of that time and
+//! arrives at t + r/c, r the distance from the centre of mass: a moving body or receiver is heard with its Doppler
+//! shift. A rigid floor adds the mirrored source, as for clicks. The motion is slow against sound: factors
+//! 1 + O(v/c) in the level are left out. A receiver in the bounding sphere of the body hears what is on the sphere in its
+//! direction, also inside the body.
+//!
+//! # Use
+//!
+//! ```text
+//! let source = Arc::new(ModalSource::new(model, &body.material.damping, &modal_settings)?);   // once per model
+//! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?;     // per body and listener
+//! voice.push_pulses(&pulses)?;                 // any order, pulses of other bodies are passed over
+//! voice.push_stream(&forces, time_step)?;      // if wanted: contact::force_stream, for rolling and contact damping
+//! voice.push_ringing(&state)?;                 // of a piece: what it takes over from what it was part of
+//! let mut channels = vec![vec![0.0; count]; receivers];
+//! voice.render_block(first_sample, &mut channels)?;   // ADDS [Pa]; blocks ascend; sample 0 is RenderSettings::start
+//! ```
+//!
+//! Voices are independent of each other: render them on any threads and add up in a fixed order. The samples have the
+//! same bits for any lengths of blocks. [`ModalVoice::first_sample`] and [`ModalVoice::is_finished`] tell when there is
+//! nothing to add.
+//!
+//! Differs from \[FRAC\] eq. (8), |p| q, which depends on how the modes of a degenerate pair are chosen and is too loud
+//! under soft contacts; [`ModalPressure::PublishedMagnitude`] plays it.
+
+pub mod resonator_bank;
+mod delay;
+mod drive;
+pub mod modal_state_transfer;
+mod live_delay;
+mod live_trail;
+pub mod live_voice;
+pub mod source;
+pub mod transfer;
+pub mod voice;
+
+pub use resonator_bank::{ModalBank, Resonance};
+pub use modal_state_transfer::ModalState;
+pub use source::{ModalError, ModalSource, StrikeMemory};
+pub use transfer::{TransferEvaluator, TransferMemory, TransferOrder};
+pub use voice::ModalVoice;
+
+/// Whether a body rings, and with whose modes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RingingRule {
+    /// With its own, unless that takes too long; a piece of a broken body as the settings say.
+    #[default]
+    Auto,
+    /// With its own.
+    Own,
+    /// With those of an ellipsoid.
+    Proxy,
+    /// It does not.
+    Never,
+}
+
+/// How a vibrating mode becomes pressure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ModalPressure {
+    /// Re{H A}: the complex transfer of the modal acceleration.
+    #[default]
+    Acceleration,
+    /// \[FRAC\] eq. (8), |p| q with p the pressure per amplitude q, |p| = ω²|H|.
+    PublishedMagnitude,
+}
+
+/// How bodies ring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModalSettings {
+    /// How modes become pressure.
+    pub pressure: ModalPressure,
+    /// Orders of the transfers that are played.
+    pub orders: TransferOrder,
+    /// Whether what a mode radiates damps it, on top of its material.
+    pub radiation_damping: bool,
+    /// c [N s/m]: a touching point adds c (n·U)² to 2ξω of each mode; 0 for none.
+    pub contact_damping: f64,
+}
+
+impl Default for ModalSettings {
+    fn default() -> Self {
+        ModalSettings {
+            pressure: ModalPressure::default(),
+            orders: TransferOrder::default(),
+            radiation_damping: true,
+            contact_damping: 0.0,
+        }
+    }
+}

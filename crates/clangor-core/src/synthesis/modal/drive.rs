@@ -1,0 +1,274 @@
+//! Forces as resonators take them: band-limited, and exactly integrated over each sample.
+//!
+//! A resonator of pole λ that is driven by a force of the course g(t) steps over the interval from t_k to t_k + T by
+//!
+//! ```text
+//! w(t_k + T) = e^{λT} w(t_k) + b_k,   b_k = ∫ e^{λ(t_k + T − t)} g(t) dt
+//! ```
+//!
+//! A contact lasts about as long as a sample, so g is first limited to the band of the output by
+//! [`lowpass`], whose gain is 1 below it: what rings afterwards is unchanged, and nothing aliases. On an interval of
+//! middle t_m, with u from −1 to 1, a spectrum Ĝ(ω) and the Legendre polynomials P_l have
+//!
+//! ```text
+//! g(t_m + uT/2) = Σ_l γ_l P_l(u),   γ_l = (2l+1) (1/2π) ∫ Ĝ(ω) i^l j_l(ωT/2) e^{iωt_m} dω
+//! b_k = Σ_l γ_l φ_l,   φ_l = T e^{λT/2} (−1)^l i_l(λT/2)
+//! ```
+//!
+//! The γ_l are one inverse FFT each; φ_l belongs to the resonator. What the terms l ≥ [`TERMS`] would add has j_l of
+//! both frequencies in it, and is 1e-7 at the end of the band.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use num_complex::Complex64;
+use realfft::{ComplexToReal, RealFftPlanner};
+
+use crate::contact::ForceProfile;
+use crate::math::radial::regular;
+use crate::synthesis::lowpass::{self, REACH};
+
+/// Legendre polynomials on a sample.
+pub(super) const TERMS: usize = 6;
+
+/// The course of a force, from sample to sample.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Course {
+    /// g at the samples [1/s].
+    pub(super) values: Vec<f64>,
+    /// γ_l between each sample and the next [1/s].
+    pub(super) terms: Vec<[f64; TERMS]>,
+}
+
+/// φ_l of a pole, for a sample of T \[s\].
+pub(super) fn term_weights(pole: Complex64, sample_time: f64) -> [Complex64; TERMS] {
+    let half = 0.5 * sample_time * pole;
+    let mut bessel = Vec::with_capacity(TERMS);
+    // i_l(a) = a^l u_l(−a²), where j_l(z) = z^l u_l(z²).
+    regular(-half * half, TERMS - 1, &mut bessel);
+    let scale = sample_time * half.exp();
+    let mut power = Complex64::ONE;
+    std::array::from_fn(|l| {
+        let weight = scale * power * bessel[l];
+        power *= -half;
+        weight
+    })
+}
+
+/// Makes courses of forces for one sample rate and band.
+pub(super) struct Shaper {
+    rate: f64,
+    /// Half-amplitude frequency of the band limit \[Hz\], and half the width of its transition.
+    centre: f64,
+    half_width: f64,
+    planner: RealFftPlanner<f64>,
+    tables: BTreeMap<usize, Arc<Tables>>,
+    spectrum: Vec<Complex64>,
+    bins: Vec<Complex64>,
+    scratch: Vec<Complex64>,
+    time: Vec<f64>,
+}
+
+/// What all pulses of one length share.
+struct Tables {
+    inverse: Arc<dyn ComplexToReal<f64>>,
+    /// Gain of the band limit at the bins.
+    gains: Vec<f64>,
+    /// (2l+1) i^l j_l(ωT/2) e^{iωT/2} at the bins.
+    terms: [Vec<Complex64>; TERMS],
+}
+
+impl Shaper {
+    /// For a sample rate, the half-amplitude frequency of the band limit and half the width of its transition \[Hz\].
+    pub(super) fn new(rate: f64, centre: f64, half_width: f64) -> Self {
+        Shaper {
+            rate,
+            centre,
+            half_width,
+            planner: RealFftPlanner::new(),
+            tables: BTreeMap::new(),
+            spectrum: Vec::new(),
+            bins: Vec::new(),
+            scratch: Vec::new(),
+            time: Vec::new(),
+        }
+    }
+
+    /// Half the length of what the band limit makes of an impulse \[samples\].
+    pub(super) fn reach(&self) -> i64 {
+        (REACH as f64 * lowpass::HALF_WIDTH * self.rate / self.half_width).ceil() as i64
+    }
+
+    /// Keeps memory for pulses of up to so many samples, so that making their courses allocates nothing.
+    pub(super) fn reserve(&mut self, samples: usize) {
+        let lengths = std::iter::successors(Some(2), |length| Some(2 * length));
+        for length in lengths.take_while(|length| *length <= samples.next_power_of_two()) {
+            let tables = self.tables(length);
+            self.spectrum.reserve(tables.gains.len());
+            self.transformed(&tables, None);
+        }
+    }
+
+    /// The course of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; returns its
+    /// first sample.
+    pub(super) fn pulse(
+        &mut self,
+        profile: ForceProfile,
+        onset: f64,
+        duration: f64,
+        course: &mut Course,
+    ) -> i64 {
+        let extent = profile.extent(duration);
+        let middle = onset + 0.5 * duration * self.rate;
+        let from_middle = [extent.0, extent.1].map(|t| t - 0.5 * duration);
+        self.course(middle, from_middle, |omega| profile.centred_spectrum(omega, duration), course)
+    }
+
+    /// The course of an impulse of 1 at a time \[samples\], and its first sample.
+    pub(super) fn impulse(&mut self, at: f64) -> (i64, Course) {
+        let mut course = Course::default();
+        (self.course(at, [0.0, 0.0], |_| 1.0, &mut course), course)
+    }
+
+    /// The course of a force around a `middle` \[samples\], from which its spectrum is real, and which acts between two
+    /// times from there \[s\].
+    fn course(
+        &mut self,
+        middle: f64,
+        [begin, end]: [f64; 2],
+        spectrum: impl Fn(f64) -> f64,
+        course: &mut Course,
+    ) -> i64 {
+        let first = (middle + begin * self.rate).floor() as i64 - self.reach();
+        let last = (middle + end * self.rate).ceil() as i64 + self.reach();
+        let count = (last - first + 1) as usize;
+        let length = (count + 1).next_power_of_two();
+        let tables = self.tables(length);
+        let spacing = std::f64::consts::TAU * self.rate / length as f64;
+        let shift = (first as f64 - middle) / self.rate;
+        self.spectrum.clear();
+        let rotation = Complex64::cis(spacing * shift);
+        let mut turn = Complex64::ONE;
+        for (k, gain) in tables.gains.iter().enumerate() {
+            let amplitude = gain * spectrum(spacing * k as f64);
+            self.spectrum.push(amplitude * self.rate / length as f64 * turn);
+            turn *= rotation;
+        }
+        course.values.clear();
+        course.values.extend_from_slice(&self.transformed(&tables, None)[..count]);
+        course.terms.clear();
+        course.terms.resize(count, [0.0; TERMS]);
+        for (l, factors) in tables.terms.iter().enumerate() {
+            let column = self.transformed(&tables, Some(factors));
+            course.terms.iter_mut().zip(column).for_each(|(row, value)| row[l] = *value);
+        }
+        first
+    }
+
+    /// Inverse transform of the spectrum times factors.
+    fn transformed(&mut self, tables: &Tables, factors: Option<&Vec<Complex64>>) -> &[f64] {
+        let length = tables.inverse.len();
+        self.bins.clear();
+        match factors {
+            None => self.bins.extend_from_slice(&self.spectrum),
+            Some(factors) => self.bins.extend(self.spectrum.iter().zip(factors).map(|(x, f)| x * f)),
+        }
+        self.bins.resize(length / 2 + 1, Complex64::ZERO);
+        // A mean is real; rounding may have left something.
+        self.bins[0].im = 0.0;
+        self.scratch.resize(tables.inverse.get_scratch_len(), Complex64::ZERO);
+        self.time.resize(length, 0.0);
+        tables
+            .inverse
+            .process_with_scratch(&mut self.bins, &mut self.time, &mut self.scratch)
+            .expect("buffers of the plan's own lengths");
+        &self.time
+    }
+
+    fn tables(&mut self, length: usize) -> Arc<Tables> {
+        let (planner, spacing) = (&mut self.planner, self.rate / length as f64);
+        let make = || {
+            let gains = lowpass::transition(|k| (spacing * k as f64 - self.centre) / self.half_width);
+            let mut terms: [Vec<Complex64>; TERMS] = Default::default();
+            let mut bessel = Vec::new();
+            for k in 0..gains.len() {
+                let half = std::f64::consts::PI * k as f64 / length as f64;
+                regular(Complex64::new(half * half, 0.0), TERMS - 1, &mut bessel);
+                let mut power = Complex64::cis(half);
+                for (l, column) in terms.iter_mut().enumerate() {
+                    column.push((2 * l + 1) as f64 * bessel[l] * power);
+                    power *= Complex64::new(0.0, half);
+                }
+            }
+            Arc::new(Tables { inverse: planner.plan_fft_inverse(length), gains, terms })
+        };
+        Arc::clone(self.tables.entry(length).or_insert_with(make))
+    }
+}
+
+/// ∫ S(t) e^{−λt} dt of a pulse of unit impulse and duration τ \[s\], from its onset: what a resonator of pole λ has of it,
+/// reckoned back to the onset.
+///
+/// Half-sine: (1 + e^{−λτ}) / (2 (1 + (λτ/π)²)). The Gaussian has a closed form as well; its tails reach before the onset.
+pub(super) fn pulse_at_pole(profile: ForceProfile, pole: Complex64, duration: f64) -> Complex64 {
+    let x = pole * duration;
+    match profile {
+        ForceProfile::HalfSine => {
+            let below = 1.0 + (x / std::f64::consts::PI).powi(2);
+            if below.norm() < 1e-6 {
+                // λτ = ±iπ: numerator and denominator vanish together, and their slopes decide.
+                return -(-x).exp() * std::f64::consts::PI.powi(2) / (4.0 * x);
+            }
+            (1.0 + (-x).exp()) / (2.0 * below)
+        }
+        ForceProfile::Gaussian => (x * x / 24.0 - 0.5 * x).exp(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps a resonator through a course and compares what is left with the closed form at the pole.
+    fn residual(rate: f64, frequency: f64, duration: f64, profile: ForceProfile) -> f64 {
+        let onset = 7.3;
+        let mut course = Course::default();
+        let mut shaper = Shaper::new(rate, 0.45 * rate, rate / 30.0);
+        let first = shaper.pulse(profile, onset, duration, &mut course);
+        let pole = Complex64::new(-40.0, std::f64::consts::TAU * frequency);
+        let step = (pole / rate).exp();
+        let weights = term_weights(pole, 1.0 / rate);
+        let state = course.terms.iter().fold(Complex64::ZERO, |w, terms| {
+            step * w + terms.iter().zip(weights).map(|(g, phi)| g * phi).sum::<Complex64>()
+        });
+        let elapsed = (first as f64 + course.terms.len() as f64 - onset) / rate;
+        let exact = (pole * elapsed).exp() * pulse_at_pole(profile, pole, duration);
+        (state / exact - 1.0).norm()
+    }
+
+    #[test]
+    fn what_rings_after_a_pulse_is_its_transform_at_the_pole() {
+        for rate in [44_100.0, 48_000.0, 192_000.0] {
+            for part in [0.001, 0.02, 0.1, 0.25, 0.35, 0.41] {
+                for tau in [12e-6, 50e-6, 400e-6] {
+                    for profile in [ForceProfile::HalfSine, ForceProfile::Gaussian] {
+                        // Beyond its main lobe a pulse has nothing left to compare with.
+                        if part * rate * tau < 1.2 {
+                            let error = residual(rate, part * rate, tau, profile);
+                            assert!(error < 1e-6, "{rate} {part} {tau} {profile:?}: {error:e}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_transform_is_smooth_where_its_formula_is_singular() {
+        let tau = 5e-5;
+        let at = |f: f64| pulse_at_pole(ForceProfile::HalfSine, Complex64::new(0.0, f / tau), tau);
+        let pi = std::f64::consts::PI;
+        assert!((at(pi) - 0.5 * (at(pi - 1e-3) + at(pi + 1e-3))).norm() < 1e-6);
+        assert!((at(pi * (1.0 + 1e-7)) - at(pi)).norm() < 1e-6);
+    }
+}

@@ -1,0 +1,516 @@
+//! One ringing body as the receivers of a listener hear it.
+//!
+//! The modes run on the grid of the samples at which sound leaves the body, in blocks of about 4 ms. At each end of a
+//! block the place of every receiver in the frame of the body gives the transfers, which run on a straight line in
+//! between; where the direction turns fast for the highest order, a block has up to 32 parts. Modes that have
+//! died away cost nothing. What leaves is carried
+//! to the receiver by a delay that varies.
+//!
+//! A body that dies is no longer driven, and what leaves it fades within 1 ms after, as ½ (1 + cos): a step would click, and
+//! what it shook lives on in its pieces, in which it rises by the complement ([`handover`](crate::synthesis::modal::modal_state_transfer)): until then it is in
+//! a bank of its own. What has left it arrives as ever.
+
+mod stream;
+
+use std::cmp::Reverse;
+use std::sync::Arc;
+
+use glam::DVec3;
+use num_complex::Complex64;
+
+use self::stream::Stream;
+use crate::synthesis::modal::resonator_bank::ModalBank;
+use super::delay::{DelayLine, HALF_TAPS};
+use crate::synthesis::modal::modal_state_transfer::ModalState;
+use super::source::{ModalSource, StrikeMemory};
+use super::transfer::TransferMemory;
+use crate::body::{BodyId, Life};
+use crate::contact::{ForceProfile, ImpactPulse, PoseHistory, StreamPoint, StreamedForce};
+use crate::synthesis::listener::{Floor, Listener};
+use crate::synthesis::{RenderSettings, SynthesisError};
+
+/// Delays that are computed within a block.
+const DELAYS: i64 = 4;
+/// Parts of a block between which transfers are computed, at most.
+const MAX_PARTS: usize = 32;
+/// By how much order × direction may turn between two transfers [rad].
+const TURN: f64 = 0.25;
+
+/// Time in which the sound of a body ends after its death \[s\].
+pub const FADE: f64 = 1e-3;
+/// e-folds by which a mode that is taken over may be louder at the beginning of its block; others are over in no time.
+const MOST_GROWTH: f64 = 30.0;
+
+/// See the module.
+pub struct ModalVoice<'a> {
+    source: Arc<ModalSource>,
+    body: BodyId,
+    poses: &'a PoseHistory,
+    listener: &'a Listener,
+    settings: RenderSettings,
+    bank: ModalBank,
+    /// By first sample, the next one last.
+    forces: Vec<Force>,
+    stream: Option<Stream>,
+    handed: Option<Handed>,
+    paths: Vec<Path>,
+    /// What each path sends.
+    sent: Vec<Vec<f64>>,
+    /// When the body is born and dies \[samples\].
+    life: [f64; 2],
+    /// Samples of a block.
+    block: i64,
+    /// Whether anything has been sent.
+    begun: bool,
+    /// Sample from which on the next block is heard.
+    heard: i64,
+    /// What walls leave of each mode, and its attenuation in air [1/m]; empty where nothing is lost.
+    losses: Vec<(f64, f64)>,
+    memory: Memory,
+}
+
+/// A blow to come.
+#[derive(Clone, Debug, PartialEq)]
+struct Force {
+    /// When it is first felt \[samples\].
+    first: i64,
+    /// When it begins \[samples\].
+    onset: f64,
+    duration: f64,
+    profile: ForceProfile,
+    /// Places \[m\] and impulses [N s], frame of the body.
+    points: Vec<(DVec3, DVec3)>,
+}
+
+/// Vibration that is taken over.
+struct Handed {
+    /// What it is at the birth.
+    state: ModalState,
+    /// In which it rings until it has risen.
+    bank: Option<ModalBank>,
+    /// What each path sends of it.
+    sent: Vec<Vec<f64>>,
+}
+
+/// From the body to a receiver, directly or by the floor.
+#[derive(Clone, Debug, Default)]
+struct Path {
+    receiver: usize,
+    reflected: bool,
+    line: DelayLine,
+    /// Place of the receiver for which the transfers are [m, frame of the body]; `None` where it hears nothing.
+    place: Option<DVec3>,
+    /// Whether the transfers have been set since modes at rest woke.
+    set: bool,
+    /// Whether they have been set since the damping changed.
+    fresh: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Memory {
+    amplitudes: Vec<f64>,
+    striking: StrikeMemory,
+    transfers: Vec<Complex64>,
+    evaluation: TransferMemory,
+}
+
+/// The resonators of a body, at rest.
+fn new_bank(source: &ModalSource, paths: usize, settings: &RenderSettings) -> ModalBank {
+    let (low, high) = settings.band();
+    ModalBank::new(source.resonances(), paths, settings.sample_rate, 0.5 * (low + high), source.pressure())
+}
+
+/// The bank of a voice, and that of what it takes over.
+fn both<'b>(
+    bank: &'b mut ModalBank,
+    handed: &'b mut Option<Handed>,
+) -> impl Iterator<Item = &'b mut ModalBank> {
+    std::iter::once(bank).chain(handed.as_mut().and_then(|handed| handed.bank.as_mut()))
+}
+
+/// What is left of a sound that fades within `length` \[samples\], so many after it began to.
+fn faded(since: f64, length: f64) -> f64 {
+    0.5 * (1.0 + (std::f64::consts::PI * (since / length).clamp(0.0, 1.0)).cos())
+}
+
+impl<'a> ModalVoice<'a> {
+    /// A body at rest.
+    ///
+    /// # Errors
+    /// A listener without receivers.
+    pub fn new(
+        source: Arc<ModalSource>,
+        body: BodyId,
+        poses: &'a PoseHistory,
+        listener: &'a Listener,
+        settings: &RenderSettings,
+    ) -> Result<Self, SynthesisError> {
+        if listener.receivers.is_empty() {
+            return Err(SynthesisError::NoReceivers { listener: listener.name.clone() });
+        }
+        let ways: &[bool] = if settings.floor == Floor::None { &[false] } else { &[false, true] };
+        let paths: Vec<Path> = (0..listener.receivers.len())
+            .flat_map(|receiver| ways.iter().map(move |reflected| (receiver, *reflected)))
+            .map(|(receiver, reflected)| Path { receiver, reflected, ..Path::default() })
+            .collect();
+        let rate = settings.sample_rate.as_f64();
+        let bank = new_bank(&source, paths.len(), settings);
+        let Life { birth, death, .. } = poses.life(body);
+        let losses = match settings.loss.is_none() {
+            true => Vec::new(),
+            false => source.resonances().iter().map(|mode| settings.loss.at(mode.frequency)).collect(),
+        };
+        Ok(ModalVoice {
+            life: [birth, death].map(|time| (time - settings.start) * rate),
+            source,
+            body,
+            poses,
+            listener,
+            settings: *settings,
+            bank,
+            forces: Vec::new(),
+            stream: None,
+            handed: None,
+            sent: vec![Vec::new(); paths.len()],
+            paths,
+            block: DELAYS * (rate / 1000.0).round() as i64,
+            begun: false,
+            heard: i64::MIN,
+            losses,
+            memory: Memory::default(),
+        })
+    }
+
+    /// Takes the impacts that strike this body; others are passed over.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, impacts of a time that has been rendered.
+    pub fn push_pulses(&mut self, pulses: &[ImpactPulse]) -> Result<(), SynthesisError> {
+        let rate = self.settings.sample_rate.as_f64();
+        for pulse in pulses {
+            for points in pulse.points_on(self.body) {
+                let time = pulse.onset;
+                let bad = |what, value| SynthesisError::BadClick { what, value, body: self.body, time };
+                if !time.is_finite() {
+                    return Err(bad("the onset", time));
+                }
+                if !(pulse.duration > 0.0 && pulse.duration.is_finite()) {
+                    return Err(bad("the duration", pulse.duration));
+                }
+                if let Some((_, impulse)) = points.iter().find(|(x, j)| !x.is_finite() || !j.is_finite()) {
+                    return Err(bad("a point or an impulse", impulse.length()));
+                }
+                let onset = (time - self.settings.start) * rate;
+                let (duration, profile) = (pulse.duration, pulse.profile);
+                let first = ModalBank::first_sample(onset, duration, profile, self.settings.sample_rate);
+                if self.begun && first < self.bank.position() {
+                    return Err(SynthesisError::Late { body: self.body, time });
+                }
+                self.forces.push(Force { first, onset, duration, profile, points });
+            }
+        }
+        self.forces.sort_by_key(|force| Reverse(force.first));
+        Ok(())
+    }
+
+    /// Takes forces too gentle to be blows, limited to half the rate of their time step \[s\], and, if the source has
+    /// contact damping, damps while they last. Forces on other bodies are passed over.
+    ///
+    /// # Errors
+    /// A time step that is not positive, forces of a time that has been rendered, a second stream.
+    pub fn push_stream(&mut self, forces: &[StreamedForce], time_step: f64) -> Result<(), SynthesisError> {
+        let bad = |what, value, time| SynthesisError::BadClick { what, value, body: self.body, time };
+        if !(time_step > 0.0 && time_step.is_finite()) || self.stream.is_some() {
+            return Err(bad("the time step of a stream", time_step, self.settings.start));
+        }
+        for force in forces.iter().filter(|force| force.body == self.body) {
+            let StreamedForce { time, points, .. } = force;
+            let good = |point: &StreamPoint| {
+                point.place.is_finite() && point.impulse.is_finite() && point.normal.is_finite()
+            };
+            if !(time.is_finite() && points.iter().all(good)) {
+                return Err(bad("a force of the stream", *time, *time));
+            }
+        }
+        let own = forces.iter().filter(|force| force.body == self.body);
+        let stream = Stream::new(own, time_step, &self.settings);
+        if self.begun && stream.next().is_some_and(|first| first < self.bank.position()) {
+            return Err(SynthesisError::Late { body: self.body, time: self.settings.start });
+        }
+        self.stream = Some(stream);
+        Ok(())
+    }
+
+    /// Takes over what a piece vibrates with when it is born.
+    ///
+    /// # Errors
+    /// Another number of modes, numbers that are not finite, a time that has been rendered, a second time.
+    pub fn push_ringing(&mut self, state: &ModalState) -> Result<(), SynthesisError> {
+        let time = self.poses.life(self.body).birth;
+        let bad = |what, value| SynthesisError::BadClick { what, value, body: self.body, time };
+        if state.0.len() != self.source.resonances().len() || self.handed.is_some() {
+            return Err(bad("the number of modes that are taken over", state.0.len() as f64));
+        }
+        if let Some(w) = state.0.iter().find(|w| !w.is_finite()) {
+            return Err(bad("a vibration that is taken over", w.norm()));
+        }
+        if self.begun {
+            return Err(SynthesisError::Late { body: self.body, time });
+        }
+        self.handed =
+            Some(Handed { state: state.clone(), bank: None, sent: vec![Vec::new(); self.paths.len()] });
+        Ok(())
+    }
+
+    /// The first sample at which a force to come, or vibration that is not all there, is felt.
+    fn next_force(&self) -> Option<i64> {
+        let streamed = self.stream.as_ref().and_then(Stream::next);
+        let handed = self.handed.as_ref().map(|_| self.life[0].floor() as i64);
+        self.forces.last().map(|force| force.first).into_iter().chain(streamed).chain(handed).min()
+    }
+
+    /// A sample before which nothing is heard of the blows pushed so far; `None` if nothing is to come.
+    pub fn first_sample(&self) -> Option<i64> {
+        let first = if self.begun { self.bank.position() } else { self.next_force()? };
+        (!self.is_finished()).then_some(first - HALF_TAPS as i64)
+    }
+
+    /// Whether the rest is silence, unless more blows are pushed.
+    pub fn is_finished(&self) -> bool {
+        self.next_force().is_none()
+            && self.bank.is_silent()
+            && (!self.begun || self.sent.iter().flatten().all(|pressure| *pressure == 0.0))
+    }
+
+    /// Adds the pressure \[Pa\] of the samples from `first_sample` on to one channel per receiver, all of one length.
+    ///
+    /// # Errors
+    /// A receiver below the rigid floor.
+    pub fn render_block(
+        &mut self,
+        first_sample: i64,
+        channels: &mut [Vec<f64>],
+    ) -> Result<(), SynthesisError> {
+        let count = channels.iter().map(Vec::len).min().unwrap_or(0);
+        let last = first_sample + count as i64 - 1;
+        if count == 0 || self.is_finished() {
+            return Ok(());
+        }
+        if !self.begun {
+            // Nothing arrives before it leaves.
+            let Some(first) = self.next_force().filter(|first| *first <= last) else { return Ok(()) };
+            let start = first.div_euclid(self.block) * self.block;
+            self.begin(start)?;
+        }
+        while !self.paths.iter().all(|path| path.line.covers(last, self.bank.position())) {
+            self.send_block()?;
+        }
+        if first_sample != self.heard {
+            self.paths.iter_mut().for_each(|path| path.line.forget_place());
+        }
+        for (path, sent) in self.paths.iter_mut().zip(&mut self.sent) {
+            let channel = &mut channels[path.receiver][..count];
+            path.line.listen(sent, first_sample, channel);
+            path.line.trim(sent);
+        }
+        self.heard = first_sample + count as i64;
+        Ok(())
+    }
+
+    /// Sends from sample `start` on.
+    fn begin(&mut self, start: i64) -> Result<(), SynthesisError> {
+        self.begun = true;
+        self.bank.seek(start);
+        let spacing = self.block / DELAYS;
+        let first = start / spacing - 1;
+        for p in 0..self.paths.len() {
+            self.paths[p].line = DelayLine::new(start, spacing, first);
+            for i in first..first + 1 + 3 {
+                let delay = self.delay(p, i * spacing)?;
+                self.paths[p].line.push_delay(delay);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends one block.
+    fn send_block(&mut self) -> Result<(), SynthesisError> {
+        let start = self.bank.position();
+        let end = start + self.block;
+        while let Some(force) = self.forces.pop_if(|force| force.first < end) {
+            let Memory { amplitudes, striking, .. } = &mut self.memory;
+            self.source.amplitudes(&force.points, striking, amplitudes);
+            self.bank.add_pulse(force.profile, force.onset, force.duration, &self.memory.amplitudes);
+        }
+        if let Some(stream) = &mut self.stream
+            && stream.take(end, self.block, &self.source, &mut self.bank)
+        {
+            // How a mode is heard depends on its pole.
+            self.paths.iter_mut().for_each(|path| path.fresh = false);
+        }
+        self.begin_handed(start, end);
+        if self.bank.take_woken() {
+            // What is at rest has no transfers.
+            self.paths.iter_mut().for_each(|path| path.set = false);
+        }
+        let spacing = self.block / DELAYS;
+        for p in 0..self.paths.len() {
+            for i in 1..=DELAYS {
+                // Two ahead of the block, for the slopes at its end.
+                let delay = self.delay(p, start + (i + 2) * spacing)?;
+                self.paths[p].line.push_delay(delay);
+            }
+        }
+        let rising = self.handed.as_ref().is_some_and(|handed| handed.bank.is_some());
+        if self.bank.is_silent() && !rising {
+            for sent in &mut self.sent {
+                sent.resize(sent.len() + self.block as usize, 0.0);
+            }
+            self.bank.seek(end);
+            return Ok(());
+        }
+        self.set_transfers(start)?;
+        let parts = self.parts(end)?;
+        for part in 1..=parts {
+            let next = start + self.block * part as i64 / parts as i64;
+            self.set_transfers(next)?;
+            let count = (next - self.bank.position()) as usize;
+            self.bank.render(count, &mut self.sent);
+            if let Some(Handed { bank: Some(bank), sent, .. }) = &mut self.handed {
+                bank.render(count, sent);
+            }
+        }
+        self.raise(start, end);
+        self.fade(start, end);
+        Ok(())
+    }
+
+    /// Lets what is taken over ring if it is felt before `end`.
+    fn begin_handed(&mut self, start: i64, end: i64) {
+        let Some(handed) = &mut self.handed else { return };
+        if handed.bank.is_some() || self.life[0] >= end as f64 {
+            return;
+        }
+        let mut bank = new_bank(&self.source, self.paths.len(), &self.settings);
+        bank.seek(start);
+        // As if it had rung from the beginning of the block: what was before the birth is not heard.
+        let since = (start as f64 - self.life[0]) / self.settings.sample_rate.as_f64();
+        let begun = handed.state.later_within(&self.source, since, MOST_GROWTH);
+        bank.add_ringing(|mode| begun.0[mode]);
+        handed.bank = Some(bank);
+        self.paths.iter_mut().for_each(|path| path.set = false);
+    }
+
+    /// Adds what is taken over to what was sent from `start` to `end`, and to the bank once it has risen.
+    fn raise(&mut self, start: i64, end: i64) {
+        let Some(Handed { bank: Some(bank), sent: handed, .. }) = &mut self.handed else { return };
+        let length = FADE * self.settings.sample_rate.as_f64();
+        let birth = self.life[0];
+        for (sent, handed) in self.sent.iter_mut().zip(handed) {
+            let first = sent.len() - (end - start) as usize;
+            for ((pressure, own), sample) in sent[first..].iter_mut().zip(handed.drain(..)).zip(start..) {
+                *pressure += own * (1.0 - faded(sample as f64 - birth, length));
+            }
+        }
+        if end as f64 >= birth + length {
+            self.bank.take_over(bank);
+            self.handed = None;
+        }
+    }
+
+    /// Fades what was sent from `start` to `end` if the body is dead by then, and ends it once that is over.
+    fn fade(&mut self, start: i64, end: i64) {
+        let length = FADE * self.settings.sample_rate.as_f64();
+        let death = self.life[1];
+        if (end as f64) <= death {
+            return;
+        }
+        let gain = |sample: i64| faded(sample as f64 - death, length);
+        for sent in &mut self.sent {
+            let first = sent.len() - (end - start) as usize;
+            sent[first..].iter_mut().zip(start..).for_each(|(pressure, sample)| *pressure *= gain(sample));
+        }
+        if end as f64 >= death + length {
+            self.bank.silence();
+            self.forces.clear();
+            self.stream = None;
+            self.handed = None;
+        }
+    }
+
+    /// Into how many parts a block that ends at `end` is to be divided.
+    fn parts(&mut self, end: i64) -> Result<usize, SynthesisError> {
+        let mut largest: f64 = 0.0;
+        for p in 0..self.paths.len() {
+            let then = self.towards(p, end)?.1;
+            if let (Some(now), Some(then)) = (self.paths[p].place, then) {
+                let size = now.length().min(then.length());
+                // The angle and the change of distance, as a part of it.
+                largest = largest.max((now - then).length() / size.max(1e-3 * self.source.radius()));
+            }
+        }
+        let turn = largest * (self.source.max_order() + 1) as f64;
+        Ok(((turn / TURN).ceil() as usize).clamp(1, MAX_PARTS))
+    }
+
+    /// Sets the transfers that all paths have at a sample.
+    fn set_transfers(&mut self, sample: i64) -> Result<(), SynthesisError> {
+        let mut jumped = false;
+        for p in 0..self.paths.len() {
+            let place = self.towards(p, sample)?.1;
+            let path = &mut self.paths[p];
+            if path.set && path.fresh && path.place == place {
+                continue;
+            }
+            jumped |= !path.set;
+            (path.place, path.set, path.fresh) = (place, true, true);
+            let Memory { transfers, evaluation, .. } = &mut self.memory;
+            match place {
+                Some(place) => {
+                    let handed = self.handed.as_ref().and_then(|handed| handed.bank.as_ref());
+                    let banks = [Some(&self.bank), handed];
+                    let rings = |mode: usize| banks.iter().flatten().any(|bank| bank.rings(mode));
+                    self.source.transfers_of(place, rings, evaluation, transfers);
+                    let (loss, distance) = (&self.settings.loss, place.length());
+                    transfers
+                        .iter_mut()
+                        .zip(&self.losses)
+                        .for_each(|(transfer, mode)| *transfer *= loss.gain(*mode, distance));
+                }
+                None => {
+                    transfers.clear();
+                    transfers.resize(self.source.resonances().len(), Complex64::ZERO);
+                }
+            }
+            for bank in both(&mut self.bank, &mut self.handed) {
+                bank.set_transfers(p, transfers);
+            }
+        }
+        if jumped {
+            both(&mut self.bank, &mut self.handed).for_each(ModalBank::jump_to_transfers);
+        }
+        Ok(())
+    }
+
+    /// Delay of what leaves at a sample \[samples\].
+    fn delay(&self, path: usize, sample: i64) -> Result<f64, SynthesisError> {
+        Ok(self.towards(path, sample)?.0 * self.settings.sample_rate.as_f64())
+    }
+
+    /// How long what leaves the centre of mass at a sample is on its way \[s\], and where the receiver that hears it is
+    /// [m, frame of the body]; nowhere if the body is below the floor.
+    fn towards(&self, path: usize, sample: i64) -> Result<(f64, Option<DVec3>), SynthesisError> {
+        let RenderSettings { medium, floor, start, sample_rate, .. } = self.settings;
+        let Path { receiver, reflected, .. } = self.paths[path];
+        let time = start + sample as f64 / sample_rate.as_f64();
+        let pose = self.poses.at(self.body, time);
+        let mirrored = |point: DVec3| floor.mirrored(point).filter(|_| reflected).unwrap_or(point);
+        let from = (mirrored(pose.position), 0.0);
+        let (heard, position) = self.listener.arrival(receiver, from, time, medium.sound_speed);
+        floor.check(self.listener, position, heard)?;
+        let below = floor.mirrored(pose.position).is_some_and(|mirrored| mirrored.y > pose.position.y);
+        // What the mirrored source makes at the receiver, the source makes at the mirrored receiver.
+        let towards = mirrored(position) - pose.position;
+        Ok((heard - time, (!below).then(|| pose.orientation.inverse() * towards)))
+    }
+}

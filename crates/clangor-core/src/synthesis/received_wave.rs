@@ -1,0 +1,101 @@
+//! What a click sends to a receiver: a wave in closed form, and when it is heard.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::synthesis::acceleration_pulse::Click;
+use super::field_spectrum::{FieldTransfer, fade_reach};
+use crate::reference::slab::SlabTransfer;
+use super::ground::spectrum::GroundTransfer;
+use super::ground::{Ground, SlabSource};
+use super::renderer::RenderSettings;
+use super::source::{FieldSource, SoundSource};
+use super::spectrum::{Transfer, Wave};
+use crate::medium::Medium;
+use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
+
+/// A wave, and between which times it is heard \[s\].
+pub(super) struct HeardWave {
+    pub(super) wave: Wave,
+    /// From the centre of the click \[m\].
+    pub(super) distance: f64,
+    pub(super) from: f64,
+    pub(super) until: f64,
+}
+
+impl RenderSettings {
+    /// The wave of a click that runs `towards` a receiver \[m\], from the centre of the click; `None` if there is none.
+    pub(super) fn wave(&self, click: &Click, towards: DVec3) -> Option<HeardWave> {
+        let RenderSettings { medium, sphere_model, .. } = *self;
+        let place = click.orientation.inverse() * towards;
+        let distance = towards.length();
+        let ringing = click.source.ring_time(&medium);
+        let (begin, end) = click.profile.extent(click.duration);
+        let heard = |transfer, delay: f64, first: f64, last: f64| {
+            let middle = click.time + delay + 0.5 * click.duration;
+            let wave = Wave { transfer, profile: click.profile, duration: click.duration, middle };
+            let (from, until) = (click.time + first + begin, click.time + last + end);
+            Some(HeardWave { wave, distance, from, until })
+        };
+        match &click.source {
+            SoundSource::Sphere { radius } => {
+                // cosθ times the velocity change: the transfer of this wave is for a unit acceleration pulse.
+                let along = click.velocity_change.dot(towards) / distance;
+                let transfer = SphereTransfer::new(sphere_model, &medium, *radius, distance, along);
+                let delay = transfer.delay;
+                heard(Transfer::Sphere(transfer), delay, delay, delay + ringing)
+            }
+            SoundSource::Field(source) => {
+                let transfer = field_transfer(click, source, place, &medium);
+                let delay = transfer.position.length() * transfer.crossing;
+                // Before the wave from the centre comes that from the near side; never before the force.
+                let first = (delay - transfer.crossing).max(0.0);
+                let blur = self.blur(source);
+                heard(Transfer::Field(transfer), delay, first - blur, delay + ringing + blur)
+            }
+            SoundSource::Ground { ground: Ground::Slab(slab), impulse } => {
+                let strength = impulse / distance.max(SlabSource::radius());
+                let transfer = SlabTransfer { source: Arc::clone(slab), strength };
+                let delay = distance / medium.sound_speed;
+                heard(Transfer::Slab(transfer), delay, delay, delay + slab.ring_time())
+            }
+            SoundSource::Ground { ground: Ground::HalfSpace(ground), impulse } => {
+                let (first, last) = ground.heard_between(place);
+                let source = Arc::clone(ground);
+                let transfer = GroundTransfer { source, impulse: *impulse, place };
+                heard(Transfer::Ground(transfer), 0.0, first, last)
+            }
+            // Is no wave: `Renderer::push_published` computes it in time.
+            SoundSource::Published(_) => None,
+        }
+    }
+
+    /// Time \[s\] by which the end of a field's band blurs it.
+    fn blur(&self, source: &FieldSource) -> f64 {
+        let band_end = source.max_frequency(self.medium.sound_speed);
+        if band_end < self.band().1 { fade_reach(band_end) } else { 0.0 }
+    }
+}
+
+/// The field of a click at a `place` \[m\] of the body frame.
+fn field_transfer(click: &Click, source: &Arc<FieldSource>, place: DVec3, medium: &Medium) -> FieldTransfer {
+    let radius = source.radius;
+    let field_from_body = source.body_from_field.inverse();
+    let to_field = field_from_body * click.orientation.inverse();
+    let [linear, angular] =
+        [click.velocity_change, radius * click.angular_velocity_change].map(|v| (to_field * v).to_array());
+    let position = field_from_body * place / radius;
+    // Without a near field, the field inside the bounding sphere is that on the sphere in this direction.
+    let distance = position.length();
+    let on_sphere = distance < 1.0 && source.near.is_none();
+    let position = if on_sphere { position.try_normalize().unwrap_or(DVec3::X) } else { position };
+    FieldTransfer {
+        source: Arc::clone(source),
+        motion: std::array::from_fn(|i| if i < 3 { linear[i] } else { angular[i - 3] }),
+        position,
+        scale: medium.density * radius,
+        crossing: radius / medium.sound_speed,
+        table: None,
+    }
+}

@@ -1,0 +1,12 @@
+//! Files of Clangor: read, checked and written atomically.
+
+pub mod atomic_file;
+pub mod contact_list;
+pub mod glb;
+pub mod mesh_reader;
+pub mod modal_soundbank;
+pub mod model_cache;
+pub mod soundbank;
+pub mod timeline_file;
+pub mod wav;
+pub mod web_replay;

@@ -1,0 +1,288 @@
+//! Contacts that were written by hand or by a script: JSON lines (`.jsonl`) or comma-separated values (`.csv`).
+//!
+//! One contact per line, columns named as in `docs/format/timeline.md`, bodies by name or by number. Only what a blow
+//! needs must be given; the rest has a default:
+//!
+//! | CSV columns | JSON field | default |
+//! |---|---|---|
+//! | `t` | `t` | required \[s\] |
+//! | `body_a` | `body_a` | required |
+//! | `body_b` | `body_b` | the immovable world |
+//! | `kind` | `kind` | `impact`; or `contact`, `constraint`, `fracture`, `sleep` |
+//! | `point_x` `_y` `_z` | `point` | required \[m\] |
+//! | `normal_x` `_y` `_z` | `normal` | required, from B to A; made a unit vector |
+//! | `impulse_n` | `impulse_n` | required \[N s\] |
+//! | `impulse_t_x` `_y` `_z` | `impulse_t` | 0 |
+//! | `couple_x` `_y` `_z` | `couple` | 0 |
+//! | `velocity_x` `_y` `_z`, or `speed` | `velocity`, or `speed` | required: relative velocity of A before, or the speed of approach \[m/s\] |
+//! | `depth` | `depth` | 0 |
+//! | `impact_id` | `impact_id` | a number of its own for each impact, 0 for other kinds |
+//!
+//! CSV needs a header line; empty lines and lines that begin with `#` are skipped in both. Rows may come in any order
+//! and are sorted by time.
+
+mod csv;
+mod jsonl;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clangor_core::body::BodyId;
+use clangor_core::timeline::{ContactKind, ContactRow};
+use glam::DVec3;
+
+/// Why a contact list could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ContactListError {
+    /// The operating system refused.
+    #[error("cannot read {path}: {source}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The extension names neither format.
+    #[error("{path} is no contact list; name it .jsonl or .csv")]
+    Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The bytes are not text.
+    #[error("{path} is not UTF-8 text from byte {at} on; save it as UTF-8")]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// Where the text ends.
+        at: usize,
+    },
+    /// A line is wrong.
+    #[error("{path}, line {line}: {fault}")]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong there.
+        fault: LineFault,
+    },
+}
+
+/// What is wrong with a line of a contact list.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LineFault {
+    /// A required value is missing.
+    #[error("{column} is missing")]
+    Missing {
+        /// Its name.
+        column: &'static str,
+    },
+    /// A name that means nothing.
+    #[error("column {name} is unknown; docs/format/timeline.md lists the columns")]
+    Unknown {
+        /// The name.
+        name: String,
+    },
+    /// A column given twice.
+    #[error("column {name} comes twice")]
+    Twice {
+        /// The name.
+        name: String,
+    },
+    /// A value that is no finite number.
+    #[error("{column} is {text}, not a finite number")]
+    NotANumber {
+        /// The column.
+        column: &'static str,
+        /// What is there.
+        text: String,
+    },
+    /// A blow that pulls, or an approach that recedes.
+    #[error(
+        "{column} is {value}, below 0; the normal points from body_b to body_a, so that a blow is positive"
+    )]
+    Negative {
+        /// The column.
+        column: &'static str,
+        /// What is there.
+        value: f64,
+    },
+    /// The same quantity in two ways.
+    #[error("velocity and speed are both given; leave out one")]
+    SpeedTwice,
+    /// A body that does not exist.
+    #[error("{column} is {text}, which is neither the name nor the number of a body")]
+    Body {
+        /// The column.
+        column: &'static str,
+        /// What is there.
+        text: String,
+    },
+    /// A kind of contact that does not exist.
+    #[error("kind is {text}, none of impact, contact, constraint, fracture, sleep")]
+    Kind {
+        /// What is there.
+        text: String,
+    },
+    /// A normal without direction.
+    #[error("the normal is zero; it points from body_b to body_a")]
+    NoNormal,
+    /// More or fewer values than the header has columns.
+    #[error("there are {values} values, but the header has {columns} columns")]
+    Width {
+        /// Values on the line.
+        values: usize,
+        /// Columns of the header.
+        columns: usize,
+    },
+    /// Broken quotes, or text that is no JSON.
+    #[error("at column {column}: {reason}")]
+    Syntax {
+        /// Place in the line, from 1.
+        column: usize,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// Reads a contact list; the extension tells the format.
+///
+/// `body` finds a body by its name; a text that is no name may be a number below `body_count`.
+///
+/// # Errors
+/// [`ContactListError`] names the line and the column.
+pub fn read_contact_list(
+    path: &Path,
+    body_count: usize,
+    body: &dyn Fn(&str) -> Option<BodyId>,
+) -> Result<Vec<ContactRow>, ContactListError> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let parse = match extension.as_str() {
+        "jsonl" => jsonl::parse,
+        "csv" => csv::parse,
+        _ => return Err(ContactListError::Extension { path: path.into() }),
+    };
+    let bytes = fs::read(path).map_err(|source| ContactListError::Io { path: path.into(), source })?;
+    let text = String::from_utf8(bytes)
+        .map_err(|e| ContactListError::NotText { path: path.into(), at: e.utf8_error().valid_up_to() })?;
+    // Editors of one system put a mark before the text.
+    let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
+    let entries = parse(text).and_then(|entries| {
+        entries
+            .into_iter()
+            .map(|(line, entry)| entry.into_row(body_count, body).map_err(|fault| (line, fault)))
+            .collect::<Result<Vec<_>, _>>()
+    });
+    let rows = entries.map_err(|(line, fault)| ContactListError::Line { path: path.into(), line, fault })?;
+    Ok(finish(rows))
+}
+
+/// Numbers the impacts that have no number yet, and sorts.
+fn finish(rows: Vec<(ContactRow, bool)>) -> Vec<ContactRow> {
+    let mut next = rows.iter().map(|(row, _)| row.impact_id).max().unwrap_or(0);
+    let mut rows: Vec<ContactRow> = rows
+        .into_iter()
+        .map(|(mut row, is_numbered)| {
+            if !is_numbered && row.kind == ContactKind::Impact {
+                next = next.saturating_add(1);
+                row.impact_id = next;
+            }
+            row
+        })
+        .collect();
+    rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+    rows
+}
+
+/// A line before its defaults are filled in.
+#[derive(Default)]
+struct Entry {
+    t: Option<f64>,
+    body_a: Option<String>,
+    body_b: Option<String>,
+    kind: Option<String>,
+    point: [Option<f64>; 3],
+    normal: [Option<f64>; 3],
+    impulse_n: Option<f64>,
+    impulse_t: [Option<f64>; 3],
+    couple: [Option<f64>; 3],
+    velocity: [Option<f64>; 3],
+    speed: Option<f64>,
+    depth: Option<f64>,
+    impact_id: Option<u64>,
+}
+
+/// Lines with their numbers, or the first wrong line.
+type Parsed = Result<Vec<(usize, Entry)>, (usize, LineFault)>;
+
+impl Entry {
+    /// The row, and whether its impact was numbered.
+    fn into_row(
+        self,
+        body_count: usize,
+        body: &dyn Fn(&str) -> Option<BodyId>,
+    ) -> Result<(ContactRow, bool), LineFault> {
+        let find = |column: &'static str, text: &str| {
+            let number = || text.parse().ok().map(BodyId).filter(|id| id.index() < body_count);
+            body(text).or_else(number).ok_or_else(|| LineFault::Body { column, text: text.into() })
+        };
+        let body_a = find("body_a", self.body_a.as_deref().ok_or(LineFault::Missing { column: "body_a" })?)?;
+        let body_b = self.body_b.as_deref().map_or(Ok(BodyId::WORLD), |text| find("body_b", text))?;
+        let kind = match self.kind.as_deref().unwrap_or("impact") {
+            "impact" => ContactKind::Impact,
+            "contact" => ContactKind::Contact,
+            "constraint" => ContactKind::Constraint,
+            "fracture" => ContactKind::Fracture,
+            "sleep" => ContactKind::Sleep,
+            other => return Err(LineFault::Kind { text: other.into() }),
+        };
+        let needed = |column, value: Option<f64>| value.ok_or(LineFault::Missing { column });
+        let normal = needed_vector("normal", self.normal)?;
+        // The length of the largest component is taken out first, so that no square over- or underflows.
+        let largest = normal.abs().max_element();
+        let normal = (normal / largest).try_normalize().ok_or(LineFault::NoNormal)?;
+        let impulse_n = needed("impulse_n", self.impulse_n)?;
+        let pushes = [("impulse_n", impulse_n), ("speed", self.speed.unwrap_or(0.0))];
+        if kind == ContactKind::Impact
+            && let Some((column, value)) = pushes.into_iter().find(|(_, value)| *value < 0.0)
+        {
+            return Err(LineFault::Negative { column, value });
+        }
+        let velocity = match self.speed {
+            Some(_) if self.velocity != [None; 3] => return Err(LineFault::SpeedTwice),
+            Some(speed) => normal * -speed,
+            None if self.velocity == [None; 3] => {
+                return Err(LineFault::Missing { column: "velocity or speed" });
+            }
+            None => needed_vector("velocity", self.velocity)?,
+        };
+        let row = ContactRow {
+            time: needed("t", self.t)?,
+            body_a,
+            body_b,
+            kind,
+            point: needed_vector("point", self.point)?,
+            normal,
+            impulse_n,
+            impulse_t: vector_or_zero("impulse_t", self.impulse_t)?,
+            couple: vector_or_zero("couple", self.couple)?,
+            velocity,
+            depth: self.depth.unwrap_or(0.0),
+            impact_id: self.impact_id.unwrap_or(0),
+        };
+        Ok((row, self.impact_id.is_some()))
+    }
+}
+
+fn needed_vector(column: &'static str, values: [Option<f64>; 3]) -> Result<DVec3, LineFault> {
+    match values {
+        [Some(x), Some(y), Some(z)] => Ok(DVec3::new(x, y, z)),
+        _ => Err(LineFault::Missing { column }),
+    }
+}
+
+/// A vector may be left out, but not one of its components.
+fn vector_or_zero(column: &'static str, values: [Option<f64>; 3]) -> Result<DVec3, LineFault> {
+    if values == [None; 3] { Ok(DVec3::ZERO) } else { needed_vector(column, values) }
+}

@@ -1,0 +1,267 @@
+//! A folder of baked sound models, so that no body is baked twice.
+//!
+//! An entry is a file named by the hash of everything that it depends on: the geometry, the band, the options and the
+//! versions of format and solvers; ringing also on the elasticity and the medium, on which clicks do not. It appears under its name only when it
+//! is whole ([`write_atomically`]), so that a process may be killed at any moment, and several may bake the same model.
+//! What is read is verified and belongs to the hash in its name, or is baked again: an entry is never trusted.
+//!
+//! Beside the entries is what long bakes have so far, under the same promises: `acceleration-HASH.partial` the frequencies
+//! that are solved, `modal-HASH.partial` the modes whose sound is not. They go when the entry comes.
+
+mod key;
+mod partial_bake;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clangor_core::sound_model::files::modal_soundbank_file::ModalBankFile;
+use clangor_core::sound_model::files::modal_file::ModalFile;
+use clangor_core::sound_model::files::model_file::ModelFile;
+use clangor_core::sound_model::files::tensor_file::TensorFileError;
+use clangor_bake::acceleration::SolvedFrequency;
+
+use crate::formats::atomic_file::{OutputError, write_atomically};
+pub use key::{given_modes_key, modal_bank_key, modal_key, model_key};
+
+/// A partial entry this old belongs to a process that was killed: writing one takes seconds.
+const ABANDONED: Duration = Duration::from_secs(3600);
+/// What was solved of a bake that nobody took up again for so long is given up.
+const GIVEN_UP: Duration = Duration::from_secs(30 * 24 * 3600);
+
+/// Why an entry could not be kept; the model itself is none the worse.
+#[derive(Debug, thiserror::Error)]
+pub enum CacheError {
+    /// The folder cannot be made.
+    #[error(
+        "the cache folder {folder} cannot be made: {source}; choose another with --cache or CLANGOR_CACHE"
+    )]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The entry cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The model cannot be stored.
+    #[error("the model cannot be stored: {0}")]
+    Model(#[from] TensorFileError),
+}
+
+/// What is in the cache under a key.
+#[derive(Debug)]
+pub enum Lookup<M = ModelFile> {
+    /// A verified model.
+    Found(Box<M>),
+    /// Nothing.
+    Missing,
+    /// Something that is not the model, and why.
+    Invalid(String),
+}
+
+/// A folder of models.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ModelCache {
+    folder: PathBuf,
+}
+
+impl ModelCache {
+    /// The cache in this folder, which need not exist yet.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        ModelCache { folder: folder.into() }
+    }
+
+    /// The cache in the folder that `asked` names, else that of the environment: `CLANGOR_CACHE`, or `clangor` in the
+    /// platform's folder for caches. `None` where the system has no such folder.
+    pub fn find(asked: Option<&Path>) -> Option<Self> {
+        let variable =
+            |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+        let platform = || {
+            if cfg!(windows) {
+                variable("LOCALAPPDATA").map(|folder| folder.join("clangor").join("cache"))
+            } else if cfg!(target_os = "macos") {
+                variable("HOME").map(|home| home.join("Library/Caches/clangor"))
+            } else {
+                // The standard of the XDG wants relative paths ignored.
+                variable("XDG_CACHE_HOME")
+                    .filter(|folder| folder.is_absolute())
+                    .or_else(|| variable("HOME").map(|home| home.join(".cache")))
+                    .map(|folder| folder.join("clangor"))
+            }
+        };
+        let folder = asked.map(Path::to_path_buf).or_else(|| variable("CLANGOR_CACHE")).or_else(platform)?;
+        Some(ModelCache { folder })
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Where the entry of a key is, or would be.
+    pub fn path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("acceleration-{key}.safetensors"))
+    }
+
+    /// Where the modal entry of a key is, or would be.
+    pub fn modal_path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("modal-{key}.safetensors"))
+    }
+
+    fn modes_path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("modal-{key}.partial"))
+    }
+
+    fn partial_path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("acceleration-{key}.partial"))
+    }
+
+    /// The frequencies that an interrupted bake has solved; none if they cannot be used.
+    pub fn read_partial(&self, key: &str) -> Vec<SolvedFrequency> {
+        let bytes = fs::read(self.partial_path(key)).ok();
+        bytes.and_then(|bytes| partial_bake::decode(key, &bytes)).unwrap_or_default()
+    }
+
+    /// Keeps the frequencies that a bake has solved so far.
+    ///
+    /// # Errors
+    /// [`CacheError`]; those kept before are untouched then.
+    pub fn write_partial(&self, key: &str, solved: &[SolvedFrequency]) -> Result<(), CacheError> {
+        self.make_folder()?;
+        Ok(write_atomically(&self.partial_path(key), &partial_bake::encode(key, solved))?)
+    }
+
+    /// Forgets them: the model is there. What remains is removed when it is old.
+    pub fn remove_partial(&self, key: &str) {
+        let _ = fs::remove_file(self.partial_path(key));
+    }
+
+    fn make_folder(&self) -> Result<(), CacheError> {
+        fs::create_dir_all(&self.folder)
+            .map_err(|source| CacheError::Folder { folder: self.folder.clone(), source })
+    }
+
+    /// Looks an entry up and verifies it.
+    pub fn read(&self, key: &str) -> Lookup {
+        read_entry(&self.path(key), key, ModelFile::decode, |model| &model.origin.inputs)
+    }
+
+    /// Looks the modes of a body and their sound up, and verifies them.
+    pub fn read_modal(&self, key: &str) -> Lookup<ModalFile> {
+        read_entry(&self.modal_path(key), key, ModalFile::decode, |file| &file.modal.origin.inputs)
+    }
+
+    /// The modes that an interrupted bake has found; nothing if they cannot be used.
+    pub fn read_modes(&self, key: &str) -> Option<ModalFile> {
+        let path = self.modes_path(key);
+        match read_entry(&path, key, ModalFile::decode, |file| &file.modal.origin.inputs) {
+            Lookup::Found(file) => Some(*file),
+            _ => None,
+        }
+    }
+
+    /// Keeps the modes of a body while their sound is computed.
+    ///
+    /// # Errors
+    /// [`CacheError`].
+    pub fn write_modes(&self, file: &ModalFile) -> Result<(), CacheError> {
+        let bytes = file.encode()?;
+        self.make_folder()?;
+        Ok(write_atomically(&self.modes_path(&file.modal.origin.inputs), &bytes)?)
+    }
+
+    /// Keeps how a body rings under the hash of its inputs, in place of what is there, and forgets the modes alone.
+    ///
+    /// # Errors
+    /// [`CacheError`]; whatever was there before is untouched then.
+    pub fn write_modal(&self, file: &ModalFile) -> Result<PathBuf, CacheError> {
+        let key = &file.modal.origin.inputs;
+        let path = self.modal_path(key);
+        self.write_entry(&path, &file.encode()?)?;
+        let _ = fs::remove_file(self.modes_path(key));
+        Ok(path)
+    }
+
+    /// Where the bank of a key is, or would be.
+    pub fn modal_bank_path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("modal-bank-{key}.safetensors"))
+    }
+
+    /// Looks a bank of ringing ellipsoids up, and verifies it.
+    pub fn read_modal_bank(&self, key: &str) -> Lookup<ModalBankFile> {
+        read_entry(&self.modal_bank_path(key), key, ModalBankFile::decode, |file| &file.origin.inputs)
+    }
+
+    /// Keeps a bank of ringing ellipsoids.
+    ///
+    /// # Errors
+    /// [`CacheError`].
+    pub fn write_modal_bank(&self, file: &ModalBankFile) -> Result<PathBuf, CacheError> {
+        let path = self.modal_bank_path(&file.origin.inputs);
+        self.write_entry(&path, &file.encode()?)?;
+        Ok(path)
+    }
+
+    /// Keeps a model under the hash of its inputs, in place of what is there.
+    ///
+    /// # Errors
+    /// [`CacheError`]; whatever was there before is untouched then.
+    pub fn write(&self, model: &ModelFile) -> Result<PathBuf, CacheError> {
+        let path = self.path(&model.origin.inputs);
+        self.write_entry(&path, &model.encode()?)?;
+        Ok(path)
+    }
+
+    fn write_entry(&self, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
+        self.make_folder()?;
+        self.remove_abandoned();
+        Ok(write_atomically(path, bytes)?)
+    }
+
+    /// Removes what processes that were killed have left. Failures matter to nobody: the next writer tries again.
+    fn remove_abandoned(&self) {
+        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        for entry in entries {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            let longest = if name.contains(".part-") {
+                ABANDONED
+            } else if name.ends_with(".partial") {
+                GIVEN_UP
+            } else {
+                continue;
+            };
+            let age = entry.metadata().and_then(|m| m.modified()).ok().and_then(|t| t.elapsed().ok());
+            if age.is_some_and(|age| age > longest) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+/// Reads a file and verifies that it is the entry of a key.
+fn read_entry<M>(
+    path: &Path,
+    key: &str,
+    decode: impl FnOnce(&[u8]) -> Result<M, TensorFileError>,
+    inputs: impl FnOnce(&M) -> &String,
+) -> Lookup<M> {
+    let bytes = match fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Lookup::Missing,
+        Err(error) => return Lookup::Invalid(format!("{} cannot be read: {error}", path.display())),
+    };
+    match decode(&bytes) {
+        Ok(model) => {
+            let of = inputs(&model);
+            if of == key {
+                return Lookup::Found(Box::new(model));
+            }
+            Lookup::Invalid(format!("{} is the model of other inputs, {of}", path.display()))
+        }
+        Err(error) => Lookup::Invalid(format!("{} is not valid: {error}", path.display())),
+    }
+}

@@ -1,0 +1,150 @@
+//! The name of an entry: a hash of everything that a model depends on.
+
+use clangor_core::geometry::meridian::Piece;
+use clangor_core::material::Material;
+use clangor_core::sound_model::modal::model::ModalModel;
+use clangor_core::sound_model::{modal_bank_file, modal_file, model_file};
+use clangor_bake::acceleration::{BakeGeometry, BakeOptions, Method};
+use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::soundbank::modal::BankOptions;
+use twox_hash::xxhash3_128::Hasher;
+
+/// To be raised when a change to the solvers changes what they compute by more than their accuracy.
+const SOLVERS: u32 = 1;
+/// The same for modes and their sound.
+const MODAL_SOLVERS: u32 = 2;
+
+/// The hash of everything that a baked model depends on, 32 hexadecimal digits. Where it was computed is none of it: what
+/// comes from either device is equal to well below any accuracy.
+pub fn model_key(geometry: &BakeGeometry, options: &BakeOptions) -> String {
+    let mut inputs = Inputs(Hasher::new());
+    inputs.text("acceleration");
+    inputs.whole(model_file::VERSION.into());
+    inputs.whole(SOLVERS.into());
+    inputs.geometry(geometry);
+    inputs.number(options.max_wavenumber);
+    inputs.number(options.accuracy);
+    inputs.text(match options.method {
+        Method::Auto => "auto",
+        Method::Bem => "bem",
+        Method::Fdtd => "fdtd",
+    });
+    inputs.whole(options.near_field.into());
+    format!("{:032x}", inputs.0.finish_128())
+}
+
+/// The same of a modal model: elasticity, density and medium besides, and no damping.
+pub fn modal_key(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> String {
+    let mut inputs = Inputs(Hasher::new());
+    inputs.text("modal");
+    inputs.whole(modal_file::VERSION.into());
+    inputs.whole(MODAL_SOLVERS.into());
+    inputs.geometry(geometry);
+    let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
+    [youngs_modulus, poisson_ratio, density].into_iter().for_each(|n| inputs.number(n));
+    let ModalBakeOptions { medium, max_frequency, mesh_error, most_nodes, accuracy } = *options;
+    let numbers = [medium.density, medium.sound_speed, max_frequency, mesh_error, accuracy];
+    numbers.into_iter().for_each(|n| inputs.number(n));
+    inputs.whole(most_nodes as u64);
+    format!("{:032x}", inputs.0.finish_128())
+}
+
+/// The same of the sound of modes that somebody else found.
+pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &ModalBakeOptions) -> String {
+    let mut inputs = Inputs(Hasher::new());
+    inputs.text("given modes");
+    inputs.whole(modal_file::VERSION.into());
+    inputs.whole(MODAL_SOLVERS.into());
+    inputs.geometry(geometry);
+    let ModalBakeOptions { medium, accuracy, max_frequency, .. } = *options;
+    let numbers = [medium.density, medium.sound_speed, max_frequency, accuracy];
+    numbers.into_iter().chain([model.density, model.max_frequency]).for_each(|n| inputs.number(n));
+    inputs.whole(model.surface.nodes.len() as u64);
+    model.surface.nodes.iter().flat_map(|x| x.to_array()).for_each(|x| inputs.number(x));
+    inputs.whole(model.surface.triangles.len() as u64);
+    model.surface.triangles.iter().flatten().for_each(|i| inputs.whole((*i).into()));
+    inputs.whole(model.modes.len() as u64);
+    for mode in &model.modes {
+        inputs.number(mode.frequency);
+        mode.shape.iter().flat_map(|u| u.to_array()).for_each(|u| inputs.number(u));
+    }
+    format!("{:032x}", inputs.0.finish_128())
+}
+
+/// The hash of everything that a bank of ringing ellipsoids depends on.
+pub fn modal_bank_key(options: &BankOptions) -> String {
+    let mut inputs = Inputs(Hasher::new());
+    inputs.text("modal bank");
+    inputs.whole(modal_bank_file::VERSION.into());
+    inputs.whole(MODAL_SOLVERS.into());
+    let BankOptions { material, max_frequency, least_first_frequency, largest_size, .. } = *options;
+    let BankOptions { thinnest, spacing, degree, accuracy, .. } = *options;
+    let numbers = [material.youngs_modulus, material.density, material.poisson_ratio];
+    numbers.into_iter().for_each(|n| inputs.number(n));
+    let numbers = [material.medium.density, material.medium.sound_speed, max_frequency];
+    numbers.into_iter().for_each(|n| inputs.number(n));
+    let numbers = [least_first_frequency, largest_size, thinnest, spacing, accuracy];
+    numbers.into_iter().for_each(|n| inputs.number(n));
+    inputs.whole(degree as u64);
+    format!("{:032x}", inputs.0.finish_128())
+}
+
+/// Hashes numbers bit by bit.
+struct Inputs(Hasher);
+
+impl Inputs {
+    /// A word, after its length, so that words do not run into each other.
+    fn text(&mut self, text: &str) {
+        self.whole(text.len() as u64);
+        self.0.write(text.as_bytes());
+    }
+
+    fn whole(&mut self, number: u64) {
+        self.0.write(&number.to_le_bytes());
+    }
+
+    fn number(&mut self, number: f64) {
+        // −0 is 0.
+        self.0.write(&(number + 0.0).to_le_bytes());
+    }
+
+    fn geometry(&mut self, geometry: &BakeGeometry) {
+        match geometry {
+            BakeGeometry::Ellipsoid { semi_axes } => {
+                self.text("ellipsoid");
+                semi_axes.to_array().into_iter().for_each(|a| self.number(a));
+            }
+            BakeGeometry::RoundedBox { edges, round } => {
+                self.text("rounded box");
+                edges.to_array().into_iter().for_each(|e| self.number(e));
+                self.number(*round);
+            }
+            BakeGeometry::Revolution(meridian) => {
+                self.text("revolution");
+                self.whole(meridian.pieces().len() as u64);
+                meridian.pieces().iter().for_each(|piece| self.piece(piece));
+            }
+            BakeGeometry::Mesh(mesh) => {
+                self.text("mesh");
+                self.whole(mesh.vertices.len() as u64);
+                mesh.vertices.iter().flat_map(|v| v.to_array()).for_each(|x| self.number(x));
+                self.whole(mesh.triangles.len() as u64);
+                mesh.triangles.iter().flatten().for_each(|i| self.whole((*i).into()));
+            }
+        }
+    }
+
+    fn piece(&mut self, piece: &Piece) {
+        let numbers = match *piece {
+            Piece::Line { from, to } => {
+                self.text("line");
+                [from.x, from.y, to.x, to.y, 0.0, 0.0]
+            }
+            Piece::Arc { centre, semi_axes, from, to } => {
+                self.text("arc");
+                [centre.x, centre.y, semi_axes.x, semi_axes.y, from, to]
+            }
+        };
+        numbers.into_iter().for_each(|n| self.number(n));
+    }
+}

@@ -1,0 +1,128 @@
+//! Other tools' files: contact lists that people and programs write, and the motion as animated glTF.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use clangor_core::body::BodyId;
+use clangor_core::timeline::TimelineSink;
+
+use crate::formats::contact_list::{ContactListError, read_contact_list};
+use crate::formats::glb::{GlbError, GlbSummary, write_glb};
+use crate::stages::load::LoadedScene;
+use crate::stages::simulate::{SimulateError, simulate_to_folder};
+use crate::formats::timeline_file::{
+    Origin, TimelineError, TimelineHeader, TimelineReader, TimelineSummary, TimelineWriter,
+};
+
+/// Latest contact of a list, as the longest duration of a scene \[s\].
+const MAX_TIME: f64 = 3600.0;
+
+/// Why a file could not be exchanged.
+#[derive(Debug, thiserror::Error)]
+pub enum ExchangeError {
+    /// The contact list is wrong.
+    #[error(transparent)]
+    List(#[from] ContactListError),
+    /// A contact at a time that no timeline has.
+    #[error("{path}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
+    Time {
+        /// The list.
+        path: PathBuf,
+        /// The time \[s\].
+        time: f64,
+    },
+    /// The timeline cannot be written or read.
+    #[error(transparent)]
+    Timeline(#[from] TimelineError),
+    /// The glTF file cannot be written.
+    #[error(transparent)]
+    Glb(#[from] GlbError),
+    /// The scene could not be simulated.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    /// A row did not reach the timeline.
+    #[error("cannot write {path}: {source}")]
+    Row {
+        /// The timeline.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// No folder for the motion between simulation and export.
+    #[error("there is no room for temporary files: {0}")]
+    Temporary(std::io::Error),
+}
+
+impl ExchangeError {
+    /// Whether the caller asked to stop.
+    pub fn is_interruption(&self) -> bool {
+        matches!(self, ExchangeError::Simulate(e) if e.is_interruption())
+    }
+}
+
+/// Turns a contact list between the bodies of a scene into a timeline folder.
+///
+/// Bodies stand where the scene starts them: a list has no poses.
+///
+/// # Errors
+/// [`ExchangeError`]; no folder is left then.
+pub fn import_contacts(
+    loaded: &LoadedScene,
+    list: &Path,
+    output: &Path,
+    replace: bool,
+) -> Result<TimelineSummary, ExchangeError> {
+    let bodies = &loaded.world.bodies;
+    let named = |name: &str| bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
+    let rows = read_contact_list(list, bodies.len(), &named)?;
+    if let Some(row) = rows.iter().find(|r| !(0.0..=MAX_TIME).contains(&r.time)) {
+        return Err(ExchangeError::Time { path: list.into(), time: row.time });
+    }
+    let simulation = &loaded.scene.simulation;
+    let header = TimelineHeader {
+        world: loaded.world.clone(),
+        medium: loaded.scene.medium,
+        origin: Origin {
+            solver: "contact list".into(),
+            time_step: 0.0,
+            duration: rows.last().map_or(0.0, |r| r.time).max(simulation.duration),
+            v_min: simulation.v_min,
+            pose_rate: 0.0,
+            raw_log: false,
+            sleep: false,
+            seed: simulation.seed,
+        },
+        scene: Some(loaded.text.clone()),
+    };
+    let mut writer = TimelineWriter::create(output, &header, replace)?;
+    for row in &rows {
+        writer.contact(row).map_err(|source| ExchangeError::Row { path: output.into(), source })?;
+    }
+    Ok(writer.finish()?)
+}
+
+/// Simulates a scene and writes its motion, `rate` pictures per second.
+///
+/// # Errors
+/// [`ExchangeError`].
+pub fn export_scene_gltf(
+    loaded: &LoadedScene,
+    output: &Path,
+    rate: f64,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<GlbSummary, ExchangeError> {
+    // The motion of a long scene need not fit in memory: it goes through a timeline.
+    let folder = tempfile::tempdir().map_err(ExchangeError::Temporary)?;
+    let timeline = folder.path().join("motion.timeline");
+    simulate_to_folder(loaded, false, &timeline, false, progress)?;
+    export_timeline_gltf(&timeline, output, rate)
+}
+
+/// Writes the motion of a timeline folder, `rate` pictures per second.
+///
+/// # Errors
+/// [`ExchangeError`].
+pub fn export_timeline_gltf(timeline: &Path, output: &Path, rate: f64) -> Result<GlbSummary, ExchangeError> {
+    let reader = TimelineReader::open(timeline)?;
+    Ok(write_glb(output, &reader.bodies(), reader.poses()?, rate)?)
+}

@@ -1,0 +1,9 @@
+//! The stages from a scene to its sound: load, simulate, obtain sound models, render.
+
+mod breakables;
+pub mod event_schedule;
+pub mod fracture_report;
+pub mod load;
+pub mod render;
+pub mod simulate;
+pub mod sound_models;

@@ -1,0 +1,200 @@
+//! A run as the live engine plays it: what strikes which body when, and where the bodies are meanwhile.
+//!
+//! The same forces as [`render`](crate::stages::render::render) takes, in the same order. Differs: heard are clicks and the ringing of blows.
+//! Left out are rolling, the ground, and the vibration that a piece takes over from what it was part of.
+
+pub mod event_feeder;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId, Life};
+use clangor_core::contact::{ContactError, PoseHistory};
+use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::pose::Pose;
+use clangor_core::realtime::{Blow, Controller, Engine, EngineSettings, SoundingObject, Struck, engine};
+use clangor_core::synthesis::modal::ModalSource;
+use clangor_core::synthesis::{Listener, SampleRate, SoundSource, SynthesisError};
+use clangor_core::timeline::Timeline;
+
+use crate::stages::render::{Forces, RenderOptions, blows_on, forces};
+
+/// See the module.
+pub struct LiveScore {
+    /// The bodies in the slots of the engine.
+    pub objects: Vec<BodyId>,
+    /// What happens, in order of time, each with the body that is struck.
+    pub blows: Vec<(BodyId, Blow)>,
+    poses: PoseHistory,
+    /// Those of `objects` that ring, by slot.
+    ringing: Vec<(usize, BodyId)>,
+}
+
+/// Where a body is, and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moving {
+    /// Where.
+    pub pose: Pose,
+    /// Velocity [m/s].
+    pub velocity: DVec3,
+    /// Angular velocity [rad/s], world.
+    pub angular_velocity: DVec3,
+}
+
+impl Moving {
+    /// A body at a time \[s\]; at a blow, how it moves after it.
+    pub(crate) fn of(poses: &PoseHistory, body: BodyId, time: f64) -> Self {
+        let (pose, next) = (poses.at(body, time), poses.at(body, time + STEP));
+        let turned = (next.orientation * pose.orientation.inverse()).normalize();
+        // The shorter way around.
+        let turned = if turned.w < 0.0 { -turned } else { turned };
+        Moving {
+            pose,
+            velocity: (next.position - pose.position) / STEP,
+            angular_velocity: turned.to_scaled_axis() / STEP,
+        }
+    }
+
+    /// Where it would be so much later \[s\] if it went on like this.
+    pub(crate) fn after(&self, time: f64) -> Pose {
+        Pose {
+            position: self.pose.position + time * self.velocity,
+            orientation: DQuat::from_scaled_axis(time * self.angular_velocity) * self.pose.orientation,
+        }
+    }
+}
+
+/// Over which velocities are taken from poses \[s\].
+const STEP: f64 = 1e-3;
+
+impl LiveScore {
+    /// The score of a timeline whose bodies sound as `sources` say and ring as `ringing` says. A slot is for each body that is struck and
+    /// is more than a sphere that clicks.
+    ///
+    /// # Errors
+    /// [`ContactError`] for a timeline that contradicts itself.
+    pub fn new(
+        bodies: &[Body],
+        sources: &[SoundSource],
+        ringing: &BTreeMap<BodyId, Arc<ModalSource>>,
+        timeline: &Timeline,
+        options: &RenderOptions,
+    ) -> Result<Self, ContactError> {
+        let Forces { poses, pulses, .. } = forces(bodies, timeline, &options.contact)?;
+        // For each body that rings, the blows on it in their order, as long as its modes feel them.
+        let mut felt: BTreeMap<BodyId, _> = ringing
+            .iter()
+            .map(|(id, source)| (*id, blows_on(*id, source, &pulses, options.limit_energy).0.into_iter()))
+            .collect();
+        let mut slots: BTreeMap<BodyId, usize> = BTreeMap::new();
+        let mut objects = Vec::new();
+        let mut blows = Vec::new();
+        for pulse in &pulses {
+            for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
+                let Some(share) = share else { continue };
+                let id = share.body;
+                let struck = match sources.get(id.index()) {
+                    None => continue,
+                    Some(SoundSource::Sphere { radius }) if !ringing.contains_key(&id) => {
+                        Struck::Sphere { radius: *radius }
+                    }
+                    Some(_) => Struck::Object {
+                        slot: *slots.entry(id).or_insert_with(|| {
+                            objects.push(id);
+                            objects.len() - 1
+                        }),
+                    },
+                };
+                // The body moves as a whole by all points together, and vibrates by each.
+                let whole = Blow {
+                    struck,
+                    time: pulse.onset,
+                    duration: pulse.duration,
+                    pose: share.pose,
+                    velocity_change: share.velocity_change,
+                    angular_velocity_change: share.angular_velocity_change,
+                    point: pulse.point,
+                    impulse: DVec3::ZERO,
+                };
+                blows.push((id, whole));
+                let Some(felt) = felt.get_mut(&id).and_then(Iterator::next) else { continue };
+                let still = Blow {
+                    duration: felt.duration,
+                    velocity_change: DVec3::ZERO,
+                    angular_velocity_change: DVec3::ZERO,
+                    ..whole
+                };
+                let vibrates = |(point, impulse): &(DVec3, DVec3)| {
+                    (id, Blow { point: *point, impulse: sign * *impulse, ..still })
+                };
+                blows.extend(felt.points.iter().map(vibrates));
+            }
+        }
+        blows.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));
+        let ringing =
+            objects.iter().copied().enumerate().filter(|(_, id)| ringing.contains_key(id)).collect();
+        Ok(LiveScore { objects, blows, poses, ringing })
+    }
+
+    /// When a body exists.
+    pub fn life(&self, body: BodyId) -> Life {
+        self.poses.life(body)
+    }
+
+    /// Where a body is at a time \[s\], and how it moves.
+    pub fn moving(&self, body: BodyId, time: f64) -> Moving {
+        Moving::of(&self.poses, body, time)
+    }
+
+    /// An engine as these options ask for, for a listener who hears everything, however far.
+    pub fn engine_settings(
+        &self,
+        options: &RenderOptions,
+        listener: &Listener,
+        sample_rate: SampleRate,
+    ) -> EngineSettings {
+        let usual = EngineSettings::default();
+        let distance = |(_, blow): &(BodyId, Blow)| {
+            (0..listener.receivers.len())
+                .map(|receiver| listener.receiver_position(receiver, blow.time).distance(blow.pose.position))
+                .fold(0.0, f64::max)
+        };
+        EngineSettings {
+            sample_rate,
+            max_frequency: options.synthesis.max_frequency,
+            medium: options.synthesis.medium,
+            floor: options.synthesis.floor,
+            room: options.room.clone(),
+            air: options.air,
+            profile: options.contact.profile,
+            receivers: listener.receivers.len(),
+            reach: usual.reach.max(1.5 * self.blows.iter().map(distance).fold(0.0, f64::max)),
+            objects: self.objects.len(),
+            ..usual
+        }
+    }
+
+    /// An engine with everything in its slots.
+    ///
+    /// # Errors
+    /// [`SynthesisError`] for settings that cannot be.
+    pub fn engine(
+        &self,
+        sources: &[SoundSource],
+        ringing: &BTreeMap<BodyId, Arc<ModalSource>>,
+        settings: &EngineSettings,
+    ) -> Result<(Controller, Engine), SynthesisError> {
+        let (mut controller, mut engine) = engine(settings)?;
+        for (slot, id) in self.objects.iter().enumerate() {
+            let click = sources.get(id.index()).cloned();
+            let object = SoundingObject::new(click, ringing.get(id).cloned(), settings);
+            // There is room: every block takes what there is.
+            let _ = controller.put(slot, Some(object));
+            if slot % 1024 == 0 {
+                engine.render(1);
+            }
+        }
+        engine.render(1);
+        Ok((controller, engine))
+    }
+}

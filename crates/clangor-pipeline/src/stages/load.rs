@@ -1,0 +1,191 @@
+//! A scene file becomes a world: its text is decoded, its shapes are built, its mesh files are read.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clangor_core::body::{MeshSurface, Surface, World};
+use clangor_core::geometry::solid::{MeshError, check_solid};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::DVec3;
+use clangor_core::scene::body_description::{Geometry, GeometryReference};
+use clangor_core::scene::diagnostic::{Doubt, SceneErrors, SceneWarning};
+use clangor_core::scene::instantiate::{GeometryError, LoadedGeometry, load_shape, references};
+use clangor_core::scene::{Scene, instantiate};
+use clangor_sim::decompose::{DecomposeSettings, convex_parts};
+use clangor_sim::fracture::Breakable;
+use rayon::prelude::*;
+
+use crate::stages::breakables::breakables;
+use crate::formats::mesh_reader::read_mesh;
+
+/// A scene with everything that its file refers to.
+#[derive(Clone, Debug)]
+pub struct LoadedScene {
+    /// Where it was read.
+    pub path: PathBuf,
+    /// Its text.
+    pub text: String,
+    /// What the text says.
+    pub scene: Scene,
+    /// The bodies.
+    pub world: World,
+    /// Those of them that may break.
+    pub breakables: Vec<Breakable>,
+    /// Allowed but probably not meant.
+    pub warnings: Vec<SceneWarning>,
+}
+
+/// Why a scene cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// The file cannot be read.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The file is not text.
+    #[error("{path} is not a scene: byte {at} is not UTF-8 text")]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// The first bad byte.
+        at: usize,
+    },
+    /// The scene has errors.
+    #[error("{path}:\n{errors}")]
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// Its text.
+        text: String,
+        /// All of them.
+        errors: SceneErrors,
+    },
+}
+
+/// Reads a scene and everything that it refers to.
+///
+/// `adjust` may change what the text says before bodies are made of it.
+///
+/// # Errors
+/// [`LoadError`], with every error of the scene at once.
+pub fn load_scene(path: &Path, adjust: &dyn Fn(&mut Scene)) -> Result<LoadedScene, LoadError> {
+    let bytes = std::fs::read(path).map_err(|source| LoadError::Read { path: path.into(), source })?;
+    let text = String::from_utf8(bytes)
+        .map_err(|e| LoadError::NotText { path: path.into(), at: e.utf8_error().valid_up_to() })?;
+    scene_from_text(path, text, adjust)
+}
+
+/// As [`load_scene`] for a text that is already there; `path` is where its mesh files are looked for.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn scene_from_text(
+    path: &Path,
+    text: String,
+    adjust: &dyn Fn(&mut Scene),
+) -> Result<LoadedScene, LoadError> {
+    let refuse = |text: &str, errors| LoadError::Scene { path: path.into(), text: text.into(), errors };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut scene = Scene::from_toml_with_files(&text, &mut |r| load_geometry(folder, r))
+        .map_err(|e| refuse(&text, e))?;
+    adjust(&mut scene);
+    // The text was judged before the command line added to it.
+    if !scene.listeners.is_empty() {
+        scene.warnings.retain(|w| w.doubt != Doubt::NoListener);
+    }
+    let loaded: BTreeMap<String, Result<LoadedGeometry, GeometryError>> =
+        references(&scene).into_par_iter().map(|r| (r.to_string(), load_geometry(folder, &r))).collect();
+    let mut find = |r: &GeometryReference| match loaded.get(&r.to_string()) {
+        Some(found) => found.clone(),
+        None => load_geometry(folder, r),
+    };
+    let instance = instantiate(&scene, &mut find).map_err(|e| refuse(&text, e))?;
+    let warnings = scene.warnings.iter().cloned().chain(instance.warnings).collect();
+    let mut world = instance.world;
+    let breakables = breakables(&scene, &mut world).map_err(|e| refuse(&text, e))?;
+    Ok(LoadedScene { path: path.into(), text, world, breakables, scene, warnings })
+}
+
+/// Endings of the mesh files that can be read.
+const MESH_ENDINGS: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
+
+/// What a word on the command line means: a mesh file by its ending, else a shape.
+pub fn geometry_reference(text: &str, scale: f64) -> GeometryReference {
+    let ending = Path::new(text).extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let geometry = match MESH_ENDINGS.contains(&ending.as_str()) {
+        true => Geometry::File(text.into()),
+        false => Geometry::Shape(text.into()),
+    };
+    GeometryReference { geometry, scale }
+}
+
+/// Builds a shape, or reads a mesh file relative to `folder`.
+///
+/// # Errors
+/// [`GeometryError`] with what to do.
+pub fn load_geometry(folder: &Path, reference: &GeometryReference) -> Result<LoadedGeometry, GeometryError> {
+    match &reference.geometry {
+        Geometry::Shape(_) => load_shape(reference),
+        Geometry::File(file) => load_mesh(&folder.join(file), reference.scale),
+    }
+}
+
+/// Vertices closer than this fraction of a mesh's diagonal are one: files often repeat them for each triangle.
+const WELD_TOLERANCE: f64 = 1e-9;
+
+fn load_mesh(path: &Path, scale: f64) -> Result<LoadedGeometry, GeometryError> {
+    let mesh = read_mesh(path).map_err(|e| GeometryError {
+        reason: e.to_string(),
+        remedy: "correct the path, or export the mesh again".into(),
+    })?;
+    mesh_geometry(mesh, scale)
+}
+
+/// A body from a triangle mesh in any frame, as if it were read from a file.
+///
+/// # Errors
+/// [`GeometryError`] with what to do.
+pub fn mesh_geometry(mesh: TriMesh, scale: f64) -> Result<LoadedGeometry, GeometryError> {
+    let mesh = mesh.weld(WELD_TOLERANCE * mesh.diagonal());
+    let not_solid = |e: MeshError| GeometryError {
+        reason: e.to_string(),
+        remedy: "a body needs one closed surface, wound outwards: repair the mesh".into(),
+    };
+    // The check comes first: decomposing a surface that bounds nothing would say less.
+    check_solid(&mesh).map_err(not_solid)?;
+    let decomposition = convex_parts(&mesh, DecomposeSettings::default()).map_err(|e| GeometryError {
+        reason: e.to_string(),
+        remedy: "simplify the mesh, or build the body from the shape library".into(),
+    })?;
+    let mut warnings = Vec::new();
+    let deviation = decomposition.surface_error / mesh.bounding_radius(mesh_middle(&mesh));
+    if deviation > DOUBTFUL_DEVIATION {
+        warnings.push(format!(
+            "collisions see {} convex parts that are up to {:.2e} m ({:.1} % of its size) off the surface",
+            decomposition.parts.len(),
+            decomposition.surface_error * scale,
+            deviation * 100.0
+        ));
+    }
+    let (surface, mass) = MeshSurface::try_new(mesh, decomposition.parts).map_err(not_solid)?;
+    Ok(LoadedGeometry {
+        surface: Arc::new(Surface::Mesh(surface).scaled(scale)),
+        mass: mass.scaled(scale),
+        warnings,
+    })
+}
+
+/// Collision parts further off the surface than this fraction of the body's size are told.
+const DOUBTFUL_DEVIATION: f64 = 0.01;
+
+/// Middle of the bounding box.
+fn mesh_middle(mesh: &TriMesh) -> DVec3 {
+    let (low, high) = mesh.bounds();
+    0.5 * (low + high)
+}

@@ -1,0 +1,331 @@
+//! The ringing of all bodies as one listener hears it, a stretch at a time.
+//!
+//! Every body is a voice of its own. Voices are played on all threads, and added in the order of the bodies.
+
+mod modal_state_transfer;
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId};
+use clangor_core::contact::force_stream::StreamedForce;
+use clangor_core::contact::{ImpactPulse, PoseHistory};
+use clangor_core::material::Damping;
+use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
+use clangor_core::sound_model::modal::model::{ModalModel, ModalTransfer};
+use clangor_core::synthesis::modal::{
+    ModalError, ModalPressure, ModalSettings, ModalSource, ModalState, ModalVoice,
+};
+use clangor_core::synthesis::{Listener, RenderSettings, SynthesisError};
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+pub(super) use modal_state_transfer::Breaking;
+pub use modal_state_transfer::Handover;
+use super::energy_limit::{EnergyLimits, blows_on};
+use crate::stages::sound_models::ringers::Ringers;
+
+/// Frames that a voice plays at once.
+const FRAMES: i64 = 1 << 14;
+
+/// How modes become pressure, for comparison by ear.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transfers {
+    /// As they were baked, on the acceleration of the mode.
+    #[default]
+    Baked,
+    /// \[FRAC\] eq. (8): their magnitude, on the amplitude of the mode.
+    Published,
+    /// The same without any: every mode sounds alike, equally in all directions, and all together radiate as much from equal
+    /// amplitudes as they should. \[FRAC\] §6 compares with this.
+    Unit,
+}
+
+impl Transfers {
+    fn settings(self) -> ModalSettings {
+        match self {
+            Transfers::Baked => ModalSettings::default(),
+            Transfers::Published => {
+                ModalSettings { pressure: ModalPressure::PublishedMagnitude, ..ModalSettings::default() }
+            }
+            Transfers::Unit => ModalSettings {
+                pressure: ModalPressure::PublishedMagnitude,
+                radiation_damping: false,
+                ..ModalSettings::default()
+            },
+        }
+    }
+}
+
+/// Transfers with |p| the same for all modes of these frequencies \[Hz\]: |H| = C/ω²; `crossing` is κ per hertz.
+fn without_transfers(modes: &[(f64, Option<ModalTransfer>)], crossing: f64) -> Vec<ModalTransfer> {
+    let square = |frequency: f64| (TAU * frequency).powi(2);
+    let power = |(frequency, transfer): &(f64, Option<ModalTransfer>)| {
+        square(*frequency).powi(2) * transfer.as_ref().map_or(0.0, |t| t.power(crossing * frequency))
+    };
+    let count = modes.len().max(1) as f64;
+    // A monopole of coefficient 1 has the power ½.
+    let level = (2.0 * modes.iter().map(power).sum::<f64>() / count).sqrt();
+    let unit = |(frequency, _): &(f64, Option<ModalTransfer>)| ModalTransfer {
+        order: 0,
+        coefficients: vec![Complex64::new(level / square(*frequency), 0.0)],
+    };
+    modes.iter().map(unit).collect()
+}
+
+/// The model without its transfers.
+fn unit_model(model: &ModalModel) -> ModalModel {
+    let crossing = TAU * model.radius / model.medium.sound_speed;
+    let modes: Vec<_> = model.modes.iter().map(|mode| (mode.frequency, mode.transfer.clone())).collect();
+    let mut unit = model.clone();
+    for (mode, transfer) in unit.modes.iter_mut().zip(without_transfers(&modes, crossing)) {
+        mode.transfer = Some(transfer);
+    }
+    unit
+}
+
+/// An ellipsoid in place of a body of this damping.
+fn proxy_source(
+    proxy: &ModalProxy,
+    transfers: Transfers,
+    damping: &Damping,
+    settings: &ModalSettings,
+) -> Result<ModalSource, ModalError> {
+    let mut own: Vec<ModalTransfer> = (0..proxy.mode_count()).map(|mode| proxy.transfer(mode)).collect();
+    if transfers == Transfers::Unit {
+        let crossing = TAU * proxy.radius() / proxy.material().medium.sound_speed;
+        let modes: Vec<_> =
+            own.into_iter().enumerate().map(|(mode, t)| (proxy.frequency(mode), Some(t))).collect();
+        own = without_transfers(&modes, crossing);
+    }
+    ModalSource::of_proxy(proxy.clone(), ContactMapping::default(), &own, damping, settings)
+}
+
+/// The ringing bodies, ready to be played to any listener.
+pub(super) struct RingingBodies {
+    /// In the order of the bodies.
+    sources: Vec<Ringer>,
+    handovers: BTreeMap<BodyId, Handover>,
+}
+
+/// A ringing body, and what strikes it.
+struct Ringer {
+    body: BodyId,
+    source: Arc<ModalSource>,
+    blows: Vec<ImpactPulse>,
+    limits: EnergyLimits,
+    /// What it takes over from what it was part of.
+    handed: Option<ModalState>,
+}
+
+/// A body of which the modes cannot be played.
+#[derive(Debug, thiserror::Error)]
+#[error("the modes of \"{body}\" cannot be played: {source}")]
+pub struct UnplayableModes {
+    /// The body.
+    body: String,
+    /// Why.
+    source: ModalError,
+}
+
+/// What each body that rings is played by; bodies that share modes and damping share it.
+///
+/// # Errors
+/// [`UnplayableModes`].
+pub fn modal_sources(
+    bodies: &[Body],
+    ringers: &Ringers,
+    transfers: Transfers,
+) -> Result<BTreeMap<BodyId, Arc<ModalSource>>, UnplayableModes> {
+    let settings = transfers.settings();
+    let mut prepared: Vec<(&Arc<ModalModel>, &Damping, Arc<ModalSource>)> = Vec::new();
+    let mut sources = BTreeMap::new();
+    for (index, body) in bodies.iter().enumerate() {
+        let id = BodyId(index as u32);
+        let damping = &body.material.damping;
+        let unplayable = |source| UnplayableModes { body: body.name.clone(), source };
+        if let Some(proxy) = ringers.proxy(id) {
+            let source = proxy_source(proxy, transfers, damping, &settings).map_err(unplayable)?;
+            sources.insert(id, Arc::new(source));
+            continue;
+        }
+        let Some(model) = ringers.modes(id) else { continue };
+        let same = prepared.iter().find(|(m, d, _)| Arc::ptr_eq(m, model) && *d == damping);
+        let source = match same {
+            Some((_, _, source)) => Arc::clone(source),
+            None => {
+                let played = match transfers {
+                    Transfers::Unit => Arc::new(unit_model(model)),
+                    Transfers::Baked | Transfers::Published => Arc::clone(model),
+                };
+                let source = Arc::new(ModalSource::new(played, damping, &settings).map_err(unplayable)?);
+                prepared.push((model, damping, Arc::clone(&source)));
+                source
+            }
+        };
+        sources.insert(id, source);
+    }
+    Ok(sources)
+}
+
+impl RingingBodies {
+    /// Prepares the modes of those that ring; bodies that share modes and damping share what is prepared. With `breaking`, pieces
+    /// take over the vibration of what they were part of.
+    pub(super) fn new(
+        bodies: &[Body],
+        ringers: &Ringers,
+        transfers: Transfers,
+        (pulses, limit): (&[ImpactPulse], bool),
+        breaking: Option<Breaking<'_>>,
+    ) -> Result<Self, UnplayableModes> {
+        let mut sources = Vec::new();
+        for (body, source) in modal_sources(bodies, ringers, transfers)? {
+            let (blows, limits) = blows_on(body, &source, pulses, limit);
+            sources.push(Ringer { body, source, blows, limits, handed: None });
+        }
+        let handovers = match breaking {
+            Some(breaking) => handover::hand_over(bodies, &mut sources, pulses, breaking),
+            None => BTreeMap::new(),
+        };
+        Ok(RingingBodies { sources, handovers })
+    }
+
+    /// What became of the vibration of each that broke.
+    pub(super) fn handovers(&self) -> &BTreeMap<BodyId, Handover> {
+        &self.handovers
+    }
+
+    /// The bodies, in their order.
+    pub(super) fn bodies(&self) -> impl Iterator<Item = BodyId> {
+        self.sources.iter().map(|ringer| ringer.body)
+    }
+
+    /// What became of the blows on each.
+    pub(super) fn limits(&self) -> BTreeMap<BodyId, EnergyLimits> {
+        self.sources.iter().map(|ringer| (ringer.body, ringer.limits)).collect()
+    }
+
+    /// Those that are struck, or only one of them, as a listener hears them.
+    pub(super) fn voices<'a>(
+        &self,
+        rolling: Option<&Rolling>,
+        poses: &'a PoseHistory,
+        listener: &'a Listener,
+        settings: &RenderSettings,
+        only: Option<BodyId>,
+    ) -> Result<Voices<'a>, SynthesisError> {
+        let mut voices = Vec::new();
+        let wanted = |ringer: &&Ringer| only.is_none_or(|only| only == ringer.body);
+        for Ringer { body, source, blows, handed, .. } in self.sources.iter().filter(wanted) {
+            let mut voice = ModalVoice::new(Arc::clone(source), *body, poses, listener, settings)?;
+            voice.push_pulses(blows)?;
+            if let Some(state) = handed {
+                voice.push_ringing(state)?;
+            }
+            if let Some(Rolling { forces, time_step }) = rolling {
+                voice.push_stream(forces, *time_step)?;
+            }
+            voices.push((*body, voice));
+        }
+        let rate = settings.sample_rate.as_f64();
+        Ok(Voices { voices, energies: BTreeMap::new(), rate, receivers: listener.receivers.len() })
+    }
+}
+
+/// Forces too gentle to be blows.
+pub(super) struct Rolling {
+    pub(super) forces: Vec<StreamedForce>,
+    /// Of the dynamics \[s\].
+    pub(super) time_step: f64,
+}
+
+/// A stretch of a voice.
+struct Played {
+    body: BodyId,
+    /// Pressure at each receiver \[Pa\].
+    channels: Vec<Vec<f64>>,
+    /// ∫ p² dt over all receivers [Pa² s].
+    energy: f64,
+}
+
+/// Voices in progress.
+pub(super) struct Voices<'a> {
+    voices: Vec<(BodyId, ModalVoice<'a>)>,
+    energies: BTreeMap<BodyId, f64>,
+    rate: f64,
+    receivers: usize,
+}
+
+impl Voices<'_> {
+    /// Silence.
+    pub(super) fn none() -> Self {
+        Voices { voices: Vec::new(), energies: BTreeMap::new(), rate: 1.0, receivers: 0 }
+    }
+
+    /// Adds the pressure \[Pa\] of the samples from `first` on to one channel per receiver.
+    pub(super) fn add(&mut self, first: i64, channels: &mut [Vec<f64>]) -> Result<(), SynthesisError> {
+        let count = channels.first().map_or(0, Vec::len) as i64;
+        let mut from = 0;
+        while from < count {
+            let length = (count - from).min(FRAMES);
+            let (receivers, rate) = (self.receivers, self.rate);
+            let played: Vec<Option<Played>> = self
+                .voices
+                .par_iter_mut()
+                .map(|(id, voice)| {
+                    let begins = voice.first_sample();
+                    if begins.is_none_or(|begins| begins >= first + from + length) {
+                        return Ok(None);
+                    }
+                    let mut own = vec![vec![0.0; length as usize]; receivers];
+                    voice.render_block(first + from, &mut own)?;
+                    let energy = own.iter().flatten().map(|p| p * p).sum::<f64>() / rate;
+                    Ok(Some(Played { body: *id, channels: own, energy }))
+                })
+                .collect::<Result<_, SynthesisError>>()?;
+            for Played { body, channels: own, energy } in played.into_iter().flatten() {
+                *self.energies.entry(body).or_default() += energy;
+                for (channel, own) in channels.iter_mut().zip(own) {
+                    let part = &mut channel[from as usize..(from + length) as usize];
+                    part.iter_mut().zip(own).for_each(|(sum, p)| *sum += p);
+                }
+            }
+            from += length;
+        }
+        Ok(())
+    }
+
+    /// ∫ p² dt [Pa² s] of each body so far, over all receivers.
+    pub(super) fn energies(&self) -> &BTreeMap<BodyId, f64> {
+        &self.energies
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clangor_core::medium::Medium;
+
+    use super::*;
+
+    #[test]
+    fn without_transfers_the_same_power_is_shared_equally() {
+        let transfer = |order: usize| ModalTransfer {
+            order,
+            coefficients: (0..(order + 1).pow(2))
+                .map(|i| Complex64::cis(i as f64) * (1.0 + i as f64))
+                .collect(),
+        };
+        let crossing = TAU * 0.1 / Medium::AIR.sound_speed;
+        let modes = [(700.0, Some(transfer(2))), (1900.0, Some(transfer(3))), (2600.0, Some(transfer(0)))];
+        let powers = |transfers: &mut dyn Iterator<Item = ModalTransfer>| -> Vec<f64> {
+            let power = |(t, f): (ModalTransfer, &f64)| (TAU * f).powi(4) * t.power(crossing * f);
+            transfers.zip(&[700.0, 1900.0, 2600.0]).map(power).collect()
+        };
+        let given = powers(&mut modes.iter().filter_map(|(_, t)| t.clone()));
+        let unit = powers(&mut without_transfers(&modes, crossing).into_iter());
+        // Residual seen: 2e-16.
+        assert!((given.iter().sum::<f64>() / unit.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(unit.iter().all(|p| (p / unit[0] - 1.0).abs() < 1e-12), "{unit:?}");
+    }
+}

@@ -1,0 +1,121 @@
+//! Bodies that break hand their vibration to their pieces: [`clangor_core::synthesis::modal::modal_state_transfer`] for those of a timeline.
+//!
+//! What the cracks took, and the kick that they gave to the pieces, came from what the breaking blows took of the motion, E₀
+//! ([`energy_limit`](super::super::energy_limit)), of which modes have no more than the rest,
+//!
+//! ```text
+//! E_blow ≤ E₀ − G_c A − ΔE_K
+//! ```
+//!
+//! What the body vibrated with before those blows is not touched.
+
+use std::collections::BTreeMap;
+
+use clangor_core::body::{Body, BodyId, Surface};
+use clangor_core::contact::{ImpactPulse, PoseHistory};
+use clangor_core::synthesis::modal::ModalState;
+use clangor_core::synthesis::modal::modal_state_transfer::{Handed, SurfaceSample, bound_energy, handed_over, sample_count};
+use clangor_core::timeline::FractureRow;
+use rayon::prelude::*;
+
+use super::Ringer;
+use crate::stages::render::energy_limit::energy_lost;
+
+/// Blows within this time before a body breaks are those that break it \[s\].
+const BREAKING: f64 = 1e-3;
+
+/// What became of the vibration of a body that broke.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Handover {
+    /// Energy of its modes, less what the cracks took of the breaking blow \[J\].
+    pub had: f64,
+    /// What its pieces vibrate with \[J\].
+    pub handed: f64,
+}
+
+/// What breaks, and where everything is.
+#[derive(Clone, Copy)]
+pub(in crate::stages::render) struct Breaking<'a> {
+    pub(in crate::stages::render) fractures: &'a [FractureRow],
+    pub(in crate::stages::render) poses: &'a PoseHistory,
+}
+
+/// Gives the pieces of all that breaks what they take over.
+pub(super) fn hand_over(
+    bodies: &[Body],
+    ringers: &mut [Ringer],
+    pulses: &[ImpactPulse],
+    Breaking { fractures, poses }: Breaking<'_>,
+) -> BTreeMap<BodyId, Handover> {
+    let mut done = BTreeMap::new();
+    for fracture in fractures {
+        let place = |id: BodyId| ringers.binary_search_by_key(&id, |ringer| ringer.body).ok();
+        let Some(parent) = place(fracture.parent) else { continue };
+        let pieces: Vec<usize> = fracture.pieces().filter_map(place).collect();
+        let parent = &ringers[parent];
+        let state = at_death(parent, bodies, pulses, fracture);
+        let had = state.energy(&parent.source);
+        if !(had > 0.0 && had.is_finite()) || pieces.is_empty() {
+            continue;
+        }
+        let pose = |id: BodyId| poses.at(id, fracture.time);
+        let parent_pose = pose(fracture.parent);
+        let mut handed: Vec<Handed> = pieces
+            .par_iter()
+            .map(|&piece| {
+                let Ringer { body, source, .. } = &ringers[piece];
+                let samples = samples(&bodies[body.index()].surface, sample_count(source.resonances().len()));
+                let poses = [&parent_pose, &pose(*body)];
+                handed_over((&parent.source, &state), source, &samples, poses, bodies[body.index()].mass)
+            })
+            .collect();
+        let mut bounded: Vec<_> =
+            pieces.iter().map(|piece| &*ringers[*piece].source).zip(&mut handed).collect();
+        let given = bound_energy(&mut bounded, had);
+        done.insert(fracture.parent, Handover { had, handed: given });
+        for (piece, handed) in pieces.into_iter().zip(handed) {
+            ringers[piece].handed = Some(handed.state);
+        }
+    }
+    done
+}
+
+/// What a body vibrates with when it breaks.
+fn at_death(ringer: &Ringer, bodies: &[Body], pulses: &[ImpactPulse], fracture: &FractureRow) -> ModalState {
+    let Ringer { body, source, blows, handed, .. } = ringer;
+    let death = fracture.time;
+    let breaking = |pulse: &ImpactPulse| pulse.time > death - BREAKING && pulse.time <= death;
+    let (last, earlier): (Vec<ImpactPulse>, Vec<ImpactPulse>) = blows.iter().cloned().partition(breaking);
+    let mut before = ModalState::after_blows(source, *body, &earlier, death);
+    if let Some(handed) = handed {
+        before = before.plus(&handed.later(source, death - bodies[body.index()].life.birth), 1.0);
+    }
+    let blow = ModalState::after_blows(source, *body, &last, death);
+    let gained = blow.energy(source);
+    let struck = |pulse: &&ImpactPulse| pulse.bodies.iter().flatten().any(|share| share.body == *body);
+    let lost: f64 = pulses.iter().filter(|pulse| breaking(pulse)).filter(struck).map(energy_lost).sum();
+    let left = lost.max(gained) - fracture.fracture_energy - fracture.kinetic_energy_gain;
+    let factor = if gained > left { (left.max(0.0) / gained).sqrt() } else { 1.0 };
+    before.plus(&blow, factor)
+}
+
+/// Places all over a surface, evenly by area.
+fn samples(surface: &Surface, count: usize) -> Vec<SurfaceSample> {
+    let Surface::Mesh(surface) = surface else { return Vec::new() };
+    let mesh = &surface.mesh;
+    let step = mesh.area() / count as f64;
+    let (mut samples, mut passed) = (Vec::with_capacity(count), 0.0);
+    for triangle in 0..mesh.triangles.len() {
+        let normal = mesh.area_vector(triangle);
+        let [a, b, c] = mesh.corners(triangle);
+        passed += normal.length();
+        while samples.len() < count && (samples.len() as f64 + 0.5) * step < passed {
+            // A sequence that fills the square evenly, folded into the triangle.
+            let k = samples.len() as f64;
+            let [u, v] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3].map(|part| (k * part).fract());
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            samples.push(SurfaceSample { place: a + u * (b - a) + v * (c - a), normal });
+        }
+    }
+    samples
+}

@@ -1,0 +1,98 @@
+//! The blows of a step as forces on the bodies that they may break.
+//!
+//! ```text
+//! F = (π/2) j/τ,    E = ½ m V²,    ΔE = ½ j V (1 − e)
+//! ```
+//!
+//! j is the impulse at each point, τ Hertz's duration, m the effective mass, V the approach speed, e the restitution. E is
+//! what the blow can strain into a body, ΔE what it takes from the motion for good.
+//!
+//! Differs: \[FRAC\] presses with j/Δt, which grows as steps shrink.
+
+use std::f64::consts::FRAC_PI_2;
+
+use clangor_core::body::{Body, BodyId};
+use clangor_core::contact::{ContactError, ContactSettings, ImpactPulse, PoseHistory, impact_pulses};
+use clangor_core::material::PairCoefficients;
+use clangor_core::scene::breaking::Load;
+use clangor_core::timeline::{ContactRow, PoseRow};
+use glam::DVec3;
+
+use crate::record::MERGE_WINDOW;
+
+/// What a blow does to one body.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Blow {
+    /// Until when it counts \[s\]: while it lasts, and as long as the blows of one impact follow each other.
+    pub(super) end: f64,
+    /// Points \[m\] and forces \[N\] in the axes of the body, about its centre of mass.
+    pub(super) forces: Vec<(DVec3, DVec3)>,
+    /// What it can strain into the body \[J\].
+    pub(super) energy: f64,
+    /// What it takes from the motion \[J\].
+    pub(super) loss: f64,
+}
+
+/// The impact of two bodies: rows of one pair at one instant, and the poses before them. `None` if it is too slow to be one.
+///
+/// # Errors
+/// [`ContactError`] for numbers that are not finite.
+pub(super) fn impact(
+    pair: [Option<&Body>; 2],
+    rows: &[ContactRow],
+    poses: &[PoseRow],
+    v_min: f64,
+) -> Result<Option<ImpactPulse>, ContactError> {
+    let Some(first) = rows.first() else { return Ok(None) };
+    // Hertz's formula asks for no body but these two.
+    let ids = [first.body_a, first.body_b];
+    let pair: Vec<Body> = pair.into_iter().flatten().cloned().collect();
+    let own = |id: BodyId| match ids.iter().position(|own| *own == id) {
+        Some(at) if id != BodyId::WORLD => BodyId(at as u32),
+        _ => BodyId::WORLD,
+    };
+    let rows: Vec<ContactRow> = rows
+        .iter()
+        .map(|row| ContactRow { body_a: own(row.body_a), body_b: own(row.body_b), impact_id: 1, ..*row })
+        .collect();
+    let known = poses.iter().filter(|pose| ids.contains(&pose.body));
+    let poses: Vec<PoseRow> = known.map(|pose| PoseRow { body: own(pose.body), ..*pose }).collect();
+    let settings = ContactSettings { v_min, chain_onset: false, ..ContactSettings::default() };
+    let (pulses, _) = impact_pulses(&pair, &rows, &PoseHistory::try_new(&pair, &poses)?, &settings)?;
+    Ok(pulses.into_iter().next())
+}
+
+/// What an impact does to a body of it: forces in the axes of the body.
+pub(super) fn blow_on(
+    body: BodyId,
+    pulse: &ImpactPulse,
+    rows: &[ContactRow],
+    pair: [Option<&Body>; 2],
+    load: Load,
+    time_step: f64,
+) -> Option<Blow> {
+    let side = [rows.first()?.body_a, rows.first()?.body_b].iter().position(|id| *id == body)?;
+    let sign = if side == 0 { 1.0 } else { -1.0 };
+    let pose = pulse.bodies[side]?.pose;
+    let to_body = pose.orientation.inverse();
+    let per_impulse = match load {
+        Load::HalfSinePeak => FRAC_PI_2 / pulse.duration,
+        Load::Step => 1.0 / time_step,
+    };
+    let restitution = match pair {
+        [Some(a), Some(b)] => PairCoefficients::of(&a.material, &b.material).restitution,
+        [Some(only), None] | [None, Some(only)] => only.material.restitution,
+        [None, None] => return None,
+    };
+    let lost: f64 = rows.iter().map(|r| 0.5 * r.impulse_n * r.approach_speed() * (1.0 - restitution)).sum();
+    Some(Blow {
+        end: pulse.time + pulse.duration.max(MERGE_WINDOW),
+        forces: pulse
+            .points
+            .iter()
+            .map(|(point, impulse)| (pose.body_from_world(*point), to_body * *impulse * (sign * per_impulse)))
+            .collect(),
+        energy: 0.5 * pulse.effective_mass * pulse.speed * pulse.speed,
+        loss: lost.max(0.0),
+    })
+}

@@ -1,6 +1,0 @@
-//! Mathematics that more than one module needs.
-
-pub(crate) mod bessel;
-pub(crate) mod complex_root;
-pub(crate) mod hankel;
-pub mod random;

@@ -10,7 +10,7 @@ export const EVENT = {
   kind: 0,
   /** [s], on the clock that whoever holds the event says. */
   time: 1,
-  /** How long the force of the blow lasts [s]. */
+  /** How long the force of the impact lasts [s]. */
   duration: 2,
   /** Radius of a sphere [m]. */
   radius: 3,
@@ -20,11 +20,11 @@ export const EVENT = {
   centre: 4,
   /** Quaternion x, y, z, w. */
   orientation: 7,
-  /** Change of velocity in the blow [m/s]; velocity, in a pose. 3 numbers. */
+  /** Change of velocity in the impact [m/s]; velocity, in a pose. 3 numbers. */
   velocityChange: 11,
   /** Change of angular velocity [rad/s], 3 numbers. */
   spinChange: 14,
-  /** Where the blow acts [m], 3 numbers. */
+  /** Where the impact acts [m], 3 numbers. */
   point: 17,
   /** Impulse on the body [N s], 3 numbers. */
   impulse: 20,
@@ -33,7 +33,7 @@ export const EVENT = {
 };
 
 /** Kinds of events: a sphere that is hit, a loaded object that is hit, where one is, and when one is no more. */
-export const EVENT_KIND = { click: 0, blow: 1, pose: 2, end: 3 };
+export const EVENT_KIND = { click: 0, impact: 1, pose: 2, end: 3 };
 
 /** Numbers per contact (f64). */
 export const CONTACT_STRIDE = 12;

@@ -1,4 +1,4 @@
-// A finished run from `clangor export web` (docs/format/replay.md): bodies, how they moved, every blow, and the sound
+// A finished run from `clangor export web` (docs/format/replay.md): bodies, how they moved, every impact, and the sound
 // models of what was hit. Nothing is simulated: it becomes a history that is replayed, with the listener free to move.
 
 import { EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
@@ -61,7 +61,7 @@ export function readRun(file) {
     solids: readSolids(about, array, frames[0].poses),
     frames,
     events,
-    contacts: events.filter((row) => row[EVENT.kind] <= EVENT_KIND.blow).map(contactOf),
+    contacts: events.filter((row) => row[EVENT.kind] <= EVENT_KIND.impact).map(contactOf),
     models,
     extent: extentOf(bodies, about, rows),
   };
@@ -113,7 +113,7 @@ function splitRows(rows) {
   return parts;
 }
 
-/** @param {Float64Array} row of a blow @returns {import('./history.js').Contact} */
+/** @param {Float64Array} row of an impact @returns {import('./history.js').Contact} */
 function contactOf(row) {
   const three = (/** @type {number} */ at) => [...row.subarray(at, at + 3)];
   return {

@@ -72,7 +72,7 @@ export const PRESETS = [
     id: 'cradle',
     name: 'Newton’s cradle',
     story:
-      'Five hung steel balls. The blow runs through the middle ones; only the outer two move enough to be heard.',
+      'Five hung steel balls. The impact runs through the middle ones; only the outer two move enough to be heard.',
     how: 'Drag an outer ball aside and let go to throw it. Space stops time: listen again in slow motion.',
     scene: fixed(newtonsCradle),
     extent: within([-0.2, 0, -0.12], [0.2, 0.26, 0.12]),
@@ -90,7 +90,7 @@ export const PRESETS = [
   {
     id: 'pool',
     name: 'Pool break',
-    story: 'Seven metres per second into fifteen balls: one blow becomes dozens within milliseconds.',
+    story: 'Seven metres per second into fifteen balls: one impact becomes dozens within milliseconds.',
     how: 'Drag any ball to shoot it. N sets the rack up again.',
     scene: fixed(poolBreak),
     extent: within([-1.27, 0, -0.635], [1.27, 0.06, 0.635]),
@@ -231,7 +231,7 @@ export function presetOfRun(run, name) {
   return {
     id: 'run',
     name,
-    story: `${run.bodies.length} bodies, ${run.contacts.length} blows in ${run.about.duration_s.toFixed(1)} seconds: a finished run. Listen from wherever you like.`,
+    story: `${run.bodies.length} bodies, ${run.contacts.length} impacts in ${run.about.duration_s.toFixed(1)} seconds: a finished run. Listen from wherever you like.`,
     how: 'Move the slider, choose a speed, drag a numbered head and play again.',
     scene: fixed(run.about.scene),
     extent: () => run.extent,

@@ -149,7 +149,7 @@ export class SolidsPicture {
     const [first] = ray.intersectObjects(this.group.children, false);
     if (!first || !first.face) return null;
     const normal = first.face.normal.clone().transformDirection(first.object.matrixWorld);
-    // A blow comes from the side of the onlooker.
+    // An impact comes from the side of the onlooker.
     if (normal.dot(ray.ray.direction) > 0) normal.negate();
     return {
       object: first.object.userData.object,

@@ -84,7 +84,7 @@ class SoundProcessor extends AudioWorkletProcessor {
         case 'events':
           this.queue.add(message.events);
           break;
-        // Blows of the page itself: they happen as soon as they can, and the page learns when that was.
+        // Impacts of the page itself: they happen as soon as they can, and the page learns when that was.
         case 'strike': {
           const { events } = message;
           for (let at = EVENT.time; at < events.length; at += EVENT_STRIDE) {

@@ -39,9 +39,9 @@ export class Stage extends EventTarget {
     this.strikeSpeed = 0.5;
     /** @type {import('./strike.js').PlacedSolid[]} */
     this.objects = [];
-    /** Blows whose time the worklet has not told yet.
+    /** Impacts whose time the worklet has not told yet.
      * @type {{ duration: number, impulse: number, speed: number }[]} */
-    this.blows = [];
+    this.impacts = [];
     /** @type {Map<string, Promise<Uint8Array>>} */
     this.files = new Map();
     this.random = randomNumbers(7);
@@ -74,7 +74,7 @@ export class Stage extends EventTarget {
     const text = preset.scene(this.box);
     this.transport.reset(false);
     this.history.clear();
-    this.blows = [];
+    this.impacts = [];
     const objects = await this.loadObjects(preset.objects ?? []);
     // Another scene was chosen while the files came.
     if (preset !== this.preset) return;
@@ -198,9 +198,9 @@ export class Stage extends EventTarget {
   strike(object, point, normal) {
     if (this.transport.finished) return;
     this.transport.goLive();
-    const blow = strike(object, point, normal, this.strikeSpeed, this.mallet);
-    this.blows.push({ ...blow, speed: this.strikeSpeed });
-    this.sound.post({ kind: 'strike', events: blow.event });
+    const impact = strike(object, point, normal, this.strikeSpeed, this.mallet);
+    this.impacts.push({ ...impact, speed: this.strikeSpeed });
+    this.sound.post({ kind: 'strike', events: impact.event });
   }
 
   /** Strikes any object somewhere. */
@@ -217,19 +217,19 @@ export class Stage extends EventTarget {
     this.strike(object, point, faceNormal(a, b, c));
   }
 
-  /** Keeps a blow of the page for replay and for the log. @param {Float64Array} event on the sound's clock */
+  /** Keeps an impact of the page for replay and for the log. @param {Float64Array} event on the sound's clock */
   remember(event) {
-    const blow = this.blows.shift();
-    if (!blow || this.transport.offset === null) return;
+    const impact = this.impacts.shift();
+    if (!impact || this.transport.offset === null) return;
     event[EVENT.time] -= this.transport.offset;
     this.history.addEvent(event);
     this.history.contacts.push({
       time: event[EVENT.time],
       bodyA: FIRST_KEY - event[EVENT.slot],
       bodyB: -1,
-      speed: blow.speed,
-      impulse: blow.impulse,
-      duration: blow.duration,
+      speed: impact.speed,
+      impulse: impact.impulse,
+      duration: impact.duration,
       point: [...event.subarray(EVENT.point, EVENT.point + 3)],
     });
   }

@@ -74,7 +74,7 @@ test('every scene opens without an error', async () => {
   await page.close();
 });
 
-test('a blow is handed out, with the base latency of the context, within 60 ms', async () => {
+test('an impact is handed out, with the base latency of the context, within 60 ms', async () => {
   const { page } = await opened('objects');
   await page.waitForTimeout(1500);
   const measured = [];
@@ -100,7 +100,7 @@ test('a blow is handed out, with the base latency of the context, within 60 ms',
   }
   const total = measured.map(({ wait, base }) => 1000 * (wait + base));
   const { base, own } = measured[0];
-  console.log(`blow to first sample + base latency: ${total.map((t) => t.toFixed(1)).join(', ')} ms`);
+  console.log(`impact to first sample + base latency: ${total.map((t) => t.toFixed(1)).join(', ')} ms`);
   console.log(
     `of which base latency ${(1000 * base).toFixed(1)} ms, latency of the synthesis ${(1000 * own).toFixed(1)} ms`,
   );
@@ -200,12 +200,12 @@ test('Newton’s cradle keeps the time of the elliptic integral, and clicks when
       ends: history.frames.map((/** @type {any} */ f) => [f.time, f.poses[0], f.poses[28], f.poses[29]]),
     };
   });
-  // Blows of an outer ball: faster than those between balls that hardly move.
-  const blows = contacts
+  // Impacts of an outer ball: faster than those between balls that hardly move.
+  const impacts = contacts
     .filter((/** @type {number[]} */ c) => c[3] > 0.3)
     .map((/** @type {number[]} */ c) => c[0]);
-  const groups = blows.filter(
-    (/** @type {number} */ t, /** @type {number} */ i) => i === 0 || t - blows[i - 1] > 0.1,
+  const groups = impacts.filter(
+    (/** @type {number} */ t, /** @type {number} */ i) => i === 0 || t - impacts[i - 1] > 0.1,
   );
   assert.ok(groups.length >= 4, `${groups}`);
   // The last ball swings freely from the first group to the second; its largest angle from its highest pose.

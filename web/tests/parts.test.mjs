@@ -111,7 +111,7 @@ test('from a moment on there are its events, and where what rings was last, unle
   add(EVENT_KIND.pose, 2, 0);
   add(EVENT_KIND.pose, 2, 1);
   add(EVENT_KIND.end, 2.5, 1);
-  add(EVENT_KIND.blow, 4, 0);
+  add(EVENT_KIND.impact, 4, 0);
   add(EVENT_KIND.click, 3.5, 0);
   add(EVENT_KIND.click, 2.7, 0);
   const rows = history.eventsFrom(3);

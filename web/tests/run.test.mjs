@@ -79,13 +79,13 @@ function example(version = 1) {
     [0, 2, 0, ...still],
     [0, -1, 0, ...eighth],
   ];
-  const blow = new Float64Array(EVENT_STRIDE);
-  blow.set([EVENT_KIND.blow, 0.06, 1e-4, 0]);
-  blow.set([0.3, 0, 0.4], EVENT.impulse);
-  blow[EVENT.body] = 1;
+  const impact = new Float64Array(EVENT_STRIDE);
+  impact.set([EVENT_KIND.impact, 0.06, 1e-4, 0]);
+  impact.set([0.3, 0, 0.4], EVENT.impulse);
+  impact[EVENT.body] = 1;
   return tensors(about, {
     poses: Float32Array.from(poses.flat()),
-    events: blow,
+    events: impact,
     'mesh.vertices': new Float32Array(9).fill(0.5),
     'mesh.triangles': new Uint32Array([0, 1, 2]),
     'mesh.ranges': new Uint32Array([0, 3, 0, 1]),
@@ -110,7 +110,7 @@ test('bodies move through their rows, stand still before and after, and planes k
   assert.ok(Math.abs(slope.distance + Math.SQRT1_2) < 1e-6);
 });
 
-test('events stay as they are, blows are seen, models keep their damping', () => {
+test('events stay as they are, impacts are seen, models keep their damping', () => {
   const run = readRun(example());
   assert.equal(run.events.length, 1);
   assert.equal(run.events[0][EVENT.time], 0.06);

@@ -5,10 +5,10 @@
 
 use std::time::Instant;
 
-use clangor_core::material::presets::GLASS;
 use clangor_bake::fem::ElasticConstants;
-use clangor_bake::stress::{PointLoad, StressBody, StressOptions};
 use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::stress::{PointLoad, StressBody, StressOptions};
+use clangor_core::material::presets::GLASS;
 use glam::DVec3;
 
 /// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the wall.

@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use clangor_core::shape::Shape;
 use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
 use clangor_bake::radiation::RadiationSolver;
+use clangor_core::shape::Shape;
 
 /// Runs of which the fastest counts.
 const RUNS: usize = 3;

@@ -1,24 +1,26 @@
 //! The modal bank: its samples, an entry, and an ellipsoid that rings by itself, as the entry of its own proportions and as the
 //! nearest of a bank, stage by stage.
 //!
-//! `cargo bench -p clangor-bake --bench modal_bank -- samples [SPACING] [THINNEST]` | `-- entry A B C [ACCURACY]` |
+//! `cargo bench -p clangor-bake --bench modal_soundbank -- samples [SPACING] [THINNEST]` | `-- entry A B C [ACCURACY]` |
 //! `-- build BANK.safetensors` | `-- beside BANK.safetensors A B C [m]`; pieces: `-p clangor-pipeline --bench piece_proxies`
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor_core::material::Material;
-use clangor_core::material::presets::GLASS;
-use clangor_core::math::random::SplitMix;
-use clangor_core::medium::Medium;
-use clangor_core::sound_model::soundbank::modal_soundbank::{BankMaterial, ContactMapping, ModalSoundbank, ProxyBody};
-use clangor_core::sound_model::files::modal_soundbank_file::{ModalBankFile, ModalBankOrigin};
-use clangor_core::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
 use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
 use clangor_bake::soundbank::modal::ellipsoid_modes::BallPolynomials;
 use clangor_bake::soundbank::modal::{BankOptions, build_bank, ringing_ellipsoid, sampling};
+use clangor_core::material::Material;
+use clangor_core::material::presets::GLASS;
+use clangor_core::math::random::SplitMix;
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::files::modal_soundbank_file::{ModalSoundbankFile, ModalSoundbankOrigin};
+use clangor_core::sound_model::soundbank::modal_soundbank::{
+    BankMaterial, ContactMapping, ModalSoundbank, ProxyBody,
+};
+use clangor_core::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
 use glam::{DMat3, DVec3};
 
 fn main() {
@@ -39,7 +41,7 @@ fn main() {
         Some("build") => build(&arguments[1], &options),
         Some("beside") => {
             let bytes = std::fs::read(&arguments[1]).expect("a bank");
-            let bank = ModalBankFile::decode(&bytes).expect("a bank").bank;
+            let bank = ModalSoundbankFile::decode(&bytes).expect("a bank").bank;
             beside(&bank, DVec3::new(number(2, 0.05), number(3, 0.006), number(4, 0.05)), &options);
         }
         _ => println!("samples | entry | build | beside"),
@@ -72,7 +74,7 @@ fn build(path: &str, options: &BankOptions) {
         }
         ControlFlow::Continue(())
     });
-    let origin = ModalBankOrigin {
+    let origin = ModalSoundbankOrigin {
         program: "bench".into(),
         inputs: String::new(),
         material: "glass".into(),
@@ -82,7 +84,7 @@ fn build(path: &str, options: &BankOptions) {
         largest_size: options.largest_size,
         max_frequency: options.max_frequency,
     };
-    let bytes = ModalBankFile { bank: bank.expect("a bank"), origin }.encode().expect("a file");
+    let bytes = ModalSoundbankFile { bank: bank.expect("a bank"), origin }.encode().expect("a file");
     std::fs::write(path, &bytes).expect("a folder to write to");
     println!("{:.0} CPU-s, {:.3} MB", seconds() - start, 1e-6 * bytes.len() as f64);
 }
@@ -104,14 +106,14 @@ const BANDS: usize = 11;
 /// Lowest centre \[Hz\].
 const LOWEST: f64 = 2_000.0;
 
-/// What blows at random places of an ellipsoid, along its normal, and random directions make of modes: in each third octave their
+/// What impacts at random places of an ellipsoid, along its normal, and random directions make of modes: in each third octave their
 /// number, Σ (U·n)², Σ |H|² and Σ (ω U·n |H|)²/4ξω.
 fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
     let mut sums = [[0.0; 4]; BANDS];
     let mut random = SplitMix::new(1);
     let (mut amplitudes, mut transfers) = (Vec::new(), Vec::new());
-    const BLOWS: u32 = 60;
-    for _ in 0..BLOWS {
+    const IMPACTS: u32 = 60;
+    for _ in 0..IMPACTS {
         let direction = random.direction();
         let normal = (direction / semi_axes).normalize();
         source.amplitudes(&[(semi_axes * direction, -normal)], &mut StrikeMemory::default(), &mut amplitudes);
@@ -123,7 +125,7 @@ fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
                 let heard =
                     (omega * amplitude * transfer.norm()).powi(2) / (4.0 * resonance.damping_ratio * omega);
                 let own = [1.0, amplitude.powi(2), transfer.norm_sqr(), heard];
-                sums[band as usize].iter_mut().zip(own).for_each(|(s, x)| *s += x / f64::from(BLOWS));
+                sums[band as usize].iter_mut().zip(own).for_each(|(s, x)| *s += x / f64::from(IMPACTS));
             }
         }
     }

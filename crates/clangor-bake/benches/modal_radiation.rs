@@ -8,19 +8,19 @@ mod cpu_time;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::material::presets::CERAMIC;
-use clangor_core::medium::Medium;
-use clangor_core::sound_model::modal::model::ModalTransfer;
-use clangor_core::sound_model::modal::surface::ModalSurface;
-use clangor_core::shape::Shape;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::mesh::remesh::resolution::resolution;
+use clangor_bake::mesh::tetrahedra::shape_mesh;
+use clangor_bake::modal_analysis::eigensolver;
 use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
 use clangor_bake::modal_radiation::fdtd_transfer::WaveModes;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::modal_analysis::eigensolver;
-use clangor_bake::mesh::remesh::resolution::resolution;
-use clangor_bake::mesh::tetrahedra::shape_mesh;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::material::presets::CERAMIC;
+use clangor_core::medium::Medium;
+use clangor_core::shape::Shape;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::sound_model::modal::surface::ModalSurface;
 use cpu_time::cpu_time;
 
 fn main() {
@@ -39,7 +39,7 @@ fn main() {
     let surface = surface.relative_to(centre);
     let (tetrahedra, start) = (shape_mesh(&shape, edge).expect("a mesh"), cpu_time());
     let constants = ElasticConstants::of(&CERAMIC.material()).expect("an elastic material");
-    let found = modes::solve(&ElasticSystem::new(&tetrahedra, &constants), limit).expect("modes");
+    let found = eigensolver::solve(&ElasticSystem::new(&tetrahedra, &constants), limit).expect("modes");
     println!(
         "{name}: {} modes of {} nodes, {:.1} CPU-s",
         found.modes.len(),

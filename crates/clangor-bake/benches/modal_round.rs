@@ -7,15 +7,15 @@ mod cpu_time;
 
 use std::ops::ControlFlow;
 
-use clangor_core::material::presets::{CERAMIC, STEEL};
-use clangor_core::sound_model::modal::surface::ModalSurface;
-use clangor_core::shape::Shape;
+use clangor_bake::bem::axisymmetric::AxisymmetricOptions;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
-use clangor_bake::bem::axisymmetric::RevolutionOptions;
-use clangor_bake::modal_radiation::axisymmetric::RoundSolver;
-use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::mesh::tetrahedra::shape_mesh;
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::modal_radiation::axisymmetric::AxisymmetricModalSolver;
+use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
+use clangor_core::material::presets::{CERAMIC, STEEL};
+use clangor_core::shape::Shape;
+use clangor_core::sound_model::modal::surface::ModalSurface;
 use cpu_time::cpu_time;
 use glam::DVec3;
 
@@ -58,8 +58,8 @@ fn main() {
                 shape: &mode.shape,
             })
             .collect();
-        let solver = RoundSolver::new(&meridian.about_centre_of_mass(), DVec3::Y);
-        let run = |solver: &RoundSolver| {
+        let solver = AxisymmetricModalSolver::new(&meridian.about_centre_of_mass(), DVec3::Y);
+        let run = |solver: &AxisymmetricModalSolver| {
             let before = cpu_time();
             let found = solver.transfers(&surface, &motions, &mut |_| ControlFlow::Continue(()));
             (found, cpu_time() - before)
@@ -73,8 +73,11 @@ fn main() {
         if !is_finer {
             continue;
         }
-        let options =
-            RevolutionOptions { nodes_per_wavelength: 16.0, edge_levels: 6, ..RevolutionOptions::new(0.0) };
+        let options = AxisymmetricOptions {
+            nodes_per_wavelength: 16.0,
+            edge_levels: 6,
+            ..AxisymmetricOptions::new(0.0)
+        };
         let (Ok(finer), spent) = run(&solver.with_options(options)) else { return };
         println!("{name}: finer {spent:.2} CPU-s");
         let radius = surface.radius();

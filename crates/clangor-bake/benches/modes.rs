@@ -8,12 +8,12 @@ mod cpu_time;
 
 use std::ops::ControlFlow;
 
-use clangor_core::material::presets::GLASS;
 use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
-use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::mesh::tetrahedra::block::block;
-use clangor_bake::modal_analysis::{VibrationOptions, vibration};
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::modal_analysis::{ModalAnalysisOptions, modal_analysis};
+use clangor_core::material::presets::GLASS;
 use cpu_time::cpu_time;
 use glam::DVec3;
 
@@ -49,8 +49,8 @@ fn main() {
     let geometry = BakeGeometry::RoundedBox { edges: DVec3::splat(0.1), round: 0.0 };
     let Ok(constants) = ElasticConstants::of(&GLASS.material()) else { return };
     let before = cpu_time();
-    let options = VibrationOptions::to(60e3);
-    match vibration(&geometry, &constants, &options, &mut |_| ControlFlow::Continue(())) {
+    let options = ModalAnalysisOptions::to(60e3);
+    match modal_analysis(&geometry, &constants, &options, &mut |_| ControlFlow::Continue(())) {
         Ok(found) => println!(
             "block 10 x 10 x 10 cm by bricks and mirrors: {} nodes, {} modes, {:.1} ms of CPU time per mode",
             found.nodes,

@@ -3,8 +3,8 @@
 
 use std::time::Instant;
 
-use clangor_core::sound_model::modal::model::ModalTransfer;
 use clangor_core::math::spherical_harmonics::count;
+use clangor_core::sound_model::modal::model::ModalTransfer;
 use glam::DVec3;
 use num_complex::Complex64;
 

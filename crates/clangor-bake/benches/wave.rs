@@ -11,10 +11,10 @@ use std::ops::ControlFlow;
 #[cfg(feature = "gpu")]
 use std::time::Instant;
 
-use clangor_core::shape::Shape;
 use clangor_bake::fdtd::{Boundary, WaveOptions, WaveSolver};
 #[cfg(feature = "gpu")]
 use clangor_bake::{gpu::Gpu, wave::WaveDevice};
+use clangor_core::shape::Shape;
 use cpu_time::cpu_time;
 
 fn main() {

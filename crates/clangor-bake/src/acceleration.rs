@@ -8,20 +8,20 @@ use std::ops::ControlFlow;
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::geometry::solid::MeshError;
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES, Term};
-use clangor_core::sound_model::acceleration::model::AccelerationModel;
-use clangor_core::sound_model::acceleration::near_field::NearField;
 use clangor_core::math::spherical_harmonics::index;
 use clangor_core::shape::ShapeError;
+use clangor_core::sound_model::acceleration::field::{AccelerationField, RIGID_DOFS, Term};
+use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::sound_model::acceleration::near_field::NearField;
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 
 use self::frequencies::{Band, FittedBand, solve_band};
 use self::solvers::{Prepared, prepare};
 pub(crate) use self::solvers::{has_cavities, watched};
-use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
-use crate::mesh::remesh::RemeshError;
 use crate::fdtd::{WaveDevice, WaveError};
+use crate::mesh::remesh::RemeshError;
+use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 /// Which solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,7 +74,7 @@ pub enum BakeGeometry {
         round: f64,
     },
     /// A body of revolution about y.
-    Revolution(Meridian),
+    Axisymmetric(Meridian),
     /// Any closed surface.
     Mesh(TriMesh),
 }
@@ -165,7 +165,7 @@ pub struct SolvedFrequency {
 pub struct Resumption<'a> {
     /// What an earlier call with the same geometry and options has solved.
     pub solved: Vec<SolvedFrequency>,
-    /// Told all that is solved, whenever there is more of it.
+    /// RenderReportView all that is solved, whenever there is more of it.
     pub keep: &'a mut dyn FnMut(&[SolvedFrequency]),
 }
 
@@ -277,7 +277,7 @@ fn field_of(fitted: &FittedBand, radius: f64, highest: f64, accuracy: f64) -> Ac
         .iter()
         .map(|sample| {
             let square = |d: usize| sample.coefficients[d].iter().map(Complex64::norm_sqr).sum::<f64>();
-            (0..DEGREES).map(|d| square(d).sqrt() / unit(d)).fold(0.0, f64::max)
+            (0..RIGID_DOFS).map(|d| square(d).sqrt() / unit(d)).fold(0.0, f64::max)
         })
         .collect();
     let mut field = AccelerationField {
@@ -290,7 +290,7 @@ fn field_of(fitted: &FittedBand, radius: f64, highest: f64, accuracy: f64) -> Ac
     };
     for n in 0..=order {
         for m in -(n as isize)..=n as isize {
-            for degree in 0..DEGREES {
+            for degree in 0..RIGID_DOFS {
                 let value =
                     |sample: &RadiationSample| sample.coefficients[degree][index(n, m)] / unit(degree);
                 let level =
@@ -319,9 +319,9 @@ fn near_field_of(fitted: &FittedBand, surface: &TriMesh, radius: f64) -> NearFie
     let mut scaled = surface.clone();
     scaled.vertices.iter_mut().for_each(|v| *v /= radius);
     let support = &fitted.fit.support;
-    let mut pressures = Vec::with_capacity(surface.vertices.len() * DEGREES * support.len());
+    let mut pressures = Vec::with_capacity(surface.vertices.len() * RIGID_DOFS * support.len());
     for vertex in 0..surface.vertices.len() {
-        for degree in 0..DEGREES {
+        for degree in 0..RIGID_DOFS {
             let unit = if degree < 3 { radius } else { radius * radius };
             let at = |i: &usize| fitted.samples[*i].surface_pressure[vertex][degree] / unit;
             pressures.extend(support.iter().map(at).map(|p| Complex32::new(p.re as f32, p.im as f32)));
@@ -335,11 +335,11 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use super::*;
-    use crate::bem::symmetric_patches::OctantSolver;
+    use crate::bem::symmetric_patches::SymmetricPatchSolver;
 
     /// A solver that counts.
     struct Counting {
-        solver: OctantSolver,
+        solver: SymmetricPatchSolver,
         solved: AtomicUsize,
     }
 
@@ -361,7 +361,7 @@ mod tests {
     #[test]
     fn a_bake_goes_on_where_it_was_interrupted() {
         let options = BakeOptions { method: Method::Bem, near_field: true, ..BakeOptions::new(4.0, 3e-2) };
-        let solver = OctantSolver::ellipsoid(DVec3::new(1.0, 0.8, 0.6), 4.0, 1e-2).unwrap();
+        let solver = SymmetricPatchSolver::ellipsoid(DVec3::new(1.0, 0.8, 0.6), 4.0, 1e-2).unwrap();
         let counting = Counting { solver, solved: AtomicUsize::new(0) };
         let mut go_on = |_: &BakeProgress| ControlFlow::Continue(());
         let mut kept: Vec<Vec<SolvedFrequency>> = Vec::new();

@@ -37,8 +37,8 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::acceleration::field::DEGREES;
 use clangor_core::math::spherical_harmonics::count;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -237,14 +237,14 @@ impl WaveSolver {
             WaveDevice::Gpu => {
                 let (lattice, rows) = (&self.lattice, &self.rows);
                 let (recorder, pulse) = (&recorder, &pulse);
-                gpu::signals(&gpu::Course { lattice, rows, recorder, pulse, stride, steps }, progress)?
+                gpu::signals(&gpu::GpuRun { lattice, rows, recorder, pulse, stride, steps }, progress)?
             }
             #[cfg(not(feature = "gpu"))]
             WaveDevice::Gpu => return Err(GpuError::NotBuilt.into()),
         };
-        let updates = (DEGREES * steps * self.lattice.cells()) as f64;
+        let updates = (RIGID_DOFS * steps * self.lattice.cells()) as f64;
         let free = pulse.values.len() + (PASSED * self.radius / (h * COURANT)) as usize;
-        let weights: [f64; DEGREES] = std::array::from_fn(|d| if d < 3 { 1.0 } else { h / self.radius });
+        let weights: [f64; RIGID_DOFS] = std::array::from_fn(|d| if d < 3 { 1.0 } else { h / self.radius });
         let tail = Tail::fit(&signals, count(order), free.div_ceil(stride), &weights);
         Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals, tail })
     }
@@ -259,7 +259,7 @@ impl WaveSolver {
         progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
     ) -> Result<Vec<Vec<f64>>, WaveError> {
         let done = AtomicUsize::new(0);
-        (0..DEGREES)
+        (0..RIGID_DOFS)
             .into_par_iter()
             .map(|motion| {
                 let drive = Drive::rigid(&self.rows, motion);
@@ -269,7 +269,7 @@ impl WaveSolver {
                     if step % stride == 0 {
                         recorder.record(&self.lattice, grid.pressure(), &mut signals);
                         let done = done.fetch_add(stride, Ordering::Relaxed);
-                        if progress(done as f64 / (DEGREES * steps) as f64).is_break() {
+                        if progress(done as f64 / (RIGID_DOFS * steps) as f64).is_break() {
                             return Err(WaveError::Interrupted);
                         }
                     }

@@ -20,12 +20,14 @@ use glam::DVec3;
 
 use crate::acceleration::{BakeError, BakeGeometry, BakeProgress};
 use crate::fem::{ElasticConstants, ElasticError};
-use crate::modal_radiation::axisymmetric::RoundSolver;
+use crate::modal_analysis::eigensolver::ModalError;
+use crate::modal_analysis::{
+    ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, modal_analysis,
+};
+use crate::modal_radiation::axisymmetric::AxisymmetricModalSolver;
 use crate::modal_radiation::surface_modes::SurfaceModes;
 use crate::modal_radiation::{ModalMotion, ModalSolver};
-use crate::modal_analysis::eigensolver::ModalError;
 use crate::radiation::RadiationError;
-use crate::modal_analysis::{Vibration, VibrationError, VibrationOptions, VibrationProgress, vibration};
 
 /// What modes to find, and how well.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +51,7 @@ impl ModalBakeOptions {
             medium,
             max_frequency: 20_000.0,
             mesh_error: 0.01,
-            most_nodes: VibrationOptions::MOST_NODES,
+            most_nodes: ModalAnalysisOptions::MOST_NODES,
             accuracy: 0.01,
         }
     }
@@ -80,7 +82,7 @@ pub enum ModalBakeError {
     Elastic(#[from] ElasticError),
     /// The modes cannot be found.
     #[error(transparent)]
-    Vibration(VibrationError),
+    ModalAnalysis(ModalAnalysisError),
     /// The surface does not suit the solver of its sound.
     #[error(transparent)]
     Surface(BakeError),
@@ -111,11 +113,11 @@ impl From<BakeError> for ModalBakeError {
     }
 }
 
-impl From<VibrationError> for ModalBakeError {
-    fn from(error: VibrationError) -> Self {
+impl From<ModalAnalysisError> for ModalBakeError {
+    fn from(error: ModalAnalysisError) -> Self {
         match error {
-            VibrationError::Interrupted => ModalBakeError::Interrupted,
-            error => ModalBakeError::Vibration(error),
+            ModalAnalysisError::Interrupted => ModalBakeError::Interrupted,
+            error => ModalBakeError::ModalAnalysis(error),
         }
     }
 }
@@ -132,19 +134,21 @@ pub fn find_modes(
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(ModalModel, ModalEvidence), ModalBakeError> {
     let constants = ElasticConstants::of(material)?;
-    let settings = VibrationOptions {
+    let settings = ModalAnalysisOptions {
         max_frequency: options.max_frequency,
         accuracy: options.mesh_error,
         most_nodes: options.most_nodes,
     };
-    let mut told = |p: &VibrationProgress| progress(&BakeProgress { done: p.done, stage: "finding modes" });
-    let found = match vibration(geometry, &constants, &settings, &mut told) {
-        Err(VibrationError::Modes(ModalError::Silent { first, .. })) => {
+    let mut on_progress =
+        |p: &ModalAnalysisProgress| progress(&BakeProgress { done: p.done, stage: "finding modes" });
+    let found = match modal_analysis(geometry, &constants, &settings, &mut on_progress) {
+        Err(ModalAnalysisError::Modes(ModalError::Silent { first, .. })) => {
             return Ok(silent(geometry, material, options, first));
         }
         found => found?,
     };
-    let Vibration { mut modes, surface, density, max_frequency, method, nodes, residual, warnings } = found;
+    let ModalAnalysis { mut modes, surface, density, max_frequency, method, nodes, residual, warnings } =
+        found;
     modes.iter_mut().for_each(|mode| round_shape(&mut mode.shape));
     let (radius, medium) = (surface.radius(), options.medium);
     let model = ModalModel { radius, medium, density, max_frequency, surface, modes };
@@ -174,9 +178,9 @@ pub fn radiate(
         return Ok(());
     }
     let count = model.modes.len() as f64;
-    let mut told =
+    let mut on_progress =
         |done: f64| progress(&BakeProgress { done: (done / count).min(1.0), stage: "radiating modes" });
-    if told(0.0).is_break() {
+    if on_progress(0.0).is_break() {
         return Err(ModalBakeError::Interrupted);
     }
     let (solver, method) = solver(geometry, model, options)?;
@@ -185,7 +189,7 @@ pub fn radiate(
         .iter()
         .map(|m| ModalMotion { wavenumber: wavenumber(m.frequency, options), shape: &m.shape })
         .collect();
-    let transfers = solver.transfers(&model.surface, &motions, &mut |done| told(done as f64))?;
+    let transfers = solver.transfers(&model.surface, &motions, &mut |done| on_progress(done as f64))?;
     for (mode, transfer) in model.modes.iter_mut().zip(transfers) {
         mode.transfer = Some(transfer);
     }
@@ -200,7 +204,10 @@ fn solver(
     options: &ModalBakeOptions,
 ) -> Result<(Box<dyn ModalSolver>, &'static str), ModalBakeError> {
     if let Some((meridian, axis)) = round(geometry) {
-        return Ok((Box::new(RoundSolver::new(&meridian, axis)), "boundary elements on the meridian"));
+        return Ok((
+            Box::new(AxisymmetricModalSolver::new(&meridian, axis)),
+            "boundary elements on the meridian",
+        ));
     }
     let quarters;
     let triangles = match geometry {
@@ -224,7 +231,7 @@ fn wavenumber(frequency: f64, options: &ModalBakeOptions) -> f64 {
 /// The meridian of a body of revolution, and its axis.
 fn round(geometry: &BakeGeometry) -> Option<(Meridian, DVec3)> {
     match geometry {
-        BakeGeometry::Revolution(meridian) => Some((meridian.clone(), DVec3::Y)),
+        BakeGeometry::Axisymmetric(meridian) => Some((meridian.clone(), DVec3::Y)),
         BakeGeometry::Ellipsoid { semi_axes } => {
             let [x, y, z] = semi_axes.to_array();
             let same = |a: f64, b: f64| (a - b).abs() <= SAME_AXIS * a;
@@ -266,7 +273,7 @@ fn bounding_radius(geometry: &BakeGeometry) -> f64 {
     match geometry {
         BakeGeometry::Ellipsoid { semi_axes } => semi_axes.max_element(),
         BakeGeometry::RoundedBox { edges, round } => (0.5 * *edges - *round).length() + round,
-        BakeGeometry::Revolution(meridian) => meridian.bounding_radius(),
+        BakeGeometry::Axisymmetric(meridian) => meridian.bounding_radius(),
         BakeGeometry::Mesh(mesh) => mesh.bounding_radius(DVec3::ZERO),
     }
 }

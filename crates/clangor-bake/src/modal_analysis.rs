@@ -23,14 +23,14 @@ use glam::DVec3;
 
 use crate::acceleration::BakeGeometry;
 use crate::fem::{ElasticConstants, ElasticSystem};
-use crate::modal_analysis::eigensolver::ModalError;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
-use crate::modal_analysis::axisymmetric::TurnedBody;
-use volume_fem::FilledBody;
+use crate::modal_analysis::axisymmetric::AxisymmetricBody;
+use crate::modal_analysis::eigensolver::ModalError;
+use volume_fem::VolumeFem;
 
 /// How to find modes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VibrationOptions {
+pub struct ModalAnalysisOptions {
     /// All modes below this are found \[Hz\].
     pub max_frequency: f64,
     /// Part of itself by which a finer mesh may change a frequency.
@@ -39,19 +39,19 @@ pub struct VibrationOptions {
     pub most_nodes: usize,
 }
 
-impl VibrationOptions {
+impl ModalAnalysisOptions {
     /// Nodes of meshes unless other limits are asked for: two gigabytes of factors.
     pub const MOST_NODES: usize = 80_000;
 
     /// Within 1 %.
     pub fn to(max_frequency: f64) -> Self {
-        VibrationOptions { max_frequency, accuracy: 0.01, most_nodes: Self::MOST_NODES }
+        ModalAnalysisOptions { max_frequency, accuracy: 0.01, most_nodes: Self::MOST_NODES }
     }
 }
 
 /// How a body vibrates.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Vibration {
+pub struct ModalAnalysis {
     /// The modes by frequency, without transfers; shapes are given at the nodes of the surface.
     pub modes: Vec<ModalMode>,
     /// The surface, in the frame of the geometry.
@@ -72,7 +72,7 @@ pub struct Vibration {
 
 /// How far a computation is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VibrationProgress {
+pub struct ModalAnalysisProgress {
     /// Part of the work that is done, 0 to 1; a guess.
     pub done: f64,
     /// Nodes of the mesh that is solved now.
@@ -81,7 +81,7 @@ pub struct VibrationProgress {
 
 /// Why there are no modes.
 #[derive(Debug, thiserror::Error)]
-pub enum VibrationError {
+pub enum ModalAnalysisError {
     /// The accuracy makes no sense.
     #[error("the accuracy is {0}, but must be between 0 and 1")]
     Accuracy(f64),
@@ -137,43 +137,43 @@ const SAFETY: f64 = 0.85;
 /// Finds all modes of a free body, about its centre of mass, up to a frequency.
 ///
 /// # Errors
-/// [`VibrationError`]; [`ModalError::Silent`] if there are none.
-pub fn vibration(
+/// [`ModalAnalysisError`]; [`ModalError::Silent`] if there are none.
+pub fn modal_analysis(
     geometry: &BakeGeometry,
     constants: &ElasticConstants,
-    options: &VibrationOptions,
-    progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
-) -> Result<Vibration, VibrationError> {
-    vibration_and_system(geometry, constants, options, progress).map(|(vibration, _)| vibration)
+    options: &ModalAnalysisOptions,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<ModalAnalysis, ModalAnalysisError> {
+    modal_analysis_and_system(geometry, constants, options, progress).map(|(vibration, _)| vibration)
 }
 
 /// The same with the matrices of the finest mesh; there are none of bodies that are solved by their section.
 ///
 /// # Errors
 /// As [`vibration`].
-pub fn vibration_and_system(
+pub fn modal_analysis_and_system(
     geometry: &BakeGeometry,
     constants: &ElasticConstants,
-    options: &VibrationOptions,
-    progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
-) -> Result<(Vibration, Option<ElasticSystem>), VibrationError> {
+    options: &ModalAnalysisOptions,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
     if !(options.accuracy > 0.0 && options.accuracy < 1.0) {
-        return Err(VibrationError::Accuracy(options.accuracy));
+        return Err(ModalAnalysisError::Accuracy(options.accuracy));
     }
     if !(options.max_frequency > 0.0 && options.max_frequency.is_finite()) {
         return Err(ModalError::Frequency(options.max_frequency).into());
     }
-    match TurnedBody::of(geometry, constants) {
+    match AxisymmetricBody::of(geometry, constants) {
         Some(body) => refined(&body, constants, options, progress),
         None => {
-            let body = FilledBody::of(geometry, constants, options.most_nodes)?;
+            let body = VolumeFem::of(geometry, constants, options.most_nodes)?;
             refined(&body, constants, options, progress)
         }
     }
 }
 
 /// A body that can be cut into elements of any size.
-pub(crate) trait Divisible {
+pub(crate) trait RefinableDiscretization {
     /// A mesh.
     type Mesh;
     /// Modes of a mesh.
@@ -186,9 +186,9 @@ pub(crate) trait Divisible {
     /// Edge of the first, coarse mesh over that of the second.
     fn first_ratio(&self) -> f64;
     /// A coarse mesh, whose frequencies up to a limit \[Hz\] may be off by several times the accuracy.
-    fn coarse(&self, limit: f64, accuracy: f64) -> Result<Self::Mesh, VibrationError>;
+    fn coarse(&self, limit: f64, accuracy: f64) -> Result<Self::Mesh, ModalAnalysisError>;
     /// A mesh finer by about `ratio` in all directions in which the one before is not fine enough already.
-    fn finer(&self, than: &Self::Mesh, ratio: f64) -> Result<Self::Mesh, VibrationError>;
+    fn finer(&self, than: &Self::Mesh, ratio: f64) -> Result<Self::Mesh, ModalAnalysisError>;
     /// Number of nodes, and length of edges in any unit.
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
     /// All modes up to a limit \[Hz\].
@@ -212,21 +212,21 @@ pub(crate) struct Spectrum<M> {
     pub(crate) modes: M,
 }
 
-fn refined<B: Divisible>(
+fn refined<B: RefinableDiscretization>(
     body: &B,
     constants: &ElasticConstants,
-    options: &VibrationOptions,
-    progress: &mut dyn FnMut(&VibrationProgress) -> ControlFlow<()>,
-) -> Result<(Vibration, Option<ElasticSystem>), VibrationError> {
-    let mut tell = |done: f64, nodes: usize| match progress(&VibrationProgress { done, nodes }) {
+    options: &ModalAnalysisOptions,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
+    let mut tell = |done: f64, nodes: usize| match progress(&ModalAnalysisProgress { done, nodes }) {
         ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(VibrationError::Interrupted),
+        ControlFlow::Break(()) => Err(ModalAnalysisError::Interrupted),
     };
     let limit = options.max_frequency;
     let mut mesh = body.coarse(limit, options.accuracy)?;
     let (nodes, mut edge) = body.size(&mesh);
     if nodes > options.most_nodes {
-        return Err(VibrationError::TooLarge { nodes, most: options.most_nodes });
+        return Err(ModalAnalysisError::TooLarge { nodes, most: options.most_nodes });
     }
     tell(0.0, nodes)?;
     let mut spectrum = body.solve(&mesh, limit * COARSE_MARGIN)?;
@@ -234,7 +234,7 @@ fn refined<B: Divisible>(
     let mut ratio = body.first_ratio();
     for meshes in 2..=MOST_MESHES {
         let finer = match body.finer(&mesh, ratio) {
-            Err(VibrationError::TooFine { .. }) => break,
+            Err(ModalAnalysisError::TooFine { .. }) => break,
             finer => finer?,
         };
         let (nodes, fine_edge) = body.size(&finer);
@@ -270,7 +270,7 @@ fn refined<B: Divisible>(
         shape,
         transfer: None,
     };
-    let vibration = Vibration {
+    let vibration = ModalAnalysis {
         modes: shapes.into_iter().enumerate().map(mode).collect(),
         surface,
         density: constants.density,
@@ -297,7 +297,7 @@ fn mesh_errors(coarse: &[f64], fine: &[f64], times: f64) -> Vec<f64> {
     errors
 }
 
-fn warnings(errors: &[f64], nodes: usize, options: &VibrationOptions) -> Vec<String> {
+fn warnings(errors: &[f64], nodes: usize, options: &ModalAnalysisOptions) -> Vec<String> {
     let (worst, asked) = (100.0 * largest(errors), 100.0 * options.accuracy);
     if errors.is_empty() {
         let most = options.most_nodes;

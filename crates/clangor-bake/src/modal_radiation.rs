@@ -3,15 +3,15 @@
 //! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ U(x)·n on the surface, outgoing, e^{+iωt}: the pressure of a modal
 //! acceleration q̈ = 1, k = ω/c. What comes of it is the transfer of `clangor_core::sound_model::modal::model`.
 
+pub mod axisymmetric;
+pub mod bem_transfer;
+pub mod fdtd_transfer;
 #[cfg(feature = "gpu")]
 pub mod gpu_transfers;
-pub mod axisymmetric;
 pub mod normal_velocity_projection;
 pub mod surface_modes;
 pub mod surface_motion;
-pub mod bem_transfer;
 mod truncation;
-pub mod fdtd_transfer;
 
 use std::ops::ControlFlow;
 

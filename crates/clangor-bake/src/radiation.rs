@@ -6,7 +6,7 @@
 //! belongs to a motion that grows, and keeps resonances away.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -81,9 +81,9 @@ pub struct RadiationSample {
     /// Outgoing multipoles of each motion on the sphere of radius `reference_radius` \[m\] about the origin:
     /// p e^{ikr} = Σ c_nm x^{−(n+1)} θₙ(ikRx)/θₙ(ikR) Y_nm, x = r/R, without the special factor of the monopole. Translations
     /// \[m\], rotations \[m²\]. Index n² + n + m.
-    pub coefficients: [Vec<Complex64>; DEGREES],
+    pub coefficients: [Vec<Complex64>; RIGID_DOFS],
     /// Pressure of each motion at the vertices of [`RadiationSolver::surface`]; empty without a surface.
-    pub surface_pressure: Vec<[Complex64; DEGREES]>,
+    pub surface_pressure: Vec<[Complex64; RIGID_DOFS]>,
 }
 
 /// A solver of the six motions of one body, in the frame with the centre of mass at the origin.
@@ -104,7 +104,7 @@ pub trait RadiationSolver: Sync {
 }
 
 /// g_1 … g_6 at a point x of the surface with normal n (of any length).
-pub fn rigid_motions(x: DVec3, n: DVec3) -> [f64; DEGREES] {
+pub fn rigid_motions(x: DVec3, n: DVec3) -> [f64; RIGID_DOFS] {
     let r = x.cross(n);
     [n.x, n.y, n.z, r.x, r.y, r.z]
 }

@@ -11,16 +11,16 @@ mod of_model;
 mod sampling;
 mod series_fit;
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
-use clangor_core::reference::pan_representation::PublishedField;
+use clangor_core::reference::pan_representation::PanField;
 use clangor_core::reference::pan_representation::directions::Directions;
 use clangor_core::reference::pan_representation::signals::{Signals, SparseCoefficients};
 use clangor_core::reference::pan_representation::wavelet;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-pub use self::of_model::{PublishedForm, PublishedModelError, published_model};
+pub use self::of_model::{PanForm, PanModelError, pan_model};
 pub use self::sampling::{FieldSampler, half_sine_spectrum, synthesize};
 use self::series_fit::{CirculantFit, pseudo_inverse};
 
@@ -46,7 +46,7 @@ pub enum Fit {
 
 /// What to store.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PublishedOptions {
+pub struct PanOptions {
     /// h [R/c].
     pub pulse: f64,
     /// Time between samples [R/c].
@@ -68,7 +68,7 @@ pub fn fit_radii(count: usize) -> Vec<f64> {
     (0..count).map(|i| 2.0 * 2.0f64.powf(i as f64 / (count - 1) as f64)).collect()
 }
 
-impl PublishedOptions {
+impl PanOptions {
     /// t − r/c of the first sample [R/c]: the wave leaves the body up to R/c before one from the centre would, the pulse
     /// begins 2h before its middle, and the wavelets at the beginning are given room.
     pub fn start(&self) -> f64 {
@@ -83,7 +83,7 @@ impl PublishedOptions {
 
 /// Why there is no published field.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PublishedFitError {
+pub enum PanFitError {
     /// Options that make no sense.
     #[error("{what} is {value}")]
     BadOption {
@@ -99,15 +99,15 @@ pub enum PublishedFitError {
 
 /// Fits the published representation at the [`fit_radii`].
 ///
-/// `spectra` is the field: p e^{iκ|x|}/(ρR) of z = e_1 … e_6 at x, at the [`PublishedOptions::wavenumbers`]; zero where it is
+/// `spectra` is the field: p e^{iκ|x|}/(ρR) of z = e_1 … e_6 at x, at the [`PanOptions::wavenumbers`]; zero where it is
 /// not known.
 ///
 /// # Errors
 /// Options that make no sense.
 pub fn fit(
-    options: &PublishedOptions,
-    spectra: &(dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES] + Sync),
-) -> Result<PublishedField, PublishedFitError> {
+    options: &PanOptions,
+    spectra: &(dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS] + Sync),
+) -> Result<PanField, PanFitError> {
     fit_at(options, &fit_radii(options.radii), spectra)
 }
 
@@ -116,16 +116,16 @@ pub fn fit(
 /// # Errors
 /// Options that make no sense, radii that are not as many as the options say, or below 1.
 pub fn fit_at(
-    options: &PublishedOptions,
+    options: &PanOptions,
     radii: &[f64],
-    spectra: &(dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES] + Sync),
-) -> Result<PublishedField, PublishedFitError> {
+    spectra: &(dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS] + Sync),
+) -> Result<PanField, PanFitError> {
     check(options)?;
     if radii.len() != options.radii {
-        return Err(PublishedFitError::BadOption { what: "the number of radii", value: radii.len() as f64 });
+        return Err(PanFitError::BadOption { what: "the number of radii", value: radii.len() as f64 });
     }
     if let Some(&radius) = radii.iter().find(|r| !(**r >= 1.0 && r.is_finite())) {
-        return Err(PublishedFitError::BadOption { what: "a radius of the fit", value: radius });
+        return Err(PanFitError::BadOption { what: "a radius of the fit", value: radius });
     }
     let vectors = options.directions.vectors();
     let start = options.start();
@@ -137,7 +137,7 @@ pub fn fit_at(
                 .par_iter()
                 .flat_map_iter(|v| {
                     let shells = shell_spectra(*v, radii, spectra);
-                    let fitted: Vec<_> = (0..DEGREES)
+                    let fitted: Vec<_> = (0..RIGID_DOFS)
                         .map(|degree| {
                             let coefficients: Vec<Vec<f64>> = shells
                                 .iter()
@@ -161,8 +161,8 @@ pub fn fit_at(
                 .par_iter()
                 .map(|v| {
                     let shells = shell_spectra(*v, radii, spectra);
-                    let mut all = Vec::with_capacity(DEGREES * options.terms * options.length);
-                    for degree in 0..DEGREES {
+                    let mut all = Vec::with_capacity(RIGID_DOFS * options.terms * options.length);
+                    for degree in 0..RIGID_DOFS {
                         for q in system.solve(&shells, degree, &pulse) {
                             let x = synthesize(&q, &vec![1.0; q.len()], options.step, start);
                             all.extend(x.iter().map(|x| *x as f32));
@@ -174,7 +174,7 @@ pub fn fit_at(
             Signals::Samples(samples.concat())
         }
     };
-    Ok(PublishedField {
+    Ok(PanField {
         pulse: options.pulse,
         step: options.step,
         start,
@@ -185,8 +185,8 @@ pub fn fit_at(
     })
 }
 
-fn check(options: &PublishedOptions) -> Result<(), PublishedFitError> {
-    let bad = |what, value| Err(PublishedFitError::BadOption { what, value });
+fn check(options: &PanOptions) -> Result<(), PanFitError> {
+    let bad = |what, value| Err(PanFitError::BadOption { what, value });
     let positive = |x: f64| x > 0.0 && x.is_finite();
     if !positive(options.pulse) {
         return bad("the pulse", options.pulse);
@@ -226,8 +226,8 @@ fn check(options: &PublishedOptions) -> Result<(), PublishedFitError> {
 fn shell_spectra(
     direction: DVec3,
     radii: &[f64],
-    spectra: &(dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES] + Sync),
-) -> Vec<[Vec<Complex64>; DEGREES]> {
+    spectra: &(dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS] + Sync),
+) -> Vec<[Vec<Complex64>; RIGID_DOFS]> {
     radii.iter().map(|r| spectra(direction * *r)).collect()
 }
 

@@ -7,7 +7,7 @@
 //! The reaction r holds the body in balance: by default the inertia of its rigid acceleration (see `balance`). K is
 //! factored once (see `anchored_factor`); a load then costs a forward and a backward substitution, or, where the body was
 //! loaded there before, sums over stored columns (see `unit_loads`). Contact forces are spread over a patch (see
-//! `surface_loads`).
+//! `contact_tractions`).
 //!
 //! It is what a body would carry if the forces rose slowly: no waves run through it. That holds where contacts last longer
 //! than waves take through the body.
@@ -17,9 +17,9 @@
 
 mod anchored_factor;
 mod balance;
+mod contact_tractions;
 mod fracture_mesh;
 mod recovery;
-mod contact_tractions;
 mod symmetric_tensor;
 mod unit_loads;
 
@@ -31,9 +31,9 @@ use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::mesh::tetrahedra::TetMesh;
 use anchored_factor::AnchoredFactor;
 use balance::Balance;
+use contact_tractions::ContactTractions;
 pub use fracture_mesh::{FractureMeshError, fracture_mesh};
 use recovery::Recovery;
-use contact_tractions::SurfaceLoads;
 pub use symmetric_tensor::SymmetricTensor;
 use unit_loads::UnitLoads;
 
@@ -179,7 +179,7 @@ pub struct StressBody {
     mesh: TetMesh,
     balance: Balance,
     factor: AnchoredFactor,
-    loads: SurfaceLoads,
+    loads: ContactTractions,
     recovery: Recovery,
     unit_loads: UnitLoads,
 }
@@ -215,7 +215,7 @@ impl StressBody {
         let system = ElasticSystem::new(&mesh, constants);
         let balance = Balance::new(&system, options.reaction);
         let factor = AnchoredFactor::new(&system, &balance)?;
-        let loads = SurfaceLoads::new(&mesh, radius);
+        let loads = ContactTractions::new(&mesh, radius);
         let recovery = Recovery::new(&mesh, constants);
         let unit_loads = UnitLoads::new(loads.vertex_count(), mesh.corners, options.cache_bytes);
         Ok(StressBody { mesh, balance, factor, loads, recovery, unit_loads })

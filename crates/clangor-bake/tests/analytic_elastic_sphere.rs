@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use clangor_core::material::Material;
-use clangor_core::material::presets::GLASS;
 use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::lamb_sphere::frequencies;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
-use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
-use clangor_bake::modal_analysis::{VibrationOptions, vibration};
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::modal_analysis::{ModalAnalysisOptions, modal_analysis};
+use clangor_core::material::Material;
+use clangor_core::material::presets::GLASS;
 use glam::DVec3;
 
 const RADIUS: f64 = 0.025;
@@ -41,9 +41,9 @@ fn estimates(semi_axes: DVec3, accuracy: f64) -> (Vec<f64>, f64) {
     let exact = frequencies(&material, RADIUS);
     let constants = ElasticConstants::of(&material).expect("an elastic material");
     let geometry = BakeGeometry::Ellipsoid { semi_axes };
-    let options = VibrationOptions { accuracy, ..VibrationOptions::to(1.005 * exact[19]) };
+    let options = ModalAnalysisOptions { accuracy, ..ModalAnalysisOptions::to(1.005 * exact[19]) };
     let mut go_on = |_: &_| ControlFlow::Continue(());
-    let found = vibration(&geometry, &constants, &options, &mut go_on).expect("modes");
+    let found = modal_analysis(&geometry, &constants, &options, &mut go_on).expect("modes");
     assert!(found.modes.len() >= 20, "{}", found.modes.len());
     let errors: Vec<f64> = found.modes.iter().zip(&exact).map(|(m, f)| m.frequency / f - 1.0).collect();
     let ratios = found.modes.iter().zip(&errors).map(|(m, e)| m.mesh_error / e).collect();

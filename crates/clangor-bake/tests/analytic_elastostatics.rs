@@ -1,10 +1,10 @@
 //! Stress of free bars and blocks against closed forms: uniform strain, tension, four-point bending.
 
-use clangor_core::material::presets::GLASS;
 use clangor_bake::fem::ElasticConstants;
-use clangor_bake::stress::{Deformation, StressBody, StressOptions, SymmetricTensor};
 use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::stress::{Deformation, StressBody, StressOptions, SymmetricTensor};
+use clangor_core::material::presets::GLASS;
 use glam::{DMat3, DVec3};
 
 fn glass() -> ElasticConstants {

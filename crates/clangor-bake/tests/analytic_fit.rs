@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::field::DEGREES;
-use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
-use clangor_core::math::spherical_harmonics::{count, index};
 use clangor_bake::acceleration::{BakeOptions, bake_with};
 use clangor_bake::radiation::{RadiationError, RadiationSample, RadiationSolver};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::math::spherical_harmonics::{count, index};
+use clangor_core::medium::Medium;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
+use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -23,7 +23,7 @@ impl RadiationSolver for ExactSphere {
     fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
         let a = self.0;
         let sample = |&k: &f64| {
-            let mut coefficients: [Vec<Complex64>; DEGREES] =
+            let mut coefficients: [Vec<Complex64>; RIGID_DOFS] =
                 std::array::from_fn(|_| vec![Complex64::ZERO; count(order)]);
             let (re, im) = SphereTransfer::new(SphereModel::Exact, &UNIT, a, a, 1.0).at(k);
             let c = Complex64::new(re, im) * Complex64::new(0.0, k * a).exp() / (0.75 / PI).sqrt();

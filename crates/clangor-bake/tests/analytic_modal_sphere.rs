@@ -4,16 +4,16 @@
 
 use std::f64::consts::PI;
 
+use clangor_bake::bem::axisymmetric::AxisymmetricOptions;
+use clangor_bake::bem::axisymmetric::azimuthal::{AzimuthalSolver, RingWave};
+use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
+use clangor_bake::modal_radiation::axisymmetric::AxisymmetricModalSolver;
+use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_core::geometry::meridian::Meridian;
-use clangor_core::sound_model::modal::model::ModalTransfer;
-use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::math::radial::{outgoing, reverse_bessel};
 use clangor_core::math::spherical_harmonics::{count, index, solid_harmonics};
-use clangor_bake::bem::axisymmetric::RevolutionOptions;
-use clangor_bake::bem::axisymmetric::azimuthal::{AzimuthalSolver, RingWave};
-use clangor_bake::modal_radiation::axisymmetric::RoundSolver;
-use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
+use clangor_core::sound_model::modal::model::ModalTransfer;
+use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -57,7 +57,7 @@ fn power(n: usize, coefficient: Complex64, wavenumber: f64) -> f64 {
 fn orders_around_the_axis_radiate_as_they_should() {
     let radius = 0.7;
     let ball = Meridian::spheroid(radius, radius).expect("a ball");
-    let solver = AzimuthalSolver::new(&ball, radius, RevolutionOptions::new(0.0));
+    let solver = AzimuthalSolver::new(&ball, radius, AxisymmetricOptions::new(0.0));
     let mut values = Vec::new();
     let (mut on_surface, mut away) = (0.0_f64, 0.0_f64);
     for ka in WAVENUMBERS {
@@ -110,7 +110,7 @@ fn modes_of_a_sphere_radiate_as_they_should() {
     let surface = ModalSurface { nodes: mesh.nodes.clone(), triangles: mesh.surface() };
     let ball = Meridian::spheroid(1.0, 1.0).expect("a ball");
     // Any axis will do.
-    let solver = RoundSolver::new(&ball, DVec3::new(0.48, -0.6, 0.64));
+    let solver = AxisymmetricModalSolver::new(&ball, DVec3::new(0.48, -0.6, 0.64));
     let mut values = Vec::new();
     let shapes: Vec<(usize, usize, Vec<DVec3>)> = [(0, 0), (1, 1), (1, -1), (2, 0), (5, -3)]
         .map(|(n, m)| {

@@ -4,15 +4,15 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::modal::surface::ModalSurface;
-use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
-use clangor_core::shape::Shape;
 use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::mesh::remesh::SymmetricMesh;
 use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::mesh::remesh::SymmetricMesh;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
+use clangor_core::shape::Shape;
+use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::{BVec3, DMat3, DVec3};
 use num_complex::Complex64;
 
@@ -65,7 +65,7 @@ fn efficiency(n: usize, k: f64) -> f64 {
     (exact(n, k) * (-Complex64::new(0.0, k)).exp() * Complex64::new(0.0, k)).re.abs()
 }
 
-const DEGREES: [(usize, isize); 4] = [(0, 0), (1, -1), (2, 1), (5, 3)];
+const RIGID_DOFS: [(usize, isize); 4] = [(0, 0), (1, -1), (2, 1), (5, 3)];
 /// π and 4.4934 are resonances of the ball with p = 0 on its surface, of n = 0 and 1.
 const WAVENUMBERS: [f64; 5] = [0.1, 2.0, PI, 4.4934, 8.0];
 
@@ -74,7 +74,7 @@ fn multipoles_of_modes_are_exact() {
     let (mesh, surface) = (sphere(), elements());
     let symmetric = SymmetricMesh { cell: mesh, mirrors: BVec3::FALSE, frame: DMat3::IDENTITY };
     let solver = TriangleModes::on(symmetric);
-    let shapes: Vec<Vec<DVec3>> = DEGREES
+    let shapes: Vec<Vec<DVec3>> = RIGID_DOFS
         .iter()
         .map(|(n, m)| surface.nodes.iter().map(|x| *x * harmonic(*x, *n, *m)).collect())
         .collect();
@@ -84,7 +84,7 @@ fn multipoles_of_modes_are_exact() {
             shapes.iter().map(|shape| ModalMotion { wavenumber, shape }).collect();
         let transfers =
             solver.transfers(&surface, &motions, &mut |_| ControlFlow::Continue(())).expect("a solution");
-        for ((n, m), transfer) in DEGREES.iter().zip(transfers) {
+        for ((n, m), transfer) in RIGID_DOFS.iter().zip(transfers) {
             if efficiency(*n, wavenumber) < 1e-4 {
                 continue;
             }
@@ -110,7 +110,7 @@ fn surface_pressures_of_modes_are_exact() {
     let solver = GalerkinSolver::try_new(&mesh, 8.0, Equation::BurtonMiller).expect("small");
     let mut worst = 0.0_f64;
     for wavenumber in WAVENUMBERS {
-        for (n, m) in DEGREES {
+        for (n, m) in RIGID_DOFS {
             let corner = |t: &[u32; 3]| t.map(|v| harmonic(mesh.vertices[v as usize], n, m));
             let accelerations: Vec<[f64; 3]> = mesh.triangles.iter().map(corner).collect();
             let pressures = solver.surface_pressure(wavenumber, &accelerations).expect("a solution");

@@ -3,13 +3,13 @@
 //! There are no closed forms for three-dimensional free bodies with corners. Beam theory is within 1 % for the bar's
 //! first mode, and Leissa's plate frequencies are up to 1 % high; the fine meshes here agree with both.
 
-use clangor_core::material::Material;
-use clangor_core::material::presets::{GLASS, STEEL};
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
-use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_bake::mesh::tetrahedra::cylinder::torus;
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_core::material::Material;
+use clangor_core::material::presets::{GLASS, STEEL};
 use glam::DVec3;
 
 /// First ten frequencies \[Hz\].

@@ -2,16 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::acceleration::field::DEGREES;
-use clangor_core::math::radial::outgoing;
-use clangor_core::shape::Shape;
 use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
 use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
-use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use clangor_bake::mesh::remesh::resolution::resolution;
 use clangor_bake::mesh::remesh::{RemeshOptions, remesh_symmetric};
+use clangor_bake::radiation::{RadiationSample, RadiationSolver};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::math::radial::outgoing;
+use clangor_core::shape::Shape;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -19,7 +19,11 @@ use num_complex::Complex64;
 const HIGHEST: f64 = TAU * 20e3 / 343.0;
 
 /// Multipoles of the six motions at 2R, R the bounding radius of the input, and the number of vertices.
-fn solved(input: &TriMesh, options: &RemeshOptions, wavenumber: f64) -> ([Vec<Complex64>; DEGREES], usize) {
+fn solved(
+    input: &TriMesh,
+    options: &RemeshOptions,
+    wavenumber: f64,
+) -> ([Vec<Complex64>; RIGID_DOFS], usize) {
     let radius = input.bounding_radius(DVec3::ZERO);
     let normals: Vec<DVec3> = mirror_planes(input, 1e-4 * radius).iter().map(|p| p.normal).collect();
     let (mesh, report) = remesh_symmetric(input, &normals, options).unwrap();

@@ -1,14 +1,14 @@
 //! The lowest frequency of a body, found alone by elements or by polynomials, against all modes of the same mesh and of finer ones.
 
-use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::material::presets::{GLASS, STEEL};
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
-use clangor_bake::soundbank::modal::solid_polynomials::lowest_by_polynomials;
-use clangor_bake::soundbank::modal::{first_frequency, first_frequency_of_surface};
-use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
 use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::soundbank::modal::solid_polynomials::lowest_by_polynomials;
+use clangor_bake::soundbank::modal::{first_frequency, first_frequency_of_surface};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::material::presets::{GLASS, STEEL};
 use glam::{DVec2, DVec3};
 
 #[test]

@@ -2,10 +2,10 @@
 //!
 //! Needs the feature `gpu` and a Vulkan device; one in software will do. Without one it says `skipped:`.
 
-use clangor_core::sound_model::modal::model::ModalTransfer;
-use clangor_core::math::spherical_harmonics::count;
 use clangor_bake::gpu::{Gpu, GpuError};
 use clangor_bake::modal_radiation::gpu_transfers::GpuTransfers;
+use clangor_core::math::spherical_harmonics::count;
+use clangor_core::sound_model::modal::model::ModalTransfer;
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -1,10 +1,10 @@
 //! Quasistatic stress as \[FRAC\] §3.1 prints it, against dense algebra; and what its projection costs on graded meshes.
 
-use clangor_core::material::presets::GLASS;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
-use clangor_bake::stress::{PointLoad, Reaction, StressBody, StressOptions};
 use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_bake::mesh::tetrahedra::{TetMesh, ball};
+use clangor_bake::stress::{PointLoad, Reaction, StressBody, StressOptions};
+use clangor_core::material::presets::GLASS;
 use glam::DVec3;
 
 fn glass() -> ElasticConstants {

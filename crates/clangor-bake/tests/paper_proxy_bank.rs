@@ -6,16 +6,16 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES};
-use clangor_core::sound_model::acceleration::proxy_field::mean_field;
 use clangor_bake::soundbank::acceleration::{bank_entry, build_bank};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, RIGID_DOFS};
+use clangor_core::sound_model::acceleration::proxy_field::mean_field;
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
 /// Pressures of one motion at twice the longest semi-axis, 16 directions, 20 frequencies; `scale` is the longest
 /// semi-axis.
 fn pressures(field: &AccelerationField, degree: usize, scale: f64) -> Vec<Complex64> {
-    let mut z = [0.0; DEGREES];
+    let mut z = [0.0; RIGID_DOFS];
     z[degree] = if degree < 3 { scale } else { scale * scale };
     let mut values = Vec::new();
     for k in 0..16 {
@@ -78,7 +78,9 @@ fn the_whole_bank() {
         4e-6 * numbers as f64
     );
     let at = |b: f64, c: f64| {
-        let near = |e: &&clangor_core::sound_model::soundbank::ellipsoid_bank::BankEntry| (e.b - b).abs() + (e.c - c).abs() < 1e-6;
+        let near = |e: &&clangor_core::sound_model::soundbank::ellipsoid_bank::BankEntry| {
+            (e.b - b).abs() + (e.c - c).abs() < 1e-6
+        };
         &bank.entries().iter().find(near).unwrap().field
     };
     let value = |k: usize| 0.05 + 0.095 * k as f64;
@@ -111,7 +113,7 @@ fn the_whole_bank() {
         let (bn, cn) = (value(i + usize::from(fb > 0.49)), value(j + usize::from(fc > 0.49)));
         let volume = (b * c / (bn * cn)).cbrt();
         print!("1 : {b:.3} : {c:.3}");
-        for degree in 0..DEGREES {
+        for degree in 0..RIGID_DOFS {
             let exact = pressures(&own.field, degree, 1.0);
             let same_axis = pressures(at(bn, cn), degree, 1.0);
             let same_volume = pressures(at(bn, cn), degree, volume);

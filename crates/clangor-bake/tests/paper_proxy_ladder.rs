@@ -5,11 +5,11 @@
 
 mod exact_fields;
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
-use clangor_core::reference::pan_representation::PublishedField;
+use clangor_bake::reference::{Fit, PanFitError, PanOptions, fit, synthesize};
+use clangor_core::reference::pan_representation::PanField;
 use clangor_core::reference::pan_representation::directions::Directions;
 use clangor_core::reference::pan_representation::pulse::pulse_spectrum;
-use clangor_bake::reference::{Fit, PublishedFitError, PublishedOptions, fit, synthesize};
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use exact_fields::{Ball, ball, cross, spectra};
 use glam::DVec3;
 
@@ -17,8 +17,8 @@ use glam::DVec3;
 const UNIT: f64 = 0.5 / 343.2;
 
 /// h = 0.1 ms, 96 kHz, 2048 samples, N = 2 terms from M = 5 radii, 45 directions.
-fn published(tolerance: f64) -> PublishedOptions {
-    PublishedOptions {
+fn published(tolerance: f64) -> PanOptions {
+    PanOptions {
         pulse: 1e-4 / UNIT,
         step: 1.0 / (96_000.0 * UNIT),
         length: 2048,
@@ -29,22 +29,22 @@ fn published(tolerance: f64) -> PublishedOptions {
     }
 }
 
-fn fitted(balls: &[Ball], options: &PublishedOptions) -> PublishedField {
+fn fitted(balls: &[Ball], options: &PanOptions) -> PanField {
     let wavenumbers = options.wavenumbers();
     fit(options, &|x| spectra(balls, x, &wavenumbers)).expect("valid options")
 }
 
 /// Relative L2 error of the pulses of each motion over directions at a distance; 0 for a motion without sound.
-fn errors(field: &PublishedField, balls: &[Ball], directions: &[DVec3], distance: f64) -> [f64; DEGREES] {
+fn errors(field: &PanField, balls: &[Ball], directions: &[DVec3], distance: f64) -> [f64; RIGID_DOFS] {
     let spacing = std::f64::consts::TAU / (field.length as f64 * field.step);
     let wavenumbers: Vec<f64> = (0..=field.length / 2).map(|m| m as f64 * spacing).collect();
     let pulse: Vec<f64> = wavenumbers.iter().map(|k| pulse_spectrum(*k, field.pulse)).collect();
-    let mut sums = [[0.0; 2]; DEGREES];
+    let mut sums = [[0.0; 2]; RIGID_DOFS];
     for v in directions {
         let exact = spectra(balls, *v * distance, &wavenumbers);
         for (degree, sum) in sums.iter_mut().enumerate() {
             let reference = synthesize(&exact[degree], &pulse, field.step, field.start);
-            let mut z = [0.0; DEGREES];
+            let mut z = [0.0; RIGID_DOFS];
             z[degree] = 1.0;
             let response = field.response(&z, *v * distance, f64::INFINITY);
             for (x, r) in response.samples.iter().zip(&reference) {
@@ -56,7 +56,7 @@ fn errors(field: &PublishedField, balls: &[Ball], directions: &[DVec3], distance
     sums.map(|[difference, size]| if size > 1e-20 { (difference / size).sqrt() } else { 0.0 })
 }
 
-fn worst(errors: [f64; DEGREES]) -> f64 {
+fn worst(errors: [f64; RIGID_DOFS]) -> f64 {
     errors.into_iter().fold(0.0, f64::max)
 }
 
@@ -64,7 +64,7 @@ fn worst(errors: [f64; DEGREES]) -> f64 {
 #[test]
 fn the_published_bank_has_the_printed_size() {
     let options = published(0.01);
-    let bytes = 66 * options.directions.count() * DEGREES * options.terms * options.length * 4;
+    let bytes = 66 * options.directions.count() * RIGID_DOFS * options.terms * options.length * 4;
     // 291 962 880.
     assert!((bytes as f64 / 293e6 - 1.0).abs() < 0.005, "{bytes}");
 }
@@ -88,7 +88,7 @@ fn storage_falls_with_the_tolerance_as_printed() {
     let printed = [26.0, 20.0, 16.0, 12.0, 7.3, 4.5, 2.6];
     let tolerances = [0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64];
     let balls = cross();
-    let fields: Vec<PublishedField> = tolerances.iter().map(|e| fitted(&balls, &published(*e))).collect();
+    let fields: Vec<PanField> = tolerances.iter().map(|e| fitted(&balls, &published(*e))).collect();
     let directions = Directions::OCTANT_45.vectors();
     let mut before = 0.0;
     for (field, (tolerance, megabytes)) in fields.iter().zip(tolerances.into_iter().zip(printed)) {
@@ -104,7 +104,7 @@ fn storage_falls_with_the_tolerance_as_printed() {
 /// N = 2 is the whole series of a ball: the truncated singular values fit it, at every distance.
 #[test]
 fn the_fit_of_all_samples_finds_the_two_terms_of_a_ball() {
-    let options = PublishedOptions {
+    let options = PanOptions {
         pulse: 0.5,
         step: 0.05,
         length: 512,
@@ -143,7 +143,7 @@ fn linear_interpolation_between_directions_costs_more_than_the_fit() {
         })
         .collect();
     let error = |directions: Directions| {
-        let options = PublishedOptions { directions, ..published(0.0) };
+        let options = PanOptions { directions, ..published(0.0) };
         worst(errors(&fitted(&balls, &options), &balls, &between, 2.0))
     };
     let octant = error(Directions::OCTANT_45);
@@ -154,22 +154,22 @@ fn linear_interpolation_between_directions_costs_more_than_the_fit() {
 
 #[test]
 fn options_that_make_no_sense_are_refused() {
-    let good = PublishedOptions { length: 16, ..published(0.5) };
+    let good = PanOptions { length: 16, ..published(0.5) };
     let zero = |_| std::array::from_fn(|_| vec![num_complex::Complex64::ZERO; 9]);
     let silent = fit(&good, &zero).expect("a silent field");
-    assert!(silent.response(&[1.0; DEGREES], DVec3::X * 2.0, 1.0).samples.iter().all(|x| *x == 0.0));
+    assert!(silent.response(&[1.0; RIGID_DOFS], DVec3::X * 2.0, 1.0).samples.iter().all(|x| *x == 0.0));
     for bad in [
-        PublishedOptions { length: 17, ..good },
-        PublishedOptions { length: 0, ..good },
-        PublishedOptions { length: 1 << 17, ..good },
-        PublishedOptions { terms: 0, ..good },
-        PublishedOptions { terms: 3, radii: 2, ..good },
-        PublishedOptions { pulse: f64::NAN, ..good },
-        PublishedOptions { step: 0.0, ..good },
-        PublishedOptions { directions: Directions::Octant { divisions: 0 }, ..good },
-        PublishedOptions { fit: Fit::Wavelets { tolerance: 1.0 }, ..good },
-        PublishedOptions { fit: Fit::TruncatedSvd { truncation: f64::NAN }, ..good },
+        PanOptions { length: 17, ..good },
+        PanOptions { length: 0, ..good },
+        PanOptions { length: 1 << 17, ..good },
+        PanOptions { terms: 0, ..good },
+        PanOptions { terms: 3, radii: 2, ..good },
+        PanOptions { pulse: f64::NAN, ..good },
+        PanOptions { step: 0.0, ..good },
+        PanOptions { directions: Directions::Octant { divisions: 0 }, ..good },
+        PanOptions { fit: Fit::Wavelets { tolerance: 1.0 }, ..good },
+        PanOptions { fit: Fit::TruncatedSvd { truncation: f64::NAN }, ..good },
     ] {
-        assert!(matches!(fit(&bad, &zero), Err(PublishedFitError::BadOption { .. })), "{bad:?}");
+        assert!(matches!(fit(&bad, &zero), Err(PanFitError::BadOption { .. })), "{bad:?}");
     }
 }

@@ -1,19 +1,19 @@
 //! What must hold of the stress of any body: nothing from rigid motions, stored columns as good as a solve, bounds that
 //! hold, forces kept, bad input refused; and of the meshes that bodies break on.
 
-use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::material::presets::GLASS;
-use clangor_core::shape::Shape;
 use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::mesh::tetrahedra::axisymmetric::sweep_section;
+use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::mesh::tetrahedra::dish::Dish;
+use clangor_bake::mesh::tetrahedra::{TetMesh, ball};
 use clangor_bake::stress::{
     ElastostaticsError, FractureMeshError, PointLoad, Reaction, StressBody, StressOptions, SymmetricTensor,
     fracture_mesh,
 };
-use clangor_bake::mesh::tetrahedra::block::block;
-use clangor_bake::mesh::tetrahedra::dish::Dish;
-use clangor_bake::mesh::tetrahedra::axisymmetric::turned;
-use clangor_bake::mesh::tetrahedra::{TetMesh, ball};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::material::presets::GLASS;
+use clangor_core::shape::Shape;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 fn glass() -> ElasticConstants {
@@ -172,7 +172,7 @@ fn bad_input_is_refused() {
 
 fn revolution(shape: &str) -> BakeGeometry {
     let meridian = Shape::parse(shape).unwrap().meridian().expect("a body of revolution");
-    BakeGeometry::Revolution(meridian.about_centre_of_mass())
+    BakeGeometry::Axisymmetric(meridian.about_centre_of_mass())
 }
 
 fn surface(shape: &str) -> BakeGeometry {
@@ -192,7 +192,7 @@ fn volume_of(geometry: &BakeGeometry) -> f64 {
             let along = (*edges - 2.0 * round).element_sum() * 4.0 * (1.0 - 0.25 * pi) * round.powi(2);
             edges.element_product() - along - (8.0 - 4.0 / 3.0 * pi) * round.powi(3)
         }
-        BakeGeometry::Revolution(meridian) => meridian.volume(),
+        BakeGeometry::Axisymmetric(meridian) => meridian.volume(),
         BakeGeometry::Mesh(mesh) => MassProperties::of(mesh).expect("a solid").volume,
     }
 }
@@ -225,7 +225,7 @@ fn thin_walls_are_dishes_and_others_are_not() {
 fn a_turned_square_is_a_prism() {
     let points = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|p| DVec2::new(p.x, p.y - 0.5));
     for sectors in [3, 8] {
-        let mesh = turned(&points, &[[0, 1, 2], [0, 2, 3]], sectors).expect("a prism");
+        let mesh = sweep_section(&points, &[[0, 1, 2], [0, 2, 3]], sectors).expect("a prism");
         let n = sectors as f64;
         let exact = 0.5 * n * (std::f64::consts::TAU / n).sin();
         // Residual seen: 2e-16.
@@ -234,7 +234,7 @@ fn a_turned_square_is_a_prism() {
     }
     // A ring: no point on the axis.
     let ring = points.map(|p| p + 2.0 * DVec2::X);
-    let mesh = turned(&ring, &[[0, 1, 2], [0, 2, 3]], 5).expect("a ring");
+    let mesh = sweep_section(&ring, &[[0, 1, 2], [0, 2, 3]], 5).expect("a ring");
     assert_eq!((mesh.surface().len(), mesh.elements.len()), (40, 30));
 }
 

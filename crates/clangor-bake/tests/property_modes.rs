@@ -1,11 +1,11 @@
 //! What must hold of every spectrum: as many modes as the factorisations count, small residuals, orthonormal shapes, no
 //! dependence on where the body lies or how the band is cut.
 
+use clangor_bake::fem::{ElasticConstants, ElasticError, ElasticSystem};
+use clangor_bake::mesh::tetrahedra::{TetMesh, shape_mesh};
+use clangor_bake::modal_analysis::eigensolver::{ModalError, Modes, solve};
 use clangor_core::material::presets::{CERAMIC, STEEL};
 use clangor_core::shape::Shape;
-use clangor_bake::fem::{ElasticConstants, ElasticError, ElasticSystem};
-use clangor_bake::modal_analysis::eigensolver::{ModalError, Modes, solve};
-use clangor_bake::mesh::tetrahedra::{TetMesh, shape_mesh};
 use glam::{DQuat, DVec3};
 
 fn system(mesh: &TetMesh) -> ElasticSystem {

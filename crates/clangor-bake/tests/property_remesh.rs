@@ -1,13 +1,13 @@
 //! A remeshed surface bounds the same solid with better triangles.
 
+use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
+use clangor_bake::mesh::remesh::resolution::resolution;
+use clangor_bake::mesh::remesh::{RemeshError, RemeshOptions, RemeshReport, remesh, remesh_symmetric};
 use clangor_core::geometry::solid::check_solid;
 use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::topology::Topology;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::shape::Shape;
-use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
-use clangor_bake::mesh::remesh::resolution::resolution;
-use clangor_bake::mesh::remesh::{RemeshError, RemeshOptions, RemeshReport, remesh, remesh_symmetric};
 use glam::{DQuat, DVec3};
 
 fn shape(text: &str) -> TriMesh {

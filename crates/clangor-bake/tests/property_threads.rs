@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use clangor_core::body::Surface;
-use clangor_core::sound_model::acceleration::model::AccelerationModel;
-use clangor_core::shape::Shape;
 use clangor_bake::acceleration::{BakeGeometry, BakeOptions, Evidence, Method, bake};
+use clangor_core::body::Surface;
+use clangor_core::shape::Shape;
+use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use glam::DVec3;
 
 fn with_threads(threads: usize, geometry: &BakeGeometry, method: Method) -> (AccelerationModel, Evidence) {
@@ -23,7 +23,7 @@ fn one_thread_and_three_give_the_same_bits() {
     for (name, geometry, method) in [
         ("ellipsoid", BakeGeometry::Ellipsoid { semi_axes: DVec3::new(0.012, 0.009, 0.006) }, Method::Bem),
         ("box", BakeGeometry::RoundedBox { edges: DVec3::splat(0.012), round: 0.002 }, Method::Bem),
-        ("revolution", BakeGeometry::Revolution(coin), Method::Bem),
+        ("revolution", BakeGeometry::Axisymmetric(coin), Method::Bem),
         ("mesh", rock.clone(), Method::Bem),
         ("waves", rock, Method::Fdtd),
     ] {

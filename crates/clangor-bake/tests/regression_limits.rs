@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
+use clangor_bake::acceleration::{BakeError, BakeGeometry, BakeOptions, Evidence, Method, bake};
+use clangor_bake::fdtd::WaveError;
+use clangor_bake::radiation::RadiationError;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::shape::Shape;
-use clangor_bake::acceleration::{BakeError, BakeGeometry, BakeOptions, Evidence, Method, bake};
-use clangor_bake::radiation::RadiationError;
-use clangor_bake::fdtd::WaveError;
 
 fn wavenumber(frequency: f64) -> f64 {
     TAU * frequency / 343.0
@@ -59,7 +59,7 @@ fn a_body_too_large_for_the_band_is_refused_before_the_work() {
         panic!("{refused:?}")
     };
     assert!(cells > most, "{cells} {most}");
-    let ball = BakeGeometry::Revolution(Meridian::spheroid(10.0, 10.0).unwrap());
+    let ball = BakeGeometry::Axisymmetric(Meridian::spheroid(10.0, 10.0).unwrap());
     let refused = evidence(&ball, 20e3, 0.01, Method::Auto);
     assert!(matches!(refused, Err(BakeError::Multipoles { order: 3667, most: 150, .. })), "{refused:?}");
 }

@@ -54,7 +54,7 @@ pub(crate) enum Command {
     Bake(Bake),
     /// Find how a free body vibrates: frequencies, how sure they are, damping
     Modes(crate::command::modes::Modes),
-    /// One blow to one body, heard by one listener
+    /// One impact to one body, heard by one listener
     Strike(Strike),
     /// The banks of ellipsoids that stand for small bodies
     Bank(Bank),
@@ -310,7 +310,8 @@ pub(crate) enum Representation {
     /// Multipoles with poles in common
     Multipoles,
     /// Signals along directions, as a series in 1/r
-    Published,
+    #[value(alias = "published")]
+    Pan,
 }
 
 /// Directions of the published representation.
@@ -644,7 +645,8 @@ pub(crate) enum Transfer {
     /// By the field of each, on its acceleration
     Baked,
     /// As FRAC does: by the magnitude of the field, on its amplitude
-    Published,
+    #[value(alias = "published")]
+    Frac,
     /// All alike, equally in all directions
     Unit,
 }

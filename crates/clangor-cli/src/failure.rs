@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use clangor_bake::acceleration::BakeError;
 use clangor_bake::modal::ModalBakeError;
-use clangor_pipeline::interchange::body_files::ExchangeError;
+use clangor_pipeline::interchange::body_files::InterchangeError;
 use clangor_pipeline::stages::load::LoadError;
 use clangor_pipeline::stages::render::RenderError;
 use clangor_pipeline::stages::simulate::SimulateError;
@@ -55,8 +55,8 @@ impl From<RenderError> for Failure {
     }
 }
 
-impl From<ExchangeError> for Failure {
-    fn from(error: ExchangeError) -> Self {
+impl From<InterchangeError> for Failure {
+    fn from(error: InterchangeError) -> Self {
         if error.is_interruption() { Failure::Interrupted } else { Failure::new(error) }
     }
 }

@@ -50,28 +50,28 @@ fn a_struck_disc_rings_at_its_modes() {
     let folder = tempfile::tempdir().unwrap();
     let disc = ["bake", DISC, "--material", "steel", "--parts", "modal", "--max-frequency", "6500"];
     clangor(folder.path(), &[&disc[..], &["--accuracy", "0.03", "-o", "disc.safetensors"]].concat());
-    let told: serde_json::Value =
+    let report: serde_json::Value =
         serde_json::from_str(&clangor(folder.path(), &["--json", "inspect", "disc.safetensors"])).unwrap();
     let frequencies: Vec<f64> =
-        told["modal"]["frequencies_hz"].as_array().unwrap().iter().map(|f| f.as_f64().unwrap()).collect();
+        report["modal"]["frequencies_hz"].as_array().unwrap().iter().map(|f| f.as_f64().unwrap()).collect();
     // f = λ² √(E h² / (12 ρ (1 − ν²))) / (2π a²) with λ² = 5.26 for two nodal diameters of a free disc of ν = 0.29
-    // (Leissa, Vibration of plates, 1969): 2832 Hz for one that is thin. Seen: 2902.
+    // (Leissa, ModalAnalysis of plates, 1969): 2832 Hz for one that is thin. Seen: 2902.
     assert!((frequencies[0] / 2832.0 - 1.0).abs() < 0.04, "{frequencies:?}");
 
-    let blow = ["--impulse", "0,-0.002,0", "--point", "0.022,0.001,0", "--listener", "0.1,0.3,0.15"];
+    let impact = ["--impulse", "0,-0.002,0", "--point", "0.022,0.001,0", "--listener", "0.1,0.3,0.15"];
     let strike = ["strike", "disc.safetensors", "--material", "steel", "--sample-rate", "16000"];
     let end = ["--seconds", "1", "--parts", "modal", "-o", "strike.wav"];
-    clangor(folder.path(), &[&strike[..], &blow, &end].concat());
+    clangor(folder.path(), &[&strike[..], &impact, &end].concat());
     let (sound, rate) = samples(&folder.path().join("strike.wav"));
     assert_at_modes(&peaks(&sound, rate), &frequencies);
 
     // What the program itself says of the spectrum.
     let plot = ["--json", "plot", "spectrum", "strike.wav", "--modes", "disc.safetensors"];
-    let told = clangor(folder.path(), &[&plot[..], &["--max-frequency", "6500", "-o", "s.svg"]].concat());
-    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
-    let told: Vec<f64> =
-        told["peaks"].as_array().unwrap().iter().map(|p| p["frequency_hz"].as_f64().unwrap()).collect();
-    assert_at_modes(&told, &frequencies);
+    let report = clangor(folder.path(), &[&plot[..], &["--max-frequency", "6500", "-o", "s.svg"]].concat());
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let report: Vec<f64> =
+        report["peaks"].as_array().unwrap().iter().map(|p| p["frequency_hz"].as_f64().unwrap()).collect();
+    assert_at_modes(&report, &frequencies);
     let picture = fs::read_to_string(folder.path().join("s.svg")).unwrap();
     // The curve, its frame, and two lines at least where modes are.
     assert!(picture.matches("<polyline").count() > frequencies.len() && picture.contains("strike.wav"));
@@ -89,18 +89,18 @@ fn a_rendered_disc_rings_at_its_modes_with_the_same_bits_on_any_threads() {
     );
     fs::write(folder.path().join("disc.toml"), scene).unwrap();
     let render = ["--json", "render", "disc.toml", "--quality", "draft"];
-    let told = clangor(folder.path(), &[&render[..], &["--stems", "-o", "mix.wav"]].concat());
-    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+    let report = clangor(folder.path(), &[&render[..], &["--stems", "-o", "mix.wav"]].concat());
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     let body = |name: &str| {
-        let bodies = told["bodies"].as_array().unwrap();
+        let bodies = report["bodies"].as_array().unwrap();
         bodies.iter().find(|body| body["name"] == name).unwrap().clone()
     };
     let modes = body("disc")["modes"].as_u64().unwrap();
     assert!(modes >= 3, "{modes}");
     assert_eq!(body("ball")["modes"], 0);
-    assert!(body("ball")["rings"].as_str().unwrap().contains("no audible modes: first at"), "{told}");
+    assert!(body("ball")["rings"].as_str().unwrap().contains("no audible modes: first at"), "{report}");
     let energy = |part: &str| body("disc")[part].as_f64().unwrap();
-    assert!(energy("modal_energy_pa2_s") > energy("acceleration_energy_pa2_s"), "{told}");
+    assert!(energy("modal_energy_pa2_s") > energy("acceleration_energy_pa2_s"), "{report}");
 
     let (mix, rate) = samples(&folder.path().join("mix.wav"));
     let stems = ["disc.acceleration", "disc.modal", "ball.acceleration"];
@@ -122,9 +122,9 @@ fn a_rendered_disc_rings_at_its_modes_with_the_same_bits_on_any_threads() {
     let model = model.filter(|p| p.to_string_lossy().contains("modal-"));
     let frequencies: Vec<f64> = model
         .flat_map(|p| {
-            let told = clangor(folder.path(), &["--json", "inspect", &p.to_string_lossy()]);
-            let told: serde_json::Value = serde_json::from_str(&told).unwrap();
-            told["modal"]["frequencies_hz"].as_array().unwrap().clone()
+            let report = clangor(folder.path(), &["--json", "inspect", &p.to_string_lossy()]);
+            let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+            report["modal"]["frequencies_hz"].as_array().unwrap().clone()
         })
         .map(|f| f.as_f64().unwrap())
         .collect();

@@ -9,7 +9,7 @@ use std::path::Path;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::Damping;
 use clangor_core::pose::Pose;
-use clangor_core::realtime::{Blow, EngineSettings, Event, SoundingObject, Struck, engine};
+use clangor_core::realtime::{EngineSettings, Event, ImpactEvent, ImpactTarget, SoundingObject, engine};
 use clangor_core::scene::Scene;
 use safetensors::SafeTensors;
 use serde_json::Value;
@@ -75,14 +75,14 @@ fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
     let arrays = SafeTensors::deserialize(&bytes).expect("safetensors");
     let (_, header) = SafeTensors::read_metadata(&bytes).expect("a header");
     let text = header.metadata().as_ref().and_then(|m| m.get("clangor")).expect("a description");
-    let told: Value = serde_json::from_str(text).expect("JSON");
+    let report: Value = serde_json::from_str(text).expect("JSON");
     let array = |name: &str| arrays.tensor(name).expect(name).data().to_vec();
-    let scene = Scene::from_toml(told["scene"].as_str().expect("a scene")).expect("a scene");
-    let settings = EngineSettings { objects: 1024, ..EngineSettings::of_scene(&scene) };
+    let scene = Scene::from_toml(report["scene"].as_str().expect("a scene")).expect("a scene");
+    let settings = EngineSettings { objects: 1024, ..EngineSettings::from_scene(&scene) };
     let (mut controller, mut live) = engine(&settings).expect("an engine");
 
     let (ranges, files) = (numbers(&array("sounds.ranges"), u32::from_le_bytes), array("sounds.bytes"));
-    let sounds = told["sounds"].as_array().expect("sounds");
+    let sounds = report["sounds"].as_array().expect("sounds");
     assert_eq!(ranges.len(), 2 * sounds.len());
     for (slot, sound) in sounds.iter().enumerate() {
         let [first, count] = [ranges[2 * slot], ranges[2 * slot + 1]].map(|n| n as usize);
@@ -94,15 +94,15 @@ fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
     }
     let vector =
         |values: &Value| DVec3::from_array(serde_json::from_value(values.clone()).expect("a vector"));
-    let listener = &told["listeners"][0];
+    let listener = &report["listeners"][0];
     controller.send(Event::Receivers([vector(&listener["left"]), vector(&listener["right"])])).expect("room");
     for e in numbers(&array("events"), f64::from_le_bytes).as_chunks::<24>().0 {
         let vector = |at: usize| DVec3::new(e[at], e[at + 1], e[at + 2]);
         let pose = Pose { position: vector(4), orientation: DQuat::from_xyzw(e[7], e[8], e[9], e[10]) };
         let (time, slot) = (e[1], e[3] as usize);
         let struck = match e[0] as u32 {
-            0 => Struck::Sphere { radius: e[3] },
-            1 => Struck::Object { slot },
+            0 => ImpactTarget::Sphere { radius: e[3] },
+            1 => ImpactTarget::Object { slot },
             2 => {
                 let (velocity, angular_velocity) = (vector(11), vector(14));
                 let event = Event::Pose { slot, time, pose, velocity, angular_velocity };
@@ -111,7 +111,7 @@ fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
             }
             other => panic!("nothing ends in this scene, but there is an event of kind {other}"),
         };
-        let blow = Blow {
+        let impact = ImpactEvent {
             struck,
             time,
             duration: e[2],
@@ -121,7 +121,7 @@ fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
             point: vector(17),
             impulse: vector(20),
         };
-        controller.send(Event::Blow(blow)).expect("room");
+        controller.send(Event::ImpactEvent(impact)).expect("room");
     }
     let latency = (live.latency() * settings.sample_rate.as_f64()).round() as usize;
     let mut ears = [Vec::new(), Vec::new()];

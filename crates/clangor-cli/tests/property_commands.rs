@@ -62,7 +62,7 @@ fn moments(samples: &[f64], rate: f64) -> (f64, f64) {
 fn a_contact_list_clicks_when_and_as_loud_as_it_says() {
     let folder = folder_with(BALL);
     let path = folder.path();
-    let csv = "# one blow\nt,body_a,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n\
+    let csv = "# one impact\nt,body_a,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n\
                0.01,ball,0,0.001,0,0,2,0,0.02,1.0\n";
     let jsonl = r#"{"t": 0.01, "body_a": "ball", "point": [0, 0.001, 0], "normal": [0, 1, 0], "impulse_n": 0.02, "speed": 1.0}"#;
     fs::write(path.join("list.csv"), csv).unwrap();
@@ -134,7 +134,7 @@ fn strike_writes_the_format_of_the_documentation() {
             (time.parse().unwrap(), pressure.parse().unwrap())
         })
         .collect();
-    // 2 ms before the blow and 10 ms after it.
+    // 2 ms before the impact and 10 ms after it.
     assert_eq!(rows.len(), 1152);
     for (index, (time, _)) in rows.iter().enumerate() {
         // Ten digits are written. Residual seen: 5e-13.

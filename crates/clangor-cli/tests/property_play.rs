@@ -60,14 +60,14 @@ fn a_scene_is_played_to_its_end_in_its_own_time() {
     let folder = tempfile::tempdir().expect("a folder");
     let begun = Instant::now();
     let output = play(folder.path(), NULL, &["scene.toml"]);
-    let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "{said}{told}");
+    let (said, report) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{said}{report}");
     // A device that drops samples takes them at once, and is held back to 0.3 s ahead.
     assert!(begun.elapsed() > Duration::from_secs_f64(0.4), "{:?}", begun.elapsed());
     let played: Value = serde_json::from_str(&said).expect("JSON");
     let number = |name: &str| played[name].as_f64().unwrap_or(f64::NAN);
-    // Seen: 16 blows on the ball and the coin.
-    assert!(number("blows") >= 4.0 && number("taken") >= number("blows"), "{said}");
+    // Seen: 16 impacts on the ball and the coin.
+    assert!(number("impacts") >= 4.0 && number("taken") >= number("impacts"), "{said}");
     assert!(number("waves") >= 2.0 * 2.0 * 2.0, "two bodies, two ears, two ways: {said}");
     assert_eq!(number("objects"), 1.0, "the coin: {said}");
     for none in ["late", "lost", "refused", "left_out", "underruns"] {
@@ -82,7 +82,7 @@ fn a_scene_is_played_to_its_end_in_its_own_time() {
         play(folder.path(), NULL, &["run.timeline", "--from", "0.5", "--to", "0.6", "--full-scale", "3"]);
     let part: Value = serde_json::from_slice(&part.stdout).expect("JSON");
     assert_eq!((part["from_s"].as_f64(), part["full_scale_pa"].as_f64()), (Some(0.5), Some(3.0)));
-    assert!(part["blows"].as_u64() < played["blows"].as_u64(), "{part}");
+    assert!(part["impacts"].as_u64() < played["impacts"].as_u64(), "{part}");
 }
 
 #[test]
@@ -90,9 +90,9 @@ fn without_a_device_it_says_so_before_it_simulates() {
     let folder = tempfile::tempdir().expect("a folder");
     for arguments in [&["scene.toml"][..], &["scene.toml", "--device", "organ"]] {
         let output = play(folder.path(), "# no device\n", arguments);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(1), "{told}");
-        assert!(told.contains("audio device") && !told.contains("panicked"), "{told}");
+        let report = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{report}");
+        assert!(report.contains("audio device") && !report.contains("panicked"), "{report}");
     }
     let listed = play(folder.path(), NULL, &["--devices"]);
     assert!(listed.status.success(), "{}", String::from_utf8_lossy(&listed.stderr));

@@ -144,11 +144,11 @@ fn what_is_stopped_keeps_the_timeline_so_far_and_nothing_else() {
             std::thread::sleep(Duration::from_millis(20));
         };
         assert_eq!(status.code(), Some(130));
-        let mut told = String::new();
-        child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
+        let mut report = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut report).unwrap();
         assert!(
-            told.contains("interrupted; what happened until ") && told.contains("out.partial.timeline"),
-            "{told}"
+            report.contains("interrupted; what happened until ") && report.contains("out.partial.timeline"),
+            "{report}"
         );
         let mut left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         left.sort();

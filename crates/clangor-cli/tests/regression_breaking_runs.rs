@@ -1,4 +1,4 @@
-//! Breaking that goes wrong half-way: what happened until then is kept, and the reason is told.
+//! Breaking that goes wrong half-way: what happened until then is kept, and the reason is report.
 
 mod program;
 
@@ -31,12 +31,12 @@ fn a_run_that_fails_keeps_the_timeline_so_far() {
     // What hangs on a spring cannot break: nothing says on which piece the spring would be.
     scene(folder.path(), "", "[[spring]]\nbody = \"tile\"\nto = [0, 0.2, 0]\nstiffness = 1.0\n");
     let output = simulate(folder.path());
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.contains("breaks at t = ") && told.contains("; what happened until "), "{told}");
+    let report = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{report}");
+    assert!(report.contains("breaks at t = ") && report.contains("; what happened until "), "{report}");
     assert!(!folder.path().join("tile.timeline").exists());
     let kept = TimelineReader::open(&folder.path().join("tile.partial.timeline")).unwrap();
-    // The blow that would have broken it is the last that happened: after 24 mm at 4 m/s.
+    // The impact that would have broken it is the last that happened: after 24 mm at 4 m/s.
     let duration = kept.header().origin.duration;
     assert!((0.001..0.01).contains(&duration), "{duration}");
     assert!(kept.rows().contacts > 0 && kept.rows().poses > 0, "{:?}", kept.rows());
@@ -54,8 +54,8 @@ fn a_run_that_cannot_begin_keeps_nothing() {
         "[[body]]\nname = \"other\"\nshape = \"sphere:0.02\"\nmaterial = \"steel\"\nposition = [0, 0.03, 0]\n",
     );
     let output = simulate(folder.path());
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && told.contains("overlap"), "{told}");
+    let report = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && report.contains("overlap"), "{report}");
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left, ["tile.toml"]);
 }
@@ -65,9 +65,9 @@ fn runaway_fragmentation_is_capped_and_told() {
     let folder = tempfile::tempdir().unwrap();
     scene(folder.path(), ", most_pieces = 4", "");
     let output = simulate(folder.path());
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{told}");
-    assert!(told.contains("in as many pieces as allowed already"), "{told}");
+    let report = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{report}");
+    assert!(report.contains("in as many pieces as allowed already"), "{report}");
     let timeline = TimelineReader::open(&folder.path().join("tile.timeline")).unwrap();
     let whole = timeline.births().iter().filter(|body| body.life.death == f64::INFINITY).count();
     assert!((2..=4).contains(&whole), "{whole} pieces");

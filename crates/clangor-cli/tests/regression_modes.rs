@@ -87,9 +87,9 @@ fn modes_of_a_bowl_are_told_in_full() {
     let folder = tempfile::tempdir().unwrap();
     let output = clangor(folder.path(), &["modes", "bowl", "--material", "ceramic", "--json"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let numbers = |name: &str| -> Vec<f64> {
-        told[name].as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect()
+        report[name].as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect()
     };
     let (frequencies, damping, errors) =
         (numbers("frequencies_hz"), numbers("damping_ratios"), numbers("convergence"));
@@ -98,8 +98,8 @@ fn modes_of_a_bowl_are_told_in_full() {
     assert!((frequencies[0] - 1253.5).abs() < 3.0 && frequencies[1] == frequencies[0], "{frequencies:?}");
     assert!(damping.iter().all(|d| *d == 0.001), "{damping:?}");
     assert!(errors.iter().all(|e| *e > 0.0 && *e < 0.01), "{errors:?}");
-    assert_eq!(told["complete"], true);
-    assert!(told["nodes"].as_u64().unwrap() > 100);
+    assert_eq!(report["complete"], true);
+    assert!(report["nodes"].as_u64().unwrap() > 100);
     let table = clangor(folder.path(), &["modes", "bowl", "--material", "ceramic"]);
     let table = String::from_utf8(table.stdout).unwrap();
     assert!(table.lines().count() == 41 && table.contains("39 modes below 20000 Hz"), "{table}");

@@ -13,7 +13,9 @@ use clangor_core::material::presets::preset;
 use clangor_core::medium::Medium;
 use clangor_core::synthesis::ground::{Ground, GroundSource, SlabSource};
 use clangor_core::synthesis::listener::Floor;
-use clangor_core::synthesis::{BlockMemory, Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+use clangor_core::synthesis::{
+    AccelerationPulse, BlockMemory, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
+};
 
 const BALL: BodyId = BodyId(0);
 const GROUND: BodyId = BodyId(1);
@@ -21,8 +23,8 @@ const GROUND: BodyId = BodyId(1);
 const LISTENERS: [(&str, DVec3); 2] =
     [("39° up", DVec3::new(0.3, 0.4, 0.4)), ("6° up", DVec3::new(1.0, 0.1, 0.0))];
 
-/// A falling ball and the ground, at the moment of their blow.
-fn blow(body: &str, radius: f64, ground: &str) -> (Click, Click) {
+/// A falling ball and the ground, at the moment of their impact.
+fn impact(body: &str, radius: f64, ground: &str) -> (AccelerationPulse, AccelerationPulse) {
     let (body, floor) = (preset(body).unwrap(), preset(ground).unwrap());
     let mass = body.density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     let speed = (2.0 * 9.81 * 0.5f64).sqrt();
@@ -35,7 +37,7 @@ fn blow(body: &str, radius: f64, ground: &str) -> (Click, Click) {
     .duration();
     let velocity_change = (1.0 + PairCoefficients::of(&body, &floor).restitution) * speed;
     let ground = Arc::new(GroundSource::try_new(&floor, &Medium::AIR).unwrap());
-    let click = Click {
+    let click = AccelerationPulse {
         body: BALL,
         time: 0.0,
         duration,
@@ -46,7 +48,7 @@ fn blow(body: &str, radius: f64, ground: &str) -> (Click, Click) {
         angular_velocity_change: DVec3::ZERO,
         source: SoundSource::Sphere { radius },
     };
-    let pressed = Click {
+    let pressed = AccelerationPulse {
         body: GROUND,
         centre: DVec3::ZERO,
         velocity_change: DVec3::ZERO,
@@ -57,7 +59,7 @@ fn blow(body: &str, radius: f64, ground: &str) -> (Click, Click) {
 }
 
 /// Energies ∫ p² dt [Pa² s] of two clicks.
-fn energies(clicks: [&Click; 2], place: DVec3) -> [f64; 2] {
+fn energies(clicks: [&AccelerationPulse; 2], place: DVec3) -> [f64; 2] {
     let settings = RenderSettings { floor: Floor::Rigid { height: 0.0 }, ..RenderSettings::default() };
     let mut renderer = Renderer::new(&Listener::fixed("listener", place), &settings).unwrap();
     clicks.into_iter().for_each(|click| renderer.push(click).unwrap());
@@ -72,7 +74,7 @@ fn main() {
     {
         println!("{name}, falling 0.5 m: level of the ground over that of the click");
         for ground in ["soil", "wood", "concrete", "granite", "steel", "rubber"] {
-            let (click, pressed) = blow(material, radius, ground);
+            let (click, pressed) = impact(material, radius, ground);
             let levels = LISTENERS.map(|(place, position)| {
                 let [own, ground] = energies([&click, &pressed], position);
                 format!("{place}: {:+.1} dB", 10.0 * (ground / own).log10())
@@ -80,10 +82,10 @@ fn main() {
             println!("  {ground:9} τ = {:4.0} µs   {}", 1e6 * click.duration, levels.join("   "));
         }
     }
-    // Blows all over a floor of 2 m by 2 m: the directions that are computed on the way belong to their cost.
+    // Impacts all over a floor of 2 m by 2 m: the directions that are computed on the way belong to their cost.
     for (what, index) in [("click of the sphere", 0), ("ground", 1), ("slab", 2)] {
         for (count, distance) in [(10, 0.5), (200, 0.5), (5000, 0.5), (5000, 2.0), (5000, 8.0)] {
-            let (click, pressed) = blow("steel", 0.0075, "concrete");
+            let (click, pressed) = impact("steel", 0.0075, "concrete");
             let mut one = if index == 0 { click } else { pressed };
             if index == 2
                 && let SoundSource::Ground { ground, .. } = &mut one.source
@@ -100,7 +102,9 @@ fn main() {
                 let part = |step: f64| 2.0 * (f64::from(i) * step).fract() - 1.0;
                 let beside = DVec3::new(part(0.754_877_666), 0.0, part(0.569_840_290));
                 let centre = one.centre + beside;
-                renderer.push(&Click { time: 0.1 * f64::from(i), centre, ..one.clone() }).unwrap();
+                renderer
+                    .push(&AccelerationPulse { time: 0.1 * f64::from(i), centre, ..one.clone() })
+                    .unwrap();
             }
             let jobs = renderer.take_all();
             let mut memory = BlockMemory::default();
@@ -109,7 +113,7 @@ fn main() {
             let again = Instant::now();
             jobs.iter().for_each(|job| drop(job.render_with(&mut memory)));
             println!(
-                "{what} at {distance} m, {count} blows: {:.0} µs each, {:.0} µs with all directions kept",
+                "{what} at {distance} m, {count} impacts: {:.0} µs each, {:.0} µs with all directions kept",
                 1e6 * seconds / f64::from(count),
                 1e6 * again.elapsed().as_secs_f64() / f64::from(count)
             );

@@ -14,11 +14,11 @@ use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::Damping;
 use clangor_core::math::random::SplitMix;
 use clangor_core::medium::Medium;
+use clangor_core::pose::Pose;
+use clangor_core::propagation::{Air, Room, WallAbsorption};
+use clangor_core::realtime::{EngineSettings, Event, ImpactEvent, ImpactTarget, SoundingObject, engine};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use clangor_core::pose::Pose;
-use clangor_core::realtime::{Blow, EngineSettings, Event, SoundingObject, Struck, engine};
-use clangor_core::propagation::{Air, Room, WallAbsorption};
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource};
 use num_complex::Complex64;
@@ -31,8 +31,8 @@ const MODES: usize = 100;
 /// Clicks in a second, and in the largest burst.
 const CLICKS: f64 = 1000.0;
 const BURST: usize = 50;
-/// Blows on objects in a second.
-const BLOWS: f64 = 100.0;
+/// Impacts on objects in a second.
+const IMPACTS: f64 = 100.0;
 
 /// What this thread has had of the processor [s].
 fn thread_time() -> f64 {
@@ -77,18 +77,18 @@ fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
     engine.render(BLOCK);
     let blocks = (seconds * RATE / BLOCK as f64) as usize;
     let mut times = Vec::with_capacity(blocks);
-    let (mut owed, mut owed_blows, mut next_burst, mut modes) = (0.0, 0.0, 1, 0);
+    let (mut owed, mut owed_impacts, mut next_burst, mut modes) = (0.0, 0.0, 1, 0);
     for block in 0..blocks {
         let time = engine.time();
         owed += CLICKS * BLOCK as f64 / RATE;
-        owed_blows += BLOWS * BLOCK as f64 / RATE;
+        owed_impacts += IMPACTS * BLOCK as f64 / RATE;
         let mut send = |event| controller.send(event).expect("room in the ring");
         // Clicks wait until as many as are to come at once are there.
         if owed >= next_burst as f64 {
             owed -= next_burst as f64;
             for _ in 0..next_burst {
-                send(Event::Blow(Blow {
-                    struck: Struck::Sphere { radius: random.uniform(0.003, 0.03) },
+                send(Event::ImpactEvent(ImpactEvent {
+                    struck: ImpactTarget::Sphere { radius: random.uniform(0.003, 0.03) },
                     time: time + random.uniform(0.0, BLOCK as f64 / RATE),
                     duration: random.uniform(30e-6, 200e-6),
                     pose: Pose::at(2.0 * random.direction()),
@@ -101,11 +101,11 @@ fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
             // Mostly a few, sometimes fifty.
             next_burst = (1.0 + BURST as f64 * random.uniform(0.0, 1.0).powi(4)) as usize;
         }
-        while owed_blows >= 1.0 {
-            owed_blows -= 1.0;
+        while owed_impacts >= 1.0 {
+            owed_impacts -= 1.0;
             let slot = (random.uniform(0.0, 1.0) * OBJECTS as f64) as usize;
-            send(Event::Blow(Blow {
-                struck: Struck::Object { slot },
+            send(Event::ImpactEvent(ImpactEvent {
+                struck: ImpactTarget::Object { slot },
                 time,
                 duration: random.uniform(30e-6, 500e-6),
                 pose: Pose::at(places[slot]),

@@ -3,7 +3,7 @@
 //!
 //! * `bank`: modes ringing at 48 kHz, heard by one, two and four receivers, at rest and with transfers that move; how many
 //!   play in real time, and whether the cost grows with their number as it should.
-//! * `blows`: the same with a hundred blows a second.
+//! * `impacts`: the same with a hundred impacts a second.
 //! * `voice`: these 76 modes in a body that is struck four times a second while it moves, for two receivers over a floor:
 //!   all that a plate costs.
 //! * `transfer`: the transfers of 76 modes of about 70 000 coefficients for a new place, as \[FRAC\] times them (156 ms on
@@ -21,12 +21,12 @@ use clangor_core::contact::{BodyPulse, ForceProfile, ImpactPulse, PoseHistory};
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
+use clangor_core::pose::{Keyframe, Pose, Track};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use clangor_core::pose::{Keyframe, Pose, Track};
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::modal::{
-    ModalBank, ModalPressure, ModalSettings, ModalSource, ModalVoice, Resonance, TransferEvaluator,
+    ModalPressure, ModalSettings, ModalSource, ModalVoice, Resonance, ResonatorBank, TransferEvaluator,
     TransferMemory, TransferOrder,
 };
 use clangor_core::synthesis::{Listener, RenderSettings, SampleRate};
@@ -48,12 +48,12 @@ fn best(mut work: impl FnMut()) -> f64 {
 }
 
 /// Time [s] for a second of so many modes, heard by so many receivers.
-fn bank(modes: usize, receivers: usize, moving: bool, blows: bool) -> f64 {
+fn bank(modes: usize, receivers: usize, moving: bool, impacts: bool) -> f64 {
     let resonances: Vec<Resonance> = (0..modes)
         .map(|i| Resonance { frequency: 100.0 + 19_000.0 * i as f64 / modes as f64, damping_ratio: 1e-5 })
         .collect();
     let rate = SampleRate::HZ_48000;
-    let mut bank = ModalBank::new(&resonances, receivers, rate, 21_600.0, ModalPressure::Acceleration);
+    let mut bank = ResonatorBank::new(&resonances, receivers, rate, 21_600.0, ModalPressure::Acceleration);
     let transfers = [1.0, 2.0].map(|p| (0..modes).map(|i| Complex64::cis(p * i as f64)).collect::<Vec<_>>());
     let amplitudes = vec![1.0; modes];
     (0..receivers).for_each(|path| bank.set_transfers(path, &transfers[0]));
@@ -67,7 +67,7 @@ fn bank(modes: usize, receivers: usize, moving: bool, blows: bool) -> f64 {
             if moving {
                 (0..receivers).for_each(|path| bank.set_transfers(path, &transfers[block % 2]));
             }
-            if blows && block % 5 < 2 {
+            if impacts && block % 5 < 2 {
                 bank.add_pulse(ForceProfile::HalfSine, bank.position() as f64 + 100.5, 50e-6, &amplitudes);
             }
             block += 1;
@@ -197,7 +197,7 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     let wanted = |name: &str| words.is_empty() || words.iter().any(|word| name == word);
     if wanted("transfer") {
-        for (name, orders) in [("baked", TransferOrder::Baked), ("FRAC", TransferOrder::Published)] {
+        for (name, orders) in [("baked", TransferOrder::Baked), ("FRAC", TransferOrder::Frac)] {
             let (time, coefficients) = transfer(orders);
             println!("transfer, orders {name}: {coefficients} coefficients, {:.4} ms", 1e3 * time);
         }
@@ -218,8 +218,11 @@ fn main() {
     if wanted("voice") {
         println!("voice, 76 modes, moving, 2 receivers and a floor: {:.4} s/s", voice());
     }
-    if wanted("blows") {
+    if wanted("impacts") {
         let time = bank(1_000, 1, true, true);
-        println!("blows, 1000 modes, 100 a second: {time:.4} s/s, {:.0} modes in real time", 1_000.0 / time);
+        println!(
+            "impacts, 1000 modes, 100 a second: {time:.4} s/s, {:.0} modes in real time",
+            1_000.0 / time
+        );
     }
 }

@@ -21,14 +21,14 @@ use std::sync::Arc;
 use clangor_core::body::{BodyId, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES, Node, Term};
-use clangor_core::sound_model::acceleration::near_field::NearField;
-use clangor_core::sound_model::acceleration::field_evaluator::PlayableField;
 use clangor_core::pose::{Pose, Track};
 use clangor_core::shape::{Form, Shape};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
+use clangor_core::sound_model::acceleration::field_evaluator::FieldEvaluator;
+use clangor_core::sound_model::acceleration::near_field::NearField;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
-    BlockMemory, Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
+    AccelerationPulse, BlockMemory, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
 use realfft::num_complex::{Complex32, Complex64};
 use thread_time::thread_time;
@@ -52,7 +52,7 @@ impl Uniform {
 
 /// Impacts between pairs of the bodies with these sources in a box of half a metre; their distance is that of two
 /// spheres of `radius` [m].
-fn clicks(sources: &[SoundSource], radius: f64, impulses: u32) -> Vec<Click> {
+fn clicks(sources: &[SoundSource], radius: f64, impulses: u32) -> Vec<AccelerationPulse> {
     let mut uniform = Uniform(1);
     let mut clicks = Vec::new();
     for i in 0..impulses {
@@ -62,7 +62,7 @@ fn clicks(sources: &[SoundSource], radius: f64, impulses: u32) -> Vec<Click> {
         let velocity_change = uniform.vector(2.0);
         for side in [1.0, -1.0] {
             let body = (uniform.next() * sources.len() as f64) as usize;
-            clicks.push(Click {
+            clicks.push(AccelerationPulse {
                 body: BodyId(body as u32),
                 time,
                 duration,
@@ -79,7 +79,7 @@ fn clicks(sources: &[SoundSource], radius: f64, impulses: u32) -> Vec<Click> {
 }
 
 /// Renders everything.
-fn render(clicks: &[Click], receivers: usize, floor: Floor) {
+fn render(clicks: &[AccelerationPulse], receivers: usize, floor: Floor) {
     let track = Track::fixed(Pose::at(DVec3::new(1.0, 1.8, 1.0)));
     let place = |i: usize| DVec3::X * (0.2 * i as f64 - 0.1);
     let listener = Listener { name: "row".into(), track, receivers: (0..receivers).map(place).collect() };
@@ -97,7 +97,7 @@ fn render(clicks: &[Click], receivers: usize, floor: Floor) {
 }
 
 /// The least time [s] of several measurements, each of which repeats until the steps of the clock do not matter.
-fn best(clicks: &[Click], receivers: usize, floor: Floor) -> f64 {
+fn best(clicks: &[AccelerationPulse], receivers: usize, floor: Floor) -> f64 {
     let measure = || {
         let begin = thread_time();
         let mut repeats = 0;
@@ -125,7 +125,7 @@ enum Terms {
 }
 
 /// A field of random coefficients, its nodes so far beside the axis.
-fn field(order: u8, which: Terms, nodes: usize, damping: f64, ring_time: f64) -> Arc<PlayableField> {
+fn field(order: u8, which: Terms, nodes: usize, damping: f64, ring_time: f64) -> Arc<FieldEvaluator> {
     let mut uniform = Uniform(7);
     // A motion has the harmonics of its own parity: so odd in x, y, z, in the order of the degrees of freedom.
     let odd = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]];
@@ -134,7 +134,7 @@ fn field(order: u8, which: Terms, nodes: usize, damping: f64, ring_time: f64) ->
         // cos mφ is odd in x for odd m, sin mφ the other way round for even m; both flip y for sin.
         [(x + y) % 2, y, (n + m.unsigned_abs()) % 2]
     };
-    let all = DEGREES * (usize::from(order) + 1).pow(2);
+    let all = RIGID_DOFS * (usize::from(order) + 1).pow(2);
     let mut index = 0;
     let mut kept = |term: &Term| match which {
         Terms::Ellipsoid => parity(term.n, term.m) == odd[usize::from(term.degree)],
@@ -146,7 +146,7 @@ fn field(order: u8, which: Terms, nodes: usize, damping: f64, ring_time: f64) ->
     let mut terms = Vec::new();
     for n in 0..=order {
         for m in -(n as i8)..=n as i8 {
-            for degree in 0..DEGREES as u8 {
+            for degree in 0..RIGID_DOFS as u8 {
                 terms.extend(Some(Term { n, m, degree }).filter(&mut kept));
             }
         }
@@ -160,10 +160,10 @@ fn field(order: u8, which: Terms, nodes: usize, damping: f64, ring_time: f64) ->
     let real = (0..count).map(|_| number()).collect();
     let imaginary = (0..count).map(|_| number()).collect();
     let field = AccelerationField { max_wavenumber: 1e3, ring_time, nodes, terms, real, imaginary };
-    Arc::new(PlayableField::try_new(&field).expect("a field that agrees with itself"))
+    Arc::new(FieldEvaluator::try_new(&field).expect("a field that agrees with itself"))
 }
 
-fn source(field: &Arc<PlayableField>, radius: f64) -> SoundSource {
+fn source(field: &Arc<FieldEvaluator>, radius: f64) -> SoundSource {
     let surface = Arc::new(Surface::Sphere { radius });
     let source = FieldSource::new(Arc::clone(field), None, radius, DQuat::IDENTITY, surface);
     SoundSource::Field(Arc::new(source))
@@ -226,14 +226,14 @@ fn near(asked: &Asked) {
     let surface = shape.mesh();
     let (vertices, triangles) = (surface.vertices.len(), surface.triangles.len());
     let nodes = field.nodes();
-    let pressure = |i: usize| Complex32::cis(0.1 * (i % (nodes.len() * DEGREES)) as f32);
-    let pressures: Vec<Complex32> = (0..vertices * DEGREES * nodes.len()).map(pressure).collect();
+    let pressure = |i: usize| Complex32::cis(0.1 * (i % (nodes.len() * RIGID_DOFS)) as f32);
+    let pressures: Vec<Complex32> = (0..vertices * RIGID_DOFS * nodes.len()).map(pressure).collect();
     let near = NearField::from_pressures(surface, nodes.len(), &pressures);
     let mut values = Vec::new();
     let begin = thread_time();
     let mut repeats = 0;
     while thread_time() - begin < 5.0 * LEAST_SECONDS {
-        near.at_nodes(nodes, &[1.0; DEGREES], DVec3::new(0.5, 0.7, 0.4), &mut values);
+        near.at_nodes(nodes, &[1.0; RIGID_DOFS], DVec3::new(0.5, 0.7, 0.4), &mut values);
         black_box(&values);
         repeats += 1;
     }

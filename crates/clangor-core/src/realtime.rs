@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! any thread: Controller::send ─► ring ─► Engine::render, on the audio thread
-//!    blow ─► waves: direct and reflected, earliest first, as many as the budget allows ─► LiveClicks ─┐
+//!    impact ─► waves: direct and reflected, earliest first, as many as the budget allows ─► LivePulses ─┐
 //!        └─► force ─► LiveVoice of the object that is struck: modes, transfers, delays ───────────────┼─► pressure \[Pa\]
 //!    reflections in one wall ─► LateReverberation ────────────────────────────────────────────────────┘
 //! ```
@@ -17,7 +17,7 @@
 //! ```text
 //! let (mut controller, mut engine) = engine(&settings)?;
 //! controller.put(0, Some(SoundingObject::from_file(&bytes, None, &settings)?))?;       // a bowl, say
-//! controller.send(Event::Blow(blow))?;                                                 // from the physics
+//! controller.send(Event::ImpactEvent(impact))?;                                                 // from the physics
 //! let channels = engine.render(128);                                                   // in the audio callback
 //! ```
 //!
@@ -37,7 +37,7 @@ mod wave_queue;
 
 pub use budget::Budget;
 pub use engine::{Engine, EngineSettings};
-pub use event::{Blow, Event, Part, Struck};
+pub use event::{Event, ImpactEvent, ImpactTarget, Part};
 pub use event_ring::{Controller, Report, SendError, engine};
 pub use playback_level::PlaybackLevel;
 pub use sounding_object::{ObjectError, SoundingObject};

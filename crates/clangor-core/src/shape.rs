@@ -4,11 +4,11 @@
 //! both in one frame: metres, axis of revolution y, the middle at the origin unless its form says otherwise.
 //! [`text`] has the grammar and the sizes of bare names.
 
+mod axisymmetric;
 mod cuboid;
 mod key;
 mod mug;
 mod planar;
-mod axisymmetric;
 mod rock;
 mod sphere;
 pub mod text;

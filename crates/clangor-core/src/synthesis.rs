@@ -1,6 +1,6 @@
 //! From impacts to sound pressure at listeners, offline and exact below the band limit.
 //!
-//! Every accelerated body is a [`Click`]. A click's spectrum at a receiver is known in closed form: the force profile
+//! Every accelerated body is a [`AccelerationPulse`]. A click's spectrum at a receiver is known in closed form: the force profile
 //! times the transfer of what sounds times a delay. It is band-limited by [`lowpass`], added to the spectrum of its time
 //! block, and one inverse FFT per block gives the samples, which overlap-add to the signal:
 //!
@@ -20,30 +20,30 @@ pub mod acceleration_pulse;
 mod field_interpolation;
 mod field_spectrum;
 pub mod ground;
-mod received_wave;
 pub mod listener;
 pub mod live_pulses;
-pub mod propagation_paths;
 pub mod lowpass;
 pub mod modal;
 pub mod overlap_add;
+pub mod propagation_paths;
+mod received_wave;
 pub mod renderer;
 pub mod source;
 pub mod source_rule;
 pub(crate) mod spectrum;
 pub mod strike;
 
-pub use acceleration_pulse::{Click, clicks_of};
+pub use crate::reference::pan_sound::PanSource;
+pub use acceleration_pulse::{AccelerationPulse, clicks_of};
 pub use listener::Listener;
 pub use overlap_add::OverlapAdd;
-pub use crate::reference::pan_sound::PublishedSource;
 pub use renderer::{BlockJob, BlockMemory, RenderReport, RenderSettings, RenderedBlock, Renderer};
 pub use source::{FieldSource, SoundSource};
 pub use source_rule::SoundRule;
 
 use crate::body::BodyId;
-use crate::reference::pan_representation::PublishedError;
 use crate::propagation::room::RoomError;
+use crate::reference::pan_representation::PanError;
 
 /// Why sound cannot be synthesised.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -83,7 +83,7 @@ pub enum SynthesisError {
     },
     /// A number that is not finite, or not positive where it must be.
     #[error("{what} of the click of body {body} at t = {time} s is {value}", body = body.0)]
-    BadClick {
+    BadPulse {
         /// Which number.
         what: &'static str,
         /// Its value.
@@ -114,7 +114,7 @@ pub enum SynthesisError {
     Room(#[from] RoomError),
     /// A click that the published representation cannot play.
     #[error(transparent)]
-    Published(#[from] PublishedError),
+    Pan(#[from] PanError),
     /// A click too long for the longest block.
     #[error(
         "the click of body {body} at t = {time} s lasts {seconds:.3e} s (radius {radius} m), longer than the \

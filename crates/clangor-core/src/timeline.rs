@@ -99,8 +99,8 @@ pub struct FractureRow {
     pub first_child: BodyId,
     /// Number of pieces.
     pub children: u32,
-    /// Energy ½ m V² with which the blows came that broke it \[J\].
-    pub blow_energy: f64,
+    /// Energy ½ m V² with which the impacts came that broke it \[J\].
+    pub impact_energy: f64,
     /// Strain energy in the parent \[J\].
     pub strain_energy: f64,
     /// Energy of the new surfaces \[J\].
@@ -123,7 +123,7 @@ impl FractureRow {
             parent,
             first_child: BodyId(0),
             children: 0,
-            blow_energy: 0.0,
+            impact_energy: 0.0,
             strain_energy: 0.0,
             fracture_energy: 0.0,
             kinetic_energy_gain: 0.0,

@@ -11,13 +11,13 @@ use std::sync::Arc;
 use clangor_core::body::{BodyId, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
-use clangor_core::sound_model::acceleration::model::AccelerationModel;
-use clangor_core::sound_model::acceleration::field_evaluator::PlayableField;
-use clangor_core::sound_model::acceleration::model_evaluator::PlayableModel;
 use clangor_core::pose::{Keyframe, Pose, Track};
+use clangor_core::sound_model::acceleration::field_evaluator::FieldEvaluator;
+use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
-    Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
+    AccelerationPulse, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
 };
 use realfft::num_complex::Complex64;
 use sphere_field::sphere_field;
@@ -33,13 +33,13 @@ fn source(radius: f64, a: f64, offset: DVec3, order: usize, rate: u32, turn: DQu
 fn up_to(hz: f64, radius: f64, (a, offset, order): (f64, DVec3, usize), turn: DQuat) -> SoundSource {
     let band = hz * TAU * radius / C;
     let field = sphere_field(a, offset, order, band, 10 + (1.2 * band) as usize);
-    let field = Arc::new(PlayableField::try_new(&field).unwrap());
+    let field = Arc::new(FieldEvaluator::try_new(&field).unwrap());
     let surface = Arc::new(Surface::Sphere { radius: 0.5 * radius });
     SoundSource::Field(Arc::new(FieldSource::new(field, None, radius, turn, surface)))
 }
 
-fn click(source: SoundSource) -> Click {
-    Click {
+fn click(source: SoundSource) -> AccelerationPulse {
+    AccelerationPulse {
         body: BodyId(0),
         time: 0.0123,
         duration: 50e-6,
@@ -56,7 +56,12 @@ fn settings(rate: u32, floor: Floor) -> RenderSettings {
     RenderSettings { sample_rate: SampleRate::try_new(rate).unwrap(), floor, ..RenderSettings::default() }
 }
 
-fn render(clicks: &[Click], listener: &Listener, settings: &RenderSettings, seconds: f64) -> Vec<f64> {
+fn render(
+    clicks: &[AccelerationPulse],
+    listener: &Listener,
+    settings: &RenderSettings,
+    seconds: f64,
+) -> Vec<f64> {
     let mut renderer = Renderer::new(listener, settings).unwrap();
     clicks.iter().for_each(|click| renderer.push(click).unwrap());
     let mut signal = OverlapAdd::new(listener.receivers.len(), 0);
@@ -87,7 +92,7 @@ fn field_of_a_sphere_sounds_as_the_sphere() {
                 for profile in [ForceProfile::HalfSine, ForceProfile::Gaussian] {
                     let settings = settings(rate, floor);
                     let sound = |source| {
-                        let click = Click { profile, ..click(source) };
+                        let click = AccelerationPulse { profile, ..click(source) };
                         render(&[click], listener, &settings, 0.04)
                     };
                     let error = difference(&sound(field.clone()), &sound(SoundSource::Sphere { radius }));
@@ -106,9 +111,9 @@ fn turning_about_a_point_off_centre_moves_the_sphere() {
     let off_centre = source(radius, a, offset, 14, 48_000, turn);
     for floor in [Floor::None, Floor::Rigid { height: 0.15 }] {
         for velocity_change in [DVec3::ZERO, DVec3::new(0.3, -1.0, 0.2)] {
-            let whole = Click { velocity_change, ..click(off_centre.clone()) };
+            let whole = AccelerationPulse { velocity_change, ..click(off_centre.clone()) };
             let arm = whole.orientation * (turn * offset) * radius;
-            let sphere = Click {
+            let sphere = AccelerationPulse {
                 centre: whole.centre + arm,
                 velocity_change: velocity_change + whole.angular_velocity_change.cross(arm),
                 source: SoundSource::Sphere { radius: a * radius },
@@ -133,7 +138,7 @@ fn twice_the_size_is_half_the_frequency() {
     let surface = Arc::new(Surface::Sphere { radius: 0.01 });
     let large = FieldSource::new(Arc::clone(&small.field), None, 0.02, DQuat::IDENTITY, surface);
     let one = click(SoundSource::Field(small));
-    let two = Click {
+    let two = AccelerationPulse {
         time: 2.0 * one.time,
         duration: 2.0 * one.duration,
         centre: 2.0 * one.centre,
@@ -153,12 +158,12 @@ fn twice_the_size_is_half_the_frequency() {
 fn fields_add_up_and_keep_their_energies() {
     let source = source(0.02, 0.7, DVec3::new(0.2, 0.0, -0.2), 12, 48_000, DQuat::IDENTITY);
     let settings = settings(48_000, Floor::Rigid { height: 0.1 });
-    let only = |velocity_change, angular_velocity_change| Click {
+    let only = |velocity_change, angular_velocity_change| AccelerationPulse {
         velocity_change,
         angular_velocity_change,
         ..click(source.clone())
     };
-    let sound = |click: Click| render(&[click], &microphone(), &settings, 0.03);
+    let sound = |click: AccelerationPulse| render(&[click], &microphone(), &settings, 0.03);
     let (linear, angular) = (DVec3::new(1.0, -2.0, 0.5), DVec3::new(50.0, 10.0, 70.0));
     let both = sound(only(2.0 * linear, -3.0 * angular));
     let (moved, turned) = (sound(only(linear, DVec3::ZERO)), sound(only(DVec3::ZERO, angular)));
@@ -247,7 +252,7 @@ fn near_the_body_the_boundary_integral_gives_the_field_of_the_sphere() {
     let field = sphere_field(1.0, DVec3::ZERO, 1, band, 24);
     let near = sphere_near_field(&field, 16);
     let model = AccelerationModel { radius, field, near: Some(near) };
-    let model = PlayableModel::try_new(&model).unwrap();
+    let model = ModelEvaluator::try_new(&model).unwrap();
     let surface = Arc::new(Surface::Sphere { radius: 0.9 * radius });
     let (field, near) = (model.field, model.near);
     let source =
@@ -257,7 +262,7 @@ fn near_the_body_the_boundary_integral_gives_the_field_of_the_sphere() {
         let place = click.centre + DVec3::new(0.48, -0.6, 0.64) * radius * distance;
         let listener = Listener::fixed("near", place);
         let settings = settings(48_000, Floor::None);
-        let sphere = Click { source: SoundSource::Sphere { radius }, ..click.clone() };
+        let sphere = AccelerationPulse { source: SoundSource::Sphere { radius }, ..click.clone() };
         let sound = |click| render(&[click], &listener, &settings, 0.03);
         let error = difference(&sound(click), &sound(sphere));
         // Residual seen: 1.7e-3 at 1.02 R, where the flat triangles are a hundredth nearer than the sphere.

@@ -4,7 +4,9 @@ use std::f64::consts::{LN_10, PI, TAU};
 
 use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
-use clangor_core::propagation::{Air, LateReverberation, OCTAVES, ReverberationTimes, Room, RoomError, WallAbsorption};
+use clangor_core::propagation::{
+    Air, LateReverberation, OCTAVES, ReverberationTimes, Room, RoomError, WallAbsorption,
+};
 
 const RATE: f64 = 48_000.0;
 

@@ -67,7 +67,7 @@ fn relative_error(sound: &StrikeSound, from: f64, to: f64, exact: impl Fn(f64) -
     (error / norm).sqrt()
 }
 
-fn blow(radius: f64, listener: DVec3, tau: f64, rate: u32) -> Strike {
+fn impact(radius: f64, listener: DVec3, tau: f64, rate: u32) -> Strike {
     Strike {
         impulse: DVec3::new(0.0, -0.02, 0.01),
         point: DVec3::Y * radius,
@@ -90,10 +90,10 @@ fn struck_sphere_has_the_exact_spectrum_from_100_hz_to_20_khz() {
         for tau in [30e-6, 0.5 / 9937.5, 120e-6, 300e-6] {
             for distance in [1.2 * radius, 3.0 * radius, 1.0, 10.0] {
                 let listener = direction * distance;
-                let blow = blow(radius, listener, tau, 48_000);
-                let sound = strike(&body, &blow).unwrap();
-                let cosine = blow.impulse.normalize().dot(direction);
-                let velocity = blow.impulse.length() / body.mass;
+                let impact = impact(radius, listener, tau, 48_000);
+                let sound = strike(&body, &impact).unwrap();
+                let cosine = impact.impulse.normalize().dot(direction);
+                let velocity = impact.impulse.length() / body.mass;
                 let error = relative_error(&sound, 100.0, 20_000.0, |f| {
                     velocity * exact_transfer(f, radius, distance, cosine) * integrated_half_sine(f, tau)
                 });
@@ -112,10 +112,10 @@ fn every_sample_rate_holds_the_exact_spectrum_up_to_five_twelfths_of_it() {
         // On the surface, where the near field is strongest. Below 44.1 kHz the band limit rings longer than the 2 ms
         // by which the output leads, so there the listener is so far away that nothing is cut off.
         let distance = if rate < 44_100 { 5.0 } else { radius };
-        let blow = blow(radius, DVec3::NEG_Y * distance, tau, rate);
-        let sound = strike(&body, &blow).unwrap();
-        let cosine = blow.impulse.normalize().dot(DVec3::NEG_Y);
-        let velocity = blow.impulse.length() / body.mass;
+        let impact = impact(radius, DVec3::NEG_Y * distance, tau, rate);
+        let sound = strike(&body, &impact).unwrap();
+        let cosine = impact.impulse.normalize().dot(DVec3::NEG_Y);
+        let velocity = impact.impulse.length() / body.mass;
         let error = relative_error(&sound, 100.0, f64::from(rate) * 5.0 / 12.0, |f| {
             velocity * exact_transfer(f, radius, distance, cosine) * integrated_half_sine(f, tau)
         });
@@ -129,10 +129,10 @@ fn compact_dipole_is_howes_formula() {
     // [HW] eq. (1): P = iω ρ a³ cosθ / (2 c r) · A · e^{−iωr/c}.
     let (radius, tau, listener) = (0.0075, 40e-6, DVec3::new(0.1, 0.6, -0.3));
     let body = pan_steel_ball(radius, DVec3::ZERO);
-    let blow = Strike { sphere_model: SphereModel::CompactDipole, ..blow(radius, listener, tau, 48_000) };
-    let sound = strike(&body, &blow).unwrap();
+    let impact = Strike { sphere_model: SphereModel::CompactDipole, ..impact(radius, listener, tau, 48_000) };
+    let sound = strike(&body, &impact).unwrap();
     let distance = listener.length();
-    let along = blow.impulse.dot(listener) / distance / body.mass;
+    let along = impact.impulse.dot(listener) / distance / body.mass;
     let error = relative_error(&sound, 100.0, 20_000.0, |f| {
         let omega = TAU * f;
         let strength = omega * RHO * radius.powi(3) * along / (2.0 * C * distance);

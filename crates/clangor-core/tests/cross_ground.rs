@@ -17,7 +17,9 @@ use clangor_core::medium::Medium;
 use clangor_core::synthesis::ground::rayleigh_integral::SurfaceGrid;
 use clangor_core::synthesis::ground::{GroundSource, rayleigh_integral};
 use clangor_core::synthesis::listener::Floor;
-use clangor_core::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource};
+use clangor_core::synthesis::{
+    AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
+};
 use realfft::num_complex::Complex64;
 
 /// J₀ for Re z ≥ 0: by its power series, and by its asymptotic one far out.
@@ -143,7 +145,7 @@ fn third_derivative(time: f64, duration: f64) -> f64 {
 }
 
 #[test]
-fn rendered_blow_is_the_integral_over_the_surface() {
+fn rendered_impact_is_the_integral_over_the_surface() {
     let medium = Medium::AIR;
     let points = gauss(32);
     for (ground, duration, (across, above)) in [
@@ -204,7 +206,7 @@ fn rendered_blow_is_the_integral_over_the_surface() {
         let grid = SurfaceGrid { radius: reach, rings: 160, points: 30 };
 
         let impulse = 0.3;
-        let click = Click {
+        let click = AccelerationPulse {
             body: BodyId(0),
             time: 0.01,
             duration,
@@ -258,7 +260,7 @@ fn blended_directions_are_as_good_as_their_own() {
             for distance in [0.3, 4.0] {
                 let place = distance * DVec3::new(theta.sin(), theta.cos(), 0.0);
                 let (duration, impulse) = (1.5e-4, 0.2);
-                let click = Click {
+                let click = AccelerationPulse {
                     body: BodyId(0),
                     time: 0.01,
                     duration,

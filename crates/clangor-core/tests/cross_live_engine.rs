@@ -13,22 +13,26 @@ use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::Damping;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::field_evaluator::PlayableField;
 use clangor_core::pose::{Keyframe, Pose, Track};
-use clangor_core::realtime::{Blow, Engine, EngineSettings, Event, SoundingObject, Struck, engine};
 use clangor_core::propagation::{Air, LateReverberation, PathLoss, Room, WallAbsorption};
+use clangor_core::realtime::{
+    Engine, EngineSettings, Event, ImpactEvent, ImpactTarget, SoundingObject, engine,
+};
+use clangor_core::sound_model::acceleration::field_evaluator::FieldEvaluator;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, ModalVoice};
-use clangor_core::synthesis::{Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+use clangor_core::synthesis::{
+    AccelerationPulse, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
+};
 use num_complex::Complex64;
-use ringing::{IMPULSE, RADIUS, blow, mode, poses, source};
+use ringing::{IMPULSE, RADIUS, impact, mode, poses, source};
 use sphere_field::sphere_field;
 
 const RATE: f64 = 48_000.0;
 const BLOCK: usize = 128;
 const FLOOR: Floor = Floor::Rigid { height: -0.6 };
 const EARS: [DVec3; 2] = [DVec3::new(0.5, 0.3, 0.2), DVec3::new(0.6, 0.3, 0.32)];
-/// Where the struck point of [`blow`] is, in the frame of the body.
+/// Where the struck point of [`impact`] is, in the frame of the body.
 const POINT: DVec3 = DVec3::new(0.03, 0.02, 0.0);
 
 /// Forty modes of up to 49 coefficients below 16 kHz.
@@ -66,10 +70,10 @@ fn plastered(image_order: u32, late: bool) -> Room {
 }
 
 /// A marble that is struck.
-fn marble(k: u32) -> Blow {
+fn marble(k: u32) -> ImpactEvent {
     let spread = |step: f64| (f64::from(k) * step).fract() - 0.5;
-    Blow {
-        struck: Struck::Sphere { radius: 0.004 + 0.01 * spread(0.57).abs() },
+    ImpactEvent {
+        struck: ImpactTarget::Sphere { radius: 0.004 + 0.01 * spread(0.57).abs() },
         time: 0.03 + 7e-4 * f64::from(k / 3) + 1e-6 * f64::from(k % 3),
         duration: 40e-6 + 1e-4 * spread(0.37).abs(),
         pose: Pose::at(DVec3::new(spread(0.618), 0.3 * spread(0.271), spread(0.113) - 0.4)),
@@ -80,10 +84,10 @@ fn marble(k: u32) -> Blow {
     }
 }
 
-/// A blow on the object in slot 0, at the origin or elsewhere.
-fn strike(time: f64, duration: f64, pose: Pose) -> Blow {
-    Blow {
-        struck: Struck::Object { slot: 0 },
+/// An impact on the object in slot 0, at the origin or elsewhere.
+fn strike(time: f64, duration: f64, pose: Pose) -> ImpactEvent {
+    ImpactEvent {
+        struck: ImpactTarget::Object { slot: 0 },
         time,
         duration,
         pose,
@@ -130,26 +134,26 @@ struct Scenario<'a> {
     motion: Motion,
     /// What the live engine is late by [s].
     latency: f64,
-    marbles: &'a [Blow],
-    strikes: &'a [Blow],
+    marbles: &'a [ImpactEvent],
+    strikes: &'a [ImpactEvent],
     samples: usize,
 }
 
 impl Scenario<'_> {
-    /// What a listener hears of it offline, on a way that loses this.
+    /// What a listener hears of it offline, on a path that loses this.
     fn heard(&self, listener: &Listener, loss: PathLoss, floor: Floor) -> Vec<Vec<f64>> {
         let settings = RenderSettings { floor, loss, max_frequency: BAND, ..RenderSettings::default() };
         let mut renderer = Renderer::new(listener, &settings).unwrap();
-        for blow in self.marbles {
-            let Struck::Sphere { radius } = blow.struck else { panic!("a marble") };
-            let click = Click {
+        for impact in self.marbles {
+            let ImpactTarget::Sphere { radius } = impact.struck else { panic!("a marble") };
+            let click = AccelerationPulse {
                 body: BodyId(0),
-                time: blow.time + self.latency,
-                duration: blow.duration,
+                time: impact.time + self.latency,
+                duration: impact.duration,
                 profile: ForceProfile::HalfSine,
-                centre: blow.pose.position,
+                centre: impact.pose.position,
                 orientation: DQuat::IDENTITY,
-                velocity_change: blow.velocity_change,
+                velocity_change: impact.velocity_change,
                 angular_velocity_change: DVec3::ZERO,
                 source: SoundSource::Sphere { radius },
             };
@@ -160,7 +164,7 @@ impl Scenario<'_> {
         let mut channels = signal.take_until(self.samples as i64);
         let history = poses(self.motion.clone());
         let mut voice = ModalVoice::new(bell(), BodyId(0), &history, listener, &settings).unwrap();
-        let pulse = |s: &Blow| blow(s.time + self.latency, s.duration, s.pose);
+        let pulse = |s: &ImpactEvent| impact(s.time + self.latency, s.duration, s.pose);
         voice.push_pulses(&self.strikes.iter().map(pulse).collect::<Vec<_>>()).unwrap();
         voice.render_block(0, &mut channels).unwrap();
         channels
@@ -176,13 +180,13 @@ fn ears() -> Listener {
 #[test]
 fn what_happens_live_sounds_as_it_does_offline() {
     let settings = settings();
-    let marbles: Vec<Blow> = (0..60).map(marble).collect();
+    let marbles: Vec<ImpactEvent> = (0..60).map(marble).collect();
     let pose = Pose::at(DVec3::new(0.1, -0.1, -0.3));
     let strikes = [strike(0.02, 61e-6, pose), strike(0.0503, 200e-6, pose), strike(0.0504, 30e-6, pose)];
     let still =
         Event::Pose { slot: 0, time: 0.0, pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO };
-    let blows = marbles.iter().chain(&strikes).map(|blow| (blow.time, Event::Blow(*blow)));
-    let events = blows.chain([(0.0, still)]).collect();
+    let impacts = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::ImpactEvent(*impact)));
+    let events = impacts.chain([(0.0, still)]).collect();
     let object = SoundingObject::new(None, Some(bell()), &settings);
     let (heard, engine) = play(&settings, Some(object), events, 9600);
     let loss = PathLoss::through(settings.air);
@@ -211,7 +215,7 @@ fn a_body_that_moves_sounds_as_it_does_offline() {
         (time, Event::Pose { slot: 0, time, pose, velocity, angular_velocity: DVec3::ZERO })
     };
     let hit = strike(0.02, 61e-6, at(0.02));
-    let events = (0..60).map(live_pose).chain([(hit.time, Event::Blow(hit))]).collect();
+    let events = (0..60).map(live_pose).chain([(hit.time, Event::ImpactEvent(hit))]).collect();
     let object = SoundingObject::new(None, Some(bell()), &settings);
     let (heard, engine) = play(&settings, Some(object), events, 9600);
     // Only between keys that have neighbours is the motion as even as that of the live body.
@@ -225,7 +229,7 @@ fn a_body_that_moves_sounds_as_it_does_offline() {
     for (live, exact) in heard.iter().zip(&exact) {
         let peak = exact.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
         let apart = |from: usize| apart(&live[from..], &exact[from..]);
-        // The blow itself has the end of the band limit in it, up to 19 kHz, beyond what the delay lines are exact for.
+        // The impact itself has the end of the band limit in it, up to 19 kHz, beyond what the delay lines are exact for.
         // Residuals seen: 3.4e-3 of the peak, and 7e-4 of what rings afterwards.
         let (all, ringing) = (apart(0), apart(1900));
         assert!(all < 6e-3 && ringing < 1.5e-3 && peak > 0.1, "{all:e} {ringing:e} {peak}");
@@ -236,9 +240,10 @@ fn a_body_that_moves_sounds_as_it_does_offline() {
 fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
     let room = plastered(2, false);
     let settings = EngineSettings { room: Some(room.clone()), floor: Floor::None, ..settings() };
-    let marbles: Vec<Blow> = (0..9).map(marble).collect();
+    let marbles: Vec<ImpactEvent> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
-    let events = marbles.iter().chain(&strikes).map(|blow| (blow.time, Event::Blow(*blow))).collect();
+    let events =
+        marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::ImpactEvent(*impact))).collect();
     let object = SoundingObject::new(None, Some(bell()), &settings);
     let (heard, engine) = play(&settings, Some(object), events, 7200);
     let still = Motion::Keyframed(Track::fixed(Pose::IDENTITY));
@@ -250,9 +255,9 @@ fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
     let mirrored =
         images.iter().map(|image| (ears().mirrored(image), PathLoss::by(image, &room, settings.air)));
     for (listener, loss) in std::iter::once(direct).chain(mirrored) {
-        let way = scenario.heard(&listener, loss, Floor::None);
-        for (sum, way) in exact.iter_mut().zip(way) {
-            sum.iter_mut().zip(way).for_each(|(sum, p)| *sum += p);
+        let path = scenario.heard(&listener, loss, Floor::None);
+        for (sum, path) in exact.iter_mut().zip(path) {
+            sum.iter_mut().zip(path).for_each(|(sum, p)| *sum += p);
         }
     }
     for (live, exact) in heard.iter().zip(&exact) {
@@ -268,9 +273,10 @@ fn late_reverberation_is_fed_as_offline() {
     let room = plastered(0, true);
     let settings =
         EngineSettings { room: Some(room.clone()), floor: Floor::None, receivers: 1, ..settings() };
-    let marbles: Vec<Blow> = (0..9).map(marble).collect();
+    let marbles: Vec<ImpactEvent> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
-    let events = marbles.iter().chain(&strikes).map(|blow| (blow.time, Event::Blow(*blow))).collect();
+    let events =
+        marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::ImpactEvent(*impact))).collect();
     let object = SoundingObject::new(None, Some(bell()), &settings);
     let (heard, engine) = play(&settings, Some(object), events, 7200);
     let still = Motion::Keyframed(Track::fixed(Pose::IDENTITY));
@@ -326,7 +332,7 @@ fn a_dipole_over_a_rigid_floor_is_the_sum_of_two_paths() {
         let hit = strike(onset, duration, Pose::at(place));
         let object = SoundingObject::new(None, Some(source), &settings);
         let (heard, engine) =
-            play(&settings, Some(object), vec![(0.0, still), (onset, Event::Blow(hit))], 7200);
+            play(&settings, Some(object), vec![(0.0, still), (onset, Event::ImpactEvent(hit))], 7200);
         let Medium { density, sound_speed, .. } = settings.medium;
         let decay = 3.0 * 10f64.ln() / t60;
         let pole = Complex64::new(-decay, ((TAU * frequency).powi(2) - decay * decay).sqrt());
@@ -335,7 +341,7 @@ fn a_dipole_over_a_rigid_floor_is_the_sum_of_two_paths() {
         let strength = -Complex64::I * pole * pole / pole.im * transform * 2.0 * IMPULSE;
         // (1 + ikr)/(1 + ikR) (R/r)² cosθ √(3/4π), and the delay r/c.
         let k = TAU * frequency / sound_speed;
-        let way = |towards: DVec3, time: f64| {
+        let path = |towards: DVec3, time: f64| {
             let r = towards.length();
             let wave = Complex64::new(1.0, k * r) / Complex64::new(1.0, k * RADIUS);
             let transfer = density * RADIUS * wave * (RADIUS / r).powi(2) * (3.0 / (4.0 * PI)).sqrt();
@@ -348,7 +354,7 @@ fn a_dipole_over_a_rigid_floor_is_the_sum_of_two_paths() {
             let (mut error, mut level): (f64, f64) = (0.0, 0.0);
             for (n, pressure) in live.iter().enumerate() {
                 let time = n as f64 / RATE;
-                if let (Some(a), Some(b)) = (way(*ear - place, time), way(mirrored - place, time)) {
+                if let (Some(a), Some(b)) = (path(*ear - place, time), path(mirrored - place, time)) {
                     error = error.max((pressure - a - b).abs());
                     level = level.max((a + b).abs());
                 }
@@ -371,7 +377,7 @@ fn the_audio_thread_allocates_nothing() {
     let settings = EngineSettings { room: Some(room), ..settings() };
     let (mut controller, mut engine) = engine(&settings).unwrap();
     let field = sphere_field(0.3, DVec3::new(0.2, 0.1, -0.3), 8, 8.0, 20);
-    let field = Arc::new(PlayableField::try_new(&field).unwrap());
+    let field = Arc::new(FieldEvaluator::try_new(&field).unwrap());
     let surface = Arc::new(Surface::Sphere { radius: 0.01 });
     let click = SoundSource::Field(Arc::new(FieldSource::new(field, None, 0.02, DQuat::IDENTITY, surface)));
     let object = || SoundingObject::new(Some(click.clone()), Some(bell()), &settings);
@@ -384,14 +390,16 @@ fn the_audio_thread_allocates_nothing() {
         let time = engine.time();
         let pose = Pose::at(DVec3::X * (f64::from(k) * 1e-3));
         for j in 0..5 {
-            controller.send(Event::Blow(Blow { time, ..marble(5 * k + j) })).unwrap();
+            controller.send(Event::ImpactEvent(ImpactEvent { time, ..marble(5 * k + j) })).unwrap();
         }
         for slot in 0..3 {
             let velocity = DVec3::X * 0.4;
             controller.send(Event::Pose { slot, time, pose, velocity, angular_velocity: DVec3::Y }).unwrap();
-            let hit =
-                Blow { struck: Struck::Object { slot }, ..strike(time, 1e-4 + 3e-6 * f64::from(k), pose) };
-            controller.send(Event::Blow(hit)).unwrap();
+            let hit = ImpactEvent {
+                struck: ImpactTarget::Object { slot },
+                ..strike(time, 1e-4 + 3e-6 * f64::from(k), pose)
+            };
+            controller.send(Event::ImpactEvent(hit)).unwrap();
         }
         if k % 50 == 7 {
             controller.send(Event::Receivers(EARS.map(|ear| ear + f64::from(k) * 0.01))).unwrap();

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use clangor_core::contact::ForceProfile;
 use clangor_core::synthesis::SampleRate;
-use clangor_core::synthesis::modal::{ModalBank, ModalPressure, Resonance};
+use clangor_core::synthesis::modal::{ModalPressure, Resonance, ResonatorBank};
 use num_complex::Complex64;
 
 const RATE: f64 = 192_000.0;
@@ -34,7 +34,7 @@ fn newmark_and_exact_integration_agree_as_far_as_newmark_goes() {
     for frequency in [200.0, 700.0, 2400.0] {
         let mode = Resonance { frequency, damping_ratio: 0.003 };
         let rate = SampleRate::try_new(RATE as u32).unwrap();
-        let mut bank = ModalBank::new(&[mode], 1, rate, 0.45 * RATE, ModalPressure::Acceleration);
+        let mut bank = ResonatorBank::new(&[mode], 1, rate, 0.45 * RATE, ModalPressure::Acceleration);
         bank.set_transfers(0, &[Complex64::ONE]);
         bank.jump_to_transfers();
         bank.add_pulse(ForceProfile::HalfSine, onset * RATE, duration, &[1.0]);

@@ -58,7 +58,7 @@ fn struck_sphere_agrees_with_the_reference_program() {
         // A peak acceleration of 1 m/s² is an impulse of M · 2τ/π.
         let impulse = body.mass * 2.0 * tau / std::f64::consts::PI;
         let angle = 30f64.to_radians();
-        let blow = Strike {
+        let impact = Strike {
             impulse: DVec3::Y * impulse,
             point: DVec3::NEG_Y * radius,
             listener: DVec3::new(angle.sin(), angle.cos(), 0.0) * distance,
@@ -69,7 +69,7 @@ fn struck_sphere_agrees_with_the_reference_program() {
             medium: Medium::AIR,
             sphere_model: SphereModel::Exact,
         };
-        let sound = strike(&body, &blow).unwrap();
+        let sound = strike(&body, &impact).unwrap();
         let (mut error, mut norm) = (0.0, 0.0);
         for j in 0..=40 {
             let frequency = 100.0 + 19_900.0 * f64::from(j) / 40.0;

@@ -1,4 +1,4 @@
-//! The ground as a slab, [FRAC] §6: how many modes it has, and that blows on it are the response of those modes.
+//! The ground as a slab, [FRAC] §6: how many modes it has, and that impacts on it are the response of those modes.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -9,11 +9,13 @@ use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::presets::preset;
 use clangor_core::medium::Medium;
 use clangor_core::synthesis::ground::{Ground, GroundSource, SlabSource};
-use clangor_core::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+use clangor_core::synthesis::{
+    AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
+};
 use realfft::num_complex::Complex64;
 
 fn heard(ground: Ground, place: DVec3, duration: f64, impulse: f64) -> Vec<f64> {
-    let click = Click {
+    let click = AccelerationPulse {
         body: BodyId(0),
         time: 0.01,
         duration,
@@ -46,7 +48,7 @@ fn a_slab_of_concrete_has_the_thousand_modes_of_the_paper() {
 }
 
 #[test]
-fn a_blow_on_the_slab_is_the_response_of_its_modes() {
+fn an_impact_on_the_slab_is_the_response_of_its_modes() {
     let slab = slab();
     let (duration, impulse) = (2e-4, 0.3);
     for place in [DVec3::new(0.5, 1.2, -0.3), DVec3::new(6.0, 4.0, 5.0)] {

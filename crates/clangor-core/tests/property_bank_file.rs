@@ -4,11 +4,11 @@
 mod damage;
 
 use clangor_core::glam::DVec3;
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES, Node, Term};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 use clangor_core::sound_model::files::ellipsoid_bank_file::{BankFile, BankOrigin};
-use clangor_core::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
+use clangor_core::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 use damage::{all_is_noticed, forged_damage};
 use num_complex::Complex64;
 use proptest::prelude::*;
@@ -18,7 +18,7 @@ fn field(seed: usize, order: u8) -> AccelerationField {
     let mut terms = Vec::new();
     for n in 0..=order {
         for m in -(n as i8)..=n as i8 {
-            let degree = (m.unsigned_abs() + n) % DEGREES as u8;
+            let degree = (m.unsigned_abs() + n) % RIGID_DOFS as u8;
             terms.push(Term { n, m, degree });
         }
     }
@@ -104,7 +104,7 @@ fn a_tolerance_makes_it_smaller_and_costs_no_more_than_it_says() {
     for (old, new) in before.bank.entries().iter().zip(after.bank.entries()) {
         for (j, node) in old.field.nodes.iter().enumerate() {
             let sum = |pick: &dyn Fn(usize) -> Complex64| -> f64 {
-                let mut squares = [0.0; DEGREES];
+                let mut squares = [0.0; RIGID_DOFS];
                 for (row, t) in old.field.terms.iter().enumerate() {
                     let factor = if t.n == 0 { node.s.norm_sqr() } else { 1.0 };
                     squares[usize::from(t.degree)] +=
@@ -145,7 +145,7 @@ proptest! {
             && let Ok(file) = BankFile::decode(&bytes)
         {
             for entry in file.bank.entries() {
-                let _ = entry.field.pressure(&[1.0; DEGREES], DVec3::new(1.0, 2.0, 0.5), 1.3);
+                let _ = entry.field.pressure(&[1.0; RIGID_DOFS], DVec3::new(1.0, 2.0, 0.5), 1.3);
             }
         }
     }

@@ -92,7 +92,7 @@ fn exchanging_the_bodies_changes_only_signs() {
 }
 
 #[test]
-fn eccentric_blow_feels_less_mass_however_the_body_is_turned() {
+fn eccentric_impact_feels_less_mass_however_the_body_is_turned() {
     let (edge, offset) = (0.02, 0.007);
     let turn = DQuat::from_scaled_axis(DVec3::new(0.4, -1.0, 0.7));
     let centre = DVec3::new(0.5, 0.2, -0.3);
@@ -137,7 +137,7 @@ fn silent_impacts_are_counted_by_reason() {
 }
 
 #[test]
-fn blow_travels_along_a_touching_chain() {
+fn impact_travels_along_a_touching_chain() {
     let balls: Vec<Body> = (0..5).map(|i| pan_steel_ball(0.01, DVec3::X * (0.02 * i as f64))).collect();
     let touch = |i: u32| {
         let point = DVec3::X * (0.02 * f64::from(i) + 0.01);
@@ -173,7 +173,7 @@ fn pose(body: u32, x: f64, velocity: f64) -> PoseRow {
 }
 
 #[test]
-fn blow_crosses_narrow_gaps_as_none_and_wide_gaps_in_their_own_time() {
+fn impact_crosses_narrow_gaps_as_none_and_wide_gaps_in_their_own_time() {
     // Balls of equal mass pass the whole velocity of 1 m/s on across three gaps.
     let balls: Vec<Body> = (0..4).map(|i| pan_steel_ball(0.01, DVec3::X * (0.02 * i as f64))).collect();
     let momentum = balls[0].mass;

@@ -51,7 +51,7 @@ fn nothing_is_heard_before_the_first_wave_can_be_there() {
     for name in ["granite", "soil", "plastic"] {
         let ground = ground(name);
         let place = DVec3::new(1.5, 0.6, 0.0);
-        let click = clangor_core::synthesis::Click {
+        let click = clangor_core::synthesis::AccelerationPulse {
             body: BodyId(0),
             time: 0.02,
             duration: 3e-4,

@@ -114,9 +114,14 @@ fn dynamics_knows_nothing_of_sound() {
         let breaks = path.components().any(|c| c.as_os_str() == "fracture" || c.as_os_str() == "fracture.rs");
         let lives = path.components().any(|c| c.as_os_str() == "live" || c.as_os_str() == "live.rs");
         for (number, line) in code(&path).iter().enumerate() {
-            for module in ["clangor_core::synthesis", "clangor_core::contact", "clangor_core::sound_model", "clangor_core::output"] {
-                // How hard a blow presses, and for how long, decides what breaks as well as how it sounds; a live world hands
-                // its blows out as such.
+            for module in [
+                "clangor_core::synthesis",
+                "clangor_core::contact",
+                "clangor_core::sound_model",
+                "clangor_core::output",
+            ] {
+                // How hard an impact presses, and for how long, decides what breaks as well as how it sounds; a live world hands
+                // its impacts out as such.
                 let pressed = module == "clangor_core::contact" && (breaks || lives);
                 assert!(pressed || !line.contains(module), "{}:{}: {module}", path.display(), number + 1);
             }

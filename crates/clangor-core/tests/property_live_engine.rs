@@ -9,7 +9,8 @@ use clangor_core::glam::DVec3;
 use clangor_core::material::Damping;
 use clangor_core::pose::Pose;
 use clangor_core::realtime::{
-    Blow, Budget, Controller, Engine, EngineSettings, Event, Part, SendError, SoundingObject, Struck, engine,
+    Budget, Controller, Engine, EngineSettings, Event, ImpactEvent, ImpactTarget, Part, SendError,
+    SoundingObject, engine,
 };
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource};
@@ -24,9 +25,9 @@ fn hum() -> Arc<ModalSource> {
     source(modes, &Damping::T60(30.0), &ModalSettings { radiation_damping: false, ..Default::default() })
 }
 
-fn marble(time: f64) -> Blow {
-    Blow {
-        struck: Struck::Sphere { radius: 0.01 },
+fn marble(time: f64) -> ImpactEvent {
+    ImpactEvent {
+        struck: ImpactTarget::Sphere { radius: 0.01 },
         time,
         duration: 60e-6,
         pose: Pose::IDENTITY,
@@ -37,8 +38,8 @@ fn marble(time: f64) -> Blow {
     }
 }
 
-fn bell(slot: usize, time: f64) -> Blow {
-    Blow { struck: Struck::Object { slot }, impulse: 0.01 * DVec3::Z, ..marble(time) }
+fn bell(slot: usize, time: f64) -> ImpactEvent {
+    ImpactEvent { struck: ImpactTarget::Object { slot }, impulse: 0.01 * DVec3::Z, ..marble(time) }
 }
 
 fn both_ears(place: DVec3) -> Event {
@@ -66,7 +67,7 @@ fn loudest(samples: &[f64]) -> f64 {
 }
 
 #[test]
-fn a_million_blows_a_second_are_borne_and_counted() {
+fn a_million_impacts_a_second_are_borne_and_counted() {
     let settings = EngineSettings::default();
     let (mut controller, mut engine) = start(&settings);
     for slot in 0..8 {
@@ -76,8 +77,8 @@ fn a_million_blows_a_second_are_borne_and_counted() {
     for block in 0..40 {
         for k in 0..2667 {
             let time = engine.time() + 1e-6 * f64::from(k);
-            let blow = if k % 3 == 0 { bell(k as usize % 8, time) } else { marble(time) };
-            match controller.send(Event::Blow(blow)) {
+            let impact = if k % 3 == 0 { bell(k as usize % 8, time) } else { marble(time) };
+            match controller.send(Event::ImpactEvent(impact)) {
                 Ok(()) => sent += 1,
                 Err(error) => {
                     assert_eq!(error, SendError::Full);
@@ -95,7 +96,7 @@ fn a_million_blows_a_second_are_borne_and_counted() {
     // And afterwards it is as it was.
     listen(&mut engine, 200);
     let before = controller.report();
-    controller.send(Event::Blow(marble(engine.time()))).unwrap();
+    controller.send(Event::ImpactEvent(marble(engine.time()))).unwrap();
     assert!(loudest(&listen(&mut engine, 20)) > 0.0);
     let after = controller.report();
     assert_eq!((after.waves, after.shed), (before.waves + 2, before.shed));
@@ -107,22 +108,23 @@ fn nonsense_is_refused_and_counted() {
     let good = marble(0.0);
     let pose =
         |pose| Event::Pose { slot: 0, time: 0.0, pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO };
-    let turned = Pose { orientation: clangor_core::glam::DQuat::from_xyzw(9.0, 0.0, 0.0, 1.0), ..Pose::IDENTITY };
+    let turned =
+        Pose { orientation: clangor_core::glam::DQuat::from_xyzw(9.0, 0.0, 0.0, 1.0), ..Pose::IDENTITY };
     let nonsense = [
-        Event::Blow(Blow { time: f64::NAN, ..good }),
-        Event::Blow(Blow { time: f64::INFINITY, ..good }),
-        Event::Blow(Blow { time: 1e9, ..good }),
-        Event::Blow(Blow { duration: -1.0, ..good }),
-        Event::Blow(Blow { duration: 1e3, ..good }),
-        Event::Blow(Blow { duration: 1e306, ..good }),
-        Event::Blow(Blow { struck: Struck::Sphere { radius: 1e-160 }, ..good }),
-        Event::Blow(Blow { velocity_change: 1e300 * DVec3::Y, ..good }),
-        Event::Blow(Blow { velocity_change: DVec3::NAN, ..good }),
-        Event::Blow(Blow { pose: Pose::at(DVec3::INFINITY), ..good }),
-        Event::Blow(Blow { pose: turned, ..good }),
-        Event::Blow(Blow { struck: Struck::Sphere { radius: 0.0 }, ..good }),
-        Event::Blow(bell(3, 0.0)),
-        Event::Blow(bell(usize::MAX, 0.0)),
+        Event::ImpactEvent(ImpactEvent { time: f64::NAN, ..good }),
+        Event::ImpactEvent(ImpactEvent { time: f64::INFINITY, ..good }),
+        Event::ImpactEvent(ImpactEvent { time: 1e9, ..good }),
+        Event::ImpactEvent(ImpactEvent { duration: -1.0, ..good }),
+        Event::ImpactEvent(ImpactEvent { duration: 1e3, ..good }),
+        Event::ImpactEvent(ImpactEvent { duration: 1e306, ..good }),
+        Event::ImpactEvent(ImpactEvent { struck: ImpactTarget::Sphere { radius: 1e-160 }, ..good }),
+        Event::ImpactEvent(ImpactEvent { velocity_change: 1e300 * DVec3::Y, ..good }),
+        Event::ImpactEvent(ImpactEvent { velocity_change: DVec3::NAN, ..good }),
+        Event::ImpactEvent(ImpactEvent { pose: Pose::at(DVec3::INFINITY), ..good }),
+        Event::ImpactEvent(ImpactEvent { pose: turned, ..good }),
+        Event::ImpactEvent(ImpactEvent { struck: ImpactTarget::Sphere { radius: 0.0 }, ..good }),
+        Event::ImpactEvent(bell(3, 0.0)),
+        Event::ImpactEvent(bell(usize::MAX, 0.0)),
         pose(turned),
         pose(Pose::at(1e308 * DVec3::X)),
         Event::Pose {
@@ -141,8 +143,8 @@ fn nonsense_is_refused_and_counted() {
         controller.send(event).unwrap();
     }
     // What lasts too long for a wave is refused at both ears; what is too far is not waited for.
-    controller.send(Event::Blow(Blow { duration: 1.0, ..good })).unwrap();
-    controller.send(Event::Blow(Blow { pose: Pose::at(1e4 * DVec3::X), ..good })).unwrap();
+    controller.send(Event::ImpactEvent(ImpactEvent { duration: 1.0, ..good })).unwrap();
+    controller.send(Event::ImpactEvent(ImpactEvent { pose: Pose::at(1e4 * DVec3::X), ..good })).unwrap();
     assert!(listen(&mut engine, 40).iter().all(|p| !p.is_nan()));
     let report = controller.report();
     assert_eq!((report.refused, report.distant), (count + 2, 2), "{report:?}");
@@ -153,7 +155,7 @@ fn what_comes_too_late_is_heard_late_and_whole() {
     let wave = |time: f64, blocks: usize| {
         let (mut controller, mut engine) = start(&EngineSettings::default());
         listen(&mut engine, blocks);
-        controller.send(Event::Blow(marble(time))).unwrap();
+        controller.send(Event::ImpactEvent(marble(time))).unwrap();
         (listen(&mut engine, 12), controller.report().late)
     };
     let ((in_time, none), (late, one)) = (wave(0.0, 0), wave(-30.0, 3));
@@ -168,21 +170,23 @@ fn too_many_modes_fade_out_the_quietest() {
     // Of three hums as many as two may ring: 16 modes and the work of listening, for two ears.
     let budget = Budget { mode_paths: 2 * 2 * (16 + 8), ..Budget::default() };
     let settings = EngineSettings { budget, ..EngineSettings::default() };
-    let play = |blows: &[(usize, f64)]| {
+    let play = |impacts: &[(usize, f64)]| {
         let (mut controller, mut engine) = start(&settings);
         for slot in 0..3 {
             controller.put(slot, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
         }
-        for (slot, strength) in blows {
-            let blow = bell(*slot, 0.02 * *slot as f64);
-            controller.send(Event::Blow(Blow { impulse: *strength * blow.impulse, ..blow })).unwrap();
+        for (slot, strength) in impacts {
+            let impact = bell(*slot, 0.02 * *slot as f64);
+            controller
+                .send(Event::ImpactEvent(ImpactEvent { impulse: *strength * impact.impulse, ..impact }))
+                .unwrap();
         }
         (listen(&mut engine, 100), controller.report())
     };
     let (heard, report) = play(&[(0, 1.0), (1, 0.1), (2, 1.0)]);
     assert_eq!((report.shed_voices, report.modes), (1, 32), "{report:?}");
     let (both, _) = play(&[(0, 1.0), (2, 1.0)]);
-    // What is left is the two loud ones, and no step on the way to it.
+    // What is left is the two loud ones, and no step on the path to it.
     let apart = heard[9000..].iter().zip(&both[9000..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     // Residual seen: 0; the steepest is 1 %.
     assert!(apart < 1e-9 * loudest(&both), "{apart:e}");
@@ -202,7 +206,7 @@ fn what_changes_makes_no_click() {
         ("the ears are below the floor", true, vec![both_ears(place - 2.0 * DVec3::Y)]),
         ("the ears are far away", false, vec![both_ears(100.0 * DVec3::X)]),
         ("reflections are switched off", true, vec![Event::Switch(Part::Reflections, false)]),
-        ("ringing is switched off", false, vec![Event::Switch(Part::Ringing, false)]),
+        ("ringing is switched off", false, vec![Event::Switch(Part::Modal, false)]),
         ("the object is no more", false, vec![Event::End { slot: 0, time: 0.0 }]),
         ("another takes its place", false, vec![Event::Put { slot: 0, object: Some(Box::new(another)) }]),
         ("all stops", false, vec![Event::Silence]),
@@ -211,7 +215,7 @@ fn what_changes_makes_no_click() {
         let settings = other();
         let (mut controller, mut engine) = start(&settings);
         controller.put(0, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
-        controller.send(Event::Blow(bell(0, 0.0))).unwrap();
+        controller.send(Event::ImpactEvent(bell(0, 0.0))).unwrap();
         let before = listen(&mut engine, 30);
         let level = loudest(&before[2560..]);
         events.into_iter().for_each(|event| controller.send(event).unwrap());
@@ -235,7 +239,7 @@ fn an_object_too_large_for_the_budget_rings_all_the_same() {
         let (mut controller, mut engine) = start(&settings);
         for slot in 0..2 {
             controller.put(slot, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
-            controller.send(Event::Blow(bell(slot, 0.01))).unwrap();
+            controller.send(Event::ImpactEvent(bell(slot, 0.01))).unwrap();
         }
         let heard: Vec<f64> = (0..60).flat_map(|_| engine.render(frames)[0].clone()).collect();
         // Two begin at once, and there is room for one: the other waits for a block.
@@ -251,8 +255,8 @@ fn an_ear_inside_what_rings_hears_no_nonsense() {
     let (mut controller, mut engine) = start(&settings);
     controller.put(0, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
     controller.send(both_ears(DVec3::ZERO)).unwrap();
-    controller.send(Event::Blow(bell(0, 0.0))).unwrap();
-    controller.send(Event::Blow(marble(0.0))).unwrap();
+    controller.send(Event::ImpactEvent(bell(0, 0.0))).unwrap();
+    controller.send(Event::ImpactEvent(marble(0.0))).unwrap();
     let heard = listen(&mut engine, 20);
     assert!(heard.iter().all(|p| p.is_finite()) && loudest(&heard) > 0.0);
     assert_eq!(controller.report().inside, 1);
@@ -264,8 +268,8 @@ fn blocks_of_any_length_sound_alike() {
         let settings = EngineSettings::default();
         let (mut controller, mut engine) = start(&settings);
         controller.put(0, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
-        controller.send(Event::Blow(marble(0.01))).unwrap();
-        controller.send(Event::Blow(bell(0, 0.012))).unwrap();
+        controller.send(Event::ImpactEvent(marble(0.01))).unwrap();
+        controller.send(Event::ImpactEvent(bell(0, 0.012))).unwrap();
         let mut heard = Vec::new();
         for length in lengths.iter().cycle() {
             if heard.len() >= 4800 {

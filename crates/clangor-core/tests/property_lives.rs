@@ -18,7 +18,7 @@ use clangor_core::synthesis::source_rule::rules_with_pieces;
 use clangor_core::synthesis::{Listener, RenderSettings, SoundRule};
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, Timeline, TimelineSink};
 use num_complex::Complex64;
-use ringing::{blow, body, mode, source};
+use ringing::{body, impact, mode, source};
 
 const BREAKS: f64 = 0.1;
 
@@ -154,7 +154,7 @@ fn heard(death: f64, count: usize) -> Vec<f64> {
     let listener = Listener::fixed("microphone", DVec3::new(0.0, 0.0, 1.0));
     let mut voice =
         ModalVoice::new(source, BodyId(0), &poses, &listener, &RenderSettings::default()).unwrap();
-    voice.push_pulses(&[blow(0.01, 1e-4, Pose::IDENTITY)]).unwrap();
+    voice.push_pulses(&[impact(0.01, 1e-4, Pose::IDENTITY)]).unwrap();
     let mut sound = Vec::new();
     // In stretches, as a renderer does.
     for first in (0..count).step_by(1000) {

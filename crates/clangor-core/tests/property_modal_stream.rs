@@ -10,11 +10,11 @@ use clangor_core::glam::DVec3;
 use clangor_core::material::Damping;
 use clangor_core::medium::Medium;
 use clangor_core::pose::{Keyframe, Pose, Track};
-use clangor_core::synthesis::modal::{ModalBank, ModalPressure, ModalSettings, ModalVoice, Resonance};
+use clangor_core::synthesis::modal::{ModalPressure, ModalSettings, ModalVoice, Resonance, ResonatorBank};
 use clangor_core::synthesis::{Listener, RenderSettings, SampleRate};
 use clangor_core::timeline::{ContactKind, ContactRow};
 use num_complex::Complex64;
-use ringing::{RADIUS, blow, body, mode, poses, source, still};
+use ringing::{RADIUS, body, impact, mode, poses, source, still};
 
 const STEP: f64 = 2.5e-4;
 const PLACE: DVec3 = DVec3::new(0.03, 0.02, 0.0);
@@ -129,7 +129,7 @@ fn a_load_leaves_no_force_and_a_body_at_rest_no_sound() {
     let bump = |i: usize| if i == 1000 { 1.0 } else { 0.0 };
     let mut rows: Vec<ContactRow> =
         (0..2000).map(|i| row(i as f64 * STEP, STEP * (9.81 + bump(i)))).collect();
-    // A blow is no part of the stream; an impact slower than v_min is.
+    // An impact is no part of the stream; an impact slower than v_min is.
     let impact = |time: f64, speed: f64, id: u64| ContactRow {
         kind: ContactKind::Impact,
         velocity: -speed * DVec3::Y,
@@ -162,7 +162,7 @@ fn a_contact_damps_what_it_touches() {
     let (poses, listener) = (still(), Listener::fixed("microphone", DVec3::new(0.0, 0.0, 1.0)));
     let mut voice =
         ModalVoice::new(source, BodyId(0), &poses, &listener, &RenderSettings::default()).unwrap();
-    voice.push_pulses(&[blow(0.01, 50e-6, Pose::IDENTITY)]).unwrap();
+    voice.push_pulses(&[impact(0.01, 50e-6, Pose::IDENTITY)]).unwrap();
     voice.push_stream(&stream(|_| 0.0, 1.0)[400..], STEP).unwrap();
     let mut channels = vec![vec![0.0; 24_000]];
     voice.render_block(0, &mut channels).unwrap();
@@ -181,7 +181,7 @@ fn rendering_does_not_allocate() {
         (1..100).map(|i| Resonance { frequency: 150.0 * f64::from(i), damping_ratio: 1e-4 }).collect();
     let transfers = vec![Complex64::ONE; resonances.len()];
     let rate = SampleRate::HZ_48000;
-    let mut bank = ModalBank::new(&resonances, 2, rate, 21_600.0, ModalPressure::Acceleration);
+    let mut bank = ResonatorBank::new(&resonances, 2, rate, 21_600.0, ModalPressure::Acceleration);
     bank.add_pulse(ForceProfile::HalfSine, 90.0, 5e-5, &vec![1.0; resonances.len()]);
     let mut outputs: Vec<Vec<f64>> = (0..2).map(|_| Vec::with_capacity(10_000)).collect();
     // The vector instructions of the machine are looked up once.
@@ -208,7 +208,7 @@ fn rendering_does_not_allocate() {
     let listener = Listener::fixed("microphone", DVec3::new(0.0, 1.0, 1.0));
     let mut voice =
         ModalVoice::new(source, BodyId(0), &poses, &listener, &RenderSettings::default()).unwrap();
-    voice.push_pulses(&[blow(0.01, 5e-5, Pose::IDENTITY)]).unwrap();
+    voice.push_pulses(&[impact(0.01, 5e-5, Pose::IDENTITY)]).unwrap();
     let mut channels = vec![vec![0.0; 512]];
     (0..100).for_each(|i| voice.render_block(512 * i, &mut channels).unwrap());
     let counted = allocation_counter::measure(|| {

@@ -7,10 +7,10 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES, Node, Term};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
-use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
 use clangor_core::sound_model::acceleration::near_field::NearField;
+use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
 use damage::{all_is_noticed, edit, forge, forged_damage};
 use num_complex::{Complex32, Complex64};
@@ -48,7 +48,7 @@ fn model() -> ModelFile {
         nodes,
     };
     let surface = tetrahedron();
-    let near = surface.vertices.len() * DEGREES * field.nodes.len();
+    let near = surface.vertices.len() * RIGID_DOFS * field.nodes.len();
     let pressures: Vec<Complex32> = (0..near).map(|i| Complex32::cis(0.7 * i as f32)).collect();
     let near = NearField::from_pressures(surface.clone(), field.nodes.len(), &pressures);
     let mut solid = surface;
@@ -164,7 +164,7 @@ proptest! {
             && let Ok(model) = ModelFile::decode(&bytes)
         {
             let field = &model.acceleration.field;
-            let _ = field.pressure(&[1.0; DEGREES], DVec3::new(1.0, 2.0, 0.5), 1.3);
+            let _ = field.pressure(&[1.0; RIGID_DOFS], DVec3::new(1.0, 2.0, 0.5), 1.3);
             let _ = model.acceleration.max_frequency(Medium::AIR.sound_speed);
         }
     }

@@ -13,9 +13,11 @@ use clangor_core::pose::Pose;
 use clangor_core::propagation::{Air, ImageSource, PathLoss, Room, WallAbsorption, image_sources};
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::modal::{ModalSettings, ModalVoice};
-use clangor_core::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+use clangor_core::synthesis::{
+    AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
+};
 use num_complex::Complex64;
-use ringing::{blow, mode, source, still};
+use ringing::{impact, mode, source, still};
 
 const RATE: f64 = 48_000.0;
 
@@ -33,8 +35,8 @@ fn by_the_floor(room: &Room) -> ImageSource {
     image_sources(room).into_iter().find(ImageSource::met_floor).unwrap()
 }
 
-fn click() -> Click {
-    Click {
+fn click() -> AccelerationPulse {
+    AccelerationPulse {
         body: BodyId(0),
         time: 0.0123,
         duration: 50e-6,
@@ -121,7 +123,7 @@ fn a_mode_loses_what_its_frequency_loses() {
             let poses = still();
             let mut voice =
                 ModalVoice::new(Arc::clone(&source), BodyId(0), &poses, &listener, settings).unwrap();
-            voice.push_pulses(&[blow(0.01, 60e-6, Pose::IDENTITY)]).unwrap();
+            voice.push_pulses(&[impact(0.01, 60e-6, Pose::IDENTITY)]).unwrap();
             let mut channels = [vec![0.0; 4800]];
             voice.render_block(0, &mut channels).unwrap();
             channels

@@ -2,13 +2,13 @@
 
 use clangor_core::body::Body;
 use clangor_core::glam::DVec3;
-use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, Term};
-use clangor_core::sound_model::acceleration::model::AccelerationModel;
-use clangor_core::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
-use clangor_core::sound_model::acceleration::model_evaluator::{PlayableBank, PlayableModel};
-use clangor_core::sound_model::acceleration::proxy_field::ProxyFields;
 use clangor_core::scene::Scene;
 use clangor_core::scene::instantiate::{instantiate, load_shape};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, Term};
+use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
+use clangor_core::sound_model::acceleration::proxy_field::ProxyFields;
+use clangor_core::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 use clangor_core::synthesis::source_rule::{Reason, SourceKind, decide, source_of};
 use clangor_core::synthesis::{RenderSettings, SoundRule, SoundSource};
 use realfft::num_complex::Complex64;
@@ -25,10 +25,10 @@ fn field() -> AccelerationField {
     }
 }
 
-fn bank() -> PlayableBank {
+fn bank() -> BankEvaluator {
     let axes = [(1.0, 1.0), (0.9, 0.7), (1.0, 0.1), (0.3, 0.2)];
     let entries = axes.map(|(b, c)| BankEntry { b, c, field: field() }).to_vec();
-    PlayableBank::try_new(EllipsoidBank::try_new(entries).unwrap()).unwrap()
+    BankEvaluator::try_new(EllipsoidBank::try_new(entries).unwrap()).unwrap()
 }
 
 fn scene(shape: &str, more: &str) -> Scene {
@@ -87,7 +87,7 @@ fn what_is_missing_is_replaced_and_said() {
     let decision = decide(&bowl, SoundRule::Own, Some(&bank), 300.0);
     let radius = bowl.surface.bounding_radius();
     let mut proxies = ProxyFields::new(&bank, 300.0);
-    let own = PlayableModel::try_new(&AccelerationModel { radius, field: field(), near: None }).unwrap();
+    let own = ModelEvaluator::try_new(&AccelerationModel { radius, field: field(), near: None }).unwrap();
     let (source, kind) = source_of(&bowl, &decision, Some(&mut proxies), Some(&own));
     assert!(matches!((source, kind), (SoundSource::Field(_), SourceKind::Own)));
     let (_, kind) = source_of(&bowl, &decision, Some(&mut proxies), None);

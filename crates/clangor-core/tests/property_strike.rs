@@ -13,7 +13,7 @@ use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::strike::{Strike, StrikeError};
 
-fn blow(radius: f64) -> Strike {
+fn impact(radius: f64) -> Strike {
     Strike {
         impulse: DVec3::new(0.0, -0.02, 0.0),
         point: DVec3::Y * radius,
@@ -29,7 +29,7 @@ fn blow(radius: f64) -> Strike {
 
 #[test]
 fn default_duration_is_that_of_a_rigid_plane_at_1_m_per_s() {
-    let sound = strike(&pan_steel_ball(0.0075, DVec3::ZERO), &blow(0.0075)).unwrap();
+    let sound = strike(&pan_steel_ball(0.0075, DVec3::ZERO), &impact(0.0075)).unwrap();
     // 5 × 7.34 µs, [PAN] Table 1 at 5 m/s, times 5^{1/5} for the speed. Seen: 50.63 µs.
     assert!((sound.duration - 5.0 * 7.339e-6 * 5f64.powf(0.2)).abs() < 1e-8, "{:e}", sound.duration);
 }
@@ -39,7 +39,7 @@ fn output_begins_two_milliseconds_early_and_ends_on_request() {
     for rate in [8_000, 44_100, 48_000, 384_000] {
         let sample_rate = SampleRate::try_new(rate).unwrap();
         let body = pan_steel_ball(0.0075, DVec3::ZERO);
-        let asked = Strike { sample_rate, seconds: Some(0.02), ..blow(0.0075) };
+        let asked = Strike { sample_rate, seconds: Some(0.02), ..impact(0.0075) };
         let sound = strike(&body, &asked).unwrap();
         assert_eq!(sound.times[0], -0.002);
         let step = 1.0 / f64::from(rate);
@@ -59,12 +59,12 @@ fn output_begins_two_milliseconds_early_and_ends_on_request() {
 fn any_solid_sounds_as_the_sphere_of_its_volume() {
     let body = cube(0.02);
     let point = DVec3::new(0.003, 0.01, -0.002);
-    let sound = strike(&body, &Strike { point, ..blow(0.0) }).unwrap();
+    let sound = strike(&body, &Strike { point, ..impact(0.0) }).unwrap();
     let radius = (0.75 * 8e-6 / std::f64::consts::PI).cbrt();
     // Residual seen: 2e-18 m.
     assert!((sound.radius - radius).abs() < 1e-15);
     let sphere = pan_steel_ball(radius, DVec3::ZERO);
-    let asked = Strike { duration: Some(sound.duration), ..blow(radius) };
+    let asked = Strike { duration: Some(sound.duration), ..impact(radius) };
     let expected = strike(&sphere, &asked).unwrap();
     let peak = expected.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
     let error =
@@ -74,9 +74,9 @@ fn any_solid_sounds_as_the_sphere_of_its_volume() {
 }
 
 #[test]
-fn impossible_blows_are_errors() {
+fn impossible_impacts_are_errors() {
     let body = pan_steel_ball(0.01, DVec3::ZERO);
-    let good = blow(0.01);
+    let good = impact(0.01);
     let error = |change: Strike| strike(&body, &change).unwrap_err();
     let off = error(Strike { point: DVec3::Y * 0.0103, ..good });
     assert!(matches!(off, StrikeError::OffSurface { distance, .. } if (distance - 3e-4).abs() < 1e-12));

@@ -8,7 +8,8 @@ use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::pose::{Keyframe, Pose, Track};
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
-    BlockJob, Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource, SynthesisError,
+    AccelerationPulse, BlockJob, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
+    SynthesisError,
 };
 use realfft::num_complex::Complex64;
 
@@ -18,8 +19,8 @@ fn sphere(radius: f64) -> SoundSource {
     SoundSource::Sphere { radius }
 }
 
-fn click() -> Click {
-    Click {
+fn click() -> AccelerationPulse {
+    AccelerationPulse {
         body: BodyId(0),
         time: 0.0123,
         duration: 50e-6,
@@ -42,7 +43,7 @@ fn settings(rate: u32, floor: Floor) -> RenderSettings {
 
 /// All receivers' samples from t = 0 on.
 fn render_channels(
-    clicks: &[Click],
+    clicks: &[AccelerationPulse],
     listener: &Listener,
     settings: &RenderSettings,
     samples: i64,
@@ -54,7 +55,7 @@ fn render_channels(
     signal.take_until(samples)
 }
 
-fn render(clicks: &[Click], settings: &RenderSettings) -> Vec<f64> {
+fn render(clicks: &[AccelerationPulse], settings: &RenderSettings) -> Vec<f64> {
     let samples = (0.03 * settings.sample_rate.as_f64()) as i64;
     render_channels(clicks, &microphone(), settings, samples).swap_remove(0)
 }
@@ -85,7 +86,7 @@ fn onset_between_samples_is_a_pure_delay() {
     let on_time = render(&[click()], &settings);
     for fraction in [0.13, 0.5, 0.77] {
         let shift = fraction / 48_000.0;
-        let late = render(&[Click { time: click().time + shift, ..click() }], &settings);
+        let late = render(&[AccelerationPulse { time: click().time + shift, ..click() }], &settings);
         let error = spectral_difference(
             24_000.0,
             |f| spectrum_at(&late, 48_000.0, f),
@@ -99,7 +100,7 @@ fn onset_between_samples_is_a_pure_delay() {
 #[test]
 fn low_rate_is_the_high_rate_without_what_it_cannot_carry() {
     // Short and small: most of its energy is above 24 kHz and would alias.
-    let click = Click { duration: 8e-6, source: sphere(0.002), ..click() };
+    let click = AccelerationPulse { duration: 8e-6, source: sphere(0.002), ..click() };
     let low = render(std::slice::from_ref(&click), &settings(48_000, Floor::None));
     let high = render(&[click], &settings(192_000, Floor::None));
     let error = spectral_difference(
@@ -134,8 +135,9 @@ fn highest_frequency_cuts_the_rest_and_leaves_what_is_below() {
 #[test]
 fn sound_is_linear() {
     let settings = settings(48_000, Floor::Rigid { height: 0.0 });
-    let other = Click { time: 0.0131, source: sphere(0.02), velocity_change: DVec3::X, ..click() };
-    let scaled = Click { velocity_change: 3.0 * click().velocity_change, ..click() };
+    let other =
+        AccelerationPulse { time: 0.0131, source: sphere(0.02), velocity_change: DVec3::X, ..click() };
+    let scaled = AccelerationPulse { velocity_change: 3.0 * click().velocity_change, ..click() };
     let together = render(&[scaled, other.clone()], &settings);
     let (one, two) = (render(&[click()], &settings), render(&[other], &settings));
     let sum: Vec<f64> = one.iter().zip(&two).map(|(a, b)| 3.0 * a + b).collect();
@@ -153,8 +155,11 @@ fn turning_and_mirroring_everything_changes_nothing() {
     let changes: [&dyn Fn(DVec3) -> DVec3; 2] = [&|v| turn * v, &|v| mirror * v];
     for change in changes {
         let click = click();
-        let moved =
-            Click { centre: change(click.centre), velocity_change: change(click.velocity_change), ..click };
+        let moved = AccelerationPulse {
+            centre: change(click.centre),
+            velocity_change: change(click.velocity_change),
+            ..click
+        };
         let listener = Listener::fixed("microphone", change(position));
         let after = render_channels(&[moved], &listener, &settings, before.len() as i64).swap_remove(0);
         // Residual seen: 3e-12, the rounding of the distance times the slope of the sound.
@@ -165,7 +170,7 @@ fn turning_and_mirroring_everything_changes_nothing() {
 #[test]
 fn sound_doubles_on_a_rigid_floor() {
     let settings = settings(48_000, Floor::Rigid { height: 0.5 });
-    let source = Click { centre: DVec3::new(0.1, 0.7, -0.1), ..click() };
+    let source = AccelerationPulse { centre: DVec3::new(0.1, 0.7, -0.1), ..click() };
     let free = render(std::slice::from_ref(&source), &RenderSettings { floor: Floor::None, ..settings });
     let doubled: Vec<f64> = free.iter().map(|p| 2.0 * p).collect();
     // The microphone lies on the floor, where both waves arrive together. Residual seen: 0.
@@ -178,7 +183,7 @@ fn floor_adds_the_sound_of_the_mirrored_source() {
     for (height, expected_joint) in [(0.19, true), (-1.5, false)] {
         let settings = settings(48_000, Floor::Rigid { height });
         let click = click();
-        let image = Click {
+        let image = AccelerationPulse {
             centre: DVec3 { y: 2.0 * height - click.centre.y, ..click.centre },
             velocity_change: DVec3 { y: -click.velocity_change.y, ..click.velocity_change },
             ..click.clone()
@@ -202,7 +207,7 @@ fn energies_are_those_of_the_samples() {
     {
         let settings = settings(48_000, floor);
         let mut renderer = Renderer::new(&microphone(), &settings).unwrap();
-        renderer.push(&Click { duration, body: BodyId(5), ..click() }).unwrap();
+        renderer.push(&AccelerationPulse { duration, body: BodyId(5), ..click() }).unwrap();
         let mut signal = OverlapAdd::new(1, 0);
         renderer.take_all().iter().for_each(|job| signal.add(&job.render()));
         let samples = signal.take_until(1440).swap_remove(0);
@@ -216,8 +221,8 @@ fn energies_are_those_of_the_samples() {
 fn samples_do_not_depend_on_segments_or_on_who_renders_which_block() {
     let settings = settings(48_000, Floor::Rigid { height: -0.3 });
     let listener = Listener::spaced_pair("pair", Track::fixed(Pose::at(DVec3::new(0.4, 0.5, 0.2))), 0.17);
-    let clicks: Vec<Click> = (0..3000)
-        .map(|i| Click {
+    let clicks: Vec<AccelerationPulse> = (0..3000)
+        .map(|i| AccelerationPulse {
             time: f64::from(i) * 2e-3,
             source: sphere([0.004, 0.0075, 0.05, 0.3][i as usize % 4]),
             centre: DVec3::new(0.01 * f64::from(i % 37), 0.9, 1.0),
@@ -280,7 +285,7 @@ fn moving_listener_hears_where_it_is_when_the_sound_arrives() {
 fn gaussian_carries_the_same_impulse() {
     let settings = settings(48_000, Floor::None);
     let half_sine = render(&[click()], &settings);
-    let gaussian = render(&[Click { profile: ForceProfile::Gaussian, ..click() }], &settings);
+    let gaussian = render(&[AccelerationPulse { profile: ForceProfile::Gaussian, ..click() }], &settings);
     let at = |samples: &[f64]| spectrum_at(samples, 48_000.0, 20.0);
     // Both spectra are flat at 20 Hz. Residual seen: 1e-6, the second moments (ωτ)² differ.
     assert!((at(&gaussian) - at(&half_sine)).norm() < 1e-5 * at(&half_sine).norm());
@@ -323,16 +328,19 @@ fn clicks_that_end_before_the_start_are_not_rendered() {
 #[test]
 fn bad_input_is_an_error() {
     let free = settings(48_000, Floor::None);
-    let push = |click: Click| Renderer::new(&microphone(), &free).unwrap().push(&click);
+    let push = |click: AccelerationPulse| Renderer::new(&microphone(), &free).unwrap().push(&click);
     for bad in [
-        Click { time: f64::NAN, ..click() },
-        Click { duration: 0.0, ..click() },
-        Click { source: sphere(f64::INFINITY), ..click() },
-        Click { velocity_change: DVec3::new(0.0, f64::INFINITY, 0.0), ..click() },
+        AccelerationPulse { time: f64::NAN, ..click() },
+        AccelerationPulse { duration: 0.0, ..click() },
+        AccelerationPulse { source: sphere(f64::INFINITY), ..click() },
+        AccelerationPulse { velocity_change: DVec3::new(0.0, f64::INFINITY, 0.0), ..click() },
     ] {
-        assert!(matches!(push(bad.clone()), Err(SynthesisError::BadClick { .. })), "{bad:?}");
+        assert!(matches!(push(bad.clone()), Err(SynthesisError::BadPulse { .. })), "{bad:?}");
     }
-    assert!(matches!(push(Click { duration: 1e3, ..click() }), Err(SynthesisError::TooLong { .. })));
+    assert!(matches!(
+        push(AccelerationPulse { duration: 1e3, ..click() }),
+        Err(SynthesisError::TooLong { .. })
+    ));
 
     let below = settings(48_000, Floor::Rigid { height: 0.6 });
     assert!(matches!(Renderer::new(&microphone(), &below), Err(SynthesisError::BelowFloor { y: 0.5, .. })));

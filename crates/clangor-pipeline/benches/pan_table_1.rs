@@ -8,9 +8,9 @@ mod cpu_time;
 
 use std::ops::ControlFlow;
 
+use clangor_bake::acceleration::BakeOptions;
 use clangor_core::medium::Medium;
 use clangor_core::shape::Shape;
-use clangor_bake::acceleration::BakeOptions;
 use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model};
 use cpu_time::cpu_time;
 

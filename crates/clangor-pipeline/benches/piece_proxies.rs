@@ -5,7 +5,7 @@
 //! `-- frequencies FOLDER [COUNT]` for the lowest frequencies alone
 
 mod cpu_time;
-#[path = "../../clangor/benches/thread_time/mod.rs"]
+#[path = "../../clangor-core/benches/thread_time/mod.rs"]
 mod thread_time;
 
 use std::f64::consts::{PI, TAU};
@@ -13,6 +13,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::fem::ElasticConstants;
+use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
+use clangor_bake::soundbank::modal::solid_polynomials::lowest_by_polynomials;
 use clangor_core::body::Surface;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -21,20 +25,18 @@ use clangor_core::material::Material;
 use clangor_core::material::presets::GLASS;
 use clangor_core::math::random::SplitMix;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy, ModalSoundbank, ProxyBody};
+use clangor_core::sound_model::soundbank::modal_soundbank::{
+    ContactMapping, ModalProxy, ModalSoundbank, ProxyBody,
+};
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
-use clangor_bake::acceleration::BakeGeometry;
-use clangor_bake::fem::ElasticConstants;
-use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
-use clangor_bake::soundbank::modal::solid_polynomials::lowest_by_polynomials;
-use clangor_pipeline::formats::modal_soundbank::{bank_material, default_modal_bank};
+use clangor_pipeline::formats::modal_soundbank::{bank_material, default_modal_soundbank};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 
 use cpu_time::cpu_time;
 use thread_time::thread_time;
 
 /// Degrees that are compared; pieces are played by the last.
-const DEGREES: [usize; 3] = [4, 6, 8];
+const RIGID_DOFS: [usize; 3] = [4, 6, 8];
 /// Thresholds of \[FRAC\] Table 2, and one below all.
 const THRESHOLDS: [f64; 5] = [0.0, 600.0, 2000.0, 3400.0, 4000.0];
 
@@ -101,7 +103,7 @@ fn chosen(pieces: Vec<Piece>, count: usize) -> Vec<Piece> {
 /// Lowest frequencies alone, and what they take.
 fn frequencies(pieces: &[Piece]) {
     let options = ModalBakeOptions { mesh_error: 0.01, ..ModalBakeOptions::new(Medium::AIR) };
-    println!("triangles  extents mm  [Hz (over own), ms] by degree {DEGREES:?}  own Hz, CPU-s");
+    println!("triangles  extents mm  [Hz (over own), ms] by degree {RIGID_DOFS:?}  own Hz, CPU-s");
     for piece in pieces {
         let (low, high) = piece.surface.bounds();
         print!("{:5} {:.0}", piece.surface.triangles.len(), 1e3 * (high - low));
@@ -111,7 +113,7 @@ fn frequencies(pieces: &[Piece]) {
         let (model, evidence) = found.expect("modes");
         let own = model.modes.first().map(|m| m.frequency).or(evidence.first_frequency).unwrap_or(f64::NAN);
         let taken = cpu_time() - begun;
-        for degree in DEGREES {
+        for degree in RIGID_DOFS {
             let start = thread_time();
             let first = piece.first(degree);
             print!("  {first:6.0} ({:.3}) {:5.1}", first / own, 1e3 * (thread_time() - start));
@@ -123,7 +125,7 @@ fn frequencies(pieces: &[Piece]) {
 /// Third octaves from 500 Hz to 20 kHz.
 const BANDS: usize = 17;
 
-/// ∫ p² dt by third octaves, of blows at random places heard from random directions two metres away.
+/// ∫ p² dt by third octaves, of impacts at random places heard from random directions two metres away.
 fn spectrum(source: &ModalSource, surface: &TriMesh, seed: u64) -> [f64; BANDS] {
     let mut sums = [0.0; BANDS];
     let mut random = SplitMix::new(seed);
@@ -191,7 +193,7 @@ fn played(proxy: ModalProxy, mapping: ContactMapping, material: &Material) -> Mo
 }
 
 fn compare(pieces: &[Piece]) {
-    let bank = default_modal_bank().expect("a bank");
+    let bank = default_modal_soundbank().expect("a bank");
     let options = ModalBakeOptions { mesh_error: 0.02, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
     let mut all: Vec<(f64, [[f64; BANDS]; 3])> = Vec::new();
     let (mut proxy_time, mut own_time, mut longest) = (0.0, 0.0, 0.0_f64);
@@ -200,7 +202,7 @@ fn compare(pieces: &[Piece]) {
     );
     for (at, piece) in pieces.iter().enumerate() {
         let start = thread_time();
-        let first = piece.first(DEGREES[2]);
+        let first = piece.first(RIGID_DOFS[2]);
         let ready = proxy(&bank, piece, first);
         let by_place = played(ready.clone(), ContactMapping::Position, &piece.material);
         let taken = thread_time() - start;

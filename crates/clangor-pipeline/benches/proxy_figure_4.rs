@@ -6,14 +6,16 @@
 //! From the bank that comes with the program, known to kA = 20: the pulse ψ is h = 0.25 A/c wide, 0.36 ms for the paper's
 //! A = 0.5 m, whose h = 0.1 ms would need kA = 80. Heard at 3 A in the direction (1, 1, 1).
 
-use clangor_core::glam::{DVec2, DVec3};
-use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::field::AccelerationField;
-use clangor_core::reference::pan_representation::pulse::pulse_spectrum;
 use clangor_bake::fitting::comparison::directions;
 use clangor_bake::reference::{FieldSampler, synthesize};
-use clangor_pipeline::plots::picture::{Align, BLACK, Canvas, Colour, GREY, Raster, Svg, TextStyle, rectangle};
+use clangor_core::glam::{DVec2, DVec3};
+use clangor_core::medium::Medium;
+use clangor_core::reference::pan_representation::pulse::pulse_spectrum;
+use clangor_core::sound_model::acceleration::field::AccelerationField;
 use clangor_pipeline::formats::soundbank::default_bank;
+use clangor_pipeline::plots::picture::{
+    Align, BLACK, Canvas, Colour, GREY, Raster, Svg, TextStyle, rectangle,
+};
 
 /// h \[A/c\].
 const PULSE: f64 = 0.25;

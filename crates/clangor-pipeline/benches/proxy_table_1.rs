@@ -12,16 +12,16 @@ mod stage;
 
 use std::ops::ControlFlow;
 
-use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::field::DEGREES;
-use clangor_core::reference::pan_representation::directions::Directions;
-use clangor_core::reference::pan_representation::{HeardContact, PublishedModel};
-use clangor_core::shape::Shape;
-use clangor_core::synthesis::SoundRule;
 use clangor_bake::acceleration::BakeOptions;
-use clangor_bake::reference::{FieldSampler, Fit, PublishedOptions, fit};
-use clangor_pipeline::stages::sound_models::{ModelRequest, obtain};
+use clangor_bake::reference::{FieldSampler, Fit, PanOptions, fit};
+use clangor_core::medium::Medium;
+use clangor_core::reference::pan_representation::directions::Directions;
+use clangor_core::reference::pan_representation::{HeardContact, PanModel};
+use clangor_core::shape::Shape;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
+use clangor_core::synthesis::SoundRule;
 use clangor_pipeline::formats::soundbank::default_bank;
+use clangor_pipeline::stages::sound_models::{ModelRequest, obtain};
 
 use cpu_time::cpu_time;
 use stage::{Group, Stage, Uniform, cache};
@@ -100,7 +100,7 @@ fn published(model: &Model, (pulse, lasting, length): (f64, f64, usize)) -> (usi
     let wanted = request(model, 0.8 / pulse);
     let baked = obtain(&wanted, Some(&cache()), &mut |_| ControlFlow::Continue(())).expect("a field").model;
     let unit = baked.acceleration.radius / Medium::AIR.sound_speed;
-    let options = PublishedOptions {
+    let options = PanOptions {
         pulse: pulse / unit,
         step: lasting / length as f64 / unit,
         length,
@@ -112,13 +112,13 @@ fn published(model: &Model, (pulse, lasting, length): (f64, f64, usize)) -> (usi
     let sampler = FieldSampler::new(&baked.acceleration.field, &options.wavenumbers());
     let field = fit(&options, &|x| sampler.spectra(x)).expect("options that make sense");
     let bytes = field.bytes();
-    let playable = PublishedModel::new(baked.acceleration.radius, vec![field]).expect("a field");
+    let playable = PanModel::new(baked.acceleration.radius, vec![field]).expect("a field");
     let mut uniform = Uniform(5);
     let contacts = 400;
     let begin = cpu_time();
     for i in 0..contacts {
         let contact = HeardContact {
-            peak: std::array::from_fn::<_, DEGREES, _>(|_| uniform.next() - 0.5),
+            peak: std::array::from_fn::<_, RIGID_DOFS, _>(|_| uniform.next() - 0.5),
             onset: 1e-3 * f64::from(i),
             duration: 5.0 * pulse,
             listener: uniform.direction() * 1.5,

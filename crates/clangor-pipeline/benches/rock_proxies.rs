@@ -9,21 +9,21 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
+use clangor_bake::acceleration::BakeOptions;
+use clangor_bake::fitting::comparison::directions;
 use clangor_core::body::Surface;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::medium::Medium;
+use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::field::AccelerationField;
 use clangor_core::sound_model::acceleration::proxy_field::mean_field;
-use clangor_core::shape::Shape;
-use clangor_bake::acceleration::BakeOptions;
-use clangor_bake::fitting::comparison::directions;
-use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model};
 use clangor_pipeline::formats::soundbank::default_bank;
+use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model};
 
 const AIR: Medium = Medium::AIR;
-/// Blows and listeners of each stone.
-const BLOWS: usize = 12;
+/// Impacts and listeners of each stone.
+const IMPACTS: usize = 12;
 /// Frequencies in a band.
 const LINES: usize = 5;
 
@@ -87,8 +87,8 @@ fn main() {
         let heard_nearest = Heard(entry, proxy.radius, proxy.rotation);
         let radius = (0.75 * volume / PI).cbrt();
         let triangles = mesh.mesh.triangles.len();
-        for (blow, direction) in directions(BLOWS).enumerate() {
-            let t = (blow * 7919 + seed * 104_729) % triangles;
+        for (impact, direction) in directions(IMPACTS).enumerate() {
+            let t = (impact * 7919 + seed * 104_729) % triangles;
             let impulse = -mesh.mesh.area_vector(t).normalize();
             let motion = (impulse / volume, inertia.inverse() * mesh.mesh.centroid(t).cross(impulse));
             for &centre in &bands {
@@ -100,7 +100,7 @@ fn main() {
             }
         }
     }
-    println!("{rocks} rocks, {BLOWS} blows each, {} bands:", bands.len());
+    println!("{rocks} rocks, {IMPACTS} impacts each, {} bands:", bands.len());
     println!(
         "median difference of third-octave levels: ellipsoid {:.2} dB, nearest ellipsoid {:.2} dB, sphere {:.2} dB",
         median(ellipsoid),

@@ -13,13 +13,13 @@ use clangor_core::scene::render_settings::{GroundSound, Parts};
 use clangor_core::synthesis::ground::HalfSpace;
 use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
 use clangor_core::timeline::Timeline;
+use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 use clangor_pipeline::stages::load::{LoadedScene, scene_from_text};
 use clangor_pipeline::stages::render::{
     FullScale, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, render,
 };
 use clangor_pipeline::stages::simulate::simulate_impacts;
 use clangor_pipeline::stages::sound_models::ringers::Ringers;
-use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 
 const HEIGHT: f64 = 100.0;
 const SCENE: &str = r#"

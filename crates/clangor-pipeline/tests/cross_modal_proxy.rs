@@ -5,20 +5,20 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::{Body, BodyId, Life, MeshSurface, Motion, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::soundbank::modal_soundbank::ContactMapping;
-use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::pose::Pose;
 use clangor_core::shape::Shape;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
+use clangor_core::sound_model::soundbank::modal_soundbank::ContactMapping;
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, RingingRule, StrikeMemory, TransferMemory};
 use clangor_core::synthesis::strike::{Strike, StrikeSound, struck_ringing};
-use clangor_bake::modal::ModalBakeOptions;
 use clangor_pipeline::stages::sound_models::ringers::{Ringing, RingingPlan};
 
 const RATE: f64 = 48_000.0;
@@ -66,8 +66,8 @@ fn source(ringing: &Ringing, body: &Body) -> Arc<ModalSource> {
     })
 }
 
-/// Blows along the normal at places all over an ellipsoid of these semi-axes, by the spiral of equal areas.
-fn blows(semi_axes: DVec3) -> Vec<(DVec3, DVec3)> {
+/// Impacts along the normal at places all over an ellipsoid of these semi-axes, by the spiral of equal areas.
+fn impacts(semi_axes: DVec3) -> Vec<(DVec3, DVec3)> {
     const COUNT: usize = 60;
     let at = |k: usize| {
         let z = 1.0 - (2 * k + 1) as f64 / COUNT as f64;
@@ -82,13 +82,13 @@ fn blows(semi_axes: DVec3) -> Vec<(DVec3, DVec3)> {
 const BANDS: usize = 6;
 const LOWEST: f64 = 5_000.0;
 
-/// ∫ p² dt in third octaves, of all blows, each heard 1.5 m away: acceleration ω Q e^{−ξωt}, whose square lasts 1/(4ξω).
-fn third_octaves(source: &ModalSource, blows: &[(DVec3, DVec3)]) -> [f64; BANDS] {
+/// ∫ p² dt in third octaves, of all impacts, each heard 1.5 m away: acceleration ω Q e^{−ξωt}, whose square lasts 1/(4ξω).
+fn third_octaves(source: &ModalSource, impacts: &[(DVec3, DVec3)]) -> [f64; BANDS] {
     let (mut sums, mut amplitudes, mut transfers) = ([0.0; BANDS], Vec::new(), Vec::new());
-    for (k, blow) in blows.iter().enumerate() {
-        source.amplitudes(&[*blow], &mut StrikeMemory::default(), &mut amplitudes);
-        // Somewhere else than where the blow is.
-        let listener = 1.5 * blows[(7 * k + 3) % blows.len()].1.normalize();
+    for (k, impact) in impacts.iter().enumerate() {
+        source.amplitudes(&[*impact], &mut StrikeMemory::default(), &mut amplitudes);
+        // Somewhere else than where the impact is.
+        let listener = 1.5 * impacts[(7 * k + 3) % impacts.len()].1.normalize();
         source.transfers(listener, &mut TransferMemory::default(), &mut transfers);
         for ((amplitude, transfer), resonance) in amplitudes.iter().zip(&transfers).zip(source.resonances()) {
             let band = (3.0 * (resonance.frequency / LOWEST).log2() + 0.5).floor();
@@ -102,7 +102,7 @@ fn third_octaves(source: &ModalSource, blows: &[(DVec3, DVec3)]) -> [f64; BANDS]
     sums
 }
 
-/// ∫ p² dt of one blow, as samples.
+/// ∫ p² dt of one impact, as samples.
 fn loudness(body: &Body, source: &Arc<ModalSource>, (point, impulse): (DVec3, DVec3)) -> f64 {
     let strike = Strike {
         impulse,
@@ -142,8 +142,8 @@ fn an_ellipsoid_rings_like_its_proxy() {
     );
     // The proxy's is that of a coarse grid: 0.9 % seen.
     assert!((second / first - 1.0).abs() < 0.02);
-    let blows = blows(DVec3::new(0.05, 0.006, 0.05));
-    let [by_own, by_proxy] = [&own, &proxy].map(|source| third_octaves(source, &blows));
+    let impacts = impacts(DVec3::new(0.05, 0.006, 0.05));
+    let [by_own, by_proxy] = [&own, &proxy].map(|source| third_octaves(source, &impacts));
     let loudest = by_own.iter().copied().fold(0.0, f64::max);
     let mut worst: f64 = 0.0;
     for (band, (own, proxy)) in by_own.iter().zip(&by_proxy).enumerate() {
@@ -159,8 +159,9 @@ fn an_ellipsoid_rings_like_its_proxy() {
     }
     // 0.6 dB seen. The entry of the bank is thicker by 9 %; with its own mass instead of the body's all would be 1.5 dB quieter.
     assert!(worst < 1.0, "{worst} dB");
-    let [own, proxy] = [&own, &proxy]
-        .map(|source| blows.iter().step_by(9).map(|blow| loudness(&bodies[0], source, *blow)).sum::<f64>());
+    let [own, proxy] = [&own, &proxy].map(|source| {
+        impacts.iter().step_by(9).map(|impact| loudness(&bodies[0], source, *impact)).sum::<f64>()
+    });
     println!("as samples: {:+.1} dB", 10.0 * (proxy / own).log10());
     // −0.7 dB seen.
     assert!((proxy / own).log10().abs() < 0.1);

@@ -7,15 +7,15 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::material::presets::preset;
 use clangor_bake::acceleration::{BakeGeometry, BakeOptions};
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
-use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::mesh::tetrahedra::isosurface_stuffing::stuff;
-use clangor_bake::modal_analysis::{VibrationOptions, vibration};
-use clangor_pipeline::stages::load::mesh_geometry;
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::modal_analysis::{ModalAnalysisOptions, modal_analysis};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::material::presets::preset;
 use clangor_pipeline::formats::mesh_reader::read_mesh;
+use clangor_pipeline::stages::load::mesh_geometry;
 use clangor_pipeline::stages::sound_models::ModelRequest;
 
 #[test]
@@ -61,7 +61,8 @@ fn the_bowl_is_solved_by_its_section() {
     let geometry = BakeGeometry::Mesh(surface.relative_to(centre));
     let constants = ElasticConstants::of(&preset("ceramic").expect("a preset")).expect("an elastic material");
     let mut go_on = |_: &_| ControlFlow::Continue(());
-    let found = vibration(&geometry, &constants, &VibrationOptions::to(20e3), &mut go_on).expect("modes");
+    let found =
+        modal_analysis(&geometry, &constants, &ModalAnalysisOptions::to(20e3), &mut go_on).expect("modes");
     // Tetrahedra on a grid of 3.4 mm, 94 667 nodes: four CPU minutes.
     for (mode, reference) in found.modes.iter().zip([1841.14, 1841.15, 3642.60, 3642.61, 6057.16, 6059.27]) {
         // Seen: 1.1e-3.
@@ -84,7 +85,7 @@ fn the_bowl_sounds_as_a_body_of_revolution() {
     let body = mesh_geometry(mesh, 1.0).expect("a solid");
     let request = ModelRequest::new("bowl", &body.surface, body.mass, BakeOptions::new(100.0, 1e-2));
     let request = request.expect("a body that sounds");
-    let BakeGeometry::Revolution(meridian) = request.geometry() else { panic!("not turned") };
+    let BakeGeometry::Axisymmetric(meridian) = request.geometry() else { panic!("not turned") };
     // Residual seen: 9e-5.
     assert!((meridian.volume() / body.mass.volume - 1.0).abs() < 1e-2, "{}", meridian.volume());
 }

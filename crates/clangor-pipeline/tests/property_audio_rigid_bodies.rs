@@ -6,11 +6,11 @@ use std::path::Path;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator};
+use clangor_pipeline::formats::mesh_reader::read_mesh;
 use clangor_pipeline::interchange::audio_rigid_bodies::{
     AudioBody, AudioMaterial, AudioWriteError, BodyMass, Ringing, RingingMode, read_audio_bodies,
     write_audio_body,
 };
-use clangor_pipeline::formats::mesh_reader::read_mesh;
 use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};

@@ -11,18 +11,19 @@ use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::geometry::hull::convex_hull;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
-use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::pose::Pose;
 use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
+use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
-use clangor_pipeline::stages::render::{
-    FullScale, Handover, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, read_impacts, render,
-};
-use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing};
 use clangor_pipeline::formats::timeline_file::{Origin, TimelineHeader, TimelineReader, TimelineWriter};
 use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
+use clangor_pipeline::stages::render::{
+    FullScale, ModalStateTransfer, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, read_impacts,
+    render,
+};
+use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{CrackImpulse, Replacement, RigidWorld, StepLog};
 use clangor_sim::{SimulationError, SimulationSettings, Solver, simulate_breaking};
@@ -284,7 +285,7 @@ fn halves_ring_on_with_what_the_tile_rang_with() {
         let go_on = &mut |_| ControlFlow::Continue(());
         render(&bodies, &sounds, &recorded, &options, &file, go_on).unwrap()
     });
-    let Handover { had, handed } = on.handovers[&BodyId(1)];
+    let ModalStateTransfer { had, handed } = on.handovers[&BodyId(1)];
     println!("{handed:.1e} J of {had:.1e} J");
     assert!(handed > 0.01 * had && handed <= had * (1.0 + 1e-12) && off.handovers.is_empty());
     let birth = recorded.fractures[0].time;
@@ -350,7 +351,7 @@ fn the_halves_are_heard_from_their_birth_on() {
         assert!(summary.energies[&BodyId(half)] > 0.0);
         assert!(summary.contacts.bodies[half as usize].pulses > 0);
     }
-    // The tile sounds by the blow that breaks it, and then no more.
+    // The tile sounds by the impact that breaks it, and then no more.
     let tile = &summary.contacts.bodies[1];
     assert!(tile.pulses == 1 && loudest(1).1 > 1e-3, "{tile:?}");
 

@@ -22,7 +22,7 @@ fn read_text(name: &str, text: impl AsRef<[u8]>) -> Result<Vec<ContactRow>, Cont
 
 #[test]
 fn both_formats_say_the_same() {
-    let csv = "\u{FEFF}# blows by hand\n\
+    let csv = "\u{FEFF}# impacts by hand\n\
         t, body_a, body_b, point_x,point_y,point_z, normal_x,normal_y,normal_z, impulse_n, speed, impact_id\n\
         0.5,\"big, round ball\",\"say \"\"hi\"\"\",1,2,3,0,2,0,0.25,1.5,7\r\n\
         \n\
@@ -33,7 +33,7 @@ fn both_formats_say_the_same() {
         {"t": 0.25, "body_a": 0, "kind": "impact", "point": [0, 0, 0], "normal": [0, 0, -1], "impulse_n": 1e-3, "velocity": [0, 0, 0.1]}"#;
     let rows = read_text("a.csv", csv).unwrap();
     assert_eq!(rows, read_text("a.jsonl", jsonl).unwrap());
-    // Sorted, the normal made a unit vector, the second blow numbered after the largest number.
+    // Sorted, the normal made a unit vector, the second impact numbered after the largest number.
     assert_eq!(rows.iter().map(|r| (r.time, r.impact_id)).collect::<Vec<_>>(), [(0.25, 8), (0.5, 7)]);
     let late = rows[1];
     assert_eq!((late.body_a, late.body_b, late.kind), (BodyId(1), BodyId(2), ContactKind::Impact));

@@ -5,8 +5,8 @@ use clangor_core::scene::Scene;
 use clangor_core::scene::instantiate::{instantiate, load_shape};
 use clangor_core::synthesis::RenderSettings;
 use clangor_core::synthesis::source_rule::{Reason, SourceKind};
-use clangor_pipeline::stages::sound_models::sources::SourceSettings;
 use clangor_pipeline::formats::soundbank::default_bank;
+use clangor_pipeline::stages::sound_models::sources::SourceSettings;
 
 fn bodies(shapes: &[String]) -> Vec<Body> {
     let mut text = String::from("version = 1\n");

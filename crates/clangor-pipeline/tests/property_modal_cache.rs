@@ -4,13 +4,13 @@
 use std::fs;
 use std::ops::ControlFlow;
 
+use clangor_bake::acceleration::{BakeGeometry, BakeProgress};
+use clangor_bake::modal::{ModalBakeError, ModalBakeOptions};
 use clangor_core::body::Surface;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::material::{Material, presets};
 use clangor_core::medium::Medium;
-use clangor_bake::acceleration::{BakeGeometry, BakeProgress};
-use clangor_bake::modal::{ModalBakeError, ModalBakeOptions};
 use clangor_pipeline::formats::model_cache::{Lookup, ModelCache, modal_key};
 use clangor_pipeline::stages::sound_models::ringing::{ModalRequest, obtain_modes};
 

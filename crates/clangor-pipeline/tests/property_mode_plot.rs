@@ -3,9 +3,9 @@
 
 use clangor_core::glam::{DVec2, DVec3};
 use clangor_core::medium::Medium;
+use clangor_core::shape::{Form, Shape};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel};
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use clangor_core::shape::{Form, Shape};
 use clangor_pipeline::plots::modes::{HEIGHT, ModePlot, ModePlotError, WIDTH};
 use clangor_pipeline::plots::picture::{Align, Canvas, Colour, Grid, PictureError, Raster, TextStyle};
 

@@ -7,13 +7,13 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use clangor_bake::acceleration::{BakeGeometry, BakeOptions, BakeProgress, Method};
 use clangor_core::body::Surface;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, Term};
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
-use clangor_bake::acceleration::{BakeGeometry, BakeOptions, BakeProgress, Method};
 use clangor_pipeline::formats::model_cache::{Lookup, ModelCache, model_key};
 use clangor_pipeline::stages::sound_models::{ModelRequest, bake_and_keep, bake_model, obtain};
 use num_complex::Complex64;

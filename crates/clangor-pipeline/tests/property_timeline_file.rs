@@ -208,7 +208,7 @@ fn broken() -> (TempDir, PathBuf, Timeline) {
             parent: BodyId(parent),
             first_child: BodyId(first),
             children: count,
-            blow_energy: 2.0 / 3.0,
+            impact_energy: 2.0 / 3.0,
             strain_energy: 1.0 / 3.0,
             fracture_energy: 0.1,
             kinetic_energy_gain: 1.0 / 3.0 - 0.1,

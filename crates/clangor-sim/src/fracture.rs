@@ -19,10 +19,10 @@
 //!
 //! Source: \[FRAC\] §3.2 and §3.3.
 
-mod contact_loads;
 pub mod breaking;
 mod cells;
 mod coarsen;
+mod contact_loads;
 pub mod crack_impulse;
 mod fragments;
 pub mod hulls;
@@ -32,12 +32,12 @@ pub mod piece;
 pub mod split;
 mod tetrahedron_parts;
 
+use clangor_bake::fem::ElasticError;
+use clangor_bake::mesh::tetrahedra::TetMeshError;
+use clangor_bake::stress::ElastostaticsError;
 use clangor_core::contact::ContactError;
 use clangor_core::geometry::solid::MeshError;
 use clangor_core::glam::DVec3;
-use clangor_bake::fem::ElasticError;
-use clangor_bake::stress::ElastostaticsError;
-use clangor_bake::mesh::tetrahedra::TetMeshError;
 
 pub use breaking::{Breakable, BreakingBodies};
 use crack_impulse::NoImpulse;
@@ -144,9 +144,9 @@ pub enum FractureError {
     /// Its stress cannot be computed.
     #[error(transparent)]
     Stress(#[from] ElastostaticsError),
-    /// The blow that breaks it makes no sense.
+    /// The impact that breaks it makes no sense.
     #[error(transparent)]
-    Blow(#[from] ContactError),
+    ContactLoad(#[from] ContactError),
     /// A piece cannot collide.
     #[error("one of its pieces {0}")]
     Collision(&'static str),

@@ -57,7 +57,7 @@ pub struct SimulationReport {
     pub fractures: u64,
     /// Pieces that were born.
     pub births: u64,
-    /// What became of the blows on bodies that may break.
+    /// What became of the impacts on bodies that may break.
     pub breaking: BreakingReport,
     /// Events of the sphere solver: impacts, cells left, phases ended, searches renewed; 0 where time is stepped.
     pub events: u64,
@@ -67,16 +67,16 @@ pub struct SimulationReport {
     pub time: f64,
 }
 
-/// What became of the blows on bodies that may break.
+/// What became of the impacts on bodies that may break.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BreakingReport {
-    /// Blows too weak for any stress to reach the strength.
+    /// Impacts too weak for any stress to reach the strength.
     pub screened: u64,
-    /// Blows for which stress was computed.
+    /// Impacts for which stress was computed.
     pub solved: u64,
-    /// Blows beyond the strength that paid for no crack.
+    /// Impacts beyond the strength that paid for no crack.
     pub withstood: u64,
-    /// Blows beyond the strength that found as many pieces as are allowed.
+    /// Impacts beyond the strength that found as many pieces as are allowed.
     pub capped: u64,
     /// Bodies that should have broken and could not, and why; each once.
     pub refused: BTreeMap<String, String>,

@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_touch_does_not_swallow_the_blow_after_it() {
+    fn a_slow_touch_does_not_swallow_the_impact_after_it() {
         let (timeline, report) = record(&[row(0.1, 0.01), row(0.1002, 0.5)], false);
         assert_eq!(timeline.contacts.len(), 1);
         assert_eq!((report.impacts, report.dropped_impacts), (1, 1));

@@ -1,8 +1,8 @@
 //! Crack impulses against closed forms: a stretched bar, a bent one, and the balances of any crack.
 
+use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::math::random::SplitMix;
-use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_sim::fracture::crack_impulse::{CrackImpulses, NoImpulse, crack_impulses};
 use clangor_sim::fracture::motion::Motion;
 use clangor_sim::fracture::piece::Piece;

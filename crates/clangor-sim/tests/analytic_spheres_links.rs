@@ -129,7 +129,7 @@ fn a_swinging_ball_strikes_at_the_exact_time() {
 }
 
 #[test]
-fn an_off_axis_blow_is_taken_up_by_the_rod() {
+fn an_off_axis_impact_is_taken_up_by_the_rod() {
     // A ball thrown along the rod's direction at 45° moves the hung one along its arc only.
     let (l, radius) = (0.5, 0.02);
     let steel = material(1.0, 0.0, 0.0);

@@ -1,8 +1,8 @@
 //! Pieces are meshes that the elastic solver can use: a body under uniform strain needs no force inside.
 
-use clangor_core::glam::{DMat3, DVec3};
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_core::glam::{DMat3, DVec3};
 use clangor_sim::fracture::pattern::PatternSettings;
 use clangor_sim::fracture::piece::Piece;
 use clangor_sim::fracture::shatter;

@@ -1,15 +1,15 @@
 //! Hulls of pieces: how much volume they add or miss, how far off they are, and how far siblings reach into each other.
 
+use clangor_bake::mesh::tetrahedra::TetMesh;
+use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
+use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::mesh::tetrahedra::cylinder::torus;
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::geometry::hull::convex_hull;
 use clangor_core::geometry::parts_fit::measure_parts;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
 use clangor_core::math::random::SplitMix;
-use clangor_bake::mesh::tetrahedra::TetMesh;
-use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
-use clangor_bake::mesh::tetrahedra::block::block;
-use clangor_bake::mesh::tetrahedra::cylinder::torus;
 use clangor_sim::fracture::hulls::{HullSettings, PieceHulls, piece_hulls};
 use clangor_sim::fracture::pattern::PatternSettings;
 use clangor_sim::fracture::piece::Piece;
@@ -20,8 +20,8 @@ fn broken(mesh: &TetMesh, pieces: usize) -> (Shatter, Vec<PieceHulls>) {
     let volume = body.mass_properties().unwrap().volume;
     let nodes = &body.mesh.nodes[..body.mesh.corners];
     let size = body.surface().diagonal();
-    let blow = nodes[nodes.len() / 3];
-    let energy: Vec<f64> = nodes.iter().map(|p| 1.0 / (0.05 + (p.distance(blow) / size).powi(2))).collect();
+    let impact = nodes[nodes.len() / 3];
+    let energy: Vec<f64> = nodes.iter().map(|p| 1.0 / (0.05 + (p.distance(impact) / size).powi(2))).collect();
     let settings = PatternSettings {
         most_pieces: pieces,
         smallest_piece: 1e-3 * volume,

@@ -1,8 +1,8 @@
 //! Patterns: they cost no more than the energy pays for, seeds fall where the energy is, regions hang together, and the
 //! same seed gives the same pattern.
 
-use clangor_core::glam::DVec3;
 use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_core::glam::DVec3;
 use clangor_sim::fracture::FractureError;
 use clangor_sim::fracture::pattern::{PatternSettings, draw_pattern};
 use clangor_sim::fracture::piece::Piece;
@@ -15,8 +15,8 @@ fn plate() -> (Piece, f64) {
     (plate, volume)
 }
 
-/// Energy density that falls off around a blow at one corner, ten times the mean there.
-fn blow(plate: &Piece) -> Vec<f64> {
+/// Energy density that falls off around an impact at one corner, ten times the mean there.
+fn impact(plate: &Piece) -> Vec<f64> {
     let near = |p: &DVec3| 1.0 / (0.05 + (p.distance(DVec3::new(-0.1, 0.0, -0.1)) / 0.1).powi(2));
     plate.mesh.nodes[..plate.mesh.corners].iter().map(near).collect()
 }
@@ -24,7 +24,7 @@ fn blow(plate: &Piece) -> Vec<f64> {
 #[test]
 fn cracks_cost_at_most_their_share_of_the_energy() {
     let (plate, volume) = plate();
-    let energy = blow(&plate);
+    let energy = impact(&plate);
     for seed in 0..10 {
         for strain_energy in [0.01, 0.05, 0.2] {
             let settings = PatternSettings::new(50.0, volume, seed);
@@ -49,7 +49,7 @@ fn cracks_cost_at_most_their_share_of_the_energy() {
 fn area_and_volumes_are_those_of_the_pieces() {
     let (plate, volume) = plate();
     let settings = PatternSettings { most_pieces: 6, ..PatternSettings::new(1.0, volume, 3) };
-    let pattern = draw_pattern(&plate.mesh, &blow(&plate), 1e3, &settings).unwrap().unwrap();
+    let pattern = draw_pattern(&plate.mesh, &impact(&plate), 1e3, &settings).unwrap().unwrap();
     assert_eq!(pattern.seeds.len(), 6);
     assert!((pattern.volumes.iter().sum::<f64>() / volume - 1.0).abs() < 1e-12);
     let split = split_by_regions(&plate, &pattern.region).unwrap().unwrap();
@@ -66,11 +66,11 @@ fn area_and_volumes_are_those_of_the_pieces() {
     }
 }
 
-/// Of 400 first seeds, the share within 5 cm of the blow is that of the energy there.
+/// Of 400 first seeds, the share within 5 cm of the impact is that of the energy there.
 #[test]
 fn seeds_fall_where_the_energy_is() {
     let (plate, volume) = plate();
-    let energy = blow(&plate);
+    let energy = impact(&plate);
     let close = |p: DVec3| p.distance(DVec3::new(-0.1, 0.0, -0.1)) < 0.05;
     let (mut near, mut all) = (0.0, 0.0);
     for element in &plate.mesh.elements {
@@ -101,7 +101,7 @@ fn seeds_fall_where_the_energy_is() {
 #[test]
 fn tougher_bodies_break_into_fewer_pieces() {
     let (plate, volume) = plate();
-    let energy = blow(&plate);
+    let energy = impact(&plate);
     let median = |fracture_energy: f64| {
         let mut counts: Vec<usize> = (0..7)
             .map(|seed| {
@@ -119,7 +119,7 @@ fn tougher_bodies_break_into_fewer_pieces() {
 #[test]
 fn the_same_seed_gives_the_same_pieces() {
     let (plate, volume) = plate();
-    let energy = blow(&plate);
+    let energy = impact(&plate);
     let with =
         |seed| shatter(&plate, &energy, 0.1, &PatternSettings::new(50.0, volume, seed)).unwrap().unwrap();
     assert_eq!(with(1), with(1));
@@ -155,7 +155,7 @@ fn a_scored_tile_breaks_along_its_scores() {
 #[test]
 fn wrong_numbers_are_refused() {
     let (plate, volume) = plate();
-    let energy = blow(&plate);
+    let energy = impact(&plate);
     let good = PatternSettings::new(50.0, volume, 0);
     let refused = |settings: PatternSettings, energy: &[f64], strain: f64| {
         shatter(&plate, energy, strain, &settings).unwrap_err()

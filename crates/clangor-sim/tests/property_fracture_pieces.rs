@@ -4,15 +4,15 @@
 
 use std::collections::BTreeMap;
 
-use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::glam::DVec3;
-use clangor_core::math::random::SplitMix;
 use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
 use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_bake::mesh::tetrahedra::cylinder::{cylinder, torus};
 use clangor_bake::mesh::tetrahedra::isosurface_stuffing::stuff;
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::DVec3;
+use clangor_core::math::random::SplitMix;
 use clangor_sim::fracture::pattern::{PatternSettings, draw_pattern};
 use clangor_sim::fracture::piece::Piece;
 use clangor_sim::fracture::split::{Split, split_by_regions};
@@ -32,12 +32,13 @@ fn bodies() -> Vec<Piece> {
     meshes.iter().map(|m| Piece::whole(m).unwrap()).collect()
 }
 
-/// Smooth random numbers at the corners: how strained a body is, if blows fell on some of its points.
+/// Smooth random numbers at the corners: how strained a body is, if impacts fell on some of its points.
 fn random_energy(piece: &Piece, random: &mut SplitMix) -> Vec<f64> {
     let nodes = &piece.mesh.nodes[..piece.mesh.corners];
     let size = piece.surface().diagonal();
-    let blows: Vec<DVec3> = (0..3).map(|_| nodes[random.uniform(0.0, nodes.len() as f64) as usize]).collect();
-    let density = |p: &DVec3| blows.iter().map(|b| 1.0 / (0.01 + (p.distance(*b) / size).powi(2))).sum();
+    let impacts: Vec<DVec3> =
+        (0..3).map(|_| nodes[random.uniform(0.0, nodes.len() as f64) as usize]).collect();
+    let density = |p: &DVec3| impacts.iter().map(|b| 1.0 / (0.01 + (p.distance(*b) / size).powi(2))).sum();
     nodes.iter().map(density).collect()
 }
 

@@ -2,13 +2,13 @@
 //!
 //! | index | content |
 //! |---|---|
-//! | 0 | kind: [`CLICK`] of a sphere, [`BLOW`] on a loaded object, [`POSE`] of a loaded object, [`END`] of one |
+//! | 0 | kind: [`CLICK`] of a sphere, [`IMPACT`] on a loaded object, [`POSE`] of a loaded object, [`END`] of one |
 //! | 1 | time \[s\] |
 //! | 2 | duration τ \[s\] |
 //! | 3 | radius \[m\] (click), or the slot of the object |
 //! | 4–6 | centre of mass \[m\] |
 //! | 7–10 | orientation x, y, z, w |
-//! | 11–13 | change of the velocity [m/s] (click, blow), or the velocity (pose) |
+//! | 11–13 | change of the velocity [m/s] (click, impact), or the velocity (pose) |
 //! | 14–16 | change of the angular velocity, or the angular velocity \[rad/s\] |
 //! | 17–19 | point of the impact \[m\], world |
 //! | 20–22 | impulse there [N s], world |
@@ -20,8 +20,8 @@ use clangor_core::contact::{BodyPulse, ImpactPulse};
 pub const STRIDE: usize = 24;
 /// Kind of an event: the click of a sphere.
 pub const CLICK: f64 = 0.0;
-/// Kind of an event: a blow on a loaded object.
-pub const BLOW: f64 = 1.0;
+/// Kind of an event: an impact on a loaded object.
+pub const IMPACT: f64 = 1.0;
 /// Kind of an event: the pose of a loaded object.
 pub const POSE: f64 = 2.0;
 /// Kind of an event: a loaded object is no more.

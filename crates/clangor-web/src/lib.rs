@@ -5,14 +5,14 @@
 //! page creates its views anew after such a call. What the functions mean is written at those of the same names in the
 //! modules, which native code calls as well.
 //!
-//! A page writes text, files and lists of f64 into [`exchange::buffer`]. Functions that return an `i32` return a negative
-//! number if they refuse, and [`exchange::message`] tells why.
+//! A page writes text, files and lists of f64 into [`wasm_buffer::buffer`]. Functions that return an `i32` return a negative
+//! number if they refuse, and [`wasm_buffer::message`] tells why.
 //!
 //! The layout of an event, [`event::STRIDE`] numbers, is written in [`event`](mod@event).
 
 pub mod event;
-pub mod wasm_buffer;
 pub mod synth;
+pub mod wasm_buffer;
 pub mod world;
 
 /// Exports functions of the modules under their own names.
@@ -22,7 +22,7 @@ pub mod world;
 macro_rules! export {
     ($($module:ident::$name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
         mod exports {
-            use super::{exchange, synth, world};
+            use super::{wasm_buffer, synth, world};
 
             $(
                 #[doc = concat!("[`", stringify!($module), "::", stringify!($name), "`](super::", stringify!($module), "::", stringify!($name), ").")]
@@ -37,9 +37,9 @@ macro_rules! export {
 }
 
 export! {
-    exchange::buffer(bytes: u32) -> *const u64;
-    exchange::message() -> *const u8;
-    exchange::message_length() -> u32;
+    wasm_buffer::buffer(bytes: u32) -> *const u64;
+    wasm_buffer::message() -> *const u8;
+    wasm_buffer::message_length() -> u32;
     synth::synth_start(sample_rate: f64, block: u32, scene_bytes: u32) -> i32;
     synth::synth_load(slot: u32, bytes: u32, damping_bytes: u32) -> i32;
     synth::synth_listener(lx: f64, ly: f64, lz: f64, rx: f64, ry: f64, rz: f64) -> i32;

@@ -9,13 +9,13 @@ use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::Damping;
 use clangor_core::pose::Pose;
 use clangor_core::realtime::{
-    Blow, Controller, Engine, EngineSettings, Event, ObjectError, Part, PlaybackLevel, SendError,
-    SoundingObject, Struck, engine,
+    Controller, Engine, EngineSettings, Event, ImpactEvent, ImpactTarget, ObjectError, Part, PlaybackLevel,
+    SendError, SoundingObject, engine,
 };
 use clangor_core::scene::Scene;
 use clangor_core::synthesis::{SampleRate, SynthesisError};
 
-use crate::event::{BLOW, CLICK, END, POSE, STRIDE};
+use crate::event::{CLICK, END, IMPACT, POSE, STRIDE};
 use crate::wasm_buffer::{self, status};
 
 /// Slots for objects.
@@ -109,7 +109,7 @@ impl State {
         if hz != sample_rate || !(0.0..1e6).contains(&hz) {
             return Err(SynthError::Rate(sample_rate));
         }
-        let mut settings = EngineSettings::of_scene(&scene);
+        let mut settings = EngineSettings::from_scene(&scene);
         settings.sample_rate = SampleRate::try_new(hz as u32)?;
         settings.block = block as usize;
         settings.receivers = 2;
@@ -153,7 +153,7 @@ fn put(playing: Option<&mut Playing>, slot: u32, file: &File) -> Result<(), Synt
 /// Starts anew, silent, at sample 0: samples a second, the length of the blocks that will be asked for, and the scene in the
 /// buffer, as TOML of so many bytes, for its medium, floor, room and air. Objects stay in their slots.
 pub fn synth_start(sample_rate: f64, block: u32, scene_bytes: u32) -> i32 {
-    let text = exchange::bytes(scene_bytes);
+    let text = wasm_buffer::bytes(scene_bytes);
     STATE.with_borrow_mut(|state| status(state.start(sample_rate, block, &text)))
 }
 
@@ -161,7 +161,7 @@ pub fn synth_start(sample_rate: f64, block: u32, scene_bytes: u32) -> i32 {
 /// buffer may be how fast it dies away, as JSON of so many bytes: pairs of a frequency \[Hz\] and a T60 \[s\], between which it is
 /// interpolated. Without, it is that of the library's material that the model names.
 pub fn synth_load(slot: u32, bytes: u32, damping_bytes: u32) -> i32 {
-    let mut model = exchange::bytes(bytes.saturating_add(damping_bytes));
+    let mut model = wasm_buffer::bytes(bytes.saturating_add(damping_bytes));
     let damping = model.split_off(model.len().min(bytes as usize));
     STATE.with_borrow_mut(|state| {
         let file = File::try_new(model, &damping);
@@ -182,7 +182,7 @@ pub fn synth_listener(lx: f64, ly: f64, lz: f64, rx: f64, ry: f64, rz: f64) -> i
 pub fn synth_push(count: u32) -> u32 {
     STATE.with_borrow_mut(|state| {
         let Some(playing) = &mut state.playing else { return 0 };
-        exchange::with_words(|words| {
+        wasm_buffer::with_words(|words| {
             let rows = words.as_chunks::<STRIDE>().0.iter().take(count as usize);
             let mut taken = 0;
             for row in rows {
@@ -204,8 +204,8 @@ fn event(row: &[f64; STRIDE]) -> Option<Event> {
     let slot = if row[3] >= 0.0 { row[3] as usize } else { usize::MAX };
     let orientation = DQuat::from_xyzw(row[7], row[8], row[9], row[10]);
     let pose = Pose { position: vector(4), orientation };
-    let blow = |struck| {
-        Event::Blow(Blow {
+    let impact = |struck| {
+        Event::ImpactEvent(ImpactEvent {
             struck,
             time,
             duration: row[2],
@@ -217,8 +217,8 @@ fn event(row: &[f64; STRIDE]) -> Option<Event> {
         })
     };
     match kind {
-        CLICK => Some(blow(Struck::Sphere { radius: row[3] })),
-        BLOW => Some(blow(Struck::Object { slot })),
+        CLICK => Some(impact(ImpactTarget::Sphere { radius: row[3] })),
+        IMPACT => Some(impact(ImpactTarget::Object { slot })),
         POSE => {
             let (velocity, angular_velocity) = (vector(11), vector(14));
             Some(Event::Pose { slot, time, pose, velocity, angular_velocity })
@@ -239,7 +239,7 @@ pub fn synth_gain(pascal_at_full_scale: f64) -> i32 {
 
 /// Whether ringing is heard.
 pub fn synth_ringing(on: u32) -> i32 {
-    send(Event::Switch(Part::Ringing, on != 0))
+    send(Event::Switch(Part::Modal, on != 0))
 }
 
 /// Whether reflections are heard.
@@ -249,7 +249,7 @@ pub fn synth_room(on: u32) -> i32 {
 
 /// Whether clicks are heard.
 pub fn synth_clicks(on: u32) -> i32 {
-    send(Event::Switch(Part::Clicks, on != 0))
+    send(Event::Switch(Part::Acceleration, on != 0))
 }
 
 /// Stops all that sounds or is to sound, within a millisecond.
@@ -287,7 +287,7 @@ pub fn synth_time() -> f64 {
     STATE.with_borrow(|state| state.playing.as_ref().map_or(0.0, |playing| playing.engine.time()))
 }
 
-/// [`REPORT`] numbers: events taken, waves, late, distant, refused and lost, shed waves and blows, shed objects, objects that
+/// [`REPORT`] numbers: events taken, waves, late, distant, refused and lost, shed waves and impacts, shed objects, objects that
 /// ring, modes that ring, largest pressure since this was asked last \[Pa\], masked waves, waves with the receiver inside.
 pub fn synth_report() -> *const f64 {
     STATE.with_borrow_mut(|state| {

@@ -63,7 +63,8 @@ enum WorldError {
 impl State {
     fn load(&mut self, text: &[u8]) -> Result<i32, WorldError> {
         let text = str::from_utf8(text).map_err(|_| WorldError::NotText)?;
-        let refuse = |error: clangor_core::scene::diagnostic::SceneErrors| WorldError::Scene(error.to_string());
+        let refuse =
+            |error: clangor_core::scene::diagnostic::SceneErrors| WorldError::Scene(error.to_string());
         let scene = Scene::from_toml(text).map_err(refuse)?;
         let world = instantiate(&scene, &mut load_shape).map_err(refuse)?.world;
         let settings = LiveSettings { v_min: scene.simulation.v_min, ..LiveSettings::default() };
@@ -121,7 +122,7 @@ fn materials(world: &World) -> Vec<Material> {
 /// Loads the scene that lies in the buffer, as TOML of so many bytes: its spheres, planes, springs, hung spheres and
 /// gravity. The clock shows 0.
 pub fn world_load(scene_bytes: u32) -> i32 {
-    let text = exchange::bytes(scene_bytes);
+    let text = wasm_buffer::bytes(scene_bytes);
     STATE.with_borrow_mut(|state| status(state.load(&text)))
 }
 
@@ -211,7 +212,7 @@ pub fn world_materials() -> i32 {
                 })
             })
             .collect();
-        exchange::tell(json!(list).to_string());
+        wasm_buffer::tell(json!(list).to_string());
         list.len() as i32
     })
 }

@@ -17,7 +17,7 @@ use clangor_web::world::{
 const LENGTH: f64 = 0.15;
 const G: f64 = 9.80665;
 const RADIUS: f64 = 0.011;
-/// Between neighbours at rest \[m\]. The blow crosses the gaps at the speed of the balls: the 10 µm of the scene that ships
+/// Between neighbours at rest \[m\]. The impact crosses the gaps at the speed of the balls: the 10 µm of the scene that ships
 /// would add 1.2e-3 to the period at 5 degrees.
 const GAP: f64 = 1e-6;
 
@@ -86,7 +86,7 @@ fn the_period_is_that_of_the_elliptic_integral() {
     for degrees in [5.0_f64, 35.0] {
         let angle = degrees.to_radians();
         let impacts = play(&cradle(angle), 4.0);
-        // The drawn ball is struck from its right when the blow comes back, once in a period.
+        // The drawn ball is struck from its right when the impact comes back, once in a period.
         let struck: Vec<f64> =
             impacts.iter().filter(|c| c[1].min(c[2]) == 0.0 && c[3] > 0.1).map(|c| c[0]).collect();
         let period = 4.0 * (LENGTH / G).sqrt() * complete_elliptic((0.5 * angle).sin());

@@ -1,10 +1,10 @@
 //! Contacts of a running physics world in Bevy, heard through Clangor's live engine.
 //!
 //! ```text
-//! avian3d: contacts of a step ─► approach speed ─► impulse, Hertz: duration τ ─► Blow ─► ring ─► Engine, on the audio thread
+//! avian3d: contacts of a step ─► approach speed ─► impulse, Hertz: duration τ ─► ImpactEvent ─► ring ─► Engine, on the audio thread
 //! ```
 //!
-//! [`ClangorPlugin`] looks at every contact after each step of avian3d. One that approached faster than [`V_MIN`] is a blow: its impulse
+//! [`ClangorPlugin`] looks at every contact after each step of avian3d. One that approached faster than [`V_MIN`] is an impact: its impulse
 //! is (1 + e) m V, of the approach, the effective mass and avian3d's restitution, its duration that of Hertz's theory for the masses,
 //! curvatures and materials of the two bodies. (The impulses that avian3d sums up over a step count some twice: 8.6 m/s for a ball
 //! that it turns by 5.5.)
@@ -14,7 +14,7 @@
 //! an audio callback; with the feature `playback`, [`playback`] does. An event is heard a block and 97 samples after the
 //! step in which it happened, and as late as the step is long at most.
 //!
-//! It is not a click for each manifold point: the points of one contact are one blow, at their mean. Blows within a step are
+//! It is not a click for each manifold point: the points of one contact are one impact, at their mean. Impacts within a step are
 //! all at its end, since the physics does not say when in the step they were.
 
 #[cfg(feature = "playback")]
@@ -28,7 +28,7 @@ use clangor_core::contact::hertz::HertzContact;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::Material;
 use clangor_core::pose::Pose;
-use clangor_core::realtime::{Blow, Controller, Engine, EngineSettings, Event as SoundEvent, Struck, engine};
+use clangor_core::realtime::{ImpactEvent, Controller, Engine, EngineSettings, Event as SoundEvent, ImpactTarget, engine};
 use clangor_core::synthesis::SynthesisError;
 
 /// Contacts that approach more slowly are silent [m/s].
@@ -42,7 +42,7 @@ const DRIFT: f64 = 0.1;
 #[derive(Component, Clone, Debug)]
 pub struct Sounding {
     /// What sounds: the sphere of its volume, or an object that was put into a slot by [`Sound::controller`].
-    pub struck: Struck,
+    pub struck: ImpactTarget,
     /// Of what it is, for the time that contacts last.
     pub material: Material,
     /// Mean curvature of its surface where it is struck [1/m].
@@ -52,11 +52,11 @@ pub struct Sounding {
 impl Sounding {
     /// A ball of this radius [m].
     pub fn ball(radius: f64, material: Material) -> Self {
-        Sounding { struck: Struck::Sphere { radius }, material, curvature: 1.0 / radius }
+        Sounding { struck: ImpactTarget::Sphere { radius }, material, curvature: 1.0 / radius }
     }
 }
 
-/// A body that is not heard itself, but of which the blows on others know the material: a floor, a wall. Flat.
+/// A body that is not heard itself, but of which the impacts on others know the material: a floor, a wall. Flat.
 #[derive(Component, Clone, Debug)]
 pub struct Ground(pub Material);
 
@@ -72,8 +72,8 @@ pub struct Sound {
     controller: Mutex<Controller>,
     /// Time of sound minus time of physics [s].
     offset: Option<f64>,
-    /// Blows sent.
-    pub blows: u64,
+    /// Impacts sent.
+    pub impacts: u64,
 }
 
 /// See the crate.
@@ -96,8 +96,8 @@ impl Plugin for ClangorPlugin {
     fn build(&self, app: &mut App) {
         let mut held = self.controller.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(controller) = held.take() else { return };
-        app.insert_resource(Sound { controller: Mutex::new(controller), offset: None, blows: 0 });
-        let heard = (tell_clock, tell_ears, tell_poses, tell_blows).chain();
+        app.insert_resource(Sound { controller: Mutex::new(controller), offset: None, impacts: 0 });
+        let heard = (tell_clock, tell_ears, tell_poses, tell_impacts).chain();
         app.add_systems(PhysicsSchedule, heard.in_set(PhysicsStepSystems::Last));
     }
 }
@@ -141,7 +141,7 @@ type Moving<'a> = (&'a Sounding, &'a Position, &'a Rotation, &'a LinearVelocity,
 fn tell_poses(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>, bodies: Query<Moving>) {
     let time = sound.time(clock.elapsed_secs_f64());
     for (sounding, position, rotation, velocity, spin) in &bodies {
-        if let Struck::Object { slot } = sounding.struck {
+        if let ImpactTarget::Object { slot } = sounding.struck {
             let (velocity, angular_velocity) = (widened(velocity.0), widened(spin.0));
             let pose = pose_of(position, rotation);
             sound.send(SoundEvent::Pose { slot, time, pose, velocity, angular_velocity });
@@ -171,7 +171,7 @@ type Struckable<'a> = (
 
 /// What a contact asks of a body.
 struct Side {
-    struck: Option<Struck>,
+    struck: Option<ImpactTarget>,
     pose: Pose,
     inverse_mass: f64,
     inverse_inertia: Mat3,
@@ -205,11 +205,11 @@ impl Side {
         self.inverse_mass + f64::from(lever.dot(self.inverse_inertia * lever))
     }
 
-    /// The blow of an impulse at a point on this body; `None` if it is silent.
-    fn blow(&self, time: f64, duration: f64, point: DVec3, impulse: DVec3) -> Option<Blow> {
+    /// The impact of an impulse at a point on this body; `None` if it is silent.
+    fn impact(&self, time: f64, duration: f64, point: DVec3, impulse: DVec3) -> Option<ImpactEvent> {
         let twist = (point - self.pose.position).cross(impulse).as_vec3();
         let twist = Vec3::from_array(twist.to_array());
-        Some(Blow {
+        Some(ImpactEvent {
             struck: self.struck?,
             time,
             duration,
@@ -222,8 +222,8 @@ impl Side {
     }
 }
 
-/// Contacts that approached in this step become blows.
-fn tell_blows(
+/// Contacts that approached in this step become impacts.
+fn tell_impacts(
     mut sound: ResMut<Sound>,
     clock: Res<Time<Physics>>,
     contacts: Collisions,
@@ -256,9 +256,9 @@ fn tell_blows(
         let duration = contact.duration();
         let impulse = normal * ((1.0 + restitution) * contact.speed / contact.inverse_mass);
         for (side, impulse) in sides.iter().zip([-impulse, impulse]) {
-            if let Some(blow) = side.blow(time, duration, point, impulse) {
-                sound.blows += 1;
-                sound.send(SoundEvent::Blow(blow));
+            if let Some(impact) = side.impact(time, duration, point, impulse) {
+                sound.impacts += 1;
+                sound.send(SoundEvent::ImpactEvent(impact));
             }
         }
     }

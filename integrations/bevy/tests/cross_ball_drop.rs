@@ -11,7 +11,7 @@ use clangor_core::contact::hertz::HertzContact;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::presets;
 use clangor_core::realtime::EngineSettings;
-use clangor_core::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+use clangor_core::synthesis::{AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
 use clangor_bevy::{ClangorPlugin, EAR_DISTANCE, Ears, Ground, Sound, Sounding};
 
 const STEP: f64 = 1.0 / 240.0;
@@ -55,7 +55,7 @@ fn a_ball_is_heard_when_it_lands() {
             heard.extend_from_slice(&engine.render(100)[0]);
         }
     }
-    assert!(app.world().resource::<Sound>().blows >= 2, "it bounces");
+    assert!(app.world().resource::<Sound>().impacts >= 2, "it bounces");
     let peak = heard.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
     let onset = heard.iter().position(|p| p.abs() > 0.1 * peak).unwrap() as f64 / RATE;
     // It falls freely, and the sound comes by air.
@@ -82,7 +82,7 @@ fn offline(ear: Vec3, fall: f64, centre: Vec3) -> f64 {
         compliance: steel.contact_compliance() + granite.contact_compliance(),
         speed,
     };
-    let click = Click {
+    let click = AccelerationPulse {
         body: BodyId(0),
         time: 0.01,
         duration: contact.duration(),

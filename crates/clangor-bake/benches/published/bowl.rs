@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
+use clangor_bake::reference::{Fit, PanOptions, fit};
 use clangor_core::reference::pan_representation::directions::Directions;
 use clangor_core::shape::Shape;
-use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
-use clangor_bake::reference::{Fit, PublishedOptions, fit};
 use glam::DVec3;
 
 use crate::measure::{Push, directions, errors, worst};
@@ -28,9 +28,9 @@ pub(crate) fn print() {
     let unit = radius / SOUND_SPEED;
     let highest = TAU * 0.8 / PULSE * unit;
     let solver_options =
-        RevolutionOptions { nodes_per_wavelength: 6.0, ..RevolutionOptions::new(highest / radius) };
-    let solver = RevolutionSolver::new(&meridian, DVec3::Z, solver_options);
-    let options = |widening: f64, directions: Directions| PublishedOptions {
+        AxisymmetricOptions { nodes_per_wavelength: 6.0, ..AxisymmetricOptions::new(highest / radius) };
+    let solver = AxisymmetricSolver::new(&meridian, DVec3::Z, solver_options);
+    let options = |widening: f64, directions: Directions| PanOptions {
         pulse: widening * PULSE / unit,
         step: SIMULATED / LENGTH as f64 / unit,
         length: LENGTH,

@@ -8,21 +8,21 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 
+use clangor_bake::acceleration::{BakeOptions, Method, bake_with};
+use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
+use clangor_bake::reference::{FieldSampler, Fit, PanOptions, fit, half_sine_spectrum, synthesize};
 use clangor_core::body::{BodyId, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::glam::DQuat;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES};
-use clangor_core::sound_model::acceleration::field_evaluator::PlayableField;
 use clangor_core::reference::pan_representation::directions::Directions;
-use clangor_core::reference::pan_representation::{HeardContact, PublishedField, PublishedModel};
+use clangor_core::reference::pan_representation::{HeardContact, PanField, PanModel};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, RIGID_DOFS};
+use clangor_core::sound_model::acceleration::field_evaluator::FieldEvaluator;
 use clangor_core::synthesis::{
-    Click, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
+    AccelerationPulse, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
 };
-use clangor_bake::acceleration::{BakeOptions, Method, bake_with};
-use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
-use clangor_bake::reference::{FieldSampler, Fit, PublishedOptions, fit, half_sine_spectrum, synthesize};
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -36,8 +36,8 @@ const DISTANCES: [f64; 3] = [2.0, 8.0, 100.0];
 const RADIUS: f64 = 0.0546;
 const CONTACTS: usize = 2000;
 
-fn options(directions: Directions, fit: Fit) -> PublishedOptions {
-    PublishedOptions { pulse: PULSE, step: 0.02, length: 1024, terms: 2, radii: 5, directions, fit }
+fn options(directions: Directions, fit: Fit) -> PanOptions {
+    PanOptions { pulse: PULSE, step: 0.02, length: 1024, terms: 2, radii: 5, directions, fit }
 }
 
 /// Prints the table.
@@ -47,7 +47,7 @@ pub(crate) fn print() {
         [("disc 20 : 20 : 1", 1.0, 0.05), ("spheroid 2 : 2 : 1", 1.0, 0.5), ("needle 1 : 1 : 4", 0.25, 1.0)]
     {
         let Ok(meridian) = Meridian::spheroid(across, along) else { continue };
-        let solver = RevolutionSolver::new(&meridian, DVec3::Z, RevolutionOptions::new(HIGHEST));
+        let solver = AxisymmetricSolver::new(&meridian, DVec3::Z, AxisymmetricOptions::new(HIGHEST));
         let bake_options = BakeOptions { method: Method::Bem, ..BakeOptions::new(HIGHEST, 1e-4) };
         let baked = bake_with(&solver, 0.8, &bake_options, &mut |_| std::ops::ControlFlow::Continue(()));
         match baked {
@@ -76,15 +76,11 @@ fn body(field: &AccelerationField) {
 
     let svd = Fit::TruncatedSvd { truncation: 1e-3 };
     let grid = |rows: usize, columns: usize| Directions::Angles { rows, columns };
-    let rows: [(&str, PublishedOptions, bool); 4] = [
+    let rows: [(&str, PanOptions, bool); 4] = [
         ("PAN 40 × 80", options(grid(40, 80), svd), true),
         ("PAN 5 × 10", options(grid(5, 10), svd), false),
         ("PROXY octant, ε = 0.01", octant, false),
-        (
-            "PROXY octant, ε = 0.04",
-            PublishedOptions { fit: Fit::Wavelets { tolerance: 0.04 }, ..octant },
-            false,
-        ),
+        ("PROXY octant, ε = 0.04", PanOptions { fit: Fit::Wavelets { tolerance: 0.04 }, ..octant }, false),
     ];
     for (name, options, masked) in rows {
         let fitted = if masked { fit(&options, &around) } else { fit(&options, &spectra) };
@@ -115,7 +111,7 @@ fn body(field: &AccelerationField) {
     }
 }
 
-fn pair(e: &[Option<f64>; DEGREES]) -> String {
+fn pair(e: &[Option<f64>; RIGID_DOFS]) -> String {
     format!("{:.2} / {:.2}", 100.0 * worst(&e[..3]), 100.0 * worst(&e[3..]))
 }
 
@@ -135,10 +131,10 @@ fn truncated(field: &AccelerationField, order: u8) -> AccelerationField {
 fn field_errors(
     ours: &FieldSampler,
     exact: &FieldSampler,
-    options: &PublishedOptions,
+    options: &PanOptions,
     listeners: &[DVec3],
     distance: f64,
-) -> [Option<f64>; DEGREES] {
+) -> [Option<f64>; RIGID_DOFS] {
     let contact: Vec<Complex64> =
         options.wavenumbers().iter().map(|k| half_sine_spectrum(*k, CONTACT)).collect();
     let ones = vec![1.0; contact.len()];
@@ -146,7 +142,7 @@ fn field_errors(
         let spectrum: Vec<Complex64> = p.iter().zip(&contact).map(|(p, s)| p * s).collect();
         synthesize(&spectrum, &ones, options.step, options.start())
     };
-    let mut sums = [[0.0; 2]; DEGREES];
+    let mut sums = [[0.0; 2]; RIGID_DOFS];
     for v in listeners {
         let (a, b) = (ours.spectra(*v * distance), exact.spectra(*v * distance));
         for (degree, sum) in sums.iter_mut().enumerate() {
@@ -161,8 +157,8 @@ fn field_errors(
 }
 
 /// Time per contact and listener \[µs\], at 48 kHz.
-fn published_time(field: &PublishedField) -> f64 {
-    let Ok(model) = PublishedModel::new(RADIUS, vec![field.clone()]) else { return f64::NAN };
+fn published_time(field: &PanField) -> f64 {
+    let Ok(model) = PanModel::new(RADIUS, vec![field.clone()]) else { return f64::NAN };
     let listeners = directions(CONTACTS / 10);
     let once = || {
         let begin = Instant::now();
@@ -182,7 +178,7 @@ fn published_time(field: &PublishedField) -> f64 {
 
 /// The same through the renderer, its blocks and their transforms included.
 fn our_time(field: &AccelerationField) -> f64 {
-    let Ok(playable) = PlayableField::try_new(field) else { return f64::NAN };
+    let Ok(playable) = FieldEvaluator::try_new(field) else { return f64::NAN };
     let surface = Arc::new(Surface::Sphere { radius: RADIUS });
     let source = SoundSource::Field(Arc::new(FieldSource::new(
         Arc::new(playable),
@@ -191,10 +187,10 @@ fn our_time(field: &AccelerationField) -> f64 {
         DQuat::IDENTITY,
         surface,
     )));
-    let clicks: Vec<Click> = directions(CONTACTS)
+    let clicks: Vec<AccelerationPulse> = directions(CONTACTS)
         .into_iter()
         .enumerate()
-        .map(|(i, v)| Click {
+        .map(|(i, v)| AccelerationPulse {
             body: BodyId(0),
             time: 2.5e-4 * i as f64,
             duration: CONTACT * RADIUS / Medium::AIR.sound_speed,

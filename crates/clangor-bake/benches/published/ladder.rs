@@ -5,13 +5,13 @@
 
 use std::collections::BTreeMap;
 
+use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
+use clangor_bake::reference::{FieldSampler, Fit, PanOptions, fit, fit_at, fit_radii};
 use clangor_core::geometry::meridian::Meridian;
-use clangor_core::sound_model::acceleration::field::DEGREES;
-use clangor_core::sound_model::files::ellipsoid_bank_file::BankFile;
-use clangor_core::reference::pan_representation::PublishedField;
+use clangor_core::reference::pan_representation::PanField;
 use clangor_core::reference::pan_representation::directions::Directions;
-use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
-use clangor_bake::reference::{FieldSampler, Fit, PublishedOptions, fit, fit_at, fit_radii};
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
+use clangor_core::sound_model::files::ellipsoid_bank_file::BankFile;
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -48,10 +48,10 @@ const OTHER_RADII: [(&str, [f64; 5]); 4] = [
     ("2 to 16 R", [2.0, 3.36, 5.66, 9.51, 16.0]),
 ];
 
-type Spectra = [Vec<Complex64>; DEGREES];
+type Spectra = [Vec<Complex64>; RIGID_DOFS];
 
-fn options(tolerance: f64, stretch: f64) -> PublishedOptions {
-    PublishedOptions {
+fn options(tolerance: f64, stretch: f64) -> PanOptions {
+    PanOptions {
         pulse: stretch * 1e-4 / UNIT,
         step: stretch / (96_000.0 * UNIT),
         length: 2048,
@@ -101,8 +101,8 @@ pub(crate) fn print() {
         }
         let Ok(meridian) = Meridian::spheroid(across, along) else { continue };
         let solver_options =
-            RevolutionOptions { nodes_per_wavelength: 6.0, ..RevolutionOptions::new(HIGHEST) };
-        let solver = RevolutionSolver::new(&meridian, DVec3::Z, solver_options);
+            AxisymmetricOptions { nodes_per_wavelength: 6.0, ..AxisymmetricOptions::new(HIGHEST) };
+        let solver = AxisymmetricSolver::new(&meridian, DVec3::Z, solver_options);
         let solved = match SolvedField::new(&solver, &options(0.01, 1.0), HIGHEST, 2) {
             Ok(solved) => solved,
             Err(error) => {
@@ -135,7 +135,7 @@ fn body(field: &Remembered) -> Vec<usize> {
         level.push(format!("{:.1}", 100.0 * found.level.into_iter().fold(0.0, f64::max)));
         bytes.push(fitted.bytes());
         if i == 0 {
-            let each: Vec<String> = (0..DEGREES)
+            let each: Vec<String> = (0..RIGID_DOFS)
                 .map(|d| {
                     let own = found.own[d].map_or("silent".into(), |e| format!("{:.1} %", 100.0 * e));
                     format!("{own} of {:.2}", found.loudness[d])
@@ -160,7 +160,7 @@ fn body(field: &Remembered) -> Vec<usize> {
 fn series(field: &Remembered) {
     let spectra = |x: DVec3| field.at(x);
     let stored = Directions::OCTANT_45.vectors();
-    let report = |name: &str, fitted: &PublishedField| {
+    let report = |name: &str, fitted: &PanField| {
         let at: Vec<String> = [2.0, 2.0 * 2.0_f64.sqrt(), 4.0, 16.0, 100.0]
             .into_iter()
             .map(|distance| {
@@ -172,7 +172,7 @@ fn series(field: &Remembered) {
         println!("  {name}: at 2, 2.83, 4, 16, 100 R [%]: {}", at.join(", "));
     };
     for (tolerance, terms) in [(0.0, 2), (0.0, 3), (0.0, 4), (0.01, 3)] {
-        if let Ok(fitted) = fit(&PublishedOptions { terms, ..options(tolerance, 1.0) }, &spectra) {
+        if let Ok(fitted) = fit(&PanOptions { terms, ..options(tolerance, 1.0) }, &spectra) {
             report(&format!("ε = {tolerance}, N = {terms}"), &fitted);
         }
     }

@@ -1,9 +1,9 @@
 //! Errors of a published field against the field it was fitted from.
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
-use clangor_core::reference::pan_representation::PublishedField;
-use clangor_core::reference::pan_representation::pulse::pulse_spectrum;
 use clangor_bake::reference::{half_sine_spectrum, synthesize};
+use clangor_core::reference::pan_representation::PanField;
+use clangor_core::reference::pan_representation::pulse::pulse_spectrum;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -35,7 +35,7 @@ pub(crate) fn directions(count: usize) -> Vec<DVec3> {
 
 /// Pressures of one motion at a point, by the published field and exactly, at the samples of the field.
 pub(crate) fn signals(
-    field: &PublishedField,
+    field: &PanField,
     push: Push,
     exact: &[Complex64],
     degree: usize,
@@ -43,7 +43,7 @@ pub(crate) fn signals(
 ) -> (Vec<f64>, Vec<f64>) {
     let spacing = std::f64::consts::TAU / (field.length as f64 * field.step);
     let wavenumbers = (0..=field.length / 2).map(|m| m as f64 * spacing);
-    let mut z = [0.0; DEGREES];
+    let mut z = [0.0; RIGID_DOFS];
     z[degree] = 1.0;
     let response = field.response(&z, x, f64::INFINITY);
     match push {
@@ -72,13 +72,13 @@ pub(crate) fn signals(
 
 /// For each motion, squares of the error and of the signal, summed over directions at a distance.
 fn sums(
-    field: &PublishedField,
-    spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES],
+    field: &PanField,
+    spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS],
     push: Push,
     directions: &[DVec3],
     distance: f64,
-) -> [[f64; 2]; DEGREES] {
-    let mut sums = [[0.0; 2]; DEGREES];
+) -> [[f64; 2]; RIGID_DOFS] {
+    let mut sums = [[0.0; 2]; RIGID_DOFS];
     for v in directions {
         let exact = spectra(*v * distance);
         for (degree, sum) in sums.iter_mut().enumerate() {
@@ -94,12 +94,12 @@ fn sums(
 
 /// Relative L2 error of each motion over directions at a distance; a motion below 1e-6 of the loudest counts as silent.
 pub(crate) fn errors(
-    field: &PublishedField,
-    spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES],
+    field: &PanField,
+    spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS],
     push: Push,
     directions: &[DVec3],
     distance: f64,
-) -> [Option<f64>; DEGREES] {
+) -> [Option<f64>; RIGID_DOFS] {
     let sums = sums(field, spectra, push, directions, distance);
     let loudest = sums.iter().map(|s| s[1]).fold(0.0, f64::max);
     sums.map(|[difference, size]| (size > 1e-12 * loudest).then(|| (difference / size).sqrt()))
@@ -108,17 +108,17 @@ pub(crate) fn errors(
 /// Errors of one pulse at the stored directions.
 pub(crate) struct PulseErrors {
     /// Of each motion against itself.
-    pub(crate) own: [Option<f64>; DEGREES],
+    pub(crate) own: [Option<f64>; RIGID_DOFS],
     /// Of each motion against the loudest, rotations at equal surface speed.
-    pub(crate) level: [f64; DEGREES],
+    pub(crate) level: [f64; RIGID_DOFS],
     /// Size of each motion over that of the loudest.
-    pub(crate) loudness: [f64; DEGREES],
+    pub(crate) loudness: [f64; RIGID_DOFS],
 }
 
 /// Errors of the pulse of a field at a distance.
 pub(crate) fn pulse_errors(
-    field: &PublishedField,
-    spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; DEGREES],
+    field: &PanField,
+    spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS],
     directions: &[DVec3],
     distance: f64,
 ) -> PulseErrors {

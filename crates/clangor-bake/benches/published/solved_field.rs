@@ -3,11 +3,11 @@
 //! The response to an acceleration is over after a while, T: solves Δκ = 2π/T apart hold all of it. Solvers may stay off the real
 //! axis by the same distance everywhere, k = κ − iσ; then what they see is the response times e^{−σu}.
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_bake::radiation::{RadiationError, RadiationSolver};
+use clangor_bake::reference::{PanOptions, synthesize};
 use clangor_core::math::radial::outgoing;
 use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
-use clangor_bake::reference::{PublishedOptions, synthesize};
-use clangor_bake::radiation::{RadiationError, RadiationSolver};
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
@@ -31,7 +31,7 @@ impl SolvedField {
     /// Solves for what `options` need, up to `highest` κ; the response fades in the time of the signals over `ratio`.
     pub(crate) fn new(
         solver: &dyn RadiationSolver,
-        options: &PublishedOptions,
+        options: &PanOptions,
         highest: f64,
         ratio: usize,
     ) -> Result<Self, RadiationError> {
@@ -44,7 +44,7 @@ impl SolvedField {
         let wavenumbers: Vec<f64> = kappas.iter().map(|k| k / radius).collect();
         let order = highest.ceil() as usize + 6;
         let samples = solver.solve(&wavenumbers, order)?;
-        let mut terms = vec![Vec::new(); DEGREES];
+        let mut terms = vec![Vec::new(); RIGID_DOFS];
         for (degree, terms) in terms.iter_mut().enumerate() {
             let unit = if degree < 3 { radius } else { radius * radius };
             let size = |i: usize| {
@@ -81,7 +81,7 @@ impl SolvedField {
     }
 
     /// p e^{iκ|x|}/(ρR) of the six motions at the wavenumbers of the options.
-    pub(crate) fn spectra(&self, x: DVec3) -> [Vec<Complex64>; DEGREES] {
+    pub(crate) fn spectra(&self, x: DVec3) -> [Vec<Complex64>; RIGID_DOFS] {
         let distance = x.length();
         let mut harmonics = Vec::new();
         solid_harmonics(x / distance, self.order, &mut harmonics);

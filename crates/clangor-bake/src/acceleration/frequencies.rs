@@ -6,16 +6,16 @@
 
 use std::ops::ControlFlow;
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
 use clangor_core::math::radial::outgoing;
 use clangor_core::math::spherical_harmonics::solid_harmonics;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 
 use super::{BakeError, BakeProgress, Resumption, SolvedFrequency};
 use crate::fitting::comparison::directions;
-use crate::radiation::{RadiationSample, RadiationSolver};
 use crate::fitting::rational::{FunctionSample, RationalFit, error_at, fit, poles, predict, residues};
+use crate::radiation::{RadiationSample, RadiationSolver};
 
 /// Distances, in bounding radii, at which the field is fitted.
 const SPHERES: [f64; 3] = [1.2, 3.0, 100.0];
@@ -218,12 +218,12 @@ pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSam
         })
         .collect();
     let mut radial = Vec::new();
-    let mut values = Vec::with_capacity(SPHERES.len() * DIRECTIONS * DEGREES);
+    let mut values = Vec::with_capacity(SPHERES.len() * DIRECTIONS * RIGID_DOFS);
     let mut weights = Vec::with_capacity(values.capacity());
     for x in SPHERES {
         outgoing(s, x, order, &mut radial);
         let mut loudest = 0.0_f64;
-        for degree in 0..DEGREES {
+        for degree in 0..RIGID_DOFS {
             // Rotations at equal surface speed: z = R α.
             let unit = if degree < 3 { radius } else { radius * radius };
             let mut square = 0.0;
@@ -239,7 +239,7 @@ pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSam
             }
             loudest = loudest.max((square / DIRECTIONS as f64).sqrt());
         }
-        weights.extend(std::iter::repeat_n(1.0 / loudest.max(f64::MIN_POSITIVE), DEGREES * DIRECTIONS));
+        weights.extend(std::iter::repeat_n(1.0 / loudest.max(f64::MIN_POSITIVE), RIGID_DOFS * DIRECTIONS));
     }
     FunctionSample { s, values, weights, group: DIRECTIONS }
 }

@@ -16,14 +16,14 @@ use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
 
 use super::{BakeError, BakeGeometry, BakeOptions, BakeProgress, Method, multipole_order};
+use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
+use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::{Equation, GalerkinSolver, MOST_UNKNOWNS};
-use crate::bem::symmetric_patches::OctantSolver;
-use crate::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
+use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
 use crate::geometry_class::mirror_symmetry::mirror_planes;
-use crate::radiation::{RadiationError, RadiationSolver};
 use crate::mesh::remesh::resolution::{Resolution, resolution};
 use crate::mesh::remesh::{RemeshOptions, remesh, remesh_symmetric};
-use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
+use crate::radiation::{RadiationError, RadiationSolver};
 
 /// Spacing in κ of the first solves for bodies without cavities.
 const SOLID_SPACING: f64 = 0.8;
@@ -59,16 +59,16 @@ pub(super) fn prepare(
     let fine = 0.3 * accuracy;
     match (geometry, options.method) {
         (BakeGeometry::Ellipsoid { semi_axes }, Method::Auto | Method::Bem) => {
-            let solver = OctantSolver::ellipsoid(*semi_axes, max_wavenumber, fine)?;
+            let solver = SymmetricPatchSolver::ellipsoid(*semi_axes, max_wavenumber, fine)?;
             Ok(octant(solver))
         }
         (BakeGeometry::RoundedBox { edges, round }, Method::Auto | Method::Bem) => {
-            let solver = OctantSolver::rounded_box(*edges, *round, max_wavenumber, fine)?;
+            let solver = SymmetricPatchSolver::rounded_box(*edges, *round, max_wavenumber, fine)?;
             Ok(octant(solver))
         }
-        (BakeGeometry::Revolution(meridian), Method::Auto | Method::Bem) => {
-            let settings = RevolutionOptions::new(max_wavenumber);
-            let mut solver = RevolutionSolver::new(meridian, DVec3::Y, settings);
+        (BakeGeometry::Axisymmetric(meridian), Method::Auto | Method::Bem) => {
+            let settings = AxisymmetricOptions::new(max_wavenumber);
+            let mut solver = AxisymmetricSolver::new(meridian, DVec3::Y, settings);
             let unknowns = solver.unknowns();
             if options.near_field {
                 solver = solver.with_surface(NEAR_FIELD_EDGES);
@@ -93,7 +93,7 @@ pub(super) fn prepare(
 /// Edges of the mesh of surface pressures on the shortest wave.
 const NEAR_FIELD_EDGES: f64 = 5.0;
 
-fn octant(solver: OctantSolver) -> Prepared {
+fn octant(solver: SymmetricPatchSolver) -> Prepared {
     let unknowns = solver.unknowns();
     Prepared {
         solver: Box::new(solver),
@@ -203,9 +203,9 @@ fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, Ba
                 signs.flat_map(|signs| ball.iter().map(move |v| signs * (v.abs() + corner))).collect();
             Some(convex_hull(&points)?)
         }
-        BakeGeometry::Revolution(meridian) => {
+        BakeGeometry::Axisymmetric(meridian) => {
             let solver =
-                RevolutionSolver::new(meridian, DVec3::Y, RevolutionOptions::new(options.max_wavenumber));
+                AxisymmetricSolver::new(meridian, DVec3::Y, AxisymmetricOptions::new(options.max_wavenumber));
             solver.with_surface(24.0).surface().cloned()
         }
         BakeGeometry::Mesh(mesh) => Some(mesh.clone()),

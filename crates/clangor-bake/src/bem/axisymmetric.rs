@@ -22,6 +22,7 @@
 //! is well-conditioned, and the sample says so; a vibration at its own real frequency with points inside
 //! the body where there is to be no pressure.
 
+mod axisymmetric_surface;
 pub mod azimuthal;
 mod inside;
 mod lanes;
@@ -29,7 +30,6 @@ mod multipoles;
 mod panels;
 mod ring;
 mod rows;
-mod axisymmetric_surface;
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -47,8 +47,8 @@ use self::multipoles::{AxisProjection, AxisTurn, MOTIONS, motion};
 use self::panels::Panels;
 use self::ring::MidpointLadder;
 use self::rows::{Observer, Row, RowContext, Wave};
-use axisymmetric_surface::TurnedSurface;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
+use axisymmetric_surface::AxisymmetricSurface;
 
 /// Imaginary part of −kR where the band holds resonances of the interior.
 const DAMPING: f64 = 0.05;
@@ -64,7 +64,7 @@ const BATCH_MEMORY: usize = 300 << 20;
 
 /// How fine to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RevolutionOptions {
+pub struct AxisymmetricOptions {
     /// Highest wavenumber [1/m] that will be asked for.
     pub max_wavenumber: f64,
     /// Nodes on a panel: a multiple of 8.
@@ -75,40 +75,40 @@ pub struct RevolutionOptions {
     pub edge_levels: u32,
 }
 
-impl RevolutionOptions {
+impl AxisymmetricOptions {
     /// Fit for an accuracy of about 1e-5 and better, up to this wavenumber [1/m].
     pub fn new(max_wavenumber: f64) -> Self {
-        RevolutionOptions { max_wavenumber, nodes_per_panel: 8, nodes_per_wavelength: 8.0, edge_levels: 4 }
+        AxisymmetricOptions { max_wavenumber, nodes_per_panel: 8, nodes_per_wavelength: 8.0, edge_levels: 4 }
     }
 }
 
 /// The solver of one body of revolution.
 #[derive(Debug)]
-pub struct RevolutionSolver {
+pub struct AxisymmetricSolver {
     meridian: Meridian,
     axis: DVec3,
     radius: f64,
-    options: RevolutionOptions,
+    options: AxisymmetricOptions,
     /// Imaginary part of k [1/m], zero or negative.
     damping: f64,
-    surface: Option<TurnedSurface>,
+    surface: Option<AxisymmetricSurface>,
 }
 
-impl RevolutionSolver {
+impl AxisymmetricSolver {
     /// For a meridian whose y = 0 is the centre of mass, turned about `axis` through the origin.
-    pub fn new(meridian: &Meridian, axis: DVec3, options: RevolutionOptions) -> Self {
+    pub fn new(meridian: &Meridian, axis: DVec3, options: AxisymmetricOptions) -> Self {
         let radius = meridian.bounding_radius();
         let resonance = inside::first_resonance(inscribed_radius(meridian));
         let damping = if options.max_wavenumber < resonance { 0.0 } else { -DAMPING / radius };
         let axis = axis.normalize();
-        RevolutionSolver { meridian: meridian.clone(), axis, radius, options, damping, surface: None }
+        AxisymmetricSolver { meridian: meridian.clone(), axis, radius, options, damping, surface: None }
     }
 
     /// The same, with surface pressures on a mesh of `per_wavelength` edges on the shortest wave.
     pub fn with_surface(mut self, per_wavelength: f64) -> Self {
         let wave = TAU / self.options.max_wavenumber;
         let edge = (wave / per_wavelength).min(COARSEST_SURFACE * self.radius);
-        self.surface = Some(TurnedSurface::new(&self.meridian, self.axis, edge));
+        self.surface = Some(AxisymmetricSurface::new(&self.meridian, self.axis, edge));
         self
     }
 
@@ -172,7 +172,7 @@ impl RevolutionSolver {
     }
 }
 
-impl RadiationSolver for RevolutionSolver {
+impl RadiationSolver for AxisymmetricSolver {
     fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
         let mut ascending: Vec<usize> = (0..wavenumbers.len()).collect();
         ascending.sort_by(|a, b| wavenumbers[*a].total_cmp(&wavenumbers[*b]));

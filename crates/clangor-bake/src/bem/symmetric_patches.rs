@@ -29,8 +29,8 @@ mod surface;
 mod symmetry;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::acceleration::field::DEGREES;
 use clangor_core::math::spherical_harmonics::index;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use faer::prelude::Solve;
 use faer::{Mat, MatRef};
 use glam::DVec3;
@@ -56,14 +56,14 @@ const GROWTH: f64 = 0.25;
 const FIRST_RESONANCE: f64 = 2.5;
 
 /// Solver for a body of three mirror planes.
-pub struct OctantSolver {
+pub struct SymmetricPatchSolver {
     /// Bounding radius R \[m\]; all else is in units of R.
     radius: f64,
     body: Discretisation,
     surface: Option<Surface>,
 }
 
-impl OctantSolver {
+impl SymmetricPatchSolver {
     /// An ellipsoid with these semi-axes \[m\], up to a wavenumber [1/m], for errors of the order of `accuracy`.
     ///
     /// # Errors
@@ -106,7 +106,7 @@ impl OctantSolver {
             });
         }
         let surface = Some(Surface::new(&patches, radius));
-        Ok(OctantSolver { radius, body: Discretisation::new(patches, Rules::new(accuracy)), surface })
+        Ok(SymmetricPatchSolver { radius, body: Discretisation::new(patches, Rules::new(accuracy)), surface })
     }
 
     /// Unknowns of each of the six systems.
@@ -118,7 +118,7 @@ impl OctantSolver {
     fn pass<const F: usize>(
         &self,
         s: &[Complex64],
-    ) -> Result<Vec<Vec<[Complex64; DEGREES]>>, RadiationError> {
+    ) -> Result<Vec<Vec<[Complex64; RIGID_DOFS]>>, RadiationError> {
         let unknowns = self.unknowns();
         let at = |f: usize| s[f.min(s.len() - 1)];
         let wavenumbers = Wavenumbers {
@@ -141,7 +141,7 @@ impl OctantSolver {
                 },
             )
             .collect();
-        let solutions: Vec<Vec<Complex64>> = (0..s.len() * DEGREES)
+        let solutions: Vec<Vec<Complex64>> = (0..s.len() * RIGID_DOFS)
             .into_par_iter()
             .map(|system| {
                 let matrix = Mat::from_fn(unknowns, unknowns, |i, j| rows[i].matrix[system * unknowns + j]);
@@ -152,8 +152,8 @@ impl OctantSolver {
             })
             .collect();
         let samples = (0..s.len()).map(|f| {
-            let pressure: Vec<[Complex64; DEGREES]> = (0..unknowns)
-                .map(|node| std::array::from_fn(|degree| solutions[f * DEGREES + degree][node]))
+            let pressure: Vec<[Complex64; RIGID_DOFS]> = (0..unknowns)
+                .map(|node| std::array::from_fn(|degree| solutions[f * RIGID_DOFS + degree][node]))
                 .collect();
             if pressure.iter().flatten().all(|p| p.is_finite()) {
                 Ok(pressure)
@@ -165,7 +165,7 @@ impl OctantSolver {
     }
 
     /// A sample from the pressures at the nodes.
-    fn sample(&self, s: Complex64, pressure: &[[Complex64; DEGREES]], order: usize) -> RadiationSample {
+    fn sample(&self, s: Complex64, pressure: &[[Complex64; RIGID_DOFS]], order: usize) -> RadiationSample {
         let wavenumber = -Complex64::I * s;
         let mut coefficients = project(&self.body.quadrature(), pressure, wavenumber, 1.0, order);
         let unit = |degree: usize| if degree < 3 { self.radius } else { self.radius * self.radius };
@@ -188,7 +188,7 @@ impl OctantSolver {
     }
 }
 
-impl RadiationSolver for OctantSolver {
+impl RadiationSolver for SymmetricPatchSolver {
     fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
         let s: Vec<Complex64> = wavenumbers
             .iter()
@@ -219,7 +219,7 @@ impl RadiationSolver for OctantSolver {
     }
 }
 
-/// How fine the patches are for an accuracy, in units of R. Measured: `tests/converge_octant.rs`.
+/// How fine the patches are for an accuracy, in units of R. Measured: `tests/converge_symmetric_patches.rs`.
 ///
 /// A patch of an ellipsoid bends by 45° and stretches; those of a box are flat or small.
 fn resolution(kappa: f64, accuracy: f64, is_box: bool) -> Resolution {
@@ -266,7 +266,7 @@ fn row_of_systems<const F: usize>(
     unknowns: usize,
     wavenumbers: usize,
 ) -> Row {
-    let mut matrix = vec![Complex64::ZERO; wavenumbers * DEGREES * unknowns];
+    let mut matrix = vec![Complex64::ZERO; wavenumbers * RIGID_DOFS * unknowns];
     for column in 0..unknowns {
         let sums = sums_by_motion(std::array::from_fn::<_, IMAGES, _>(|image| {
             builder.double[image * unknowns + column]
@@ -274,7 +274,7 @@ fn row_of_systems<const F: usize>(
         for f in 0..wavenumbers {
             for (degree, sum) in sums.iter().enumerate() {
                 let here = if column == row { 0.5 } else { 0.0 };
-                matrix[(f * DEGREES + degree) * unknowns + column] =
+                matrix[(f * RIGID_DOFS + degree) * unknowns + column] =
                     Complex64::new(here - sum[0][f], -sum[1][f]);
             }
         }

@@ -29,7 +29,7 @@
 use std::borrow::Cow;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::{MatMut, Par};
@@ -38,8 +38,8 @@ use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
 use crate::fitting::multipole_projection::{SurfacePoint, project};
-use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 use crate::mesh::remesh::SymmetricMesh;
+use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 mod far;
 pub mod field;
@@ -165,7 +165,7 @@ impl GalerkinSolver {
                 let corners = self.mesh.corners(t);
                 let position = corners[0] * shares[0] + corners[1] * shares[1] + corners[2] * shares[2];
                 let at = self.mesh.triangles[t].map(|v| &surface_pressure[v as usize]);
-                let pressure: [Complex64; DEGREES] = std::array::from_fn(|d| {
+                let pressure: [Complex64; RIGID_DOFS] = std::array::from_fn(|d| {
                     at[0][d] * shares[0] + at[1][d] * shares[1] + at[2][d] * shares[2]
                 });
                 (SurfacePoint { position, area: self.mesh.area_vector(t) * weight }, pressure)
@@ -230,12 +230,12 @@ impl GalerkinSolver {
     }
 
     /// Pressures at the vertices of the mesh.
-    fn pressures(&self, wavenumber: f64) -> Result<Vec<[Complex64; DEGREES]>, RadiationError> {
+    fn pressures(&self, wavenumber: f64) -> Result<Vec<[Complex64; RIGID_DOFS]>, RadiationError> {
         let solutions = self.assemble(wavenumber).solve();
         // Lengths were in R: a translation's pressure is one length, a rotation's two.
-        let scale = |d: usize| if d < DEGREES / 2 { self.radius } else { self.radius * self.radius };
+        let scale = |d: usize| if d < RIGID_DOFS / 2 { self.radius } else { self.radius * self.radius };
         // Motions along and about the axes of the cell.
-        let mut of_cell = vec![[Complex64::ZERO; DEGREES]; self.panels.vertices.len()];
+        let mut of_cell = vec![[Complex64::ZERO; RIGID_DOFS]; self.panels.vertices.len()];
         for (class, solution) in self.classes.iter().zip(&solutions) {
             for (d, column) in class.motions.iter().zip(solution.chunks_exact(class.size.max(1))) {
                 for (v, p) in class.vertices().zip(column) {
@@ -243,12 +243,12 @@ impl GalerkinSolver {
                 }
             }
         }
-        let pressures: Vec<[Complex64; DEGREES]> = self
+        let pressures: Vec<[Complex64; RIGID_DOFS]> = self
             .origin
             .iter()
             .map(|(vertex, signs)| {
                 // A vertex of no triangle is none of the panels'.
-                let p = of_cell.get(*vertex as usize).unwrap_or(&[Complex64::ZERO; DEGREES]);
+                let p = of_cell.get(*vertex as usize).unwrap_or(&[Complex64::ZERO; RIGID_DOFS]);
                 std::array::from_fn(|degree| {
                     let first = degree / 3 * 3;
                     let share = |d: usize| self.frame.col(d - first)[degree - first] * parity(*signs, d);

@@ -19,7 +19,7 @@
 
 use std::collections::BTreeMap;
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 
 use super::cut_cells::{CutCells, Pieces};
@@ -59,9 +59,9 @@ pub(super) struct Rows {
     /// λ² w/V.
     pub(super) weights: Vec<f32>,
     /// λ² ∫ g_i dS / V.
-    pub(super) drive: Vec<[f32; DEGREES]>,
+    pub(super) drive: Vec<[f32; RIGID_DOFS]>,
     /// λ² ∫ (x·n) g_i dV / V, x from the middle of the cell.
-    pub(super) bend: Vec<[f32; DEGREES]>,
+    pub(super) bend: Vec<[f32; RIGID_DOFS]>,
     /// λ²/V.
     pub(super) scale: Vec<f32>,
     /// Cells of the body that touch the air.

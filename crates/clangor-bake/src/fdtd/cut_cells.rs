@@ -13,7 +13,7 @@
 use std::collections::BTreeMap;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 
 use crate::radiation::rigid_motions;
@@ -42,7 +42,7 @@ pub(super) struct CutCells {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pieces {
     /// ∫ g_i dS for the six motions; the first three are ∫ n dS.
-    pub(super) flux: [f64; DEGREES],
+    pub(super) flux: [f64; RIGID_DOFS],
     /// ∫ dS.
     pub(super) area: f64,
     /// n dS of each piece.
@@ -211,7 +211,7 @@ mod tests {
                     assert!(gap.abs() < 3e-9, "{shape}: {gap}");
                 }
             }
-            for degree in 0..DEGREES {
+            for degree in 0..RIGID_DOFS {
                 let sum: f64 = cut.pieces.values().map(|p| p.flux[degree]).sum();
                 // A closed surface; residual seen: 1.2e-11.
                 assert!(sum.abs() < 1e-9, "{shape} {degree}: {sum}");

@@ -166,7 +166,7 @@ mod tests {
     use glam::{DVec2, DVec3};
 
     use super::*;
-    use crate::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
+    use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
     use crate::fdtd::{Boundary, WaveOptions, WaveSolver};
 
     /// A pot of 52 mm × 65 mm with walls of 12 mm and a round rim.
@@ -193,7 +193,7 @@ mod tests {
             floor,
         ];
         let meridian = Meridian::try_new(pieces).unwrap().about_centre_of_mass();
-        let solver = RevolutionSolver::new(&meridian, DVec3::Y, RevolutionOptions::new(150.0));
+        let solver = AxisymmetricSolver::new(&meridian, DVec3::Y, AxisymmetricOptions::new(150.0));
         solver.with_surface(20.0).surface().unwrap().clone()
     }
 

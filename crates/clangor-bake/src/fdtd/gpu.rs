@@ -15,7 +15,7 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 
 use super::WaveError;
 use super::absorber::{Absorber, FACES, LAYER, SQUARE};
@@ -33,7 +33,7 @@ const MOST_RECORDS: usize = 64;
 const BLOCK: Duration = Duration::from_millis(100);
 
 /// What is run.
-pub(super) struct Course<'a> {
+pub(super) struct GpuRun<'a> {
     pub(super) lattice: &'a Lattice,
     pub(super) rows: &'a Rows,
     pub(super) recorder: &'a Recorder,
@@ -45,21 +45,22 @@ pub(super) struct Course<'a> {
 
 /// The multipoles of each motion, as the processor's time loop gives them.
 pub(super) fn signals(
-    course: &Course<'_>,
+    run: &GpuRun<'_>,
     progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
 ) -> Result<Vec<Vec<f64>>, WaveError> {
     let gpu = Gpu::open()?;
-    let cells = course.lattice.cells();
-    let fit = (gpu.most_words() as usize / cells).min(BUSY / cells).clamp(1, DEGREES);
+    let cells = run.lattice.cells();
+    let fit = (gpu.most_words() as usize / cells).min(BUSY / cells).clamp(1, RIGID_DOFS);
     // As even as can be: 3 and 3 instead of 4 and 2.
-    let lanes = DEGREES.div_ceil(DEGREES.div_ceil(fit));
-    let mut signals = vec![Vec::new(); DEGREES];
+    let lanes = RIGID_DOFS.div_ceil(RIGID_DOFS.div_ceil(fit));
+    let mut signals = vec![Vec::new(); RIGID_DOFS];
     for (turn, signals) in signals.chunks_mut(lanes).enumerate() {
         let first = turn * lanes;
         let together = signals.len();
-        let tasks = Tasks::new(&gpu, course, first, together)?;
-        let mut told = |done: f64| progress((first as f64 + done * together as f64) / DEGREES as f64);
-        tasks.run(&gpu, course, signals, &mut told)?;
+        let tasks = Tasks::new(&gpu, run, first, together)?;
+        let mut on_progress =
+            |done: f64| progress((first as f64 + done * together as f64) / RIGID_DOFS as f64);
+        tasks.run(&gpu, run, signals, &mut on_progress)?;
     }
     Ok(signals)
 }
@@ -75,8 +76,8 @@ struct Tasks {
 }
 
 impl Tasks {
-    fn new(gpu: &Gpu, course: &Course<'_>, first: usize, lanes: usize) -> Result<Self, GpuError> {
-        let Course { lattice, rows, recorder, pulse, stride, .. } = course;
+    fn new(gpu: &Gpu, run: &GpuRun<'_>, first: usize, lanes: usize) -> Result<Self, GpuError> {
+        let GpuRun { lattice, rows, recorder, pulse, stride, .. } = run;
         let [nx, ny, nz] = lattice.0.map(|n| n as u32);
         let longest = nx.max(ny).max(nz);
         let points = recorder.points();
@@ -137,11 +138,11 @@ impl Tasks {
     fn run(
         &self,
         gpu: &Gpu,
-        course: &Course<'_>,
+        run: &GpuRun<'_>,
         signals: &mut [Vec<f64>],
         progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<(), WaveError> {
-        let Course { stride, steps, recorder, .. } = *course;
+        let GpuRun { stride, steps, recorder, .. } = *run;
         let count = steps.div_ceil(stride);
         // Short blocks are answered at once; they grow until they are worth the wait.
         let (mut done, mut block) = (0, 1);

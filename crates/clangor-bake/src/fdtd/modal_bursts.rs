@@ -123,12 +123,12 @@ impl WaveSolver {
         let recorder = self.recorder();
         let done = AtomicUsize::new(0);
         let all: usize = runs.iter().map(|run| self.steps(&phases, run)).sum();
-        let told = |steps: usize| {
+        let on_progress = |steps: usize| {
             let done = done.fetch_add(steps, Ordering::Relaxed) + steps;
             progress(done as f64 / all.max(1) as f64)
         };
         let solved: Result<Vec<_>, WaveError> =
-            runs.par_iter().map(|run| self.run_together(motions, run, &recorder, &told)).collect();
+            runs.par_iter().map(|run| self.run_together(motions, run, &recorder, &on_progress)).collect();
         let mut results = vec![Vec::new(); motions.len()];
         for (run, solved) in runs.iter().zip(solved?) {
             for (motion, coefficients) in run.iter().zip(solved) {
@@ -170,7 +170,7 @@ impl WaveSolver {
         motions: &[WaveMotion],
         run: &[usize],
         recorder: &Recorder,
-        told: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
+        on_progress: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
     ) -> Result<Vec<Vec<Complex64>>, WaveError> {
         let order = self.options.order;
         let h = self.options.spacing;
@@ -188,7 +188,7 @@ impl WaveSolver {
         for step in 0..steps {
             if step % stride == 0 {
                 recorder.record(&self.lattice, grid.pressure(), &mut signal);
-                if told(stride.min(steps - step)).is_break() {
+                if on_progress(stride.min(steps - step)).is_break() {
                     return Err(WaveError::Interrupted);
                 }
             }

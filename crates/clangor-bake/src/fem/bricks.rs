@@ -13,8 +13,8 @@ use glam::{DMat3, DVec3};
 
 use super::rigid_motions::rigid_motions;
 use super::{ElasticConstants, ElasticSystem, Elements};
-use crate::quadrature::gauss_legendre;
 use crate::mesh::tetrahedra::TetMesh;
+use crate::quadrature::gauss_legendre;
 
 /// Order of bricks two cells long.
 const HIGH_ORDER: usize = 4;

@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 use clangor_core::material::Material;
 
 /// Degrees and largest y that are searched: the first thirty modes are among them.
-const DEGREES: usize = 8;
+const RIGID_DOFS: usize = 8;
 const HIGHEST: f64 = 8.0;
 
 /// Frequencies of a sphere of this radius \[m\], each as often as it has modes, from the lowest on \[Hz\].
@@ -24,7 +24,7 @@ pub fn frequencies(material: &Material, radius: f64) -> Vec<f64> {
     let shear_speed = (material.youngs_modulus / (2.0 * (1.0 + nu)) / material.density).sqrt();
     let wave_ratio = ((1.0 - 2.0 * nu) / (2.0 - 2.0 * nu)).sqrt();
     let mut all = Vec::new();
-    for l in 0..DEGREES {
+    for l in 0..RIGID_DOFS {
         let mut degree = roots(|y| spheroidal(l, y, wave_ratio));
         if l > 0 {
             degree.extend(roots(|y| torsional(l, y)));

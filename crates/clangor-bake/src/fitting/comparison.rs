@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -22,11 +22,11 @@ const HEARD: f64 = 0.05;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldErrors {
     /// Level error of each motion.
-    pub level: [f64; DEGREES],
+    pub level: [f64; RIGID_DOFS],
     /// Own error of each motion, where it is above 5 % of the loudest; 0 for one that never is.
-    pub own: [f64; DEGREES],
+    pub own: [f64; RIGID_DOFS],
     /// Part of the loudest that each motion reaches at most.
-    pub loudness: [f64; DEGREES],
+    pub loudness: [f64; RIGID_DOFS],
 }
 
 impl FieldErrors {
@@ -50,23 +50,23 @@ pub fn compare(
     (lowest, highest): (f64, f64),
 ) -> FieldErrors {
     let surface_speed = reference.radius;
-    let mut level = [0.0; DEGREES];
-    let (mut own_error, mut own_size) = ([0.0; DEGREES], [0.0; DEGREES]);
-    let mut loudness = [0.0_f64; DEGREES];
+    let mut level = [0.0; RIGID_DOFS];
+    let (mut own_error, mut own_size) = ([0.0; RIGID_DOFS], [0.0; RIGID_DOFS]);
+    let mut loudness = [0.0_f64; RIGID_DOFS];
     for step in 0..FREQUENCIES {
         let k = lowest + (highest - lowest) * step as f64 / (FREQUENCIES - 1) as f64;
-        let (mut error, mut size) = ([0.0; DEGREES], [0.0; DEGREES]);
+        let (mut error, mut size) = ([0.0; RIGID_DOFS], [0.0; RIGID_DOFS]);
         for direction in directions(DIRECTIONS) {
             let x = direction * (distance * reference.radius);
             let (a, b) =
                 (six_pressures(model, x, k, surface_speed), six_pressures(reference, x, k, surface_speed));
-            for degree in 0..DEGREES {
+            for degree in 0..RIGID_DOFS {
                 error[degree] += (a[degree] - b[degree]).norm_sqr();
                 size[degree] += b[degree].norm_sqr();
             }
         }
         let loudest = size.iter().copied().fold(0.0, f64::max);
-        for degree in 0..DEGREES {
+        for degree in 0..RIGID_DOFS {
             level[degree] += error[degree] / loudest / FREQUENCIES as f64;
             let part = (size[degree] / loudest).sqrt();
             loudness[degree] = loudness[degree].max(part);
@@ -85,10 +85,15 @@ pub fn compare(
 }
 
 /// Pressures (ρ = 1) of the six motions at `x` \[m\]: unit accelerations, rotations such that `arm` α = 1.
-pub fn six_pressures(model: &AccelerationModel, x: DVec3, wavenumber: f64, arm: f64) -> [Complex64; DEGREES] {
+pub fn six_pressures(
+    model: &AccelerationModel,
+    x: DVec3,
+    wavenumber: f64,
+    arm: f64,
+) -> [Complex64; RIGID_DOFS] {
     let radius = model.radius;
     std::array::from_fn(|degree| {
-        let mut z = [0.0; DEGREES];
+        let mut z = [0.0; RIGID_DOFS];
         // z = (a, R α).
         z[degree] = if degree < 3 { 1.0 } else { radius / arm };
         radius * model.field.pressure(&z, x / radius, wavenumber * radius)

@@ -9,9 +9,9 @@
 //!
 //! which is finite at k = 0. Valid outside the smallest ball about the origin that holds the surface.
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
 use clangor_core::math::radial::{regular, reverse_bessel};
 use clangor_core::math::spherical_harmonics::{count, index, solid_harmonics_with_gradient};
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -29,12 +29,12 @@ pub struct SurfacePoint {
 /// Coefficients of the six motions on the sphere of `radius` R \[m\], from their pressures at the points (ρ = 1).
 pub fn project(
     points: &[SurfacePoint],
-    pressure: &[[Complex64; DEGREES]],
+    pressure: &[[Complex64; RIGID_DOFS]],
     wavenumber: Complex64,
     radius: f64,
     order: usize,
-) -> [Vec<Complex64>; DEGREES] {
-    let mut sums: [Vec<Complex64>; DEGREES] = std::array::from_fn(|_| vec![Complex64::ZERO; count(order)]);
+) -> [Vec<Complex64>; RIGID_DOFS] {
+    let mut sums: [Vec<Complex64>; RIGID_DOFS] = std::array::from_fn(|_| vec![Complex64::ZERO; count(order)]);
     let (mut harmonics, mut gradients, mut radial) = (Vec::new(), Vec::new(), Vec::new());
     let square = wavenumber * wavenumber * (radius * radius);
     for (point, pressure) in points.iter().zip(pressure) {
@@ -52,7 +52,7 @@ pub fn project(
                 // Lengths in R: the derivative has one 1/R, the coefficient another.
                 let normal = (radial[n] * gradients[i].dot(point.area) + slope * harmonics[i]) / radius;
                 let value = radial[n] * harmonics[i];
-                for degree in 0..DEGREES {
+                for degree in 0..RIGID_DOFS {
                     sums[degree][i] += pressure[degree] * normal + value * motions[degree];
                 }
             }
@@ -96,7 +96,7 @@ mod tests {
                 // The transfer counts time from the centre's acceleration, e^{−ik(r−a)} its delay.
                 Complex64::new(re, im)
             };
-            let pressure: Vec<[Complex64; DEGREES]> = points
+            let pressure: Vec<[Complex64; RIGID_DOFS]> = points
                 .iter()
                 .map(|p| {
                     let d = p.position / a;

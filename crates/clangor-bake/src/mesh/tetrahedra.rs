@@ -9,14 +9,14 @@
 //! A mesh starts as corners with straight edges; the middles of the edges on its surface may then move onto the true
 //! surface, where the elements stay well shaped.
 
+pub mod axisymmetric;
 pub mod ball;
 pub mod block;
-pub mod dish;
-pub mod quality;
 pub mod cylinder;
-mod shape_mesh;
+pub mod dish;
 pub mod isosurface_stuffing;
-pub mod axisymmetric;
+pub mod quality;
+mod shape_mesh;
 
 use glam::DVec3;
 

@@ -9,11 +9,11 @@
 //!
 //! with thousands of unknowns where the body takes a hundred thousand, and pairs of modes are exact.
 
+mod axisymmetric_surface;
 mod section_element;
 pub(crate) mod section_mesh;
 mod spectrum;
 mod triangulation;
-mod axisymmetric_surface;
 
 use std::borrow::Cow;
 
@@ -25,10 +25,10 @@ use crate::acceleration::BakeGeometry;
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::detect_axisymmetry::fitted_meridian;
 use crate::modal_analysis::eigensolver::ModalError;
-use crate::modal_analysis::{Divisible, Spectrum, VibrationError, shortest_wave};
+use crate::modal_analysis::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
+use axisymmetric_surface::AxisymmetricSurface;
 use section_mesh::SectionMesh;
 use spectrum::{SectionMode, spectrum};
-use axisymmetric_surface::TurnedSurface;
 
 /// Elements on the shortest wave of the coarse mesh, and on the surface where shapes are given.
 const SECTION_ELEMENTS: f64 = 3.0;
@@ -41,13 +41,13 @@ const LEAST_INNER_EDGE: f64 = 0.2;
 const LEAST_SURFACE_ELEMENTS: f64 = 6.0;
 
 /// A body of revolution about y.
-pub(crate) struct TurnedBody<'a> {
+pub(crate) struct AxisymmetricBody<'a> {
     meridian: Cow<'a, Meridian>,
     constants: &'a ElasticConstants,
 }
 
 /// A mesh of the section.
-pub(crate) struct Turned {
+pub(crate) struct AxisymmetricMesh {
     section: SectionMesh,
     /// Edges \[m\] that are short enough for the band and the size of the body.
     most: f64,
@@ -57,27 +57,27 @@ pub(crate) struct Turned {
     surface_edge: f64,
 }
 
-impl<'a> TurnedBody<'a> {
+impl<'a> AxisymmetricBody<'a> {
     /// Nothing if the body is not one of revolution about y.
     pub(crate) fn of(geometry: &'a BakeGeometry, constants: &'a ElasticConstants) -> Option<Self> {
         let meridian = match geometry {
-            BakeGeometry::Revolution(meridian) => Cow::Borrowed(meridian),
+            BakeGeometry::Axisymmetric(meridian) => Cow::Borrowed(meridian),
             BakeGeometry::Ellipsoid { semi_axes } if semi_axes.x == semi_axes.z => {
                 Cow::Owned(Meridian::spheroid(semi_axes.x, semi_axes.y).ok()?)
             }
             BakeGeometry::Mesh(mesh) => Cow::Owned(fitted_meridian(mesh)?.meridian),
             _ => return None,
         };
-        Some(TurnedBody { meridian, constants })
+        Some(AxisymmetricBody { meridian, constants })
     }
 
-    fn section(&self, most: f64, fineness: f64) -> Result<SectionMesh, VibrationError> {
-        SectionMesh::new(&self.meridian, most, fineness).ok_or(VibrationError::Section)
+    fn section(&self, most: f64, fineness: f64) -> Result<SectionMesh, ModalAnalysisError> {
+        SectionMesh::new(&self.meridian, most, fineness).ok_or(ModalAnalysisError::Section)
     }
 }
 
-impl Divisible for TurnedBody<'_> {
-    type Mesh = Turned;
+impl RefinableDiscretization for AxisymmetricBody<'_> {
+    type Mesh = AxisymmetricMesh;
     type Modes = Vec<SectionMode>;
 
     fn method(&self) -> &'static str {
@@ -93,25 +93,25 @@ impl Divisible for TurnedBody<'_> {
         2.0
     }
 
-    fn coarse(&self, limit: f64, _accuracy: f64) -> Result<Turned, VibrationError> {
+    fn coarse(&self, limit: f64, _accuracy: f64) -> Result<AxisymmetricMesh, ModalAnalysisError> {
         let radius = self.meridian.bounding_radius();
         let wave = shortest_wave(self.constants, section_mesh::wall(&self.meridian), limit);
         let most = (wave / SECTION_ELEMENTS).min(0.5 * radius);
         let surface_edge = (wave / SURFACE_ELEMENTS).min(radius / LEAST_SURFACE_ELEMENTS);
         let fineness = COARSE_FINENESS;
-        Ok(Turned { section: self.section(most, fineness)?, most, fineness, surface_edge })
+        Ok(AxisymmetricMesh { section: self.section(most, fineness)?, most, fineness, surface_edge })
     }
 
-    fn finer(&self, than: &Turned, ratio: f64) -> Result<Turned, VibrationError> {
+    fn finer(&self, than: &AxisymmetricMesh, ratio: f64) -> Result<AxisymmetricMesh, ModalAnalysisError> {
         let (most, fineness) = (than.most, than.fineness / ratio);
-        Ok(Turned { section: self.section(most, fineness)?, fineness, ..*than })
+        Ok(AxisymmetricMesh { section: self.section(most, fineness)?, fineness, ..*than })
     }
 
-    fn size(&self, mesh: &Turned) -> (usize, f64) {
+    fn size(&self, mesh: &AxisymmetricMesh) -> (usize, f64) {
         (mesh.section.nodes.len(), mesh.fineness)
     }
 
-    fn solve(&self, mesh: &Turned, limit: f64) -> Result<Spectrum<Vec<SectionMode>>, ModalError> {
+    fn solve(&self, mesh: &AxisymmetricMesh, limit: f64) -> Result<Spectrum<Vec<SectionMode>>, ModalError> {
         let found = spectrum(&mesh.section, self.constants, limit)?;
         let both = |m: &SectionMode| std::iter::repeat_n(m.frequency, if m.order == 0 { 1 } else { 2 });
         Ok(Spectrum {
@@ -122,17 +122,17 @@ impl Divisible for TurnedBody<'_> {
         })
     }
 
-    fn system(&self, _mesh: &Turned) -> Option<ElasticSystem> {
+    fn system(&self, _mesh: &AxisymmetricMesh) -> Option<ElasticSystem> {
         None
     }
 
     fn shapes(
         &self,
-        mesh: &Turned,
+        mesh: &AxisymmetricMesh,
         modes: &Vec<SectionMode>,
         count: usize,
     ) -> (ModalSurface, Vec<Vec<DVec3>>) {
-        let turned = TurnedSurface::new(&self.meridian, mesh.surface_edge);
+        let turned = AxisymmetricSurface::new(&self.meridian, mesh.surface_edge);
         let shape = |m: &SectionMode, across: bool| turned.shape(&mesh.section, &m.motion, m.order, across);
         let both = |m: &SectionMode| {
             let second = (m.order > 0).then(|| shape(m, true));

@@ -15,9 +15,9 @@ use glam::DVec3;
 use super::Spectrum;
 use crate::fem::bricks::box_of_bricks;
 use crate::fem::{ElasticConstants, ElasticSystem};
-use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};
 use crate::mesh::tetrahedra::block::block;
 use crate::mesh::tetrahedra::{TetMesh, TetMeshError};
+use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};
 
 /// A box and how finely it is cut.
 pub(super) struct MirroredBox<'a> {

@@ -17,13 +17,13 @@ use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
 use super::mirrored_box::MirroredBox;
-use super::{Divisible, Spectrum, VibrationError, shortest_wave};
+use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::acceleration::BakeGeometry;
 use crate::fem::bricks::box_of_bricks;
 use crate::fem::{ElasticConstants, ElasticSystem};
-use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};
 use crate::mesh::tetrahedra::isosurface_stuffing::{GRID_PER_WALL, StuffingError, stuff, wall_thickness};
 use crate::mesh::tetrahedra::{TetMesh, ball, block};
+use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};
 
 /// Elements on the shortest wave for an error of about 1 %.
 const ELEMENTS_PER_WAVE: f64 = 5.0;
@@ -46,7 +46,7 @@ const COARSE_STEP: f64 = 0.55;
 const COARSE_TRIALS: i32 = 3;
 
 /// A body, and what decides how fine its meshes must be.
-pub(super) struct FilledBody<'a> {
+pub(super) struct VolumeFem<'a> {
     form: Filling<'a>,
     constants: &'a ElasticConstants,
     /// Longest extent \[m\].
@@ -76,15 +76,15 @@ pub(super) struct Filled {
     part: Option<TetMesh>,
 }
 
-impl<'a> FilledBody<'a> {
+impl<'a> VolumeFem<'a> {
     /// Bodies of revolution, which have something better, are not for this.
     pub(super) fn of(
         geometry: &'a BakeGeometry,
         constants: &'a ElasticConstants,
         most_nodes: usize,
-    ) -> Result<Self, VibrationError> {
+    ) -> Result<Self, ModalAnalysisError> {
         Ok(match geometry {
-            BakeGeometry::Ellipsoid { semi_axes } => FilledBody {
+            BakeGeometry::Ellipsoid { semi_axes } => VolumeFem {
                 form: Filling::Ellipsoid(*semi_axes),
                 constants,
                 size: 2.0 * semi_axes.max_element(),
@@ -92,7 +92,7 @@ impl<'a> FilledBody<'a> {
                 volume: 4.0 / 3.0 * PI * semi_axes.element_product(),
                 most_nodes,
             },
-            BakeGeometry::RoundedBox { edges, round: 0.0 } => FilledBody {
+            BakeGeometry::RoundedBox { edges, round: 0.0 } => VolumeFem {
                 form: Filling::Block(*edges),
                 constants,
                 size: edges.max_element(),
@@ -104,7 +104,7 @@ impl<'a> FilledBody<'a> {
                 Self::of_surface(Cow::Owned(rounded_box(*edges, *round)?), constants, most_nodes)?
             }
             BakeGeometry::Mesh(mesh) => Self::of_surface(Cow::Borrowed(mesh), constants, most_nodes)?,
-            BakeGeometry::Revolution(_) => return Err(VibrationError::Section),
+            BakeGeometry::Axisymmetric(_) => return Err(ModalAnalysisError::Section),
         })
     }
 
@@ -117,7 +117,7 @@ impl<'a> FilledBody<'a> {
         let wall = wall_thickness(&surface, &SurfaceTree::new(&surface));
         let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
         let size = (high - low).max_element();
-        Ok(FilledBody { form: Filling::Surface(surface), constants, size, wall, volume, most_nodes })
+        Ok(VolumeFem { form: Filling::Surface(surface), constants, size, wall, volume, most_nodes })
     }
 
     fn assembled(&self, mesh: &Filled) -> ElasticSystem {
@@ -143,12 +143,12 @@ impl<'a> FilledBody<'a> {
         }
     }
 
-    fn with_cells(&self, cells: [usize; 3], edge: f64) -> Result<Filled, VibrationError> {
+    fn with_cells(&self, cells: [usize; 3], edge: f64) -> Result<Filled, ModalAnalysisError> {
         let broken = StuffingError::from;
         let [elements, nodes] = self.expected(cells, edge);
         if nodes > self.most_nodes as f64 {
             let (wall, most) = (self.wall, self.most_nodes);
-            return Err(VibrationError::TooFine { wall, edge, elements, nodes, most });
+            return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
         }
         Ok(match &self.form {
             Filling::Ellipsoid(semi_axes) => {
@@ -166,7 +166,7 @@ impl<'a> FilledBody<'a> {
                 let (mesh, report) = stuff(surface, edge)?;
                 match mesh.parts() {
                     1 => Filled { mesh, edge: report.edge, cells, part: None },
-                    parts => return Err(VibrationError::LooseParts(parts)),
+                    parts => return Err(ModalAnalysisError::LooseParts(parts)),
                 }
             }
         })
@@ -187,7 +187,7 @@ fn more_cells(cells: usize) -> usize {
     if cells == 1 { 2 } else { 4 * (cells / 4 + 1) }
 }
 
-impl Divisible for FilledBody<'_> {
+impl RefinableDiscretization for VolumeFem<'_> {
     type Mesh = Filled;
     type Modes = Vec<Mode>;
 
@@ -217,7 +217,7 @@ impl Divisible for FilledBody<'_> {
         }
     }
 
-    fn coarse(&self, limit: f64, accuracy: f64) -> Result<Filled, VibrationError> {
+    fn coarse(&self, limit: f64, accuracy: f64) -> Result<Filled, ModalAnalysisError> {
         let elements = ELEMENTS_PER_WAVE * (0.01 / accuracy).powf(0.25);
         let wave = shortest_wave(self.constants, self.wall, limit);
         let edge = self.first_ratio() * (wave / elements).min(self.size / LEAST_ELEMENTS);
@@ -230,7 +230,7 @@ impl Divisible for FilledBody<'_> {
                 let mut trial = self.with_cells([0; 3], edge);
                 for k in 1..COARSE_TRIALS {
                     match trial {
-                        Err(VibrationError::Mesh(StuffingError::Unresolved { .. })) => {
+                        Err(ModalAnalysisError::Mesh(StuffingError::Unresolved { .. })) => {
                             trial = self.with_cells([0; 3], edge * COARSE_STEP.powi(k));
                         }
                         _ => break,
@@ -241,7 +241,7 @@ impl Divisible for FilledBody<'_> {
         }
     }
 
-    fn finer(&self, than: &Filled, ratio: f64) -> Result<Filled, VibrationError> {
+    fn finer(&self, than: &Filled, ratio: f64) -> Result<Filled, ModalAnalysisError> {
         let edge = than.edge / ratio;
         let cells = match &self.form {
             Filling::Block(edges) => {

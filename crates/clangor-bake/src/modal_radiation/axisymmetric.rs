@@ -21,9 +21,9 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use clangor_core::geometry::meridian::Meridian;
+use clangor_core::math::spherical_harmonics::count;
 use clangor_core::sound_model::modal::model::ModalTransfer;
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use clangor_core::math::spherical_harmonics::count;
 use glam::{DMat3, DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ use self::harmonic_rotation::{HarmonicRotation, place};
 use super::surface_motion::{MotionSampler, balance, volume_flux};
 use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
-use crate::bem::axisymmetric::RevolutionOptions;
+use crate::bem::axisymmetric::AxisymmetricOptions;
 use crate::bem::axisymmetric::azimuthal::{AzimuthalSolver, MeridianMesh, MeridianNode, RingWave};
 use crate::radiation::RadiationError;
 
@@ -56,24 +56,24 @@ const SAMPLES: [usize; 2] = [64, 512];
 
 /// The solver of one body of revolution.
 #[derive(Clone, Debug)]
-pub struct RoundSolver {
+pub struct AxisymmetricModalSolver {
     meridian: Meridian,
     /// Directions e₁, e₂ across the axis, from which φ is counted, and the axis.
     frame: DMat3,
-    options: RevolutionOptions,
+    options: AxisymmetricOptions,
 }
 
-impl RoundSolver {
+impl AxisymmetricModalSolver {
     /// For a meridian whose y = 0 is the centre of mass, turned about `axis` through the origin.
     pub fn new(meridian: &Meridian, axis: DVec3) -> Self {
         let axis = axis.normalize();
         let first = axis.any_orthonormal_vector();
         let frame = DMat3::from_cols(first, axis.cross(first), axis);
-        RoundSolver { meridian: meridian.clone(), frame, options: RevolutionOptions::new(0.0) }
+        AxisymmetricModalSolver { meridian: meridian.clone(), frame, options: AxisymmetricOptions::new(0.0) }
     }
 
     /// With panels of another fineness; the highest wavenumber of the options is not used.
-    pub fn with_options(mut self, options: RevolutionOptions) -> Self {
+    pub fn with_options(mut self, options: AxisymmetricOptions) -> Self {
         self.options = options;
         self
     }
@@ -116,7 +116,7 @@ struct Cluster {
     modes: Vec<usize>,
 }
 
-impl ModalSolver for RoundSolver {
+impl ModalSolver for AxisymmetricModalSolver {
     fn transfers(
         &self,
         surface: &ModalSurface,
@@ -194,7 +194,7 @@ impl ModalSolver for RoundSolver {
     }
 }
 
-impl RoundSolver {
+impl AxisymmetricModalSolver {
     /// Where motions up to a wavenumber [1/m] are sampled.
     fn rings(
         &self,

@@ -11,7 +11,7 @@
 //!
 //! Each octave has its own mesh, as fine as its waves, the walls and the edges ask for
 //! ([`resolution`](crate::mesh::remesh::resolution)); bending waves, which may be shorter than the waves in air, need no mesh,
-//! only a quadrature ([`SurfaceLoads`]). Mirror planes divide the systems; a mode has one parity, mostly.
+//! only a quadrature ([`NormalVelocityProjection`]). Mirror planes divide the systems; a mode has one parity, mostly.
 //!
 //! Lengths are in bounding radii, and digits that rounding may change do not count where triangles are chosen: a body of another size
 //! has the same triangles, scaled, and with its frequencies in proportion the same transfers.
@@ -29,15 +29,15 @@ use glam::{BVec3, DMat3, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::modal_radiation::normal_velocity_projection::SurfaceLoads;
 use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::has_cavities;
 use crate::bem::triangles::{Equation, GalerkinSolver, MOST_ORDER};
 use crate::geometry_class::mirror_symmetry::mirror_planes;
-use crate::radiation::RadiationError;
 use crate::mesh::remesh::resolution::resolution;
 use crate::mesh::remesh::{RemeshError, SymmetricMesh, remesh, remesh_symmetric};
+use crate::modal_radiation::normal_velocity_projection::NormalVelocityProjection;
+use crate::radiation::RadiationError;
 
 /// Spacing in κ of a ladder around bodies without cavities.
 const SOLID_SPACING: f64 = 0.75;
@@ -167,7 +167,7 @@ impl ModalSolver for TriangleModes {
             let highest = rungs.iter().map(|rung| rung.wavenumber).fold(0.0, f64::max);
             let solver = GalerkinSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?;
             let mesh = band.mesh.whole().0;
-            let operator = SurfaceLoads::new(surface, &mesh).ok_or(RadiationError::Empty)?;
+            let operator = NormalVelocityProjection::new(surface, &mesh).ok_or(RadiationError::Empty)?;
             let loads: Vec<Vec<f64>> = own.iter().map(|i| operator.of(motions[*i].shape)).collect();
             let orders: Vec<usize> = wavenumbers.iter().map(|k| order(k * radius)).collect();
             let mut sums: Vec<Vec<Complex64>> =

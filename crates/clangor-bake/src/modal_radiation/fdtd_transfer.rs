@@ -8,18 +8,18 @@ use std::ops::ControlFlow;
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::math::radial::outgoing;
 use clangor_core::sound_model::modal::model::ModalTransfer;
 use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator};
-use clangor_core::math::radial::outgoing;
 use glam::DVec3;
 use num_complex::Complex64;
 
 use super::surface_motion::volume_flux;
-use crate::modal_radiation::bem_transfer::{order, trimmed};
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::{BakeProgress, has_cavities, watched};
-use crate::radiation::RadiationError;
 use crate::fdtd::{Boundary, WaveError, WaveMotion, WaveOptions, WaveSolver};
+use crate::modal_radiation::bem_transfer::{order, trimmed};
+use crate::radiation::RadiationError;
 
 /// Cells on the shortest wave, across a wall and on the radius, at least.
 const CELLS: [f64; 3] = [10.0, 2.0, 8.0];
@@ -103,8 +103,9 @@ impl ModalSolver for WaveModes {
         if progress(0).is_break() {
             return Err(RadiationError::Interrupted);
         }
-        let mut told = |told: &BakeProgress| progress((told.done * motions.len() as f64) as usize);
-        let solved = watched(&mut told, |report| self.solver.run_modes(&driven, report))
+        let mut on_progress =
+            |on_progress: &BakeProgress| progress((on_progress.done * motions.len() as f64) as usize);
+        let solved = watched(&mut on_progress, |report| self.solver.run_modes(&driven, report))
             .map_err(|_| RadiationError::Interrupted)?;
         let of_motion = |(motion, mut coefficients): (&ModalMotion<'_>, Vec<Complex64>)| {
             // From the sphere around the surface to the one around the elements.

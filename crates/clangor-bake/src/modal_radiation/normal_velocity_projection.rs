@@ -35,7 +35,7 @@ const MOST_PARTS: usize = 8;
 
 /// From the motion of the nodes to the loads, the same for all modes.
 #[derive(Clone, Debug)]
-pub struct SurfaceLoads {
+pub struct NormalVelocityProjection {
     /// First entry of each vertex, one more than vertices.
     starts: Vec<u32>,
     /// Node, and what its motion counts [m²].
@@ -46,7 +46,7 @@ pub struct SurfaceLoads {
     flux: Vec<DVec3>,
 }
 
-impl SurfaceLoads {
+impl NormalVelocityProjection {
     /// For a mesh near the surface; `None` if either is empty.
     pub fn new(surface: &ModalSurface, mesh: &TriMesh) -> Option<Self> {
         if surface.triangles.is_empty() || mesh.triangles.is_empty() {
@@ -72,7 +72,7 @@ impl SurfaceLoads {
             let area = mesh.area_vector(t).length();
             corners.iter().for_each(|v| areas[*v as usize] += area / 3.0);
         }
-        Some(SurfaceLoads { starts, entries, areas, flux: node_fluxes(surface) })
+        Some(NormalVelocityProjection { starts, entries, areas, flux: node_fluxes(surface) })
     }
 
     /// wᵢ of a mode with this motion of the nodes, in its units times m².

@@ -22,13 +22,13 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::model::ModalTransfer;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 
-use crate::modal_radiation::bem_transfer::{TriangleModes, centred_mirrors};
-use crate::modal_radiation::fdtd_transfer::WaveModes;
 use super::{ModalMotion, ModalSolver};
 use crate::acceleration::BakeError;
 use crate::bem::triangles::MOST_UNKNOWNS;
-use crate::radiation::RadiationError;
 use crate::mesh::remesh::resolution::resolution;
+use crate::modal_radiation::bem_transfer::{TriangleModes, centred_mirrors};
+use crate::modal_radiation::fdtd_transfer::WaveModes;
+use crate::radiation::RadiationError;
 
 /// CPU-s per square of the unknowns, and per cube of those of a system.
 const ASSEMBLY: f64 = 5e-8;

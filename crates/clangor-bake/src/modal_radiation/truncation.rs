@@ -3,8 +3,8 @@
 //! What is left out is next to nothing of the radiated power and of the square pressure at one and a half bounding radii,
 //! where a mode of short waves that hardly radiates may still be heard.
 
-use clangor_core::sound_model::modal::model::ModalTransfer;
 use clangor_core::math::radial::outgoing;
+use clangor_core::sound_model::modal::model::ModalTransfer;
 use num_complex::Complex64;
 
 /// Part of the power, and of the square pressure at [`NEAR`] bounding radii, that the orders left out may have.

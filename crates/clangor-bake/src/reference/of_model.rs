@@ -4,15 +4,15 @@
 //! highest κ. Beside it stand 2h, 4h and 8h (\[PAN\] fig. 9), sampled at steps that grow with them. N = 2 powers of 1/r are
 //! fitted to M = 5 radii, as printed.
 
-use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::reference::pan_representation::directions::Directions;
-use clangor_core::reference::pan_representation::{PublishedError, PublishedModel};
+use clangor_core::reference::pan_representation::{PanError, PanModel};
+use clangor_core::sound_model::acceleration::model::AccelerationModel;
 
-use super::{FieldSampler, Fit, PublishedFitError, PublishedOptions, fit};
+use super::{FieldSampler, Fit, PanFitError, PanOptions, fit};
 
 /// Which of the published forms.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PublishedForm {
+pub enum PanForm {
     /// \[PAN\]: a grid in angles, all samples.
     Angles {
         /// Divisions of the polar angle.
@@ -29,7 +29,7 @@ pub enum PublishedForm {
 
 /// Why a field has no published form.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PublishedModelError {
+pub enum PanModelError {
     /// It is not symmetric.
     #[error(
         "the octant needs a body with three planes of symmetry along its axes, and {part:.1e} of this field is not \
@@ -41,10 +41,10 @@ pub enum PublishedModelError {
     },
     /// The fit failed.
     #[error(transparent)]
-    Fit(#[from] PublishedFitError),
+    Fit(#[from] PanFitError),
     /// The result cannot be played.
     #[error(transparent)]
-    Model(#[from] PublishedError),
+    Model(#[from] PanError),
 }
 
 /// Longest pulse over the shortest, as a power of two.
@@ -59,20 +59,17 @@ const MOST_ASYMMETRY: f64 = 1e-3;
 /// Fits the published representation to a model.
 ///
 /// # Errors
-/// [`PublishedModelError`].
-pub fn published_model(
-    model: &AccelerationModel,
-    form: PublishedForm,
-) -> Result<PublishedModel, PublishedModelError> {
+/// [`PanModelError`].
+pub fn pan_model(model: &AccelerationModel, form: PanForm) -> Result<PanModel, PanModelError> {
     let field = &model.field;
     let (directions, how) = match form {
-        PublishedForm::Angles { rows, columns } => {
+        PanForm::Angles { rows, columns } => {
             (Directions::Angles { rows, columns }, Fit::TruncatedSvd { truncation: TRUNCATION })
         }
-        PublishedForm::Octant { tolerance } => {
+        PanForm::Octant { tolerance } => {
             let part = asymmetry(model);
             if part > MOST_ASYMMETRY {
-                return Err(PublishedModelError::Asymmetric { part });
+                return Err(PanModelError::Asymmetric { part });
             }
             (Directions::OCTANT_45, Fit::Wavelets { tolerance })
         }
@@ -84,12 +81,12 @@ pub fn published_model(
             // From before the body's near side speaks until all has died away, with room for the ends of the fit.
             let seconds = field.ring_time + 2.0 + 4.0 * pulse + 64.0 * step;
             let length = ((seconds / step).ceil() as usize).next_power_of_two();
-            let options = PublishedOptions { pulse, step, length, terms: 2, radii: 5, directions, fit: how };
+            let options = PanOptions { pulse, step, length, terms: 2, radii: 5, directions, fit: how };
             let sampler = FieldSampler::new(field, &options.wavenumbers());
             fit(&options, &|x| sampler.spectra(x))
         })
         .collect::<Result<_, _>>()?;
-    Ok(PublishedModel::new(model.radius, fields)?)
+    Ok(PanModel::new(model.radius, fields)?)
 }
 
 /// Part of a field, relative L2 of its coefficients, that a body with three planes of symmetry does not have.

@@ -1,14 +1,14 @@
 //! Signals in time from spectra, and spectra from a field.
 
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES};
-use clangor_core::reference::pan_representation::pulse;
 use clangor_core::math::radial::outgoing;
 use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
+use clangor_core::reference::pan_representation::pulse;
+use clangor_core::sound_model::acceleration::field::{AccelerationField, RIGID_DOFS};
 use glam::DVec3;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
-use super::PublishedOptions;
+use super::PanOptions;
 
 /// κ = 2πm/(T Δt), m = 0 … T/2.
 pub(super) fn wavenumbers(step: f64, length: usize) -> Vec<f64> {
@@ -17,7 +17,7 @@ pub(super) fn wavenumbers(step: f64, length: usize) -> Vec<f64> {
 }
 
 /// The spectrum of ψ at the wavenumbers of the options.
-pub(super) fn pulse_spectrum(options: &PublishedOptions) -> Vec<f64> {
+pub(super) fn pulse_spectrum(options: &PanOptions) -> Vec<f64> {
     options.wavenumbers().iter().map(|k| pulse::pulse_spectrum(*k, options.pulse)).collect()
 }
 
@@ -85,7 +85,7 @@ impl<'a> FieldSampler<'a> {
     }
 
     /// p e^{iκ|x|}/(ρR) of z = e_1 … e_6 at `x` \[R\].
-    pub fn spectra(&self, x: DVec3) -> [Vec<Complex64>; DEGREES] {
+    pub fn spectra(&self, x: DVec3) -> [Vec<Complex64>; RIGID_DOFS] {
         let field = self.field;
         let count = field.nodes.len();
         let order = field.order();
@@ -100,7 +100,7 @@ impl<'a> FieldSampler<'a> {
             factors[0] *= node.s * node.s;
             radial.extend_from_slice(&factors);
         }
-        let mut values = vec![Complex64::ZERO; DEGREES * count];
+        let mut values = vec![Complex64::ZERO; RIGID_DOFS * count];
         for (row, term) in field.terms.iter().enumerate() {
             let n = usize::from(term.n);
             let y = harmonics[index(n, isize::from(term.m))];

@@ -1,16 +1,16 @@
 //! Least squares for the signals q_k of the series Σ q_k/r^k.
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
 use clangor_core::reference::pan_representation::pulse;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use faer::Mat;
 use num_complex::Complex64;
 
-use super::{PublishedFitError, PublishedOptions};
+use super::{PanFitError, PanOptions};
 
 /// The N × M pseudo-inverse of the matrix r_i^{−k}: \[PROXY\] eq. (14) is the same system for every coefficient.
-pub(super) fn pseudo_inverse(radii: &[f64], terms: usize) -> Result<Vec<Vec<f64>>, PublishedFitError> {
+pub(super) fn pseudo_inverse(radii: &[f64], terms: usize) -> Result<Vec<Vec<f64>>, PanFitError> {
     let matrix = Mat::from_fn(radii.len(), terms, |i, k| radii[i].powi(-(k as i32 + 1)));
-    let svd = matrix.thin_svd().map_err(|_| PublishedFitError::SingularValues)?;
+    let svd = matrix.thin_svd().map_err(|_| PanFitError::SingularValues)?;
     let (u, v, s) = (svd.U(), svd.V(), svd.S().column_vector());
     Ok((0..terms)
         .map(|k| (0..radii.len()).map(|i| (0..terms).map(|l| v[(k, l)] * u[(i, l)] / s[l]).sum()).collect())
@@ -29,11 +29,7 @@ pub(super) struct CirculantFit {
 }
 
 impl CirculantFit {
-    pub(super) fn new(
-        options: &PublishedOptions,
-        radii: &[f64],
-        truncation: f64,
-    ) -> Result<Self, PublishedFitError> {
+    pub(super) fn new(options: &PanOptions, radii: &[f64], truncation: f64) -> Result<Self, PanFitError> {
         let (terms, count) = (options.terms, radii.len());
         let wavenumbers = options.wavenumbers();
         let mut decompositions = Vec::with_capacity(wavenumbers.len());
@@ -42,7 +38,7 @@ impl CirculantFit {
             let gains: Vec<Complex64> =
                 radii.iter().map(|r| delayed_filter(wavenumber, *r, options.step)).collect();
             let matrix = Mat::from_fn(count, terms, |i, k| gains[i] * radii[i].powi(-(k as i32 + 1)));
-            let svd = matrix.thin_svd().map_err(|_| PublishedFitError::SingularValues)?;
+            let svd = matrix.thin_svd().map_err(|_| PanFitError::SingularValues)?;
             largest = largest.max(svd.S().column_vector()[0].re);
             decompositions.push(svd);
         }
@@ -65,7 +61,7 @@ impl CirculantFit {
     /// Spectra of the q_k from those of the pressures without delay at the radii.
     pub(super) fn solve(
         &self,
-        shells: &[[Vec<Complex64>; DEGREES]],
+        shells: &[[Vec<Complex64>; RIGID_DOFS]],
         degree: usize,
         pulse: &[f64],
     ) -> Vec<Vec<Complex64>> {

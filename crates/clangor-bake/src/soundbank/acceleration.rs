@@ -12,13 +12,13 @@
 
 use std::ops::ControlFlow;
 
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES};
-use clangor_core::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 use clangor_core::math::radial::outgoing;
+use clangor_core::sound_model::acceleration::field::{AccelerationField, RIGID_DOFS};
+use clangor_core::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 use glam::DVec3;
 
 use crate::acceleration::{BakeError, BakeOptions, BakeProgress, Evidence, Method, bake_with};
-use crate::bem::symmetric_patches::OctantSolver;
+use crate::bem::symmetric_patches::SymmetricPatchSolver;
 
 /// Values of B and of C, in units of A.
 const STEPS: usize = 11;
@@ -72,7 +72,7 @@ pub fn bank_entry(
 ) -> Result<(BankEntry, Evidence), BakeError> {
     // Half of the error is the solver's and the fit's, half that of the terms left out.
     let options = BakeOptions { method: Method::Bem, ..BakeOptions::new(max_wavenumber, 0.5 * accuracy) };
-    let solver = OctantSolver::ellipsoid(DVec3::new(1.0, b, c), max_wavenumber, options.accuracy)?;
+    let solver = SymmetricPatchSolver::ellipsoid(DVec3::new(1.0, b, c), max_wavenumber, options.accuracy)?;
     let (mut model, mut evidence) = bake_with(&solver, SPACING, &options, progress)?;
     evidence.method = "boundary elements on one octant".to_owned();
     evidence.unknowns = solver.unknowns();
@@ -90,7 +90,7 @@ fn leave_out_faint_terms(field: &mut AccelerationField, accuracy: f64) {
     for (j, node) in field.nodes.iter().enumerate() {
         let mut radial = Vec::new();
         outgoing(node.s, NEAREST, order, &mut radial);
-        let mut by_motion = [0.0; DEGREES];
+        let mut by_motion = [0.0; RIGID_DOFS];
         for (row, term) in field.terms.iter().enumerate() {
             let value =
                 f64::from(field.real[row * count + j]).hypot(f64::from(field.imaginary[row * count + j]));
@@ -104,7 +104,7 @@ fn leave_out_faint_terms(field: &mut AccelerationField, accuracy: f64) {
         (0..field.terms.len()).filter(|&row| field.terms[row].n > 2).map(|row| (level(row), row)).collect();
     faintest.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
     let mut keep = vec![true; field.terms.len()];
-    let mut left_out = [0.0; DEGREES];
+    let mut left_out = [0.0; RIGID_DOFS];
     for (level, row) in faintest {
         let sum = &mut left_out[usize::from(field.terms[row].degree)];
         *sum += level;

@@ -16,10 +16,10 @@ pub mod surface;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor_core::sound_model::soundbank::modal_soundbank::{
-    BankMaterial, EllipsoidMode, ModalBankError, ModalSoundbank, RingingEllipsoid, parity_harmonics,
-};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
+use clangor_core::sound_model::soundbank::modal_soundbank::{
+    BankMaterial, EllipsoidMode, ModalSoundbank, ModalSoundbankError, RingingEllipsoid, parity_harmonics,
+};
 use glam::DVec3;
 
 use crate::acceleration::{BakeGeometry, BakeProgress};
@@ -67,7 +67,7 @@ impl BankOptions {
 
 /// Why there is no bank.
 #[derive(Debug, thiserror::Error)]
-pub enum ModalBankBakeError {
+pub enum ModalSoundbankBakeError {
     /// The sound of an ellipsoid cannot be computed.
     #[error("ellipsoid {semi_axes}: {source}")]
     Ellipsoid {
@@ -86,7 +86,7 @@ pub enum ModalBankBakeError {
     },
     /// What was baked is no bank.
     #[error(transparent)]
-    Bank(#[from] ModalBankError),
+    Bank(#[from] ModalSoundbankError),
     /// Stopped by the caller.
     #[error("interrupted")]
     Interrupted,
@@ -95,17 +95,17 @@ pub enum ModalBankBakeError {
 /// Bakes a bank. `progress` is told which part is done.
 ///
 /// # Errors
-/// [`ModalBankBakeError`].
+/// [`ModalSoundbankBakeError`].
 pub fn build_bank(
     options: &BankOptions,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<ModalSoundbank, ModalBankBakeError> {
+) -> Result<ModalSoundbank, ModalSoundbankBakeError> {
     let polynomials = BallPolynomials::new(options.degree);
     let samples = sampling::samples(&polynomials, options)?;
     let mut entries = Vec::with_capacity(samples.len());
     for (at, semi_axes) in samples.iter().enumerate() {
-        let mut told = |p: &BakeProgress| progress((at as f64 + p.done) / samples.len() as f64);
-        entries.push(ringing_ellipsoid(&polynomials, *semi_axes, options, &mut told)?);
+        let mut on_progress = |p: &BakeProgress| progress((at as f64 + p.done) / samples.len() as f64);
+        entries.push(ringing_ellipsoid(&polynomials, *semi_axes, options, &mut on_progress)?);
     }
     Ok(ModalSoundbank::try_new(options.material, options.degree, entries)?)
 }
@@ -118,13 +118,13 @@ fn in_hertz(material: &BankMaterial, angular_frequency: f64) -> f64 {
 /// Bakes one ellipsoid, a ≤ b ≤ c with a² + b² + c² = 1 m².
 ///
 /// # Errors
-/// [`ModalBankBakeError`].
+/// [`ModalSoundbankBakeError`].
 pub fn ringing_ellipsoid(
     polynomials: &BallPolynomials,
     semi_axes: DVec3,
     options: &BankOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
-) -> Result<RingingEllipsoid, ModalBankBakeError> {
+) -> Result<RingingEllipsoid, ModalSoundbankBakeError> {
     let material = &options.material;
     let first = in_hertz(material, polynomials.first(semi_axes, material.poisson_ratio));
     let size = (first / options.least_first_frequency).min(options.largest_size);
@@ -139,8 +139,8 @@ pub fn ringing_ellipsoid(
     };
     let mut evidence = ModalEvidence::default();
     match radiate(&geometry, &mut model.model, &mut evidence, &settings, progress) {
-        Err(ModalBakeError::Interrupted) => return Err(ModalBankBakeError::Interrupted),
-        Err(source) => return Err(ModalBankBakeError::Ellipsoid { semi_axes, source }),
+        Err(ModalBakeError::Interrupted) => return Err(ModalSoundbankBakeError::Interrupted),
+        Err(source) => return Err(ModalSoundbankBakeError::Ellipsoid { semi_axes, source }),
         Ok(()) => {}
     }
     let modes = model.model.modes.into_iter().zip(model.modes).map(|(mode, own)| EllipsoidMode {

@@ -20,11 +20,11 @@ use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
 
-use crate::quadrature::TRIANGLE_FIFTH_DEGREE;
 use crate::mesh::tetrahedra::TetMesh;
+use crate::quadrature::TRIANGLE_FIFTH_DEGREE;
 
 /// The surface of a body, ready for loads.
-pub(super) struct SurfaceLoads {
+pub(super) struct ContactTractions {
     surface: TriMesh,
     tree: SurfaceTree,
     /// The six nodes of each triangle.
@@ -36,7 +36,7 @@ pub(super) struct SurfaceLoads {
     radius: f64,
 }
 
-impl SurfaceLoads {
+impl ContactTractions {
     pub(super) fn new(mesh: &TetMesh, radius: f64) -> Self {
         let faces = mesh.surface();
         let mut vertices: Vec<u32> = faces.iter().flat_map(|f| [f[0], f[1], f[2]]).collect();
@@ -54,7 +54,7 @@ impl SurfaceLoads {
             vertices: vertices.iter().map(|n| mesh.nodes[*n as usize]).collect(),
             triangles: corners,
         };
-        SurfaceLoads {
+        ContactTractions {
             tree: SurfaceTree::new(&surface),
             surface,
             faces,

@@ -95,14 +95,14 @@ pub fn fracture_mesh(geometry: &BakeGeometry, edge: Option<f64>) -> Result<TetMe
             let cells = finest(edges.max_element(), edge, |edge| cells(*edges, edge))?;
             (rounded_box(*edges, *round, cells)?, rounded_box_volume(*edges, *round), DVec3::ZERO)
         }
-        BakeGeometry::Revolution(meridian) => {
+        BakeGeometry::Axisymmetric(meridian) => {
             let centre = DVec3::Y * meridian.centre_of_mass();
-            (turned_mesh(meridian, edge)?, meridian.volume(), centre)
+            (axisymmetric_mesh(meridian, edge)?, meridian.volume(), centre)
         }
         BakeGeometry::Mesh(surface) => {
             let mass = MassProperties::of(surface).map_err(StuffingError::Input)?;
             let mesh = match fitted_meridian(surface) {
-                Some(fit) => turned_mesh(&fit.meridian, edge)?,
+                Some(fit) => axisymmetric_mesh(&fit.meridian, edge)?,
                 None => {
                     // The grid has two points and fourteen edges per cube.
                     let edge = edge.unwrap_or((16.0 * mass.volume / NODES as f64).cbrt());
@@ -205,7 +205,7 @@ fn rounded_box_volume(edges: DVec3, round: f64) -> f64 {
 }
 
 /// A grid on a thin wall, or a section filled with triangles and turned.
-fn turned_mesh(meridian: &Meridian, edge: Option<f64>) -> Result<TetMesh, FractureMeshError> {
+fn axisymmetric_mesh(meridian: &Meridian, edge: Option<f64>) -> Result<TetMesh, FractureMeshError> {
     if let Some(dish) = Dish::of(meridian) {
         let sizes = DVec3::new(dish.width(), dish.width(), dish.thickness());
         // Even, so that there is a node on the axis.
@@ -249,5 +249,5 @@ fn turned_mesh(meridian: &Meridian, edge: Option<f64>) -> Result<TetMesh, Fractu
     let corners =
         section.elements.iter().flat_map(|t| [t[0], t[1], t[2]]).max().map_or(0, |n| n as usize + 1);
     let triangles: Vec<[u32; 3]> = section.elements.iter().map(|t| [t[0], t[1], t[2]]).collect();
-    Ok(axisymmetric::axisymmetric(&section.nodes[..corners], &triangles, sectors)?)
+    Ok(axisymmetric::sweep_section(&section.nodes[..corners], &triangles, sectors)?)
 }

@@ -1,7 +1,7 @@
 //! Fields known in closed form at every wavenumber, to fit and to compare with.
 
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -16,7 +16,7 @@ pub(crate) struct Ball {
 }
 
 /// p e^{iκ|x|}/(ρR) of the six motions of balls that are fixed to one another and do not scatter each other's sound.
-pub(crate) fn spectra(balls: &[Ball], x: DVec3, wavenumbers: &[f64]) -> [Vec<Complex64>; DEGREES] {
+pub(crate) fn spectra(balls: &[Ball], x: DVec3, wavenumbers: &[f64]) -> [Vec<Complex64>; RIGID_DOFS] {
     let unit = Medium { density: 1.0, sound_speed: 1.0 };
     let mut sums = std::array::from_fn(|_| vec![Complex64::ZERO; wavenumbers.len()]);
     for ball in balls {

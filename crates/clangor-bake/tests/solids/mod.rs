@@ -2,8 +2,8 @@
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::shape::Shape;
+use clangor_core::sound_model::modal::surface::ModalSurface;
 
 /// A named shape about its centre of mass.
 pub(crate) fn shape(text: &str) -> TriMesh {

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::material::Material;
-use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::scene::instantiate::LoadedGeometry;
+use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_pipeline::interchange::audio_rigid_bodies::{EXTENSION, Played, choose_body, read_audio_bodies};
 use clangor_pipeline::stages::load::mesh_geometry;
 

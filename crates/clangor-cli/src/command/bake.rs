@@ -2,33 +2,33 @@
 
 pub(super) mod modal_report;
 pub(super) mod model_report;
-pub(super) mod published_report;
+pub(super) mod pan_report;
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
 
+use clangor_bake::acceleration::{BakeOptions, BakeProgress, Method};
+use clangor_bake::fdtd::WaveDevice;
+use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::reference::PanForm;
 use clangor_core::material::{Material, presets};
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::scene::Scene;
+use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::{RenderSettings, SampleRate};
-use clangor_bake::acceleration::{BakeOptions, BakeProgress, Method};
-use clangor_bake::modal::ModalBakeOptions;
-use clangor_bake::reference::PublishedForm;
-use clangor_bake::fdtd::WaveDevice;
 use clangor_pipeline::formats::atomic_file::{check_folder, write_atomically};
-use clangor_pipeline::stages::load::{LoadedScene, geometry_reference, load_geometry};
 use clangor_pipeline::formats::model_cache::ModelCache;
+use clangor_pipeline::formats::soundbank::default_bank;
+use clangor_pipeline::stages::load::{LoadedScene, geometry_reference, load_geometry};
 use clangor_pipeline::stages::sound_models::ringers::{FoundModes, RingingPlan};
 use clangor_pipeline::stages::sound_models::ringing::{ModalRequest, ObtainedModes, obtain_modes};
 use clangor_pipeline::stages::sound_models::sources::SourceSettings;
 use clangor_pipeline::stages::sound_models::{
     ModelRequest, Obtained, RequestError, obtain, publish, shared_requests,
 };
-use clangor_pipeline::formats::soundbank::default_bank;
 use serde_json::{Value, json};
 
 use super::audio_file::audio_input;
@@ -126,7 +126,7 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
     let request =
         ModelRequest::new(&options.input, &loaded.surface, loaded.mass, bake_options).map_err(refused)?;
     let mut obtained = obtain_with_progress(&request, cache, console)?;
-    if options.representation == Representation::Published {
+    if options.representation == Representation::Pan {
         warn(&obtained, &options.input, console);
         return published(&obtained.model, options, output, console);
     }
@@ -218,11 +218,11 @@ fn modes_with_progress(
     console: &Console,
 ) -> Result<ObtainedModes, Failure> {
     let progress = console.progress("modes", 1.0);
-    let mut told = |p: &BakeProgress| {
+    let mut on_progress = |p: &BakeProgress| {
         progress.stage(p.stage);
         progress.reached(p.done)
     };
-    Ok(obtain_modes(request, cache, &mut told)?)
+    Ok(obtain_modes(request, cache, &mut on_progress)?)
 }
 
 /// What a person should know of modes and of the cache.
@@ -234,14 +234,14 @@ fn warn_of_modes(modes: &ObtainedModes, name: &str, console: &Console) {
 /// A model in the published representation, into a file.
 fn published(file: &ModelFile, options: &Bake, output: &Path, console: &Console) -> Result<(), Failure> {
     let form = match options.grid {
-        Grid::Coarse => PublishedForm::Angles { rows: 5, columns: 10 },
-        Grid::Fine => PublishedForm::Angles { rows: 40, columns: 80 },
-        Grid::Octant => PublishedForm::Octant { tolerance: 0.01 },
+        Grid::Coarse => PanForm::Angles { rows: 5, columns: 10 },
+        Grid::Fine => PanForm::Angles { rows: 40, columns: 80 },
+        Grid::Octant => PanForm::Octant { tolerance: 0.01 },
     };
     let file = publish(file, form).map_err(Failure::new)?;
     let bytes = file.encode().map_err(Failure::new)?;
     write_atomically(output, &bytes).map_err(Failure::new)?;
-    published_report::say(console, output, &file, bytes.len() as u64);
+    pan_report::say(console, output, &file, bytes.len() as u64);
     Ok(())
 }
 
@@ -252,7 +252,7 @@ fn scene(
     cache: Option<&ModelCache>,
     console: &Console,
 ) -> Result<(), Failure> {
-    if options.representation == Representation::Published {
+    if options.representation == Representation::Pan {
         return Err(Failure::new(
             "the published representation is baked for one shape or mesh, and played with render --model",
         ));
@@ -386,11 +386,11 @@ fn obtain_with_progress(
     console: &Console,
 ) -> Result<Obtained, Failure> {
     let progress = console.progress("bake", 1.0);
-    let mut told = |p: &BakeProgress| {
+    let mut on_progress = |p: &BakeProgress| {
         progress.stage(p.stage);
         progress.reached(p.done)
     };
-    Ok(obtain(request, cache, &mut told)?)
+    Ok(obtain(request, cache, &mut on_progress)?)
 }
 
 /// What a person should know of a model and of the cache.

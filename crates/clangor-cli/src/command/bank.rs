@@ -3,15 +3,15 @@
 use std::path::Path;
 use std::time::Instant;
 
+use clangor_bake::soundbank::modal::BankOptions as ModalSoundbankOptions;
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::files::ellipsoid_bank_file::BankFile;
-use clangor_core::sound_model::files::modal_soundbank_file::ModalBankFile;
-use clangor_bake::soundbank::modal::BankOptions as ModalBankOptions;
+use clangor_core::sound_model::files::modal_soundbank_file::ModalSoundbankFile;
 use clangor_pipeline::formats::atomic_file::{check_folder, write_atomically};
-use clangor_pipeline::formats::modal_soundbank::{bank_material, build_modal_bank};
+use clangor_pipeline::formats::modal_soundbank::{bank_material, build_modal_soundbank};
 use clangor_pipeline::formats::model_cache::ModelCache;
-use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use clangor_pipeline::formats::soundbank::{BankOptions, build_bank};
+use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
 use super::bake::preset;
@@ -42,13 +42,14 @@ pub(crate) fn run(options: &Bank, global: &Global, console: &Console) -> Result<
                 report(console, file, &bank);
                 Ok(())
             }
-            SoundFile::ModalBank(bank) => {
+            SoundFile::ModalSoundbank(bank) => {
                 report_modal(console, file, &bank);
                 Ok(())
             }
-            SoundFile::Model(_) | SoundFile::Modal(_) | SoundFile::Published(_) => Err(Failure::new(
-                format_args!("{} is the model of one body; see clangor inspect", file.display()),
-            )),
+            SoundFile::Model(_) | SoundFile::Modal(_) | SoundFile::Pan(_) => Err(Failure::new(format_args!(
+                "{} is the model of one body; see clangor inspect",
+                file.display()
+            ))),
         },
     }
 }
@@ -83,21 +84,21 @@ fn build_modal(
         check_folder(output).map_err(Failure::new)?;
     }
     let material = preset(name)?;
-    let mut options = ModalBankOptions::new(bank_material(&material, Medium::AIR));
+    let mut options = ModalSoundbankOptions::new(bank_material(&material, Medium::AIR));
     options.accuracy = accuracy.unwrap_or(options.accuracy);
     let started = Instant::now();
     let progress = console.progress("modal bank", 1.0);
-    let built = build_modal_bank(&material.name, &options, &mut |done| progress.reached(done));
+    let built = build_modal_soundbank(&material.name, &options, &mut |done| progress.reached(done));
     drop(progress);
     let bytes = built.map_err(Failure::new)?.encode().map_err(Failure::new)?;
     // What is reported is what was stored.
-    let stored = ModalBankFile::decode(&bytes).map_err(Failure::new)?;
+    let stored = ModalSoundbankFile::decode(&bytes).map_err(Failure::new)?;
     let path = match (output, ModelCache::find(global.cache.as_deref())) {
         (Some(output), _) => {
             write_atomically(output, &bytes).map_err(Failure::new)?;
             output.to_path_buf()
         }
-        (None, Some(cache)) => cache.write_modal_bank(&stored).map_err(Failure::new)?,
+        (None, Some(cache)) => cache.write_modal_soundbank(&stored).map_err(Failure::new)?,
         (None, None) => {
             return Err(Failure::new("there is no cache: name a file with -o, or a cache with --cache"));
         }
@@ -108,7 +109,7 @@ fn build_modal(
 }
 
 /// What is in a bank of ringing ellipsoids.
-pub(super) fn report_modal(console: &Console, path: &Path, file: &ModalBankFile) {
+pub(super) fn report_modal(console: &Console, path: &Path, file: &ModalSoundbankFile) {
     let (bank, origin) = (&file.bank, &file.origin);
     let entries = bank.entries();
     let bytes = std::fs::metadata(path).map_or(0, |m| m.len());

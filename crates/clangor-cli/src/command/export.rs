@@ -7,9 +7,11 @@ use std::path::Path;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
 use clangor_core::material::{Material, presets};
-use clangor_core::sound_model::files::model_file::Solid;
 use clangor_core::shape::{Form, Shape};
-use clangor_pipeline::interchange::audio_rigid_bodies::{AudioBody, AudioMaterial, BodyMass, Ringing, write_audio_body};
+use clangor_core::sound_model::files::model_file::Solid;
+use clangor_pipeline::interchange::audio_rigid_bodies::{
+    AudioBody, AudioMaterial, BodyMass, Ringing, write_audio_body,
+};
 use clangor_pipeline::interchange::body_files::{export_scene_gltf, export_timeline_gltf};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
@@ -51,7 +53,7 @@ fn modal(model: &Path, output: &Path, material: Option<&str>, console: &Console)
     let (modal, solid) = match read_sound_file(model).map_err(Failure::new)? {
         SoundFile::Model(file) => (file.modal, file.solid),
         SoundFile::Modal(file) => (Some(file.modal), file.solid),
-        SoundFile::Published(_) | SoundFile::Bank(_) | SoundFile::ModalBank(_) => {
+        SoundFile::Pan(_) | SoundFile::Bank(_) | SoundFile::ModalSoundbank(_) => {
             return Err(Failure::new(format_args!("{} is not the model of one body", model.display())));
         }
     };

@@ -5,15 +5,15 @@ use std::path::Path;
 use clangor_core::body::{Motion, Surface};
 use clangor_core::geometry::principal_axes::principal_axes;
 use clangor_core::scene::body_description::Geometry;
+use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
 use clangor_pipeline::plots::levels::{LevelMeter, db_spl};
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
-use clangor_pipeline::formats::timeline_file::TimelineReader;
-use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
 use clangor_sim::choose_solver;
 use serde_json::json;
 
-use super::bake::{modal_report, model_report, published_report};
+use super::bake::{modal_report, model_report, pan_report};
 use super::{bank, is_timeline, load};
 use crate::arguments::{Global, Inspect};
 use crate::console::{Console, counted, four_digits};
@@ -48,11 +48,11 @@ fn sound_file(path: &Path, console: &Console) -> Result<(), Failure> {
             modal_report::say(console, &file.modal, true);
             console.json(&json!({ "name": file.solid.name, "modal": modal_report::json(&file.modal) }));
         }
-        SoundFile::Published(file) => {
-            published_report::say(console, path, &file, std::fs::metadata(path).map_or(0, |m| m.len()));
+        SoundFile::Pan(file) => {
+            pan_report::say(console, path, &file, std::fs::metadata(path).map_or(0, |m| m.len()));
         }
         SoundFile::Bank(file) => bank::report(console, path, &file),
-        SoundFile::ModalBank(file) => bank::report_modal(console, path, &file),
+        SoundFile::ModalSoundbank(file) => bank::report_modal(console, path, &file),
     }
     Ok(())
 }

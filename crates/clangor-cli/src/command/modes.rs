@@ -4,12 +4,12 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clangor_core::material::{Material, presets};
 use clangor_bake::acceleration::BakeOptions;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::modal_analysis::{
-    Vibration, VibrationError, VibrationOptions, VibrationProgress, vibration_and_system,
+    ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, modal_analysis_and_system,
 };
+use clangor_core::material::{Material, presets};
 use clangor_pipeline::formats::atomic_file::AtomicFile;
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
 use clangor_pipeline::stages::sound_models::ModelRequest;
@@ -34,7 +34,7 @@ pub(crate) struct Modes {
     #[arg(long, value_name = "E", default_value_t = 0.01, value_parser = accuracy)]
     accuracy: f64,
     /// Most nodes of a mesh
-    #[arg(long, value_name = "N", default_value_t = VibrationOptions::MOST_NODES)]
+    #[arg(long, value_name = "N", default_value_t = ModalAnalysisOptions::MOST_NODES)]
     max_nodes: usize,
     /// Scale of a mesh file to metres
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
@@ -67,17 +67,19 @@ pub(crate) fn run(options: &Modes, console: &Console) -> Result<(), Failure> {
     }
     let started = Instant::now();
     let progress = console.progress("find modes", 1.0);
-    let mut told = |p: &VibrationProgress| progress.reached(p.done);
-    let settings = VibrationOptions {
+    let mut on_progress = |p: &ModalAnalysisProgress| progress.reached(p.done);
+    let settings = ModalAnalysisOptions {
         max_frequency: options.max_frequency,
         accuracy: options.accuracy,
         most_nodes: options.max_nodes,
     };
-    let (found, system) = vibration_and_system(request.geometry(), &constants, &settings, &mut told)
-        .map_err(|error| match error {
-            VibrationError::Interrupted => Failure::Interrupted,
-            error => cannot_ring(body, &error),
-        })?;
+    let (found, system) =
+        modal_analysis_and_system(request.geometry(), &constants, &settings, &mut on_progress).map_err(
+            |error| match error {
+                ModalAnalysisError::Interrupted => Failure::Interrupted,
+                error => cannot_ring(body, &error),
+            },
+        )?;
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
     for warning in &found.warnings {
@@ -108,7 +110,7 @@ fn material(options: &Modes) -> Result<Material, Failure> {
     Ok(material)
 }
 
-fn report(found: &Vibration, material: &Material, seconds: f64, options: &Modes, console: &Console) {
+fn report(found: &ModalAnalysis, material: &Material, seconds: f64, options: &Modes, console: &Console) {
     let known = found.modes.iter().all(|m| m.mesh_error.is_finite());
     console.say(format_args!(
         "{:>5} {:>13} {:>11} {:>14} {:>9}",

@@ -8,13 +8,13 @@ use std::path::Path;
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::files::modal_file::ModalPart;
 use clangor_pipeline::formats::atomic_file::write_atomically;
+use clangor_pipeline::formats::wav::WavReader;
 use clangor_pipeline::plots::field::{self, FieldPlot};
 use clangor_pipeline::plots::modes::{self, ModePlot};
 use clangor_pipeline::plots::picture::{Canvas, Raster, Svg};
-use clangor_pipeline::stages::sound_models::{SoundFile, read_model, read_sound_file};
 use clangor_pipeline::plots::spectrum::Spectrum;
 use clangor_pipeline::plots::spectrum_plot::{self, SpectrumPlot};
-use clangor_pipeline::formats::wav::WavReader;
+use clangor_pipeline::stages::sound_models::{SoundFile, read_model, read_sound_file};
 use serde_json::json;
 
 use crate::arguments::{Degree, Picture, Plot};
@@ -57,7 +57,7 @@ fn canvas(output: &Path, width: usize, height: usize) -> Result<Box<dyn Canvas>,
 
 /// Shapes of modes.
 fn modes(path: &Path, output: &Path, first: usize, console: &Console) -> Result<(), Failure> {
-    let mut canvas = canvas(output, mode_plot::WIDTH, mode_plot::HEIGHT)?;
+    let mut canvas = canvas(output, modes::WIDTH, modes::HEIGHT)?;
     let (name, part) = modal_part(path)?;
     let plot = ModePlot { name: format!("{name}, {}", part.origin.material), first };
     let drawn = plot
@@ -76,8 +76,8 @@ fn modal_part(path: &Path) -> Result<(String, ModalPart), Failure> {
     let (name, part) = match read_sound_file(path).map_err(Failure::new)? {
         SoundFile::Modal(file) => (file.solid.name, Some(file.modal)),
         SoundFile::Model(file) => (file.solid.name, file.modal),
-        SoundFile::Published(file) => (file.solid.name, None),
-        SoundFile::Bank(_) | SoundFile::ModalBank(_) => (String::new(), None),
+        SoundFile::Pan(file) => (file.solid.name, None),
+        SoundFile::Bank(_) | SoundFile::ModalSoundbank(_) => (String::new(), None),
     };
     let part = part.ok_or_else(|| Failure::new(format_args!("{}: {NO_MODES}", path.display())))?;
     Ok((name, part))
@@ -168,7 +168,7 @@ fn field(
     frequency: Option<f64>,
     console: &Console,
 ) -> Result<(), Failure> {
-    let mut canvas = canvas(output, field_plot::WIDTH, field_plot::HEIGHT)?;
+    let mut canvas = canvas(output, field::WIDTH, field::HEIGHT)?;
     let file = read_model(path).map_err(Failure::new)?;
     let highest = file.acceleration.max_frequency(Medium::AIR.sound_speed);
     let plot = FieldPlot {

@@ -17,17 +17,17 @@ use clangor_core::synthesis::modal::RingingRule;
 use clangor_core::synthesis::source_rule::rules_with_pieces;
 use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
 use clangor_core::timeline::Timeline;
+use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::formats::wav::{SampleFormat, WavSpec};
 use clangor_pipeline::stages::fracture_report::FractureReport;
 use clangor_pipeline::stages::load::LoadedScene;
 use clangor_pipeline::stages::render::{FullScale, RenderOptions, Sounds, Transfers, read_impacts, render};
 use clangor_pipeline::stages::simulate::{simulate_and_keep, simulate_impacts, solver};
 use clangor_pipeline::stages::sound_models::ringers::{Ringers, RingingPlan};
 use clangor_pipeline::stages::sound_models::sources::Sources;
-use clangor_pipeline::formats::timeline_file::TimelineReader;
-use clangor_pipeline::formats::wav::{SampleFormat, WavSpec};
 use clangor_sim::SimulationReport;
 
-use self::report::Told;
+use self::report::RenderReportView;
 use super::audio_file::{is_gltf, modes_of_files};
 use super::simulate::{breaking, say_simulated};
 use super::sound_sources::{Wanted, find_ringers, find_sources, given_models, modal_options};
@@ -75,11 +75,11 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     let prepared = prepare(options, Some(&output), global, console)?;
     let Prepared { bodies, options: render_options, sources, ringers, timeline, simulated, .. } = &prepared;
     let progress = console.progress("render", 1.0);
-    let mut told = |part| progress.reached(part);
+    let mut on_progress = |part| progress.reached(part);
     let sounds = Sounds { sources: &sources.sources, ringers };
-    let summary = render(bodies, &sounds, timeline, render_options, &output, &mut told)?;
+    let summary = render(bodies, &sounds, timeline, render_options, &output, &mut on_progress)?;
     drop(progress);
-    let told = Told {
+    let report = RenderReportView {
         bodies,
         sources,
         ringers,
@@ -87,11 +87,11 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
         options: render_options,
         simulated: simulated.as_ref(),
     };
-    told.say(console);
+    report.say(console);
     if !timeline.fractures.is_empty() || options.report.is_some() {
         let fractures = FractureReport::new(bodies, &timeline.fractures).with_ringing(bodies, ringers);
         let fractures = match &simulated {
-            Some(report) => fractures.with_blows(&report.breaking),
+            Some(report) => fractures.with_impacts(&report.breaking),
             None => fractures,
         };
         breaking::say_energies(console, &fractures.totals);
@@ -100,9 +100,9 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
         }
     }
     if options.explain {
-        told.explain(console);
+        report.explain(console);
     }
-    told.print_json(console);
+    report.print_json(console);
     Ok(())
 }
 
@@ -132,7 +132,7 @@ pub(super) fn prepare(
     let render_options = render_options(options, &source)?;
     if source.settings.rolling && render_options.rolling.is_none() {
         console.warn(
-            "nothing is known of gentle forces, and only blows are heard: rolling needs the time-stepped solver, and of a timeline \
+            "nothing is known of gentle forces, and only impacts are heard: rolling needs the time-stepped solver, and of a timeline \
              its --raw-log",
         );
     }
@@ -354,7 +354,7 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
         },
         transfers: match options.transfer {
             Transfer::Baked => Transfers::Baked,
-            Transfer::Published => Transfers::Published,
+            Transfer::Frac => Transfers::Frac,
             Transfer::Unit => Transfers::Unit,
         },
         ground: settings.ground,

@@ -2,9 +2,9 @@
 
 pub(super) mod breaking;
 
+use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::stages::fracture_report::FractureReport;
 use clangor_pipeline::stages::simulate::simulate_to_folder;
-use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 
@@ -29,8 +29,9 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
     drop(progress);
     say_simulated(console, &report);
     if report.fractures > 0 || options.report.is_some() {
-        let told = TimelineReader::open(&output).map_err(Failure::new)?;
-        let fractures = FractureReport::new(&told.bodies(), told.fractures()).with_blows(&report.breaking);
+        let timeline = TimelineReader::open(&output).map_err(Failure::new)?;
+        let fractures =
+            FractureReport::new(&timeline.bodies(), timeline.fractures()).with_impacts(&report.breaking);
         breaking::say_energies(console, &fractures.totals);
         if let Some(path) = &options.report {
             breaking::write(path, &fractures)?;

@@ -5,22 +5,22 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::{Body, BodyId};
 use clangor_core::material::Material;
+use clangor_core::reference::pan_file::PanFile;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
 use clangor_core::sound_model::files::modal_file::{ModalOrigin, ModalPart};
-use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::files::model_file::Solid;
-use clangor_core::sound_model::acceleration::model_evaluator::{PlayableBank, PlayableModel};
-use clangor_core::reference::pan_file::PublishedFile;
+use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor_core::synthesis::{PublishedSource, RenderSettings, SoundRule, SoundSource};
-use clangor_bake::modal::ModalBakeOptions;
+use clangor_core::synthesis::{PanSource, RenderSettings, SoundRule, SoundSource};
 use clangor_pipeline::formats::model_cache::ModelCache;
+use clangor_pipeline::formats::soundbank::default_bank;
 use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing, RingingPlan};
 use clangor_pipeline::stages::sound_models::sources::{SourceProgress, SourceSettings, Sources, sources};
 use clangor_pipeline::stages::sound_models::{ModelRequest, SoundFile, obtain, read_sound_file};
-use clangor_pipeline::formats::soundbank::default_bank;
 
 use crate::arguments::{Global, Quality, Sound};
 use crate::console::{Console, Progress};
@@ -61,7 +61,7 @@ pub(super) fn find_sources(
     let settings = source_settings(wanted, cache.as_ref(), bank.as_ref());
     // A bar appears with the first field that has to be baked.
     let mut bar: Option<Progress<'_>> = None;
-    let mut told = |p: &SourceProgress<'_>| {
+    let mut on_progress = |p: &SourceProgress<'_>| {
         let bar = bar.get_or_insert_with(|| console.progress("bake", 1.0));
         bar.stage(p.stage);
         match bar.reached(p.done) {
@@ -69,7 +69,7 @@ pub(super) fn find_sources(
             stop => stop,
         }
     };
-    let found = sources(bodies, struck, &settings, &mut told)?;
+    let found = sources(bodies, struck, &settings, &mut on_progress)?;
     drop(bar);
     for remark in &found.remarks {
         console.warn(remark);
@@ -90,7 +90,7 @@ pub(super) fn own_model(body: &Body, wanted: &Wanted<'_>, global: &Global) -> Op
 fn source_settings<'a>(
     wanted: &Wanted<'a>,
     cache: Option<&'a ModelCache>,
-    bank: Option<&'a PlayableBank>,
+    bank: Option<&'a BankEvaluator>,
 ) -> SourceSettings<'a> {
     SourceSettings {
         rules: wanted.rules,
@@ -125,7 +125,7 @@ pub(super) fn find_ringers(
     let cache = ModelCache::find(global.cache.as_deref());
     let wanting: BTreeSet<BodyId> = struck.iter().filter(|id| !given.contains_key(id)).copied().collect();
     let mut bar: Option<Progress<'_>> = None;
-    let mut told = |p: &SourceProgress<'_>| {
+    let mut on_progress = |p: &SourceProgress<'_>| {
         let bar = bar.get_or_insert_with(|| console.progress("modes", 1.0));
         bar.stage(p.stage);
         match bar.reached(p.done) {
@@ -133,7 +133,7 @@ pub(super) fn find_ringers(
             stop => stop,
         }
     };
-    let mut found = plan.find(&wanting, cache.as_ref(), &mut told)?;
+    let mut found = plan.find(&wanting, cache.as_ref(), &mut on_progress)?;
     drop(bar);
     found.remarks.iter().for_each(|remark| console.warn(remark));
     for (id, model) in given.iter().filter(|(id, _)| struck.contains(id)) {
@@ -170,22 +170,22 @@ pub(super) fn given_models(
             |why: &dyn std::fmt::Display| Failure::new(format_args!("{}: {why}", path.display()));
         let (play, modal, solid): (Option<Play>, _, Solid) = match file {
             SoundFile::Model(file) => {
-                let own = PlayableModel::try_new(&file.acceleration).map_err(|e| unplayable(&e))?;
+                let own = ModelEvaluator::try_new(&file.acceleration).map_err(|e| unplayable(&e))?;
                 let decision = Decision { kind: SourceKind::Own, reason: Reason::Asked };
                 let play = move |body: &Body| source_of(body, &decision, None, Some(&own)).0;
                 (Some(Box::new(play)), file.modal, file.solid)
             }
             SoundFile::Modal(file) => (None, Some(file.modal), file.solid),
-            SoundFile::Published(file) => {
-                let PublishedFile { model, solid, .. } = *file;
+            SoundFile::Pan(file) => {
+                let PanFile { model, solid, .. } = *file;
                 let model = Arc::new(model);
                 let play = move |body: &Body| {
-                    let source = PublishedSource::new(Arc::clone(&model), Arc::clone(&body.surface));
-                    SoundSource::Published(Arc::new(source))
+                    let source = PanSource::new(Arc::clone(&model), Arc::clone(&body.surface));
+                    SoundSource::Pan(Arc::new(source))
                 };
                 (Some(Box::new(play)), None, solid)
             }
-            SoundFile::Bank(_) | SoundFile::ModalBank(_) => {
+            SoundFile::Bank(_) | SoundFile::ModalSoundbank(_) => {
                 return Err(unplayable(&"is a soundbank, not the model of one body"));
             }
         };

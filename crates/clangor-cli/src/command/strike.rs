@@ -1,4 +1,4 @@
-//! `clangor strike`: one blow to one body, heard by one listener.
+//! `clangor strike`: one impact to one body, heard by one listener.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{LN_10, TAU};
@@ -12,22 +12,22 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::material::Material;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::modal::model::ModalModel;
-use clangor_core::sound_model::acceleration::model_evaluator::PlayableModel;
-use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::pose::Pose;
 use clangor_core::scene::body_description::EDGE_RADIUS_RATIO;
 use clangor_core::scene::instantiate::LoadedGeometry;
+use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
+use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, Resonance};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor_core::synthesis::strike::{LEAD, Strike as Blow, StrikeSound, strike, struck_ringing};
-use clangor_core::synthesis::{PublishedSource, RenderSettings, SampleRate, SoundSource};
+use clangor_core::synthesis::strike::{LEAD, Strike as StrikeSpec, StrikeSound, strike, struck_ringing};
+use clangor_core::synthesis::{PanSource, RenderSettings, SampleRate, SoundSource};
 use clangor_pipeline::formats::atomic_file::write_atomically;
+use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use clangor_pipeline::plots::levels::db_spl;
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
 use clangor_pipeline::stages::sound_models::ringers::{Ringing, RingingPlan};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
-use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use serde_json::json;
 
 use super::audio_file::{AudioInput, audio_input};
@@ -38,9 +38,9 @@ use crate::console::{Console, four_digits};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Result<(), Failure> {
-    let Struck { body, model, modes } = body(options, console)?;
+    let StrikeTarget { body, model, modes } = body(options, console)?;
     let wants = |part| options.parts.contains(&part);
-    let blow = Blow {
+    let impact = StrikeSpec {
         impulse: options.impulse,
         point: options.point,
         listener: options.listener,
@@ -53,28 +53,28 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     };
     // What clicks in the place of a body whose click is not wanted: nothing that a listener could be inside of.
     let point = SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
-    // A mistaken blow is told before anything is baked.
-    strike(&body, &point, &blow).map_err(Failure::new)?;
+    // A mistaken impact is told before anything is baked.
+    strike(&body, &point, &impact).map_err(Failure::new)?;
     let ringing = match wants(Part::Modal) {
-        true => ringing(&body, model.as_ref(), modes, &blow, options, global, console)?,
+        true => ringing(&body, model.as_ref(), modes, &impact, options, global, console)?,
         false => None,
     };
-    let blow = Blow {
+    let impact = StrikeSpec {
         seconds: options.seconds.or(Some(ringing.as_ref().map_or(SHORTEST, |(_, seconds)| *seconds))),
-        ..blow
+        ..impact
     };
     let source = match wants(Part::Acceleration) {
-        true => source(&body, model.as_ref(), &blow, options, global, console)?,
+        true => source(&body, model.as_ref(), &impact, options, global, console)?,
         false => point,
     };
-    let mut sound = strike(&body, &source, &blow).map_err(Failure::new)?;
+    let mut sound = strike(&body, &source, &impact).map_err(Failure::new)?;
     if !wants(Part::Acceleration) {
         sound.pressures.fill(0.0);
     }
     let mut modes = 0;
     if let Some((source, _)) = ringing {
         modes = source.resonances().len();
-        let ringing = struck_ringing(&body, source, &blow, &sound).map_err(Failure::new)?;
+        let ringing = struck_ringing(&body, source, &impact, &sound).map_err(Failure::new)?;
         sound.pressures.iter_mut().zip(ringing).for_each(|(sum, p)| *sum += p);
         if options.seconds.is_none() {
             cut_silence(&mut sound, options.sample_rate);
@@ -144,7 +144,7 @@ fn ringing(
     body: &Body,
     file: Option<&SoundFile>,
     given: Option<ModalModel>,
-    blow: &Blow,
+    impact: &StrikeSpec,
     options: &Strike,
     global: &Global,
     console: &Console,
@@ -152,8 +152,8 @@ fn ringing(
     let (part, is_file) = match file {
         Some(SoundFile::Model(file)) => (file.modal.as_ref(), true),
         Some(SoundFile::Modal(file)) => (Some(&file.modal), true),
-        Some(SoundFile::Published(_)) => (None, true),
-        Some(SoundFile::Bank(_) | SoundFile::ModalBank(_)) | None => (None, false),
+        Some(SoundFile::Pan(_)) => (None, true),
+        Some(SoundFile::Bank(_) | SoundFile::ModalSoundbank(_)) | None => (None, false),
     };
     let model = match part {
         Some(part) => {
@@ -164,7 +164,7 @@ fn ringing(
         None if is_file => return Ok(None),
         None => {
             let bodies = slice::from_ref(body);
-            let bake = modal_options(options.quality, &render_settings(blow));
+            let bake = modal_options(options.quality, &render_settings(impact));
             let plan = match given {
                 Some(modes) => {
                     let mut plan = RingingPlan::none(bodies);
@@ -188,7 +188,7 @@ fn ringing(
         .map_err(|e| Failure::new(format_args!("the modes of \"{}\" cannot be played: {e}", options.body)))?;
     let t60 = |r: &Resonance| 3.0 * LN_10 / (TAU * r.frequency * r.damping_ratio);
     let longest = source.resonances().iter().map(t60).fold(0.0, f64::max);
-    let travel = options.listener.length() / blow.medium.sound_speed;
+    let travel = options.listener.length() / impact.medium.sound_speed;
     Ok(Some((Arc::new(source), (longest + travel).clamp(SHORTEST, LONGEST))))
 }
 
@@ -201,13 +201,13 @@ fn cut_silence(sound: &mut StrikeSound, sample_rate: u32) {
     sound.times.truncate(heard.max(shortest));
 }
 
-/// How the blow is rendered.
-fn render_settings(blow: &Blow) -> RenderSettings {
+/// How the impact is rendered.
+fn render_settings(impact: &StrikeSpec) -> RenderSettings {
     RenderSettings {
-        sample_rate: blow.sample_rate,
+        sample_rate: impact.sample_rate,
         start: 0.0,
-        medium: blow.medium,
-        sphere_model: blow.sphere_model,
+        medium: impact.medium,
+        sphere_model: impact.sphere_model,
         ..RenderSettings::default()
     }
 }
@@ -216,26 +216,26 @@ fn render_settings(blow: &Blow) -> RenderSettings {
 fn source(
     body: &Body,
     model: Option<&SoundFile>,
-    blow: &Blow,
+    impact: &StrikeSpec,
     options: &Strike,
     global: &Global,
     console: &Console,
 ) -> Result<SoundSource, Failure> {
-    let settings = render_settings(blow);
+    let settings = render_settings(impact);
     let (kind, source) = match model {
-        Some(SoundFile::Published(file)) => {
+        Some(SoundFile::Pan(file)) => {
             let model = Arc::new(file.model.clone());
-            let source = PublishedSource::new(model, Arc::clone(&body.surface));
-            return Ok(SoundSource::Published(Arc::new(source)));
+            let source = PanSource::new(model, Arc::clone(&body.surface));
+            return Ok(SoundSource::Pan(Arc::new(source)));
         }
         Some(SoundFile::Model(file)) => {
-            let own = PlayableModel::try_new(&file.acceleration)
+            let own = ModelEvaluator::try_new(&file.acceleration)
                 .map_err(|e| Failure::new(format_args!("{}: {e}", options.body)))?;
             let decision = Decision { kind: SourceKind::Own, reason: Reason::Asked };
             let (source, kind) = source_of(body, &decision, None, Some(&own));
             (kind, source)
         }
-        Some(SoundFile::Modal(_) | SoundFile::Bank(_) | SoundFile::ModalBank(_)) | None => {
+        Some(SoundFile::Modal(_) | SoundFile::Bank(_) | SoundFile::ModalSoundbank(_)) | None => {
             let wanted =
                 Wanted { rules: &[options.sound.into()], quality: options.quality, settings: &settings };
             let struck = BTreeSet::from([BodyId(0)]);
@@ -244,7 +244,7 @@ fn source(
         }
     };
     if let SoundSource::Field(field) = &source {
-        let end = field.max_frequency(blow.medium.sound_speed);
+        let end = field.max_frequency(impact.medium.sound_speed);
         // The rounding of a wavenumber that was stored.
         if end < settings.band().0 * (1.0 - 1e-9) {
             console.warn(format_args!(
@@ -261,7 +261,7 @@ fn source(
 }
 
 /// What is struck.
-struct Struck {
+struct StrikeTarget {
     body: Body,
     /// The model that it was baked into, if that was given.
     model: Option<SoundFile>,
@@ -270,13 +270,13 @@ struct Struck {
 }
 
 /// The struck body, at rest at the origin: a shape, a mesh file, or what a sound model was baked from.
-fn body(options: &Strike, console: &Console) -> Result<Struck, Failure> {
+fn body(options: &Strike, console: &Console) -> Result<StrikeTarget, Failure> {
     let asked = options.material.as_deref().map(preset).transpose()?;
     if let Some(AudioInput { geometry, material, modal }) =
         audio_input(&options.body, options.scale, asked.as_ref(), console)?
     {
         let body = at_rest(options, geometry.surface, geometry.mass, material);
-        return Ok(Struck { body, model: None, modes: modal });
+        return Ok(StrikeTarget { body, model: None, modes: modal });
     }
     let material = asked.ok_or_else(|| {
         Failure::new(format_args!("what is \"{}\" made of? add --material NAME", options.body))
@@ -288,8 +288,8 @@ fn body(options: &Strike, console: &Console) -> Result<Struck, Failure> {
             let (solid, radius) = match &file {
                 SoundFile::Model(file) => (&file.solid, file.acceleration.radius),
                 SoundFile::Modal(file) => (&file.solid, file.modal.model.radius),
-                SoundFile::Published(file) => (&file.solid, file.model.radius()),
-                SoundFile::Bank(_) | SoundFile::ModalBank(_) => {
+                SoundFile::Pan(file) => (&file.solid, file.model.radius()),
+                SoundFile::Bank(_) | SoundFile::ModalSoundbank(_) => {
                     let path = path.display();
                     return Err(Failure::new(format_args!(
                         "{path} is a soundbank, not the model of one body"
@@ -315,7 +315,7 @@ fn body(options: &Strike, console: &Console) -> Result<Struck, Failure> {
         }
     };
     let body = at_rest(options, surface, mass, material);
-    Ok(Struck { body, model, modes: None })
+    Ok(StrikeTarget { body, model, modes: None })
 }
 
 /// A body at the origin.

@@ -1,6 +1,6 @@
-//! How long a blow takes to travel along a chain of touching or nearly touching bodies.
+//! How long an impact takes to travel along a chain of touching or nearly touching bodies.
 //!
-//! Dynamics passes a blow along a touching chain in no time. Sounded so, the two equal and opposite impulses on each
+//! Dynamics passes an impact along a touching chain in no time. Sounded so, the two equal and opposite impulses on each
 //! middle body would cancel and only the ends would click. In a real chain the force of contact k peaks about τ/2 after
 //! that of contact k − 1, because each body must be pushed before it can push on. Here
 //!
@@ -48,7 +48,7 @@ pub fn delay_chains_after(pulses: &mut [ImpactPulse], known: usize) -> u64 {
     pulses.iter().skip(known).filter(|pulse| pulse.onset > pulse.time).count() as u64
 }
 
-/// When a blow has pushed its bodies far enough for them to push on \[s\].
+/// When an impact has pushed its bodies far enough for them to push on \[s\].
 fn passed_on(pulse: &ImpactPulse) -> f64 {
     pulse.onset + 0.5 * pulse.duration
 }

@@ -1,4 +1,4 @@
-//! Forces too gentle to be blows: rolling, sliding, and impacts slower than v_min, as one impulse per time step.
+//! Forces too gentle to be impacts: rolling, sliding, and impacts slower than v_min, as one impulse per time step.
 //!
 //! They shake the modes of bodies and nothing else: a body that rolls has no click. The dynamics know them once per time
 //! step of length h, so that as forces they mean something below 1/(2h) only, to which who plays them limits the band.
@@ -31,7 +31,7 @@ const WATCH_TIME: f64 = 0.005;
 /// Which contacts make a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamSettings {
-    /// Impacts at least as fast are blows [m/s]; the same as that of [`ContactSettings`](super::ContactSettings).
+    /// Impacts at least as fast are impacts [m/s]; the same as that of [`ContactSettings`](super::ContactSettings).
     pub v_min: f64,
     /// Time step h of the dynamics \[s\].
     pub time_step: f64,
@@ -109,7 +109,7 @@ pub fn force_stream(
     Ok(forces.into_values().collect())
 }
 
-/// The rows of impacts that are no blows.
+/// The rows of impacts that are no impacts.
 fn slow_impacts(rows: &[ContactRow], v_min: f64) -> Vec<ContactRow> {
     let speed = |impact: &[ContactRow]| {
         let time = impact.iter().map(|row| row.time).fold(f64::INFINITY, f64::min);

@@ -33,7 +33,7 @@ pub struct ContactSettings {
     pub v_min: f64,
     /// How the force runs.
     pub profile: ForceProfile,
-    /// Whether blows take time to travel along chains ([`chain_onset`](super::chain_onset)).
+    /// Whether impacts take time to travel along chains ([`chain_onset`](super::chain_onset)).
     pub chain_onset: bool,
 }
 

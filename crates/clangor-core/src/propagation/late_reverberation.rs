@@ -20,8 +20,8 @@
 
 use std::f64::consts::{LN_10, PI, TAU};
 
-use crate::propagation::wall::OCTAVES;
 use super::{Air, Room, RoomError};
+use crate::propagation::wall::OCTAVES;
 
 /// Delay lines.
 const LINES: usize = 16;
@@ -56,8 +56,9 @@ impl<'a> ReverberationTimes<'a> {
     pub fn at(&self, frequency: f64) -> f64 {
         let areas = self.room.wall_areas();
         let all: f64 = areas.iter().sum();
-        let absorbed =
-            |(wall, area): (&crate::propagation::WallAbsorption, f64)| area * (1.0 - wall.reflectance(frequency).powi(2));
+        let absorbed = |(wall, area): (&crate::propagation::WallAbsorption, f64)| {
+            area * (1.0 - wall.reflectance(frequency).powi(2))
+        };
         let mean: f64 = self.room.walls.iter().zip(areas).map(absorbed).sum::<f64>() / all;
         let walls = -all * (-mean).ln_1p();
         let air = self.air.map_or(0.0, |air| 8.0 * air.attenuation(frequency) * self.room.volume());

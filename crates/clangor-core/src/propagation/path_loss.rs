@@ -1,7 +1,7 @@
 //! What walls and air leave of the pressure of a wave on its way: a real factor for each frequency.
 
-use crate::propagation::wall::interpolated;
 use super::{Air, ImageSource, OCTAVES, Room};
+use crate::propagation::wall::interpolated;
 
 /// From a source to a receiver, what is lost besides the spreading.
 #[derive(Clone, Copy, Debug, PartialEq)]

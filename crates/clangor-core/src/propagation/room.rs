@@ -7,7 +7,6 @@
 //!
 //! Walls and air take from a wave by its frequency: [`PathLoss`], from [`WallAbsorption`] and [`Air`].
 
-
 use glam::DVec3;
 
 use super::WallAbsorption;

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::budget::Budget;
-use super::event::{Blow, Event, MOST_RECEIVERS, Part, Struck, is_pose, is_sane};
-use super::event_ring::{Exchange, Report};
+use super::event::{Event, ImpactEvent, ImpactTarget, MOST_RECEIVERS, Part, is_pose, is_within_limits};
+use super::event_ring::{EngineChannels, Report};
 use super::schedule::Schedule;
 use super::sounding_object::SoundingObject;
 use super::wave_queue::{QueuedWave, WaveQueue, strength};
@@ -14,12 +14,12 @@ use crate::medium::Medium;
 use crate::propagation::{Air, LateReverberation, Room};
 use crate::scene::Scene;
 use crate::synthesis::listener::Floor;
-use crate::synthesis::live_pulses::{LOOK_AHEAD as CLICK_LOOK_AHEAD, LiveClicks};
-use crate::synthesis::propagation_paths::LiveWays;
+use crate::synthesis::live_pulses::{LOOK_AHEAD as CLICK_LOOK_AHEAD, LivePulses};
 use crate::synthesis::modal::live_voice::{
     LOOK_AHEAD as FORCE_LOOK_AHEAD, LiveForces, LiveOutputs, LivePose, LiveVoice,
 };
-use crate::synthesis::{Click, RenderSettings, SampleRate, SoundSource, SynthesisError};
+use crate::synthesis::propagation_paths::PropagationPaths;
+use crate::synthesis::{AccelerationPulse, RenderSettings, SampleRate, SoundSource, SynthesisError};
 
 /// Longest block \[samples\].
 pub const LONGEST_BLOCK: usize = 4096;
@@ -42,9 +42,9 @@ const FOLLOWING: f64 = 0.02;
 const JUMP: f64 = 1.0;
 /// Time in which everything stops when it is to \[s\].
 const FADE: f64 = 1e-3;
-/// How long a blow on an object may wait until there is room for it \[s\].
+/// How long an impact on an object may wait until there is room for it \[s\].
 const LONGEST_WAIT: f64 = 0.03;
-/// Blows on ringing objects whose forces are in progress at once.
+/// Impacts on ringing objects whose forces are in progress at once.
 const FORCES: usize = 512;
 
 /// How a live engine is built.
@@ -60,7 +60,7 @@ pub struct EngineSettings {
     pub floor: Floor,
     /// What reflects it.
     pub room: Option<Room>,
-    /// What takes from it on the way.
+    /// What takes from it on the path.
     pub air: Option<Air>,
     /// How forces run.
     pub profile: ForceProfile,
@@ -97,7 +97,7 @@ impl Default for EngineSettings {
 
 impl EngineSettings {
     /// As a scene wants to be rendered: its medium, floor, room, air and forces.
-    pub fn of_scene(scene: &Scene) -> Self {
+    pub fn from_scene(scene: &Scene) -> Self {
         let render = &scene.render;
         EngineSettings {
             max_frequency: render.max_frequency,
@@ -113,7 +113,7 @@ impl EngineSettings {
     /// The same with what can be: 1 or 2 receivers, blocks of 16 to 4096 samples, a reach up to 1 km that holds the reflections of the
     /// room.
     #[must_use]
-    pub fn possible(&self) -> Self {
+    pub fn clamped(&self) -> Self {
         let reflected = self
             .room
             .as_ref()
@@ -133,26 +133,26 @@ impl EngineSettings {
         RenderSettings { sample_rate, max_frequency, medium, ..RenderSettings::default() }
     }
 
-    /// The ways by which receivers hear.
-    pub(super) fn ways(&self) -> LiveWays {
-        LiveWays::new(self.floor, self.room.clone(), self.air)
+    /// The paths by which receivers hear.
+    pub(super) fn paths(&self) -> PropagationPaths {
+        PropagationPaths::new(self.floor, self.room.clone(), self.air)
     }
 
-    /// How long sound may be on its way \[s\].
+    /// How long sound may be on its path \[s\].
     pub(super) fn longest_delay(&self) -> f64 {
         self.reach / self.medium.sound_speed
     }
 }
 
 /// An object that left its slot, is heard to its end, and is then freed.
-struct Leaving {
+struct RetiringObject {
     object: Box<SoundingObject>,
     /// Sample from which on no click in progress refers to it.
     until: i64,
 }
 
 /// An object in its slot.
-struct Seat {
+struct ObjectSlot {
     object: Box<SoundingObject>,
     /// Share of the work for the motion of objects that this one has been waiting for.
     owed: usize,
@@ -161,18 +161,18 @@ struct Seat {
 /// See the module.
 pub struct Engine {
     settings: EngineSettings,
-    exchange: Exchange,
+    links: EngineChannels,
     /// Sample that is rendered next.
     position: i64,
-    /// Poses, ends and blows to come.
+    /// Poses, ends and impacts to come.
     scheduled: Schedule<Event>,
-    ways: LiveWays,
-    clicks: LiveClicks,
+    paths: PropagationPaths,
+    clicks: LivePulses,
     waves: WaveQueue,
     forces: LiveForces,
-    seats: Vec<Option<Seat>>,
+    seats: Vec<Option<ObjectSlot>>,
     /// Their fields have the places behind those of the slots.
-    leaving: [Option<Leaving>; LEAVING],
+    leaving: [Option<RetiringObject>; LEAVING],
     /// The seat that is first to follow its motion.
     turn: usize,
     reverberation: Option<LateReverberation>,
@@ -182,7 +182,7 @@ pub struct Engine {
     heard: [bool; 3],
     /// Samples until everything has stopped.
     stopping: Option<usize>,
-    blows_left: usize,
+    impacts_left: usize,
     /// Coefficients that objects which begin to ring may still take in this block.
     waking_left: usize,
     /// Whether one has begun to in this block.
@@ -198,15 +198,15 @@ pub struct Engine {
 }
 
 /// All that rings or can.
-fn voices(seats: &mut [Option<Seat>]) -> impl Iterator<Item = &mut LiveVoice> {
+fn voices(seats: &mut [Option<ObjectSlot>]) -> impl Iterator<Item = &mut LiveVoice> {
     seats.iter_mut().flatten().filter_map(|seat| seat.object.voice.as_deref_mut())
 }
 
 impl Engine {
-    pub(super) fn new(settings: &EngineSettings, exchange: Exchange) -> Result<Self, SynthesisError> {
-        let settings = settings.possible();
+    pub(super) fn new(settings: &EngineSettings, links: EngineChannels) -> Result<Self, SynthesisError> {
+        let settings = settings.clamped();
         let rendering = settings.rendering();
-        let ways = settings.ways();
+        let paths = settings.paths();
         let reverberation = match &settings.room {
             Some(room) if room.late => Some(LateReverberation::new(
                 room,
@@ -219,16 +219,16 @@ impl Engine {
         };
         let inputs = LateReverberation::INPUTS;
         let outputs = settings.receivers + inputs;
-        let clicks = LiveClicks::new(
+        let clicks = LivePulses::new(
             &rendering,
-            ways.losses(),
+            paths.losses(),
             settings.objects + LEAVING,
             outputs,
             settings.longest_delay() + 0.1,
         )?;
         let silent = |count: usize, length: usize| (0..count).map(|_| vec![0.0; length]).collect::<Vec<_>>();
         Ok(Engine {
-            exchange,
+            links,
             position: 0,
             scheduled: Schedule::new(MOST_WAITING),
             clicks,
@@ -243,7 +243,7 @@ impl Engine {
             placed: false,
             heard: [true; 3],
             stopping: None,
-            blows_left: 0,
+            impacts_left: 0,
             waking_left: 0,
             woke: false,
             output: silent(settings.receivers, LONGEST_BLOCK),
@@ -251,7 +251,7 @@ impl Engine {
             entering: silent(inputs, settings.block),
             late: vec![0.0; settings.receivers],
             counts: Report::default(),
-            ways,
+            paths,
             settings,
         })
     }
@@ -303,13 +303,13 @@ impl Engine {
             blocks.for_each(|(output, block)| output.extend_from_slice(block));
         }
         self.counts.peak = self.output.iter().flatten().fold(0.0, |peak: f64, p| peak.max(p.abs()));
-        self.exchange.report.write(self.report());
+        self.links.report.write(self.report());
         &self.output
     }
 
     fn render_block(&mut self, frames: usize) {
         let budget = self.settings.budget.of(frames);
-        (self.blows_left, self.waking_left, self.woke) = (budget.blows, 4 * budget.transfers, false);
+        (self.impacts_left, self.waking_left, self.woke) = (budget.impacts, 4 * budget.transfers, false);
         let end = self.position + frames as i64;
         // What begins in the next block must be known in this one.
         while self.stopping.is_none()
@@ -333,21 +333,22 @@ impl Engine {
     /// Takes what the ring holds.
     fn take_events(&mut self) {
         // No more than there were, or a sender faster than this loop would hold it for ever.
-        for _ in 0..self.exchange.events.slots() {
-            let Ok(event) = self.exchange.events.pop() else { break };
+        for _ in 0..self.links.events.slots() {
+            let Ok(event) = self.links.events.pop() else { break };
             self.take(event);
         }
     }
 
     fn take(&mut self, event: Event) {
         let time = match &event {
-            Event::Blow(blow) if blow.is_good() => blow.time,
+            Event::ImpactEvent(impact) if impact.is_good() => impact.time,
             Event::Pose { time, pose, velocity, angular_velocity, .. } => {
-                let good = is_pose(pose) && is_sane(*velocity) && is_sane(*angular_velocity);
+                let good =
+                    is_pose(pose) && is_within_limits(*velocity) && is_within_limits(*angular_velocity);
                 if good { *time } else { f64::NAN }
             }
             Event::End { time, .. } => *time,
-            Event::Blow(_) => f64::NAN,
+            Event::ImpactEvent(_) => f64::NAN,
             // Nobody has heard of it yet.
             Event::Put { slot, .. } if self.seats.get(*slot).is_some_and(Option::is_none) => {
                 return self.happen(event);
@@ -360,7 +361,7 @@ impl Engine {
             self.counts.refused += 1;
             return;
         }
-        // Blows become waves and forces before they are heard; all else is done when it is heard.
+        // Impacts become waves and forces before they are heard; all else is done when it is heard.
         let early = if matches!(event, Event::Pose { .. } | Event::End { .. }) { LOOK_AHEAD } else { 0 };
         // Of what is long past only that it is past matters.
         let sample = (time.max(self.time() - 1.0) * self.settings.sample_rate.as_f64()).floor() as i64;
@@ -377,18 +378,18 @@ impl Engine {
         self.counts.refused += 1;
         if let Some(object) = object {
             // The ring has room for every object that can have been sent.
-            let _ = self.exchange.returned.push(object);
+            let _ = self.links.returned.push(object);
         }
     }
 
     /// Lets an event happen whose time has come.
     fn happen(&mut self, event: Event) {
         match event {
-            Event::Blow(blow) => self.strike(&blow),
+            Event::ImpactEvent(impact) => self.strike(&impact),
             Event::Pose { slot, time, pose, velocity, angular_velocity } => {
                 let sample = (time + self.latency()) * self.settings.sample_rate.as_f64();
                 match self.seats.get_mut(slot).and_then(Option::as_mut) {
-                    Some(Seat { object, .. }) => {
+                    Some(ObjectSlot { object, .. }) => {
                         if let Some(voice) = &mut object.voice {
                             voice.set_pose(LivePose { sample, pose, velocity, angular_velocity });
                         }
@@ -403,7 +404,7 @@ impl Engine {
                 }
             }
             Event::Receivers(places) => {
-                if places.into_iter().all(is_sane) {
+                if places.into_iter().all(is_within_limits) {
                     self.targets.iter_mut().zip(places).for_each(|(target, place)| *target = place);
                 } else {
                     self.counts.refused += 1;
@@ -411,15 +412,15 @@ impl Engine {
             }
             Event::Switch(part, on) => {
                 self.heard[part as usize] = on;
-                if part == Part::Ringing && !on {
+                if part == Part::Modal && !on {
                     voices(&mut self.seats).for_each(|voice| voice.end());
                 }
-                self.ways.set_reflections(self.hears(Part::Reflections));
+                self.paths.set_reflections(self.hears(Part::Reflections));
             }
             Event::Silence => {
                 // Where objects are stays true.
                 while let Some(event) = self.scheduled.next_before(i64::MAX) {
-                    if !matches!(event, Event::Blow(_)) {
+                    if !matches!(event, Event::ImpactEvent(_)) {
                         self.happen(event);
                     }
                 }
@@ -436,15 +437,15 @@ impl Engine {
     }
 
     fn put(&mut self, slot: usize, mut object: Option<Box<SoundingObject>>) {
-        let fits = object.as_ref().is_none_or(|object| object.fits(&self.settings, self.ways.count()));
+        let fits = object.as_ref().is_none_or(|object| object.fits(&self.settings, self.paths.count()));
         let free = self.leaving.iter().position(Option::is_none);
         let (Some(seat), Some(free), true) = (self.seats.get_mut(slot), free, fits) else {
             return self.refuse(object);
         };
         let field = object.as_mut().and_then(|object| object.field.take());
         let before = self.clicks.put_field(slot, field);
-        if let Some(Seat { mut object, .. }) =
-            std::mem::replace(seat, object.map(|object| Seat { object, owed: 0 }))
+        if let Some(ObjectSlot { mut object, .. }) =
+            std::mem::replace(seat, object.map(|object| ObjectSlot { object, owed: 0 }))
         {
             // Its clicks in progress go on.
             self.clicks.put_field(self.settings.objects + free, before);
@@ -453,51 +454,52 @@ impl Engine {
             }
             let reach = (self.settings.longest_delay() * self.settings.sample_rate.as_f64()) as usize;
             let until = self.position + (reach + 2 * LONGEST_BLOCK) as i64;
-            self.leaving[free] = Some(Leaving { object, until });
+            self.leaving[free] = Some(RetiringObject { object, until });
         }
     }
 
-    /// A blow becomes waves and forces.
-    fn strike(&mut self, blow: &Blow) {
+    /// An impact becomes waves and forces.
+    fn strike(&mut self, impact: &ImpactEvent) {
         let rate = self.settings.sample_rate.as_f64();
-        let wanted = blow.time + self.latency();
+        let wanted = impact.time + self.latency();
         let earliest = (self.position + LOOK_AHEAD as i64) as f64 / rate;
         // Less than a sample is rounding.
         self.counts.late += u64::from(wanted < earliest - 0.5 / rate);
         let time = wanted.max(earliest);
-        let (source, radius) = match blow.struck {
-            Struck::Sphere { radius } => (Some(SoundSource::Sphere { radius }), radius),
-            Struck::Object { slot } => {
-                let Some(Seat { object, .. }) = self.seats.get_mut(slot).and_then(Option::as_mut) else {
+        let (source, radius) = match impact.struck {
+            ImpactTarget::Sphere { radius } => (Some(SoundSource::Sphere { radius }), radius),
+            ImpactTarget::Object { slot } => {
+                let Some(ObjectSlot { object, .. }) = self.seats.get_mut(slot).and_then(Option::as_mut)
+                else {
                     self.counts.refused += 1;
                     return;
                 };
-                let impulse = blow.pose.orientation.inverse() * blow.impulse;
-                let rings = self.heard[Part::Ringing as usize] && impulse != DVec3::ZERO;
+                let impulse = impact.pose.orientation.inverse() * impact.impulse;
+                let rings = self.heard[Part::Modal as usize] && impulse != DVec3::ZERO;
                 if let Some(voice) = object.voice.as_mut().filter(|_| rings) {
-                    voice.stand(time * rate, blow.pose);
+                    voice.stand(time * rate, impact.pose);
                     let waking = if voice.awake_modes() == 0 { object.transfer_work } else { 0 };
                     // However large, the first may always.
-                    let may = self.blows_left > 0 && (waking <= self.waking_left || !self.woke);
+                    let may = self.impacts_left > 0 && (waking <= self.waking_left || !self.woke);
                     let force =
-                        may.then(|| self.forces.blow(self.settings.profile, time * rate, blow.duration));
-                    let point = blow.pose.body_from_world(blow.point);
+                        may.then(|| self.forces.impact(self.settings.profile, time * rate, impact.duration));
+                    let point = impact.pose.body_from_world(impact.point);
                     let strikes = |force| voice.strike(&force, &[(point, impulse)], self.position);
                     if force.flatten().is_some_and(strikes) {
-                        self.blows_left -= 1;
+                        self.impacts_left -= 1;
                         self.waking_left = self.waking_left.saturating_sub(waking);
                         self.woke |= waking > 0;
                     } else {
                         // A little later is better than never.
-                        let still = Blow {
+                        let still = ImpactEvent {
                             velocity_change: DVec3::ZERO,
                             angular_velocity_change: DVec3::ZERO,
-                            ..*blow
+                            ..*impact
                         };
                         let next = self.position + (self.settings.block + LOOK_AHEAD) as i64;
                         let room = self.scheduled.len() < MOST_WAITING / 8;
                         let waits = !may && room && earliest - wanted < LONGEST_WAIT;
-                        if !waits || self.scheduled.add(next, Event::Blow(still)).is_err() {
+                        if !waits || self.scheduled.add(next, Event::ImpactEvent(still)).is_err() {
                             self.counts.shed += 1;
                         }
                     }
@@ -505,27 +507,27 @@ impl Engine {
                 (object.click.clone(), object.radius)
             }
         };
-        let moves = blow.velocity_change != DVec3::ZERO || blow.angular_velocity_change != DVec3::ZERO;
-        let Some(source) = source.filter(|_| moves && self.hears(Part::Clicks)) else { return };
-        let click = Click {
+        let moves = impact.velocity_change != DVec3::ZERO || impact.angular_velocity_change != DVec3::ZERO;
+        let Some(source) = source.filter(|_| moves && self.hears(Part::Acceleration)) else { return };
+        let click = AccelerationPulse {
             body: BodyId(0),
             time,
-            duration: blow.duration,
+            duration: impact.duration,
             profile: self.settings.profile,
-            centre: blow.pose.position,
-            orientation: blow.pose.orientation,
-            velocity_change: blow.velocity_change,
-            angular_velocity_change: blow.angular_velocity_change,
+            centre: impact.pose.position,
+            orientation: impact.pose.orientation,
+            velocity_change: impact.velocity_change,
+            angular_velocity_change: impact.angular_velocity_change,
             source,
         };
         self.send_waves(&click, radius);
     }
 
     /// Queues the waves of a click to all receivers.
-    fn send_waves(&mut self, click: &Click, radius: f64) {
+    fn send_waves(&mut self, click: &AccelerationPulse, radius: f64) {
         for (receiver, place) in self.targets.iter().enumerate() {
-            for way in 0..self.ways.count() {
-                let Some(towards) = self.ways.towards(way, click.centre, *place) else { continue };
+            for path in 0..self.paths.count() {
+                let Some(towards) = self.paths.towards(path, click.centre, *place) else { continue };
                 if towards.length() > self.settings.reach {
                     self.counts.distant += 1;
                     continue;
@@ -536,7 +538,7 @@ impl Engine {
                 }
                 let Some(first) = self.clicks.first_sample(click, towards) else { continue };
                 let strength = strength(click, radius, towards.length(), &self.settings.medium);
-                self.waves.add(first, QueuedWave { click: click.clone(), towards, way, receiver, strength });
+                self.waves.add(first, QueuedWave { click: click.clone(), towards, path, receiver, strength });
             }
         }
     }
@@ -545,26 +547,26 @@ impl Engine {
     fn follow(&mut self, frames: usize) {
         let share = 1.0 - (-(frames as f64) / (FOLLOWING * self.settings.sample_rate.as_f64())).exp();
         for (place, target) in self.receivers.iter_mut().zip(&self.targets) {
-            let way = *target - *place;
-            let jumps = !self.placed || way.length() > JUMP || way.length() < 1e-6;
-            *place = if jumps { *target } else { *place + way * share };
+            let path = *target - *place;
+            let jumps = !self.placed || path.length() > JUMP || path.length() < 1e-6;
+            *place = if jumps { *target } else { *place + path * share };
         }
         self.placed = true;
     }
 
     fn render_clicks(&mut self, end: i64, budget: &Budget) {
-        let Engine { waves, clicks, ways, channels, entering, .. } = self;
+        let Engine { waves, clicks, paths, channels, entering, .. } = self;
         let receivers = channels.len();
         waves.play(end, budget.waves, |wave| {
-            let QueuedWave { click, towards, way, receiver, .. } = wave;
-            let input = ways.reverberation_input(*way).filter(|_| *receiver == 0);
+            let QueuedWave { click, towards, path, receiver, .. } = wave;
+            let input = paths.reverberation_input(*path).filter(|_| *receiver == 0);
             let into = [(*receiver, 1.0), (receivers + input.unwrap_or(0), towards.length())];
-            let outputs = match (ways.is_heard(*way), input) {
+            let outputs = match (paths.is_heard(*path), input) {
                 (true, Some(_)) => &into[..],
                 (true, None) => &into[..1],
                 (false, _) => &into[1..],
             };
-            clicks.play(click, *towards, *way, outputs);
+            clicks.play(click, *towards, *path, outputs);
         });
         for (output, samples) in channels.iter_mut().chain(entering).enumerate() {
             clicks.take(output, samples);
@@ -577,7 +579,7 @@ impl Engine {
         let mut next_turn = None;
         for k in 0..count {
             let at = (self.turn + k) % count;
-            let Some(Seat { object, owed }) = &mut self.seats[at] else { continue };
+            let Some(ObjectSlot { object, owed }) = &mut self.seats[at] else { continue };
             let transfer_work = object.transfer_work;
             let Some(voice) = object.voice.as_mut().filter(|voice| !voice.is_silent()) else { continue };
             // Whoever must wait is the first in the next block.
@@ -589,12 +591,12 @@ impl Engine {
                 next_turn = Some(at);
             }
             let mut outputs = LiveOutputs { channels: &mut self.channels, entering: &mut self.entering };
-            voice.render(self.position, frames, &self.ways, &self.receivers, may, &mut outputs);
+            voice.render(self.position, frames, &self.paths, &self.receivers, may, &mut outputs);
         }
-        for Leaving { object, .. } in self.leaving.iter_mut().flatten() {
+        for RetiringObject { object, .. } in self.leaving.iter_mut().flatten() {
             if let Some(voice) = &mut object.voice {
                 let mut outputs = LiveOutputs { channels: &mut self.channels, entering: &mut self.entering };
-                voice.render(self.position, frames, &self.ways, &self.receivers, false, &mut outputs);
+                voice.render(self.position, frames, &self.paths, &self.receivers, false, &mut outputs);
             }
         }
         self.turn = next_turn.unwrap_or(0);
@@ -650,14 +652,14 @@ impl Engine {
     /// Returns objects that are no longer heard to where they can be freed.
     fn give_back(&mut self) {
         for at in 0..LEAVING {
-            let over = |left: &mut Leaving| {
+            let over = |left: &mut RetiringObject| {
                 let silent = left.object.voice.as_ref().is_none_or(|voice| voice.is_silent());
                 silent && left.until <= self.position
             };
-            if let Some(Leaving { mut object, .. }) = self.leaving[at].take_if(over) {
+            if let Some(RetiringObject { mut object, .. }) = self.leaving[at].take_if(over) {
                 object.field = self.clicks.put_field(self.settings.objects + at, None);
                 // The ring has room for every object that can have been sent.
-                let _ = self.exchange.returned.push(object);
+                let _ = self.links.returned.push(object);
             }
         }
     }

@@ -18,7 +18,7 @@ const DURATIONS: std::ops::Range<f64> = 1e-9..10.0;
 /// Something that happens, or that somebody wants.
 pub enum Event {
     /// A body is struck.
-    Blow(Blow),
+    ImpactEvent(ImpactEvent),
     /// An object is somewhere else.
     Pose {
         /// Which object.
@@ -60,16 +60,16 @@ pub enum Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// What comes of sudden acceleration.
-    Clicks,
+    Acceleration,
     /// What comes of vibration.
-    Ringing,
+    Modal,
     /// Reflections, early and late.
     Reflections,
 }
 
 /// What is struck.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Struck {
+pub enum ImpactTarget {
     /// A sphere that clicks.
     Sphere {
         /// Radius \[m\].
@@ -84,9 +84,9 @@ pub enum Struck {
 
 /// A body whose velocities change over a short time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Blow {
+pub struct ImpactEvent {
     /// What is struck.
-    pub struck: Struck,
+    pub struck: ImpactTarget,
     /// Onset of the force \[s\].
     pub time: f64,
     /// Duration τ of the force \[s\].
@@ -103,26 +103,26 @@ pub struct Blow {
     pub impulse: DVec3,
 }
 
-impl Blow {
+impl ImpactEvent {
     /// Whether all numbers are such that sound can come of them.
     pub(super) fn is_good(&self) -> bool {
         let vectors = [self.velocity_change, self.angular_velocity_change, self.point, self.impulse];
         let sized = match self.struck {
-            Struck::Sphere { radius } => RADII.contains(&radius),
-            Struck::Object { .. } => true,
+            ImpactTarget::Sphere { radius } => RADII.contains(&radius),
+            ImpactTarget::Object { .. } => true,
         };
-        let good = vectors.into_iter().all(is_sane) && is_pose(&self.pose);
+        let good = vectors.into_iter().all(is_within_limits) && is_pose(&self.pose);
         good && sized && DURATIONS.contains(&self.duration)
     }
 }
 
 /// Whether a vector is one that anything can have.
-pub(super) fn is_sane(vector: DVec3) -> bool {
+pub(super) fn is_within_limits(vector: DVec3) -> bool {
     // Written so that NaN is refused too.
     vector.abs().max_element() < LARGEST && vector.is_finite()
 }
 
 /// Whether a pose is one.
 pub(super) fn is_pose(pose: &Pose) -> bool {
-    is_sane(pose.position) && (pose.orientation.length_squared() - 1.0).abs() < 1e-6
+    is_within_limits(pose.position) && (pose.orientation.length_squared() - 1.0).abs() < 1e-6
 }

@@ -26,19 +26,19 @@ pub enum SendError {
 /// What became of the events.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
-    /// Blows and poses taken.
+    /// Impacts and poses taken.
     pub taken: u64,
     /// Events for which the ring had no room.
     pub lost: u64,
     /// Events of numbers that are not finite, of unknown objects, or of a time too far ahead.
     pub refused: u64,
-    /// Blows that came too late, and were played as soon as they could be.
+    /// Impacts that came too late, and were played as soon as they could be.
     pub late: u64,
     /// Waves of clicks that were played.
     pub waves: u64,
     /// Waves from so far away that they are not waited for.
     pub distant: u64,
-    /// Waves, and blows on ringing objects, that the budget had no room for.
+    /// Waves, and impacts on ringing objects, that the budget had no room for.
     pub shed: u64,
     /// The same, under something 80 dB louder.
     pub masked: u64,
@@ -106,7 +106,7 @@ impl SharedReport {
 }
 
 /// The audio thread's end of the rings.
-pub(super) struct Exchange {
+pub(super) struct EngineChannels {
     pub(super) events: rtrb::Consumer<Event>,
     pub(super) returned: rtrb::Producer<Box<SoundingObject>>,
     pub(super) report: Arc<SharedReport>,
@@ -128,8 +128,8 @@ pub fn engine(settings: &EngineSettings) -> Result<(Controller, Engine), Synthes
     let (events, taken) = rtrb::RingBuffer::new(EVENTS);
     let (given_back, returned) = rtrb::RingBuffer::new(EVENTS + LEAVING + 2);
     let report = Arc::<SharedReport>::default();
-    let exchange = Exchange { events: taken, returned: given_back, report: Arc::clone(&report) };
-    let engine = Engine::new(settings, exchange)?;
+    let channels = EngineChannels { events: taken, returned: given_back, report: Arc::clone(&report) };
+    let engine = Engine::new(settings, channels)?;
     Ok((Controller { events, returned, report, lost: 0 }, engine))
 }
 

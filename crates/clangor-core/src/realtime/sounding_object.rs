@@ -9,10 +9,10 @@ use glam::DQuat;
 use super::engine::EngineSettings;
 use crate::body::{MeshSurface, Surface};
 use crate::material::{Damping, presets};
+use crate::sound_model::acceleration::field_evaluator::FieldError;
+use crate::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use crate::sound_model::files::modal_file::{ModalFile, ModalPart};
 use crate::sound_model::files::model_file::{ModelFile, Solid};
-use crate::sound_model::acceleration::field_evaluator::FieldError;
-use crate::sound_model::acceleration::model_evaluator::PlayableModel;
 use crate::sound_model::files::tensor_file::TensorFileError;
 use crate::synthesis::live_pulses::LiveField;
 use crate::synthesis::modal::live_voice::LiveVoice;
@@ -60,15 +60,15 @@ pub struct SoundingObject {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shape {
     receivers: usize,
-    ways: usize,
+    paths: usize,
     block: usize,
     rate: SampleRate,
 }
 
 impl Shape {
-    fn new(settings: &EngineSettings, ways: usize) -> Self {
+    fn new(settings: &EngineSettings, paths: usize) -> Self {
         let EngineSettings { receivers, block, sample_rate: rate, .. } = *settings;
-        Shape { receivers, ways, block, rate }
+        Shape { receivers, paths, block, rate }
     }
 }
 
@@ -79,7 +79,7 @@ impl SoundingObject {
         ringing: Option<Arc<ModalSource>>,
         settings: &EngineSettings,
     ) -> Self {
-        let settings = &settings.possible();
+        let settings = &settings.clamped();
         let rendering = settings.rendering();
         let field = match &click {
             Some(SoundSource::Field(field)) => Some(LiveField::new(field, &rendering)),
@@ -87,17 +87,17 @@ impl SoundingObject {
         };
         let radii = [click.as_ref().map(SoundSource::radius), ringing.as_ref().map(|r| r.radius())];
         let radius = radii.into_iter().flatten().fold(0.0, f64::max);
-        let ways = settings.ways();
+        let paths = settings.paths();
         let transfer_work = ringing
             .as_ref()
-            .map_or(0, |ringing| ringing.transfer_coefficients() * ways.count() * settings.receivers);
+            .map_or(0, |ringing| ringing.transfer_coefficients() * paths.count() * settings.receivers);
         let voice = ringing.map(|source| {
             let (receivers, block) = (settings.receivers, settings.block);
-            Box::new(LiveVoice::new(source, &rendering, &ways, receivers, block, settings.longest_delay()))
+            Box::new(LiveVoice::new(source, &rendering, &paths, receivers, block, settings.longest_delay()))
         });
         // As the engine knows it.
         let click = field.as_ref().map(LiveField::source).or(click);
-        let shape = Shape::new(settings, ways.count());
+        let shape = Shape::new(settings, paths.count());
         SoundingObject { click, field, voice, transfer_work, radius, shape }
     }
 
@@ -112,14 +112,14 @@ impl SoundingObject {
         settings: &EngineSettings,
     ) -> Result<Self, ObjectError> {
         let (acceleration, modal, solid) = match ModelFile::decode(bytes) {
-            Ok(file) => (Some(PlayableModel::try_new(&file.acceleration)?), file.modal, file.solid),
+            Ok(file) => (Some(ModelEvaluator::try_new(&file.acceleration)?), file.modal, file.solid),
             Err(error) => match ModalFile::decode(bytes) {
                 Ok(file) => (None, Some(file.modal), file.solid),
                 Err(_) => return Err(error.into()),
             },
         };
         let click = acceleration.map(|model| {
-            let PlayableModel { radius, field, near } = model;
+            let ModelEvaluator { radius, field, near } = model;
             let surface = Arc::new(surface_of(&solid, radius));
             SoundSource::Field(Arc::new(FieldSource::new(field, near, radius, DQuat::IDENTITY, surface)))
         });
@@ -127,9 +127,9 @@ impl SoundingObject {
         Ok(SoundingObject::new(click, ringing, settings))
     }
 
-    /// Whether it was made for an engine of these settings and so many ways.
-    pub(super) fn fits(&self, settings: &EngineSettings, ways: usize) -> bool {
-        self.shape == Shape::new(settings, ways)
+    /// Whether it was made for an engine of these settings and so many paths.
+    pub(super) fn fits(&self, settings: &EngineSettings, paths: usize) -> bool {
+        self.shape == Shape::new(settings, paths)
     }
 
     /// Bounding radius \[m\].

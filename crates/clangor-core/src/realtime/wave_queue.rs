@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::schedule::Schedule;
 use crate::medium::Medium;
 use crate::synthesis::SoundSource;
-use crate::synthesis::acceleration_pulse::Click;
+use crate::synthesis::acceleration_pulse::AccelerationPulse;
 
 /// What is this much weaker than the strongest wave of its block is masked by it: 80 dB.
 const MASKED: f64 = 1e-4;
@@ -14,10 +14,10 @@ const MASKED: f64 = 1e-4;
 /// A wave of a click that runs towards a receiver.
 #[derive(Clone)]
 pub(super) struct QueuedWave {
-    pub(super) click: Click,
+    pub(super) click: AccelerationPulse,
     /// From the centre of the click \[m\].
     pub(super) towards: DVec3,
-    pub(super) way: usize,
+    pub(super) path: usize,
     pub(super) receiver: usize,
     /// Peak pressure \[Pa\], an estimate.
     pub(super) strength: f64,
@@ -96,7 +96,7 @@ impl WaveQueue {
 ///
 /// A compact sphere that is accelerated by a half-sine, a = π Δv/(2τ), sounds as ρR³/2 (ȧ/(cr) + a/r²), and none louder than
 /// one that starts in no time, ρcΔv R/r.
-pub(super) fn strength(click: &Click, radius: f64, distance: f64, medium: &Medium) -> f64 {
+pub(super) fn strength(click: &AccelerationPulse, radius: f64, distance: f64, medium: &Medium) -> f64 {
     let Medium { density, sound_speed } = *medium;
     let distance = distance.max(radius);
     let turning = match click.source {

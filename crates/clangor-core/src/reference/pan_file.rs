@@ -1,14 +1,14 @@
-//! A published model as bytes: the signals of [`PublishedModel`] with the solid that
+//! A published model as bytes: the signals of [`PanModel`] with the solid that
 //! they are of and where they come from; docs/format/model.md describes it.
 //!
 //! It is a file of its own kind beside the [sound model](crate::sound_model::files::model_file): what render plays by default is that one.
 
 use serde::{Deserialize, Serialize};
 
-use crate::sound_model::files::model_file::{Origin, Solid, SolidDescription, check_origin};
 use crate::reference::pan_representation::directions::Directions;
 use crate::reference::pan_representation::signals::{Signals, SparseCoefficients};
-use crate::reference::pan_representation::{PublishedField, PublishedModel};
+use crate::reference::pan_representation::{PanField, PanModel};
+use crate::sound_model::files::model_file::{Origin, Solid, SolidDescription, check_origin};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter};
 
 /// Version of the format.
@@ -21,9 +21,9 @@ const MOST_FIELDS: usize = 16;
 
 /// A published model with its origin.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PublishedFile {
+pub struct PanFile {
     /// The signals.
-    pub model: PublishedModel,
+    pub model: PanModel,
     /// What they are of.
     pub solid: Solid,
     /// How the field that they stand for was baked, and how good it is.
@@ -64,13 +64,13 @@ const UNITS: &str = "lengths over the bounding radius R = radius_m about the cen
 /// Most divisions of an angle or an edge.
 const MOST_DIVISIONS: usize = 4096;
 
-impl PublishedFile {
+impl PanFile {
     /// The bytes of the file. The same model gives the same bytes.
     ///
     /// # Errors
     /// [`TensorFileError`] for a model that [`decode`](Self::decode) would refuse.
     pub fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
-        let PublishedFile { model, solid, origin } = self;
+        let PanFile { model, solid, origin } = self;
         solid.check(model.radius())?;
         check_origin(origin)?;
         let mut file = TensorWriter::default();
@@ -128,12 +128,12 @@ impl PublishedFile {
             .enumerate()
             .map(|(index, field)| read_field(&file, index, field))
             .collect::<Result<_, _>>()?;
-        let model = PublishedModel::new(radius_m, fields)
+        let model = PanModel::new(radius_m, fields)
             .map_err(|e| TensorFileError::value("the model", format!("cannot be played: {e}")))?;
         let solid = Solid::take(&file, solid)?;
         solid.check(model.radius())?;
         check_origin(&origin)?;
-        Ok(PublishedFile { model, solid, origin })
+        Ok(PanFile { model, solid, origin })
     }
 }
 
@@ -141,7 +141,7 @@ fn read_field(
     file: &TensorReader<'_>,
     index: usize,
     field: FieldDescription,
-) -> Result<PublishedField, TensorFileError> {
+) -> Result<PanField, TensorFileError> {
     let FieldDescription { pulse, step, start, length, terms, directions } = field;
     let directions = match directions {
         DirectionsDescription::Angles { rows, columns } => Directions::Angles { rows, columns },
@@ -165,5 +165,5 @@ fn read_field(
             values: file.rows(&name("values"), &[])?.1,
         })
     };
-    Ok(PublishedField { pulse, step, start, length, terms, directions, signals })
+    Ok(PanField { pulse, step, start, length, terms, directions, signals })
 }

@@ -37,8 +37,8 @@ use glam::DVec3;
 use self::directions::Directions;
 use self::resampling::Series;
 use self::signals::Signals;
-use crate::sound_model::acceleration::field::DEGREES;
 use crate::medium::Medium;
+use crate::sound_model::acceleration::field::RIGID_DOFS;
 
 /// Duration of a contact over the longest pulse that may stand for it (\[PAN\] §4.3).
 pub const PULSES_PER_CONTACT: f64 = 5.0;
@@ -51,7 +51,7 @@ const SILENCE: f64 = 1e-6;
 
 /// Why the published representation cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PublishedError {
+pub enum PanError {
     /// No field at all.
     #[error("a published model needs at least one field")]
     Empty,
@@ -91,7 +91,7 @@ pub enum PublishedError {
 
 /// Response to the pulse of one width.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PublishedField {
+pub struct PanField {
     /// h [R/c].
     pub pulse: f64,
     /// Time between samples [R/c].
@@ -108,7 +108,7 @@ pub struct PublishedField {
     pub signals: Signals,
 }
 
-impl PublishedField {
+impl PanField {
     /// Bytes of the signals.
     pub fn bytes(&self) -> usize {
         self.signals.bytes()
@@ -116,7 +116,7 @@ impl PublishedField {
 
     /// Σ_i z_i p_i at `x`, in units of ρR over t − |x| [R/c], for z = (a, Rα); wavelets at a rate that is at most twice
     /// `rate` [c/R] as far as halving it can reach that.
-    pub fn response(&self, z: &[f64; DEGREES], x: DVec3, rate: f64) -> Series {
+    pub fn response(&self, z: &[f64; RIGID_DOFS], x: DVec3, rate: f64) -> Series {
         let neighbours = self.directions.neighbours(x);
         let distance = x.length();
         let (mut step, mut start, mut length) = (self.step, self.start, self.length);
@@ -138,7 +138,7 @@ impl PublishedField {
                     continue;
                 }
                 radial.iter_mut().zip(1..).for_each(|(r, k)| *r = factor * distance.powi(-k));
-                let pair = direction * DEGREES + degree;
+                let pair = direction * RIGID_DOFS + degree;
                 match &self.signals {
                     Signals::Wavelets(sparse) => sparse.add(pair, &radial, &mut sum),
                     Signals::Samples(samples) => {
@@ -171,7 +171,7 @@ impl PublishedField {
         if matches!(self.signals, Signals::Wavelets(_)) && !self.length.is_power_of_two() {
             return Some("the wavelets' length is not a power of two");
         }
-        (!self.signals.fits(self.directions.count() * DEGREES, self.terms, self.length))
+        (!self.signals.fits(self.directions.count() * RIGID_DOFS, self.terms, self.length))
             .then_some("the signals are not as many as the directions need, or not finite")
     }
 }
@@ -192,7 +192,7 @@ fn filtered(q: &[f64]) -> Vec<f64> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeardContact {
     /// Peak of the acceleration, a [m/s²] then α [rad/s²], in the frame of the body.
-    pub peak: [f64; DEGREES],
+    pub peak: [f64; RIGID_DOFS],
     /// Onset \[s\].
     pub onset: f64,
     /// Duration τ \[s\].
@@ -203,7 +203,7 @@ pub struct HeardContact {
 
 /// How an acceleration runs over time: `shape` of the time after the onset, zero before `from` and after `to` \[s\].
 #[derive(Clone, Copy)]
-pub struct Course<'a> {
+pub struct ForceWindow<'a> {
     /// Begin \[s\].
     pub from: f64,
     /// End \[s\].
@@ -223,28 +223,28 @@ pub struct RenderedContact {
 
 /// The published representation of one body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PublishedModel {
+pub struct PanModel {
     radius: f64,
-    fields: Vec<PublishedField>,
+    fields: Vec<PanField>,
 }
 
-impl PublishedModel {
+impl PanModel {
     /// A body of bounding radius `radius` \[m\] with fields of one or more pulses.
     ///
     /// # Errors
     /// Fields that contradict themselves.
-    pub fn new(radius: f64, mut fields: Vec<PublishedField>) -> Result<Self, PublishedError> {
+    pub fn new(radius: f64, mut fields: Vec<PanField>) -> Result<Self, PanError> {
         check("the bounding radius", radius, radius > 0.0)?;
         if fields.is_empty() {
-            return Err(PublishedError::Empty);
+            return Err(PanError::Empty);
         }
         for (field, content) in fields.iter().enumerate() {
             if let Some(what) = content.inconsistency() {
-                return Err(PublishedError::Inconsistent { field, what });
+                return Err(PanError::Inconsistent { field, what });
             }
         }
         fields.sort_by(|a, b| a.pulse.total_cmp(&b.pulse));
-        Ok(PublishedModel { radius, fields })
+        Ok(PanModel { radius, fields })
     }
 
     /// Bounding radius R \[m\].
@@ -253,17 +253,17 @@ impl PublishedModel {
     }
 
     /// Fields, the shortest pulse first.
-    pub fn fields(&self) -> &[PublishedField] {
+    pub fn fields(&self) -> &[PanField] {
         &self.fields
     }
 
     /// Bytes of all signals.
     pub fn bytes(&self) -> usize {
-        self.fields.iter().map(PublishedField::bytes).sum()
+        self.fields.iter().map(PanField::bytes).sum()
     }
 
     /// The field for a contact of this duration \[s\].
-    pub fn field(&self, duration: f64, sound_speed: f64) -> &PublishedField {
+    pub fn field(&self, duration: f64, sound_speed: f64) -> &PanField {
         let longest = duration * sound_speed / (self.radius * PULSES_PER_CONTACT);
         // As many as are short enough, and one in any case.
         let fitting = self.fields.partition_point(|f| f.pulse <= longest * (1.0 + 1e-9));
@@ -279,12 +279,12 @@ impl PublishedModel {
         contact: &HeardContact,
         medium: &Medium,
         rate: f64,
-    ) -> Result<RenderedContact, PublishedError> {
+    ) -> Result<RenderedContact, PanError> {
         let tau = contact.duration;
         let shape = |time: f64| (std::f64::consts::PI * time / tau).sin();
         self.render_course(
             contact,
-            &Course { from: 0.0, to: tau, shape: &shape },
+            &ForceWindow { from: 0.0, to: tau, shape: &shape },
             medium,
             rate,
             OUTPUT_BAND * rate,
@@ -299,11 +299,11 @@ impl PublishedModel {
     pub fn render_course(
         &self,
         contact: &HeardContact,
-        course: &Course<'_>,
+        window: &ForceWindow<'_>,
         medium: &Medium,
         rate: f64,
         highest: f64,
-    ) -> Result<RenderedContact, PublishedError> {
+    ) -> Result<RenderedContact, PanError> {
         let HeardContact { peak, onset, duration, listener } = *contact;
         let Medium { density, sound_speed } = *medium;
         check("the output rate", rate, rate > 0.0)?;
@@ -317,17 +317,17 @@ impl PublishedModel {
             check("an acceleration", value, true)?;
         }
         if distance < self.radius {
-            return Err(PublishedError::ListenerInside { distance, radius: self.radius });
+            return Err(PanError::ListenerInside { distance, radius: self.radius });
         }
 
         let field = self.field(duration, sound_speed);
         let unit = self.radius / sound_speed;
-        let Course { from, to, shape } = *course;
+        let ForceWindow { from, to, shape } = *window;
         check("the extent of the contact", to - from, to > from)?;
         let extent = (to - from) / unit + field.step * field.length as f64;
         let samples = extent * (rate * unit).max(1.0 / field.step).max(1.0 / field.pulse);
         if samples.is_nan() || samples > MOST {
-            return Err(PublishedError::TooLong { duration, samples });
+            return Err(PanError::TooLong { duration, samples });
         }
         let [ax, ay, az, bx, by, bz] = peak;
         let z = [ax, ay, az, self.radius * bx, self.radius * by, self.radius * bz];
@@ -346,6 +346,6 @@ impl PublishedModel {
     }
 }
 
-fn check(what: &'static str, value: f64, holds: bool) -> Result<(), PublishedError> {
-    if holds && value.is_finite() { Ok(()) } else { Err(PublishedError::BadNumber { what, value }) }
+fn check(what: &'static str, value: f64, holds: bool) -> Result<(), PanError> {
+    if holds && value.is_finite() { Ok(()) } else { Err(PanError::BadNumber { what, value }) }
 }

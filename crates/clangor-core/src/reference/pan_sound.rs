@@ -8,19 +8,19 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::synthesis::SynthesisError;
-use crate::synthesis::acceleration_pulse::Click;
-use crate::synthesis::renderer::RenderSettings;
-use crate::synthesis::source::inside;
 use crate::body::Surface;
 use crate::medium::Medium;
-use crate::reference::pan_representation::{Course, HeardContact, OUTPUT_BAND, PublishedModel};
+use crate::reference::pan_representation::{ForceWindow, HeardContact, OUTPUT_BAND, PanModel};
+use crate::synthesis::SynthesisError;
+use crate::synthesis::acceleration_pulse::AccelerationPulse;
+use crate::synthesis::renderer::RenderSettings;
+use crate::synthesis::source::inside;
 
 /// A published model as a body uses it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PublishedSource {
+pub struct PanSource {
     /// The signals; bodies of the same shape share them.
-    pub model: Arc<PublishedModel>,
+    pub model: Arc<PanModel>,
     /// The body, where no listener hears anything.
     pub surface: Arc<Surface>,
     /// Bounding radius of the body \[m\].
@@ -35,11 +35,11 @@ pub(crate) struct Samples {
     pub(crate) pressures: Vec<f64>,
 }
 
-impl PublishedSource {
+impl PanSource {
     /// A model for a body with this surface.
-    pub fn new(model: Arc<PublishedModel>, surface: Arc<Surface>) -> Self {
+    pub fn new(model: Arc<PanModel>, surface: Arc<Surface>) -> Self {
         let bounding_radius = surface.bounding_radius();
-        PublishedSource { model, surface, bounding_radius }
+        PanSource { model, surface, bounding_radius }
     }
 
     /// Time \[s\] for which the longest signal goes on after a wave from the centre of mass passes.
@@ -55,7 +55,7 @@ impl PublishedSource {
     /// What a receiver at a `place` \[m\] of the body frame hears of a click.
     pub(crate) fn samples(
         &self,
-        click: &Click,
+        click: &AccelerationPulse,
         place: DVec3,
         settings: &RenderSettings,
     ) -> Result<Samples, SynthesisError> {
@@ -74,9 +74,9 @@ impl PublishedSource {
             listener: listener * (1.0 + f64::EPSILON * 4.0),
         };
         let (from, to) = click.profile.extent(click.duration);
-        let course = Course { from, to, shape: &|time| click.profile.value(time, click.duration) };
+        let window = ForceWindow { from, to, shape: &|time| click.profile.value(time, click.duration) };
         let highest = (OUTPUT_BAND * rate).min(settings.max_frequency.unwrap_or(f64::INFINITY));
-        let sound = self.model.render_course(&contact, &course, &settings.medium, rate, highest)?;
+        let sound = self.model.render_course(&contact, &window, &settings.medium, rate, highest)?;
         Ok(Samples { first: sound.first, pressures: sound.samples })
     }
 }

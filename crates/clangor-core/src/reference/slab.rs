@@ -22,9 +22,9 @@ use std::sync::{Arc, OnceLock};
 
 use num_complex::Complex64;
 
-use crate::synthesis::ground::half_space::{GroundError, HalfSpace};
 use crate::material::Material;
 use crate::medium::Medium;
+use crate::synthesis::ground::half_space::{GroundError, HalfSpace};
 use crate::synthesis::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
 
 /// Length of the edges \[m\].
@@ -38,7 +38,7 @@ const FOLDS: f64 = 9.2;
 /// Lengths of blocks for which the response is kept: powers of two.
 const LENGTHS: usize = 32;
 
-/// A mode that a blow on the middle drives.
+/// A mode that an impact on the middle drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlabMode {
     /// ω without damping [rad/s].
@@ -114,7 +114,7 @@ impl SlabSource {
         Ok(SlabSource { medium: *medium, modes, all_modes, responses: vec![OnceLock::new(); LENGTHS] })
     }
 
-    /// The modes that a blow drives.
+    /// The modes that an impact drives.
     pub fn modes(&self) -> &[SlabMode] {
         &self.modes
     }
@@ -146,7 +146,7 @@ impl SlabSource {
         self.modes.iter().map(part).sum()
     }
 
-    /// Time \[s\] until a blow has died away.
+    /// Time \[s\] until an impact has died away.
     pub(crate) fn ring_time(&self) -> f64 {
         let decay =
             self.modes.iter().map(|mode| mode.damping_ratio * mode.omega).fold(f64::INFINITY, f64::min);
@@ -154,7 +154,7 @@ impl SlabSource {
     }
 }
 
-/// A slab struck by a blow, as it is heard somewhere.
+/// A slab struck by an impact, as it is heard somewhere.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SlabTransfer {
     /// The slab.
@@ -163,7 +163,7 @@ pub(crate) struct SlabTransfer {
     pub(crate) strength: f64,
 }
 
-/// Adds a blow, with times counted from `origin` \[s\].
+/// Adds an impact, with times counted from `origin` \[s\].
 #[inline(always)]
 pub(crate) fn add(
     spectrum: &mut Spectrum,

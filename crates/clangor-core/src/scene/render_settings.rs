@@ -1,8 +1,8 @@
 //! What a scene asks of the rendering: format of the file, reflection of the floor, sound model of a click.
 
 use crate::contact::ForceProfile;
-use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::propagation::{Air, Room};
+use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::synthesis::SoundRule;
 use crate::synthesis::listener::Floor;
 
@@ -32,11 +32,11 @@ pub struct RenderSettings {
     pub ground: GroundSound,
     /// Pieces of broken bodies ring as ellipsoids if their lowest frequency is above this \[Hz\].
     pub proxy_frequency: f64,
-    /// Whether blows put no more energy into modes than the motion lost.
+    /// Whether impacts put no more energy into modes than the motion lost.
     pub limit_energy: bool,
     /// Whether pieces go on with the vibration of what they were part of.
     pub inherit_vibration: bool,
-    /// Whether forces too gentle to be blows make bodies ring too: rolling, sliding, rattling to rest.
+    /// Whether forces too gentle to be impacts make bodies ring too: rolling, sliding, rattling to rest.
     pub rolling: bool,
     /// What bodies sound as that do not say it themselves.
     pub sound: SoundRule,

@@ -155,7 +155,7 @@ pub(super) fn balance(half: f64) -> f64 {
 }
 
 /// The hull of circles (r, y), each as 40 points: a convex body of revolution, off by 0.16 % of the radius.
-pub(super) fn turned_hull(circles: &[DVec2]) -> ConvexPart {
+pub(super) fn axisymmetric_hull(circles: &[DVec2]) -> ConvexPart {
     const COUNT: usize = 40;
     let widen = DVec2::new(balance(PI / COUNT as f64), 1.0);
     let ring = |p: &DVec2| {

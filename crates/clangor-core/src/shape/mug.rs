@@ -9,9 +9,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::shape::axisymmetric::{Profile, Ring, balance, lace, turned_hull, wedges};
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::tri_mesh::TriMesh;
+use crate::shape::axisymmetric::{Profile, Ring, axisymmetric_hull, balance, lace, wedges};
 
 const RADIUS: f64 = 0.042;
 const HEIGHT: f64 = 0.098;
@@ -172,7 +172,7 @@ pub(super) fn mug_parts() -> Vec<ConvexPart> {
     far.push(DVec2::new(RADIUS, FLOOR));
     let near = [DVec2::new(inside, FLOOR), DVec2::new(inside, HEIGHT - 0.5 * WALL)];
     let mut parts = wedges(&far, &near, 24);
-    parts.push(turned_hull(&[DVec2::new(RADIUS, 0.0), DVec2::new(RADIUS, FLOOR)]));
+    parts.push(axisymmetric_hull(&[DVec2::new(RADIUS, 0.0), DVec2::new(RADIUS, FLOOR)]));
     let section = |step: usize| {
         let angle = PI * step as f64 / PIECES as f64 - FRAC_PI_2;
         let (mut centre, inward) = bow(angle);

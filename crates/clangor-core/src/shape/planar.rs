@@ -4,11 +4,11 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::shape::axisymmetric::lace_pair;
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::topology::boundary_edges;
 use crate::geometry::tri_mesh::TriMesh;
 use crate::math::random::SplitMix;
+use crate::shape::axisymmetric::lace_pair;
 
 /// Places a point of the plane at height `y` \[m\].
 pub(super) fn place(point: DVec2, y: f64) -> DVec3 {

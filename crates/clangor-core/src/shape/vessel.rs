@@ -7,8 +7,8 @@ use std::f64::consts::FRAC_PI_4;
 
 use glam::{DVec2, DVec3};
 
-use crate::shape::axisymmetric::{Profile, balance, turned_hull, wedges};
 use crate::geometry::convex::ConvexPart;
+use crate::shape::axisymmetric::{Profile, axisymmetric_hull, balance, wedges};
 
 /// A shell between two spheres about (0, `centre`), open above, on a solid base with a flat floor inside.
 pub(super) struct Shell {
@@ -103,7 +103,7 @@ pub(super) fn bowl_profile(edge: f64) -> Profile {
 
 pub(super) fn bowl_parts() -> Vec<ConvexPart> {
     let (mut parts, [below, floor]) = BOWL.parts(3, 16);
-    parts.push(turned_hull(&[DVec2::new(BOWL.base, 0.0), below, floor]));
+    parts.push(axisymmetric_hull(&[DVec2::new(BOWL.base, 0.0), below, floor]));
     parts
 }
 
@@ -116,7 +116,7 @@ pub(super) fn moneybox_profile(edge: f64) -> Profile {
 
 pub(super) fn moneybox_parts() -> Vec<ConvexPart> {
     let (mut parts, [below, floor]) = MONEYBOX.parts(6, 16);
-    parts.push(turned_hull(&[DVec2::new(MONEYBOX.base, 0.0), below, floor]));
+    parts.push(axisymmetric_hull(&[DVec2::new(MONEYBOX.base, 0.0), below, floor]));
     parts
 }
 
@@ -140,10 +140,10 @@ pub(super) fn wineglass_parts() -> Vec<ConvexPart> {
     let (mut parts, [below, floor]) = GLASS.parts(4, 16);
     let middle = 0.5 * (top.x + below.x);
     let cap = GLASS.at(GLASS.outer, (middle / GLASS.outer).asin());
-    parts.push(turned_hull(&[top, cap, below, floor]));
+    parts.push(axisymmetric_hull(&[top, cap, below, floor]));
     let edge = DVec2::new(radius + 0.5 * thickness, 0.5 * thickness);
     let foot = [DVec2::new(radius, 0.0), edge, DVec2::new(radius, thickness), DVec2::new(top.x, stem)];
-    parts.push(turned_hull(&foot));
+    parts.push(axisymmetric_hull(&foot));
     parts.push(ConvexPart::Cylinder {
         centre: DVec3::Y * 0.5 * (stem + top.y),
         axis: DVec3::Y,
@@ -188,6 +188,6 @@ pub(super) fn plate_parts() -> Vec<ConvexPart> {
     let mut far = vec![below, rim_below, rim_top];
     far.extend(half_round(middle, along, 0.5 * PLATE[0]));
     let mut parts = wedges(&far, &[overlap], 24);
-    parts.push(turned_hull(&[below, top]));
+    parts.push(axisymmetric_hull(&[below, top]));
     parts
 }

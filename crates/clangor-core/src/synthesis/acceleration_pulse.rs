@@ -9,7 +9,7 @@ use crate::contact::{ForceProfile, ImpactPulse};
 
 /// A body whose velocities change over `duration`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Click {
+pub struct AccelerationPulse {
     /// Which body; energies are summed by it.
     pub body: BodyId,
     /// Onset of the force \[s\].
@@ -30,11 +30,11 @@ pub struct Click {
     pub source: SoundSource,
 }
 
-impl Click {
+impl AccelerationPulse {
     /// Refuses numbers that would put NaN or infinity into the sound.
     pub(super) fn check(&self) -> Result<(), SynthesisError> {
         let bad =
-            |what, value| Err(SynthesisError::BadClick { what, value, body: self.body, time: self.time });
+            |what, value| Err(SynthesisError::BadPulse { what, value, body: self.body, time: self.time });
         let positive = |x: f64| x > 0.0 && x.is_finite();
         if !self.time.is_finite() {
             return bad("the time", self.time);
@@ -55,7 +55,7 @@ impl Click {
             return bad("a coordinate", value);
         }
         let frames = match &self.source {
-            SoundSource::Sphere { .. } | SoundSource::Published(_) | SoundSource::Ground { .. } => {
+            SoundSource::Sphere { .. } | SoundSource::Pan(_) | SoundSource::Ground { .. } => {
                 [self.orientation; 2]
             }
             SoundSource::Field(source) => [self.orientation, source.body_from_field],
@@ -70,12 +70,12 @@ impl Click {
 }
 
 /// The clicks of an impact: one for each body that it moves and that has a source; `sources` are those of all bodies.
-pub fn clicks_of(pulse: &ImpactPulse, sources: &[SoundSource]) -> impl Iterator<Item = Click> {
+pub fn clicks_of(pulse: &ImpactPulse, sources: &[SoundSource]) -> impl Iterator<Item = AccelerationPulse> {
     let ImpactPulse { onset, duration, profile, .. } = *pulse;
     let shares = pulse.bodies.into_iter().flatten();
     shares.filter_map(move |share| {
         let source = sources.get(share.body.index())?.clone();
-        Some(Click {
+        Some(AccelerationPulse {
             body: share.body,
             time: onset,
             duration,

@@ -11,9 +11,9 @@ use super::field_interpolation::{Interpolation, LEAST_WAVENUMBER};
 use super::lowpass;
 use super::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
 use crate::contact::ForceProfile;
-use crate::sound_model::acceleration::field::DEGREES;
-use crate::sound_model::acceleration::near_field::{FAR, NEAR};
+use crate::sound_model::acceleration::field::RIGID_DOFS;
 use crate::sound_model::acceleration::field_evaluator::{FieldScratch, GROUP, NodeGroup};
+use crate::sound_model::acceleration::near_field::{FAR, NEAR};
 use crate::synthesis::source::FieldSource;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -29,7 +29,7 @@ pub(crate) struct FieldTransfer {
     /// The field and its size.
     pub(super) source: Arc<FieldSource>,
     /// z = (Δv, R Δω) [m/s] in the axes of the field.
-    pub(super) motion: [f64; DEGREES],
+    pub(super) motion: [f64; RIGID_DOFS],
     /// The receiver over R, in the axes of the field; outside the bounding sphere unless there is a near field.
     pub(super) position: DVec3,
     /// ρ R [kg/m²].

@@ -1,4 +1,4 @@
-//! The sound of the ground under a blow: an elastic half-space, pressed at a point of its surface, radiates.
+//! The sound of the ground under an impact: an elastic half-space, pressed at a point of its surface, radiates.
 //!
 //! ```text
 //! p(x, t) = ρ/2π ∫ a(y, t − |x−y|/c) / |x−y| dS          Rayleigh's integral of the surface's normal acceleration
@@ -19,7 +19,7 @@
 //!
 //! How the integral is done is new here. f is written as a sum of poles in P² ([`poles`]), most of them off the axis:
 //! surface waves, one of which is Rayleigh's and the others stand for the body waves along the surface. The sound of one surface wave above the surface is known in closed form but for
-//! one quadrature that all listeners share ([`direction`]), and blows blend directions that are kept: a wave
+//! one quadrature that all listeners share ([`direction`]), and impacts blend directions that are kept: a wave
 //! from the point of contact, waves shed by the surface (Mach fronts, if they are faster than sound), each e^{−ixt}
 //! times an amplitude that is smooth in log x.
 //!
@@ -39,7 +39,7 @@ pub mod rayleigh_integral;
 pub mod source;
 pub(super) mod spectrum;
 
+pub use crate::reference::slab::SlabSource;
 pub use half_space::{GroundError, HalfSpace};
 pub use rayleigh_integral::rayleigh_integral;
-pub use crate::reference::slab::SlabSource;
 pub use source::{Ground, GroundSource, ground_clicks};

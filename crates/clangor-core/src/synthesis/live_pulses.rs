@@ -1,12 +1,12 @@
 //! Clicks as they happen: what a click will sound like is added at once to the samples to come.
 //!
 //! The same spectra as in [`renderer`](super::renderer), one inverse FFT for each wave, in blocks of 256 to 4096 samples. After
-//! [`LiveClicks::new`] nothing is allocated and nothing waits: a click takes microseconds, whatever came before.
+//! [`LivePulses::new`] nothing is allocated and nothing waits: a click takes microseconds, whatever came before.
 //!
 //! The low-pass looks ahead, and so a click is heard from [`LOOK_AHEAD`] samples before its wave on; what of it should already
 //! have been heard is lost. Whoever drives this delays all events by that and the length of a block.
 //!
-//! A wave may come by several ways, each of which loses something else ([`PathLoss`]), and go to several outputs at once.
+//! A wave may come by several paths, each of which loses something else ([`PathLoss`]), and go to several outputs at once.
 //!
 //! Differs from the offline renderer: a listener in the bounding sphere of a body hears the field on it; the ground and
 //! the published form of a field are not heard.
@@ -22,14 +22,14 @@ use realfft::{ComplexToReal, RealFftPlanner};
 
 pub use self::live_field::LiveField;
 use super::SynthesisError;
-use crate::synthesis::acceleration_pulse::Click;
 use super::field_spectrum::FieldPlayer;
-use crate::synthesis::received_wave::HeardWave;
 use super::lowpass::REACH;
 use super::renderer::{MIN_LENGTH, RenderSettings};
 use super::source::SoundSource;
 use super::spectrum::{Grid, Losses, Spectrum, Transfer};
 use crate::propagation::PathLoss;
+use crate::synthesis::acceleration_pulse::AccelerationPulse;
+use crate::synthesis::received_wave::ReceivedWave;
 
 /// Samples by which a click is heard before its wave.
 pub const LOOK_AHEAD: usize = REACH;
@@ -52,7 +52,7 @@ pub struct LiveReport {
 }
 
 /// See the module.
-pub struct LiveClicks {
+pub struct LivePulses {
     settings: RenderSettings,
     lengths: Vec<Length>,
     fields: Vec<Option<LiveField>>,
@@ -64,7 +64,7 @@ pub struct LiveClicks {
 /// What all blocks of one length share.
 struct Length {
     grid: Grid,
-    /// What each way loses.
+    /// What each path loses.
     losses: Vec<Option<Losses>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
 }
@@ -93,15 +93,15 @@ fn grids(settings: &RenderSettings) -> impl Iterator<Item = (usize, Grid)> + '_ 
     lengths.take_while(|length| *length <= LONGEST).map(move |length| (length, grid(length)))
 }
 
-impl LiveClicks {
-    /// Silence at so many outputs from sample 0 on, for clicks of spheres and of up to so many fields. Each way loses what
-    /// its loss says. Samples of `seconds` to come are kept, which is also how long sound may be on its way.
+impl LivePulses {
+    /// Silence at so many outputs from sample 0 on, for clicks of spheres and of up to so many fields. Each path loses what
+    /// its loss says. Samples of `seconds` to come are kept, which is also how long sound may be on its path.
     ///
     /// # Errors
     /// A medium that carries no sound, a band limit of nothing.
     pub fn new(
         settings: &RenderSettings,
-        ways: &[PathLoss],
+        paths: &[PathLoss],
         fields: usize,
         outputs: usize,
         seconds: f64,
@@ -110,13 +110,13 @@ impl LiveClicks {
         let mut planner = RealFftPlanner::new();
         let lengths: Vec<Length> = grids(settings)
             .map(|(length, grid)| {
-                let losses = ways.iter().map(|loss| Losses::on(&grid, *loss)).collect();
+                let losses = paths.iter().map(|loss| Losses::on(&grid, *loss)).collect();
                 Length { grid, losses, inverse: planner.plan_fft_inverse(length) }
             })
             .collect();
         let kept = ((seconds * settings.sample_rate.as_f64()) as usize + 2 * LONGEST).next_power_of_two();
         let coming = (0..outputs).map(|_| Coming { samples: vec![0.0; kept], next: 0 }).collect();
-        let mut clicks = LiveClicks {
+        let mut clicks = LivePulses {
             settings: *settings,
             lengths,
             fields: (0..fields).map(|_| None).collect(),
@@ -147,9 +147,9 @@ impl LiveClicks {
         }
     }
 
-    /// The first sample that hears a click from `towards` \[m\], the way from its centre to a receiver; `None` for one that
+    /// The first sample that hears a click from `towards` \[m\], the path from its centre to a receiver; `None` for one that
     /// nobody hears, which is counted.
-    pub fn first_sample(&mut self, click: &Click, towards: DVec3) -> Option<i64> {
+    pub fn first_sample(&mut self, click: &AccelerationPulse, towards: DVec3) -> Option<i64> {
         let is_ground = matches!(click.source, SoundSource::Ground { .. });
         if click.check().is_err() || !towards.is_finite() || is_ground {
             self.report.refused += 1;
@@ -168,7 +168,7 @@ impl LiveClicks {
     }
 
     /// Samples that a wave takes, with what the band limit adds.
-    fn samples_of(&self, heard: &HeardWave) -> f64 {
+    fn samples_of(&self, heard: &ReceivedWave) -> f64 {
         (heard.until - heard.from) * self.settings.sample_rate.as_f64() + 2.0 * REACH as f64 + 1.0
     }
 
@@ -176,9 +176,9 @@ impl LiveClicks {
         ((time - self.settings.start) * self.settings.sample_rate.as_f64()).floor() as i64
     }
 
-    /// Adds the wave of a click that runs `towards` a receiver \[m\] by a way, times a factor each, to some outputs. It must have a
+    /// Adds the wave of a click that runs `towards` a receiver \[m\] by a path, times a factor each, to some outputs. It must have a
     /// [`first_sample`](Self::first_sample).
-    pub fn play(&mut self, click: &Click, towards: DVec3, way: usize, outputs: &[(usize, f64)]) {
+    pub fn play(&mut self, click: &AccelerationPulse, towards: DVec3, path: usize, outputs: &[(usize, f64)]) {
         let rate = self.settings.sample_rate.as_f64();
         let heard = self.settings.wave(click, towards).map(|heard| (self.samples_of(&heard), heard));
         let fits = |samples: f64| self.lengths.iter().position(|l| l.inverse.len() as f64 >= samples);
@@ -210,7 +210,7 @@ impl LiveClicks {
         let origin = self.settings.start + begin as f64 / rate;
         Arch::new().dispatch(Playing {
             grid: &length.grid,
-            losses: length.losses[way].as_ref(),
+            losses: length.losses[path].as_ref(),
             heard: &heard,
             origin,
             player,
@@ -260,7 +260,7 @@ impl Coming {
 struct Playing<'a> {
     grid: &'a Grid,
     losses: Option<&'a Losses>,
-    heard: &'a HeardWave,
+    heard: &'a ReceivedWave,
     origin: f64,
     player: &'a mut FieldPlayer,
     spectrum: &'a mut Spectrum,

@@ -1,7 +1,7 @@
 //! Ringing: the modes of bodies, driven by contact forces and heard at the receivers.
 //!
 //! ```text
-//! ImpactPulse ─► ModalVoice::push_pulses ─► Q = Σ U(x)·j g(t) ─► ModalBank: ẇ = λw + Q, A = c (λw + Q)
+//! ImpactPulse ─► ModalVoice::push_pulses ─► Q = Σ U(x)·j g(t) ─► ResonatorBank: ẇ = λw + Q, A = c (λw + Q)
 //!                                           ─► Σ Re{H A} on the emission grid ─► delay r/c ─► samples \[Pa\]
 //! ```
 //!
@@ -21,7 +21,7 @@
 //! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?;     // per body and listener
 //! voice.push_pulses(&pulses)?;                 // any order, pulses of other bodies are passed over
 //! voice.push_stream(&forces, time_step)?;      // if wanted: contact::force_stream, for rolling and contact damping
-//! voice.push_ringing(&state)?;                 // of a piece: what it takes over from what it was part of
+//! voice.inherit_state(&state)?;                 // of a piece: what it takes over from what it was part of
 //! let mut channels = vec![vec![0.0; count]; receivers];
 //! voice.render_block(first_sample, &mut channels)?;   // ADDS [Pa]; blocks ascend; sample 0 is RenderSettings::start
 //! ```
@@ -31,21 +31,21 @@
 //! nothing to add.
 //!
 //! Differs from \[FRAC\] eq. (8), |p| q, which depends on how the modes of a degenerate pair are chosen and is too loud
-//! under soft contacts; [`ModalPressure::PublishedMagnitude`] plays it.
+//! under soft contacts; [`ModalPressure::FracMagnitude`] plays it.
 
-pub mod resonator_bank;
 mod delay;
 mod drive;
-pub mod modal_state_transfer;
 mod live_delay;
 mod live_trail;
 pub mod live_voice;
+pub mod modal_state_transfer;
+pub mod resonator_bank;
 pub mod source;
 pub mod transfer;
 pub mod voice;
 
-pub use resonator_bank::{ModalBank, Resonance};
 pub use modal_state_transfer::ModalState;
+pub use resonator_bank::{Resonance, ResonatorBank};
 pub use source::{ModalError, ModalSource, StrikeMemory};
 pub use transfer::{TransferEvaluator, TransferMemory, TransferOrder};
 pub use voice::ModalVoice;
@@ -71,7 +71,7 @@ pub enum ModalPressure {
     #[default]
     Acceleration,
     /// \[FRAC\] eq. (8), |p| q with p the pressure per amplitude q, |p| = ω²|H|.
-    PublishedMagnitude,
+    FracMagnitude,
 }
 
 /// How bodies ring.

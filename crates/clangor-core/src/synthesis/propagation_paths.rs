@@ -1,6 +1,6 @@
-//! The ways by which a live listener hears: directly, and by reflections in a rigid floor or in the walls of a room.
+//! The paths by which a live listener hears: directly, and by reflections in a rigid floor or in the walls of a room.
 //!
-//! What an image source makes at a receiver, the source itself makes at the receiver mirrored the same way: a way is a
+//! What an image source makes at a receiver, the source itself makes at the receiver mirrored the same path: a path is a
 //! direction in which a body sends, and what is lost there.
 //!
 //! Differs from the offline renderer: what is below the floor is heard directly, though not by the floor, and so is what is outside the
@@ -11,9 +11,9 @@ use glam::DVec3;
 use super::listener::Floor;
 use crate::propagation::{Air, ImageSource, PathLoss, Room, image_sources};
 
-/// All ways, the direct one first.
+/// All paths, the direct one first.
 #[derive(Clone, Debug)]
-pub struct LiveWays {
+pub struct PropagationPaths {
     floor: Floor,
     room: Option<Room>,
     images: Vec<ImageSource>,
@@ -22,7 +22,7 @@ pub struct LiveWays {
     reflects: bool,
 }
 
-impl LiveWays {
+impl PropagationPaths {
     /// By a rigid floor, or by up to the room's number of reflections in its walls, which include the floor.
     pub fn new(floor: Floor, room: Option<Room>, air: Option<Air>) -> Self {
         let images = match (&room, floor) {
@@ -43,7 +43,7 @@ impl LiveWays {
             None => PathLoss::through(air),
         };
         let losses = std::iter::once(PathLoss::through(air)).chain(images.iter().map(lost)).collect();
-        LiveWays { floor, room, images, losses, reflects: true }
+        PropagationPaths { floor, room, images, losses, reflects: true }
     }
 
     /// How many.
@@ -56,10 +56,10 @@ impl LiveWays {
         &self.losses
     }
 
-    /// From a body to a receiver, both places [m, world], as the body sees it \[m\]; `None` where the way does not lead: a
+    /// From a body to a receiver, both places [m, world], as the body sees it \[m\]; `None` where the path does not lead: a
     /// reflection of what is outside the room or below the floor.
-    pub fn towards(&self, way: usize, body: DVec3, receiver: DVec3) -> Option<DVec3> {
-        let Some(image) = way.checked_sub(1).map(|image| &self.images[image]) else {
+    pub fn towards(&self, path: usize, body: DVec3, receiver: DVec3) -> Option<DVec3> {
+        let Some(image) = path.checked_sub(1).map(|image| &self.images[image]) else {
             return Some(receiver - body);
         };
         let among = |point: DVec3| match (&self.room, self.floor) {
@@ -75,15 +75,15 @@ impl LiveWays {
         self.reflects = heard;
     }
 
-    /// Whether receivers hear a way themselves; if not, it is only there to feed the late reverberation.
-    pub fn is_heard(&self, way: usize) -> bool {
+    /// Whether receivers hear a path themselves; if not, it is only there to feed the late reverberation.
+    pub fn is_heard(&self, path: usize) -> bool {
         let most = self.room.as_ref().map_or(u32::MAX, |room| room.image_order);
-        way.checked_sub(1).is_none_or(|image| self.images[image].order() <= most)
+        path.checked_sub(1).is_none_or(|image| self.images[image].order() <= most)
     }
 
-    /// The input of the late reverberation that a way feeds: each single reflection in a wall one.
-    pub fn reverberation_input(&self, way: usize) -> Option<usize> {
-        let image = &self.images[way.checked_sub(1)?];
+    /// The input of the late reverberation that a path feeds: each single reflection in a wall one.
+    pub fn reverberation_input(&self, path: usize) -> Option<usize> {
+        let image = &self.images[path.checked_sub(1)?];
         let single = self.room.as_ref().is_some_and(|room| room.late) && image.order() == 1;
         single.then(|| image.reflections.iter().position(|met| *met == 1))?
     }

@@ -4,19 +4,19 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::synthesis::acceleration_pulse::Click;
 use super::field_spectrum::{FieldTransfer, fade_reach};
-use crate::reference::slab::SlabTransfer;
 use super::ground::spectrum::GroundTransfer;
 use super::ground::{Ground, SlabSource};
 use super::renderer::RenderSettings;
 use super::source::{FieldSource, SoundSource};
 use super::spectrum::{Transfer, Wave};
 use crate::medium::Medium;
+use crate::reference::slab::SlabTransfer;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
+use crate::synthesis::acceleration_pulse::AccelerationPulse;
 
 /// A wave, and between which times it is heard \[s\].
-pub(super) struct HeardWave {
+pub(super) struct ReceivedWave {
     pub(super) wave: Wave,
     /// From the centre of the click \[m\].
     pub(super) distance: f64,
@@ -26,7 +26,7 @@ pub(super) struct HeardWave {
 
 impl RenderSettings {
     /// The wave of a click that runs `towards` a receiver \[m\], from the centre of the click; `None` if there is none.
-    pub(super) fn wave(&self, click: &Click, towards: DVec3) -> Option<HeardWave> {
+    pub(super) fn wave(&self, click: &AccelerationPulse, towards: DVec3) -> Option<ReceivedWave> {
         let RenderSettings { medium, sphere_model, .. } = *self;
         let place = click.orientation.inverse() * towards;
         let distance = towards.length();
@@ -36,7 +36,7 @@ impl RenderSettings {
             let middle = click.time + delay + 0.5 * click.duration;
             let wave = Wave { transfer, profile: click.profile, duration: click.duration, middle };
             let (from, until) = (click.time + first + begin, click.time + last + end);
-            Some(HeardWave { wave, distance, from, until })
+            Some(ReceivedWave { wave, distance, from, until })
         };
         match &click.source {
             SoundSource::Sphere { radius } => {
@@ -66,8 +66,8 @@ impl RenderSettings {
                 let transfer = GroundTransfer { source, impulse: *impulse, place };
                 heard(Transfer::Ground(transfer), 0.0, first, last)
             }
-            // Is no wave: `Renderer::push_published` computes it in time.
-            SoundSource::Published(_) => None,
+            // Is no wave: `Renderer::push_pan` computes it in time.
+            SoundSource::Pan(_) => None,
         }
     }
 
@@ -79,7 +79,12 @@ impl RenderSettings {
 }
 
 /// The field of a click at a `place` \[m\] of the body frame.
-fn field_transfer(click: &Click, source: &Arc<FieldSource>, place: DVec3, medium: &Medium) -> FieldTransfer {
+fn field_transfer(
+    click: &AccelerationPulse,
+    source: &Arc<FieldSource>,
+    place: DVec3,
+    medium: &Medium,
+) -> FieldTransfer {
     let radius = source.radius;
     let field_from_body = source.body_from_field.inverse();
     let to_field = field_from_body * click.orientation.inverse();

@@ -13,20 +13,20 @@ use pulp::{Arch, Simd, WithSimd};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner};
 
-use crate::synthesis::acceleration_pulse::Click;
 use super::field_interpolation::Interpolation;
 use super::field_spectrum::{FieldPlayer, LONGEST_FADE_REACH};
-use crate::synthesis::received_wave::HeardWave;
 use super::listener::{Floor, Listener};
 use super::lowpass::{self, REACH};
-use crate::reference::pan_sound::{PublishedSource, Samples};
 use super::source::{FieldSource, SoundSource};
 use super::spectrum::{Grid, Losses, Spectrum, Transfer, Wave};
 use super::{SampleRate, SynthesisError};
 use crate::body::BodyId;
 use crate::medium::Medium;
-use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::propagation::PathLoss;
+use crate::reference::pan_sound::{PanSource, Samples};
+use crate::sound_model::acceleration::sphere_radiation::SphereModel;
+use crate::synthesis::acceleration_pulse::AccelerationPulse;
+use crate::synthesis::received_wave::ReceivedWave;
 
 /// Blocks are handed out in whole spans of this many samples, so that their order never depends on when.
 const SPAN: i64 = 1 << 16;
@@ -77,7 +77,7 @@ pub struct RenderReport {
 pub struct Renderer {
     listener: Listener,
     settings: RenderSettings,
-    pending: BTreeMap<BlockKey, Vec<HeardClick>>,
+    pending: BTreeMap<BlockKey, Vec<ReceivedPulse>>,
     tables: BTreeMap<usize, Arc<BlockTables>>,
     interpolations: BTreeMap<InterpolationKey, KeptInterpolation>,
     interpolation_bytes: usize,
@@ -106,7 +106,7 @@ struct BlockKey {
 
 /// A click as a receiver hears it.
 #[derive(Clone, Debug)]
-struct HeardClick {
+struct ReceivedPulse {
     body: BodyId,
     sound: HeardSound,
 }
@@ -195,7 +195,7 @@ impl Renderer {
     /// # Errors
     /// Numbers that are not finite, a click too long for any block or too late for its block, a moving receiver that
     /// is below the floor when it hears the click.
-    pub fn push(&mut self, click: &Click) -> Result<(), SynthesisError> {
+    pub fn push(&mut self, click: &AccelerationPulse) -> Result<(), SynthesisError> {
         click.check()?;
         self.report.clicks += 1;
         let floor = self.settings.floor;
@@ -213,8 +213,8 @@ impl Renderer {
             }
         }
         for receiver in 0..self.listener.receivers.len() {
-            if let SoundSource::Published(source) = &click.source {
-                self.push_published(click, source, receiver)?;
+            if let SoundSource::Pan(source) = &click.source {
+                self.push_pan(click, source, receiver)?;
                 continue;
             }
             let Some(direct) = self.wave(click, receiver, false)? else {
@@ -273,7 +273,7 @@ impl Renderer {
         let later = self.pending.split_off(&BlockKey { first, length: 0, receiver: 0 });
         let ready = std::mem::replace(&mut self.pending, later);
         let rate = self.settings.sample_rate.as_f64();
-        let job = |(key, clicks): (BlockKey, Vec<HeardClick>)| BlockJob {
+        let job = |(key, clicks): (BlockKey, Vec<ReceivedPulse>)| BlockJob {
             origin: self.settings.start + (key.first - REACH as i64) as f64 / rate,
             tables: Arc::clone(&self.tables[&key.length]),
             key,
@@ -286,7 +286,7 @@ impl Renderer {
     /// counted, if the receiver, or its mirror image, is inside what sounds.
     fn towards(
         &mut self,
-        click: &Click,
+        click: &AccelerationPulse,
         receiver: usize,
         reflected: bool,
     ) -> Result<Option<DVec3>, SynthesisError> {
@@ -308,19 +308,19 @@ impl Renderer {
     /// The wave that reaches a receiver directly or `reflected` by the floor; `None` if there is none.
     fn wave(
         &mut self,
-        click: &Click,
+        click: &AccelerationPulse,
         receiver: usize,
         reflected: bool,
-    ) -> Result<Option<HeardWave>, SynthesisError> {
+    ) -> Result<Option<ReceivedWave>, SynthesisError> {
         let towards = self.towards(click, receiver, reflected)?;
         Ok(towards.and_then(|towards| self.settings.wave(click, towards)))
     }
 
     /// The sound of a published model at a receiver, with its reflection by the floor.
-    fn push_published(
+    fn push_pan(
         &mut self,
-        click: &Click,
-        source: &PublishedSource,
+        click: &AccelerationPulse,
+        source: &PanSource,
         receiver: usize,
     ) -> Result<(), SynthesisError> {
         let mut sound = Samples::default();
@@ -359,7 +359,7 @@ impl Renderer {
     }
 
     /// Time between a wave and the floor's \[s\] below which they are one sound: that in which it falls by 50 dB.
-    fn overlap(&self, click: &Click) -> f64 {
+    fn overlap(&self, click: &AccelerationPulse) -> f64 {
         let medium = &self.settings.medium;
         let ringing = click.source.ring_time(medium);
         let until_quiet = match &click.source {
@@ -367,7 +367,7 @@ impl Renderer {
             SoundSource::Sphere { .. } => 0.25 * ringing,
             // A field begins to be heard before the wave from its centre passes.
             SoundSource::Field(source) => source.radius / medium.sound_speed + 0.5 * ringing,
-            SoundSource::Published(_) | SoundSource::Ground { .. } => ringing,
+            SoundSource::Pan(_) | SoundSource::Ground { .. } => ringing,
         };
         click.duration + until_quiet
     }
@@ -375,16 +375,16 @@ impl Renderer {
     /// Puts waves into the block in which they begin to be heard.
     fn file(
         &mut self,
-        click: &Click,
+        click: &AccelerationPulse,
         receiver: usize,
-        direct: HeardWave,
-        reflected: Option<HeardWave>,
+        direct: ReceivedWave,
+        reflected: Option<ReceivedWave>,
     ) -> Result<(), SynthesisError> {
         let rate = self.settings.sample_rate.as_f64();
         let until = reflected.as_ref().map_or(direct.until, |r| r.until.max(direct.until));
         let first = ((direct.from - self.settings.start) * rate).floor() as i64;
         self.put(click, receiver, first, (until - direct.from) * rate, |renderer, length| {
-            let of_path = |heard: HeardWave| Box::new((heard.wave, heard.distance));
+            let of_path = |heard: ReceivedWave| Box::new((heard.wave, heard.distance));
             let (mut direct, mut reflected) = (of_path(direct), reflected.map(of_path));
             for (wave, _) in std::iter::once(&mut *direct).chain(reflected.as_deref_mut()) {
                 if let Transfer::Field(transfer) = &mut wave.transfer {
@@ -399,7 +399,7 @@ impl Renderer {
     /// the block.
     fn put(
         &mut self,
-        click: &Click,
+        click: &AccelerationPulse,
         receiver: usize,
         first: i64,
         samples: f64,
@@ -426,7 +426,7 @@ impl Renderer {
         });
         let key = BlockKey { first, length, receiver };
         let sound = sound(self, length);
-        self.pending.entry(key).or_default().push(HeardClick { body: click.body, sound });
+        self.pending.entry(key).or_default().push(ReceivedPulse { body: click.body, sound });
         Ok(())
     }
 }
@@ -449,7 +449,7 @@ pub struct BlockJob {
     key: BlockKey,
     /// Time of the first sample of the buffer \[s\].
     origin: f64,
-    clicks: Vec<HeardClick>,
+    clicks: Vec<ReceivedPulse>,
     tables: Arc<BlockTables>,
 }
 
@@ -510,7 +510,7 @@ impl WithSimd for Rendering<'_> {
         sum.clear(grid);
         let mut heard = Vec::new();
         let rate = grid.spacing_hz * key.length as f64;
-        for HeardClick { body, sound } in clicks {
+        for ReceivedPulse { body, sound } in clicks {
             let ((direct, distance), reflected) = match sound {
                 HeardSound::Waves { direct, reflected } => (&**direct, reflected.as_deref()),
                 HeardSound::Samples(samples) => {

@@ -10,11 +10,11 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 
 use super::ground::Ground;
-use crate::reference::pan_sound::PublishedSource;
 use crate::body::{Body, Surface};
 use crate::medium::Medium;
+use crate::reference::pan_sound::PanSource;
+use crate::sound_model::acceleration::field_evaluator::FieldEvaluator;
 use crate::sound_model::acceleration::near_field::NearField;
-use crate::sound_model::acceleration::field_evaluator::PlayableField;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 
 /// Ringing of a sphere is followed until it has fallen by e^−23 = 1e-10.
@@ -31,7 +31,7 @@ pub enum SoundSource {
     /// A field about the centre of mass.
     Field(Arc<FieldSource>),
     /// The published representation of one.
-    Published(Arc<PublishedSource>),
+    Pan(Arc<PanSource>),
     /// Not a body that moves, but the ground that it hits, pressed at the centre of the click, y its normal.
     Ground {
         /// The ground.
@@ -45,7 +45,7 @@ pub enum SoundSource {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldSource {
     /// The field; bodies of the same shape share it.
-    pub field: Arc<PlayableField>,
+    pub field: Arc<FieldEvaluator>,
     /// What takes over near the body.
     pub near: Option<Arc<NearField>>,
     /// Its unit of length R \[m\]: the bounding radius of the body, or of its proxy.
@@ -74,7 +74,7 @@ impl SoundSource {
         match self {
             SoundSource::Sphere { radius } => *radius,
             SoundSource::Field(source) => source.radius,
-            SoundSource::Published(source) => source.model.radius(),
+            SoundSource::Pan(source) => source.model.radius(),
             SoundSource::Ground { .. } => 0.0,
         }
     }
@@ -84,7 +84,7 @@ impl SoundSource {
         match self {
             SoundSource::Sphere { radius } => SphereTransfer::decay_time(medium, *radius, DECAY_FOLDS),
             SoundSource::Field(source) => source.field.ring_time * source.radius / medium.sound_speed,
-            SoundSource::Published(source) => source.ring_time(medium),
+            SoundSource::Pan(source) => source.ring_time(medium),
             // How long the surface is heard depends on where.
             SoundSource::Ground { .. } => 0.0,
         }
@@ -95,7 +95,7 @@ impl SoundSource {
         match self {
             SoundSource::Sphere { radius } => point_body.length() < *radius,
             SoundSource::Field(source) => source.contains(point_body),
-            SoundSource::Published(source) => source.contains(point_body),
+            SoundSource::Pan(source) => source.contains(point_body),
             SoundSource::Ground { .. } => point_body.y <= 0.0,
         }
     }
@@ -104,7 +104,7 @@ impl SoundSource {
 impl FieldSource {
     /// A field of unit length `radius` R \[m\], turned by `body_from_field`, for a body with this surface.
     pub fn new(
-        field: Arc<PlayableField>,
+        field: Arc<FieldEvaluator>,
         near: Option<Arc<NearField>>,
         radius: f64,
         body_from_field: DQuat,

@@ -13,9 +13,9 @@ use glam::DQuat;
 
 use super::source::{FieldSource, SoundSource};
 use crate::body::{Body, Motion, Surface};
-use crate::sound_model::soundbank::ellipsoid_bank::Proxy;
-use crate::sound_model::acceleration::model_evaluator::{PlayableBank, PlayableModel};
+use crate::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
 use crate::sound_model::acceleration::proxy_field::ProxyFields;
+use crate::sound_model::soundbank::ellipsoid_bank::Proxy;
 
 /// Part of its convex hull that a body must fill to be played as an ellipsoid.
 pub const LEAST_FILLING: f64 = 0.9;
@@ -173,7 +173,7 @@ impl fmt::Display for Decision {
 
 /// Decides what a body sounds as. `max_wavenumber` is k = 2πf/c [1/m] at the highest frequency that is rendered in
 /// full.
-pub fn decide(body: &Body, rule: SoundRule, bank: Option<&PlayableBank>, max_wavenumber: f64) -> Decision {
+pub fn decide(body: &Body, rule: SoundRule, bank: Option<&BankEvaluator>, max_wavenumber: f64) -> Decision {
     let decision = |kind, reason| Decision { kind, reason };
     if !matches!(body.motion, Motion::Free) || matches!(*body.surface, Surface::HalfSpace) {
         return decision(SourceKind::Sphere, Reason::Immovable);
@@ -210,7 +210,7 @@ pub fn decide(body: &Body, rule: SoundRule, bank: Option<&PlayableBank>, max_wav
 }
 
 /// The ellipsoid of a bank that stands for a body.
-fn proxy_of(body: &Body, bank: &PlayableBank) -> Option<Proxy> {
+fn proxy_of(body: &Body, bank: &BankEvaluator) -> Option<Proxy> {
     let Surface::Mesh(mesh) = &*body.surface else { return None };
     let density = body.mass / mesh.volume;
     bank.bank().proxy_for(body.inertia * (1.0 / density), mesh.volume)
@@ -222,10 +222,10 @@ pub fn source_of(
     body: &Body,
     decision: &Decision,
     proxies: Option<&mut ProxyFields<'_>>,
-    own: Option<&PlayableModel>,
+    own: Option<&ModelEvaluator>,
 ) -> (SoundSource, SourceKind) {
     let surface = &body.surface;
-    if let (SourceKind::Own, Some(PlayableModel { radius, field, near })) = (decision.kind, own) {
+    if let (SourceKind::Own, Some(ModelEvaluator { radius, field, near })) = (decision.kind, own) {
         let (field, near) = (Arc::clone(field), near.clone());
         let source = FieldSource::new(field, near, *radius, DQuat::IDENTITY, Arc::clone(surface));
         return (SoundSource::Field(Arc::new(source)), SourceKind::Own);

@@ -10,12 +10,12 @@ use realfft::ComplexToReal;
 use realfft::num_complex::Complex;
 
 use super::field_spectrum::{FieldPlayer, FieldTransfer};
-use crate::reference::slab::SlabTransfer;
 use super::ground::spectrum::GroundTransfer;
 use super::{ground, lowpass};
 use crate::contact::force_profile::ForceProfile;
-use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 use crate::propagation::PathLoss;
+use crate::reference::slab::SlabTransfer;
+use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 
 /// Bins of a field that advance together.
 pub(crate) const LANES: usize = 8;
@@ -175,7 +175,9 @@ impl Spectrum {
             Transfer::Sphere(transfer) => transfer,
             Transfer::Field(transfer) => return player.add(simd, self, grid, wave, transfer, origin),
             Transfer::Ground(transfer) => return ground::spectrum::add(self, grid, wave, transfer, origin),
-            Transfer::Slab(transfer) => return crate::reference::slab::add(self, grid, wave, transfer, origin),
+            Transfer::Slab(transfer) => {
+                return crate::reference::slab::add(self, grid, wave, transfer, origin);
+            }
         };
         let step = std::f64::consts::TAU * grid.spacing_hz;
         let delay = Rotation::new(-step * (wave.middle - origin));

@@ -1,4 +1,4 @@
-//! One blow on one body, heard by one receiver: `clangor strike`.
+//! One impact on one body, heard by one receiver: `clangor strike`.
 //!
 //! The body is at rest with its centre of mass at the origin and the axes of its mesh file. The force begins at t = 0;
 //! the output begins at −2 ms, because a band-limited onset rings before it arrives. The delay to the receiver is in it.
@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use crate::synthesis::acceleration_pulse::Click;
 use super::listener::{Floor, Listener};
 use super::modal::{ModalSource, ModalVoice};
 use super::overlap_add::OverlapAdd;
@@ -21,9 +20,10 @@ use crate::contact::hertz::{HertzContact, combined_curvature};
 use crate::contact::local_curvature::mean_curvature;
 use crate::contact::{BodyPulse, ImpactPulse, PoseHistory};
 use crate::medium::Medium;
-use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::pose::Pose;
 use crate::propagation::PathLoss;
+use crate::sound_model::acceleration::sphere_radiation::SphereModel;
+use crate::synthesis::acceleration_pulse::AccelerationPulse;
 
 /// Output before the first contact \[s\].
 pub const LEAD: f64 = 2e-3;
@@ -32,7 +32,7 @@ pub const DEFAULT_SPEED: f64 = 1.0;
 /// Largest distance of the struck point from the surface, over the bounding radius.
 pub const POINT_TOLERANCE: f64 = 0.02;
 
-/// A blow and how to listen to it.
+/// An impact and how to listen to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strike {
     /// Impulse on the body [N s].
@@ -79,7 +79,7 @@ pub enum StrikeError {
         /// Which.
         what: &'static str,
     },
-    /// The blow misses the body.
+    /// The impact misses the body.
     #[error(
         "the point {point} m is {distance:.4e} m off the surface, more than 2 % of the bounding radius {bounding} m"
     )]
@@ -161,7 +161,7 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
     }
 
     let velocity_change = strike.impulse / body.mass;
-    let click = Click {
+    let click = AccelerationPulse {
         body: BodyId(0),
         time: 0.0,
         duration,
@@ -196,7 +196,7 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
     Ok(StrikeSound { times, pressures, duration, velocity_change, radius })
 }
 
-/// What a struck body rings, sample by sample \[Pa\] of what [`strike`] gave for the same blow.
+/// What a struck body rings, sample by sample \[Pa\] of what [`strike`] gave for the same impact.
 ///
 /// # Errors
 /// [`StrikeError`].
@@ -252,7 +252,7 @@ pub fn struck_ringing(
     Ok(ringing)
 }
 
-/// How the blow is rendered.
+/// How the impact is rendered.
 fn settings(strike: &Strike) -> RenderSettings {
     RenderSettings {
         sample_rate: strike.sample_rate,

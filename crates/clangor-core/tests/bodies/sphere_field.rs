@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use clangor_core::glam::DVec3;
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES, Node, Term};
 use clangor_core::math::spherical_harmonics::{count, index, solid_harmonics};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 use realfft::num_complex::Complex64;
 
 /// p/ρ at `x` of a sphere of radius `a` about `centre` with acceleration `acceleration`, s = ik and c = 1. Time begins
@@ -24,7 +24,7 @@ pub(crate) fn sphere_pressure(
 }
 
 /// Motion of a sphere's centre at `offset` for each degree of freedom of the body.
-pub(crate) fn centre_motions(offset: DVec3) -> [DVec3; DEGREES] {
+pub(crate) fn centre_motions(offset: DVec3) -> [DVec3; RIGID_DOFS] {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     std::array::from_fn(|i| if i < 3 { axes[i] } else { axes[i - 3].cross(offset) })
 }
@@ -54,7 +54,7 @@ pub(crate) fn sphere_field(
     let rule = gauss(2 * order + 24);
     let turns = 4 * order + 49;
     let mut harmonics = Vec::new();
-    let mut values = vec![[Complex64::ZERO; DEGREES]; count(order) * nodes.len()];
+    let mut values = vec![[Complex64::ZERO; RIGID_DOFS]; count(order) * nodes.len()];
     for (z, w) in &rule {
         for k in 0..turns {
             let phi = TAU * k as f64 / turns as f64;
@@ -84,7 +84,7 @@ pub(crate) fn sphere_field(
     let largest = values.iter().flatten().map(|v| v.norm()).fold(0.0, f64::max);
     for n in 0..=order {
         for m in -(n as isize)..=n as isize {
-            for degree in 0..DEGREES {
+            for degree in 0..RIGID_DOFS {
                 let at = index(n, m) * field.nodes.len();
                 let row = &values[at..at + field.nodes.len()];
                 if row.iter().all(|v| v[degree].norm() < 1e-13 * largest) {

@@ -7,15 +7,15 @@ use clangor_core::contact::{BodyPulse, ForceProfile, ImpactPulse, PoseHistory};
 use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::material::{Damping, presets};
 use clangor_core::medium::Medium;
+use clangor_core::pose::{Pose, Track};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use clangor_core::pose::{Pose, Track};
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource};
 use num_complex::Complex64;
 
 /// R [m].
 pub(crate) const RADIUS: f64 = 0.1;
-/// Impulse of the blows [N s].
+/// Impulse of the impacts [N s].
 pub(crate) const IMPULSE: f64 = 0.02;
 
 /// A mode whose every node moves by `shape`.
@@ -72,8 +72,8 @@ pub(crate) fn still() -> PoseHistory {
     poses(Motion::Keyframed(Track::fixed(Pose::IDENTITY)))
 }
 
-/// A blow along z on body 0, which is A.
-pub(crate) fn blow(onset: f64, duration: f64, pose: Pose) -> ImpactPulse {
+/// An impact along z on body 0, which is A.
+pub(crate) fn impact(onset: f64, duration: f64, pose: Pose) -> ImpactPulse {
     let impulse = IMPULSE * DVec3::Z;
     let share = BodyPulse {
         body: BodyId(0),

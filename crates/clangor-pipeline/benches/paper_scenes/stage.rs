@@ -14,20 +14,20 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::model_evaluator::PlayableBank;
-use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::pose::Pose;
 use clangor_core::propagation::PathLoss;
 use clangor_core::scene::render_settings::{GroundSound, Parts};
 use clangor_core::shape::Shape;
+use clangor_core::sound_model::acceleration::model_evaluator::BankEvaluator;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundRule, SoundSource};
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow, Timeline};
 use clangor_pipeline::formats::model_cache::ModelCache;
+use clangor_pipeline::formats::wav::SampleFormat;
 use clangor_pipeline::stages::render::{FullScale, RenderOptions, Sounds, Transfers, render};
 use clangor_pipeline::stages::sound_models::ringers::Ringers;
 use clangor_pipeline::stages::sound_models::sources::{SourceSettings, sources};
-use clangor_pipeline::formats::wav::SampleFormat;
 
 use crate::cpu_time::cpu_time;
 
@@ -127,7 +127,7 @@ impl Stage {
         &self,
         frequency: f64,
         cache: &ModelCache,
-        bank: Option<&PlayableBank>,
+        bank: Option<&BankEvaluator>,
     ) -> Vec<SoundSource> {
         let settings = SourceSettings {
             rules: &self.rules,

@@ -1,6 +1,6 @@
 //! Contacts that were written by hand or by a script: JSON lines (`.jsonl`) or comma-separated values (`.csv`).
 //!
-//! One contact per line, columns named as in `docs/format/timeline.md`, bodies by name or by number. Only what a blow
+//! One contact per line, columns named as in `docs/format/timeline.md`, bodies by name or by number. Only what an impact
 //! needs must be given; the rest has a default:
 //!
 //! | CSV columns | JSON field | default |
@@ -98,9 +98,9 @@ pub enum LineFault {
         /// What is there.
         text: String,
     },
-    /// A blow that pulls, or an approach that recedes.
+    /// An impact that pulls, or an approach that recedes.
     #[error(
-        "{column} is {value}, below 0; the normal points from body_b to body_a, so that a blow is positive"
+        "{column} is {value}, below 0; the normal points from body_b to body_a, so that an impact is positive"
     )]
     Negative {
         /// The column.

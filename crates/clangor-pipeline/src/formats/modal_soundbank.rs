@@ -5,21 +5,21 @@
 
 use std::ops::ControlFlow;
 
+use clangor_bake::soundbank::modal::{BankOptions, ModalSoundbankBakeError, build_bank};
 use clangor_core::material::Material;
 use clangor_core::material::presets::GLASS;
 use clangor_core::medium::Medium;
+use clangor_core::sound_model::files::modal_soundbank_file::{ModalSoundbankFile, ModalSoundbankOrigin};
 use clangor_core::sound_model::soundbank::modal_soundbank::{BankMaterial, ModalSoundbank, serves};
-use clangor_core::sound_model::files::modal_soundbank_file::{ModalBankFile, ModalBankOrigin};
-use clangor_bake::soundbank::modal::{BankOptions, ModalBankBakeError, build_bank};
 
-use crate::formats::model_cache::{Lookup, ModelCache, modal_bank_key};
+use crate::formats::model_cache::{Lookup, ModelCache, modal_soundbank_key};
 
 /// The bank of glass that comes with the program: `clangor bank build --modal --material glass`.
-const DEFAULT_BANK: &[u8] = include_bytes!("../../../data/modal_bank.safetensors");
+const DEFAULT_BANK: &[u8] = include_bytes!("../../../../data/modal_soundbank.safetensors");
 
 /// The bank that comes with the program; `None` is impossible, and a test says so.
-pub fn default_modal_bank() -> Option<ModalSoundbank> {
-    Some(ModalBankFile::decode(DEFAULT_BANK).ok()?.bank)
+pub fn default_modal_soundbank() -> Option<ModalSoundbank> {
+    Some(ModalSoundbankFile::decode(DEFAULT_BANK).ok()?.bank)
 }
 
 /// What a bank has to know of a material, and of what carries the sound.
@@ -31,16 +31,16 @@ pub fn bank_material(material: &Material, medium: Medium) -> BankMaterial {
 /// Bakes a bank. `progress` is told which part of the work is done, from 0 to 1.
 ///
 /// # Errors
-/// [`ModalBankBakeError`].
-pub fn build_modal_bank(
+/// [`ModalSoundbankBakeError`].
+pub fn build_modal_soundbank(
     material: &str,
     options: &BankOptions,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<ModalBankFile, ModalBankBakeError> {
+) -> Result<ModalSoundbankFile, ModalSoundbankBakeError> {
     let bank = build_bank(options, progress)?;
-    let origin = ModalBankOrigin {
+    let origin = ModalSoundbankOrigin {
         program: format!("clangor {}", env!("CARGO_PKG_VERSION")),
-        inputs: modal_bank_key(options),
+        inputs: modal_soundbank_key(options),
         material: material.into(),
         asked_accuracy: options.accuracy,
         spacing: options.spacing,
@@ -48,7 +48,7 @@ pub fn build_modal_bank(
         largest_size: options.largest_size,
         max_frequency: options.max_frequency,
     };
-    Ok(ModalBankFile { bank, origin })
+    Ok(ModalSoundbankFile { bank, origin })
 }
 
 /// A bank, and what had to be done for it.
@@ -73,32 +73,32 @@ fn shared_material(material: &Material, medium: Medium) -> (String, BankMaterial
 /// The bank for a material: out of the cache, or baked and put there.
 ///
 /// # Errors
-/// [`ModalBankBakeError`].
-pub fn obtain_modal_bank(
+/// [`ModalSoundbankBakeError`].
+pub fn obtain_modal_soundbank(
     material: &Material,
     medium: Medium,
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<ObtainedBank, ModalBankBakeError> {
+) -> Result<ObtainedBank, ModalSoundbankBakeError> {
     let mut remarks = Vec::new();
     let (name, of) = shared_material(material, medium);
-    if let Some(bank) = default_modal_bank().filter(|bank| serves(bank.material(), &of).is_ok()) {
+    if let Some(bank) = default_modal_soundbank().filter(|bank| serves(bank.material(), &of).is_ok()) {
         return Ok(ObtainedBank { bank, remarks });
     }
     let options = BankOptions::new(of);
-    let key = modal_bank_key(&options);
-    match cache.map_or(Lookup::Missing, |cache| cache.read_modal_bank(&key)) {
+    let key = modal_soundbank_key(&options);
+    match cache.map_or(Lookup::Missing, |cache| cache.read_modal_soundbank(&key)) {
         Lookup::Found(file) => return Ok(ObtainedBank { bank: file.bank, remarks }),
         Lookup::Missing => {}
         Lookup::Invalid(why) => remarks.push(format!("{why}; it is baked again")),
     }
-    let mut file = build_modal_bank(&name, &options, progress)?;
+    let mut file = build_modal_soundbank(&name, &options, progress)?;
     // What is played is what a file keeps, now and after.
-    let stored = file.encode().and_then(|bytes| ModalBankFile::decode(&bytes));
+    let stored = file.encode().and_then(|bytes| ModalSoundbankFile::decode(&bytes));
     if let Ok(stored) = stored {
         file = stored;
     }
-    if let Some(Err(error)) = cache.map(|cache| cache.write_modal_bank(&file)) {
+    if let Some(Err(error)) = cache.map(|cache| cache.write_modal_soundbank(&file)) {
         remarks.push(format!("the modal bank of {name} is not kept: {error}"));
     }
     Ok(ObtainedBank { bank: file.bank, remarks })
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn a_small_bank_of_glass_comes_with_the_program() {
-        let bank = default_modal_bank().expect("a bank");
+        let bank = default_modal_soundbank().expect("a bank");
         assert!(serves(bank.material(), &bank_material(&GLASS.material(), Medium::AIR)).is_ok());
         assert!(DEFAULT_BANK.len() < 2_000_000, "{} bytes", DEFAULT_BANK.len());
     }

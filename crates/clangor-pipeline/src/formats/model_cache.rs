@@ -16,14 +16,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clangor_core::sound_model::files::modal_soundbank_file::ModalBankFile;
+use clangor_bake::acceleration::SolvedFrequency;
 use clangor_core::sound_model::files::modal_file::ModalFile;
+use clangor_core::sound_model::files::modal_soundbank_file::ModalSoundbankFile;
 use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
-use clangor_bake::acceleration::SolvedFrequency;
 
 use crate::formats::atomic_file::{OutputError, write_atomically};
-pub use key::{given_modes_key, modal_bank_key, modal_key, model_key};
+pub use key::{given_modes_key, modal_key, modal_soundbank_key, model_key};
 
 /// A partial entry this old belongs to a process that was killed: writing one takes seconds.
 const ABANDONED: Duration = Duration::from_secs(3600);
@@ -186,21 +186,23 @@ impl ModelCache {
     }
 
     /// Where the bank of a key is, or would be.
-    pub fn modal_bank_path(&self, key: &str) -> PathBuf {
+    pub fn modal_soundbank_path(&self, key: &str) -> PathBuf {
         self.folder.join(format!("modal-bank-{key}.safetensors"))
     }
 
     /// Looks a bank of ringing ellipsoids up, and verifies it.
-    pub fn read_modal_bank(&self, key: &str) -> Lookup<ModalBankFile> {
-        read_entry(&self.modal_bank_path(key), key, ModalBankFile::decode, |file| &file.origin.inputs)
+    pub fn read_modal_soundbank(&self, key: &str) -> Lookup<ModalSoundbankFile> {
+        read_entry(&self.modal_soundbank_path(key), key, ModalSoundbankFile::decode, |file| {
+            &file.origin.inputs
+        })
     }
 
     /// Keeps a bank of ringing ellipsoids.
     ///
     /// # Errors
     /// [`CacheError`].
-    pub fn write_modal_bank(&self, file: &ModalBankFile) -> Result<PathBuf, CacheError> {
-        let path = self.modal_bank_path(&file.origin.inputs);
+    pub fn write_modal_soundbank(&self, file: &ModalSoundbankFile) -> Result<PathBuf, CacheError> {
+        let path = self.modal_soundbank_path(&file.origin.inputs);
         self.write_entry(&path, &file.encode()?)?;
         Ok(path)
     }

@@ -5,18 +5,18 @@
 
 use std::ops::ControlFlow;
 
-use clangor_core::sound_model::files::ellipsoid_bank_file::{BankFile, BankOrigin};
-use clangor_core::sound_model::acceleration::model_evaluator::PlayableBank;
 use clangor_bake::acceleration::{BakeError, BakeProgress};
 use clangor_bake::soundbank::acceleration;
+use clangor_core::sound_model::acceleration::model_evaluator::BankEvaluator;
+use clangor_core::sound_model::files::ellipsoid_bank_file::{BankFile, BankOrigin};
 
 /// What `clangor bank build` made, as it comes with the program.
-const DEFAULT_BANK: &[u8] = include_bytes!("../../../data/ellipsoid_bank.safetensors");
+const DEFAULT_BANK: &[u8] = include_bytes!("../../../../data/ellipsoid_bank.safetensors");
 
 /// The bank that comes with the program; `None` if it cannot be used.
-pub fn default_bank() -> Option<PlayableBank> {
+pub fn default_bank() -> Option<BankEvaluator> {
     let file = BankFile::decode(DEFAULT_BANK).ok()?;
-    PlayableBank::try_new(file.bank).ok()
+    BankEvaluator::try_new(file.bank).ok()
 }
 
 /// How to build a bank.
@@ -36,8 +36,9 @@ pub fn build_bank(
     options: &BankOptions,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<BankFile, BakeError> {
-    let mut told = |p: &BakeProgress| progress(p.done);
-    let (bank, evidence) = soundbank::build_bank(options.max_wavenumber, options.accuracy, &mut told)?;
+    let mut on_progress = |p: &BakeProgress| progress(p.done);
+    let (bank, evidence) =
+        acceleration::build_bank(options.max_wavenumber, options.accuracy, &mut on_progress)?;
     let mut methods: Vec<&str> = evidence.iter().map(|e| e.method.as_str()).collect();
     methods.dedup();
     let origin = BankOrigin {

@@ -1,4 +1,4 @@
-//! A finished run as one file that the page replays: surfaces, motion, blows, and what sounds in them.
+//! A finished run as one file that the page replays: surfaces, motion, impacts, and what sounds in them.
 //!
 //! docs/format/replay.md describes the file. Nothing in it has to be simulated or baked: whoever plays it draws the poses, hands the
 //! events to the live engine as their time comes, and may listen from anywhere.
@@ -17,7 +17,7 @@ use std::sync::Arc;
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::{ContactError, ContactSettings};
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
-use clangor_core::sound_model::acceleration::model_evaluator::PlayableBank;
+use clangor_core::sound_model::acceleration::model_evaluator::BankEvaluator;
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
 use clangor_core::synthesis::Listener;
 use clangor_core::synthesis::modal::ModalSource;
@@ -76,7 +76,7 @@ pub struct Replay<'a> {
     pub bodies: &'a [Body],
     /// What rings, with its modes.
     pub ringing: &'a BTreeMap<BodyId, Arc<ModalSource>>,
-    /// Whether blows put no more energy into modes than the motion lost.
+    /// Whether impacts put no more energy into modes than the motion lost.
     pub limit_energy: bool,
     /// The whole run.
     pub timeline: &'a Timeline,
@@ -87,7 +87,7 @@ pub struct Replay<'a> {
     /// The model of a body that clicks by a field of its own.
     pub own_model: &'a dyn Fn(BodyId) -> Option<AccelerationModel>,
     /// The ellipsoids that stand for others.
-    pub bank: Option<&'a PlayableBank>,
+    pub bank: Option<&'a BankEvaluator>,
     /// k = 2πf/c [1/m] of the highest frequency that is heard.
     pub max_wavenumber: f64,
     /// How bodies ring.

@@ -8,18 +8,18 @@ use clangor_core::timeline::TimelineSink;
 
 use crate::formats::contact_list::{ContactListError, read_contact_list};
 use crate::formats::glb::{GlbError, GlbSummary, write_glb};
-use crate::stages::load::LoadedScene;
-use crate::stages::simulate::{SimulateError, simulate_to_folder};
 use crate::formats::timeline_file::{
     Origin, TimelineError, TimelineHeader, TimelineReader, TimelineSummary, TimelineWriter,
 };
+use crate::stages::load::LoadedScene;
+use crate::stages::simulate::{SimulateError, simulate_to_folder};
 
 /// Latest contact of a list, as the longest duration of a scene \[s\].
 const MAX_TIME: f64 = 3600.0;
 
 /// Why a file could not be exchanged.
 #[derive(Debug, thiserror::Error)]
-pub enum ExchangeError {
+pub enum InterchangeError {
     /// The contact list is wrong.
     #[error(transparent)]
     List(#[from] ContactListError),
@@ -53,10 +53,10 @@ pub enum ExchangeError {
     Temporary(std::io::Error),
 }
 
-impl ExchangeError {
+impl InterchangeError {
     /// Whether the caller asked to stop.
     pub fn is_interruption(&self) -> bool {
-        matches!(self, ExchangeError::Simulate(e) if e.is_interruption())
+        matches!(self, InterchangeError::Simulate(e) if e.is_interruption())
     }
 }
 
@@ -65,18 +65,18 @@ impl ExchangeError {
 /// Bodies stand where the scene starts them: a list has no poses.
 ///
 /// # Errors
-/// [`ExchangeError`]; no folder is left then.
+/// [`InterchangeError`]; no folder is left then.
 pub fn import_contacts(
     loaded: &LoadedScene,
     list: &Path,
     output: &Path,
     replace: bool,
-) -> Result<TimelineSummary, ExchangeError> {
+) -> Result<TimelineSummary, InterchangeError> {
     let bodies = &loaded.world.bodies;
     let named = |name: &str| bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
     let rows = read_contact_list(list, bodies.len(), &named)?;
     if let Some(row) = rows.iter().find(|r| !(0.0..=MAX_TIME).contains(&r.time)) {
-        return Err(ExchangeError::Time { path: list.into(), time: row.time });
+        return Err(InterchangeError::Time { path: list.into(), time: row.time });
     }
     let simulation = &loaded.scene.simulation;
     let header = TimelineHeader {
@@ -96,7 +96,7 @@ pub fn import_contacts(
     };
     let mut writer = TimelineWriter::create(output, &header, replace)?;
     for row in &rows {
-        writer.contact(row).map_err(|source| ExchangeError::Row { path: output.into(), source })?;
+        writer.contact(row).map_err(|source| InterchangeError::Row { path: output.into(), source })?;
     }
     Ok(writer.finish()?)
 }
@@ -104,15 +104,15 @@ pub fn import_contacts(
 /// Simulates a scene and writes its motion, `rate` pictures per second.
 ///
 /// # Errors
-/// [`ExchangeError`].
+/// [`InterchangeError`].
 pub fn export_scene_gltf(
     loaded: &LoadedScene,
     output: &Path,
     rate: f64,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<GlbSummary, ExchangeError> {
+) -> Result<GlbSummary, InterchangeError> {
     // The motion of a long scene need not fit in memory: it goes through a timeline.
-    let folder = tempfile::tempdir().map_err(ExchangeError::Temporary)?;
+    let folder = tempfile::tempdir().map_err(InterchangeError::Temporary)?;
     let timeline = folder.path().join("motion.timeline");
     simulate_to_folder(loaded, false, &timeline, false, progress)?;
     export_timeline_gltf(&timeline, output, rate)
@@ -121,8 +121,12 @@ pub fn export_scene_gltf(
 /// Writes the motion of a timeline folder, `rate` pictures per second.
 ///
 /// # Errors
-/// [`ExchangeError`].
-pub fn export_timeline_gltf(timeline: &Path, output: &Path, rate: f64) -> Result<GlbSummary, ExchangeError> {
+/// [`InterchangeError`].
+pub fn export_timeline_gltf(
+    timeline: &Path,
+    output: &Path,
+    rate: f64,
+) -> Result<GlbSummary, InterchangeError> {
     let reader = TimelineReader::open(timeline)?;
     Ok(write_glb(output, &reader.bodies(), reader.poses()?, rate)?)
 }

@@ -5,8 +5,8 @@
 
 use clangor_core::glam::DVec2;
 
-use crate::stages::fracture_report::{EllipsoidUse, PiecesRinging};
 use crate::plots::picture::{Align, BLACK, Canvas, Colour, GREY, TextStyle, circle, rectangle};
+use crate::stages::fracture_report::{EllipsoidUse, PiecesRinging};
 
 /// Width of a picture in pixels.
 pub const WIDTH: usize = 1000;

@@ -6,7 +6,7 @@ mod pulse;
 
 use clangor_core::glam::{DVec2, DVec3};
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use clangor_core::sound_model::files::model_file::ModelFile;
 
 use crate::plots::picture::{Align, BLACK, Canvas, TextStyle};
@@ -47,7 +47,7 @@ pub enum PlotError {
 }
 
 /// Names of the motions.
-const MOTIONS: [&str; DEGREES] = [
+const MOTIONS: [&str; RIGID_DOFS] = [
     "translation along x",
     "translation along y",
     "translation along z",
@@ -108,7 +108,7 @@ impl FieldPlot {
     }
 
     /// The motion at 1 m/s².
-    fn motion(&self) -> [f64; DEGREES] {
+    fn motion(&self) -> [f64; RIGID_DOFS] {
         std::array::from_fn(|i| if i == self.degree { 1.0 } else { 0.0 })
     }
 }

@@ -4,7 +4,7 @@
 //! P(f) = ∫ w(t) p(t) e^{−2πift} dt,    w = 1 in the first half, then cos² to 0
 //! ```
 //!
-//! Sounds of blows begin with silence and end by fading, so that only their end is tapered: a window that opens slowly
+//! Sounds of impacts begin with silence and end by fading, so that only their end is tapered: a window that opens slowly
 //! would take away the modes that die first.
 
 use std::f64::consts::PI;

@@ -6,13 +6,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use clangor_bake::mesh::tetrahedra::TetMesh;
+use clangor_bake::stress::fracture_mesh;
 use clangor_core::body::BodyId;
 use clangor_core::body::{Body, Surface, World};
 use clangor_core::scene::Scene;
 use clangor_core::scene::breaking::Breaking;
 use clangor_core::scene::diagnostic::{Problem, SceneError, SceneErrors};
-use clangor_bake::stress::fracture_mesh;
-use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_sim::fracture::Breakable;
 use clangor_sim::fracture::piece::Piece;
 use rayon::prelude::*;

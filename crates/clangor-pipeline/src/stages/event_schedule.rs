@@ -1,6 +1,6 @@
 //! A run as the live engine plays it: what strikes which body when, and where the bodies are meanwhile.
 //!
-//! The same forces as [`render`](crate::stages::render::render) takes, in the same order. Differs: heard are clicks and the ringing of blows.
+//! The same forces as [`render`](crate::stages::render::render) takes, in the same order. Differs: heard are clicks and the ringing of impacts.
 //! Left out are rolling, the ground, and the vibration that a piece takes over from what it was part of.
 
 pub mod event_feeder;
@@ -12,19 +12,21 @@ use clangor_core::body::{Body, BodyId, Life};
 use clangor_core::contact::{ContactError, PoseHistory};
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::pose::Pose;
-use clangor_core::realtime::{Blow, Controller, Engine, EngineSettings, SoundingObject, Struck, engine};
+use clangor_core::realtime::{
+    Controller, Engine, EngineSettings, ImpactEvent, ImpactTarget, SoundingObject, engine,
+};
 use clangor_core::synthesis::modal::ModalSource;
 use clangor_core::synthesis::{Listener, SampleRate, SoundSource, SynthesisError};
 use clangor_core::timeline::Timeline;
 
-use crate::stages::render::{Forces, RenderOptions, blows_on, forces};
+use crate::stages::render::{Forces, RenderOptions, forces, impacts_on};
 
 /// See the module.
-pub struct LiveScore {
+pub struct EventSchedule {
     /// The bodies in the slots of the engine.
     pub objects: Vec<BodyId>,
     /// What happens, in order of time, each with the body that is struck.
-    pub blows: Vec<(BodyId, Blow)>,
+    pub impacts: Vec<(BodyId, ImpactEvent)>,
     poses: PoseHistory,
     /// Those of `objects` that ring, by slot.
     ringing: Vec<(usize, BodyId)>,
@@ -42,7 +44,7 @@ pub struct Moving {
 }
 
 impl Moving {
-    /// A body at a time \[s\]; at a blow, how it moves after it.
+    /// A body at a time \[s\]; at an impact, how it moves after it.
     pub(crate) fn of(poses: &PoseHistory, body: BodyId, time: f64) -> Self {
         let (pose, next) = (poses.at(body, time), poses.at(body, time + STEP));
         let turned = (next.orientation * pose.orientation.inverse()).normalize();
@@ -67,7 +69,7 @@ impl Moving {
 /// Over which velocities are taken from poses \[s\].
 const STEP: f64 = 1e-3;
 
-impl LiveScore {
+impl EventSchedule {
     /// The score of a timeline whose bodies sound as `sources` say and ring as `ringing` says. A slot is for each body that is struck and
     /// is more than a sphere that clicks.
     ///
@@ -81,14 +83,14 @@ impl LiveScore {
         options: &RenderOptions,
     ) -> Result<Self, ContactError> {
         let Forces { poses, pulses, .. } = forces(bodies, timeline, &options.contact)?;
-        // For each body that rings, the blows on it in their order, as long as its modes feel them.
+        // For each body that rings, the impacts on it in their order, as long as its modes feel them.
         let mut felt: BTreeMap<BodyId, _> = ringing
             .iter()
-            .map(|(id, source)| (*id, blows_on(*id, source, &pulses, options.limit_energy).0.into_iter()))
+            .map(|(id, source)| (*id, impacts_on(*id, source, &pulses, options.limit_energy).0.into_iter()))
             .collect();
         let mut slots: BTreeMap<BodyId, usize> = BTreeMap::new();
         let mut objects = Vec::new();
-        let mut blows = Vec::new();
+        let mut impacts = Vec::new();
         for pulse in &pulses {
             for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
                 let Some(share) = share else { continue };
@@ -96,9 +98,9 @@ impl LiveScore {
                 let struck = match sources.get(id.index()) {
                     None => continue,
                     Some(SoundSource::Sphere { radius }) if !ringing.contains_key(&id) => {
-                        Struck::Sphere { radius: *radius }
+                        ImpactTarget::Sphere { radius: *radius }
                     }
-                    Some(_) => Struck::Object {
+                    Some(_) => ImpactTarget::Object {
                         slot: *slots.entry(id).or_insert_with(|| {
                             objects.push(id);
                             objects.len() - 1
@@ -106,7 +108,7 @@ impl LiveScore {
                     },
                 };
                 // The body moves as a whole by all points together, and vibrates by each.
-                let whole = Blow {
+                let whole = ImpactEvent {
                     struck,
                     time: pulse.onset,
                     duration: pulse.duration,
@@ -116,24 +118,24 @@ impl LiveScore {
                     point: pulse.point,
                     impulse: DVec3::ZERO,
                 };
-                blows.push((id, whole));
+                impacts.push((id, whole));
                 let Some(felt) = felt.get_mut(&id).and_then(Iterator::next) else { continue };
-                let still = Blow {
+                let still = ImpactEvent {
                     duration: felt.duration,
                     velocity_change: DVec3::ZERO,
                     angular_velocity_change: DVec3::ZERO,
                     ..whole
                 };
                 let vibrates = |(point, impulse): &(DVec3, DVec3)| {
-                    (id, Blow { point: *point, impulse: sign * *impulse, ..still })
+                    (id, ImpactEvent { point: *point, impulse: sign * *impulse, ..still })
                 };
-                blows.extend(felt.points.iter().map(vibrates));
+                impacts.extend(felt.points.iter().map(vibrates));
             }
         }
-        blows.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));
+        impacts.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));
         let ringing =
             objects.iter().copied().enumerate().filter(|(_, id)| ringing.contains_key(id)).collect();
-        Ok(LiveScore { objects, blows, poses, ringing })
+        Ok(EventSchedule { objects, impacts, poses, ringing })
     }
 
     /// When a body exists.
@@ -154,9 +156,11 @@ impl LiveScore {
         sample_rate: SampleRate,
     ) -> EngineSettings {
         let usual = EngineSettings::default();
-        let distance = |(_, blow): &(BodyId, Blow)| {
+        let distance = |(_, impact): &(BodyId, ImpactEvent)| {
             (0..listener.receivers.len())
-                .map(|receiver| listener.receiver_position(receiver, blow.time).distance(blow.pose.position))
+                .map(|receiver| {
+                    listener.receiver_position(receiver, impact.time).distance(impact.pose.position)
+                })
                 .fold(0.0, f64::max)
         };
         EngineSettings {
@@ -168,7 +172,7 @@ impl LiveScore {
             air: options.air,
             profile: options.contact.profile,
             receivers: listener.receivers.len(),
-            reach: usual.reach.max(1.5 * self.blows.iter().map(distance).fold(0.0, f64::max)),
+            reach: usual.reach.max(1.5 * self.impacts.iter().map(distance).fold(0.0, f64::max)),
             objects: self.objects.len(),
             ..usual
         }

@@ -3,7 +3,7 @@
 //! Of each fracture
 //!
 //! ```text
-//! blow  ½ m V²  ≥  strain  E_S  ≥  cracks  G_c A_F  +  motion of the pieces  ΔE_K
+//! impact  ½ m V²  ≥  strain  E_S  ≥  cracks  G_c A_F  +  motion of the pieces  ΔE_K
 //! ```
 //!
 //! Source: \[FRAC\] Table 3 and Fig. 9, which counts how often each ellipsoid of the bank is used.
@@ -25,9 +25,9 @@ pub struct FractureReport {
     pub fractures: Vec<Fracture>,
     /// Of all.
     pub totals: Totals,
-    /// What became of the blows; only of a simulation.
+    /// What became of the impacts; only of a simulation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub blows: Option<Blows>,
+    pub impacts: Option<ImpactCounts>,
     /// As what the pieces ring; only of a sound.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ringing: Option<PiecesRinging>,
@@ -47,9 +47,9 @@ pub struct Fracture {
     pub mass: f64,
     /// Into how many it broke.
     pub pieces: u32,
-    /// ½ m V² of the blows.
-    #[serde(rename = "blow_energy_j")]
-    pub blow_energy: f64,
+    /// ½ m V² of the impacts.
+    #[serde(rename = "impact_energy_j")]
+    pub impact_energy: f64,
     /// E_S.
     #[serde(rename = "strain_energy_j")]
     pub strain_energy: f64,
@@ -78,8 +78,8 @@ pub struct Totals {
     /// Pieces that are whole at the end.
     pub pieces: usize,
     /// ½ m V².
-    #[serde(rename = "blow_energy_j")]
-    pub blow_energy: f64,
+    #[serde(rename = "impact_energy_j")]
+    pub impact_energy: f64,
     /// E_S.
     #[serde(rename = "strain_energy_j")]
     pub strain_energy: f64,
@@ -94,10 +94,10 @@ pub struct Totals {
     pub crack_area: f64,
 }
 
-/// What became of the blows on bodies that may break.
+/// What became of the impacts on bodies that may break.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Blows {
+pub struct ImpactCounts {
     /// Too weak for any stress to reach the strength.
     pub screened: u64,
     /// Those for which stress was computed.
@@ -151,7 +151,7 @@ impl FractureReport {
                 body: parent.map_or_else(String::new, |body| body.name.clone()),
                 mass: parent.map_or(0.0, |body| body.mass),
                 pieces: row.children,
-                blow_energy: row.blow_energy,
+                impact_energy: row.impact_energy,
                 strain_energy: row.strain_energy,
                 fracture_energy: row.fracture_energy,
                 crack_impulse_energy: row.kinetic_energy_gain,
@@ -167,7 +167,7 @@ impl FractureReport {
             totals: Totals {
                 fractures: fractures.len(),
                 pieces: bodies.iter().filter(whole).count(),
-                blow_energy: sum(|row| row.blow_energy),
+                impact_energy: sum(|row| row.impact_energy),
                 strain_energy: sum(|row| row.strain_energy),
                 fracture_energy: sum(|row| row.fracture_energy),
                 crack_impulse_energy: sum(|row| row.kinetic_energy_gain),
@@ -177,11 +177,14 @@ impl FractureReport {
         }
     }
 
-    /// With what a simulation says of blows.
+    /// With what a simulation says of impacts.
     #[must_use]
-    pub fn with_blows(self, report: &BreakingReport) -> Self {
+    pub fn with_impacts(self, report: &BreakingReport) -> Self {
         let BreakingReport { screened, solved, withstood, capped, refused } = report.clone();
-        FractureReport { blows: Some(Blows { screened, solved, withstood, capped, refused }), ..self }
+        FractureReport {
+            impacts: Some(ImpactCounts { screened, solved, withstood, capped, refused }),
+            ..self
+        }
     }
 
     /// With how the pieces among `bodies` ring.

@@ -17,8 +17,8 @@ use clangor_sim::decompose::{DecomposeSettings, convex_parts};
 use clangor_sim::fracture::Breakable;
 use rayon::prelude::*;
 
-use crate::stages::breakables::breakables;
 use crate::formats::mesh_reader::read_mesh;
+use crate::stages::breakables::breakables;
 
 /// A scene with everything that its file refers to.
 #[derive(Clone, Debug)]

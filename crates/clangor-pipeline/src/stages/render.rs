@@ -11,8 +11,8 @@
 mod energy_limit;
 mod file_names;
 mod ground;
-mod ringing;
 mod propagation_paths;
+mod ringing;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -29,21 +29,21 @@ use clangor_core::scene::render_settings::{Compressor as CompressorSettings, Gro
 use clangor_core::synthesis::acceleration_pulse::clicks_of;
 use clangor_core::synthesis::ground::{GroundError, ground_clicks};
 use clangor_core::synthesis::{
-    Click, Listener, RenderReport, RenderSettings, Renderer, SoundSource, SynthesisError,
+    AccelerationPulse, Listener, RenderReport, RenderSettings, Renderer, SoundSource, SynthesisError,
 };
 use clangor_core::timeline::{ContactRow, Timeline};
 
 pub use self::energy_limit::EnergyLimits;
-pub(crate) use self::energy_limit::blows_on;
+pub(crate) use self::energy_limit::impacts_on;
 use self::file_names::{check_distinct, file_name};
 use self::ringing::{Breaking, RingingBodies, Rolling, Voices};
-pub use self::ringing::{Handover, Transfers, UnplayableModes, modal_sources};
-use propagation_paths::{Hearing, reverberation, take_until, ways_to};
+pub use self::ringing::{ModalStateTransfer, Transfers, UnplayableModes, modal_sources};
 use crate::formats::atomic_file::check_folder;
-use crate::plots::levels::{LevelMeter, Levels};
-use crate::stages::sound_models::ringers::Ringers;
 use crate::formats::timeline_file::{TimelineError, TimelineReader};
 use crate::formats::wav::{Meaning, SampleFormat, WavError, WavSpec, WavWriter};
+use crate::plots::levels::{LevelMeter, Levels};
+use crate::stages::sound_models::ringers::Ringers;
+use propagation_paths::{PathRenderer, paths_to, reverberation, take_until};
 
 /// Why nothing was rendered.
 #[derive(Debug, thiserror::Error)]
@@ -120,11 +120,11 @@ pub struct RenderOptions {
     pub air: Option<Air>,
     /// The room around everything.
     pub room: Option<Room>,
-    /// Whether blows put no more energy into modes than the motion lost.
+    /// Whether impacts put no more energy into modes than the motion lost.
     pub limit_energy: bool,
     /// Whether pieces go on with the vibration of what they were part of.
     pub inherit_vibration: bool,
-    /// Time step \[s\] of the dynamics whose gentle forces make bodies ring too; `None`: only blows do.
+    /// Time step \[s\] of the dynamics whose gentle forces make bodies ring too; `None`: only impacts do.
     pub rolling: Option<f64>,
     /// End of the sound \[s\].
     pub to: f64,
@@ -244,8 +244,8 @@ pub struct RenderSummary {
     /// The same of the ground, by plane.
     pub ground_energies: BTreeMap<BodyId, f64>,
     /// What became of the vibration of bodies that broke.
-    pub handovers: BTreeMap<BodyId, Handover>,
-    /// Energy of the blows on bodies that ring, against that which they have.
+    pub handovers: BTreeMap<BodyId, ModalStateTransfer>,
+    /// Energy of the impacts on bodies that ring, against that which they have.
     pub energy_limits: BTreeMap<BodyId, EnergyLimits>,
     /// Estimates of the same above the band of the fields, for bodies whose field ends within the band rendered.
     pub missing_energies: BTreeMap<BodyId, f64>,
@@ -300,17 +300,17 @@ pub fn render(
         }
         None => None,
     };
-    let mut clicks: Vec<Click> = match options.parts.acceleration {
+    let mut clicks: Vec<AccelerationPulse> = match options.parts.acceleration {
         true => pulses.iter().flat_map(|p| clicks_of(p, sounds.sources)).collect(),
         false => Vec::new(),
     };
     let grounds = ground::grounds(bodies, options)?;
     clicks.extend(pulses.iter().flat_map(|pulse| ground_clicks(pulse, bodies, &grounds)));
     clicks.sort_by(|a, b| a.time.total_cmp(&b.time));
-    let blows = (&pulses[..], options.limit_energy);
+    let impacts = (&pulses[..], options.limit_energy);
     let breaking = Breaking { fractures: &timeline.fractures, poses: &poses };
     let breaking = options.inherit_vibration.then_some(breaking);
-    let ringing = RingingBodies::new(bodies, sounds.ringers, options.transfers, blows, breaking)?;
+    let ringing = RingingBodies::new(bodies, sounds.ringers, options.transfers, impacts, breaking)?;
 
     let mut stems = vec![None];
     if options.stems {
@@ -334,7 +334,7 @@ pub fn render(
     for listener in &options.listeners {
         let mut full_scale = None;
         for &stem in &stems {
-            let own: Vec<Click>;
+            let own: Vec<AccelerationPulse>;
             let (heard, ringing) = match stem {
                 None => (&clicks[..], Some((&ringing, None))),
                 Some(Stem { body, part: StemPart::Acceleration | StemPart::Ground }) => {
@@ -395,7 +395,7 @@ struct Heard {
 struct Pass<'a> {
     listener: &'a Listener,
     options: &'a RenderOptions,
-    clicks: &'a [Click],
+    clicks: &'a [AccelerationPulse],
     /// What rings: all bodies, or one of them.
     ringing: Option<(&'a RingingBodies, Option<BodyId>)>,
     rolling: Option<&'a Rolling>,
@@ -467,12 +467,12 @@ impl Pass<'_> {
         let rate = settings.sample_rate.as_f64();
         let total = ((self.options.to - settings.start) * rate).round() as i64;
         let (room, air) = (self.options.room.as_ref(), self.options.air);
-        let ways = ways_to(self.listener, settings, room, air);
+        let paths = paths_to(self.listener, settings, room, air);
         let (ringing, rolling, poses) = (self.ringing, self.rolling, self.poses);
         let mut late = reverberation(room, air, &settings.medium, rate)?;
-        let mut hearings = Vec::with_capacity(ways.len());
-        for way in &ways {
-            hearings.push(Hearing::new(way, |listener, settings| match ringing {
+        let mut path_renderers = Vec::with_capacity(paths.len());
+        for path in &paths {
+            path_renderers.push(PathRenderer::new(path, |listener, settings| match ringing {
                 Some((bodies, only)) => bodies.voices(rolling, poses, listener, settings, only),
                 None => Ok(Voices::none()),
             })?);
@@ -482,35 +482,36 @@ impl Pass<'_> {
             if click.time > self.options.to {
                 break;
             }
-            hearings.iter_mut().try_for_each(|hearing| hearing.push(click))?;
+            path_renderers.iter_mut().try_for_each(|path_renderer| path_renderer.push(click))?;
             let next = quiet_before.get(index + 1).copied().unwrap_or(f64::INFINITY);
             if next.is_finite() {
                 let mut ready = false;
-                for hearing in &mut hearings {
-                    let jobs = hearing.renderer.take_ready(next);
+                for path_renderer in &mut path_renderers {
+                    let jobs = path_renderer.renderer.take_ready(next);
                     ready |= !jobs.is_empty();
-                    hearing.add(&jobs);
+                    path_renderer.add(&jobs);
                 }
                 if ready {
-                    let complete = hearings.iter().map(|hearing| hearing.renderer.complete_until());
+                    let complete =
+                        path_renderers.iter().map(|path_renderer| path_renderer.renderer.complete_until());
                     let end = complete.fold(total, i64::min);
-                    hand_over(&mut hearings, &mut late, end, &mut compressor, sink)?;
-                    self.reached(hearings[0].signal.first() as f64 / total as f64)?;
+                    hand_over(&mut path_renderers, &mut late, end, &mut compressor, sink)?;
+                    self.reached(path_renderers[0].signal.first() as f64 / total as f64)?;
                 }
             }
         }
-        for hearing in &mut hearings {
-            for jobs in hearing.renderer.take_all().chunks(BLOCKS_AT_ONCE) {
-                hearing.add(jobs);
-                self.reached(hearing.signal.first() as f64 / total as f64)?;
+        for path_renderer in &mut path_renderers {
+            for jobs in path_renderer.renderer.take_all().chunks(BLOCKS_AT_ONCE) {
+                path_renderer.add(jobs);
+                self.reached(path_renderer.signal.first() as f64 / total as f64)?;
             }
         }
-        while hearings[0].signal.first() < total {
-            let end = (hearings[0].signal.first() + FRAMES_AT_ONCE).min(total);
-            hand_over(&mut hearings, &mut late, end, &mut compressor, sink)?;
-            self.reached(hearings[0].signal.first() as f64 / total as f64)?;
+        while path_renderers[0].signal.first() < total {
+            let end = (path_renderers[0].signal.first() + FRAMES_AT_ONCE).min(total);
+            hand_over(&mut path_renderers, &mut late, end, &mut compressor, sink)?;
+            self.reached(path_renderers[0].signal.first() as f64 / total as f64)?;
         }
-        let Hearing { renderer, signal, voices, .. } = &hearings[0];
+        let PathRenderer { renderer, signal, voices, .. } = &path_renderers[0];
         *self.done += 1.0;
         Ok(Heard {
             report: renderer.report().clone(),
@@ -537,7 +538,7 @@ const BLOCKS_AT_ONCE: usize = 256;
 const FRAMES_AT_ONCE: i64 = 1 << 16;
 
 /// For each click, the earliest time at which the force of it or of a later one acts \[s\].
-fn earliest_from(clicks: &[Click]) -> Vec<f64> {
+fn earliest_from(clicks: &[AccelerationPulse]) -> Vec<f64> {
     let mut earliest = vec![f64::INFINITY; clicks.len()];
     let mut least = f64::INFINITY;
     for (slot, click) in earliest.iter_mut().zip(clicks).rev() {
@@ -549,16 +550,16 @@ fn earliest_from(clicks: &[Click]) -> Vec<f64> {
 
 /// Takes the samples before `end`, compresses them if asked to, and passes them on, interleaved.
 fn hand_over(
-    hearings: &mut [Hearing<'_>],
+    path_renderers: &mut [PathRenderer<'_>],
     late: &mut Option<LateReverberation>,
     end: i64,
     compressor: &mut Option<Compressor>,
     sink: &mut dyn FnMut(&[f32]) -> Result<(), WavError>,
 ) -> Result<(), RenderError> {
-    if end <= hearings[0].signal.first() {
+    if end <= path_renderers[0].signal.first() {
         return Ok(());
     }
-    let mut channels = take_until(hearings, late, end)?;
+    let mut channels = take_until(path_renderers, late, end)?;
     if let Some(compressor) = compressor {
         compressor.process(&mut channels);
     }

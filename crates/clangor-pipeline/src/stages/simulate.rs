@@ -13,8 +13,8 @@ use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{RigidWorld, StepLog};
 use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, choose_solver};
 
-use crate::stages::load::LoadedScene;
 use crate::formats::timeline_file::{Origin, TimelineError, TimelineHeader, TimelineSummary, TimelineWriter};
+use crate::stages::load::LoadedScene;
 
 /// Why a simulation gave no timeline.
 #[derive(Debug, thiserror::Error)]

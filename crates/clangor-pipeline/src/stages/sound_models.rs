@@ -12,20 +12,20 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use clangor_bake::acceleration::{
+    BakeError, BakeGeometry, BakeOptions, BakeProgress, Resumption, SolvedFrequency, resume_bake,
+};
+use clangor_bake::reference::{PanForm, PanModelError, pan_model};
 use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
+use clangor_core::reference::pan_file::{self, PanFile};
 use clangor_core::sound_model::files::ellipsoid_bank_file::{self, BankFile};
-use clangor_core::sound_model::files::modal_soundbank_file::{self, ModalBankFile};
 use clangor_core::sound_model::files::modal_file::{self, ModalFile};
+use clangor_core::sound_model::files::modal_soundbank_file::{self, ModalSoundbankFile};
 use clangor_core::sound_model::files::model_file::{self, ModelFile, Origin, Solid};
-use clangor_core::reference::pan_file::{self, PublishedFile};
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
-use clangor_bake::acceleration::{
-    BakeError, BakeGeometry, BakeOptions, BakeProgress, Resumption, SolvedFrequency, resume_bake,
-};
-use clangor_bake::reference::{PublishedForm, PublishedModelError, published_model};
 
 use crate::formats::model_cache::{Lookup, ModelCache, model_key};
 
@@ -250,18 +250,18 @@ pub fn shared_requests(
 /// A model in the published representation.
 ///
 /// # Errors
-/// [`PublishedModelError`].
-pub fn publish(file: &ModelFile, form: PublishedForm) -> Result<PublishedFile, PublishedModelError> {
+/// [`PanModelError`].
+pub fn publish(file: &ModelFile, form: PanForm) -> Result<PanFile, PanModelError> {
     let mut origin = file.origin.clone();
     origin.warnings.push(match form {
-        PublishedForm::Angles { rows, columns } => {
+        PanForm::Angles { rows, columns } => {
             format!("the published representation on {rows} by {columns} directions: compare, do not trust")
         }
-        PublishedForm::Octant { tolerance } => {
+        PanForm::Octant { tolerance } => {
             format!("the published representation on an octant, tolerance {tolerance}: compare, do not trust")
         }
     });
-    Ok(PublishedFile { model: published_model(&file.acceleration, form)?, solid: file.solid.clone(), origin })
+    Ok(PanFile { model: pan_model(&file.acceleration, form)?, solid: file.solid.clone(), origin })
 }
 
 /// A model or a soundbank that somebody wrote.
@@ -272,11 +272,11 @@ pub enum SoundFile {
     /// How a body rings, and nothing else.
     Modal(Box<ModalFile>),
     /// A sound model in the published representation.
-    Published(Box<PublishedFile>),
+    Pan(Box<PanFile>),
     /// A bank of ellipsoids.
     Bank(BankFile),
     /// A bank of ringing ellipsoids.
-    ModalBank(Box<ModalBankFile>),
+    ModalSoundbank(Box<ModalSoundbankFile>),
 }
 
 /// Why a file is no model and no bank.
@@ -308,17 +308,17 @@ pub fn read_sound_file(path: &Path) -> Result<SoundFile, SoundFileError> {
     let bytes = std::fs::read(path).map_err(|source| SoundFileError::Read { path: path.into(), source })?;
     let content = |source| SoundFileError::Content { path: path.into(), source };
     match ModelFile::decode(&bytes) {
-        Err(TensorFileError::Kind { found, .. }) if found == bank_file::KIND => {
+        Err(TensorFileError::Kind { found, .. }) if found == ellipsoid_bank_file::KIND => {
             BankFile::decode(&bytes).map(SoundFile::Bank).map_err(content)
         }
-        Err(TensorFileError::Kind { found, .. }) if found == modal_bank_file::KIND => {
-            ModalBankFile::decode(&bytes).map(Box::new).map(SoundFile::ModalBank).map_err(content)
+        Err(TensorFileError::Kind { found, .. }) if found == modal_soundbank_file::KIND => {
+            ModalSoundbankFile::decode(&bytes).map(Box::new).map(SoundFile::ModalSoundbank).map_err(content)
         }
         Err(TensorFileError::Kind { found, .. }) if found == modal_file::KIND => {
             ModalFile::decode(&bytes).map(Box::new).map(SoundFile::Modal).map_err(content)
         }
-        Err(TensorFileError::Kind { found, .. }) if found == published_file::KIND => {
-            PublishedFile::decode(&bytes).map(Box::new).map(SoundFile::Published).map_err(content)
+        Err(TensorFileError::Kind { found, .. }) if found == pan_file::KIND => {
+            PanFile::decode(&bytes).map(Box::new).map(SoundFile::Pan).map_err(content)
         }
         decoded => decoded.map(Box::new).map(SoundFile::Model).map_err(content),
     }
@@ -333,10 +333,10 @@ pub fn read_model(path: &Path) -> Result<ModelFile, SoundFileError> {
         SoundFile::Model(model) => Ok(*model),
         other => {
             let found = match other {
-                SoundFile::Published(_) => published_file::KIND.into(),
+                SoundFile::Pan(_) => pan_file::KIND.into(),
                 SoundFile::Modal(_) => modal_file::KIND.into(),
-                SoundFile::ModalBank(_) => modal_bank_file::KIND.into(),
-                _ => bank_file::KIND.into(),
+                SoundFile::ModalSoundbank(_) => modal_soundbank_file::KIND.into(),
+                _ => ellipsoid_bank_file::KIND.into(),
             };
             let source = TensorFileError::Kind { found, expected: model_file::KIND };
             Err(SoundFileError::Content { path: path.into(), source })

@@ -11,22 +11,22 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
+use clangor_bake::acceleration::{BakeGeometry, BakeOptions, bake};
+use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
+use clangor_bake::bem::symmetric_patches::SymmetricPatchSolver;
+use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::fdtd::{Boundary, WaveOptions, WaveSolver};
+use clangor_bake::fitting::comparison::directions;
+use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
-use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::field::{AccelerationField, DEGREES};
 use clangor_core::math::radial::outgoing;
 use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
+use clangor_core::medium::Medium;
 use clangor_core::shape::Shape;
-use clangor_bake::acceleration::{BakeGeometry, BakeOptions, bake};
-use clangor_bake::fitting::comparison::directions;
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
-use clangor_bake::bem::symmetric_patches::OctantSolver;
-use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
-use clangor_bake::radiation::{RadiationSample, RadiationSolver};
-use clangor_bake::fdtd::{Boundary, WaveOptions, WaveSolver};
+use clangor_core::sound_model::acceleration::field::{AccelerationField, RIGID_DOFS};
 use num_complex::Complex64;
 
 use super::{Check, Extent, Outcome, Timing, Validation, cpu_time};
@@ -52,7 +52,7 @@ fn add(table: &mut Validation, quantity: &str, reference: &'static str, error: f
 /// The accelerated sphere by four solvers.
 fn spheres(table: &mut Validation) -> Outcome {
     let reference = "closed form of the dipole";
-    let octant = OctantSolver::ellipsoid(DVec3::ONE, 2.75, 1e-4)?.solve(&BALL, 8)?;
+    let octant = SymmetricPatchSolver::ellipsoid(DVec3::ONE, 2.75, 1e-4)?.solve(&BALL, 8)?;
     add(
         table,
         "sphere by boundary elements on an octant, ka ≤ 2.75, 1.2 R to 100 R: six motions, worst",
@@ -61,7 +61,7 @@ fn spheres(table: &mut Validation) -> Outcome {
         1e-4,
     );
     let ball = Meridian::spheroid(1.0, 1.0)?;
-    let meridian = RevolutionSolver::new(&ball, DVec3::new(0.3, -0.5, 0.8), RevolutionOptions::new(2.75))
+    let meridian = AxisymmetricSolver::new(&ball, DVec3::new(0.3, -0.5, 0.8), AxisymmetricOptions::new(2.75))
         .solve(&BALL, 8)?;
     add(
         table,
@@ -131,7 +131,7 @@ fn sphere_error(samples: &[RadiationSample], distances: &[f64]) -> f64 {
         let s = Complex64::I * sample.wavenumber;
         for r in distances {
             let size = s.exp() * (s / r + 1.0 / (r * r)) / (s * s + 2.0 * s + 2.0);
-            let mut wrong = [0.0; DEGREES];
+            let mut wrong = [0.0; RIGID_DOFS];
             for direction in directions(12) {
                 let found = pressures(sample, direction * *r);
                 for (degree, p) in found.into_iter().enumerate() {
@@ -148,7 +148,7 @@ fn sphere_error(samples: &[RadiationSample], distances: &[f64]) -> f64 {
 }
 
 /// p e^{s|x|} of the six motions at `x`, for coefficients on the sphere of radius 1.
-fn pressures(sample: &RadiationSample, x: DVec3) -> [Complex64; DEGREES] {
+fn pressures(sample: &RadiationSample, x: DVec3) -> [Complex64; RIGID_DOFS] {
     let order = sample.coefficients[0].len().isqrt() - 1;
     let r = x.length();
     let (mut radial, mut harmonics) = (Vec::new(), Vec::new());
@@ -162,10 +162,10 @@ fn pressures(sample: &RadiationSample, x: DVec3) -> [Complex64; DEGREES] {
 fn lamb(table: &mut Validation) -> Outcome {
     let reference = "Lamb, Hydrodynamics §114";
     for (name, across, along) in [("disc 20 : 20 : 1", 1.0, 0.05), ("needle 20 : 1 : 1", 0.05, 1.0)] {
-        let solver = RevolutionSolver::new(
+        let solver = AxisymmetricSolver::new(
             &Meridian::spheroid(across, along)?,
             DVec3::Y,
-            RevolutionOptions::new(1e-6),
+            AxisymmetricOptions::new(1e-6),
         );
         add(
             table,
@@ -176,7 +176,7 @@ fn lamb(table: &mut Validation) -> Outcome {
         );
     }
     let axes = DVec3::new(1.0, 0.5, 0.25);
-    let sample = OctantSolver::ellipsoid(axes, 0.02, 1e-4)?.solve(&[0.0], 2)?;
+    let sample = SymmetricPatchSolver::ellipsoid(axes, 0.02, 1e-4)?.solve(&[0.0], 2)?;
     add(
         table,
         "ellipsoid 2 : 1 : 0.5, k → 0, octant: dipole moment of three translations, worst",
@@ -212,15 +212,18 @@ fn unseen_frequencies(table: &mut Validation) -> Outcome {
     let options = BakeOptions::new(highest, 3e-3);
     let begin = cpu_time();
     let (model, evidence) =
-        bake(&BakeGeometry::Revolution(meridian.clone()), &options, &mut |_| ControlFlow::Continue(()))?;
+        bake(&BakeGeometry::Axisymmetric(meridian.clone()), &options, &mut |_| ControlFlow::Continue(()))?;
     table.timings.push(Timing {
         what: format!("bake of a coin to 20 kHz at 3e-3, {} solves", evidence.solves),
         cpu_seconds: cpu_time() - begin,
     });
     let wavenumbers = [0.013, 0.19, 0.371, 0.52, 0.683, 0.87, 0.99].map(|part| part * highest);
-    let finer =
-        RevolutionOptions { nodes_per_wavelength: 12.0, edge_levels: 6, ..RevolutionOptions::new(highest) };
-    let solver = RevolutionSolver::new(&meridian, DVec3::Y, finer);
+    let finer = AxisymmetricOptions {
+        nodes_per_wavelength: 12.0,
+        edge_levels: 6,
+        ..AxisymmetricOptions::new(highest)
+    };
+    let solver = AxisymmetricSolver::new(&meridian, DVec3::Y, finer);
     let error = level_error(&model.field, &solver.solve(&wavenumbers, 16)?, radius, 2.0);
     add(
         table,
@@ -236,9 +239,11 @@ fn unseen_frequencies(table: &mut Validation) -> Outcome {
 fn bank(table: &mut Validation) -> Outcome {
     let bank = default_bank().ok_or("the bank of the program cannot be used")?;
     for (b, c) in [(0.525, 0.24), (1.0, 0.05)] {
-        let near = |e: &&clangor_core::sound_model::soundbank::ellipsoid_bank::BankEntry| (e.b - b).abs() + (e.c - c).abs() < 1e-6;
+        let near = |e: &&clangor_core::sound_model::soundbank::ellipsoid_bank::BankEntry| {
+            (e.b - b).abs() + (e.c - c).abs() < 1e-6
+        };
         let entry = bank.bank().entries().iter().find(near).ok_or("the bank lacks an ellipsoid")?;
-        let solver = OctantSolver::ellipsoid(DVec3::new(1.0, b, c), 20.0, 1e-4)?;
+        let solver = SymmetricPatchSolver::ellipsoid(DVec3::new(1.0, b, c), 20.0, 1e-4)?;
         let samples = solver.solve(&[0.7, 5.3, 11.9, 18.3], 24)?;
         add(
             table,
@@ -256,7 +261,7 @@ fn bank(table: &mut Validation) -> Outcome {
 /// Level error of a field against samples of the same body, at a distance in bounding radii: root mean square over the
 /// wavenumbers of the error over the loudest motion, of the motion where it is worst.
 fn level_error(field: &AccelerationField, samples: &[RadiationSample], radius: f64, distance: f64) -> f64 {
-    let mut squares = [0.0; DEGREES];
+    let mut squares = [0.0; RIGID_DOFS];
     for sample in samples {
         let s = Complex64::I * sample.wavenumber * radius;
         let scaled = RadiationSample {
@@ -267,7 +272,7 @@ fn level_error(field: &AccelerationField, samples: &[RadiationSample], radius: f
             }),
             surface_pressure: Vec::new(),
         };
-        let (mut wrong, mut size) = ([0.0; DEGREES], [0.0; DEGREES]);
+        let (mut wrong, mut size) = ([0.0; RIGID_DOFS], [0.0; RIGID_DOFS]);
         for direction in directions(20) {
             let x = direction * distance;
             for (degree, exact) in pressures(&scaled, x).into_iter().enumerate() {

@@ -10,7 +10,9 @@ use clangor_core::material::{Material, presets};
 use clangor_core::medium::Medium;
 use clangor_core::synthesis::ground::rayleigh_integral::SurfaceGrid;
 use clangor_core::synthesis::ground::{GroundSource, HalfSpace, rayleigh_integral};
-use clangor_core::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
+use clangor_core::synthesis::{
+    AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
+};
 
 use super::{Check, Extent, Fault, Outcome, Validation};
 
@@ -40,8 +42,8 @@ pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
         1e-9,
     );
     for (name, quantity) in [
-        ("soil", "a blow on soil, as it is rendered 100 m straight above, of the peak"),
-        ("rubber", "a blow on rubber, as it is rendered 100 m straight above, of the peak"),
+        ("soil", "an impact on soil, as it is rendered 100 m straight above, of the peak"),
+        ("rubber", "an impact on rubber, as it is rendered 100 m straight above, of the peak"),
     ] {
         check(quantity, "impedance of pressure waves, −ρF′/(2πR ρ_s c_P)", straight_up(name)?, 3e-2);
     }
@@ -111,13 +113,13 @@ fn pekeris() -> Result<f64, Fault> {
     Ok(worst)
 }
 
-/// A blow, rendered, against the closed form far straight above.
+/// An impact, rendered, against the closed form far straight above.
 fn straight_up(name: &str) -> Result<f64, Fault> {
     let (height, impulse, duration, time) = (100.0, 0.3, 1e-3, 5e-3);
     let solid = material(name)?;
     let medium = Medium::AIR;
     let ground = Arc::new(GroundSource::try_new(&solid, &medium)?);
-    let click = Click {
+    let click = AccelerationPulse {
         body: BodyId(0),
         time,
         duration,

@@ -1,4 +1,4 @@
-//! Motion between blows and the balance of the log: pendulum, rolling, momentum of a pile.
+//! Motion between impacts and the balance of the log: pendulum, rolling, momentum of a pile.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;

@@ -10,8 +10,8 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::pose::Pose;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::strike::{Strike, strike};
 use clangor_core::synthesis::{SampleRate, SoundSource};
 
@@ -49,7 +49,7 @@ pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
     Ok(())
 }
 
-/// Relative L2 error over the band of one blow.
+/// Relative L2 error over the band of one impact.
 fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, String> {
     let material = presets::preset("steel").ok_or("there is no preset steel")?;
     let MassProperties { volume, inertia, .. } = MassProperties::of_sphere(radius);
@@ -67,7 +67,7 @@ fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, St
         life: Life::LASTING,
     };
     let impulse = DVec3::new(0.0, body.mass, 0.0);
-    let blow = Strike {
+    let impact = Strike {
         impulse,
         point: DVec3::new(0.0, -radius, 0.0),
         listener,
@@ -78,7 +78,7 @@ fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, St
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
     };
-    let sound = strike(&body, &SoundSource::Sphere { radius }, &blow).map_err(|e| e.to_string())?;
+    let sound = strike(&body, &SoundSource::Sphere { radius }, &impact).map_err(|e| e.to_string())?;
     let step = 1.0 / SampleRate::HZ_48000.as_f64();
     let (mut error, mut norm) = (0.0, 0.0);
     for k in 0..200 {

@@ -4,10 +4,12 @@ use clangor_core::body::BodyId;
 use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::propagation::PathLoss;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::listener::Floor;
-use clangor_core::synthesis::{Click, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource};
+use clangor_core::synthesis::{
+    AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
+};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -16,7 +18,7 @@ use super::{Check, Extent, Fault, Outcome, Timing, Validation, cpu_time};
 const SECTION: &str = "Rendering";
 
 pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
-    let click = Click {
+    let click = AccelerationPulse {
         body: BodyId(0),
         time: 1e-3,
         duration: 40e-6,
@@ -46,7 +48,7 @@ fn settings(rate: u32, floor: Floor) -> Result<RenderSettings, Fault> {
 
 /// Pressure of some clicks at a fixed receiver.
 fn sound(
-    clicks: &[Click],
+    clicks: &[AccelerationPulse],
     receiver: DVec3,
     settings: &RenderSettings,
     seconds: f64,
@@ -70,10 +72,10 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// A rigid floor is a mirror: the same sound as from the click and its mirror image in free space.
-fn floor(click: &Click, table: &mut Validation) -> Outcome {
+fn floor(click: &AccelerationPulse, table: &mut Validation) -> Outcome {
     let receiver = DVec3::new(0.4, 0.5, -0.3);
     let mirrored = |v: DVec3| DVec3::new(v.x, -v.y, v.z);
-    let image = Click {
+    let image = AccelerationPulse {
         centre: mirrored(click.centre),
         velocity_change: mirrored(click.velocity_change),
         ..click.clone()
@@ -93,7 +95,7 @@ fn floor(click: &Click, table: &mut Validation) -> Outcome {
 }
 
 /// 48 kHz and 192 kHz agree in the band that both hold.
-fn aliasing(click: &Click, table: &mut Validation) -> Outcome {
+fn aliasing(click: &AccelerationPulse, table: &mut Validation) -> Outcome {
     let receiver = DVec3::new(0.4, 0.5, -0.3);
     let spectrum = |rate: u32| -> Result<Vec<f64>, Fault> {
         let signal = sound(std::slice::from_ref(click), receiver, &settings(rate, Floor::None)?, 0.02)?;
@@ -128,7 +130,7 @@ fn cost(table: &mut Validation) -> Outcome {
     for i in 0..impacts {
         // A low-discrepancy spread over 5 s, the table of PAN, and durations of 20 to 100 µs.
         let golden = |k: f64| (f64::from(i) * k).fract();
-        let click = Click {
+        let click = AccelerationPulse {
             body: BodyId(i % 50),
             time: 5.0 * f64::from(i) / f64::from(impacts),
             duration: 20e-6 + 80e-6 * golden(0.618_033_988_7),
@@ -139,8 +141,11 @@ fn cost(table: &mut Validation) -> Outcome {
             angular_velocity_change: DVec3::ZERO,
             source: SoundSource::Sphere { radius: 0.0075 },
         };
-        let other =
-            Click { body: BodyId(50 + i % 50), velocity_change: -click.velocity_change, ..click.clone() };
+        let other = AccelerationPulse {
+            body: BodyId(50 + i % 50),
+            velocity_change: -click.velocity_change,
+            ..click.clone()
+        };
         renderer.push(&click)?;
         renderer.push(&other)?;
     }

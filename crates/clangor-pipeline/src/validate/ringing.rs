@@ -5,36 +5,36 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
+use clangor_bake::fem::lamb_sphere;
+use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::fitting::comparison::directions;
+use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
+use clangor_bake::mesh::tetrahedra::block::block;
+use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
+use clangor_bake::modal_analysis::eigensolver::solve;
+use clangor_bake::modal_analysis::{ModalAnalysisOptions, modal_analysis};
+use clangor_bake::modal_radiation::axisymmetric::AxisymmetricModalSolver;
+use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
+use clangor_bake::radiation::RadiationSolver;
 use clangor_core::body::{Body, Life, Motion, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets::{CERAMIC, GLASS, STEEL};
 use clangor_core::material::{Damping, Material};
-use clangor_core::medium::Medium;
-use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
-use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::math::radial::outgoing;
-use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::math::spherical_harmonics::solid_harmonics;
+use clangor_core::medium::Medium;
 use clangor_core::pose::Pose;
 use clangor_core::shape::Shape;
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
+use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
+use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource};
 use clangor_core::synthesis::strike::{Strike, StrikeSound, struck_ringing};
-use clangor_bake::acceleration::BakeGeometry;
-use clangor_bake::fitting::comparison::directions;
-use clangor_bake::fem::lamb_sphere;
-use clangor_bake::fem::{ElasticConstants, ElasticSystem};
-use clangor_bake::bem::axisymmetric::{RevolutionOptions, RevolutionSolver};
-use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
-use clangor_bake::modal_radiation::axisymmetric::RoundSolver;
-use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
-use clangor_bake::modal_analysis::eigensolver::solve;
-use clangor_bake::radiation::RadiationSolver;
-use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
-use clangor_bake::mesh::tetrahedra::block::block;
-use clangor_bake::modal_analysis::{VibrationOptions, vibration};
 use num_complex::Complex64;
 
 use super::{Check, Extent, Fault, Outcome, Timing, Validation, cpu_time};
@@ -69,9 +69,9 @@ fn sphere(extent: Extent, table: &mut Validation) -> Outcome {
     let exact = &lamb_sphere::frequencies(&material, radius)[..20];
     let constants = ElasticConstants::of(&material)?;
     let limit = 1.005 * exact[19];
-    let options = VibrationOptions { accuracy: 1e-5, ..VibrationOptions::to(limit) };
+    let options = ModalAnalysisOptions { accuracy: 1e-5, ..ModalAnalysisOptions::to(limit) };
     let geometry = BakeGeometry::Ellipsoid { semi_axes: DVec3::splat(radius) };
-    let found = vibration(&geometry, &constants, &options, &mut |_| ControlFlow::Continue(()))?;
+    let found = modal_analysis(&geometry, &constants, &options, &mut |_| ControlFlow::Continue(()))?;
     let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency).collect();
     add(
         table,
@@ -128,7 +128,7 @@ fn round_body(name: &str, edge: f64) -> Result<(Meridian, ModalSurface), Fault> 
 }
 
 fn transfers(
-    solver: &RoundSolver,
+    solver: &AxisymmetricModalSolver,
     surface: &ModalSurface,
     motions: &[ModalMotion<'_>],
 ) -> Result<Vec<ModalTransfer>, Fault> {
@@ -138,7 +138,7 @@ fn transfers(
 fn translations(table: &mut Validation) -> Outcome {
     for (name, edge, wavenumber) in [("coin", 2e-3, 300.0), ("bowl", 6e-3, 100.0)] {
         let (meridian, surface) = round_body(name, edge)?;
-        let click = RevolutionSolver::new(&meridian, DVec3::Y, RevolutionOptions::new(wavenumber));
+        let click = AxisymmetricSolver::new(&meridian, DVec3::Y, AxisymmetricOptions::new(wavenumber));
         let sample = click.solve(&[wavenumber], 20)?.remove(0);
         let (radius, own) = (surface.radius(), click.reference_radius());
         let (mut harmonics, mut radial) = (Vec::new(), Vec::new());
@@ -146,7 +146,8 @@ fn translations(table: &mut Validation) -> Outcome {
         for (axis, direction) in DVec3::AXES.into_iter().enumerate() {
             let shape = vec![direction; surface.nodes.len()];
             let motion = ModalMotion { wavenumber, shape: &shape };
-            let ringing = transfers(&RoundSolver::new(&meridian, DVec3::Y), &surface, &[motion])?.remove(0);
+            let ringing =
+                transfers(&AxisymmetricModalSolver::new(&meridian, DVec3::Y), &surface, &[motion])?.remove(0);
             for at in directions(40) {
                 let x = 2.0 * radius * at;
                 solid_harmonics(at, 20, &mut harmonics);
@@ -187,7 +188,7 @@ fn powers(extent: Extent, table: &mut Validation) -> Outcome {
         let shape = Shape::parse(name)?;
         let meridian = shape.meridian().ok_or("the body has no section")?.about_centre_of_mass();
         let options = ModalBakeOptions { max_frequency: *limit, ..ModalBakeOptions::new(Medium::AIR) };
-        let geometry = BakeGeometry::Revolution(meridian.clone());
+        let geometry = BakeGeometry::Axisymmetric(meridian.clone());
         let begin = cpu_time();
         let (model, _) = find_modes(&geometry, material, &options, &mut |_| ControlFlow::Continue(()))?;
         let motions: Vec<ModalMotion<'_>> = model
@@ -199,14 +200,17 @@ fn powers(extent: Extent, table: &mut Validation) -> Outcome {
                 shape: &mode.shape,
             })
             .collect();
-        let solver = RoundSolver::new(&meridian, DVec3::Y);
+        let solver = AxisymmetricModalSolver::new(&meridian, DVec3::Y);
         let usual = transfers(&solver, &model.surface, &motions)?;
         table.timings.push(Timing {
             what: format!("{} modes of a {name}, and the sound of {}", model.modes.len(), motions.len()),
             cpu_seconds: cpu_time() - begin,
         });
-        let finer =
-            RevolutionOptions { nodes_per_wavelength: 14.0, edge_levels: 6, ..RevolutionOptions::new(0.0) };
+        let finer = AxisymmetricOptions {
+            nodes_per_wavelength: 14.0,
+            edge_levels: 6,
+            ..AxisymmetricOptions::new(0.0)
+        };
         let finer = transfers(&solver.with_options(finer), &model.surface, &motions)?;
         let error = motions
             .iter()
@@ -231,7 +235,7 @@ fn powers(extent: Extent, table: &mut Validation) -> Outcome {
     Ok(())
 }
 
-/// A body at rest for blows.
+/// A body at rest for impacts.
 fn struck(surface: Surface, material: Material, volume: f64) -> Body {
     let radius = surface.bounding_radius();
     let mass = material.density * volume;
@@ -250,23 +254,23 @@ fn struck(surface: Surface, material: Material, volume: f64) -> Body {
     }
 }
 
-/// What a blow of 60 µs on the axis rings in so many seconds from its beginning, and its first sample's time.
-fn rung(body: &Body, source: ModalSource, blow: &Strike, seconds: f64) -> Result<StrikeSound, Fault> {
-    let rate = blow.sample_rate.as_f64();
+/// What an impact of 60 µs on the axis rings in so many seconds from its beginning, and its first sample's time.
+fn rung(body: &Body, source: ModalSource, impact: &Strike, seconds: f64) -> Result<StrikeSound, Fault> {
+    let rate = impact.sample_rate.as_f64();
     let lead = clangor_core::synthesis::strike::LEAD;
     let count = ((seconds + lead) * rate).ceil() as usize;
     let mut sound = StrikeSound {
         times: (0..count).map(|n| n as f64 / rate - lead).collect(),
         pressures: vec![0.0; count],
-        duration: blow.duration.unwrap_or(60e-6),
-        velocity_change: blow.impulse / body.mass,
+        duration: impact.duration.unwrap_or(60e-6),
+        velocity_change: impact.impulse / body.mass,
         radius: body.surface.equal_volume_radius(),
     };
-    sound.pressures = struck_ringing(body, Arc::new(source), blow, &sound)?;
+    sound.pressures = struck_ringing(body, Arc::new(source), impact, &sound)?;
     Ok(sound)
 }
 
-fn blow(impulse: DVec3, point: DVec3, listener: DVec3, hz: u32) -> Result<Strike, Fault> {
+fn impact(impulse: DVec3, point: DVec3, listener: DVec3, hz: u32) -> Result<Strike, Fault> {
     Ok(Strike {
         impulse,
         point,
@@ -309,8 +313,8 @@ fn decay(table: &mut Validation) -> Outcome {
             let settings = ModalSettings { radiation_damping: false, ..ModalSettings::default() };
             let source = ModalSource::new(Arc::new(model), &Damping::T60(t60), &settings)?;
             let body = struck(Surface::Sphere { radius: RADIUS }, STEEL.material(), 4.0 / 3.0 * PI * 1e-3);
-            let blow = blow(impulse * DVec3::Z, DVec3::ZERO, distance * DVec3::X, hz)?;
-            let sound = rung(&body, source, &blow, 0.25)?;
+            let impact = impact(impulse * DVec3::Z, DVec3::ZERO, distance * DVec3::X, hz)?;
+            let sound = rung(&body, source, &impact, 0.25)?;
             // After a half-sine of unit impulse, the complex modal acceleration is
             // −i (λ²/Im λ) (1 + e^{−λτ})/(2 (1 + (λτ/π)²)) e^{λt}.
             let rate = 3.0 * 10.0_f64.ln() / t60;
@@ -333,7 +337,7 @@ fn decay(table: &mut Validation) -> Outcome {
     }
     add(
         table,
-        "a mode of 310 Hz to 18 kHz for 0.25 s after a blow, played at 44.1, 48 and 192 kHz: pressure, worst"
+        "a mode of 310 Hz to 18 kHz for 0.25 s after an impact, played at 44.1, 48 and 192 kHz: pressure, worst"
             .into(),
         "the decaying sine after a half-sine, in closed form",
         error,
@@ -348,7 +352,7 @@ fn peaks(table: &mut Validation) -> Outcome {
     let shape = Shape::parse("coin:0.03x0.002@0.003")?;
     let meridian = shape.meridian().ok_or("a coin has no section")?.about_centre_of_mass();
     let volume = meridian.volume();
-    let geometry = BakeGeometry::Revolution(meridian);
+    let geometry = BakeGeometry::Axisymmetric(meridian);
     let options =
         ModalBakeOptions { max_frequency: 6500.0, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
     let mut go_on = |_: &_| ControlFlow::Continue(());
@@ -358,13 +362,13 @@ fn peaks(table: &mut Validation) -> Outcome {
     let source = ModalSource::new(Arc::new(model), &material.damping, &ModalSettings::default())?;
     let (surface, _) = shape.surface()?;
     let body = struck(surface, material, volume);
-    let blow = blow(
+    let impact = impact(
         DVec3::new(0.0, -0.002, 0.0),
         DVec3::new(0.022, 0.001, 0.0),
         DVec3::new(0.1, 0.3, 0.15),
         16_000,
     )?;
-    let sound = rung(&body, source, &blow, 1.0)?;
+    let sound = rung(&body, source, &impact, 1.0)?;
     let samples: Vec<f32> = sound.pressures.iter().map(|p| *p as f32).collect();
     let peaks = Spectrum::of(&samples, 16_000.0)?.peaks(6500.0, 40.0);
     let off = |f: f64| {

@@ -8,19 +8,19 @@ use std::path::Path;
 use clangor_core::contact::ContactSettings;
 use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
-use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::propagation::PathLoss;
 use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};
 
 use super::radiation::exact_spectrum;
 use super::{Check, Extent, Fault, Outcome, Validation};
+use crate::formats::wav::{SampleFormat, WavReader};
 use crate::stages::load::scene_from_text;
 use crate::stages::render::{FullScale, RenderOptions, Sounds, Transfers, render};
 use crate::stages::simulate::simulate_impacts;
 use crate::stages::sound_models::ringers::Ringers;
-use crate::formats::wav::{SampleFormat, WavReader};
 
 const SCENE: &str = r#"
 version = 1
@@ -66,7 +66,7 @@ pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
             im -= f64::from(*pressure) * sin / 48_000.0;
         }
         let (a, b) = exact_spectrum(omega, radius, duration, listener);
-        // The blow comes when free fall ends, and turns v into −0.7 v.
+        // The impact comes when free fall ends, and turns v into −0.7 v.
         let (sin, cos) = (omega * speed / 9.81).sin_cos();
         let exact = ((a * cos + b * sin) * 1.7 * speed, (b * cos - a * sin) * 1.7 * speed);
         error += (re - exact.0).powi(2) + (im - exact.1).powi(2);

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::ContactSettings;
 use clangor_core::medium::Medium;
@@ -11,14 +12,13 @@ use clangor_core::scene::render_settings::{GroundSound, Parts};
 use clangor_core::synthesis::source_rule::rules_with_pieces;
 use clangor_core::synthesis::{Listener, RenderSettings};
 use clangor_core::timeline::Timeline;
-use clangor_bake::modal::ModalBakeOptions;
+use clangor_pipeline::formats::soundbank::default_bank;
+use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 use clangor_pipeline::stages::load::{LoadedScene, scene_from_text};
 use clangor_pipeline::stages::render::{FullScale, RenderOptions, Sounds, Transfers, render};
 use clangor_pipeline::stages::simulate::simulate_impacts;
 use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing, RingingPlan};
 use clangor_pipeline::stages::sound_models::sources::{SourceSettings, sources};
-use clangor_pipeline::formats::soundbank::default_bank;
-use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 
 /// Duration of the scene \[s\].
 pub(crate) const DURATION: f64 = 0.06;

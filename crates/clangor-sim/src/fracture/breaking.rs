@@ -1,12 +1,12 @@
-//! Which bodies break under the blows of a step, and what they leave.
+//! Which bodies break under the impacts of a step, and what they leave.
 //!
 //! ```text
 //! K u = F − reaction,    E_S = ½ uᵀF ≤ Σ ½ m V²,    largest σ₁ ≥ strength: it breaks
 //! ```
 //!
-//! Blows that still last press together. No more energy than they carry is strained into the body: where the static answer
+//! Impacts that still last press together. No more energy than they carry is strained into the body: where the static answer
 //! asks for it, the forces are smaller, and so are stress and energy. Cracks and the motion of the pieces are paid with what the
-//! blows took from the motion for good, so that the mechanical energy of all bodies never grows; the rest was given back as
+//! impacts took from the motion for good, so that the mechanical energy of all bodies never grows; the rest was given back as
 //! rebound.
 //!
 //! Nothing is solved where no stress can reach the strength σ_c, because a single element that held all the energy
@@ -23,19 +23,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
+use clangor_bake::fem::ElasticConstants;
+use clangor_bake::mesh::tetrahedra::TetMesh;
+use clangor_bake::stress::{PointLoad, StressBody, StressOptions, SymmetricTensor};
 use clangor_core::body::{Body, BodyId, World};
 use clangor_core::scene::breaking::{Breaking, Load, Score};
 use clangor_core::timeline::ContactKind;
-use clangor_bake::fem::ElasticConstants;
-use clangor_bake::stress::{PointLoad, StressBody, StressOptions, SymmetricTensor};
-use clangor_bake::mesh::tetrahedra::TetMesh;
 use glam::DVec3;
 
-use crate::fracture::contact_loads::{Blow, blow_on, impact};
 use super::fragments::{Broken, Fragments, Parent, fragments};
 use super::pattern::PatternSettings;
 use super::piece::Piece;
 use super::{FractureError, shatter, shatter_along};
+use crate::fracture::contact_loads::{ContactLoad, contact_load_on, impact};
 use crate::rigid::{Replacement, RigidWorld, StepLog};
 use crate::{BreakingReport, SimulationError};
 
@@ -92,12 +92,12 @@ struct Fragile {
     centre: DVec3,
     least_volume: f64,
     stress: Option<StressBody>,
-    blows: Vec<Blow>,
+    contact_loads: Vec<ContactLoad>,
     seed: u64,
 }
 
 impl BreakingBodies {
-    /// Prepares bodies of a world; blows slower than `v_min` \[m/s\] break nothing.
+    /// Prepares bodies of a world; impacts slower than `v_min` \[m/s\] break nothing.
     ///
     /// # Errors
     /// [`SimulationError::Fracture`] for a body that cannot break: its material has no strength or toughness, or its
@@ -138,7 +138,7 @@ impl BreakingBodies {
     /// # Errors
     /// [`SimulationError::Fracture`] for numbers that are not finite.
     pub fn look(&mut self, rigid: &RigidWorld, log: &StepLog) -> Result<Vec<Replacement>, SimulationError> {
-        let struck = self.take_blows(log)?;
+        let struck = self.take_contact_loads(log)?;
         let mut replacements = Vec::new();
         for id in struck {
             let next = BodyId((rigid.count() + self.pending(&replacements)) as u32);
@@ -154,8 +154,8 @@ impl BreakingBodies {
         replacements.iter().map(|r| r.pieces.len()).sum()
     }
 
-    /// Adds the blows of a step to the bodies that may break, and says which those are.
-    fn take_blows(&mut self, log: &StepLog) -> Result<BTreeSet<BodyId>, SimulationError> {
+    /// Adds the impacts of a step to the bodies that may break, and says which those are.
+    fn take_contact_loads(&mut self, log: &StepLog) -> Result<BTreeSet<BodyId>, SimulationError> {
         let mut struck = BTreeSet::new();
         for (kind, rows, poses) in log.groups() {
             let Some(first) = rows.first() else { continue };
@@ -167,16 +167,18 @@ impl BreakingBodies {
             }
             let pair = ids.map(|id| self.bodies.get(id.index()));
             let name = || pair.iter().flatten().next().map_or_else(String::new, |b| b.name.clone());
-            let refuse =
-                |source| SimulationError::Fracture { body: name(), source: FractureError::Blow(source) };
+            let refuse = |source| SimulationError::Fracture {
+                body: name(),
+                source: FractureError::ContactLoad(source),
+            };
             let Some(pulse) = impact(pair, rows, poses, self.v_min).map_err(refuse)? else { continue };
             for id in ids {
                 let Some(fragile) = self.fragile.get_mut(&id) else { continue };
                 let load = self.families[fragile.family].breaking.load;
-                if let Some(blow) = blow_on(id, &pulse, rows, pair, load, self.time_step) {
-                    // What ended before this blow began presses no more.
-                    fragile.blows.retain(|earlier| earlier.end > pulse.time);
-                    fragile.blows.push(blow);
+                if let Some(contact_load) = contact_load_on(id, &pulse, rows, pair, load, self.time_step) {
+                    // What ended before this impact began presses no more.
+                    fragile.contact_loads.retain(|earlier| earlier.end > pulse.time);
+                    fragile.contact_loads.push(contact_load);
                     struck.insert(id);
                 }
             }
@@ -184,12 +186,12 @@ impl BreakingBodies {
         Ok(struck)
     }
 
-    /// What the blows on a body leave of it, if it breaks; pieces get ids from `next` on.
+    /// What the impacts on a body leave of it, if it breaks; pieces get ids from `next` on.
     fn strike(&mut self, id: BodyId, next: BodyId, rigid: &RigidWorld) -> Option<Replacement> {
         let fragile = self.fragile.get_mut(&id)?;
         let family = &mut self.families[fragile.family];
         let body = &self.bodies[id.index()];
-        let energy: f64 = fragile.blows.iter().map(|b| b.energy).sum();
+        let energy: f64 = fragile.contact_loads.iter().map(|b| b.energy).sum();
         let published = family.breaking.load == Load::Step;
         if !published && energy < fragile.least_volume * family.critical_density {
             self.report.screened += 1;
@@ -283,10 +285,10 @@ impl Fragile {
         };
         let least_volume = (0..piece.mesh.elements.len()).map(volume).fold(f64::INFINITY, f64::min);
         let centre = piece.mass_properties()?.centre_of_mass;
-        Ok(Fragile { family, piece, centre, least_volume, stress: None, blows: Vec::new(), seed })
+        Ok(Fragile { family, piece, centre, least_volume, stress: None, contact_loads: Vec::new(), seed })
     }
 
-    /// The pieces of this body under its blows, which carry `energy` \[J\]; `None` if it stays whole.
+    /// The pieces of this body under its impacts, which carry `energy` \[J\]; `None` if it stays whole.
     fn break_up(
         &mut self,
         family: &Family,
@@ -301,7 +303,7 @@ impl Fragile {
                 empty.insert(StressBody::new(self.piece.mesh.clone(), &family.constants, &options)?)
             }
         };
-        let forces = self.blows.iter().flat_map(|blow| &blow.forces);
+        let forces = self.contact_loads.iter().flat_map(|contact_load| &contact_load.forces);
         let loads: Vec<PointLoad> =
             forces.map(|(point, force)| PointLoad { point: *point + self.centre, force: *force }).collect();
         // Forces that the energy bounds are smaller, and so is their stress.
@@ -326,7 +328,7 @@ impl Fragile {
             report.capped += 1;
             return Ok(None);
         }
-        let lost: f64 = self.blows.iter().map(|b| b.loss).sum();
+        let lost: f64 = self.contact_loads.iter().map(|b| b.loss).sum();
         let strain = match family.breaking.load {
             Load::HalfSinePeak => deformation.strain_energy.min(lost),
             Load::Step => deformation.strain_energy,
@@ -346,7 +348,7 @@ impl Fragile {
         Ok(shatter.map(|shatter| Broken {
             shatter,
             stress: deformation.element_stress,
-            blow_energy: energy,
+            impact_energy: energy,
             seed: self.seed,
         }))
     }

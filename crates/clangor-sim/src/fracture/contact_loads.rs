@@ -1,11 +1,11 @@
-//! The blows of a step as forces on the bodies that they may break.
+//! The impacts of a step as forces on the bodies that they may break.
 //!
 //! ```text
 //! F = (π/2) j/τ,    E = ½ m V²,    ΔE = ½ j V (1 − e)
 //! ```
 //!
 //! j is the impulse at each point, τ Hertz's duration, m the effective mass, V the approach speed, e the restitution. E is
-//! what the blow can strain into a body, ΔE what it takes from the motion for good.
+//! what the impact can strain into a body, ΔE what it takes from the motion for good.
 //!
 //! Differs: \[FRAC\] presses with j/Δt, which grows as steps shrink.
 
@@ -20,10 +20,10 @@ use glam::DVec3;
 
 use crate::record::MERGE_WINDOW;
 
-/// What a blow does to one body.
+/// What an impact does to one body.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Blow {
-    /// Until when it counts \[s\]: while it lasts, and as long as the blows of one impact follow each other.
+pub(super) struct ContactLoad {
+    /// Until when it counts \[s\]: while it lasts, and as long as the impacts of one impact follow each other.
     pub(super) end: f64,
     /// Points \[m\] and forces \[N\] in the axes of the body, about its centre of mass.
     pub(super) forces: Vec<(DVec3, DVec3)>,
@@ -63,14 +63,14 @@ pub(super) fn impact(
 }
 
 /// What an impact does to a body of it: forces in the axes of the body.
-pub(super) fn blow_on(
+pub(super) fn contact_load_on(
     body: BodyId,
     pulse: &ImpactPulse,
     rows: &[ContactRow],
     pair: [Option<&Body>; 2],
     load: Load,
     time_step: f64,
-) -> Option<Blow> {
+) -> Option<ContactLoad> {
     let side = [rows.first()?.body_a, rows.first()?.body_b].iter().position(|id| *id == body)?;
     let sign = if side == 0 { 1.0 } else { -1.0 };
     let pose = pulse.bodies[side]?.pose;
@@ -85,7 +85,7 @@ pub(super) fn blow_on(
         [None, None] => return None,
     };
     let lost: f64 = rows.iter().map(|r| 0.5 * r.impulse_n * r.approach_speed() * (1.0 - restitution)).sum();
-    Some(Blow {
+    Some(ContactLoad {
         end: pulse.time + pulse.duration.max(MERGE_WINDOW),
         forces: pulse
             .points

@@ -14,11 +14,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use clangor_bake::stress::SymmetricTensor;
 use clangor_core::body::{Body, Life, MeshSurface, Motion as Moved, Surface};
 use clangor_core::pose::Pose;
 use clangor_core::scene::body_description::EDGE_RADIUS_RATIO;
 use clangor_core::timeline::{FractureRow, PoseRow};
-use clangor_bake::stress::SymmetricTensor;
 use glam::{DMat3, DVec3};
 
 use super::crack_impulse::{CrackImpulses, NoImpulse, crack_impulses};
@@ -44,8 +44,8 @@ pub(super) struct Broken {
     pub(super) shatter: Shatter,
     /// Stress of each element before \[Pa\].
     pub(super) stress: Vec<SymmetricTensor>,
-    /// With which the blows came \[J\].
-    pub(super) blow_energy: f64,
+    /// With which the impacts came \[J\].
+    pub(super) impact_energy: f64,
     /// Seed of the pattern.
     pub(super) seed: u64,
 }
@@ -66,7 +66,7 @@ pub(super) fn fragments(
     released: bool,
     name: impl Fn(usize) -> String,
 ) -> Result<Fragments, FractureError> {
-    let Broken { shatter, stress, blow_energy, seed } = broken;
+    let Broken { shatter, stress, impact_energy, seed } = broken;
     let density = parent.body.material.density;
     let solids = shatter.pieces.iter().map(Piece::mass_properties).collect::<Result<Vec<_>, _>>()?;
     let mass: f64 = solids.iter().map(|s| s.volume).sum();
@@ -119,7 +119,7 @@ pub(super) fn fragments(
         });
     }
     let row = FractureRow {
-        blow_energy,
+        impact_energy,
         strain_energy: shatter.strain_energy,
         fracture_energy: shatter.fracture_energy,
         kinetic_energy_gain: after - before,

@@ -18,9 +18,9 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use clangor_bake::mesh::tetrahedra::{EDGES, TetMesh};
 use clangor_core::glam::DVec3;
 use clangor_core::math::random::SplitMix;
-use clangor_bake::mesh::tetrahedra::{EDGES, TetMesh};
 
 use super::FractureError;
 use super::tetrahedron_parts::{distinct, shares, wall};

@@ -1,9 +1,9 @@
 //! A solid body of tetrahedra that knows which part of its surface a crack has made: what breaks, and what it breaks into.
 
+use clangor_bake::mesh::tetrahedra::{EDGES, TetMesh};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::topology::Topology;
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_bake::mesh::tetrahedra::{EDGES, TetMesh};
 
 use super::FractureError;
 

@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 /// What law a ball's centre follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub(super) enum Course {
+pub(super) enum MotionPhase {
     /// Gravity alone: two such balls move uniformly relative to each other.
     Ballistic,
     /// Some other constant acceleration: fixed, resting, sliding, rolling.
@@ -32,7 +32,7 @@ pub(super) struct Ball {
     /// Next ball of the same cell.
     pub(super) next: u32,
     /// What law it follows.
-    pub(super) course: Course,
+    pub(super) motion_phase: MotionPhase,
     /// Face through which it leaves its cell: 2·axis, plus 1 for the upper face.
     pub(super) exit: u8,
     /// Radius [m].
@@ -85,7 +85,7 @@ pub(super) struct Traits {
 }
 
 impl Ball {
-    /// Centre and velocity at a time, for a course of constant acceleration.
+    /// Centre and velocity at a time, for a motion_phase of constant acceleration.
     #[inline]
     pub(super) fn at(&self, time: f64) -> (DVec3, DVec3) {
         let s = time - self.time;

@@ -4,10 +4,10 @@ use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
-use super::ball::Course;
+use super::ball::MotionPhase;
 use super::engine::{Engine, Partner};
 use super::grid::NONE;
-use super::impact::{self, Blow, Member, Slow, Touch};
+use super::impact::{self, ImpulsePair, Member, Slow, Touch};
 use super::{CONTACT_TIME, QUICK_HITS, TIE, TOUCH};
 use crate::record::Recorder;
 
@@ -31,7 +31,7 @@ pub(super) struct Cluster {
     members: Vec<Member>,
     positions: Vec<DVec3>,
     touches: Vec<Touch>,
-    blows: Vec<Blow>,
+    impulse_pairs: Vec<ImpulsePair>,
     /// Velocity and angular velocity of the members before the impact.
     before: Vec<(DVec3, DVec3)>,
     near: Vec<usize>,
@@ -45,7 +45,7 @@ impl Cluster {
         self.members.clear();
         self.positions.clear();
         self.touches.clear();
-        self.blows.clear();
+        self.impulse_pairs.clear();
         self.before.clear();
     }
 }
@@ -96,8 +96,8 @@ impl Engine {
             _ => 0.0,
         };
         self.work += (cluster.touches.len() as u64).pow(2) / COSTLY;
-        impact::reflect(&mut cluster.members, &cluster.touches, hush, &mut cluster.blows);
-        self.log_blows(cluster, recorder)?;
+        impact::reflect(&mut cluster.members, &cluster.touches, hush, &mut cluster.impulse_pairs);
+        self.log_impulse_pairs(cluster, recorder)?;
         let mut shaken = Vec::new();
         for (member, who) in cluster.members.iter().zip(&cluster.who) {
             let &Who::Ball(ball) = who else { continue };
@@ -209,8 +209,11 @@ impl Engine {
         let mut near = std::mem::take(&mut cluster.near);
         near.clear();
         self.for_each_near(ball, |other, record| {
-            let (y, w) =
-                if record.course == Course::Arc { self.state(other, self.now) } else { record.at(self.now) };
+            let (y, w) = if record.motion_phase == MotionPhase::Arc {
+                self.state(other, self.now)
+            } else {
+                record.at(self.now)
+            };
             let reach = radius + record.radius;
             let d = x - y;
             let distance_squared = d.length_squared();
@@ -245,7 +248,7 @@ impl Engine {
         let (normal, arm_b, pressing, when_slow) = match who_b {
             Who::Plane(plane) => {
                 let normal = self.planes[plane].normal;
-                if self.balls[ball_a].course == Course::Arc {
+                if self.balls[ball_a].motion_phase == MotionPhase::Arc {
                     (normal, DVec3::ZERO, -normal.dot(self.acceleration(ball_a)), Slow::Hop)
                 } else {
                     (normal, DVec3::ZERO, -normal.dot(self.gravity), Slow::Stay)
@@ -293,7 +296,7 @@ impl Engine {
     }
 
     /// Hands the rows of each touch to the recorder.
-    fn log_blows(&self, cluster: &mut Cluster, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
+    fn log_impulse_pairs(&self, cluster: &mut Cluster, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
         let (mut rows, mut poses) = (std::mem::take(&mut cluster.rows), std::mem::take(&mut cluster.poses));
         for (index, touch) in cluster.touches.iter().enumerate() {
             rows.clear();
@@ -309,7 +312,7 @@ impl Engine {
                     radius_a + touch.arm_b.length() - distance
                 }
             };
-            for blow in cluster.blows.iter().filter(|b| b.touch == index) {
+            for impulse_pair in cluster.impulse_pairs.iter().filter(|b| b.touch == index) {
                 rows.push(ContactRow {
                     time: self.now,
                     body_a: self.body_of(cluster.who[touch.a]),
@@ -317,10 +320,10 @@ impl Engine {
                     kind: ContactKind::Impact,
                     point: cluster.positions[touch.a] + touch.arm_a,
                     normal: touch.normal,
-                    impulse_n: blow.normal,
-                    impulse_t: blow.tangential,
+                    impulse_n: impulse_pair.normal,
+                    impulse_t: impulse_pair.tangential,
                     couple: DVec3::ZERO,
-                    velocity: blow.velocity,
+                    velocity: impulse_pair.velocity,
                     depth,
                     impact_id: 0,
                 });

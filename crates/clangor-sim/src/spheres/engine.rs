@@ -7,7 +7,7 @@ use clangor_core::pose::Pose;
 use glam::DVec3;
 
 use super::arc::Island;
-use super::ball::{Ball, Course, Spin, Traits};
+use super::ball::{Ball, MotionPhase, Spin, Traits};
 use super::collide::Cluster;
 use super::grid::{Grid, NONE, NOWHERE};
 use super::log::Pending;
@@ -317,7 +317,7 @@ impl Engine {
         for (place, &ball) in island.balls.iter().enumerate() {
             let record = &mut balls[ball];
             (record.position, record.velocity) = (x[place], v[place]);
-            record.course = Course::Arc;
+            record.motion_phase = MotionPhase::Arc;
             record.generation = record.generation.wrapping_add(1);
             spins[ball].alpha = DVec3::ZERO;
             next[ball].phase_end = island.end();
@@ -334,8 +334,8 @@ impl Engine {
     /// Island of a ball that is on its way on an arc, and its place there.
     #[inline]
     pub(super) fn seat(&self, ball: usize) -> Option<(usize, usize)> {
-        // The course is at hand wherever this is asked; the seats of all others need not be read.
-        if self.balls[ball].course == Course::Arc { self.seats[ball] } else { None }
+        // The motion_phase is at hand wherever this is asked; the seats of all others need not be read.
+        if self.balls[ball].motion_phase == MotionPhase::Arc { self.seats[ball] } else { None }
     }
 
     /// Centre and velocity of a ball.
@@ -402,8 +402,8 @@ impl Engine {
         (record.acceleration, spin.alpha) = (phase.acceleration, phase.alpha);
         record.generation = record.generation.wrapping_add(1);
         self.next[ball].phase_end = self.now + phase.duration;
-        let (flew, flies) = (record.course == Course::Ballistic, phase.reactions.is_empty());
-        record.course = if flies { Course::Ballistic } else { Course::Steady };
+        let (flew, flies) = (record.motion_phase == MotionPhase::Ballistic, phase.reactions.is_empty());
+        record.motion_phase = if flies { MotionPhase::Ballistic } else { MotionPhase::Steady };
         if !(flew && flies) {
             self.phases[ball] = (!flies).then(|| Box::new(phase));
         }

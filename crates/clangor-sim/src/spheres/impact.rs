@@ -81,7 +81,7 @@ pub(super) enum Slow {
 
 /// Impulse of one touch in one round.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Blow {
+pub(super) struct ImpulsePair {
     /// Index of the touch.
     pub(super) touch: usize,
     /// Normal impulse on a [N s].
@@ -150,14 +150,19 @@ impl Touch {
 /// Resolves a cluster: velocities of the members change, the impulses are returned in the order in which they act.
 ///
 /// Where nothing approaches faster than `hush` [m/s], that speed is lost at once.
-pub(super) fn reflect(members: &mut [Member], touches: &[Touch], hush: f64, blows: &mut Vec<Blow>) {
+pub(super) fn reflect(
+    members: &mut [Member],
+    touches: &[Touch],
+    hush: f64,
+    impulse_pairs: &mut Vec<ImpulsePair>,
+) {
     match touches {
-        [touch] if touch.lift == 0.0 => bounce(members, touch, blows),
-        _ => reflect_cluster(members, touches, hush, blows),
+        [touch] if touch.lift == 0.0 => bounce(members, touch, impulse_pairs),
+        _ => reflect_cluster(members, touches, hush, impulse_pairs),
     }
-    for blow in blows {
-        let touch = &touches[blow.touch];
-        let impulse = touch.normal * blow.normal + blow.tangential;
+    for impulse_pair in impulse_pairs {
+        let touch = &touches[impulse_pair.touch];
+        let impulse = touch.normal * impulse_pair.normal + impulse_pair.tangential;
         for (member, impulse) in [(touch.a, impulse), (touch.b, -impulse)] {
             let member = &mut members[member];
             member.moved |= member.inverse_mass > 0.0;
@@ -167,7 +172,7 @@ pub(super) fn reflect(members: &mut [Member], touches: &[Touch], hush: f64, blow
 }
 
 /// Two bodies alone: one round, in closed form.
-fn bounce(members: &mut [Member], touch: &Touch, blows: &mut Vec<Blow>) {
+fn bounce(members: &mut [Member], touch: &Touch, impulse_pairs: &mut Vec<ImpulsePair>) {
     let speed = touch.normal_speed(members);
     let response = touch.coupling(touch, members);
     if speed >= -0.5 * QUIET_SPEED || response <= 0.0 {
@@ -176,11 +181,16 @@ fn bounce(members: &mut [Member], touch: &Touch, blows: &mut Vec<Blow>) {
     let velocity = touch.velocity(members);
     let normal = (1.0 + touch.restitution(-speed)) * -speed / response;
     touch.push(members, touch.normal * normal);
-    blows.push(Blow { touch: 0, normal, tangential: DVec3::ZERO, velocity });
-    rub(blows, std::slice::from_ref(touch), members);
+    impulse_pairs.push(ImpulsePair { touch: 0, normal, tangential: DVec3::ZERO, velocity });
+    rub(impulse_pairs, std::slice::from_ref(touch), members);
 }
 
-fn reflect_cluster(members: &mut [Member], touches: &[Touch], hush: f64, blows: &mut Vec<Blow>) {
+fn reflect_cluster(
+    members: &mut [Member],
+    touches: &[Touch],
+    hush: f64,
+    impulse_pairs: &mut Vec<ImpulsePair>,
+) {
     let (mut last, mut first_speed) = (false, 0.0);
     for round in 0..=MAX_ROUNDS {
         let mut active: Vec<usize> = (0..touches.len())
@@ -214,30 +224,30 @@ fn reflect_cluster(members: &mut [Member], touches: &[Touch], hush: f64, blows: 
         {
             restitution.fill(least);
         }
-        let first = blows.len();
+        let first = impulse_pairs.len();
         for (k, &touch) in active.iter().enumerate() {
             let normal = lambda[k] * (1.0 + restitution[k]);
             let velocity = touches[touch].velocity(members);
-            blows.push(Blow { touch, normal, tangential: DVec3::ZERO, velocity });
+            impulse_pairs.push(ImpulsePair { touch, normal, tangential: DVec3::ZERO, velocity });
         }
-        for blow in &blows[first..] {
-            let touch = &touches[blow.touch];
-            touch.push(members, touch.normal * blow.normal);
+        for impulse_pair in &impulse_pairs[first..] {
+            let touch = &touches[impulse_pair.touch];
+            touch.push(members, touch.normal * impulse_pair.normal);
         }
-        rub(&mut blows[first..], touches, members);
-        let settled = blows[first..].iter().all(|b| b.normal == 0.0);
-        blows.retain(|b| b.normal > 0.0);
+        rub(&mut impulse_pairs[first..], touches, members);
+        let settled = impulse_pairs[first..].iter().all(|b| b.normal == 0.0);
+        impulse_pairs.retain(|b| b.normal > 0.0);
         if settled || last {
             break;
         }
     }
     if touches.iter().any(|t| t.lift > 0.0) {
-        lift(members, touches, blows);
+        lift(members, touches, impulse_pairs);
     }
 }
 
 /// Parts what has sunk into each other while it was pressed together; nothing else may approach by that.
-fn lift(members: &mut [Member], touches: &[Touch], blows: &mut Vec<Blow>) {
+fn lift(members: &mut [Member], touches: &[Touch], impulse_pairs: &mut Vec<ImpulsePair>) {
     let active: Vec<usize> =
         (0..touches.len()).filter(|&k| touches[k].coupling(&touches[k], members) > 0.0).collect();
     let speeds: Vec<f64> =
@@ -246,14 +256,14 @@ fn lift(members: &mut [Member], touches: &[Touch], blows: &mut Vec<Blow>) {
         return;
     }
     let lambda = least_energy(&active, &speeds, touches, members, HUSH_SWEEPS);
-    let first = blows.len();
+    let first = impulse_pairs.len();
     for (&touch, &normal) in active.iter().zip(&lambda).filter(|(_, l)| **l > 0.0) {
         let velocity = touches[touch].velocity(members);
-        blows.push(Blow { touch, normal, tangential: DVec3::ZERO, velocity });
+        impulse_pairs.push(ImpulsePair { touch, normal, tangential: DVec3::ZERO, velocity });
     }
-    for blow in &blows[first..] {
-        let touch = &touches[blow.touch];
-        touch.push(members, touch.normal * blow.normal);
+    for impulse_pair in &impulse_pairs[first..] {
+        let touch = &touches[impulse_pair.touch];
+        touch.push(members, touch.normal * impulse_pair.normal);
     }
 }
 
@@ -336,12 +346,12 @@ fn gains_energy(active: &[usize], lambda: &[f64], e: &[f64], touches: &[Touch], 
 }
 
 /// Friction of one round: least kinetic energy within the Coulomb cones of the normal impulses.
-fn rub(blows: &mut [Blow], touches: &[Touch], members: &mut [Member]) {
+fn rub(impulse_pairs: &mut [ImpulsePair], touches: &[Touch], members: &mut [Member]) {
     for _ in 0..MAX_SWEEPS {
         let (mut change, mut size) = (0.0_f64, 0.0_f64);
-        for blow in blows.iter_mut() {
-            let touch = &touches[blow.touch];
-            let limit = touch.coefficients.friction * blow.normal;
+        for impulse_pair in impulse_pairs.iter_mut() {
+            let touch = &touches[impulse_pair.touch];
+            let limit = touch.coefficients.friction * impulse_pair.normal;
             if limit == 0.0 {
                 continue;
             }
@@ -352,16 +362,16 @@ fn rub(blows: &mut [Blow], touches: &[Touch], members: &mut [Member]) {
                 + b.inverse_inertia * touch.arm_b.length_squared();
             let velocity = touch.velocity(members);
             let slip = velocity - touch.normal * touch.normal.dot(velocity);
-            let wanted = blow.tangential - slip / response;
+            let wanted = impulse_pair.tangential - slip / response;
             let next = wanted.clamp_length_max(limit);
-            let step = next - blow.tangential;
+            let step = next - impulse_pair.tangential;
             touch.push(members, step);
-            blow.tangential = next;
+            impulse_pair.tangential = next;
             change = change.max(step.length());
             // Impulses cannot be known better than the velocities that they change.
             size = size.max(limit).max(0.1 * velocity.length() / response);
         }
-        if change <= CONVERGED * size || blows.len() == 1 {
+        if change <= CONVERGED * size || impulse_pairs.len() == 1 {
             break;
         }
     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::CONTACT_TIME;
 use super::approach::{Approach, fall, meet, meet_plane, meet_uniform};
-use super::ball::{Ball, Course};
+use super::ball::{Ball, MotionPhase};
 use super::engine::{Engine, NEVER, Next, PLANE, SEARCH};
 use super::grid::{NONE, NOWHERE};
 
@@ -15,7 +15,7 @@ struct Seeker {
     velocity: DVec3,
     radius: f64,
     acceleration: DVec3,
-    course: Course,
+    motion_phase: MotionPhase,
 }
 
 impl Engine {
@@ -27,7 +27,7 @@ impl Engine {
         let seeker = self.seeker(ball);
         let Seeker { position, velocity, acceleration, radius, .. } = seeker;
         let mut best = Next { phase_end: self.next[ball].phase_end, ..NEVER };
-        let supported = seeker.course == Course::Steady;
+        let supported = seeker.motion_phase == MotionPhase::Steady;
         for (index, plane) in self.planes.iter().enumerate() {
             if supported && self.rests_on(ball, index) {
                 continue;
@@ -68,7 +68,7 @@ impl Engine {
     /// Takes the meeting with another ball if it is the earliest so far.
     #[inline]
     fn consider(&self, seeker: &Seeker, other: usize, near: &Ball, best: &mut Next) {
-        if seeker.course == Course::Ballistic && near.course == Course::Ballistic {
+        if seeker.motion_phase == MotionPhase::Ballistic && near.motion_phase == MotionPhase::Ballistic {
             // From the first cache line of the other ball alone: whether they close in, and pass near enough.
             let s = self.now - near.time;
             let w = near.velocity + self.gravity * s;
@@ -100,7 +100,7 @@ impl Engine {
             let distance = d.length();
             (distance - reach, d.dot(w) / distance)
         };
-        let approach = if seeker.course == Course::Arc || near.course == Course::Arc {
+        let approach = if seeker.motion_phase == MotionPhase::Arc || near.motion_phase == MotionPhase::Arc {
             let gap_at = |s: f64| {
                 let ((x, v), (y, w)) =
                     (self.state(seeker.ball, self.now + s), self.state(other, self.now + s));
@@ -183,12 +183,12 @@ impl Engine {
 
     fn seeker(&self, ball: usize) -> Seeker {
         let record = &self.balls[ball];
-        let (position, velocity) = match record.course {
-            Course::Arc => self.state(ball, self.now),
+        let (position, velocity) = match record.motion_phase {
+            MotionPhase::Arc => self.state(ball, self.now),
             _ => record.at(self.now),
         };
-        let (radius, acceleration, course) = (record.radius, record.acceleration, record.course);
-        Seeker { ball, position, velocity, radius, acceleration, course }
+        let (radius, acceleration, motion_phase) = (record.radius, record.acceleration, record.motion_phase);
+        Seeker { ball, position, velocity, radius, acceleration, motion_phase }
     }
 
     /// Moves a ball to the neighbouring cell and looks at what has come near.

@@ -6,7 +6,7 @@ use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use glam::DVec3;
 
 use super::arc::{Far, Island, Rod, Spring};
-use super::ball::{Ball, Course, Spin, Traits};
+use super::ball::{Ball, MotionPhase, Spin, Traits};
 use super::grid::{Grid, NONE, NOWHERE};
 use super::pairs::Pairs;
 use crate::SimulationError;
@@ -141,7 +141,7 @@ fn place(
             bucket: NOWHERE,
             cell: grid.cell_of(body.pose.position),
             exit: 0,
-            course: if free { Course::Ballistic } else { Course::Steady },
+            motion_phase: if free { MotionPhase::Ballistic } else { MotionPhase::Steady },
         });
         spins.push(Spin {
             orientation: body.pose.orientation.normalize(),

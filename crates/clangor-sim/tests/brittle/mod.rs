@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::stress::fracture_mesh;
 use clangor_core::body::{Body, BodyId, Life, Motion, Surface, World};
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::material::{Material, presets};
 use clangor_core::pose::Pose;
 use clangor_core::scene::breaking::Breaking;
 use clangor_core::shape::Shape;
-use clangor_bake::acceleration::BakeGeometry;
-use clangor_bake::stress::fracture_mesh;
 use clangor_sim::fracture::{Breakable, BreakingBodies};
 use clangor_sim::rigid::{Replacement, RigidWorld, StepLog};
 

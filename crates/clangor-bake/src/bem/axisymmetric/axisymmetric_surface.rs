@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::geometry::turning::{Ring, lace};
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
 
@@ -17,7 +17,7 @@ const BEND: f64 = 0.35;
 
 /// A meridian turned about an axis.
 #[derive(Debug)]
-pub(super) struct TurnedSurface {
+pub(super) struct AxisymmetricSurface {
     pub(super) mesh: TriMesh,
     /// Piece of the meridian and parameter of each ring.
     places: Vec<(usize, f64)>,
@@ -25,7 +25,7 @@ pub(super) struct TurnedSurface {
     ring: Vec<usize>,
 }
 
-impl TurnedSurface {
+impl AxisymmetricSurface {
     /// With edges of about `edge` \[m\] or shorter.
     pub(super) fn new(meridian: &Meridian, axis: DVec3, edge: f64) -> Self {
         let mut places = Vec::new();
@@ -56,7 +56,7 @@ impl TurnedSurface {
         let turn = DQuat::from_rotation_arc(DVec3::Y, axis);
         mesh.vertices.iter_mut().for_each(|v| *v = turn * *v);
         let ring = rings.iter().enumerate().flat_map(|(k, ring)| ring.turns.iter().map(move |_| k)).collect();
-        TurnedSurface { mesh, places, ring }
+        AxisymmetricSurface { mesh, places, ring }
     }
 
     /// Pressures at the vertices from those at the nodes of the panels.
@@ -65,7 +65,7 @@ impl TurnedSurface {
         panels: &Panels,
         axis: DVec3,
         pressure: &[Vec<Complex64>; MOTIONS],
-    ) -> Vec<[Complex64; DEGREES]> {
+    ) -> Vec<[Complex64; RIGID_DOFS]> {
         let count = panels.rule.len();
         let mut cardinal = vec![0.0; count];
         let on_rings: Vec<[Complex64; MOTIONS]> = self
@@ -80,7 +80,7 @@ impl TurnedSurface {
                 })
             })
             .collect();
-        let parts: [(f64, DVec3); DEGREES] = std::array::from_fn(|degree| decompose(axis, degree));
+        let parts: [(f64, DVec3); RIGID_DOFS] = std::array::from_fn(|degree| decompose(axis, degree));
         self.mesh
             .vertices
             .iter()

@@ -20,7 +20,7 @@ use super::multipoles::AxisProjection;
 use super::panels::Panels;
 use super::ring::MidpointLadder;
 use super::rows::{Observer, Row, RowContext, Wave};
-use super::{BATCH_MEMORY, MOST_UNKNOWNS, RevolutionOptions, solve_system, system_matrix};
+use super::{AxisymmetricOptions, BATCH_MEMORY, MOST_UNKNOWNS, solve_system, system_matrix};
 use crate::radiation::RadiationError;
 
 /// Orders n of multipoles beyond kR and beyond m.
@@ -43,7 +43,7 @@ const ATTEMPTS: usize = 4;
 pub struct AzimuthalSolver {
     meridian: Meridian,
     radius: f64,
-    options: RevolutionOptions,
+    options: AxisymmetricOptions,
     resonance: f64,
 }
 
@@ -130,7 +130,7 @@ impl MeridianMesh {
 impl AzimuthalSolver {
     /// For a meridian about the origin, with multipoles on the sphere of `radius` \[m\]. The options' highest wavenumber is
     /// not used: meshes are made for one each.
-    pub fn new(meridian: &Meridian, radius: f64, options: RevolutionOptions) -> Self {
+    pub fn new(meridian: &Meridian, radius: f64, options: AxisymmetricOptions) -> Self {
         let resonance = first_resonance(inscribed_radius(meridian));
         AzimuthalSolver { meridian: meridian.clone(), radius, options, resonance }
     }

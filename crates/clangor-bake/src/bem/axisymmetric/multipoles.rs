@@ -17,9 +17,9 @@
 
 use std::f64::consts::PI;
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
 use clangor_core::math::radial::{regular, reverse_bessel};
 use clangor_core::math::spherical_harmonics::{count, solid_harmonics_with_gradient};
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 
@@ -166,7 +166,10 @@ impl AxisTurn {
     }
 
     /// The six coefficients, and the share of each motion along and across the axis.
-    pub(super) fn coefficients(&self, about_axis: &[Vec<Complex64>; MOTIONS]) -> [Vec<Complex64>; DEGREES] {
+    pub(super) fn coefficients(
+        &self,
+        about_axis: &[Vec<Complex64>; MOTIONS],
+    ) -> [Vec<Complex64>; RIGID_DOFS] {
         let order = about_axis[0].len() - 1;
         std::array::from_fn(|degree| {
             let (along, across) = decompose(self.axis, degree);

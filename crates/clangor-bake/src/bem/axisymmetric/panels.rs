@@ -7,7 +7,7 @@
 use clangor_core::geometry::meridian::{Meridian, Piece};
 use glam::DVec2;
 
-use super::RevolutionOptions;
+use super::AxisymmetricOptions;
 use crate::quadrature::gauss_legendre;
 
 /// Angle \[rad\] between two pieces from which they make an edge.
@@ -63,7 +63,7 @@ pub(super) struct Panels {
 
 impl Panels {
     /// Panels fit for waves up to `wavenumber` [1/m].
-    pub(super) fn new(meridian: &Meridian, wavenumber: f64, options: &RevolutionOptions) -> Self {
+    pub(super) fn new(meridian: &Meridian, wavenumber: f64, options: &AxisymmetricOptions) -> Self {
         let pieces = meridian.pieces().to_vec();
         let rule = gauss_legendre(options.nodes_per_panel);
         let wave = std::f64::consts::TAU / wavenumber.max(1e-300);

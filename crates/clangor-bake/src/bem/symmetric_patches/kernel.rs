@@ -14,7 +14,7 @@
     reason = "loops over lanes, several arrays at one index, that become vector instructions"
 )]
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -80,11 +80,11 @@ pub(super) type Values<const F: usize> = [[f64; F]; 2];
 /// Sums of the single layer over points, kept apart by lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SingleLayer<const F: usize> {
-    sums: [[[Lane; DEGREES]; 2]; F],
+    sums: [[[Lane; RIGID_DOFS]; 2]; F],
 }
 
 impl<const F: usize> SingleLayer<F> {
-    pub(super) const ZERO: Self = SingleLayer { sums: [[[[0.0; LANES]; DEGREES]; 2]; F] };
+    pub(super) const ZERO: Self = SingleLayer { sums: [[[[0.0; LANES]; RIGID_DOFS]; 2]; F] };
 
     /// The sum of a motion at wavenumber `f`.
     #[inline(always)]
@@ -124,7 +124,7 @@ fn layers_of_block<const F: usize>(
     let [nx, ny, nz] = &block.area;
     let (mut distance, mut inverse) = ([0.0; LANES], [0.0; LANES]);
     let (mut static_single, mut slope) = ([0.0; LANES], [0.0; LANES]);
-    let mut motions = [[0.0; LANES]; DEGREES];
+    let mut motions = [[0.0; LANES]; RIGID_DOFS];
     for l in 0..LANES {
         let (dx, dy, dz) = (x[l] - target.x, y[l] - target.y, z[l] - target.z);
         distance[l] = dx.mul_add(dx, dy.mul_add(dy, dz * dz)).sqrt();

@@ -14,7 +14,7 @@
     reason = "loops over lanes, several arrays at one index, that become vector instructions"
 )]
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 
@@ -32,7 +32,7 @@ pub(super) struct RowBuilder<const F: usize> {
     /// Double layer of each image and column: index image · unknowns + column.
     pub(super) double: Vec<Values<F>>,
     /// Single layer of each wavenumber and motion, all images together.
-    pub(super) right: [[Complex64; DEGREES]; F],
+    pub(super) right: [[Complex64; RIGID_DOFS]; F],
     scratch: Scratch<F>,
 }
 
@@ -49,7 +49,7 @@ impl<const F: usize> RowBuilder<F> {
     pub(super) fn new(unknowns: usize) -> Self {
         RowBuilder {
             double: vec![[[0.0; F]; 2]; IMAGES * unknowns],
-            right: [[Complex64::ZERO; DEGREES]; F],
+            right: [[Complex64::ZERO; RIGID_DOFS]; F],
             scratch: Scratch {
                 sources: Sources::default(),
                 values: Vec::new(),
@@ -65,7 +65,7 @@ impl<const F: usize> RowBuilder<F> {
     #[inline(always)]
     pub(super) fn fill(&mut self, of: &Discretisation, row: usize, wavenumbers: &Wavenumbers<F>) {
         self.double.fill([[0.0; F]; 2]);
-        self.right = [[Complex64::ZERO; DEGREES]; F];
+        self.right = [[Complex64::ZERO; RIGID_DOFS]; F];
         let unknowns = of.nodes.len();
         for image in 0..IMAGES {
             let target = mirror(image, of.nodes[row].position);
@@ -84,7 +84,7 @@ impl<const F: usize> RowBuilder<F> {
                 }
             }
             for f in 0..F {
-                for degree in 0..DEGREES {
+                for degree in 0..RIGID_DOFS {
                     self.right[f][degree] += sign_of(image, degree) * single.sum(f, degree);
                 }
             }

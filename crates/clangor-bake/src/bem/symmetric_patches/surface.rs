@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -92,8 +92,8 @@ impl Surface {
     pub(super) fn pressure(
         &self,
         body: &Discretisation,
-        nodes: &[[Complex64; DEGREES]],
-    ) -> Vec<[Complex64; DEGREES]> {
+        nodes: &[[Complex64; RIGID_DOFS]],
+    ) -> Vec<[Complex64; RIGID_DOFS]> {
         self.origins
             .iter()
             .map(|origin| {
@@ -103,7 +103,7 @@ impl Surface {
                     body.rules.gauss(patch.nodes[axis]).basis(origin.local[axis], &mut values);
                     values
                 });
-                let mut sum = [Complex64::ZERO; DEGREES];
+                let mut sum = [Complex64::ZERO; RIGID_DOFS];
                 let first = body.first_node[origin.patch];
                 for (j, v) in basis[1].iter().enumerate() {
                     for (i, u) in basis[0].iter().enumerate() {

@@ -9,14 +9,14 @@
     reason = "loops over lanes, several arrays at one index, that become vector instructions"
 )]
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 
 /// Mirror images of an octant; bit 0 mirrors x, bit 1 y, bit 2 z.
 pub(super) const IMAGES: usize = 8;
 
 /// Coordinates in which the pressure of each motion is odd, as the bits of an image.
-const ODD: [usize; DEGREES] = [0b001, 0b010, 0b100, 0b110, 0b101, 0b011];
+const ODD: [usize; RIGID_DOFS] = [0b001, 0b010, 0b100, 0b110, 0b101, 0b011];
 
 /// An image of a point.
 pub(super) fn mirror(image: usize, x: DVec3) -> DVec3 {
@@ -33,7 +33,7 @@ pub(super) fn sign_of(image: usize, degree: usize) -> f64 {
 #[inline(always)]
 pub(super) fn sums_by_motion<const F: usize>(
     mut values: [[[f64; F]; 2]; IMAGES],
-) -> [[[f64; F]; 2]; DEGREES] {
+) -> [[[f64; F]; 2]; RIGID_DOFS] {
     for bit in 0..3 {
         for image in 0..IMAGES {
             let other = image | 1 << bit;
@@ -88,7 +88,7 @@ mod tests {
             }
         }
         // Each harmonic belongs to one of the eight parities; n = 0 and n = 3, m = −2 to none of the motions.
-        let motions = |n, m| (0..DEGREES).filter(|&d| allows(d, n, m)).count();
+        let motions = |n, m| (0..RIGID_DOFS).filter(|&d| allows(d, n, m)).count();
         assert_eq!((motions(0, 0), motions(3, -2), motions(1, 1), motions(2, 1)), (0, 0, 1, 1));
         let all: usize = (0..=7).flat_map(|n| (-(n as isize)..=n as isize).map(move |m| motions(n, m))).sum();
         assert!(all < count(7));

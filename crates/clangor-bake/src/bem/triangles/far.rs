@@ -11,7 +11,7 @@
 
 use std::f32::consts::{PI, TAU};
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use pulp::{Simd, WithSimd};
@@ -39,7 +39,7 @@ const FIELDS: usize = 31;
 const SUMS: usize = 12;
 
 /// Real and imaginary parts of the loads of one test function.
-const LOADS: usize = 2 * DEGREES;
+const LOADS: usize = 2 * RIGID_DOFS;
 
 /// The unknowns of one parity class and the matrix of its system.
 #[derive(Debug)]
@@ -100,7 +100,7 @@ struct FarImage {
     skip: Vec<u16>,
     /// Whether a triangle meets its own image here; such a pair counts half each way.
     own: bool,
-    parities: [f32; DEGREES],
+    parities: [f32; RIGID_DOFS],
 }
 
 impl FarSystem {
@@ -133,7 +133,7 @@ impl FarSystem {
         k: f64,
         coupling: f64,
         classes: &mut [ClassMatrix<'_>],
-        loads: &mut [[Complex64; DEGREES]],
+        loads: &mut [[Complex64; RIGID_DOFS]],
     ) {
         let (k, coupling) = (k as f32, coupling as f32);
         pulp::Arch::new().dispatch(Assembly::<true> { system: self, k, coupling, classes, loads });
@@ -232,7 +232,7 @@ struct Assembly<'a, 'b, const WITH_LOADS: bool> {
     k: f32,
     coupling: f32,
     classes: &'a mut [ClassMatrix<'b>],
-    loads: &'a mut [[Complex64; DEGREES]],
+    loads: &'a mut [[Complex64; RIGID_DOFS]],
 }
 
 impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
@@ -310,15 +310,15 @@ impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
 
 /// Loads of the sources as test functions.
 fn add_backward(
-    loads: &mut [[Complex64; DEGREES]],
+    loads: &mut [[Complex64; RIGID_DOFS]],
     sources: &[[u32; 3]],
     values: &[f32],
-    parities: &[f32; DEGREES],
+    parities: &[f32; RIGID_DOFS],
 ) {
     for (lane, triangle) in sources.iter().take(GROUP).enumerate() {
         for (j, vertex) in triangle.iter().enumerate() {
             for (d, load) in loads[*vertex as usize].iter_mut().enumerate() {
-                let at = (j * DEGREES + d) * 2 * GROUP + lane;
+                let at = (j * RIGID_DOFS + d) * 2 * GROUP + lane;
                 let value = Complex32::new(values[at], values[at + GROUP]).scale(parities[d]);
                 *load += Complex64::new(f64::from(value.re), f64::from(value.im));
             }
@@ -560,7 +560,7 @@ impl<S: Simd> PairLanes<'_, S> {
                 for c in 0..3 {
                     let at = (local[i] * LOADS + 2 * c + z) * self.parts + self.part;
                     self.accumulate(&mut forward_loads[at], through * n_source[c]);
-                    let at = at + DEGREES * self.parts;
+                    let at = at + RIGID_DOFS * self.parts;
                     self.accumulate(&mut forward_loads[at], load_turning[i][c][z] * amplitude);
                 }
             }
@@ -574,7 +574,7 @@ impl<S: Simd> PairLanes<'_, S> {
                 for c in 0..3 {
                     let at = (j * LOADS + 2 * c + z) * self.parts + self.part;
                     self.accumulate(&mut backward_loads[at], through * n_test[c]);
-                    let at = at + DEGREES * self.parts;
+                    let at = at + RIGID_DOFS * self.parts;
                     self.accumulate(&mut backward_loads[at], back_turning[c][j][z] * amplitude);
                 }
             }

@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -23,12 +23,12 @@ const DEEPEST: u32 = 10;
 /// Pressures of the six motions at points outside a surface, from those at its vertices; wavenumber [1/m].
 pub fn field(
     mesh: &TriMesh,
-    surface_pressure: &[[Complex64; DEGREES]],
+    surface_pressure: &[[Complex64; RIGID_DOFS]],
     wavenumber: Complex64,
     points: &[DVec3],
-) -> Vec<[Complex64; DEGREES]> {
+) -> Vec<[Complex64; RIGID_DOFS]> {
     let rule = six_points();
-    let mut fields = vec![[Complex64::ZERO; DEGREES]; points.len()];
+    let mut fields = vec![[Complex64::ZERO; RIGID_DOFS]; points.len()];
     for t in 0..mesh.triangles.len() {
         let corners = mesh.corners(t);
         let at = |s: Shares| corners[0] * s[0] + corners[1] * s[1] + corners[2] * s[2];

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -35,7 +35,7 @@ pub(super) struct NearSystem {
     /// S a_n and K' a_n of each vertex and motion, PARTS per node.
     loads: Vec<f64>,
     /// ⟨φ_i, a_n⟩ of each vertex.
-    pub(super) data: Vec<[f64; DEGREES]>,
+    pub(super) data: Vec<[f64; RIGID_DOFS]>,
 }
 
 /// Couplings with one image.
@@ -66,7 +66,7 @@ impl NearSystem {
             .fold(0.0, f64::max);
         let nodes = nodes(highest, reach);
         let vertices = panels.vertices.len();
-        let mut loads = vec![0.0; vertices * DEGREES * nodes.len() * PARTS];
+        let mut loads = vec![0.0; vertices * RIGID_DOFS * nodes.len() * PARTS];
         let images = images
             .iter()
             .zip(&mirrored)
@@ -77,7 +77,7 @@ impl NearSystem {
                 NearImage::new(&integrator, pairs, &mut loads)
             })
             .collect::<Vec<_>>();
-        let mut system = Self { nodes, images, loads, data: vec![[0.0; DEGREES]; vertices] };
+        let mut system = Self { nodes, images, loads, data: vec![[0.0; RIGID_DOFS]; vertices] };
         system.add_masses(panels);
         system
     }
@@ -143,7 +143,7 @@ impl NearSystem {
     }
 
     /// Near part of ⟨φ_i, S a + γ(½ + K')a⟩ of each vertex and motion, ½a included.
-    pub(super) fn loads(&self, wavenumber: f64, coupling: f64) -> Vec<[Complex64; DEGREES]> {
+    pub(super) fn loads(&self, wavenumber: f64, coupling: f64) -> Vec<[Complex64; RIGID_DOFS]> {
         let weights = self.weights(wavenumber);
         let mut values = self.loads.chunks_exact(PARTS * weights.len());
         let gamma = Complex64::new(0.0, -coupling);
@@ -277,10 +277,11 @@ impl NearImage {
                         *sum += part;
                     }
                     let (single, adjoint) = (block.value[at], adjoint[at]);
-                    for d in 0..DEGREES {
+                    for d in 0..RIGID_DOFS {
                         // A mirrored test function sees a motion with the motion's own sign under the reflection.
                         let a = motions[j][d] * if exchanged { integrator.parity(d) } else { 1.0 };
-                        let load = &mut loads[((*row as usize * DEGREES + d) * count + q) * PARTS..][..PARTS];
+                        let load =
+                            &mut loads[((*row as usize * RIGID_DOFS + d) * count + q) * PARTS..][..PARTS];
                         let parts = [single.re, single.im / k, adjoint.re, adjoint.im / k];
                         for (sum, part) in load.iter_mut().zip(parts) {
                             *sum += a * part;

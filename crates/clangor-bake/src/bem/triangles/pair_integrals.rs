@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
@@ -106,7 +106,7 @@ impl PairIntegrator<'_> {
 /// Sign of a rigid motion under a reflection: translations are vectors, rotations axial vectors.
 pub(super) fn parity(signs: DVec3, degree: usize) -> f64 {
     let sign = signs.to_array()[degree % 3];
-    if degree < DEGREES / 2 { sign } else { sign * signs.x * signs.y * signs.z }
+    if degree < RIGID_DOFS / 2 { sign } else { sign * signs.x * signs.y * signs.z }
 }
 
 impl Points {

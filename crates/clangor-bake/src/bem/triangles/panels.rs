@@ -1,6 +1,6 @@
 //! The flat triangles of a closed surface, with what the integrals need of each, and their mirror images.
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 
 use crate::radiation::rigid_motions;
@@ -73,7 +73,7 @@ impl Panels {
     }
 
     /// Normal acceleration of the six motions at the three corners; it is linear in between.
-    pub(super) fn motions(&self, triangle: usize) -> [[f64; DEGREES]; 3] {
+    pub(super) fn motions(&self, triangle: usize) -> [[f64; RIGID_DOFS]; 3] {
         self.corners(triangle).map(|x| rigid_motions(x, self.normals[triangle]))
     }
 }

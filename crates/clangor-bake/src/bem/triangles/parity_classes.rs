@@ -3,7 +3,7 @@
 //! Under a reflection a translation is a vector and a rotation an axial vector; the pressure has the sign of the motion.
 //! Where it is odd about a plane it vanishes on it, so that vertices there are no unknowns.
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 
 use super::pair_integrals::parity;
@@ -28,7 +28,7 @@ impl ParityClass {
     /// The classes of the six motions, over a cell whose vertices on a plane have coordinate zero there.
     pub(super) fn all(vertices: &[DVec3], images: &[DVec3]) -> Vec<Self> {
         let mut classes: Vec<Self> = Vec::new();
-        for motion in 0..DEGREES {
+        for motion in 0..RIGID_DOFS {
             let signs: Vec<f64> = images.iter().map(|image| parity(*image, motion)).collect();
             match classes.iter_mut().find(|class| class.signs == signs) {
                 Some(class) => class.motions.push(motion),
@@ -72,7 +72,7 @@ mod tests {
     fn three_planes_make_six_classes_and_none_makes_one() {
         let vertices = [DVec3::ONE, DVec3::new(0.0, 1.0, 1.0), DVec3::new(0.0, 0.0, 1.0)];
         let one = ParityClass::all(&vertices, &[DVec3::ONE]);
-        assert_eq!((one.len(), one[0].motions.len(), one[0].size), (1, DEGREES, 3));
+        assert_eq!((one.len(), one[0].motions.len(), one[0].size), (1, RIGID_DOFS, 3));
         let mirrored = [DVec3::ONE, DVec3::new(-1.0, 1.0, 1.0)];
         let two = ParityClass::all(&vertices, &mirrored);
         assert_eq!([&two[0].motions[..], &two[1].motions[..]], [[0, 4, 5], [1, 2, 3]]);
@@ -81,7 +81,7 @@ mod tests {
         let signs = |bits: u32| DVec3::from_array([0, 1, 2].map(|k| 1.0 - 2.0 * f64::from(bits >> k & 1)));
         let images: Vec<DVec3> = (0..8).map(signs).collect();
         let six = ParityClass::all(&vertices, &images);
-        assert!(six.len() == DEGREES && six.iter().all(|class| class.motions.len() == 1));
+        assert!(six.len() == RIGID_DOFS && six.iter().all(|class| class.motions.len() == 1));
         // Moving along z is even about x = 0 and y = 0.
         assert_eq!(six[2].size, 3);
         assert_eq!(six[2].vertices().collect::<Vec<_>>(), [0, 1, 2]);

@@ -17,7 +17,11 @@ const ON_AXIS: f64 = 1e-9;
 ///
 /// # Errors
 /// [`TetMeshError`] for no triangles or fewer than three sectors.
-pub fn turned(points: &[DVec2], triangles: &[[u32; 3]], sectors: usize) -> Result<TetMesh, TetMeshError> {
+pub fn sweep_section(
+    points: &[DVec2],
+    triangles: &[[u32; 3]],
+    sectors: usize,
+) -> Result<TetMesh, TetMeshError> {
     if sectors < 3 {
         return Err(TetMeshError::Empty);
     }

@@ -9,8 +9,8 @@ use clangor_core::geometry::meridian::Meridian;
 use glam::{DVec2, DVec3};
 
 use super::block::grid;
-use crate::mesh::tetrahedra::cylinder::disc;
 use super::{TetMesh, TetMeshError};
+use crate::mesh::tetrahedra::cylinder::disc;
 
 /// Points on each piece of the meridian.
 const SAMPLES: usize = 64;

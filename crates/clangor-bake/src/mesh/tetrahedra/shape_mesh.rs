@@ -3,8 +3,8 @@
 use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
 
-use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
 use super::{TetMesh, ball, block, cylinder};
+use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
 
 /// A mesh with elements of about `edge` \[m\] or, where the shape demands it, shorter; in the frame of the shape's
 /// surface mesh.

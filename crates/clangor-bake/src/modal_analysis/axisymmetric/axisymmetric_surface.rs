@@ -27,7 +27,7 @@ struct Place {
 
 /// A surface whose nodes know where they are on the section.
 #[derive(Clone, Debug)]
-pub(super) struct TurnedSurface {
+pub(super) struct AxisymmetricSurface {
     pub(super) surface: ModalSurface,
     places: Vec<Place>,
 }
@@ -44,7 +44,7 @@ fn directions(turn: f64) -> (DVec3, DVec3) {
     (DVec3::new(cos, 0.0, -sin), DVec3::new(-sin, 0.0, -cos))
 }
 
-impl TurnedSurface {
+impl AxisymmetricSurface {
     /// With edges of about `edge` \[m\], or shorter where the curve bends.
     pub(super) fn new(meridian: &Meridian, edge: f64) -> Self {
         let rings = rings(meridian, edge);
@@ -90,7 +90,7 @@ impl TurnedSurface {
             directions(place.turn).0 * point.x + DVec3::Y * point.y
         };
         let nodes = places.iter().map(position).collect();
-        TurnedSurface { surface: ModalSurface { nodes, triangles }, places }
+        AxisymmetricSurface { surface: ModalSurface { nodes, triangles }, places }
     }
 
     /// The motion of order m at the nodes, from that of the section's nodes; `across` turns it by a quarter of its wave.

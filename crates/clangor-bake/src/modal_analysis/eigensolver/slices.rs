@@ -270,8 +270,8 @@ mod tests {
 
     use super::*;
     use crate::fem::ElasticConstants;
-    use crate::modal_analysis::eigensolver::random;
     use crate::mesh::tetrahedra::block::block;
+    use crate::modal_analysis::eigensolver::random;
 
     /// A window had 100 modes where 99 were counted: modes found anew brought the one below them along.
     #[test]

@@ -14,8 +14,8 @@
 //! On the surface a polynomial of degree N is a sum of spherical harmonics of (ξ, η, ζ) up to N, and that is how shapes are
 //! given: see `clangor_core::sound_model::soundbank::modal_soundbank`.
 
-use clangor_core::sound_model::soundbank::modal_soundbank::parity_harmonics;
 use clangor_core::math::spherical_harmonics::solid_harmonics;
+use clangor_core::sound_model::soundbank::modal_soundbank::parity_harmonics;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use glam::DVec3;

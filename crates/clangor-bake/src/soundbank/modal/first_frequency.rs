@@ -4,9 +4,9 @@
 use clangor_core::geometry::tri_mesh::TriMesh;
 
 use crate::fem::{ElasticConstants, ElasticSystem};
-use crate::modal_analysis::eigensolver::{ModalError, lowest_frequency};
 use crate::mesh::tetrahedra::TetMesh;
 use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
+use crate::modal_analysis::eigensolver::{ModalError, lowest_frequency};
 
 /// Elements along the longest extent of a surface.
 const ELEMENTS: f64 = 6.0;

@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::{BankOptions, ModalSoundbankBakeError};
 use crate::soundbank::modal::ellipsoid_modes::BallPolynomials;
-use super::{BankOptions, ModalBankBakeError};
 
 /// Frequencies that neighbours are compared by.
 const COMPARED: usize = 4;
@@ -19,17 +19,17 @@ const MOST_SAMPLES: usize = 400;
 /// The normalised semi-axes of the ellipsoids, from the thinnest to the thickest.
 ///
 /// # Errors
-/// [`ModalBankBakeError::Options`] for a spacing or a thickness from which no bank follows.
+/// [`ModalSoundbankBakeError::Options`] for a spacing or a thickness from which no bank follows.
 pub fn samples(
     polynomials: &BallPolynomials,
     options: &BankOptions,
-) -> Result<Vec<DVec3>, ModalBankBakeError> {
+) -> Result<Vec<DVec3>, ModalSoundbankBakeError> {
     let (t, spacing) = (options.thinnest, options.spacing);
     if !(1e-3..0.9).contains(&t) {
-        return Err(ModalBankBakeError::Options { what: "the least a/c", value: t });
+        return Err(ModalSoundbankBakeError::Options { what: "the least a/c", value: t });
     }
     if !(0.05..10.0).contains(&spacing) {
-        return Err(ModalBankBakeError::Options { what: "the spacing of the bank", value: spacing });
+        return Err(ModalSoundbankBakeError::Options { what: "the spacing of the bank", value: spacing });
     }
     let nu = options.material.poisson_ratio;
     let lowest = |axes: DVec3| -> Vec<f64> {
@@ -54,7 +54,7 @@ pub fn samples(
         let widest = edges.iter().max_by(|p, q| p.1.total_cmp(q.1).then(q.0.cmp(p.0)));
         let Some(((a, b), _)) = widest.filter(|(_, d)| **d > spacing) else { break };
         if points.len() == MOST_SAMPLES {
-            return Err(ModalBankBakeError::Options { what: "the spacing of the bank", value: spacing });
+            return Err(ModalSoundbankBakeError::Options { what: "the spacing of the bank", value: spacing });
         }
         let (a, b, middle) = (*a, *b, points.len());
         points.push((points[a] + points[b]).normalize());

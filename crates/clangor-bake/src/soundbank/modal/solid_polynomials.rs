@@ -36,7 +36,7 @@ use crate::modal_analysis::eigensolver::symmetric_eigenvectors;
 use crate::quadrature::gauss_legendre;
 
 /// Degrees that are taken.
-const DEGREES: std::ops::RangeInclusive<usize> = 2..=8;
+const RIGID_DOFS: std::ops::RangeInclusive<usize> = 2..=8;
 /// Fields of degree 2 in three components, rigid motions among them: the start of the iteration.
 const START: usize = 30;
 /// Change of ω² in a step at which it holds still.
@@ -78,7 +78,7 @@ pub fn lowest_by_polynomials(
     constants: &ElasticConstants,
     degree: usize,
 ) -> Result<f64, SolidError> {
-    if !DEGREES.contains(&degree) {
+    if !RIGID_DOFS.contains(&degree) {
         return Err(SolidError::Degree(degree));
     }
     let mass = MassProperties::of(surface)?;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use clangor_core::sound_model::soundbank::modal_soundbank::parity_harmonics;
-use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::math::spherical_harmonics::HarmonicTable;
+use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::sound_model::soundbank::modal_soundbank::parity_harmonics;
 use glam::DVec3;
 
 /// Triangles along an edge of an octant, for each degree of the shapes.

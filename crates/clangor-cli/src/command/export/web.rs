@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use clangor_pipeline::stages::event_schedule::LiveScore;
-use clangor_pipeline::stages::event_schedule::event_feeder::rehearse;
-use clangor_pipeline::stages::render::{Transfers, modal_sources};
 use clangor_pipeline::formats::soundbank::default_bank;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::web_replay::{Replay, write_replay};
+use clangor_pipeline::stages::event_schedule::EventSchedule;
+use clangor_pipeline::stages::event_schedule::event_feeder::measure_peak;
+use clangor_pipeline::stages::render::{Transfers, modal_sources};
 use serde_json::json;
 
 use super::super::render::{Prepared, prepare};
@@ -41,16 +41,16 @@ pub(super) fn run(
     let timeline = reader.read_all().map_err(Failure::new)?;
     let ringing = modal_sources(&bodies, &ringers, Transfers::Baked).map_err(Failure::new)?;
     let score =
-        LiveScore::new(&bodies, &sources.sources, &ringing, &timeline, &options).map_err(Failure::new)?;
+        EventSchedule::new(&bodies, &sources.sources, &ringing, &timeline, &options).map_err(Failure::new)?;
     let Some(listener) = options.listeners.first() else { return Err(Failure::new("there is no listener")) };
     let settings = score.engine_settings(&options, listener, options.synthesis.sample_rate);
     let (mut controller, mut engine) =
         score.engine(&sources.sources, &ringing, &settings).map_err(Failure::new)?;
-    let progress = console.progress("rehearse", options.to);
-    let mut told = |time| progress.reached(time);
+    let progress = console.progress("measure_peak", options.to);
+    let mut on_progress = |time| progress.reached(time);
     let both = (&mut controller, &mut engine);
-    let loudest =
-        rehearse(&score, listener, (0.0, options.to), both, &mut told).ok_or(Failure::Interrupted)?;
+    let loudest = measure_peak(&score, listener, (0.0, options.to), both, &mut on_progress)
+        .ok_or(Failure::Interrupted)?;
     drop(progress);
     let bank = default_bank();
     let wanted = Wanted { rules: &[], quality, settings: &options.synthesis };

@@ -46,16 +46,16 @@ pub(super) struct Heard {
 /// Prints the devices that play.
 pub(super) fn list(console: &Console) -> Result<(), Failure> {
     let devices = outputs()?;
-    let mut told = Vec::new();
+    let mut info = Vec::new();
     for device in &devices {
         let (id, name) = names(device);
         console.say(format_args!("{id}  {name}"));
-        told.push(json!({ "id": id, "name": name }));
+        info.push(json!({ "id": id, "name": name }));
     }
     if devices.is_empty() {
         console.say("there is no audio device that plays");
     }
-    console.json(&json!({ "devices": told }));
+    console.json(&json!({ "devices": info }));
     Ok(())
 }
 
@@ -135,7 +135,7 @@ impl Output {
 
     fn start<T: SizedSample + FromSample<f32>>(&self, mut player: Player) -> Result<Stream, cpal::Error> {
         let heard = Arc::clone(&player.heard);
-        let render = move |samples: &mut [T], told: &OutputCallbackInfo| player.render(samples, told);
+        let render = move |samples: &mut [T], info: &OutputCallbackInfo| player.render(samples, info);
         let failed = move |error: cpal::Error| match error.kind() {
             ErrorKind::Xrun => _ = heard.underruns.fetch_add(1, Ordering::Relaxed),
             ErrorKind::RealtimeDenied | ErrorKind::DeviceChanged => {}
@@ -199,8 +199,8 @@ struct Player {
 }
 
 impl Player {
-    fn render<T: SizedSample + FromSample<f32>>(&mut self, samples: &mut [T], told: &OutputCallbackInfo) {
-        let timestamp = told.timestamp();
+    fn render<T: SizedSample + FromSample<f32>>(&mut self, samples: &mut [T], info: &OutputCallbackInfo) {
+        let timestamp = info.timestamp();
         let ahead = timestamp.playback.saturating_duration_since(timestamp.callback);
         self.heard.device_latency_ns.fetch_max(ahead.as_nanos() as u64, Ordering::Relaxed);
         for part in samples.chunks_mut(BLOCK * self.channels) {

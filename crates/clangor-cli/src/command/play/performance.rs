@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use clangor_core::realtime::{Controller, Engine, PlaybackLevel, Report};
 use clangor_core::synthesis::{Listener, SampleRate};
-use clangor_pipeline::stages::event_schedule::LiveScore;
-use clangor_pipeline::stages::event_schedule::event_feeder::{Feed, rehearse};
+use clangor_pipeline::stages::event_schedule::EventSchedule;
+use clangor_pipeline::stages::event_schedule::event_feeder::{EventFeeder, measure_peak};
 use clangor_pipeline::stages::render::{Transfers, modal_sources};
 use serde_json::json;
 
@@ -16,7 +16,7 @@ use crate::arguments::{Global, Play, Render};
 use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
 
-/// Silence before the beginning \[s\], so that the first blow comes in time.
+/// Silence before the beginning \[s\], so that the first impact comes in time.
 const LEAD: f64 = 0.1;
 /// How often events are sent.
 const FEED_EVERY: Duration = Duration::from_millis(10);
@@ -40,7 +40,8 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
         prepare(&asked, None, global, console)?;
     let Some(listener) = how.listeners.first() else { return Err(Failure::new("there is no listener")) };
     let ringing = modal_sources(&bodies, &ringers, Transfers::Baked).map_err(Failure::new)?;
-    let score = LiveScore::new(&bodies, &sources.sources, &ringing, &timeline, &how).map_err(Failure::new)?;
+    let score =
+        EventSchedule::new(&bodies, &sources.sources, &ringing, &timeline, &how).map_err(Failure::new)?;
     let (from, to) = (how.synthesis.start, how.to);
     let rate = SampleRate::try_new(output.sample_rate()).map_err(Failure::new)?;
     let settings = score.engine_settings(&how, listener, rate);
@@ -49,11 +50,11 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
     let full_scale = match options.full_scale {
         Some(pressure) => pressure,
         None => {
-            let progress = console.progress("rehearse", to);
-            let mut told = |time| progress.reached(time);
+            let progress = console.progress("measure_peak", to);
+            let mut on_progress = |time| progress.reached(time);
             let both = (&mut controller, &mut live);
-            let loudest =
-                rehearse(&score, listener, (from, to), both, &mut told).ok_or(Failure::Interrupted)?;
+            let loudest = measure_peak(&score, listener, (from, to), both, &mut on_progress)
+                .ok_or(Failure::Interrupted)?;
             if loudest > 0.0 { 2.0 * loudest } else { 1.0 }
         }
     };
@@ -69,10 +70,10 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
     ));
     let begin = live.time() + LEAD;
     let heard = played.perform(&output, controller, live, PlaybackLevel { full_scale }, begin, console)?;
-    let Performed { report, blows, underruns, device_latency } = heard;
+    let Performed { report, impacts, underruns, device_latency } = heard;
     console.say(format_args!(
         "{} played, {} late, {} left out; latency {:.1} ms and {:.1} ms of the device; {}",
-        counted(blows, "blow", "blows"),
+        counted(impacts, "impact", "impacts"),
         report.late - before.late,
         left_out(&report) - left_out(&before),
         1e3 * latency,
@@ -85,7 +86,7 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
         "full_scale_pa": full_scale,
         "from_s": from,
         "to_s": to,
-        "blows": blows,
+        "impacts": impacts,
         "objects": score.objects.len(),
         "taken": report.taken - before.taken,
         "waves": report.waves - before.waves,
@@ -107,7 +108,7 @@ fn left_out(report: &Report) -> u64 {
 
 /// A score, who hears it, and which part of it.
 struct Performance<'a> {
-    score: &'a LiveScore,
+    score: &'a EventSchedule,
     listener: &'a Listener,
     /// Beginning in the run \[s\].
     from: f64,
@@ -118,7 +119,7 @@ struct Performance<'a> {
 /// What a performance tells.
 struct Performed {
     report: Report,
-    blows: usize,
+    impacts: usize,
     underruns: u64,
     device_latency: f64,
 }
@@ -136,7 +137,7 @@ impl Performance<'_> {
     ) -> Result<Performed, Failure> {
         let rate = f64::from(output.sample_rate());
         let (first, latency) = (live.time(), live.latency());
-        let mut feed = Feed::new(self.score, self.listener, self.from, begin);
+        let mut feed = EventFeeder::new(self.score, self.listener, self.from, begin);
         feed.feed(&mut controller, first).map_err(Failure::new)?;
         let (stream, heard) = output.play(live, level)?;
         let progress = console.progress("play", self.length);
@@ -171,7 +172,7 @@ impl Performance<'_> {
         drop(stream);
         Ok(Performed {
             report: controller.report(),
-            blows: feed.blows(),
+            impacts: feed.impacts(),
             underruns: heard.underruns(),
             device_latency: heard.device_latency(),
         })

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use clangor_core::timeline::FractureRow;
 use clangor_pipeline::formats::atomic_file::write_atomically;
+use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::plots::spectrogram::Spectrogram;
 use clangor_pipeline::plots::spectrogram_plot::{self, SpectrogramPlot};
-use clangor_pipeline::formats::timeline_file::TimelineReader;
 use serde_json::json;
 
 use super::{canvas, one_channel};

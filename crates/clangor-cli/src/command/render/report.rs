@@ -6,7 +6,9 @@ use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::scene::render_settings::GroundSound;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_pipeline::plots::levels::db_spl;
-use clangor_pipeline::stages::render::{EnergyLimits, Handover, RenderOptions, RenderSummary, RenderedFile};
+use clangor_pipeline::stages::render::{
+    EnergyLimits, ModalStateTransfer, RenderOptions, RenderSummary, RenderedFile,
+};
 use clangor_pipeline::stages::sound_models::ringers::{MOST_FORMS, Ringers, Ringing};
 use clangor_pipeline::stages::sound_models::sources::Sources;
 use clangor_sim::SimulationReport;
@@ -16,7 +18,7 @@ use crate::console::{Console, counted, four_digits};
 
 /// What a rendering did.
 #[derive(Clone, Copy)]
-pub(super) struct Told<'a> {
+pub(super) struct RenderReportView<'a> {
     pub(super) bodies: &'a [Body],
     pub(super) sources: &'a Sources,
     pub(super) ringers: &'a Ringers,
@@ -25,10 +27,10 @@ pub(super) struct Told<'a> {
     pub(super) simulated: Option<&'a SimulationReport>,
 }
 
-impl Told<'_> {
+impl RenderReportView<'_> {
     /// One line per file, and what was left out.
     pub(super) fn say(&self, console: &Console) {
-        let Told { bodies, summary, options, .. } = *self;
+        let RenderReportView { bodies, summary, options, .. } = *self;
         if options.compressor.is_some() {
             console.say(
                 "dynamics were compressed: the levels below are those of the file, no longer sound pressure",
@@ -106,7 +108,7 @@ impl Told<'_> {
 
     /// What rings, and what finding its modes took.
     fn say_modes(&self, console: &Console) {
-        let Told { bodies, ringers, summary, .. } = *self;
+        let RenderReportView { bodies, ringers, summary, .. } = *self;
         for found in &ringers.found {
             let Ringing::Modes(model) = &ringers.bodies[found.body.index()] else { continue };
             console.say(format_args!(
@@ -153,7 +155,7 @@ impl Told<'_> {
         }
         self.say_limits(console);
         if !summary.handovers.is_empty() {
-            let sum = |of: fn(&Handover) -> f64| summary.handovers.values().map(of).sum::<f64>();
+            let sum = |of: fn(&ModalStateTransfer) -> f64| summary.handovers.values().map(of).sum::<f64>();
             console.say(format_args!(
                 "{} into pieces that ring on, with {:.0} % of the energy of the vibration",
                 counted(summary.handovers.len(), "body breaks", "bodies break"),
@@ -172,18 +174,18 @@ impl Told<'_> {
         }
     }
 
-    /// Blows that would put more energy into modes than they have, all in one line.
+    /// Impacts that would put more energy into modes than they have, all in one line.
     fn say_limits(&self, console: &Console) {
         let limited = || self.summary.energy_limits.iter().filter(|(_, limits)| limits.limited > 0);
         let Some((worst, most)) = limited().max_by(|a, b| a.1.largest.total_cmp(&b.1.largest)) else {
             return;
         };
         let total = |of: fn(&EnergyLimits) -> u64| limited().map(|(_, limits)| of(limits)).sum::<u64>();
-        let (lengthened, blows) = (total(|limits| limits.limited), total(|limits| limits.blows));
+        let (lengthened, impacts) = (total(|limits| limits.limited), total(|limits| limits.impacts));
         let longest = limited().map(|(_, limits)| limits.longest).fold(1.0, f64::max);
         let what = format!(
             "{lengthened} of {} on {} would put more energy into modes than the motion lost, {:.1} times at most (\"{}\")",
-            counted(blows as usize, "blow", "blows"),
+            counted(impacts as usize, "impact", "impacts"),
             counted(limited().count(), "body", "bodies"),
             most.largest,
             self.bodies[worst.index()].name,
@@ -213,7 +215,7 @@ impl Told<'_> {
     ///
     /// A simulation does not pass on what is slower than v_min: it is counted in `simulated`.
     pub(super) fn explain(&self, console: &Console) {
-        let Told { bodies, summary, simulated, ringers, .. } = *self;
+        let RenderReportView { bodies, summary, simulated, ringers, .. } = *self;
         let contacts = &summary.contacts;
         let dropped = simulated.map_or(0, |report| report.dropped_impacts);
         console.say(format_args!(
@@ -266,7 +268,7 @@ impl Told<'_> {
 
     /// Why a body is silent, or what to know about its sound.
     fn remark(&self, energy: f64, slow: u64, index: usize) -> String {
-        let Told { bodies, summary, sources, .. } = *self;
+        let RenderReportView { bodies, summary, sources, .. } = *self;
         let body = &bodies[index];
         let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
         if matches!(*body.surface, Surface::HalfSpace) && energy > 0.0 {
@@ -277,7 +279,7 @@ impl Told<'_> {
         } else if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
             "silent: it does not move".into()
         } else if body.motion != Motion::Free {
-            "silent: keyframes move it, not blows".into()
+            "silent: keyframes move it, not impacts".into()
         } else if energy > 0.0 {
             let (decision, kind) = (&sources.decisions[index], &sources.kinds[index]);
             let as_what = match kind == &decision.kind {
@@ -288,7 +290,7 @@ impl Told<'_> {
             match counts.shorter_than_transit {
                 0 => as_what,
                 _ => format!(
-                    "{as_what}; some blows are shorter than a wave takes to cross it (τc/L < 1): an upper bound"
+                    "{as_what}; some impacts are shorter than a wave takes to cross it (τc/L < 1): an upper bound"
                 ),
             }
         } else if counts.pulses > 0 && !self.options.parts.acceleration {
@@ -304,7 +306,7 @@ impl Told<'_> {
 
     /// The result as JSON.
     pub(super) fn print_json(&self, console: &Console) {
-        let Told { bodies, sources, ringers, summary, options, simulated } = *self;
+        let RenderReportView { bodies, sources, ringers, summary, options, simulated } = *self;
         if !console.wants_json() {
             return;
         }
@@ -340,7 +342,7 @@ impl Told<'_> {
                     "modal_energy_pa2_s": modal_energy(summary, index),
                     "ground_energy_pa2_s": summary.ground_energies.get(&BodyId(index as u32)),
                     "modes": ringers.mode_count(BodyId(index as u32)),
-                    "limited_blows": summary.energy_limits.get(&BodyId(index as u32)).map(|l| l.limited),
+                    "limited_impacts": summary.energy_limits.get(&BodyId(index as u32)).map(|l| l.limited),
                     "rings": ringers.bodies[index].to_string(),
                     "sounds_as": sources.kinds[index].to_string(),
                     "because": sources.decisions[index].reason.to_string(),

@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::sound_model::acceleration::field::DEGREES;
+use crate::sound_model::acceleration::field::RIGID_DOFS;
 
 /// Where signals are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +38,7 @@ pub struct Neighbours {
     /// Stored direction and its weight.
     pub weights: [(usize, f64); 4],
     /// Sign of each degree of freedom.
-    pub signs: [f64; DEGREES],
+    pub signs: [f64; RIGID_DOFS],
 }
 
 impl Directions {
@@ -81,7 +81,7 @@ impl Directions {
     pub fn neighbours(self, x: DVec3) -> Neighbours {
         match self {
             Directions::Angles { rows, columns } => {
-                Neighbours { weights: grid_weights(rows, columns, x), signs: [1.0; DEGREES] }
+                Neighbours { weights: grid_weights(rows, columns, x), signs: [1.0; RIGID_DOFS] }
             }
             Directions::Octant { divisions } => {
                 Neighbours { weights: octant_weights(divisions, x.abs()), signs: octant_signs(x) }
@@ -91,7 +91,7 @@ impl Directions {
 }
 
 /// Signs of the six degrees of freedom in the octant of x.
-fn octant_signs(x: DVec3) -> [f64; DEGREES] {
+fn octant_signs(x: DVec3) -> [f64; RIGID_DOFS] {
     let [x, y, z] = x.to_array().map(|c| if c < 0.0 { -1.0 } else { 1.0 });
     [x, y, z, y * z, x * z, x * y]
 }
@@ -229,11 +229,11 @@ mod tests {
             (-1.0, -1.0, 1.0),
             (-1.0, -1.0, -1.0),
         ];
-        let positive: [[usize; 4]; DEGREES] =
+        let positive: [[usize; 4]; RIGID_DOFS] =
             [[0, 1, 4, 5], [0, 1, 2, 3], [0, 2, 4, 6], [0, 2, 5, 7], [0, 3, 4, 7], [0, 1, 6, 7]];
         for (at, (x, y, z)) in corners.into_iter().enumerate() {
             let signs = Directions::OCTANT_45.neighbours(DVec3::new(x, y, z)).signs;
-            for degree in 0..DEGREES {
+            for degree in 0..RIGID_DOFS {
                 let expected = if positive[degree].contains(&at) { 1.0 } else { -1.0 };
                 assert_eq!(signs[degree], expected, "degree {degree} at x_{at}");
             }

@@ -31,7 +31,7 @@ use crate::math::radial::outgoing;
 use crate::math::spherical_harmonics::solid_harmonics;
 
 /// Degrees of freedom of a rigid body: translations along x, y, z, then rotations about them.
-pub const DEGREES: usize = 6;
+pub const RIGID_DOFS: usize = 6;
 
 /// A node of the interpolation in frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +78,7 @@ impl AccelerationField {
     }
 
     /// p e^{s|x|}/(ρ R) at every node, for z = (a, R α), at `x` in units of R.
-    pub fn at_nodes(&self, z: &[f64; DEGREES], x: DVec3) -> Vec<Complex64> {
+    pub fn at_nodes(&self, z: &[f64; RIGID_DOFS], x: DVec3) -> Vec<Complex64> {
         let count = self.nodes.len();
         let order = self.order();
         let distance = x.length();
@@ -127,7 +127,7 @@ impl AccelerationField {
 
     /// p/ρ [m²/s² · m⁻¹·R] at `x` (in units of R) for κ = `wavenumber`: multiply by ρ R for pascals. The phase
     /// e^{−iκ|x|} is in it.
-    pub fn pressure(&self, z: &[f64; DEGREES], x: DVec3, wavenumber: f64) -> Complex64 {
+    pub fn pressure(&self, z: &[f64; RIGID_DOFS], x: DVec3, wavenumber: f64) -> Complex64 {
         let s = Complex64::new(0.0, wavenumber);
         (-s * x.length()).exp() * self.interpolate(s, &self.at_nodes(z, x))
     }

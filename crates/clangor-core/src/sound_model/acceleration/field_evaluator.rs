@@ -20,9 +20,9 @@ use glam::DVec3;
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::sound_model::acceleration::field::{AccelerationField, DEGREES, Node, Term};
 use crate::math::radial::reverse_bessel;
 use crate::math::spherical_harmonics::{HarmonicTable, count, index};
+use crate::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 
 /// Nodes that are computed together.
 pub const GROUP: usize = 8;
@@ -89,7 +89,7 @@ pub struct NodeGroup {
 
 /// See the module.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlayableField {
+pub struct FieldEvaluator {
     /// Highest κ = kR at which it is known.
     pub max_wavenumber: f64,
     /// Time, in R/c, in which it dies away.
@@ -108,14 +108,14 @@ pub struct PlayableField {
     harmonics: HarmonicTable,
 }
 
-/// Memory for [`PlayableField::at_nodes`], to be used again.
+/// Memory for [`FieldEvaluator::at_nodes`], to be used again.
 #[derive(Clone, Debug, Default)]
 pub struct FieldScratch {
     harmonics: Vec<f64>,
     factors: Vec<f32>,
 }
 
-impl PlayableField {
+impl FieldEvaluator {
     /// Checks a field and lays it out.
     ///
     /// # Errors
@@ -166,7 +166,7 @@ impl PlayableField {
                 }
             }
         }
-        Ok(PlayableField {
+        Ok(FieldEvaluator {
             max_wavenumber: field.max_wavenumber,
             ring_time: field.ring_time,
             nodes: field.nodes.clone(),
@@ -193,7 +193,7 @@ impl PlayableField {
     /// [`AccelerationField::at_nodes`] gives, up to the rounding of single precision. Lanes without a node get zero.
     pub fn at_nodes(
         &self,
-        z: &[f64; DEGREES],
+        z: &[f64; RIGID_DOFS],
         x: DVec3,
         scratch: &mut FieldScratch,
         values: &mut Vec<NodeGroup>,
@@ -220,7 +220,7 @@ impl PlayableField {
 
 /// The sum over terms and orders, for the vector instructions of the machine.
 struct Sum<'a> {
-    field: &'a PlayableField,
+    field: &'a FieldEvaluator,
     factors: &'a [f32],
     /// 1/x.
     nearness: f64,
@@ -378,7 +378,7 @@ fn check(field: &AccelerationField) -> Result<(), FieldError> {
     for (index, term) in terms.iter().enumerate() {
         let exists = usize::from(term.n) <= MAX_ORDER
             && isize::from(term.m).unsigned_abs() <= usize::from(term.n)
-            && usize::from(term.degree) < DEGREES;
+            && usize::from(term.degree) < RIGID_DOFS;
         if !exists || (index > 0 && terms[index - 1] >= *term) {
             return Err(FieldError::Term { index, n: term.n, m: term.m, degree: term.degree });
         }
@@ -437,7 +437,7 @@ mod tests {
         let (mut scratch, mut values) = (FieldScratch::default(), Vec::new());
         for (order, nodes) in [(0, 1), (1, 3), (12, 16), (30, 21)] {
             let field = random_field(order, nodes);
-            let playable = PlayableField::try_new(&field).unwrap();
+            let playable = FieldEvaluator::try_new(&field).unwrap();
             for (x, size) in [(DVec3::new(0.6, -0.9, 0.3), 1.0), (DVec3::new(40.0, 3.0, 8e4), 1e-60)] {
                 let z = [1.0, -0.3, 0.2, 0.0, 0.4, -0.7].map(|z| z * size);
                 let expected = field.at_nodes(&z, x);
@@ -455,27 +455,27 @@ mod tests {
     #[test]
     fn fields_that_contradict_themselves_are_refused() {
         let good = random_field(2, 4);
-        assert!(PlayableField::try_new(&good).is_ok());
+        assert!(FieldEvaluator::try_new(&good).is_ok());
         let mut short = good.clone();
         short.real.pop();
-        assert!(matches!(PlayableField::try_new(&short), Err(FieldError::Lengths { .. })));
+        assert!(matches!(FieldEvaluator::try_new(&short), Err(FieldError::Lengths { .. })));
         let empty = AccelerationField { nodes: vec![], real: vec![], imaginary: vec![], ..good.clone() };
-        assert_eq!(PlayableField::try_new(&empty), Err(FieldError::NoNodes));
+        assert_eq!(FieldEvaluator::try_new(&empty), Err(FieldError::NoNodes));
         let mut twice = good.clone();
         twice.terms[3] = twice.terms[2];
-        assert!(matches!(PlayableField::try_new(&twice), Err(FieldError::Term { index: 3, .. })));
+        assert!(matches!(FieldEvaluator::try_new(&twice), Err(FieldError::Term { index: 3, .. })));
         let mut high = good.clone();
         high.terms[0].m = 1;
-        assert!(matches!(PlayableField::try_new(&high), Err(FieldError::Term { index: 0, .. })));
+        assert!(matches!(FieldEvaluator::try_new(&high), Err(FieldError::Term { index: 0, .. })));
         let mut growing = good.clone();
         growing.nodes[1].s.re = -0.1;
-        assert!(matches!(PlayableField::try_new(&growing), Err(FieldError::Number { .. })));
+        assert!(matches!(FieldEvaluator::try_new(&growing), Err(FieldError::Number { .. })));
         for bad in [f32::NAN, f32::INFINITY] {
             let mut field = good.clone();
             field.imaginary[9] = bad;
-            assert!(matches!(PlayableField::try_new(&field), Err(FieldError::Number { .. })));
+            assert!(matches!(FieldEvaluator::try_new(&field), Err(FieldError::Number { .. })));
         }
         let silent = AccelerationField { ring_time: f64::NAN, ..good };
-        assert!(matches!(PlayableField::try_new(&silent), Err(FieldError::Number { .. })));
+        assert!(matches!(FieldEvaluator::try_new(&silent), Err(FieldError::Number { .. })));
     }
 }

@@ -2,23 +2,23 @@
 
 use std::sync::Arc;
 
+use crate::sound_model::acceleration::field_evaluator::{FieldError, FieldEvaluator};
 use crate::sound_model::acceleration::model::AccelerationModel;
-use crate::sound_model::soundbank::ellipsoid_bank::{EllipsoidBank, Proxy};
 use crate::sound_model::acceleration::near_field::NearField;
-use crate::sound_model::acceleration::field_evaluator::{FieldError, PlayableField};
+use crate::sound_model::soundbank::ellipsoid_bank::{EllipsoidBank, Proxy};
 
 /// An [`AccelerationModel`] to be played.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlayableModel {
+pub struct ModelEvaluator {
     /// Bounding radius R \[m\] about the centre of mass.
     pub radius: f64,
     /// The field outside the bounding sphere.
-    pub field: Arc<PlayableField>,
+    pub field: Arc<FieldEvaluator>,
     /// The field inside it.
     pub near: Option<Arc<NearField>>,
 }
 
-impl PlayableModel {
+impl ModelEvaluator {
     /// Checks a model and lays it out.
     ///
     /// # Errors
@@ -28,31 +28,32 @@ impl PlayableModel {
         if !(radius > 0.0 && radius.is_finite()) {
             return Err(FieldError::Number { what: "the radius", value: radius });
         }
-        let field = Arc::new(PlayableField::try_new(&model.field)?);
+        let field = Arc::new(FieldEvaluator::try_new(&model.field)?);
         if let Some(near) = &model.near {
             near.check(field.nodes().len())?;
         }
-        Ok(PlayableModel { radius, field, near: model.near.clone().map(Arc::new) })
+        Ok(ModelEvaluator { radius, field, near: model.near.clone().map(Arc::new) })
     }
 }
 
 /// An [`EllipsoidBank`] to be played.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlayableBank {
+pub struct BankEvaluator {
     bank: EllipsoidBank,
-    fields: Vec<Arc<PlayableField>>,
+    fields: Vec<Arc<FieldEvaluator>>,
 }
 
-impl PlayableBank {
+impl BankEvaluator {
     /// Checks the fields of a bank and lays them out.
     ///
     /// # Errors
     /// [`FieldError`] for a field that contradicts itself or holds numbers that are not finite.
     pub fn try_new(bank: EllipsoidBank) -> Result<Self, FieldError> {
-        let lay_out =
-            |entry: &crate::sound_model::soundbank::ellipsoid_bank::BankEntry| PlayableField::try_new(&entry.field).map(Arc::new);
+        let lay_out = |entry: &crate::sound_model::soundbank::ellipsoid_bank::BankEntry| {
+            FieldEvaluator::try_new(&entry.field).map(Arc::new)
+        };
         let fields = bank.entries().iter().map(lay_out).collect::<Result<_, _>>()?;
-        Ok(PlayableBank { bank, fields })
+        Ok(BankEvaluator { bank, fields })
     }
 
     /// The bank itself, which knows which ellipsoid stands for a body.
@@ -61,7 +62,7 @@ impl PlayableBank {
     }
 
     /// The field of the ellipsoid of this bank that is nearest to a proxy.
-    pub fn field(&self, proxy: &Proxy) -> &Arc<PlayableField> {
+    pub fn field(&self, proxy: &Proxy) -> &Arc<FieldEvaluator> {
         &self.fields[proxy.entry]
     }
 }

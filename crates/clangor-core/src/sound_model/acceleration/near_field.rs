@@ -20,10 +20,10 @@
 use glam::DVec3;
 use num_complex::Complex32;
 
-use crate::sound_model::acceleration::field::{DEGREES, Node};
-use crate::sound_model::acceleration::field_evaluator::{FieldError, GROUP, NodeGroup};
 use crate::geometry::tri_mesh::TriMesh;
 use crate::math::random::SplitMix;
+use crate::sound_model::acceleration::field::{Node, RIGID_DOFS};
+use crate::sound_model::acceleration::field_evaluator::{FieldError, GROUP, NodeGroup};
 
 /// Distance from the centre of mass, over R, from which on the multipoles speak alone.
 pub const FAR: f64 = 1.2;
@@ -130,7 +130,7 @@ impl NearField {
     /// Refuses what would put NaN or nonsense into the sound of a field with so many nodes.
     pub(super) fn check(&self, nodes: usize) -> Result<(), FieldError> {
         let NearField { surface: TriMesh { vertices, triangles }, spectra, scales, which, factors } = self;
-        let expected = vertices.len() * DEGREES;
+        let expected = vertices.len() * RIGID_DOFS;
         if which.len() != expected || factors.len() != expected || spectra.len() != scales.len() * nodes {
             return Err(FieldError::Lengths {
                 terms: expected,
@@ -160,7 +160,7 @@ impl NearField {
     }
 
     /// p e^{s|x|}/(ρ R) at the nodes, for z = (a, R α), at `x` in units of R outside the body.
-    pub fn at_nodes(&self, nodes: &[Node], z: &[f64; DEGREES], x: DVec3, values: &mut Vec<NodeGroup>) {
+    pub fn at_nodes(&self, nodes: &[Node], z: &[f64; RIGID_DOFS], x: DVec3, values: &mut Vec<NodeGroup>) {
         let groups = nodes.len().div_ceil(GROUP);
         values.clear();
         values.resize(groups, NodeGroup::default());
@@ -203,17 +203,17 @@ impl NearField {
     }
 
     /// Pressure of the motion z at the vertices: for each vertex, the groups of nodes.
-    fn surface_pressure(&self, nodes: usize, z: &[f64; DEGREES]) -> Vec<NodeGroup> {
+    fn surface_pressure(&self, nodes: usize, z: &[f64; RIGID_DOFS]) -> Vec<NodeGroup> {
         let groups = nodes.div_ceil(GROUP);
         let mut pressure = vec![NodeGroup::default(); self.surface.vertices.len() * groups];
         for (row, (which, factor)) in self.which.iter().zip(&self.factors).enumerate() {
-            let factor = z[row % DEGREES] * f64::from(*factor);
+            let factor = z[row % RIGID_DOFS] * f64::from(*factor);
             if factor == 0.0 {
                 continue;
             }
             let which = *which as usize;
             let factor = factor * f64::from(self.scales[which]);
-            let at = row / DEGREES * groups;
+            let at = row / RIGID_DOFS * groups;
             let spectrum = &self.spectra[which * nodes..][..nodes];
             for (value, spectrum) in pressure[at..].iter_mut().zip(spectrum.chunks(GROUP)) {
                 for (lane, [re, im]) in spectrum.iter().enumerate() {
@@ -300,7 +300,7 @@ mod tests {
             factor * spectrum(6 * ring + [0, 1, 0, 2, 3, 2][degree], j)
         };
         let pressures: Vec<Complex32> = (0..vertices)
-            .flat_map(|v| (0..DEGREES).flat_map(move |d| (0..nodes).map(move |j| pressure(v, d, j))))
+            .flat_map(|v| (0..RIGID_DOFS).flat_map(move |d| (0..nodes).map(move |j| pressure(v, d, j))))
             .collect();
         let surface = TriMesh { vertices: vec![DVec3::X; vertices], triangles: Vec::new() };
         let near = NearField::from_pressures(surface, nodes, &pressures);

@@ -19,9 +19,9 @@ use std::sync::Arc;
 use num_complex::{Complex32, Complex64};
 
 use crate::sound_model::acceleration::field::{AccelerationField, Node, Term};
+use crate::sound_model::acceleration::field_evaluator::FieldEvaluator;
+use crate::sound_model::acceleration::model_evaluator::BankEvaluator;
 use crate::sound_model::soundbank::ellipsoid_bank::{EllipsoidBank, Proxy};
-use crate::sound_model::acceleration::field_evaluator::PlayableField;
-use crate::sound_model::acceleration::model_evaluator::PlayableBank;
 
 /// Highest order that is kept of the smallest bodies: their near field needs it.
 pub const LEAST_ORDER: usize = 10;
@@ -31,11 +31,11 @@ const MORE_ORDERS: f64 = 3.0;
 /// Makes the fields of proxies, and keeps what several need.
 #[derive(Clone, Debug)]
 pub struct ProxyFields<'a> {
-    bank: &'a PlayableBank,
+    bank: &'a BankEvaluator,
     /// k [1/m].
     max_wavenumber: f64,
     moved: MovedFields,
-    fields: BTreeMap<FieldKey, Arc<PlayableField>>,
+    fields: BTreeMap<FieldKey, Arc<FieldEvaluator>>,
 }
 
 /// Coefficients of an ellipsoid at the nodes of another: of which, at whose.
@@ -45,17 +45,17 @@ type FieldKey = ([(usize, u64); 4], usize);
 
 impl<'a> ProxyFields<'a> {
     /// Fields for a band that ends at this k = 2πf/c [1/m].
-    pub fn new(bank: &'a PlayableBank, max_wavenumber: f64) -> Self {
+    pub fn new(bank: &'a BankEvaluator, max_wavenumber: f64) -> Self {
         ProxyFields { bank, max_wavenumber, moved: BTreeMap::new(), fields: BTreeMap::new() }
     }
 
     /// The bank.
-    pub fn bank(&self) -> &'a PlayableBank {
+    pub fn bank(&self) -> &'a BankEvaluator {
         self.bank
     }
 
     /// The field of a proxy of the bank.
-    pub fn field(&mut self, proxy: &Proxy) -> Arc<PlayableField> {
+    pub fn field(&mut self, proxy: &Proxy) -> Arc<FieldEvaluator> {
         let order = ((proxy.radius * self.max_wavenumber + MORE_ORDERS).ceil() as usize).max(LEAST_ORDER);
         let key = (proxy.mean.map(|(entry, weight)| (entry, weight.to_bits())), order);
         if let Some(field) = self.fields.get(&key) {
@@ -64,7 +64,7 @@ impl<'a> ProxyFields<'a> {
         let field = mean_of(self.bank.bank(), proxy, order, &mut self.moved);
         // A mean of fields that can be played can be played.
         let field =
-            PlayableField::try_new(&field).map_or_else(|_| Arc::clone(self.bank.field(proxy)), Arc::new);
+            FieldEvaluator::try_new(&field).map_or_else(|_| Arc::clone(self.bank.field(proxy)), Arc::new);
         self.fields.insert(key, Arc::clone(&field));
         field
     }

@@ -8,10 +8,10 @@
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::sound_model::acceleration::field::{AccelerationField, DEGREES, Node, Term};
-use crate::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
+use crate::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 use crate::sound_model::files::model_file::{check_field, term};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
+use crate::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 
 /// Version of the format.
 pub const VERSION: u32 = 1;
@@ -223,7 +223,7 @@ fn orders_at_nodes(field: &AccelerationField, tolerance: f64) -> Vec<u8> {
     (0..count)
         .map(|j| {
             // Squares by n and degree of freedom. The field of a monopole has the factor s².
-            let mut squares = vec![[0.0f64; DEGREES]; order + 1];
+            let mut squares = vec![[0.0f64; RIGID_DOFS]; order + 1];
             for (row, term) in field.terms.iter().enumerate() {
                 let at = row * count + j;
                 let q = Complex64::new(f64::from(field.real[at]), f64::from(field.imaginary[at]));
@@ -231,7 +231,7 @@ fn orders_at_nodes(field: &AccelerationField, tolerance: f64) -> Vec<u8> {
                 squares[usize::from(term.n)][usize::from(term.degree)] += factor * q.norm_sqr();
             }
             let total = |n: usize| {
-                (0..DEGREES).map(|d| squares[n..].iter().map(|s| s[d]).sum::<f64>()).fold(0.0, f64::max)
+                (0..RIGID_DOFS).map(|d| squares[n..].iter().map(|s| s[d]).sum::<f64>()).fold(0.0, f64::max)
             };
             let least = tolerance * tolerance * total(0);
             let highest = (0..=order).rev().find(|n| total(*n) > least).unwrap_or(0);

@@ -10,11 +10,11 @@ use glam::DVec3;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
-use crate::sound_model::modal::surface::ModalSurface;
+use crate::medium::Medium;
 use crate::sound_model::files::model_file::{RADII, Solid, SolidDescription, positive};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
-use crate::medium::Medium;
+use crate::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
+use crate::sound_model::modal::surface::ModalSurface;
 
 /// Version of the format of a file with nothing but ringing.
 pub const VERSION: u32 = 1;

@@ -7,9 +7,11 @@ use glam::DVec3;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::sound_model::soundbank::modal_soundbank::{BankMaterial, EllipsoidMode, ModalSoundbank, RingingEllipsoid, parity_harmonics};
-use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
 use crate::medium::Medium;
+use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
+use crate::sound_model::soundbank::modal_soundbank::{
+    BankMaterial, EllipsoidMode, ModalSoundbank, RingingEllipsoid, parity_harmonics,
+};
 
 /// Version of the format.
 pub const VERSION: u32 = 1;
@@ -23,16 +25,16 @@ const HIGHEST_ORDER: i16 = 255;
 
 /// A bank with its origin.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ModalBankFile {
+pub struct ModalSoundbankFile {
     /// The ellipsoids.
     pub bank: ModalSoundbank,
     /// How it was built.
-    pub origin: ModalBankOrigin,
+    pub origin: ModalSoundbankOrigin,
 }
 
 /// How a bank was built.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ModalBankOrigin {
+pub struct ModalSoundbankOrigin {
     /// Program and version.
     pub program: String,
     /// Hash of material, medium and options.
@@ -65,14 +67,14 @@ struct Description {
     medium_density_kg_m3: f64,
     sound_speed_m_s: f64,
     degree: usize,
-    origin: ModalBankOrigin,
+    origin: ModalSoundbankOrigin,
 }
 
 const UNITS: &str = "SI; ellipsoids of a^2 + b^2 + c^2 = 1 m^2 along x, y, z; shapes and transfers in kg^-1/2, by real \
 harmonics of the parity of each mode; transfers are pressure over (density of the medium, longest semi-axis, modal \
 acceleration), each wave made 1 on the bounding sphere";
 
-impl ModalBankFile {
+impl ModalSoundbankFile {
     /// The bytes of the file. The same bank gives the same bytes.
     ///
     /// # Errors
@@ -185,7 +187,7 @@ impl ModalBankFile {
         };
         let bank = ModalSoundbank::try_new(material, degree, entries)
             .map_err(|error| TensorFileError::value("the bank", format!("is wrong: {error}")))?;
-        Ok(ModalBankFile { bank, origin: description.origin })
+        Ok(ModalSoundbankFile { bank, origin: description.origin })
     }
 }
 

@@ -11,13 +11,13 @@ use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::sound_model::acceleration::field::{AccelerationField, DEGREES, Node, Term};
-use crate::sound_model::acceleration::model::AccelerationModel;
-use crate::sound_model::files::modal_file::{ModalDescription, ModalPart};
-use crate::sound_model::acceleration::near_field::NearField;
-use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::tri_mesh::TriMesh;
+use crate::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
+use crate::sound_model::acceleration::model::AccelerationModel;
+use crate::sound_model::acceleration::near_field::NearField;
+use crate::sound_model::files::modal_file::{ModalDescription, ModalPart};
+use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
 
 /// Version of the format.
 pub const VERSION: u32 = 2;
@@ -132,7 +132,7 @@ impl ModelFile {
         file.add("acceleration.imaginary", &[terms, nodes], field.imaginary.iter().copied());
         if let Some(near) = near {
             put_mesh(&mut file, "near", &near.surface);
-            let rows = [near.surface.vertices.len(), DEGREES];
+            let rows = [near.surface.vertices.len(), RIGID_DOFS];
             let spectra = near.scales.len();
             file.add("near.spectra", &[spectra, nodes, 2], near.spectra.iter().flatten().copied());
             file.add("near.scales", &[spectra], near.scales.iter().copied());
@@ -181,7 +181,7 @@ impl ModelFile {
         let near = match take_mesh(&file, "near")? {
             Some(surface) => {
                 let (spectra, values) = file.rows::<i16>("near.spectra", &[count, 2])?;
-                let rows = [surface.vertices.len(), DEGREES];
+                let rows = [surface.vertices.len(), RIGID_DOFS];
                 Some(NearField {
                     spectra: values.as_chunks::<2>().0.to_vec(),
                     scales: file.array("near.scales", &[spectra])?,
@@ -278,7 +278,7 @@ fn check_spectra(near: &NearField, nodes: usize) -> Result<(), TensorFileError> 
     let NearField { surface, spectra, scales, which, factors } = near;
     let lengths = [
         ("near.spectra", spectra.len(), scales.len() * nodes),
-        ("near.which", which.len(), surface.vertices.len() * DEGREES),
+        ("near.which", which.len(), surface.vertices.len() * RIGID_DOFS),
     ];
     if let Some((name, found, expected)) = lengths.into_iter().find(|(_, found, expected)| found != expected)
     {
@@ -324,7 +324,7 @@ pub(crate) fn check_field(field: &AccelerationField) -> Result<(), TensorFileErr
     if field.nodes.iter().all(|n| n.weight == Complex64::ZERO) {
         return Err(TensorFileError::value("every weight", "is zero"));
     }
-    if let Some(at) = field.terms.iter().position(|t| !possible(t)) {
+    if let Some(at) = field.terms.iter().position(|t| !clamped(t)) {
         return Err(TensorFileError::value(format!("term {at}"), "is no multipole of a rigid motion"));
     }
     if let Some(at) = field.terms.windows(2).position(|pair| pair[0] >= pair[1]) {
@@ -335,8 +335,8 @@ pub(crate) fn check_field(field: &AccelerationField) -> Result<(), TensorFileErr
 }
 
 /// Whether n, m and the degree of freedom go together.
-fn possible(term: &Term) -> bool {
-    term.n <= HIGHEST_ORDER && term.m.unsigned_abs() <= term.n && usize::from(term.degree) < DEGREES
+fn clamped(term: &Term) -> bool {
+    term.n <= HIGHEST_ORDER && term.m.unsigned_abs() <= term.n && usize::from(term.degree) < RIGID_DOFS
 }
 
 pub(crate) fn term(numbers: &[i16]) -> Result<Term, TensorFileError> {

@@ -19,10 +19,10 @@
 use glam::DVec3;
 use num_complex::Complex64;
 
-use crate::sound_model::modal::surface::ModalSurface;
 use crate::math::radial::outgoing;
 use crate::math::spherical_harmonics::solid_harmonics;
 use crate::medium::Medium;
+use crate::sound_model::modal::surface::ModalSurface;
 
 /// How a free body rings.
 #[derive(Clone, Debug, PartialEq)]

@@ -18,8 +18,8 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-use crate::sound_model::acceleration::field::AccelerationField;
 use crate::geometry::principal_axes::principal_axes;
+use crate::sound_model::acceleration::field::AccelerationField;
 
 /// An ellipsoid of the bank: its longest semi-axis is 1, along x.
 #[derive(Clone, Debug, PartialEq)]

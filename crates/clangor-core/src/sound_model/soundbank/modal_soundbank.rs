@@ -15,7 +15,7 @@
 //!
 //! with the masses m_p of the entry and m of the body. A body that is the entry scaled has m = (ρ'/ρ) γ³ m_p, and then both factors are
 //! one. Differs: eq. (9) has γ^−3/2 for U of any body. But an entry that is thicker than the body by a factor r has to be larger by r to
-//! have its lowest frequency, and heavier by r⁴; a blow would move it r⁴ times less, while its sound, of an area r² and a motion
+//! have its lowest frequency, and heavier by r⁴; an impact would move it r⁴ times less, while its sound, of an area r² and a motion
 //! r^−2 of the body's, would be right.
 //!
 //! Eq. (9) says γ^−5/2 of the multipoles, because FRAC's are pressure per amplitude. Ours are c_nm of
@@ -42,8 +42,8 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
-use crate::math::spherical_harmonics::{HarmonicTable, count};
 use crate::geometry::principal_axes::principal_axes;
+use crate::math::spherical_harmonics::{HarmonicTable, count};
 use crate::medium::Medium;
 
 pub use proxy::{ContactMapping, ModalProxy, ModalProxyError, ProxyBody, serves};
@@ -122,7 +122,7 @@ pub struct ModalSoundbank {
 
 /// Why ellipsoids do not make a bank.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ModalBankError {
+pub enum ModalSoundbankError {
     /// No ellipsoids.
     #[error("the bank has no ellipsoids")]
     Empty,
@@ -203,12 +203,12 @@ impl ModalSoundbank {
     /// A bank of ellipsoids of one material, whose shapes are harmonics up to `degree`.
     ///
     /// # Errors
-    /// [`ModalBankError`].
+    /// [`ModalSoundbankError`].
     pub fn try_new(
         material: BankMaterial,
         degree: usize,
         entries: Vec<RingingEllipsoid>,
-    ) -> Result<Self, ModalBankError> {
+    ) -> Result<Self, ModalSoundbankError> {
         let BankMaterial { youngs_modulus, density, poisson_ratio, medium } = material;
         for (what, value) in [
             ("Young's modulus", youngs_modulus),
@@ -217,21 +217,21 @@ impl ModalSoundbank {
             ("a medium of sound speed", medium.sound_speed),
         ] {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(ModalBankError::Material { what, value });
+                return Err(ModalSoundbankError::Material { what, value });
             }
         }
         if !(poisson_ratio > -1.0 && poisson_ratio < 0.5) {
-            return Err(ModalBankError::Material { what: "Poisson's ratio", value: poisson_ratio });
+            return Err(ModalSoundbankError::Material { what: "Poisson's ratio", value: poisson_ratio });
         }
         if entries.is_empty() {
-            return Err(ModalBankError::Empty);
+            return Err(ModalSoundbankError::Empty);
         }
         let basis = ShapeBasis::new(degree);
         for (index, entry) in entries.iter().enumerate() {
             let DVec3 { x: a, y: b, z: c } = entry.semi_axes;
             let normalised = (entry.semi_axes.length_squared() - 1.0).abs() <= NORMALISED;
             if !(a > 0.0 && b >= a && c >= b && normalised) {
-                return Err(ModalBankError::Axes { index, semi_axes: entry.semi_axes });
+                return Err(ModalSoundbankError::Axes { index, semi_axes: entry.semi_axes });
             }
             check_modes(index, entry, &basis)?;
         }
@@ -292,10 +292,14 @@ pub fn normalised_ellipsoid(inertia: DMat3) -> Option<(DVec3, DMat3)> {
     Some((DVec3::new(a, b, c).normalize(), rotation))
 }
 
-fn check_modes(index: usize, entry: &RingingEllipsoid, basis: &ShapeBasis) -> Result<(), ModalBankError> {
+fn check_modes(
+    index: usize,
+    entry: &RingingEllipsoid,
+    basis: &ShapeBasis,
+) -> Result<(), ModalSoundbankError> {
     let mut last = 0.0;
     for (at, mode) in entry.modes.iter().enumerate() {
-        let bad = |what| Err(ModalBankError::Mode { index, mode: at, what });
+        let bad = |what| Err(ModalSoundbankError::Mode { index, mode: at, what });
         if !(mode.frequency > last * (1.0 - 1e-12) && mode.frequency.is_finite()) || mode.frequency <= 0.0 {
             return bad("a frequency below that before it");
         }
@@ -316,9 +320,11 @@ fn check_modes(index: usize, entry: &RingingEllipsoid, basis: &ShapeBasis) -> Re
         }
     }
     match entry.modes.is_empty() || !(entry.max_frequency >= last && entry.max_frequency.is_finite()) {
-        true => {
-            Err(ModalBankError::Mode { index, mode: entry.modes.len(), what: "no end of the band above it" })
-        }
+        true => Err(ModalSoundbankError::Mode {
+            index,
+            mode: entry.modes.len(),
+            what: "no end of the band above it",
+        }),
         false => Ok(()),
     }
 }

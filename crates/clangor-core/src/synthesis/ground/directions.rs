@@ -1,6 +1,6 @@
 //! The directions of one ground on a grid of angles, each computed when it is first needed.
 //!
-//! A direction costs some milliseconds; a blow between two of the grid takes their amplitudes, blended, with arrivals of its own,
+//! A direction costs some milliseconds; an impact between two of the grid takes their amplitudes, blended, with arrivals of its own,
 //! which costs microseconds. The grid is even but near the horizon, where waves that die with height change fast: the number of a
 //! direction at the elevation ε is v(ε) = ε/h + ln(1 + ε/ε₀)/κ. What blending adds is measured in `tests/cross_ground.rs`.
 
@@ -18,7 +18,7 @@ const WIDEST: f64 = 5e-3;
 const NEAR: f64 = 0.02;
 /// ε₀ [rad].
 const HORIZON: f64 = 3e-3;
-/// x = ωR/c of the grid: beyond, a direction is computed for its blow.
+/// x = ωR/c of the grid: beyond, a direction is computed for its impact.
 const RANGE: [f64; 2] = [1e-2, 4e4];
 
 /// See the module.

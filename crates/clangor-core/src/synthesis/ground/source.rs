@@ -11,15 +11,15 @@ use super::direction::{Direction, Octaves};
 use super::directions::Directions;
 use super::half_space::{GroundError, HalfSpace};
 use super::poles::{Branch, Pole, poles};
-use crate::reference::slab::SlabSource;
 use crate::body::{Body, BodyId};
 use crate::contact::ImpactPulse;
 use crate::material::Material;
 use crate::medium::Medium;
-use crate::synthesis::acceleration_pulse::Click;
+use crate::reference::slab::SlabSource;
+use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::source::SoundSource;
 
-/// Points of a blow this near to each other are one \[m\]: a third of a wavelength at 20 kHz.
+/// Points of an impact this near to each other are one \[m\]: a third of a wavelength at 20 kHz.
 const ONE_POINT: f64 = 5e-3;
 /// How long the surface is heard after all waves have passed, over R/c. The rest falls as t⁻³.
 const AFTERWARDS: f64 = 1.5;
@@ -150,10 +150,14 @@ impl Heard {
     }
 }
 
-/// What the grounds that a blow hits do: a click for each point where it presses one.
+/// What the grounds that an impact hits do: a click for each point where it presses one.
 ///
 /// `grounds` are those among the `bodies` that sound. Only the force along the normal counts.
-pub fn ground_clicks(pulse: &ImpactPulse, bodies: &[Body], grounds: &BTreeMap<BodyId, Ground>) -> Vec<Click> {
+pub fn ground_clicks(
+    pulse: &ImpactPulse,
+    bodies: &[Body],
+    grounds: &BTreeMap<BodyId, Ground>,
+) -> Vec<AccelerationPulse> {
     let mut clicks = Vec::new();
     for (side, id) in pulse.pair.into_iter().enumerate() {
         let (Some(ground), Some(body)) = (grounds.get(&id), bodies.get(id.index())) else { continue };
@@ -178,7 +182,7 @@ pub fn ground_clicks(pulse: &ImpactPulse, bodies: &[Body], grounds: &BTreeMap<Bo
         clicks.extend(patches.into_iter().map(|(_, impulse, moment)| {
             let point = moment / impulse;
             let depth = (point - body.pose.position).dot(normal);
-            Click {
+            AccelerationPulse {
                 body: id,
                 time: pulse.onset,
                 duration: pulse.duration,

@@ -1,4 +1,4 @@
-//! Spectra of blows on the ground, on the grid of a block.
+//! Spectra of impacts on the ground, on the grid of a block.
 //!
 //! Amplitudes are smooth in log ω, and so on a parabola over a few bins, but for the lowest.
 
@@ -30,15 +30,9 @@ pub(crate) struct GroundTransfer {
 /// A number for each of the bins that advance together.
 type Lanes = [f64; LANES];
 
-/// Adds a blow, with times counted from `origin` \[s\]; `wave.middle` is that of the force, before any delay.
+/// Adds an impact, with times counted from `origin` \[s\]; `wave.middle` is that of the force, before any delay.
 #[inline(always)]
-pub(crate) fn add(
-    spectrum: &mut Spectrum,
-    grid: &Grid,
-    wave: &Wave,
-    transfer: &GroundTransfer,
-    origin: f64,
-) {
+pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, wave: &Wave, transfer: &GroundTransfer, origin: f64) {
     let GroundTransfer { source, impulse, place } = transfer;
     let (Some(heard), Some(last)) = (Heard::at(source, *place), grid.bins.checked_sub(1)) else { return };
     if last == 0 {
@@ -118,7 +112,7 @@ impl Amplitudes {
     }
 }
 
-/// The spectrum of the force from the middle of the blow.
+/// The spectrum of the force from the middle of the impact.
 struct Force {
     profile: ForceProfile,
     duration: f64,

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use super::{Playing, grids};
 use crate::body::BodyId;
 use crate::contact::ForceProfile;
-use crate::synthesis::acceleration_pulse::Click;
+use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::field_interpolation::Interpolation;
 use crate::synthesis::field_spectrum::{FieldPlayer, FieldTransfer};
 use crate::synthesis::renderer::RenderSettings;
@@ -38,7 +38,7 @@ impl LiveField {
 
     /// Lets the memory grow to what a click needs.
     fn warm(&mut self, settings: &RenderSettings) {
-        let click = Click {
+        let click = AccelerationPulse {
             body: BodyId(0),
             time: settings.start,
             duration: 1e-4,

@@ -1,6 +1,6 @@
 //! Forces as resonators take them: band-limited, and exactly integrated over each sample.
 //!
-//! A resonator of pole λ that is driven by a force of the course g(t) steps over the interval from t_k to t_k + T by
+//! A resonator of pole λ that is driven by a force of the force g(t) steps over the interval from t_k to t_k + T by
 //!
 //! ```text
 //! w(t_k + T) = e^{λT} w(t_k) + b_k,   b_k = ∫ e^{λ(t_k + T − t)} g(t) dt
@@ -31,9 +31,9 @@ use crate::synthesis::lowpass::{self, REACH};
 /// Legendre polynomials on a sample.
 pub(super) const TERMS: usize = 6;
 
-/// The course of a force, from sample to sample.
+/// The force of a force, from sample to sample.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Course {
+pub(super) struct ForceSamples {
     /// g at the samples [1/s].
     pub(super) values: Vec<f64>,
     /// γ_l between each sample and the next [1/s].
@@ -55,7 +55,7 @@ pub(super) fn term_weights(pole: Complex64, sample_time: f64) -> [Complex64; TER
     })
 }
 
-/// Makes courses of forces for one sample rate and band.
+/// Makes forces of forces for one sample rate and band.
 pub(super) struct Shaper {
     rate: f64,
     /// Half-amplitude frequency of the band limit \[Hz\], and half the width of its transition.
@@ -99,7 +99,7 @@ impl Shaper {
         (REACH as f64 * lowpass::HALF_WIDTH * self.rate / self.half_width).ceil() as i64
     }
 
-    /// Keeps memory for pulses of up to so many samples, so that making their courses allocates nothing.
+    /// Keeps memory for pulses of up to so many samples, so that making their forces allocates nothing.
     pub(super) fn reserve(&mut self, samples: usize) {
         let lengths = std::iter::successors(Some(2), |length| Some(2 * length));
         for length in lengths.take_while(|length| *length <= samples.next_power_of_two()) {
@@ -109,35 +109,35 @@ impl Shaper {
         }
     }
 
-    /// The course of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; returns its
+    /// The force of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; returns its
     /// first sample.
     pub(super) fn pulse(
         &mut self,
         profile: ForceProfile,
         onset: f64,
         duration: f64,
-        course: &mut Course,
+        force: &mut ForceSamples,
     ) -> i64 {
         let extent = profile.extent(duration);
         let middle = onset + 0.5 * duration * self.rate;
         let from_middle = [extent.0, extent.1].map(|t| t - 0.5 * duration);
-        self.course(middle, from_middle, |omega| profile.centred_spectrum(omega, duration), course)
+        self.force(middle, from_middle, |omega| profile.centred_spectrum(omega, duration), force)
     }
 
-    /// The course of an impulse of 1 at a time \[samples\], and its first sample.
-    pub(super) fn impulse(&mut self, at: f64) -> (i64, Course) {
-        let mut course = Course::default();
-        (self.course(at, [0.0, 0.0], |_| 1.0, &mut course), course)
+    /// The force of an impulse of 1 at a time \[samples\], and its first sample.
+    pub(super) fn impulse(&mut self, at: f64) -> (i64, ForceSamples) {
+        let mut force = ForceSamples::default();
+        (self.force(at, [0.0, 0.0], |_| 1.0, &mut force), force)
     }
 
-    /// The course of a force around a `middle` \[samples\], from which its spectrum is real, and which acts between two
+    /// The force of a force around a `middle` \[samples\], from which its spectrum is real, and which acts between two
     /// times from there \[s\].
-    fn course(
+    fn force(
         &mut self,
         middle: f64,
         [begin, end]: [f64; 2],
         spectrum: impl Fn(f64) -> f64,
-        course: &mut Course,
+        force: &mut ForceSamples,
     ) -> i64 {
         let first = (middle + begin * self.rate).floor() as i64 - self.reach();
         let last = (middle + end * self.rate).ceil() as i64 + self.reach();
@@ -154,13 +154,13 @@ impl Shaper {
             self.spectrum.push(amplitude * self.rate / length as f64 * turn);
             turn *= rotation;
         }
-        course.values.clear();
-        course.values.extend_from_slice(&self.transformed(&tables, None)[..count]);
-        course.terms.clear();
-        course.terms.resize(count, [0.0; TERMS]);
+        force.values.clear();
+        force.values.extend_from_slice(&self.transformed(&tables, None)[..count]);
+        force.terms.clear();
+        force.terms.resize(count, [0.0; TERMS]);
         for (l, factors) in tables.terms.iter().enumerate() {
             let column = self.transformed(&tables, Some(factors));
-            course.terms.iter_mut().zip(column).for_each(|(row, value)| row[l] = *value);
+            force.terms.iter_mut().zip(column).for_each(|(row, value)| row[l] = *value);
         }
         first
     }
@@ -229,19 +229,19 @@ pub(super) fn pulse_at_pole(profile: ForceProfile, pole: Complex64, duration: f6
 mod tests {
     use super::*;
 
-    /// Steps a resonator through a course and compares what is left with the closed form at the pole.
+    /// Steps a resonator through a force and compares what is left with the closed form at the pole.
     fn residual(rate: f64, frequency: f64, duration: f64, profile: ForceProfile) -> f64 {
         let onset = 7.3;
-        let mut course = Course::default();
+        let mut force = ForceSamples::default();
         let mut shaper = Shaper::new(rate, 0.45 * rate, rate / 30.0);
-        let first = shaper.pulse(profile, onset, duration, &mut course);
+        let first = shaper.pulse(profile, onset, duration, &mut force);
         let pole = Complex64::new(-40.0, std::f64::consts::TAU * frequency);
         let step = (pole / rate).exp();
         let weights = term_weights(pole, 1.0 / rate);
-        let state = course.terms.iter().fold(Complex64::ZERO, |w, terms| {
+        let state = force.terms.iter().fold(Complex64::ZERO, |w, terms| {
             step * w + terms.iter().zip(weights).map(|(g, phi)| g * phi).sum::<Complex64>()
         });
-        let elapsed = (first as f64 + course.terms.len() as f64 - onset) / rate;
+        let elapsed = (first as f64 + force.terms.len() as f64 - onset) / rate;
         let exact = (pole * elapsed).exp() * pulse_at_pole(profile, pole, duration);
         (state / exact - 1.0).norm()
     }

@@ -1,8 +1,8 @@
-//! One ringing body as a live listener hears it: its modes, driven as blows come, and a delay for each way and receiver.
+//! One ringing body as a live listener hears it: its modes, driven as impacts come, and a delay for each path_index and receiver.
 //!
 //! The same resonators, forces and transfers as in [`voice`](super::voice), in blocks as they are asked for. After
 //! [`LiveVoice::new`] nothing is allocated. What leaves the body is sent [`AHEAD`] samples before it could first be heard, so
-//! that a blow must be known [`LOOK_AHEAD`] samples before it begins.
+//! that an impact must be known [`LOOK_AHEAD`] samples before it begins.
 //!
 //! The pose comes from outside, as often as somebody wants, and goes on with its velocity in between. Transfers follow it
 //! when they may, from the end of one block to the next; modes that wake get theirs at once.
@@ -15,21 +15,21 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
 
-use crate::synthesis::modal::resonator_bank::ModalBank;
-use super::drive::{Course, Shaper};
+use super::drive::{ForceSamples, Shaper};
 use super::live_delay::{self, HALF_TAPS, LiveDelay};
 use super::live_trail::LiveTrail;
 use super::source::{ModalSource, StrikeMemory};
 use super::transfer::TransferMemory;
 use crate::contact::ForceProfile;
 use crate::pose::Pose;
-use crate::synthesis::propagation_paths::LiveWays;
 use crate::synthesis::lowpass::{self, REACH};
+use crate::synthesis::modal::resonator_bank::ResonatorBank;
+use crate::synthesis::propagation_paths::PropagationPaths;
 use crate::synthesis::renderer::RenderSettings;
 
 /// Samples by which a body sends ahead of what is heard.
 pub const AHEAD: usize = HALF_TAPS;
-/// Samples before its beginning at which a blow must be known.
+/// Samples before its beginning at which an impact must be known.
 pub const LOOK_AHEAD: usize = AHEAD + REACH + 1;
 
 /// By how much order × direction may turn before transfers are due [rad].
@@ -40,57 +40,57 @@ const LISTENING: usize = 8;
 const LONGEST_MOTION: f64 = 0.1;
 /// Forces in progress on one body; more are refused.
 const MOST_FORCES: usize = 64;
-/// Longest course of a force \[samples\]; longer ones are refused.
+/// Longest force of a force \[samples\]; longer ones are refused.
 const LONGEST_COURSE: usize = 4096;
 
-/// The courses of blows, which bodies share.
+/// The forces of impacts, which bodies share.
 pub struct LiveForces {
     shaper: Shaper,
     rate: f64,
-    courses: Vec<Arc<Course>>,
+    forces: Vec<Arc<ForceSamples>>,
     next: usize,
 }
 
-/// One blow, ready to strike.
+/// One impact, ready to strike.
 #[derive(Clone, Debug)]
 pub struct LiveForce {
     first: i64,
-    course: Arc<Course>,
+    force: Arc<ForceSamples>,
 }
 
 impl LiveForces {
-    /// Memory for so many blows in progress.
-    pub fn new(settings: &RenderSettings, blows: usize) -> Self {
+    /// Memory for so many impacts in progress.
+    pub fn new(settings: &RenderSettings, impacts: usize) -> Self {
         let rate = settings.sample_rate.as_f64();
         let (low, high) = settings.band();
         let mut shaper = Shaper::new(rate, 0.5 * (low + high), lowpass::HALF_WIDTH * rate);
         shaper.reserve(LONGEST_COURSE);
-        let course = || {
-            Arc::new(Course {
+        let force = || {
+            Arc::new(ForceSamples {
                 values: Vec::with_capacity(LONGEST_COURSE),
                 terms: Vec::with_capacity(LONGEST_COURSE),
             })
         };
-        LiveForces { shaper, rate, courses: (0..blows).map(|_| course()).collect(), next: 0 }
+        LiveForces { shaper, rate, forces: (0..impacts).map(|_| force()).collect(), next: 0 }
     }
 
-    /// A blow of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; `None` if it lasts too long or
+    /// An impact of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; `None` if it lasts too long or
     /// too many are in progress.
-    pub fn blow(&mut self, profile: ForceProfile, onset: f64, duration: f64) -> Option<LiveForce> {
+    pub fn impact(&mut self, profile: ForceProfile, onset: f64, duration: f64) -> Option<LiveForce> {
         let (begin, end) = profile.extent(duration);
         let samples = (end - begin) * self.rate + 2.0 * self.shaper.reach() as f64 + 3.0;
         if samples.is_nan() || samples > LONGEST_COURSE as f64 || !onset.is_finite() {
             return None;
         }
         // The one that was given out first is the likeliest to be over.
-        let count = self.courses.len();
+        let count = self.forces.len();
         let free = (0..count).map(|k| (self.next + k) % count).find(|at| {
             // Nobody else holds it.
-            Arc::strong_count(&self.courses[*at]) == 1
+            Arc::strong_count(&self.forces[*at]) == 1
         })?;
         self.next = (free + 1) % count;
-        let first = self.shaper.pulse(profile, onset, duration, Arc::get_mut(&mut self.courses[free])?);
-        Some(LiveForce { first, course: Arc::clone(&self.courses[free]) })
+        let first = self.shaper.pulse(profile, onset, duration, Arc::get_mut(&mut self.forces[free])?);
+        Some(LiveForce { first, force: Arc::clone(&self.forces[free]) })
     }
 }
 
@@ -120,17 +120,17 @@ impl LivePose {
 /// See the module.
 pub struct LiveVoice {
     source: Arc<ModalSource>,
-    bank: ModalBank,
+    bank: ResonatorBank,
     pose: LivePose,
     /// Whether somebody told it.
     posed: bool,
     trail: LiveTrail,
     rate: f64,
     sound_speed: f64,
-    /// For each receiver all ways.
+    /// For each receiver all propagation.
     paths: Vec<Path>,
-    ways: usize,
-    /// What walls leave of each mode and its attenuation in air [1/m], for each way; empty where nothing is lost.
+    path_count: usize,
+    /// What walls leave of each mode and its attenuation in air [1/m], for each path_index; empty where nothing is lost.
     losses: Vec<Vec<(f64, f64)>>,
     /// What each path sends in a block.
     sent: Vec<Vec<f64>>,
@@ -152,7 +152,7 @@ pub struct LiveVoice {
 #[derive(Clone, Debug)]
 struct Path {
     line: LiveDelay,
-    /// For which the transfers are [m, frame of the body]; `None` where the way does not lead.
+    /// For which the transfers are [m, frame of the body]; `None` where the path_index does not lead.
     place: Option<DVec3>,
     /// Whether they have ever been set.
     set: bool,
@@ -167,11 +167,11 @@ pub struct LiveOutputs<'a> {
 }
 
 impl LiveVoice {
-    /// A body at rest, for receivers that hear by these ways over up to `seconds`, in blocks of up to `block` samples.
+    /// A body at rest, for receivers that hear by these propagation over up to `seconds`, in blocks of up to `block` samples.
     pub fn new(
         source: Arc<ModalSource>,
         settings: &RenderSettings,
-        ways: &LiveWays,
+        propagation: &PropagationPaths,
         receivers: usize,
         block: usize,
         seconds: f64,
@@ -179,15 +179,15 @@ impl LiveVoice {
         live_delay::warm();
         let rate = settings.sample_rate.as_f64();
         let (low, high) = settings.band();
-        let paths = receivers * ways.count();
+        let paths = receivers * propagation.count();
         let centre = 0.5 * (low + high);
         let mut bank =
-            ModalBank::new(source.resonances(), paths, settings.sample_rate, centre, source.pressure());
+            ResonatorBank::new(source.resonances(), paths, settings.sample_rate, centre, source.pressure());
         bank.reserve(MOST_FORCES);
         let longest = (seconds * rate) as usize;
         let path = Path { line: LiveDelay::new(longest, block), place: None, set: false };
         let modes = source.resonances();
-        let losses = ways.losses().iter().map(|loss| match loss.is_none() {
+        let losses = propagation.losses().iter().map(|loss| match loss.is_none() {
             true => Vec::new(),
             false => modes.iter().map(|mode| loss.at(mode.frequency)).collect(),
         });
@@ -204,7 +204,7 @@ impl LiveVoice {
             rate,
             sound_speed: settings.medium.sound_speed,
             paths: vec![path; paths],
-            ways: ways.count(),
+            path_count: propagation.count(),
             losses: losses.collect(),
             sent: (0..paths).map(|_| Vec::with_capacity(block + AHEAD)).collect(),
             heard: vec![0.0; block],
@@ -240,7 +240,7 @@ impl LiveVoice {
         self.bank.awake_modes()
     }
 
-    /// Work of a block that is spared if it ends: modes times ways and receivers, of which listening is worth some.
+    /// Work of a block that is spared if it ends: modes times propagation and receivers, of which listening is worth some.
     pub fn load(&self) -> usize {
         let modes = self.awake_modes();
         if modes == 0 { 0 } else { (modes + LISTENING) * self.paths.len() }
@@ -263,7 +263,7 @@ impl LiveVoice {
         }
     }
 
-    /// Lets a blow act with these impulses [N s] at points \[m\], both in the frame of the body; whether it could be taken. Of one
+    /// Lets an impact act with these impulses [N s] at points \[m\], both in the frame of the body; whether it could be taken. Of one
     /// that is known later than [`LOOK_AHEAD`] samples before it begins, what should already be heard is missing.
     pub fn strike(&mut self, force: &LiveForce, points: &[(DVec3, DVec3)], position: i64) -> bool {
         if self.bank.forces() >= MOST_FORCES || self.ending {
@@ -281,7 +281,7 @@ impl LiveVoice {
         }
         self.quiet = 0;
         self.source.amplitudes(points, &mut self.striking, &mut self.amplitudes);
-        self.bank.add_course(force.first, Arc::clone(&force.course), &self.amplitudes);
+        self.bank.add_force(force.first, Arc::clone(&force.force), &self.amplitudes);
         true
     }
 
@@ -296,7 +296,7 @@ impl LiveVoice {
         &mut self,
         position: i64,
         frames: usize,
-        ways: &LiveWays,
+        propagation: &PropagationPaths,
         receivers: &[DVec3],
         may: bool,
         outputs: &mut LiveOutputs<'_>,
@@ -307,11 +307,12 @@ impl LiveVoice {
         let end = position + frames as i64;
         let pose = self.pose.at(end as f64, self.rate);
         self.trail.push(end as f64, pose.position);
-        let computed = self.send(end, frames, ways, receivers, may);
+        let computed = self.send(end, frames, propagation, receivers, may);
         self.quiet = if self.bank.is_silent() { self.quiet + frames } else { 0 };
         for (p, path) in self.paths.iter_mut().enumerate() {
-            let (receiver, way) = (p / self.ways, p % self.ways);
-            let leaves = |place: DVec3| ways.towards(way, place, receivers[receiver]).map(DVec3::length);
+            let (receiver, path_index) = (p / self.path_count, p % self.path_count);
+            let leaves =
+                |place: DVec3| propagation.towards(path_index, place, receivers[receiver]).map(DVec3::length);
             let distance = leaves(pose.position).map(|distance| {
                 // What is heard now left where the body was then.
                 (0..3).fold(distance, |distance, _| {
@@ -324,12 +325,12 @@ impl LiveVoice {
             if !path.line.listen(position, delay, heard) {
                 continue;
             }
-            if ways.is_heard(way) {
+            if propagation.is_heard(path_index) {
                 let channel = outputs.channels[receiver].iter_mut();
                 channel.zip(&*heard).for_each(|(sum, pressure)| *sum += f64::from(*pressure));
             }
             // Late reverberation hears what the first receiver does.
-            if let Some(input) = ways.reverberation_input(way).filter(|_| receiver == 0)
+            if let Some(input) = propagation.reverberation_input(path_index).filter(|_| receiver == 0)
                 && let Some(distance) = distance
             {
                 let entering = outputs.entering[input].iter_mut().zip(&*heard);
@@ -343,7 +344,7 @@ impl LiveVoice {
         computed
     }
 
-    /// Rests at once, and forgets what is on its way.
+    /// Rests at once, and forgets what is on its path_index.
     pub fn silence(&mut self) {
         if self.is_silent() {
             return;
@@ -354,14 +355,21 @@ impl LiveVoice {
     }
 
     /// Sends until [`AHEAD`] samples after `end`; returns how many sets of transfers were computed.
-    fn send(&mut self, end: i64, frames: usize, ways: &LiveWays, receivers: &[DVec3], may: bool) -> usize {
+    fn send(
+        &mut self,
+        end: i64,
+        frames: usize,
+        propagation: &PropagationPaths,
+        receivers: &[DVec3],
+        may: bool,
+    ) -> usize {
         let mut computed = 0;
         if self.bank.take_woken() {
-            computed += self.set_transfers(ways, receivers, end + AHEAD as i64, true);
+            computed += self.set_transfers(propagation, receivers, end + AHEAD as i64, true);
             self.bank.jump_to_transfers();
         }
         if may && !self.bank.is_silent() {
-            computed += self.set_transfers(ways, receivers, end + AHEAD as i64, false);
+            computed += self.set_transfers(propagation, receivers, end + AHEAD as i64, false);
         }
         self.sent.iter_mut().for_each(Vec::clear);
         if self.bank.is_silent() {
@@ -385,15 +393,22 @@ impl LiveVoice {
 
     /// Sets the transfers where receivers are: of modes that `woke` for the place that their path has already, so that those that
     /// ring do not jump.
-    fn set_transfers(&mut self, ways: &LiveWays, receivers: &[DVec3], end: i64, woke: bool) -> usize {
+    fn set_transfers(
+        &mut self,
+        propagation: &PropagationPaths,
+        receivers: &[DVec3],
+        end: i64,
+        woke: bool,
+    ) -> usize {
         let mut computed = 0;
         let pose = self.pose.at(end as f64, self.rate);
         let from_world = pose.orientation.inverse();
         let turn = TURN / (self.source.max_order() + 1) as f64;
         for p in 0..self.paths.len() {
-            let (receiver, way) = (p / self.ways, p % self.ways);
+            let (receiver, path_index) = (p / self.path_count, p % self.path_count);
             let path = &mut self.paths[p];
-            let now = ways.towards(way, pose.position, receivers[receiver]).map(|to| from_world * to);
+            let now =
+                propagation.towards(path_index, pose.position, receivers[receiver]).map(|to| from_world * to);
             let moved = match (path.place, now) {
                 (Some(old), Some(new)) => old.distance(new) > turn * new.length().min(old.length()),
                 (old, new) => old.is_some() != new.is_some(),
@@ -415,8 +430,8 @@ impl LiveVoice {
                     self.transfers.resize(self.source.resonances().len(), Complex64::ZERO);
                 }
             }
-            let (loss, distance) = (ways.losses()[way], place.map_or(0.0, DVec3::length));
-            for (transfer, mode) in self.transfers.iter_mut().zip(&self.losses[way]) {
+            let (loss, distance) = (propagation.losses()[path_index], place.map_or(0.0, DVec3::length));
+            for (transfer, mode) in self.transfers.iter_mut().zip(&self.losses[path_index]) {
                 *transfer *= loss.gain(*mode, distance);
             }
             self.bank.set_transfers(p, &self.transfers);

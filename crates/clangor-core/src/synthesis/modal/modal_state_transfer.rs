@@ -22,12 +22,12 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use num_complex::Complex64;
 
-use crate::synthesis::modal::resonator_bank::{MAX_RATIO, Resonance, pole};
 use super::drive::pulse_at_pole;
 use super::source::{ModalSource, StrikeMemory};
 use crate::body::BodyId;
 use crate::contact::ImpactPulse;
 use crate::pose::Pose;
+use crate::synthesis::modal::resonator_bank::{MAX_RATIO, Resonance, pole};
 
 /// Part of its own size that is added to what each mode counts, so that modes that look alike on the surface are told apart by
 /// nothing but what they do.
@@ -69,8 +69,8 @@ impl ModalState {
         ModalState(vec![Complex64::ZERO; source.resonances().len()])
     }
 
-    /// What blows on a body have left at a time \[s\], whole even if they still last; later ones are passed over.
-    pub fn after_blows(source: &ModalSource, body: BodyId, pulses: &[ImpactPulse], time: f64) -> Self {
+    /// What impacts on a body have left at a time \[s\], whole even if they still last; later ones are passed over.
+    pub fn after_impacts(source: &ModalSource, body: BodyId, pulses: &[ImpactPulse], time: f64) -> Self {
         let mut state = ModalState::rest(source);
         let (mut amplitudes, mut striking) = (Vec::new(), StrikeMemory::default());
         for pulse in pulses.iter().filter(|pulse| pulse.time <= time) {

@@ -22,7 +22,7 @@ use pulp::Arch;
 
 use self::passes::Passing;
 use super::ModalPressure;
-use super::drive::{Course, Shaper, TERMS, pulse_at_pole, term_weights};
+use super::drive::{ForceSamples, Shaper, TERMS, pulse_at_pole, term_weights};
 use crate::contact::ForceProfile;
 use crate::synthesis::{SampleRate, lowpass};
 
@@ -45,7 +45,7 @@ pub struct Resonance {
 }
 
 /// Resonators that are driven by pulses and heard along paths.
-pub struct ModalBank {
+pub struct ResonatorBank {
     rate: f64,
     pressure: ModalPressure,
     shaper: Shaper,
@@ -66,8 +66,8 @@ pub struct ModalBank {
     pulses: Vec<Pulse>,
     /// Forces that are over, whose memory is used again.
     spare: Vec<Pulse>,
-    /// The course of those.
-    rest: Arc<Course>,
+    /// The force of those.
+    rest: Arc<ForceSamples>,
     next: i64,
     memory: Memory,
 }
@@ -107,9 +107,9 @@ struct Path {
 /// A force in progress.
 #[derive(Clone, Debug, Default)]
 struct Pulse {
-    /// Sample at which the course begins.
+    /// Sample at which the force begins.
     first: i64,
-    course: Arc<Course>,
+    force: Arc<ForceSamples>,
     /// Share of each mode.
     amplitudes: Vec<f64>,
     /// Σ F × amplitude for each path: at the end of the last rendering, and of the next.
@@ -130,7 +130,7 @@ struct Memory {
 impl Pulse {
     /// The sample after the last.
     fn end(&self) -> i64 {
-        self.first + self.course.values.len() as i64
+        self.first + self.force.values.len() as i64
     }
 }
 
@@ -152,7 +152,7 @@ impl Planes {
     }
 }
 
-impl ModalBank {
+impl ResonatorBank {
     /// Resonators at rest at sample 0, heard along so many paths, none of which hears anything yet.
     ///
     /// `centre`: half-amplitude frequency of the band limit \[Hz\], 0.45 of the rate or less. Modes above the end of
@@ -187,7 +187,7 @@ impl ModalBank {
             slope: Planes::zero(padded),
             feed: vec![0.0; padded],
         };
-        let mut bank = ModalBank {
+        let mut bank = ResonatorBank {
             rate,
             pressure,
             shaper: Shaper::new(rate, centre, lowpass::HALF_WIDTH * rate),
@@ -246,7 +246,7 @@ impl ModalBank {
         self.spare.reserve(pulses);
         self.spare.resize_with(pulses, || Pulse {
             first: 0,
-            course: Arc::clone(&self.rest),
+            force: Arc::clone(&self.rest),
             amplitudes: Vec::with_capacity(modes),
             feeds: Vec::with_capacity(paths),
         });
@@ -265,7 +265,7 @@ impl ModalBank {
     /// Puts forces aside that are over.
     fn retire(&mut self, over: impl Fn(&Pulse) -> bool) {
         for mut pulse in self.pulses.extract_if(.., |pulse| over(pulse)) {
-            pulse.course = Arc::clone(&self.rest);
+            pulse.force = Arc::clone(&self.rest);
             self.spare.push(pulse);
         }
     }
@@ -295,20 +295,20 @@ impl ModalBank {
     ///
     /// What of it is before the next sample is not rendered: add it in time, see [`first_sample`](Self::first_sample).
     pub fn add_pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64, amplitudes: &[f64]) {
-        let mut course = Course::default();
-        let first = self.shaper.pulse(profile, onset, duration, &mut course);
-        self.add_course(first, Arc::new(course), amplitudes);
+        let mut force = ForceSamples::default();
+        let first = self.shaper.pulse(profile, onset, duration, &mut force);
+        self.add_force(first, Arc::new(force), amplitudes);
     }
 
-    /// Adds a force of any course that is limited to the band, from sample `first` on.
-    pub(super) fn add_course(&mut self, first: i64, course: Arc<Course>, amplitudes: &[f64]) {
+    /// Adds a force of any force that is limited to the band, from sample `first` on.
+    pub(super) fn add_force(&mut self, first: i64, force: Arc<ForceSamples>, amplitudes: &[f64]) {
         debug_assert_eq!(amplitudes.len(), self.given);
         let mut pulse = self.spare.pop().unwrap_or_else(|| {
             // Rendering, which puts it aside one day, asks for no memory.
             self.spare.reserve(self.pulses.len() + 1);
             Pulse::default()
         });
-        (pulse.first, pulse.course) = (first, course);
+        (pulse.first, pulse.force) = (first, force);
         let own = &mut pulse.amplitudes;
         own.clear();
         own.resize(self.state.re.len(), 0.0);
@@ -355,7 +355,7 @@ impl ModalBank {
     }
 
     /// Adds what rings in a bank of the same resonators.
-    pub(super) fn take_over(&mut self, other: &ModalBank) {
+    pub(super) fn take_over(&mut self, other: &ResonatorBank) {
         let own = [&mut self.state.re, &mut self.state.im];
         for (own, other) in own.into_iter().zip([&other.state.re, &other.state.im]) {
             own.iter_mut().zip(other).for_each(|(own, other)| *own += other);
@@ -390,7 +390,7 @@ impl ModalBank {
                     let acceleration = transfer * Complex64::new(0.0, -1.0 / damped) * voice.pole;
                     (acceleration * voice.pole, acceleration.re)
                 }
-                ModalPressure::PublishedMagnitude => {
+                ModalPressure::FracMagnitude => {
                     (Complex64::new(0.0, -voice.omega.powi(2) * transfer.norm() / damped), 0.0)
                 }
             };
@@ -453,7 +453,7 @@ impl ModalBank {
             let end = pulse.end().min(self.next + samples as i64);
             for at in begin..end {
                 let k = (at - self.next) as usize;
-                let value = pulse.course.values[(at - pulse.first) as usize];
+                let value = pulse.force.values[(at - pulse.first) as usize];
                 let part = (done + k) as f64 / count as f64;
                 for (p, [now, then]) in pulse.feeds.iter().enumerate() {
                     self.memory.samples[p * PASS + k] += value * (now + part * (then - now));

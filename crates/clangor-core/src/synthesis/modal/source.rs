@@ -1,4 +1,4 @@
-//! A ringing body, ready to be played: frequencies and damping of its modes, transfers, and what a blow does to each.
+//! A ringing body, ready to be played: frequencies and damping of its modes, transfers, and what an impact does to each.
 //!
 //! Radiation damps as well. A mode of acceleration amplitude 1 has the energy E = ½/ω² and radiates the power
 //! P = ρR⁴/c × [`power`](crate::sound_model::modal::model::ModalTransfer::power), so that its loss factor is
@@ -14,15 +14,15 @@ use std::sync::Arc;
 use glam::DVec3;
 use num_complex::Complex64;
 
-use crate::synthesis::modal::resonator_bank::Resonance;
 use super::transfer::{TransferEvaluator, TransferMemory};
 use super::{ModalPressure, ModalSettings};
 use crate::material::Damping;
 use crate::material::damping::DampingError;
 use crate::medium::Medium;
-use crate::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
 use crate::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use crate::sound_model::modal::surface::SurfaceLocator;
+use crate::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
+use crate::synthesis::modal::resonator_bank::Resonance;
 
 /// Why a body cannot ring.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -63,7 +63,7 @@ pub struct ModalSource {
     contact_damping: f64,
 }
 
-/// Memory for finding what a blow does, to be used again.
+/// Memory for finding what an impact does, to be used again.
 #[derive(Clone, Debug, Default)]
 pub struct StrikeMemory {
     harmonics: Vec<f64>,

@@ -14,8 +14,8 @@ use glam::DVec3;
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::sound_model::modal::model::ModalTransfer;
 use crate::math::spherical_harmonics::HarmonicTable;
+use crate::sound_model::modal::model::ModalTransfer;
 
 /// Rows of coefficients have a multiple of so many numbers.
 const LANES: usize = 8;
@@ -27,7 +27,7 @@ pub enum TransferOrder {
     #[default]
     Baked,
     /// \[FRAC\] §4: n̄ = max(kL/4, 4) with L = 2R. A level of detail, for speed: bodies of higher order lose sound.
-    Published,
+    Frac,
 }
 
 /// The transfers of some modes.
@@ -75,9 +75,7 @@ impl TransferEvaluator {
             if let Some(transfer) = transfer {
                 let order = match orders {
                     TransferOrder::Baked => transfer.order,
-                    TransferOrder::Published => {
-                        transfer.order.min((0.5 * wavenumber).max(4.0).ceil() as usize)
-                    }
+                    TransferOrder::Frac => transfer.order.min((0.5 * wavenumber).max(4.0).ceil() as usize),
                 };
                 mode.order = Some(order);
                 max_order = max_order.max(order);
@@ -231,7 +229,7 @@ mod tests {
         }
         let given = modes.iter().map(|(t, k)| (Some(t), *k));
         // max(κ/2, 4) of 0, 1, 7, 40: orders 0, 1, 4, 17.
-        let coarse = TransferEvaluator::new(given, TransferOrder::Published);
+        let coarse = TransferEvaluator::new(given, TransferOrder::Frac);
         assert_eq!(coarse.coefficients(), 1 + 4 + 25 + 18 * 18);
     }
 }

@@ -19,14 +19,14 @@ use glam::DVec3;
 use num_complex::Complex64;
 
 use self::stream::Stream;
-use crate::synthesis::modal::resonator_bank::ModalBank;
 use super::delay::{DelayLine, HALF_TAPS};
-use crate::synthesis::modal::modal_state_transfer::ModalState;
 use super::source::{ModalSource, StrikeMemory};
 use super::transfer::TransferMemory;
 use crate::body::{BodyId, Life};
 use crate::contact::{ForceProfile, ImpactPulse, PoseHistory, StreamPoint, StreamedForce};
 use crate::synthesis::listener::{Floor, Listener};
+use crate::synthesis::modal::modal_state_transfer::ModalState;
+use crate::synthesis::modal::resonator_bank::ResonatorBank;
 use crate::synthesis::{RenderSettings, SynthesisError};
 
 /// Delays that are computed within a block.
@@ -48,7 +48,7 @@ pub struct ModalVoice<'a> {
     poses: &'a PoseHistory,
     listener: &'a Listener,
     settings: RenderSettings,
-    bank: ModalBank,
+    bank: ResonatorBank,
     /// By first sample, the next one last.
     forces: Vec<Force>,
     stream: Option<Stream>,
@@ -69,7 +69,7 @@ pub struct ModalVoice<'a> {
     memory: Memory,
 }
 
-/// A blow to come.
+/// An impact to come.
 #[derive(Clone, Debug, PartialEq)]
 struct Force {
     /// When it is first felt \[samples\].
@@ -82,12 +82,12 @@ struct Force {
     points: Vec<(DVec3, DVec3)>,
 }
 
-/// Vibration that is taken over.
+/// ModalAnalysis that is taken over.
 struct Handed {
     /// What it is at the birth.
     state: ModalState,
     /// In which it rings until it has risen.
-    bank: Option<ModalBank>,
+    bank: Option<ResonatorBank>,
     /// What each path sends of it.
     sent: Vec<Vec<f64>>,
 }
@@ -115,16 +115,22 @@ struct Memory {
 }
 
 /// The resonators of a body, at rest.
-fn new_bank(source: &ModalSource, paths: usize, settings: &RenderSettings) -> ModalBank {
+fn new_bank(source: &ModalSource, paths: usize, settings: &RenderSettings) -> ResonatorBank {
     let (low, high) = settings.band();
-    ModalBank::new(source.resonances(), paths, settings.sample_rate, 0.5 * (low + high), source.pressure())
+    ResonatorBank::new(
+        source.resonances(),
+        paths,
+        settings.sample_rate,
+        0.5 * (low + high),
+        source.pressure(),
+    )
 }
 
 /// The bank of a voice, and that of what it takes over.
 fn both<'b>(
-    bank: &'b mut ModalBank,
+    bank: &'b mut ResonatorBank,
     handed: &'b mut Option<Handed>,
-) -> impl Iterator<Item = &'b mut ModalBank> {
+) -> impl Iterator<Item = &'b mut ResonatorBank> {
     std::iter::once(bank).chain(handed.as_mut().and_then(|handed| handed.bank.as_mut()))
 }
 
@@ -190,7 +196,7 @@ impl<'a> ModalVoice<'a> {
         for pulse in pulses {
             for points in pulse.points_on(self.body) {
                 let time = pulse.onset;
-                let bad = |what, value| SynthesisError::BadClick { what, value, body: self.body, time };
+                let bad = |what, value| SynthesisError::BadPulse { what, value, body: self.body, time };
                 if !time.is_finite() {
                     return Err(bad("the onset", time));
                 }
@@ -202,7 +208,7 @@ impl<'a> ModalVoice<'a> {
                 }
                 let onset = (time - self.settings.start) * rate;
                 let (duration, profile) = (pulse.duration, pulse.profile);
-                let first = ModalBank::first_sample(onset, duration, profile, self.settings.sample_rate);
+                let first = ResonatorBank::first_sample(onset, duration, profile, self.settings.sample_rate);
                 if self.begun && first < self.bank.position() {
                     return Err(SynthesisError::Late { body: self.body, time });
                 }
@@ -213,13 +219,13 @@ impl<'a> ModalVoice<'a> {
         Ok(())
     }
 
-    /// Takes forces too gentle to be blows, limited to half the rate of their time step \[s\], and, if the source has
+    /// Takes forces too gentle to be impacts, limited to half the rate of their time step \[s\], and, if the source has
     /// contact damping, damps while they last. Forces on other bodies are passed over.
     ///
     /// # Errors
     /// A time step that is not positive, forces of a time that has been rendered, a second stream.
     pub fn push_stream(&mut self, forces: &[StreamedForce], time_step: f64) -> Result<(), SynthesisError> {
-        let bad = |what, value, time| SynthesisError::BadClick { what, value, body: self.body, time };
+        let bad = |what, value, time| SynthesisError::BadPulse { what, value, body: self.body, time };
         if !(time_step > 0.0 && time_step.is_finite()) || self.stream.is_some() {
             return Err(bad("the time step of a stream", time_step, self.settings.start));
         }
@@ -245,9 +251,9 @@ impl<'a> ModalVoice<'a> {
     ///
     /// # Errors
     /// Another number of modes, numbers that are not finite, a time that has been rendered, a second time.
-    pub fn push_ringing(&mut self, state: &ModalState) -> Result<(), SynthesisError> {
+    pub fn inherit_state(&mut self, state: &ModalState) -> Result<(), SynthesisError> {
         let time = self.poses.life(self.body).birth;
-        let bad = |what, value| SynthesisError::BadClick { what, value, body: self.body, time };
+        let bad = |what, value| SynthesisError::BadPulse { what, value, body: self.body, time };
         if state.0.len() != self.source.resonances().len() || self.handed.is_some() {
             return Err(bad("the number of modes that are taken over", state.0.len() as f64));
         }
@@ -269,13 +275,13 @@ impl<'a> ModalVoice<'a> {
         self.forces.last().map(|force| force.first).into_iter().chain(streamed).chain(handed).min()
     }
 
-    /// A sample before which nothing is heard of the blows pushed so far; `None` if nothing is to come.
+    /// A sample before which nothing is heard of the impacts pushed so far; `None` if nothing is to come.
     pub fn first_sample(&self) -> Option<i64> {
         let first = if self.begun { self.bank.position() } else { self.next_force()? };
         (!self.is_finished()).then_some(first - HALF_TAPS as i64)
     }
 
-    /// Whether the rest is silence, unless more blows are pushed.
+    /// Whether the rest is silence, unless more impacts are pushed.
     pub fn is_finished(&self) -> bool {
         self.next_force().is_none()
             && self.bank.is_silent()
@@ -487,7 +493,7 @@ impl<'a> ModalVoice<'a> {
             }
         }
         if jumped {
-            both(&mut self.bank, &mut self.handed).for_each(ModalBank::jump_to_transfers);
+            both(&mut self.bank, &mut self.handed).for_each(ResonatorBank::jump_to_transfers);
         }
         Ok(())
     }

@@ -1,12 +1,12 @@
 //! The name of an entry: a hash of everything that a model depends on.
 
-use clangor_core::geometry::meridian::Piece;
-use clangor_core::material::Material;
-use clangor_core::sound_model::modal::model::ModalModel;
-use clangor_core::sound_model::{modal_bank_file, modal_file, model_file};
 use clangor_bake::acceleration::{BakeGeometry, BakeOptions, Method};
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::soundbank::modal::BankOptions;
+use clangor_core::geometry::meridian::Piece;
+use clangor_core::material::Material;
+use clangor_core::sound_model::files::{modal_file, modal_soundbank_file, model_file};
+use clangor_core::sound_model::modal::model::ModalModel;
 use twox_hash::xxhash3_128::Hasher;
 
 /// To be raised when a change to the solvers changes what they compute by more than their accuracy.
@@ -72,10 +72,10 @@ pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &Mo
 }
 
 /// The hash of everything that a bank of ringing ellipsoids depends on.
-pub fn modal_bank_key(options: &BankOptions) -> String {
+pub fn modal_soundbank_key(options: &BankOptions) -> String {
     let mut inputs = Inputs(Hasher::new());
     inputs.text("modal bank");
-    inputs.whole(modal_bank_file::VERSION.into());
+    inputs.whole(modal_soundbank_file::VERSION.into());
     inputs.whole(MODAL_SOLVERS.into());
     let BankOptions { material, max_frequency, least_first_frequency, largest_size, .. } = *options;
     let BankOptions { thinnest, spacing, degree, accuracy, .. } = *options;
@@ -119,7 +119,7 @@ impl Inputs {
                 edges.to_array().into_iter().for_each(|e| self.number(e));
                 self.number(*round);
             }
-            BakeGeometry::Revolution(meridian) => {
+            BakeGeometry::Axisymmetric(meridian) => {
                 self.text("revolution");
                 self.whole(meridian.pieces().len() as u64);
                 meridian.pieces().iter().for_each(|piece| self.piece(piece));

@@ -3,9 +3,9 @@
 //! Nobody but the same version of the program reads them: numbers one after the other, little endian, and at the end the
 //! XXH3-128 of all of them. What is not whole, or belongs to another bake, counts as nothing.
 
-use clangor_core::sound_model::acceleration::field::DEGREES;
 use clangor_bake::acceleration::SolvedFrequency;
 use clangor_bake::radiation::RadiationSample;
+use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use num_complex::Complex64;
 use twox_hash::xxhash3_128::Hasher;
 
@@ -47,13 +47,13 @@ pub(super) fn decode(key: &str, bytes: &[u8]) -> Option<Vec<SolvedFrequency>> {
         let asked = rest.real()?;
         let wavenumber = rest.complex()?;
         let count = rest.whole()?;
-        let mut coefficients: [Vec<Complex64>; DEGREES] = Default::default();
+        let mut coefficients: [Vec<Complex64>; RIGID_DOFS] = Default::default();
         for row in &mut coefficients {
             *row = (0..count).map(|_| rest.complex()).collect::<Option<_>>()?;
         }
         let mut surface_pressure = Vec::new();
         for _ in 0..rest.whole()? {
-            let mut pressures = [Complex64::ZERO; DEGREES];
+            let mut pressures = [Complex64::ZERO; RIGID_DOFS];
             for pressure in &mut pressures {
                 *pressure = rest.complex()?;
             }

@@ -177,7 +177,7 @@ impl TableRow for FractureRow {
                 field: Field::U32(|r| r.first_child.0, |r, v| r.first_child = BodyId(v)),
             },
             Column { name: "children", field: Field::U32(|r| r.children, |r, v| r.children = v) },
-            double!("blow_energy", blow_energy),
+            double!("impact_energy", impact_energy),
             double!("strain_energy", strain_energy),
             double!("fracture_energy", fracture_energy),
             double!("kinetic_energy_gain", kinetic_energy_gain),

@@ -2,7 +2,7 @@
 //!
 //! A body rings by few of the numbers of its modes: those at the places where it is struck. So the file of a ringing body has
 //! no surface but these places, each a triangle without area, and the shapes of the modes there. An ellipsoid in place of a piece is
-//! given the motions that the blows on the piece make in it, and looks like any other body.
+//! given the motions that the impacts on the piece make in it, and looks like any other body.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -14,19 +14,19 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
-use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
+use clangor_core::sound_model::acceleration::proxy_field::{LEAST_ORDER, mean_field};
 use clangor_core::sound_model::files::modal_file::{ModalFile, ModalOrigin, ModalPart};
+use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator};
-use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
-use clangor_core::sound_model::acceleration::proxy_field::{LEAST_ORDER, mean_field};
+use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
 use clangor_core::synthesis::modal::ModalSource;
 use clangor_core::synthesis::source_rule::SourceKind;
 use serde_json::{Value, json};
 
 use super::{Replay, ReplayError, STRIDE};
 use crate::stages::event_schedule::Moving;
-use crate::stages::render::{Forces, blows_on};
+use crate::stages::render::{Forces, impacts_on};
 
 /// Places on one body at most; what strikes elsewhere strikes the nearest.
 const MOST_PLACES: usize = 256;
@@ -57,12 +57,12 @@ pub(super) struct Slot {
 pub(super) struct Sounds {
     pub(super) slots: Vec<Slot>,
     /// What each struck body clicks as.
-    clicks: BTreeMap<BodyId, Click>,
+    clicks: BTreeMap<BodyId, AccelerationPulse>,
     /// Slots in which bodies ring, and the places there.
     rings: BTreeMap<BodyId, (usize, Places)>,
 }
 
-enum Click {
+enum AccelerationPulse {
     Sphere { radius: f64 },
     Slot(usize),
 }
@@ -201,13 +201,15 @@ impl Sounds {
     }
 
     /// What a body clicks as, in a slot of its own unless it is a sphere.
-    fn click(&mut self, replay: &Replay<'_>, id: BodyId) -> Result<Click, ReplayError> {
+    fn click(&mut self, replay: &Replay<'_>, id: BodyId) -> Result<AccelerationPulse, ReplayError> {
         Ok(match click_file(replay, id)? {
             Some(slot) => {
                 self.slots.push(slot);
-                Click::Slot(self.slots.len() - 1)
+                AccelerationPulse::Slot(self.slots.len() - 1)
             }
-            None => Click::Sphere { radius: replay.bodies[id.index()].surface.equal_volume_radius() },
+            None => {
+                AccelerationPulse::Sphere { radius: replay.bodies[id.index()].surface.equal_volume_radius() }
+            }
         })
     }
 
@@ -217,17 +219,19 @@ impl Sounds {
         for id in self.rings.keys() {
             self.add_poses(*id, replay, forces, &mut events);
         }
-        // For each body that rings, the blows on it in their order, as long as its modes feel them.
+        // For each body that rings, the impacts on it in their order, as long as its modes feel them.
         let felt = |(id, source): (&BodyId, &Arc<ModalSource>)| {
-            (*id, blows_on(*id, source, &forces.pulses, replay.limit_energy).0.into_iter())
+            (*id, impacts_on(*id, source, &forces.pulses, replay.limit_energy).0.into_iter())
         };
         let mut felt: BTreeMap<BodyId, _> = replay.ringing.iter().map(felt).collect();
         for pulse in &forces.pulses {
             for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
                 let Some(share) = share else { continue };
                 let clicks = match self.clicks.get(&share.body) {
-                    Some(Click::Sphere { radius }) => Some((0.0, *radius, DQuat::IDENTITY)),
-                    Some(Click::Slot(slot)) => Some((1.0, *slot as f64, self.slots[*slot].rotation)),
+                    Some(AccelerationPulse::Sphere { radius }) => Some((0.0, *radius, DQuat::IDENTITY)),
+                    Some(AccelerationPulse::Slot(slot)) => {
+                        Some((1.0, *slot as f64, self.slots[*slot].rotation))
+                    }
                     None => None,
                 };
                 if let Some((kind, what, rotation)) = clicks {
@@ -253,39 +257,39 @@ impl Sounds {
                 events.push(row);
             }
         }
-        // Poses stay before the blows of their time.
+        // Poses stay before the impacts of their time.
         events.sort_by(|a, b| a[1].total_cmp(&b[1]));
         events
     }
 
-    /// Where a ringing body is: at every blow, and whenever it is no longer where it would be if it had gone on as it was
-    /// told to move; from the first blow until it has died away.
+    /// Where a ringing body is: at every impact, and whenever it is no longer where it would be if it had gone on as it was
+    /// told to move; from the first impact until it has died away.
     fn add_poses(&self, id: BodyId, replay: &Replay<'_>, forces: &Forces, events: &mut Vec<[f64; STRIDE]>) {
         let Some((slot, _)) = self.rings.get(&id) else { return };
         let Slot { rotation, t60, .. } = &self.slots[*slot];
         let strikes = |pulse: &&ImpactPulse| pulse.bodies.iter().flatten().any(|share| share.body == id);
-        let mut blows = forces.pulses.iter().filter(strikes).map(|pulse| pulse.onset).peekable();
-        let Some(first) = blows.peek().copied() else { return };
+        let mut impacts = forces.pulses.iter().filter(strikes).map(|pulse| pulse.onset).peekable();
+        let Some(first) = impacts.peek().copied() else { return };
         let last = forces.pulses.iter().filter(strikes).map(|pulse| pulse.onset).fold(first, f64::max);
         let longest = t60.iter().map(|row| row[1]).fold(0.0, f64::max);
         let end = replay.bodies[id.index()].life.death.min(replay.duration).min(last + longest);
-        let mut told: Option<(f64, Moving)> = None;
+        let mut reported: Option<(f64, Moving)> = None;
         let mut time = first;
         while time <= end {
-            let blow = blows.next_if(|blow| *blow <= time);
-            let at = blow.unwrap_or(time);
+            let impact = impacts.next_if(|impact| *impact <= time);
+            let at = impact.unwrap_or(time);
             let pose = forces.poses.at(id, at);
-            let off = told.is_none_or(|(since, moving)| {
+            let off = reported.is_none_or(|(since, moving)| {
                 let expected = moving.after(at - since);
                 expected.position.distance(pose.position) > LARGEST_STEP
                     || expected.orientation.angle_between(pose.orientation) > LARGEST_TURN
             });
-            if blow.is_some() || off {
+            if impact.is_some() || off {
                 let moving = Moving::of(&forces.poses, id, at);
                 events.push(pose_event(*slot, id, at, &moving, *rotation));
-                told = Some((at, moving));
+                reported = Some((at, moving));
             }
-            if blow.is_none() {
+            if impact.is_none() {
                 time += LOOK_EVERY;
             }
         }

@@ -3,45 +3,45 @@
 use std::ops::ControlFlow;
 
 use clangor_core::body::BodyId;
-use clangor_core::realtime::{Controller, Engine, Event, SendError, Struck};
+use clangor_core::realtime::{Controller, Engine, Event, ImpactTarget, SendError};
 use clangor_core::synthesis::Listener;
 
-use super::{LiveScore, Moving};
+use super::{EventSchedule, Moving};
 
 /// How far ahead events are sent \[s\]: more than devices take at once when they begin.
 pub const AHEAD: f64 = 0.7;
 /// Most often that ringing bodies say where they are \[Hz\].
 const POSE_RATE: f64 = 60.0;
-/// Poses per second of all bodies together, as many as the engine's ring takes with room for blows.
+/// Poses per second of all bodies together, as many as the engine's ring takes with room for impacts.
 const POSES_PER_SECOND: f64 = 4000.0;
 
 /// A score in progress. Two clocks: that of the run, and that of the engine, which is ahead by a constant.
-pub struct Feed<'a> {
-    score: &'a LiveScore,
+pub struct EventFeeder<'a> {
+    score: &'a EventSchedule,
     listener: &'a Listener,
     /// What to add to a time of the run for the engine's \[s\].
     offset: f64,
-    first_blow: usize,
-    next_blow: usize,
+    first_impact: usize,
+    next_impact: usize,
     next_pose: f64,
     /// Deaths of ringing bodies, in order of time, with their slots.
     deaths: Vec<(f64, usize)>,
     next_death: usize,
 }
 
-impl<'a> Feed<'a> {
+impl<'a> EventFeeder<'a> {
     /// Begins with what happens from `from` on \[s\], which the engine is to play at its time `at` \[s\].
-    pub fn new(score: &'a LiveScore, listener: &'a Listener, from: f64, at: f64) -> Self {
+    pub fn new(score: &'a EventSchedule, listener: &'a Listener, from: f64, at: f64) -> Self {
         let lives = score.ringing.iter().map(|(slot, id)| (score.life(*id).death, *slot));
         let mut deaths: Vec<(f64, usize)> = lives.filter(|(death, _)| death.is_finite()).collect();
         deaths.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let first_blow = score.blows.partition_point(|(_, blow)| blow.time < from);
-        Feed {
+        let first_impact = score.impacts.partition_point(|(_, impact)| impact.time < from);
+        EventFeeder {
             score,
             listener,
             offset: at - from,
-            first_blow,
-            next_blow: first_blow,
+            first_impact,
+            next_impact: first_impact,
             next_pose: from,
             next_death: deaths.partition_point(|(death, _)| *death < from),
             deaths,
@@ -70,15 +70,17 @@ impl<'a> Feed<'a> {
             }
             self.next_pose += 1.0 / rate;
         }
-        while let Some((id, blow)) = self.score.blows.get(self.next_blow).filter(|(_, b)| b.time < until) {
-            let mut blow = *blow;
+        while let Some((id, impact)) =
+            self.score.impacts.get(self.next_impact).filter(|(_, b)| b.time < until)
+        {
+            let mut impact = *impact;
             // It moves otherwise from now on.
-            if let Struck::Object { slot } = blow.struck {
-                taken(controller.send(self.pose(slot, *id, blow.time)))?;
+            if let ImpactTarget::Object { slot } = impact.struck {
+                taken(controller.send(self.pose(slot, *id, impact.time)))?;
             }
-            blow.time += self.offset;
-            taken(controller.send(Event::Blow(blow)))?;
-            self.next_blow += 1;
+            impact.time += self.offset;
+            taken(controller.send(Event::ImpactEvent(impact)))?;
+            self.next_impact += 1;
         }
         while let Some((time, slot)) = self.deaths.get(self.next_death).filter(|(time, _)| *time < until) {
             taken(controller.send(Event::End { slot: *slot, time: time + self.offset }))?;
@@ -92,9 +94,9 @@ impl<'a> Feed<'a> {
         Event::Pose { slot, time: time + self.offset, pose, velocity, angular_velocity }
     }
 
-    /// Blows sent so far.
-    pub fn blows(&self) -> usize {
-        self.next_blow - self.first_blow
+    /// Impacts sent so far.
+    pub fn impacts(&self) -> usize {
+        self.next_impact - self.first_impact
     }
 }
 
@@ -111,15 +113,15 @@ const BLOCK: usize = 1024;
 
 /// Plays a part of a run \[s\] as fast as can be. Returns the loudest pressure \[Pa\], or nothing if `progress`, which is told the
 /// time in the run, breaks. The engine is silent afterwards.
-pub fn rehearse(
-    score: &LiveScore,
+pub fn measure_peak(
+    score: &EventSchedule,
     listener: &Listener,
     (from, to): (f64, f64),
     (controller, engine): (&mut Controller, &mut Engine),
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Option<f64> {
     let begin = engine.time();
-    let mut feed = Feed::new(score, listener, from, begin);
+    let mut feed = EventFeeder::new(score, listener, from, begin);
     let end = begin + (to - from) + engine.latency();
     let mut peak = 0.0_f64;
     while engine.time() < end {

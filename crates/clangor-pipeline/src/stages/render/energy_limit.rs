@@ -1,6 +1,6 @@
-//! Blows put no more energy into the modes of a body than the motion lost.
+//! Impacts put no more energy into the modes of a body than the motion lost.
 //!
-//! A blow of impulse j and duration τ, whose force has the spectrum Ŝ (Ŝ(0) = 1), leaves a body at rest with
+//! An impact of impulse j and duration τ, whose force has the spectrum Ŝ (Ŝ(0) = 1), leaves a body at rest with
 //!
 //! ```text
 //! E(τ) = ½ Σ (U_i(x)·j)² Ŝ(ω_i τ)²
@@ -33,11 +33,11 @@ const MOST_ELASTIC: f64 = 0.95;
 /// τ' is found to this part of itself.
 const DURATION_TOLERANCE: f64 = 1e-3;
 
-/// What became of the blows on a body.
+/// What became of the impacts on a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyLimits {
-    /// Blows.
-    pub blows: u64,
+    /// Impacts.
+    pub impacts: u64,
     /// Those that were lengthened for the modes.
     pub limited: u64,
     /// Largest E(τ)/E₀.
@@ -46,8 +46,8 @@ pub struct EnergyLimits {
     pub longest: f64,
 }
 
-/// The blows on a body, with the durations that its modes feel; their own without `limit`.
-pub(crate) fn blows_on(
+/// The impacts on a body, with the durations that its modes feel; their own without `limit`.
+pub(crate) fn impacts_on(
     body: BodyId,
     source: &ModalSource,
     pulses: &[ImpactPulse],
@@ -71,7 +71,7 @@ pub(crate) fn blows_on(
         };
         let lost = energy_lost(pulse);
         let ratio = gained(pulse.duration) / lost;
-        limits.blows += 1;
+        limits.impacts += 1;
         limits.largest = limits.largest.max(ratio);
         let mut pulse = pulse.clone();
         if ratio > 1.0 && ratio.is_finite() {
@@ -118,9 +118,9 @@ mod tests {
     use clangor_core::contact::{BodyPulse, ForceProfile};
     use clangor_core::material::Damping;
     use clangor_core::medium::Medium;
+    use clangor_core::pose::Pose;
     use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
     use clangor_core::sound_model::modal::surface::ModalSurface;
-    use clangor_core::pose::Pose;
     use clangor_core::synthesis::modal::ModalSettings;
     use glam::DVec3;
     use num_complex::Complex64;
@@ -149,7 +149,7 @@ mod tests {
             .expect("modes")
     }
 
-    fn blow(speed: f64) -> ImpactPulse {
+    fn impact(speed: f64) -> ImpactPulse {
         let share = BodyPulse {
             body: BodyId(0),
             pose: Pose::IDENTITY,
@@ -181,23 +181,26 @@ mod tests {
     fn modes_get_no_more_than_the_motion_lost() {
         // E = ½ (10 N s kg^−½)² = 50 J. A unit impulse on 1 kg stops 1 m/s, which loses ½ J, and turns half of 0.5 m/s
         // around: nothing is lost, so e = 0.95 is taken. At 200 m/s it takes 199.5 J of the motion.
-        let pulses = [blow(1.0), blow(0.5), blow(200.0)];
-        let (blows, limits) = blows_on(BodyId(0), &source(), &pulses, true);
+        let pulses = [impact(1.0), impact(0.5), impact(200.0)];
+        let (impacts, limits) = impacts_on(BodyId(0), &source(), &pulses, true);
         let gained = |i: usize| {
-            let spectrum = ForceProfile::HalfSine.centred_spectrum(TAU * 100.0, blows[i].duration);
+            let spectrum = ForceProfile::HalfSine.centred_spectrum(TAU * 100.0, impacts[i].duration);
             50.0 * spectrum * spectrum
         };
         assert!(gained(0) <= 0.5 && gained(0) > 0.49, "{}", gained(0));
         assert!(gained(1) <= 0.0125 && gained(1) > 0.012, "{}", gained(1));
-        assert_eq!(blows[2], pulses[2]);
+        assert_eq!(impacts[2], pulses[2]);
         // The impulse stays.
-        assert_eq!(blows[0].points, pulses[0].points);
+        assert_eq!(impacts[0].points, pulses[0].points);
         // Residual seen: 2e-8, the spectrum of 1 µs at 100 Hz.
         assert!((limits.largest / 4000.0 - 1.0).abs() < 1e-6, "{limits:?}");
-        assert_eq!((limits.blows, limits.limited), (3, 2));
-        assert!((limits.longest * pulses[1].duration / blows[1].duration - 1.0).abs() < 1e-12, "{limits:?}");
-        let (blows, told) = blows_on(BodyId(0), &source(), &pulses, false);
-        assert_eq!((blows, told), (pulses.to_vec(), limits));
-        assert!(blows_on(BodyId(1), &source(), &pulses, true).0.is_empty());
+        assert_eq!((limits.impacts, limits.limited), (3, 2));
+        assert!(
+            (limits.longest * pulses[1].duration / impacts[1].duration - 1.0).abs() < 1e-12,
+            "{limits:?}"
+        );
+        let (impacts, reported) = impacts_on(BodyId(0), &source(), &pulses, false);
+        assert_eq!((impacts, reported), (pulses.to_vec(), limits));
+        assert!(impacts_on(BodyId(1), &source(), &pulses, true).0.is_empty());
     }
 }

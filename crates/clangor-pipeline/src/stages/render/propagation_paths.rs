@@ -1,21 +1,22 @@
-//! The ways by which a listener hears: directly, by each image of low order in the walls of a room, and by all later
+//! The paths by which a listener hears: directly, by each image of low order in the walls of a room, and by all later
 //! reflections together.
 //!
-//! Each way is a listener of its own, mirrored as the image is, with a renderer and voices of its own, which lose on the
-//! way what its walls and the air take. What late reverberation hears are the six reflections in a single wall, times
+//! Each path is a listener of its own, mirrored as the image is, with a renderer and voices of its own, which lose on the
+//! path what its walls and the air take. What late reverberation hears are the six reflections in a single wall, times
 //! their distance.
 
 use clangor_core::medium::Medium;
 use clangor_core::propagation::{Air, LateReverberation, PathLoss, Room, RoomError, image_sources};
 use clangor_core::synthesis::{
-    BlockJob, BlockMemory, Click, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource, SynthesisError,
+    AccelerationPulse, BlockJob, BlockMemory, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
+    SynthesisError,
 };
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::ringing::Voices;
 
-/// Where a way leads.
+/// Where a path leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
     /// To the receivers.
@@ -24,8 +25,8 @@ enum End {
     Reverberation,
 }
 
-/// One way, before anything is heard.
-pub(super) struct Way {
+/// One path, before anything is heard.
+pub(super) struct PropagationPath {
     listener: Listener,
     settings: RenderSettings,
     end: End,
@@ -33,23 +34,23 @@ pub(super) struct Way {
     met_floor: bool,
 }
 
-/// All ways to a listener, the direct one first.
-pub(super) fn ways_to(
+/// All paths to a listener, the direct one first.
+pub(super) fn paths_to(
     listener: &Listener,
     settings: &RenderSettings,
     room: Option<&Room>,
     air: Option<Air>,
-) -> Vec<Way> {
+) -> Vec<PropagationPath> {
     let with = |loss: PathLoss| RenderSettings { loss, ..*settings };
-    let direct = Way {
+    let direct = PropagationPath {
         listener: listener.clone(),
         settings: with(PathLoss::through(air)),
         end: End::Receivers,
         met_floor: false,
     };
-    let mut ways = vec![direct];
-    let Some(room) = room else { return ways };
-    ways.extend(image_sources(room).iter().map(|image| Way {
+    let mut paths = vec![direct];
+    let Some(room) = room else { return paths };
+    paths.extend(image_sources(room).iter().map(|image| PropagationPath {
         listener: listener.mirrored(image),
         settings: with(PathLoss::by(image, room, air)),
         end: End::Receivers,
@@ -59,17 +60,17 @@ pub(super) fn ways_to(
         let middle = listener.receivers.iter().sum::<DVec3>() / listener.receivers.len().max(1) as f64;
         let head = Listener { receivers: vec![middle], ..listener.clone() };
         let single = image_sources(&Room { image_order: 1, ..room.clone() });
-        ways.extend(single.iter().map(|image| Way {
+        paths.extend(single.iter().map(|image| PropagationPath {
             listener: head.mirrored(image),
             settings: with(PathLoss::by(image, room, air).unspread()),
             end: End::Reverberation,
             met_floor: image.met_floor(),
         }));
     }
-    ways
+    paths
 }
 
-/// The network that the ways into it feed; `None` without such ways.
+/// The network that the paths into it feed; `None` without such paths.
 pub(super) fn reverberation(
     room: Option<&Room>,
     air: Option<Air>,
@@ -82,32 +83,32 @@ pub(super) fn reverberation(
     room.late.then(late).transpose()
 }
 
-/// One way in progress.
-pub(super) struct Hearing<'a> {
-    way: &'a Way,
+/// One path in progress.
+pub(super) struct PathRenderer<'a> {
+    path: &'a PropagationPath,
     pub(super) renderer: Renderer,
     pub(super) signal: OverlapAdd,
     pub(super) voices: Voices<'a>,
 }
 
-impl<'a> Hearing<'a> {
+impl<'a> PathRenderer<'a> {
     /// `voices` makes what rings, for a listener with settings.
     pub(super) fn new(
-        way: &'a Way,
+        path: &'a PropagationPath,
         voices: impl FnOnce(&'a Listener, &RenderSettings) -> Result<Voices<'a>, SynthesisError>,
     ) -> Result<Self, SynthesisError> {
-        Ok(Hearing {
-            renderer: Renderer::new(&way.listener, &way.settings)?,
-            signal: OverlapAdd::new(way.listener.receivers.len(), 0),
-            voices: voices(&way.listener, &way.settings)?,
-            way,
+        Ok(PathRenderer {
+            renderer: Renderer::new(&path.listener, &path.settings)?,
+            signal: OverlapAdd::new(path.listener.receivers.len(), 0),
+            voices: voices(&path.listener, &path.settings)?,
+            path,
         })
     }
 
     /// Takes a click.
-    pub(super) fn push(&mut self, click: &Click) -> Result<(), SynthesisError> {
+    pub(super) fn push(&mut self, click: &AccelerationPulse) -> Result<(), SynthesisError> {
         let is_ground = matches!(click.source, SoundSource::Ground { .. });
-        if is_ground && self.way.met_floor { Ok(()) } else { self.renderer.push(click) }
+        if is_ground && self.path.met_floor { Ok(()) } else { self.renderer.push(click) }
     }
 
     /// Renders blocks, on all processors, and adds them in their order.
@@ -118,19 +119,19 @@ impl<'a> Hearing<'a> {
     }
 }
 
-/// The samples before `end` of all ways together, one channel per receiver.
+/// The samples before `end` of all paths together, one channel per receiver.
 pub(super) fn take_until(
-    hearings: &mut [Hearing<'_>],
+    path_renderers: &mut [PathRenderer<'_>],
     late: &mut Option<LateReverberation>,
     end: i64,
 ) -> Result<Vec<Vec<f64>>, SynthesisError> {
     let mut sum: Vec<Vec<f64>> = Vec::new();
     let mut entering: Vec<Vec<f64>> = Vec::new();
-    for hearing in hearings {
-        let first = hearing.signal.first();
-        let mut channels = hearing.signal.take_until(end);
-        hearing.voices.add(first, &mut channels)?;
-        match hearing.way.end {
+    for path_renderer in path_renderers {
+        let first = path_renderer.signal.first();
+        let mut channels = path_renderer.signal.take_until(end);
+        path_renderer.voices.add(first, &mut channels)?;
+        match path_renderer.path.end {
             End::Reverberation => entering.append(&mut channels),
             End::Receivers if sum.is_empty() => sum = channels,
             End::Receivers => {

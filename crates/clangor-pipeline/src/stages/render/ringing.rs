@@ -12,8 +12,8 @@ use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::force_stream::StreamedForce;
 use clangor_core::contact::{ImpactPulse, PoseHistory};
 use clangor_core::material::Damping;
-use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
 use clangor_core::sound_model::modal::model::{ModalModel, ModalTransfer};
+use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
 use clangor_core::synthesis::modal::{
     ModalError, ModalPressure, ModalSettings, ModalSource, ModalState, ModalVoice,
 };
@@ -21,10 +21,10 @@ use clangor_core::synthesis::{Listener, RenderSettings, SynthesisError};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-pub(super) use modal_state_transfer::Breaking;
-pub use modal_state_transfer::Handover;
-use super::energy_limit::{EnergyLimits, blows_on};
+use super::energy_limit::{EnergyLimits, impacts_on};
 use crate::stages::sound_models::ringers::Ringers;
+pub(super) use modal_state_transfer::Breaking;
+pub use modal_state_transfer::ModalStateTransfer;
 
 /// Frames that a voice plays at once.
 const FRAMES: i64 = 1 << 14;
@@ -36,7 +36,7 @@ pub enum Transfers {
     #[default]
     Baked,
     /// \[FRAC\] eq. (8): their magnitude, on the amplitude of the mode.
-    Published,
+    Frac,
     /// The same without any: every mode sounds alike, equally in all directions, and all together radiate as much from equal
     /// amplitudes as they should. \[FRAC\] §6 compares with this.
     Unit,
@@ -46,11 +46,11 @@ impl Transfers {
     fn settings(self) -> ModalSettings {
         match self {
             Transfers::Baked => ModalSettings::default(),
-            Transfers::Published => {
-                ModalSettings { pressure: ModalPressure::PublishedMagnitude, ..ModalSettings::default() }
+            Transfers::Frac => {
+                ModalSettings { pressure: ModalPressure::FracMagnitude, ..ModalSettings::default() }
             }
             Transfers::Unit => ModalSettings {
-                pressure: ModalPressure::PublishedMagnitude,
+                pressure: ModalPressure::FracMagnitude,
                 radiation_damping: false,
                 ..ModalSettings::default()
             },
@@ -106,14 +106,14 @@ fn proxy_source(
 pub(super) struct RingingBodies {
     /// In the order of the bodies.
     sources: Vec<Ringer>,
-    handovers: BTreeMap<BodyId, Handover>,
+    handovers: BTreeMap<BodyId, ModalStateTransfer>,
 }
 
 /// A ringing body, and what strikes it.
 struct Ringer {
     body: BodyId,
     source: Arc<ModalSource>,
-    blows: Vec<ImpactPulse>,
+    impacts: Vec<ImpactPulse>,
     limits: EnergyLimits,
     /// What it takes over from what it was part of.
     handed: Option<ModalState>,
@@ -157,7 +157,7 @@ pub fn modal_sources(
             None => {
                 let played = match transfers {
                     Transfers::Unit => Arc::new(unit_model(model)),
-                    Transfers::Baked | Transfers::Published => Arc::clone(model),
+                    Transfers::Baked | Transfers::Frac => Arc::clone(model),
                 };
                 let source = Arc::new(ModalSource::new(played, damping, &settings).map_err(unplayable)?);
                 prepared.push((model, damping, Arc::clone(&source)));
@@ -181,18 +181,20 @@ impl RingingBodies {
     ) -> Result<Self, UnplayableModes> {
         let mut sources = Vec::new();
         for (body, source) in modal_sources(bodies, ringers, transfers)? {
-            let (blows, limits) = blows_on(body, &source, pulses, limit);
-            sources.push(Ringer { body, source, blows, limits, handed: None });
+            let (impacts, limits) = impacts_on(body, &source, pulses, limit);
+            sources.push(Ringer { body, source, impacts, limits, handed: None });
         }
         let handovers = match breaking {
-            Some(breaking) => handover::hand_over(bodies, &mut sources, pulses, breaking),
+            Some(breaking) => {
+                modal_state_transfer::transfer_modal_state(bodies, &mut sources, pulses, breaking)
+            }
             None => BTreeMap::new(),
         };
         Ok(RingingBodies { sources, handovers })
     }
 
     /// What became of the vibration of each that broke.
-    pub(super) fn handovers(&self) -> &BTreeMap<BodyId, Handover> {
+    pub(super) fn handovers(&self) -> &BTreeMap<BodyId, ModalStateTransfer> {
         &self.handovers
     }
 
@@ -201,7 +203,7 @@ impl RingingBodies {
         self.sources.iter().map(|ringer| ringer.body)
     }
 
-    /// What became of the blows on each.
+    /// What became of the impacts on each.
     pub(super) fn limits(&self) -> BTreeMap<BodyId, EnergyLimits> {
         self.sources.iter().map(|ringer| (ringer.body, ringer.limits)).collect()
     }
@@ -217,11 +219,11 @@ impl RingingBodies {
     ) -> Result<Voices<'a>, SynthesisError> {
         let mut voices = Vec::new();
         let wanted = |ringer: &&Ringer| only.is_none_or(|only| only == ringer.body);
-        for Ringer { body, source, blows, handed, .. } in self.sources.iter().filter(wanted) {
+        for Ringer { body, source, impacts, handed, .. } in self.sources.iter().filter(wanted) {
             let mut voice = ModalVoice::new(Arc::clone(source), *body, poses, listener, settings)?;
-            voice.push_pulses(blows)?;
+            voice.push_pulses(impacts)?;
             if let Some(state) = handed {
-                voice.push_ringing(state)?;
+                voice.inherit_state(state)?;
             }
             if let Some(Rolling { forces, time_step }) = rolling {
                 voice.push_stream(forces, *time_step)?;
@@ -233,7 +235,7 @@ impl RingingBodies {
     }
 }
 
-/// Forces too gentle to be blows.
+/// Forces too gentle to be impacts.
 pub(super) struct Rolling {
     pub(super) forces: Vec<StreamedForce>,
     /// Of the dynamics \[s\].

@@ -7,23 +7,23 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Surface};
-use clangor_core::material::Material;
-use clangor_core::sound_model::soundbank::modal_soundbank::{ModalProxy, ModalSoundbank, ProxyBody};
 use clangor_bake::fem::ElasticConstants;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::soundbank::modal::solid_polynomials::{SolidError, lowest_by_polynomials};
-use clangor_bake::soundbank::modal::{ModalBankBakeError, first_frequency_of_surface};
+use clangor_bake::soundbank::modal::{ModalSoundbankBakeError, first_frequency_of_surface};
+use clangor_core::body::{Body, BodyId, Surface};
+use clangor_core::material::Material;
+use clangor_core::sound_model::soundbank::modal_soundbank::{ModalProxy, ModalSoundbank, ProxyBody};
 use rayon::prelude::*;
 
-use crate::formats::modal_soundbank::{bank_material, obtain_modal_bank};
+use crate::formats::modal_soundbank::{bank_material, obtain_modal_soundbank};
 use crate::formats::model_cache::ModelCache;
 
 /// Pieces that have modes of their own without being asked for.
 const MOST_OWN: usize = 16;
 /// Degrees of the polynomials that the lowest frequency of a piece is found by: the next where the last are not independent to rounding,
 /// as on a shell that is thin against its curvature.
-const DEGREES: [usize; 4] = [8, 6, 4, 2];
+const RIGID_DOFS: [usize; 4] = [8, 6, 4, 2];
 
 /// A body that may ring as an ellipsoid.
 #[derive(Clone, Debug)]
@@ -51,14 +51,14 @@ pub(super) enum Choice {
 /// baked is done.
 ///
 /// # Errors
-/// [`ModalBankBakeError::Interrupted`].
+/// [`ModalSoundbankBakeError::Interrupted`].
 pub(super) fn choose(
     candidates: &[Candidate],
     options: &ModalBakeOptions,
     threshold: f64,
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<(Vec<Choice>, Vec<String>), ModalBankBakeError> {
+) -> Result<(Vec<Choice>, Vec<String>), ModalSoundbankBakeError> {
     let frequencies: Vec<Result<f64, String>> =
         candidates.par_iter().map(|candidate| lowest(&candidate.body)).collect();
     let mut lowest_first: Vec<f64> =
@@ -86,12 +86,14 @@ pub(super) fn choose(
             continue;
         }
         if !banks.iter().any(|(material, _)| same_elasticity(material, &body.material)) {
-            let bank = match obtain_modal_bank(&body.material, options.medium, cache, progress) {
+            let bank = match obtain_modal_soundbank(&body.material, options.medium, cache, progress) {
                 Ok(obtained) => {
                     remarks.extend(obtained.remarks);
                     Ok(obtained.bank)
                 }
-                Err(ModalBankBakeError::Interrupted) => return Err(ModalBankBakeError::Interrupted),
+                Err(ModalSoundbankBakeError::Interrupted) => {
+                    return Err(ModalSoundbankBakeError::Interrupted);
+                }
                 Err(error) => {
                     let material = &body.material.name;
                     remarks
@@ -131,7 +133,7 @@ fn lowest(body: &Body) -> Result<f64, String> {
     match &*body.surface {
         Surface::Mesh(surface) if body.life.parent.is_some() => {
             let mut found = Err(SolidError::Degree(0));
-            for degree in DEGREES {
+            for degree in RIGID_DOFS {
                 found = lowest_by_polynomials(&surface.mesh, &constants, degree);
                 if !matches!(found, Err(SolidError::Singular { .. })) {
                     break;

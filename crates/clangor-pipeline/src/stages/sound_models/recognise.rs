@@ -10,13 +10,13 @@
 
 use std::f64::consts::TAU;
 
+use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::geometry_class::detect_axisymmetry::fitted_meridian;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::meridian::Piece;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::{DMat3, DVec2, DVec3};
 use clangor_core::shape::{Form, Shape};
-use clangor_bake::acceleration::BakeGeometry;
-use clangor_bake::geometry_class::detect_axisymmetry::fitted_meridian;
 
 /// Largest distance of a vertex from the form, over the bounding radius: files keep 7 digits.
 const ON_FORM: f64 = 2e-6;
@@ -31,7 +31,7 @@ pub(super) fn form(mesh: &TriMesh) -> Option<BakeGeometry> {
     let turned = || {
         let fit = fitted_meridian(mesh)?;
         let near = fit.deviation <= CHORD * mesh.bounding_radius(DVec3::ZERO);
-        near.then_some(BakeGeometry::Revolution(fit.meridian))
+        near.then_some(BakeGeometry::Axisymmetric(fit.meridian))
     };
     exact_form(mesh).or_else(turned)
 }
@@ -119,7 +119,7 @@ fn revolution(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<Ba
         mesh.vertices
             .iter()
             .all(on_section)
-            .then(|| BakeGeometry::Revolution(meridian.about_centre_of_mass()))
+            .then(|| BakeGeometry::Axisymmetric(meridian.about_centre_of_mass()))
     })
 }
 
@@ -133,7 +133,7 @@ fn torus(mesh: &TriMesh, radius: f64) -> Option<BakeGeometry> {
     if inner < ON_FORM * radius || !follows(mesh, radius, &distance) {
         return None;
     }
-    Shape::try_new(Form::Torus { major, minor }, None).ok()?.meridian().map(BakeGeometry::Revolution)
+    Shape::try_new(Form::Torus { major, minor }, None).ok()?.meridian().map(BakeGeometry::Axisymmetric)
 }
 
 /// Part of its volume that a mesh may lose to its facets.
@@ -210,7 +210,7 @@ mod tests {
             "torus:0.05x0.002",
         ] {
             let exact = Shape::parse(shape).unwrap().meridian().unwrap().about_centre_of_mass();
-            let Some(BakeGeometry::Revolution(found)) = form_of(shape) else { panic!("{shape}") };
+            let Some(BakeGeometry::Axisymmetric(found)) = form_of(shape) else { panic!("{shape}") };
             assert!((found.volume() / exact.volume() - 1.0).abs() < 1e-9, "{shape}");
         }
     }
@@ -223,7 +223,7 @@ mod tests {
         let mut mesh = surface.mesh;
         mesh.vertices.iter_mut().for_each(|v| *v = (1.07 * *v).as_vec3().as_dvec3());
         assert_eq!(exact_form(&mesh), None);
-        let Some(BakeGeometry::Revolution(found)) = form(&mesh) else { panic!("a body of revolution") };
+        let Some(BakeGeometry::Axisymmetric(found)) = form(&mesh) else { panic!("a body of revolution") };
         let lost = found.volume() / (1.07_f64.powi(3) * mass.volume) - 1.0;
         // Residual seen: 9e-4, of the facets.
         assert!(lost.abs() < 1e-2, "{lost:.1e}");

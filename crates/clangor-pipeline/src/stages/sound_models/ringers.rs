@@ -13,15 +13,15 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use clangor_core::body::{Body, BodyId, Motion};
-use clangor_core::medium::Medium;
-use clangor_core::sound_model::soundbank::modal_soundbank::ModalProxy;
-use clangor_core::sound_model::modal::model::ModalModel;
-use clangor_core::scene::render_settings::PROXY_FREQUENCY;
-use clangor_core::synthesis::modal::RingingRule;
 use clangor_bake::acceleration::BakeProgress;
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions};
-use clangor_bake::soundbank::modal::ModalBankBakeError;
+use clangor_bake::soundbank::modal::ModalSoundbankBakeError;
+use clangor_core::body::{Body, BodyId, Motion};
+use clangor_core::medium::Medium;
+use clangor_core::scene::render_settings::PROXY_FREQUENCY;
+use clangor_core::sound_model::modal::model::ModalModel;
+use clangor_core::sound_model::soundbank::modal_soundbank::ModalProxy;
+use clangor_core::synthesis::modal::RingingRule;
 
 use super::piece_proxies::{Candidate, Choice, choose};
 use super::ringing::{ModalRequest, ObtainedModes, obtain_modes};
@@ -288,11 +288,12 @@ impl RingingPlan {
         let RingingPlan { bodies, mut requests, mut candidates, names, options, proxy_frequency, .. } = self;
         let mut result = Ringers { bodies, ..Ringers::default() };
         candidates.retain(|candidate| struck.contains(&candidate.id));
-        let mut told =
+        let mut on_progress =
             |done: f64| progress(&SourceProgress { body: "", done, stage: "baking the modal bank" });
-        let (choices, remarks) = match choose(&candidates, &options, proxy_frequency, cache, &mut told) {
+        let (choices, remarks) = match choose(&candidates, &options, proxy_frequency, cache, &mut on_progress)
+        {
             Ok(chosen) => chosen,
-            Err(ModalBankBakeError::Interrupted) => return Err(ModalBakeError::Interrupted),
+            Err(ModalSoundbankBakeError::Interrupted) => return Err(ModalBakeError::Interrupted),
             Err(error) => (vec![Choice::Own; candidates.len()], vec![error.to_string()]),
         };
         result.remarks.extend(remarks);
@@ -319,12 +320,12 @@ impl RingingPlan {
         let count = requests.len();
         for (at, (request, own)) in requests.iter().enumerate() {
             let name = names[own[0].index()].as_str();
-            let mut told = |p: &BakeProgress| {
+            let mut on_progress = |p: &BakeProgress| {
                 let done = (at as f64 + p.done) / count as f64;
                 progress(&SourceProgress { body: name, done, stage: p.stage })
             };
             let started = Instant::now();
-            let ringing = match obtain_modes(request, cache, &mut told) {
+            let ringing = match obtain_modes(request, cache, &mut on_progress) {
                 Ok(ObtainedModes { file, cached, remarks }) => {
                     let origin = &file.modal.origin;
                     result.remarks.extend(remarks);

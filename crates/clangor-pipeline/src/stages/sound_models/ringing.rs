@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
+use clangor_bake::acceleration::{BakeGeometry, BakeProgress};
+use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_modes, radiate};
 use clangor_core::body::{Body, Surface};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 use clangor_core::sound_model::files::modal_file::{ModalFile, ModalOrigin, ModalPart, round_shape};
-use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::files::model_file::Solid;
-use clangor_bake::acceleration::{BakeGeometry, BakeProgress};
-use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_modes, radiate};
+use clangor_core::sound_model::modal::model::ModalModel;
 
 use super::{RequestError, radiating};
 use crate::formats::model_cache::{Lookup, ModelCache, given_modes_key, modal_key};
@@ -143,8 +143,8 @@ fn bake_modes(
     let (mut model, mut evidence) = match kept {
         Some(ModalFile { modal, .. }) => (modal.model, evidence_of(modal.origin)),
         None => {
-            let mut told = |p: &BakeProgress| progress(&BakeProgress { done: MODES * p.done, ..*p });
-            let (model, evidence) = find_modes(geometry, material, options, &mut told)?;
+            let mut on_progress = |p: &BakeProgress| progress(&BakeProgress { done: MODES * p.done, ..*p });
+            let (model, evidence) = find_modes(geometry, material, options, &mut on_progress)?;
             if let Some(cache) = cache.filter(|_| !model.modes.is_empty()) {
                 // Without a folder to keep them in, a bake that is killed begins again.
                 let _ = cache.write_modes(&request.file(model.clone(), evidence.clone()));
@@ -152,8 +152,9 @@ fn bake_modes(
             (model, evidence)
         }
     };
-    let mut told = |p: &BakeProgress| progress(&BakeProgress { done: MODES + (1.0 - MODES) * p.done, ..*p });
-    radiate(geometry, &mut model, &mut evidence, options, &mut told)?;
+    let mut on_progress =
+        |p: &BakeProgress| progress(&BakeProgress { done: MODES + (1.0 - MODES) * p.done, ..*p });
+    radiate(geometry, &mut model, &mut evidence, options, &mut on_progress)?;
     Ok(request.file(model, evidence))
 }
 

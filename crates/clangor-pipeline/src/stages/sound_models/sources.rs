@@ -5,13 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use clangor_bake::acceleration::{BakeError, BakeOptions, BakeProgress};
 use clangor_core::body::{Body, BodyId, Surface};
 use clangor_core::sound_model::acceleration::field_evaluator::FieldError;
-use clangor_core::sound_model::acceleration::model_evaluator::{PlayableBank, PlayableModel};
+use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
 use clangor_core::sound_model::acceleration::proxy_field::ProxyFields;
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, decide, source_of};
 use clangor_core::synthesis::{SoundRule, SoundSource};
-use clangor_bake::acceleration::{BakeError, BakeOptions, BakeProgress};
 
 use super::recognise::exact_form;
 use super::{SharedRequest, obtain, shared_requests};
@@ -34,7 +34,7 @@ pub struct SourceSettings<'a> {
     /// Where fields are kept.
     pub cache: Option<&'a ModelCache>,
     /// The ellipsoids.
-    pub bank: Option<&'a PlayableBank>,
+    pub bank: Option<&'a BankEvaluator>,
     /// Whether to bake what is not in the cache; else such a body sounds as the next best.
     pub bake: bool,
 }
@@ -149,15 +149,15 @@ pub fn sources(
 ) -> Result<Sources, BakeError> {
     let decisions = settings.decide(bodies);
     let requests = settings.requests(bodies, &decisions, sounds);
-    let mut models: BTreeMap<BodyId, PlayableModel> = BTreeMap::new();
+    let mut models: BTreeMap<BodyId, ModelEvaluator> = BTreeMap::new();
     let (mut baked, mut remarks) = (0, Vec::new());
     for (index, shared) in requests.iter().enumerate() {
         let body = bodies[shared.bodies[0].index()].name.as_str();
-        let mut told = |p: &BakeProgress| {
+        let mut on_progress = |p: &BakeProgress| {
             let done = (index as f64 + p.done) / requests.len() as f64;
             progress(&SourceProgress { body, done, stage: p.stage })
         };
-        match field(shared, settings, &mut told)? {
+        match field(shared, settings, &mut on_progress)? {
             Found::Model { model, baked: now, remarks: more } => {
                 baked += usize::from(now);
                 remarks.extend(more);
@@ -180,7 +180,7 @@ pub fn sources(
 /// What became of a request.
 enum Found {
     Model {
-        model: PlayableModel,
+        model: ModelEvaluator,
         baked: bool,
         remarks: Vec<String>,
     },
@@ -198,7 +198,7 @@ fn field(
     if !settings.bake {
         let lookup = settings.cache.map_or(Lookup::Missing, |cache| cache.read(shared.request.key()));
         return Ok(match lookup {
-            Lookup::Found(file) => match PlayableModel::try_new(&file.acceleration) {
+            Lookup::Found(file) => match ModelEvaluator::try_new(&file.acceleration) {
                 Ok(model) => Found::Model { model, baked: false, remarks: Vec::new() },
                 Err(error) => Found::Nothing(unplayable(name, &error, instead)),
             },
@@ -216,7 +216,7 @@ fn field(
     };
     let mut remarks = obtained.remarks;
     remarks.extend(obtained.model.origin.warnings.iter().map(|warning| format!("\"{name}\": {warning}")));
-    Ok(match PlayableModel::try_new(&obtained.model.acceleration) {
+    Ok(match ModelEvaluator::try_new(&obtained.model.acceleration) {
         Ok(model) => Found::Model { model, baked: !obtained.cached, remarks },
         Err(error) => Found::Nothing(unplayable(name, &error, instead)),
     })

@@ -15,7 +15,7 @@ use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
 use super::super::approach::{Approach, fall, meet, meet_uniform};
-use super::super::impact::{self, Blow, Member, Slow, Touch};
+use super::super::impact::{self, ImpulsePair, Member, Slow, Touch};
 use super::{PLANE, Stepped};
 use crate::SimulationError;
 use crate::record::Recorder;
@@ -56,7 +56,7 @@ impl Ord for Meeting {
 #[derive(Default)]
 pub(super) struct Flight {
     meetings: BinaryHeap<Reverse<Meeting>>,
-    blows: Vec<Blow>,
+    impulse_pairs: Vec<ImpulsePair>,
 }
 
 impl Stepped {
@@ -189,10 +189,10 @@ impl Stepped {
             when_slow: Slow::Stay,
             lift: 0.0,
         };
-        self.flight.blows.clear();
-        impact::reflect(&mut members, &[touch], 0.0, &mut self.flight.blows);
-        let Some(&Blow { normal: impulse_n, tangential: impulse_t, velocity, .. }) =
-            self.flight.blows.first()
+        self.flight.impulse_pairs.clear();
+        impact::reflect(&mut members, &[touch], 0.0, &mut self.flight.impulse_pairs);
+        let Some(&ImpulsePair { normal: impulse_n, tangential: impulse_t, velocity, .. }) =
+            self.flight.impulse_pairs.first()
         else {
             // One of them waits, and they part: whoever ran into the other waits too.
             for ball in [Some(a), other].into_iter().flatten() {

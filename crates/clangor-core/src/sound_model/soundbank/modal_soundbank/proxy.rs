@@ -16,7 +16,7 @@ use crate::sound_model::modal::model::ModalTransfer;
 pub struct ProxyBody {
     /// About its centre of mass, in its frame [kg m²]; only proportions count.
     pub inertia: DMat3,
-    /// Mass \[kg\], which says how far a blow moves it.
+    /// Mass \[kg\], which says how far an impact moves it.
     pub mass: f64,
     /// Its lowest frequency \[Hz\].
     pub first_frequency: f64,
@@ -55,7 +55,7 @@ pub enum ModalProxyError {
 /// Where a contact with the body is on its proxy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ContactMapping {
-    /// Where the proxy has the normal of the contact, \[FRAC\] App. F. Every blow on the face of a plate is one on its middle,
+    /// Where the proxy has the normal of the contact, \[FRAC\] App. F. Every impact on the face of a plate is one on its middle,
     /// where most modes have a node.
     Normal,
     /// Where the direction from the centre of mass meets the proxy, after both are made balls; along the thickness of the body

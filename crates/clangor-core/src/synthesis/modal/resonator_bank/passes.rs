@@ -8,12 +8,12 @@ use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use super::{CHUNK, Memory, ModalBank, PASS, Path, Planes, Pulse};
+use super::{CHUNK, Memory, PASS, Path, Planes, Pulse, ResonatorBank};
 use crate::synthesis::modal::drive::TERMS;
 
 /// Advances all modes by some samples, with the vector instructions of the machine.
 pub(super) struct Passing<'a> {
-    pub(super) bank: &'a mut ModalBank,
+    pub(super) bank: &'a mut ResonatorBank,
     pub(super) samples: usize,
 }
 
@@ -23,7 +23,7 @@ impl WithSimd for Passing<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Passing { bank, samples } = self;
-        let ModalBank { state, step, weights, awake, paths, pulses, next, memory, .. } = bank;
+        let ResonatorBank { state, step, weights, awake, paths, pulses, next, memory, .. } = bank;
         let Memory { run, sums, samples: outputs } = memory;
         let run = &mut S::as_mut_simd_f64s(run).0.as_chunks_mut::<4>().0[..samples];
         // Narrow vectors fill all of it, wide ones less.
@@ -87,7 +87,7 @@ fn drive<S: Simd>(
                 scaled[2 + v] = simd.mul_f64s(im[v], amplitude[v]);
             }
         }
-        let terms = &pulse.course.terms[(begin - pulse.first) as usize..(end - pulse.first) as usize];
+        let terms = &pulse.force.terms[(begin - pulse.first) as usize..(end - pulse.first) as usize];
         let run = &mut run[(begin - next) as usize..(end - next) as usize];
         for (sums, terms) in run.iter_mut().zip(terms) {
             for (term, scaled) in terms.iter().zip(&scaled) {

@@ -11,8 +11,8 @@ use glam::DVec3;
 
 use crate::contact::{StreamPoint, StreamedForce};
 use crate::synthesis::RenderSettings;
-use crate::synthesis::modal::resonator_bank::ModalBank;
-use crate::synthesis::modal::drive::{Course, Shaper};
+use crate::synthesis::modal::drive::{ForceSamples, Shaper};
+use crate::synthesis::modal::resonator_bank::ResonatorBank;
 use crate::synthesis::modal::source::{ModalSource, StrikeMemory};
 
 /// Parts of a sample between which impulses are not told apart.
@@ -22,7 +22,7 @@ const FRACTIONS: i64 = 1024;
 pub(super) struct Stream {
     shaper: Shaper,
     /// Courses of impulses at fractions of a sample, and where they begin.
-    courses: BTreeMap<i64, (i64, Arc<Course>)>,
+    sampled: BTreeMap<i64, (i64, Arc<ForceSamples>)>,
     /// By first sample, the next one last.
     forces: Vec<StreamForce>,
     /// A time step \[samples\].
@@ -65,7 +65,7 @@ impl Stream {
         forces.sort_by_key(|force| Reverse(force.first));
         Stream {
             shaper,
-            courses: BTreeMap::new(),
+            sampled: BTreeMap::new(),
             forces,
             step: time_step * rate,
             damps: false,
@@ -83,7 +83,13 @@ impl Stream {
 
     /// Passes the forces that are felt before `end` to the modes, and damps these in a block of so many samples by the
     /// contacts that are made in it, a little early. Whether the damping changed.
-    pub(super) fn take(&mut self, end: i64, block: i64, source: &ModalSource, bank: &mut ModalBank) -> bool {
+    pub(super) fn take(
+        &mut self,
+        end: i64,
+        block: i64,
+        source: &ModalSource,
+        bank: &mut ResonatorBank,
+    ) -> bool {
         let contact_damping = source.contact_damping() > 0.0;
         self.decay.clear();
         self.decay.resize(source.resonances().len(), 0.0);
@@ -103,13 +109,13 @@ impl Stream {
             }
             let fraction = force.at.rem_euclid(FRACTIONS);
             let shaper = &mut self.shaper;
-            let (before, course) = self.courses.entry(fraction).or_insert_with(|| {
-                let (first, course) = shaper.impulse(fraction as f64 / FRACTIONS as f64);
-                (first, Arc::new(course))
+            let (before, samples) = self.sampled.entry(fraction).or_insert_with(|| {
+                let (first, samples) = shaper.impulse(fraction as f64 / FRACTIONS as f64);
+                (first, Arc::new(samples))
             });
             let first = force.at.div_euclid(FRACTIONS) + *before;
             source.amplitudes(&self.points, &mut self.striking, &mut self.amplitudes);
-            bank.add_course(first, Arc::clone(course), &self.amplitudes);
+            bank.add_force(first, Arc::clone(samples), &self.amplitudes);
         }
         let changed = touches || self.damps;
         if changed {

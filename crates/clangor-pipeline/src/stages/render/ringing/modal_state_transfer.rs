@@ -1,33 +1,35 @@
 //! Bodies that break hand their vibration to their pieces: [`clangor_core::synthesis::modal::modal_state_transfer`] for those of a timeline.
 //!
-//! What the cracks took, and the kick that they gave to the pieces, came from what the breaking blows took of the motion, E₀
+//! What the cracks took, and the kick that they gave to the pieces, came from what the breaking impacts took of the motion, E₀
 //! ([`energy_limit`](super::super::energy_limit)), of which modes have no more than the rest,
 //!
 //! ```text
-//! E_blow ≤ E₀ − G_c A − ΔE_K
+//! E_impact ≤ E₀ − G_c A − ΔE_K
 //! ```
 //!
-//! What the body vibrated with before those blows is not touched.
+//! What the body vibrated with before those impacts is not touched.
 
 use std::collections::BTreeMap;
 
 use clangor_core::body::{Body, BodyId, Surface};
 use clangor_core::contact::{ImpactPulse, PoseHistory};
 use clangor_core::synthesis::modal::ModalState;
-use clangor_core::synthesis::modal::modal_state_transfer::{Handed, SurfaceSample, bound_energy, handed_over, sample_count};
+use clangor_core::synthesis::modal::modal_state_transfer::{
+    Handed, SurfaceSample, bound_energy, handed_over, sample_count,
+};
 use clangor_core::timeline::FractureRow;
 use rayon::prelude::*;
 
 use super::Ringer;
 use crate::stages::render::energy_limit::energy_lost;
 
-/// Blows within this time before a body breaks are those that break it \[s\].
+/// Impacts within this time before a body breaks are those that break it \[s\].
 const BREAKING: f64 = 1e-3;
 
 /// What became of the vibration of a body that broke.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Handover {
-    /// Energy of its modes, less what the cracks took of the breaking blow \[J\].
+pub struct ModalStateTransfer {
+    /// Energy of its modes, less what the cracks took of the breaking impact \[J\].
     pub had: f64,
     /// What its pieces vibrate with \[J\].
     pub handed: f64,
@@ -41,12 +43,12 @@ pub(in crate::stages::render) struct Breaking<'a> {
 }
 
 /// Gives the pieces of all that breaks what they take over.
-pub(super) fn hand_over(
+pub(super) fn transfer_modal_state(
     bodies: &[Body],
     ringers: &mut [Ringer],
     pulses: &[ImpactPulse],
     Breaking { fractures, poses }: Breaking<'_>,
-) -> BTreeMap<BodyId, Handover> {
+) -> BTreeMap<BodyId, ModalStateTransfer> {
     let mut done = BTreeMap::new();
     for fracture in fractures {
         let place = |id: BodyId| ringers.binary_search_by_key(&id, |ringer| ringer.body).ok();
@@ -72,7 +74,7 @@ pub(super) fn hand_over(
         let mut bounded: Vec<_> =
             pieces.iter().map(|piece| &*ringers[*piece].source).zip(&mut handed).collect();
         let given = bound_energy(&mut bounded, had);
-        done.insert(fracture.parent, Handover { had, handed: given });
+        done.insert(fracture.parent, ModalStateTransfer { had, handed: given });
         for (piece, handed) in pieces.into_iter().zip(handed) {
             ringers[piece].handed = Some(handed.state);
         }
@@ -82,21 +84,21 @@ pub(super) fn hand_over(
 
 /// What a body vibrates with when it breaks.
 fn at_death(ringer: &Ringer, bodies: &[Body], pulses: &[ImpactPulse], fracture: &FractureRow) -> ModalState {
-    let Ringer { body, source, blows, handed, .. } = ringer;
+    let Ringer { body, source, impacts, handed, .. } = ringer;
     let death = fracture.time;
     let breaking = |pulse: &ImpactPulse| pulse.time > death - BREAKING && pulse.time <= death;
-    let (last, earlier): (Vec<ImpactPulse>, Vec<ImpactPulse>) = blows.iter().cloned().partition(breaking);
-    let mut before = ModalState::after_blows(source, *body, &earlier, death);
+    let (last, earlier): (Vec<ImpactPulse>, Vec<ImpactPulse>) = impacts.iter().cloned().partition(breaking);
+    let mut before = ModalState::after_impacts(source, *body, &earlier, death);
     if let Some(handed) = handed {
         before = before.plus(&handed.later(source, death - bodies[body.index()].life.birth), 1.0);
     }
-    let blow = ModalState::after_blows(source, *body, &last, death);
-    let gained = blow.energy(source);
+    let impact = ModalState::after_impacts(source, *body, &last, death);
+    let gained = impact.energy(source);
     let struck = |pulse: &&ImpactPulse| pulse.bodies.iter().flatten().any(|share| share.body == *body);
     let lost: f64 = pulses.iter().filter(|pulse| breaking(pulse)).filter(struck).map(energy_lost).sum();
     let left = lost.max(gained) - fracture.fracture_energy - fracture.kinetic_energy_gain;
     let factor = if gained > left { (left.max(0.0) / gained).sqrt() } else { 1.0 };
-    before.plus(&blow, factor)
+    before.plus(&impact, factor)
 }
 
 /// Places all over a surface, evenly by area.

@@ -20,7 +20,8 @@ fn embed() -> Result<(), String> {
         println!("cargo::rerun-if-changed={}", dist.display());
         collect(&dist, "", &mut names).map_err(|e| format!("{}: {e}", dist.display()))?;
     } else if web.is_dir() {
-        // What does not exist yet cannot be watched without building anew every time, but the folder it will be in can.
+        // What does not exist yet cannot be watched without building anew every time, but the folder it will
+        // be in can.
         println!("cargo::rerun-if-changed={}", web.display());
     }
     names.sort();

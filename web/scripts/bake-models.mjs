@@ -1,5 +1,5 @@
-// Bakes the objects that can be struck into web/public/models, with the program `clangor`: that of CLANGOR, or of
-// target/release, which is built if it is not there. What has been baked stays.
+// Bakes the objects that can be struck into web/public/models, with the program `clangor`: that of CLANGOR,
+// or of target/release, which is built if it is not there. What has been baked stays.
 
 import { spawnSync } from 'node:child_process';
 import { existsSync, mkdirSync, renameSync } from 'node:fs';

@@ -1,5 +1,6 @@
-// A real Chromium without a window, with a profile of its own, on the page that is served from web/dist: for tests, for
-// screenshots and for the soak run. CHROMIUM names the program, CLANGOR_PAGE an address where the page is served already.
+// A real Chromium without a window, with a profile of its own, on the page that is served from web/dist: for
+// tests, for screenshots and for the soak run. CHROMIUM names the program, CLANGOR_PAGE an address where the
+// page is served already.
 
 import { mkdtemp, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';

@@ -1,4 +1,5 @@
-// Bundles the page into web/dist: three scripts (page, world's thread, audio thread), and what they fetch beside them.
+// Bundles the page into web/dist: three scripts (page, world's thread, audio thread), and what they fetch
+// beside them.
 
 import { build } from 'esbuild';
 import { cp, mkdir, rm } from 'node:fs/promises';

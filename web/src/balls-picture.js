@@ -1,5 +1,5 @@
-// Draws all balls with one call, and below them soft shadows with another. Per ball the graphics processor gets eight
-// numbers: place, radius, orientation.
+// Draws all balls with one call, and below them soft shadows with another. Per ball the graphics processor
+// gets eight numbers: place, radius, orientation.
 
 import {
   DynamicDrawUsage,
@@ -14,8 +14,9 @@ import { POSE_STRIDE } from './event-layout.js';
 import { lookOf } from './looks.js';
 import { STUDIO_LIGHT } from './studio-light.js';
 
-// A ball is a square that faces the camera, on which the fragment shader draws a sphere: round at any size, for two
-// triangles. It stands at the foremost point of the ball, so that what the ball lies on does not cut it.
+// A ball is a square that faces the camera, on which the fragment shader draws a sphere: round at any size,
+// for two triangles. It stands at the foremost point of the ball, so that what the ball lies on does not cut
+// it.
 const BALL_VERTEX = /* glsl */ `
   attribute vec4 place;
   attribute vec4 turn;

@@ -1,5 +1,6 @@
-// Which moment of the world belongs to which moment of the sound. The sound's clock leads: it never waits, and the world
-// is computed a little ahead of it. Both run at the same rate; what changes is the offset between them.
+// Which moment of the world belongs to which moment of the sound. The sound's clock leads: it never waits,
+// and the world is computed a little ahead of it. Both run at the same rate; what changes is the offset
+// between them.
 
 /** How far the world is computed ahead of the sound [s]: the longest that a tick may take to be answered. */
 export const LEAD = 0.02;

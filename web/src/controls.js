@@ -54,7 +54,8 @@ export class Controls {
     this.bindTransport();
     for (const kind of ['pointerup', 'click']) addEventListener(kind, () => this.wake(false));
     addEventListener('keydown', () => this.wake(true));
-    // Who clicks a button goes on with the picture: the space bar then stops time and does not press the button again.
+    // Who clicks a button goes on with the picture: the space bar then stops time and does not press the
+    // button again.
     addEventListener('click', (event) => {
       const target = /** @type {HTMLElement} */ (event.target);
       if (event.detail > 0 && target.closest('button, label') && !target.closest('dialog')) {

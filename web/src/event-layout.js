@@ -1,5 +1,5 @@
-// Where the numbers of an event and of a contact lie: the plain arrays that travel between the wasm module, the worker,
-// the worklet and the page. SI units. Must agree with crates/clangor-web.
+// Where the numbers of an event and of a contact lie: the plain arrays that travel between the wasm module,
+// the worker, the worklet and the page. SI units. Must agree with crates/clangor-web.
 
 /** Numbers per event (f64). */
 export const EVENT_STRIDE = 24;

@@ -1,5 +1,6 @@
-// Events that wait for their time, earliest first: a binary heap of fixed size. The audio thread neither allocates nor
-// waits for more than its share, whatever is thrown at it: what does not fit, or has no time, is counted and dropped.
+// Events that wait for their time, earliest first: a binary heap of fixed size. The audio thread neither
+// allocates nor waits for more than its share, whatever is thrown at it: what does not fit, or has no time,
+// is counted and dropped.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
 

@@ -1,5 +1,6 @@
-// A finished run from `clangor export web` (docs/format/replay.md): bodies, how they moved, every impact, and the sound
-// models of what was hit. Nothing is simulated: it becomes a history that is replayed, with the listener free to move.
+// A finished run from `clangor export web` (docs/format/replay.md): bodies, how they moved, every impact, and
+// the sound models of what was hit. Nothing is simulated: it becomes a history that is replayed, with the
+// listener free to move.
 
 import { EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
 import { openTensors } from './model-file.js';

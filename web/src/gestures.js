@@ -1,5 +1,6 @@
-// What a pointer does on the picture, be it mouse, pen or finger: drag a ball to throw it, drag a listener to move it, hit
-// an object, tap the air to drop a ball, drag the air to look around, two fingers or the wheel to come closer.
+// What a pointer does on the picture, be it mouse, pen or finger: drag a ball to throw it, drag a listener to
+// move it, hit an object, tap the air to drop a ball, drag the air to look around, two fingers or the wheel
+// to come closer.
 
 import { Vector3 } from 'three';
 

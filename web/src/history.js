@@ -1,5 +1,5 @@
-// The last half minute of the world, for drawing the moment that is being heard and for replay: poses, contacts and the
-// events that made the sound. All times are those of the world.
+// The last half minute of the world, for drawing the moment that is being heard and for replay: poses,
+// contacts and the events that made the sound. All times are those of the world.
 
 import { CONTACT, CONTACT_STRIDE, EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
 

@@ -1,4 +1,5 @@
-// Level meter in real units: sound pressure level re 20 µPa of what reaches the ears, and the peak in pascals.
+// Level meter in real units: sound pressure level re 20 µPa of what reaches the ears, and the peak in
+// pascals.
 
 /** Reference pressure of sound in air [Pa]. */
 const REFERENCE = 20e-6;

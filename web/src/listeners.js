@@ -1,5 +1,5 @@
-// Four places to listen from, one of them in use; or the eye of the camera. Each is a pair of ears 17 cm apart, that look
-// at the middle of the scene.
+// Four places to listen from, one of them in use; or the eye of the camera. Each is a pair of ears 17 cm
+// apart, that look at the middle of the scene.
 
 import { Vector3 } from 'three';
 

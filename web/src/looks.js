@@ -1,4 +1,5 @@
-// How materials look: a colour and a kind of surface by name. What is not named here gets a colour of its own.
+// How materials look: a colour and a kind of surface by name. What is not named here gets a colour of its
+// own.
 
 import { Color } from 'three';
 

@@ -1,5 +1,6 @@
-// Reads what the page needs of a baked sound model (docs/format/model.md): its surface, to draw and to hit it, and its
-// mass, to know how an impact moves it. The sound itself is read by the wasm module, which also checks the file.
+// Reads what the page needs of a baked sound model (docs/format/model.md): its surface, to draw and to hit
+// it, and its mass, to know how an impact moves it. The sound itself is read by the wasm module, which also
+// checks the file.
 
 /**
  * @typedef {object} Solid

@@ -1,5 +1,5 @@
-// The picture: everything that is seen of the world at one moment. It adapts its resolution to what the computer can bear,
-// for the sound comes first.
+// The picture: everything that is seen of the world at one moment. It adapts its resolution to what the
+// computer can bear, for the sound comes first.
 
 import { ArrowHelper, Color, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from 'three';
 import { BallsPicture } from './balls-picture.js';

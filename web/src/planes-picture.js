@@ -1,5 +1,6 @@
-// Draws the fixed planes: each is cut by all others and by the box that the picture shows, so that what is left is the
-// inside of a container; ground that faces up is a surface with a grid of decimetres, walls are outlines.
+// Draws the fixed planes: each is cut by all others and by the box that the picture shows, so that what is
+// left is the inside of a container; ground that faces up is a surface with a grid of decimetres, walls are
+// outlines.
 
 import {
   AdditiveBlending,

@@ -1,5 +1,6 @@
-// Balls that fall one by one into the scene, at regular times of the world, until there are enough of them; then the
-// oldest is thrown up again from where it lies. Deterministic: the same scene rains the same way every time.
+// Balls that fall one by one into the scene, at regular times of the world, until there are enough of them;
+// then the oldest is thrown up again from where it lies. Deterministic: the same scene rains the same way
+// every time.
 
 /**
  * @typedef {object} RainSettings

@@ -1,5 +1,6 @@
-// The events of a replay, handed out as their times come: a sorted list on the world's clock and a map from that clock to
-// the clock of the sound, at full speed or slower. The sounds themselves keep their length; what slows down is the world.
+// The events of a replay, handed out as their times come: a sorted list on the world's clock and a map from
+// that clock to the clock of the sound, at full speed or slower. The sounds themselves keep their length;
+// what slows down is the world.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
 

@@ -1,5 +1,6 @@
-// A ring where and when two bodies hit each other, growing for a third of a second. Drawn from the contacts around the
-// moment that is shown, so that it is right in replay, in slow motion and when time is moved by hand.
+// A ring where and when two bodies hit each other, growing for a third of a second. Drawn from the contacts
+// around the moment that is shown, so that it is right in replay, in slow motion and when time is moved by
+// hand.
 
 import {
   AdditiveBlending,

@@ -1,5 +1,5 @@
-// The room around every scene: a living room's size for small things, a hall for a table; plaster, a wooden floor at the
-// height of the ground, a carpet's worth of curtains on one side.
+// The room around every scene: a living room's size for small things, a hall for a table; plaster, a wooden
+// floor at the height of the ground, a carpet's worth of curtains on one side.
 
 /** Seats the scene in the room [m]: its middle stands here, as parts of width and depth. */
 const SEAT = [0.42, 0.45];

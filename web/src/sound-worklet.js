@@ -1,5 +1,5 @@
-// The audio thread: gives events to the synthesis when they are due, plays what comes out, and tells everybody the time.
-// All times are those of the AudioContext; the synthesis counts from its own start.
+// The audio thread: gives events to the synthesis when they are due, plays what comes out, and tells
+// everybody the time. All times are those of the AudioContext; the synthesis counts from its own start.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
 import { EventQueue } from './event-queue.js';

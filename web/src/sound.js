@@ -1,5 +1,6 @@
-// The page's end of the line to the audio thread: starts it at the first gesture, knows which moment is being heard, and
-// measures what comes out. The graph: worklet → volume → speakers, and → analyser for the spectrogram.
+// The page's end of the line to the audio thread: starts it at the first gesture, knows which moment is being
+// heard, and measures what comes out. The graph: worklet → volume → speakers, and → analyser for the
+// spectrogram.
 
 /** @typedef {{ left: number[], right: number[] }} Ears two points [m] */
 

@@ -1,5 +1,5 @@
-// The scene of the sphere box, written from what is chosen: how many balls of which material and size, in a box of which
-// walls. The materials are those of Table 1 in [HW], and real steel.
+// The scene of the sphere box, written from what is chosen: how many balls of which material and size, in a
+// box of which walls. The materials are those of Table 1 in [HW], and real steel.
 
 /** What can be chosen for balls, by the name of the material. */
 export const BALL_MATERIALS = {

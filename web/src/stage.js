@@ -1,5 +1,5 @@
-// What is being played: the scene with its settings, and everything one can do to it. Knows the world, the sound and the
-// history, but nothing of the picture or of buttons.
+// What is being played: the scene with its settings, and everything one can do to it. Knows the world, the
+// sound and the history, but nothing of the picture or of buttons.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
 import { readSolid } from './model-file.js';

@@ -1,9 +1,11 @@
-// An impact of a small ball, the mallet, on a loaded object at rest: Hertz's contact between them as two free bodies.
+// An impact of a small ball, the mallet, on a loaded object at rest: Hertz's contact between them as two free
+// bodies.
 //
 //   m = 1/(1/m₁ + 1/m₂ₑ)   J = (1 + e) m V   τ = 2.87 (m² / (r E*² V))^{1/5}   1/E* = Σ (1 − ν²)/E
 //
-// m₂ₑ is the effective mass of the object at the point, 1/m₂ₑ = 1/m₂ + (p × n)·I⁻¹(p × n). The object stays where it is:
-// it lies so softly that it rings as if it were free, and what the impact gives it is lost before the next.
+// m₂ₑ is the effective mass of the object at the point, 1/m₂ₑ = 1/m₂ + (p × n)·I⁻¹(p × n). The object stays
+// where it is: it lies so softly that it rings as if it were free, and what the impact gives it is lost
+// before the next.
 
 import { EVENT, EVENT_KIND, EVENT_STRIDE } from './event-layout.js';
 

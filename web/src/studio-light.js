@@ -1,5 +1,6 @@
-// The light of the page, as GLSL: a dark studio with one large soft lamp and a strip behind. It is a formula and not a
-// picture, so that balls mirror it for nothing, and a computer without a graphics processor can bear it.
+// The light of the page, as GLSL: a dark studio with one large soft lamp and a strip behind. It is a formula
+// and not a picture, so that balls mirror it for nothing, and a computer without a graphics processor can
+// bear it.
 
 export const STUDIO_LIGHT = /* glsl */ `
   const vec3 LAMP = normalize(vec3(-0.45, 0.82, 0.36));

@@ -1,4 +1,5 @@
-// Which moment is shown and heard: live, or one of the last half minute, standing or running, at full speed or slower.
+// Which moment is shown and heard: live, or one of the last half minute, standing or running, at full speed
+// or slower.
 
 /** @typedef {'live' | 'paused' | 'replaying'} Mode */
 

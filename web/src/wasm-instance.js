@@ -1,5 +1,5 @@
-// One instance of clangor.wasm with the memory that it shares with nobody: text, bytes and numbers in and out.
-// The exports are those of crates/clangor-web; this file knows only how they take and hand out memory.
+// One instance of clangor.wasm with the memory that it shares with nobody: text, bytes and numbers in and
+// out. The exports are those of crates/clangor-web; this file knows only how they take and hand out memory.
 
 /** A failure that the module reports in words. */
 export class ModuleError extends Error {}

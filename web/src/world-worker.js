@@ -1,6 +1,6 @@
-// The thread of the world: simulates a little ahead of the sound, whose worklet tells it the time, and hands out what
-// happened: events to the worklet without a detour, poses and contacts to the page. It has no timers, so that a browser
-// that slows down the timers of hidden tabs changes nothing.
+// The thread of the world: simulates a little ahead of the sound, whose worklet tells it the time, and hands
+// out what happened: events to the worklet without a detour, poses and contacts to the page. It has no
+// timers, so that a browser that slows down the timers of hidden tabs changes nothing.
 
 import { WorldClock } from './clock.js';
 import { CONTACT_STRIDE, EVENT, EVENT_STRIDE, POSE_STRIDE, shiftTimes } from './event-layout.js';

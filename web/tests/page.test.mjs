@@ -166,7 +166,8 @@ test('a contact of the world is handed out, with the base latency of the context
   await page.waitForTimeout(1500);
   const measured = await page.evaluate(() => {
     const { sound, transport } = Reflect.get(globalThis, 'clangor');
-    // A contact of world time t is due at t + offset; its first sample leaves the source `latency` after that.
+    // A contact of world time t is due at t + offset; its first sample leaves the source `latency` after
+    // that.
     return { latency: sound.latency, base: sound.context.baseLatency, lead: transport.offset !== null };
   });
   const total = 1000 * (measured.latency + measured.base);

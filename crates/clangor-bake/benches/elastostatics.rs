@@ -1,7 +1,8 @@
 //! Time of stress: `cargo bench --profile release -p clangor-bake --bench elastostatics`.
 //!
-//! A thin plate and a block at about 12 000 and 60 000 nodes: factor, solve with all fields, new columns, stored ones.
-//! Processor time, so that other work on the machine does not count; half of it is the time on two idle cores.
+//! A thin plate and a block at about 12 000 and 60 000 nodes: factor, solve with all fields, new columns,
+//! stored ones. Processor time, so that other work on the machine does not count; half of it is the time on
+//! two idle cores.
 
 use std::time::Instant;
 
@@ -11,7 +12,8 @@ use clangor_bake::stress::{PointLoad, StressBody, StressOptions};
 use clangor_core::material::presets::GLASS;
 use glam::DVec3;
 
-/// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the wall.
+/// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the
+/// wall.
 fn processor_time(start: Instant) -> f64 {
     std::fs::read_to_string("/proc/self/stat")
         .ok()

@@ -1,4 +1,5 @@
-//! Processor time of the parts of a Galerkin solution on a sphere: `cargo bench -p clangor-bake --bench galerkin`.
+//! Processor time of the parts of a Galerkin solution on a sphere: `cargo bench -p clangor-bake --bench
+//! galerkin`.
 
 use std::time::Instant;
 

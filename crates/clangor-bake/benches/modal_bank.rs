@@ -1,8 +1,9 @@
-//! The modal bank: its samples, an entry, and an ellipsoid that rings by itself, as the entry of its own proportions and as the
-//! nearest of a bank, stage by stage.
+//! The modal bank: its samples, an entry, and an ellipsoid that rings by itself, as the entry of its own
+//! proportions and as the nearest of a bank, stage by stage.
 //!
-//! `cargo bench -p clangor-bake --bench modal_soundbank -- samples [SPACING] [THINNEST]` | `-- entry A B C [ACCURACY]` |
-//! `-- build BANK.safetensors` | `-- beside BANK.safetensors A B C [m]`; pieces: `-p clangor-pipeline --bench piece_proxies`
+//! `cargo bench -p clangor-bake --bench modal_soundbank -- samples [SPACING] [THINNEST]` | `-- entry A B C
+//! [ACCURACY]` | `-- build BANK.safetensors` | `-- beside BANK.safetensors A B C [m]`; pieces: `-p
+//! clangor-pipeline --bench piece_proxies`
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
@@ -106,8 +107,8 @@ const BANDS: usize = 11;
 /// Lowest centre \[Hz\].
 const LOWEST: f64 = 2_000.0;
 
-/// What impacts at random places of an ellipsoid, along its normal, and random directions make of modes: in each third octave their
-/// number, Σ (U·n)², Σ |H|² and Σ (ω U·n |H|)²/4ξω.
+/// What impacts at random places of an ellipsoid, along its normal, and random directions make of modes: in
+/// each third octave their number, Σ (U·n)², Σ |H|² and Σ (ω U·n |H|)²/4ξω.
 fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
     let mut sums = [[0.0; 4]; BANDS];
     let mut random = SplitMix::new(1);

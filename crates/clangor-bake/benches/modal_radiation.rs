@@ -1,7 +1,8 @@
-//! Processor time and power of the modes of ceramic bodies that are not round, by boundary elements at two accuracies and by
-//! finite differences in time: `cargo bench -p clangor-bake --bench modal_radiation -- BODY [EDGE] [kHz] [ACCURACY]`, the
-//! longest edge of the tetrahedra in mm. Further arguments: `waves` adds the finite differences, `finer=PART` a run at
-//! that part of the error, of the waves as of the edges, `few` leaves only every eighth mode.
+//! Processor time and power of the modes of ceramic bodies that are not round, by boundary elements at two
+//! accuracies and by finite differences in time: `cargo bench -p clangor-bake --bench modal_radiation -- BODY
+//! [EDGE] [kHz] [ACCURACY]`, the longest edge of the tetrahedra in mm. Further arguments: `waves` adds the
+//! finite differences, `finer=PART` a run at that part of the error, of the waves as of the edges, `few`
+//! leaves only every eighth mode.
 
 mod cpu_time;
 

@@ -1,7 +1,8 @@
-//! Radiation of all modes of bodies of revolution: `cargo bench --profile release -p clangor-bake --bench modal_round`.
+//! Radiation of all modes of bodies of revolution: `cargo bench --profile release -p clangor-bake --bench
+//! modal_round`.
 //!
-//! Processor time of the radiation alone, and the power of each mode against that of a finer run with `-- finer`. Names of
-//! shapes choose some of them.
+//! Processor time of the radiation alone, and the power of each mode against that of a finer run with `--
+//! finer`. Names of shapes choose some of them.
 
 mod cpu_time;
 

@@ -1,8 +1,11 @@
 //! The published representation of acceleration noise against the papers' figures and against our multipoles:
-//! `cargo bench -p clangor-bake --bench published -- [ladder] [bank] [bowl] [compare]`, everything without arguments.
+//! `cargo bench -p clangor-bake --bench published -- [ladder] [bank] [bowl] [compare]`, everything without
+//! arguments.
 //!
-//! * `ladder`: \[PROXY\] §5, storage against ε on the bodies of revolution among the ellipsoids of the published bank.
-//! * `bank`: the same on all 66 ellipsoids in a lower band, and how well the bodies of revolution stand for them.
+//! * `ladder`: \[PROXY\] §5, storage against ε on the bodies of revolution among the ellipsoids of the
+//!   published bank.
+//! * `bank`: the same on all 66 ellipsoids in a lower band, and how well the bodies of revolution stand for
+//!   them.
 //! * `bowl`: \[PAN\] figs. 8 and 9, angular grids and pulse widths at 8 R.
 //! * `compare`: errors at 2, 8 and 100 R, bytes and time of a contact for both representations.
 //!

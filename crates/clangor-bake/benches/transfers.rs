@@ -1,5 +1,5 @@
-//! Time to evaluate the transfers of 76 modes of Σ (n + 1)² = 70 thousand coefficients (Σ n = 2176, \[FRAC\] §4) at a
-//! place, new each call: on one core, and on a graphics processor.
+//! Time to evaluate the transfers of 76 modes of Σ (n + 1)² = 70 thousand coefficients (Σ n = 2176, \[FRAC\]
+//! §4) at a place, new each call: on one core, and on a graphics processor.
 
 use std::time::Instant;
 

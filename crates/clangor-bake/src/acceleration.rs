@@ -40,7 +40,8 @@ pub enum Method {
 pub struct BakeOptions {
     /// Highest wavenumber k = 2πf/c [1/m].
     pub max_wavenumber: f64,
-    /// Level error asked for: of each motion against the loudest of the body, rotations at equal surface speed.
+    /// Level error asked for: of each motion against the loudest of the body, rotations at equal surface
+    /// speed.
     pub accuracy: f64,
     /// Which solver.
     pub method: Method,
@@ -261,8 +262,8 @@ fn fitted_model(
     Ok((AccelerationModel { radius, field, near }, evidence))
 }
 
-/// Order of the multipoles for an error at 2 R and beyond: κ + 2 gives about 1e-3, κ + 4 about 1e-4; flat bodies of any
-/// size need the first ten for their near field.
+/// Order of the multipoles for an error at 2 R and beyond: κ + 2 gives about 1e-3, κ + 4 about 1e-4; flat
+/// bodies of any size need the first ten for their near field.
 fn multipole_order(highest: f64, accuracy: f64) -> usize {
     let extra = if accuracy < 5e-4 { 5.0 } else { 3.0 };
     ((highest + extra).ceil() as usize).max(if accuracy < 5e-4 { 12 } else { 10 })
@@ -295,8 +296,8 @@ fn field_of(fitted: &FittedBand, radius: f64, highest: f64, accuracy: f64) -> Ac
                     |sample: &RadiationSample| sample.coefficients[degree][index(n, m)] / unit(degree);
                 let level =
                     at_nodes.iter().zip(&loudest).map(|(s, l)| value(s).norm() / l).fold(0.0, f64::max);
-                // Low orders outlast the others with distance: a dipole may be faint near the body and all there is
-                // far away.
+                // Low orders outlast the others with distance: a dipole may be faint near the body and all
+                // there is far away.
                 let least = if n <= 2 { 1e-4 * accuracy } else { 1e-2 * accuracy };
                 if level <= least {
                     continue;

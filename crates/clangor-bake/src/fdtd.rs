@@ -1,8 +1,9 @@
-//! Time-domain solver: the wave equation around a body that is given an acceleration pulse, on a regular grid.
+//! Time-domain solver: the wave equation around a body that is given an acceleration pulse, on a regular
+//! grid.
 //!
-//! The published way to precompute acceleration noise (\[PAN\] §4: second-order leapfrog on a staggered grid, a
-//! perfectly matched layer), for any closed surface, cavities and thin walls included; and a check of the boundary
-//! elements that shares nothing with them. One run per motion:
+//! The published way to precompute acceleration noise (\[PAN\] §4: second-order leapfrog on a staggered grid,
+//! a perfectly matched layer), for any closed surface, cavities and thin walls included; and a check of the
+//! boundary elements that shares nothing with them. One run per motion:
 //!
 //! ```text
 //! surface ─► cut cells ─► rows ─► leapfrog + absorbing layer ─► multipoles on r = 1.5 R ─► spectra ─► samples
@@ -11,15 +12,16 @@
 //!
 //! Differs from \[PAN\], which makes each cell all solid or all air and reads pulses at points:
 //!
-//! * cells are cut ([`Boundary::CutCells`]): the error at 8 cells per radius falls from 9 % to 0.2 %, and is of
-//!   second order instead of first;
-//! * the Laplacian is isotropic and the spectrum is read at the frequency at which the *grid* carries the wavenumber, so
-//!   that there is no dispersion up to fourth order;
+//! * cells are cut ([`Boundary::CutCells`]): the error at 8 cells per radius falls from 9 % to 0.2 %, and is
+//!   of second order instead of first;
+//! * the Laplacian is isotropic and the spectrum is read at the frequency at which the *grid* carries the
+//!   wavenumber, so that there is no dispersion up to fourth order;
 //! * the grid ends just beyond 1.5 R: outside, multipoles are exact at any distance.
 //!
-//! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), nor does it model the losses
-//! at walls. Sharp edges cost order: a wall of 1.8 mm with edges of 90° is 5.3, 3.0, 2.1 % too quiet at cells of 0.9, 0.6,
-//! 0.45 mm; in theory it falls with h^{4/3}, for triangles too. What still rings when the run ends is continued by its resonances (`tail`).
+//! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), nor does it model
+//! the losses at walls. Sharp edges cost order: a wall of 1.8 mm with edges of 90° is 5.3, 3.0, 2.1 % too
+//! quiet at cells of 0.9, 0.6, 0.45 mm; in theory it falls with h^{4/3}, for triangles too. What still rings
+//! when the run ends is continued by its resonances (`tail`).
 
 mod absorber;
 mod boundary;
@@ -59,10 +61,12 @@ use crate::gpu::GpuError;
 const RECORDING: f64 = 1.5;
 /// Where the centre of mass lies in its cell: no face of a body that is symmetric falls on a grid plane.
 const OFFSET: DVec3 = DVec3::new(0.137, 0.271, 0.391);
-/// Samples of the recorded signals per shortest period of the band: the pulse has nothing where they would alias.
+/// Samples of the recorded signals per shortest period of the band: the pulse has nothing where they would
+/// alias.
 const OVERSAMPLING: f64 = 4.5;
 
-/// Time after the pulse, in R/c, when all is past the sphere that leaves the body at once: what remains only rings.
+/// Time after the pulse, in R/c, when all is past the sphere that leaves the body at once: what remains only
+/// rings.
 const PASSED: f64 = RECORDING + 2.0;
 
 /// Where a run takes place.
@@ -201,8 +205,8 @@ impl WaveSolver {
         self.lattice.cells()
     }
 
-    /// Cells that were closed because they hold both sides of a wall: more than none says that walls are thinner than
-    /// the grid resolves, and are taken to be up to a cell thicker.
+    /// Cells that were closed because they hold both sides of a wall: more than none says that walls are
+    /// thinner than the grid resolves, and are taken to be up to a cell thicker.
     pub fn closed_cells(&self) -> usize {
         self.closed
     }

@@ -8,8 +8,8 @@
 //! Metal that is compiled in. Nothing here draws or needs a window. A software device will do (Mesa's
 //! llvmpipe): it is slower than this library's own code on the same processor, and computes the same numbers.
 //!
-//! WGSL has no 64-bit floating point, and lets a device fuse a product and a sum: results agree with those of the
-//! processor to the rounding of `f32`, not bit by bit.
+//! WGSL has no 64-bit floating point, and lets a device fuse a product and a sum: results agree with those of
+//! the processor to the rounding of `f32`, not bit by bit.
 
 #[cfg(feature = "gpu")]
 mod device;

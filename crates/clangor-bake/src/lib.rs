@@ -5,8 +5,8 @@
 //!          helmholtz, wave     radiation                        rational
 //! ```
 //!
-//! Everything here may be slow, threaded and heavy. What it makes is `clangor_core::sound_model::acceleration::field`, which the
-//! runtime library plays.
+//! Everything here may be slow, threaded and heavy. What it makes is
+//! `clangor_core::sound_model::acceleration::field`, which the runtime library plays.
 
 pub mod acceleration;
 pub mod bem;

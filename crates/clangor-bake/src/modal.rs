@@ -4,8 +4,8 @@
 //! geometry, material ─► vibration ─► modes ─► ModalSolver ─► transfers ─► ModalModel
 //! ```
 //!
-//! A body whose lowest mode lies above the band is no error: its model has no modes, and the evidence says where they
-//! begin.
+//! A body whose lowest mode lies above the band is no error: its model has no modes, and the evidence says
+//! where they begin.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -122,8 +122,8 @@ impl From<ModalAnalysisError> for ModalBakeError {
     }
 }
 
-/// Finds the modes of a body about its centre of mass; their sound is not there yet. Shapes are rounded as a file keeps
-/// them, so that what follows is the same after a pause.
+/// Finds the modes of a body about its centre of mass; their sound is not there yet. Shapes are rounded as a
+/// file keeps them, so that what follows is the same after a pause.
 ///
 /// # Errors
 /// [`ModalBakeError`].

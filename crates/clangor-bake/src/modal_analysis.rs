@@ -1,7 +1,9 @@
-//! The vibration of a free body of any form: its modes up to a frequency, and how far each is from a finer mesh.
+//! The vibration of a free body of any form: its modes up to a frequency, and how far each is from a finer
+//! mesh.
 //!
-//! Frequencies fall as a mesh is refined, and the spectra of two meshes are complete, so that the k-th mode of one belongs
-//! to the k-th of the other. From the edges h and r h of their elements follows what is still missing:
+//! Frequencies fall as a mesh is refined, and the spectra of two meshes are complete, so that the k-th mode
+//! of one belongs to the k-th of the other. From the edges h and r h of their elements follows what is still
+//! missing:
 //!
 //! ```text
 //! f(h) − f(0) ≈ (f(r h) − f(h)) / (r^p − 1),    p = 4 for quadratic elements; less where they are cut

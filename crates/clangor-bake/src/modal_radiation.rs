@@ -1,7 +1,8 @@
 //! What solvers of ringing answer: the field of each mode of one body at the mode's own frequency.
 //!
-//! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ U(x)·n on the surface, outgoing, e^{+iωt}: the pressure of a modal
-//! acceleration q̈ = 1, k = ω/c. What comes of it is the transfer of `clangor_core::sound_model::modal::model`.
+//! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ U(x)·n on the surface, outgoing, e^{+iωt}: the
+//! pressure of a modal acceleration q̈ = 1, k = ω/c. What comes of it is the transfer of
+//! `clangor_core::sound_model::modal::model`.
 
 pub mod axisymmetric;
 pub mod bem_transfer;
@@ -33,8 +34,8 @@ pub struct ModalMotion<'a> {
 
 /// A solver of the modes of one body, in the frame with the centre of mass at the origin.
 pub trait ModalSolver {
-    /// The transfers of the modes, in the same order, for multipoles about the origin that are made 1 on the sphere of
-    /// `ModalSurface::radius`. `progress` is told how many modes are done.
+    /// The transfers of the modes, in the same order, for multipoles about the origin that are made 1 on the
+    /// sphere of `ModalSurface::radius`. `progress` is told how many modes are done.
     ///
     /// # Errors
     /// [`RadiationError`].
@@ -46,7 +47,8 @@ pub trait ModalSolver {
     ) -> Result<Vec<ModalTransfer>, RadiationError>;
 }
 
-/// Whether every mode moves every node of a surface that has faces, and needs no more multipoles than are computed.
+/// Whether every mode moves every node of a surface that has faces, and needs no more multipoles than are
+/// computed.
 fn check(surface: &ModalSurface, motions: &[ModalMotion<'_>]) -> Result<(), RadiationError> {
     let nodes = surface.nodes.len();
     let orders = |motion: &ModalMotion<'_>| (motion.wavenumber * surface.radius() + 4.0).ceil() as usize;

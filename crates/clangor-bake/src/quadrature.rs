@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// Seven points of a triangle in barycentric coordinates, and weights, which sum to 1: exact for polynomials of degree 5.
-/// Source: Radon (1948), "Zur mechanischen Kubatur".
+/// Seven points of a triangle in barycentric coordinates, and weights, which sum to 1: exact for polynomials
+/// of degree 5. Source: Radon (1948), "Zur mechanischen Kubatur".
 pub(crate) const TRIANGLE_FIFTH_DEGREE: [([f64; 3], f64); 7] = {
     const A: f64 = 0.470_142_064_105_115_1;
     const B: f64 = 0.101_286_507_323_456_34;
@@ -23,7 +23,8 @@ pub(crate) const TRIANGLE_FIFTH_DEGREE: [([f64; 3], f64); 7] = {
     ]
 };
 
-/// Nodes and weights of the n-point Gauss–Legendre rule on [0, 1], ascending: exact for polynomials of degree 2n − 1.
+/// Nodes and weights of the n-point Gauss–Legendre rule on [0, 1], ascending: exact for polynomials of degree
+/// 2n − 1.
 ///
 /// Newton's method on the Legendre polynomial from Tricomi's guess.
 pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {

@@ -1,9 +1,9 @@
 //! What every radiation solver answers: the field of six rigid motions at given wavenumbers.
 //!
-//! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ a_n on the surface, outgoing, with ρ = 1 and a_n = g_i(x):
-//! e_i·n for a unit acceleration along an axis, (e_i × x)·n for a unit angular acceleration about an axis through the
-//! centre of mass, which is the origin. Time dependence e^{+iωt}, so that a wavenumber with negative imaginary part
-//! belongs to a motion that grows, and keeps resonances away.
+//! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ a_n on the surface, outgoing, with ρ = 1 and a_n =
+//! g_i(x): e_i·n for a unit acceleration along an axis, (e_i × x)·n for a unit angular acceleration about an
+//! axis through the centre of mass, which is the origin. Time dependence e^{+iωt}, so that a wavenumber with
+//! negative imaginary part belongs to a motion that grows, and keeps resonances away.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
@@ -79,8 +79,8 @@ pub struct RadiationSample {
     /// k [1/m] at which it was solved; near the one asked for, possibly with a negative imaginary part.
     pub wavenumber: Complex64,
     /// Outgoing multipoles of each motion on the sphere of radius `reference_radius` \[m\] about the origin:
-    /// p e^{ikr} = Σ c_nm x^{−(n+1)} θₙ(ikRx)/θₙ(ikR) Y_nm, x = r/R, without the special factor of the monopole. Translations
-    /// \[m\], rotations \[m²\]. Index n² + n + m.
+    /// p e^{ikr} = Σ c_nm x^{−(n+1)} θₙ(ikRx)/θₙ(ikR) Y_nm, x = r/R, without the special factor of the
+    /// monopole. Translations \[m\], rotations \[m²\]. Index n² + n + m.
     pub coefficients: [Vec<Complex64>; RIGID_DOFS],
     /// Pressure of each motion at the vertices of [`RadiationSolver::surface`]; empty without a surface.
     pub surface_pressure: Vec<[Complex64; RIGID_DOFS]>,
@@ -88,7 +88,8 @@ pub struct RadiationSample {
 
 /// A solver of the six motions of one body, in the frame with the centre of mass at the origin.
 pub trait RadiationSolver: Sync {
-    /// The six fields at each wavenumber [1/m], in the same order; `order` is the highest n of the coefficients.
+    /// The six fields at each wavenumber [1/m], in the same order; `order` is the highest n of the
+    /// coefficients.
     ///
     /// A solver may move a wavenumber off the real axis, and says so in the sample.
     ///
@@ -99,7 +100,8 @@ pub trait RadiationSolver: Sync {
     /// Bounding radius R \[m\] about the centre of mass: the radius of the coefficients.
     fn reference_radius(&self) -> f64;
 
-    /// Where surface pressures are given, if they are: the boundary integral over this mesh is the near field.
+    /// Where surface pressures are given, if they are: the boundary integral over this mesh is the near
+    /// field.
     fn surface(&self) -> Option<&TriMesh>;
 }
 

@@ -1,9 +1,10 @@
 //! From a field at given wavenumbers to the published representation: pulses along directions, fitted in 1/r.
 //!
-//! Along each direction the pressure of the pulse ψ(t; h) is taken at M radii R_1 … R_M from 2 R to 4 R in equal ratios, by
-//! Fourier synthesis of the spectrum of the field times that of the pulse; the papers take it from a finite-difference
-//! simulation. Then the signals q_k are fitted in one of two ways ([`Fit`]): all samples at once by a truncated singular value
-//! decomposition (\[PAN\] eq. (25)), or one wavelet coefficient at a time (\[PROXY\] eq. (14)).
+//! Along each direction the pressure of the pulse ψ(t; h) is taken at M radii R_1 … R_M from 2 R to 4 R in
+//! equal ratios, by Fourier synthesis of the spectrum of the field times that of the pulse; the papers take
+//! it from a finite-difference simulation. Then the signals q_k are fitted in one of two ways ([`Fit`]): all
+//! samples at once by a truncated singular value decomposition (\[PAN\] eq. (25)), or one wavelet coefficient
+//! at a time (\[PROXY\] eq. (14)).
 //!
 //! Units as in [`clangor_core::reference::pan_representation`]: lengths in R, times in R/c, pressures in ρR.
 
@@ -27,17 +28,18 @@ use self::series_fit::{CirculantFit, pseudo_inverse};
 /// How the signals q_k are found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fit {
-    /// \[PAN\] eq. (25): least squares over all samples of all radii, singular values below `truncation` of the largest
-    /// left out.
+    /// \[PAN\] eq. (25): least squares over all samples of all radii, singular values below `truncation` of
+    /// the largest left out.
     ///
-    /// Differs: the paper does not print its truncation; and here time is periodic, so that the Fourier transform takes the
-    /// system apart into one of M equations for each frequency, whose singular values together are those of the whole.
+    /// Differs: the paper does not print its truncation; and here time is periodic, so that the Fourier
+    /// transform takes the system apart into one of M equations for each frequency, whose singular values
+    /// together are those of the whole.
     TruncatedSvd {
         /// Smallest singular value over the largest.
         truncation: f64,
     },
-    /// \[PROXY\] eq. (14): least squares for each wavelet coefficient. Kept are the places where at some radius the
-    /// coefficient is at least `tolerance` ε of the largest at that radius.
+    /// \[PROXY\] eq. (14): least squares for each wavelet coefficient. Kept are the places where at some
+    /// radius the coefficient is at least `tolerance` ε of the largest at that radius.
     Wavelets {
         /// ε.
         tolerance: f64,
@@ -69,8 +71,8 @@ pub fn fit_radii(count: usize) -> Vec<f64> {
 }
 
 impl PanOptions {
-    /// t − r/c of the first sample [R/c]: the wave leaves the body up to R/c before one from the centre would, the pulse
-    /// begins 2h before its middle, and the wavelets at the beginning are given room.
+    /// t − r/c of the first sample [R/c]: the wave leaves the body up to R/c before one from the centre
+    /// would, the pulse begins 2h before its middle, and the wavelets at the beginning are given room.
     pub fn start(&self) -> f64 {
         -1.0 - 2.0 * self.pulse - 16.0 * self.step
     }
@@ -99,8 +101,8 @@ pub enum PanFitError {
 
 /// Fits the published representation at the [`fit_radii`].
 ///
-/// `spectra` is the field: p e^{iκ|x|}/(ρR) of z = e_1 … e_6 at x, at the [`PanOptions::wavenumbers`]; zero where it is
-/// not known.
+/// `spectra` is the field: p e^{iκ|x|}/(ρR) of z = e_1 … e_6 at x, at the [`PanOptions::wavenumbers`]; zero
+/// where it is not known.
 ///
 /// # Errors
 /// Options that make no sense.
@@ -111,7 +113,8 @@ pub fn fit(
     fit_at(options, &fit_radii(options.radii), spectra)
 }
 
-/// The same at other radii \[R\], of which \[PROXY\] prints nothing but their number; one that is named twice counts twice.
+/// The same at other radii \[R\], of which \[PROXY\] prints nothing but their number; one that is named twice
+/// counts twice.
 ///
 /// # Errors
 /// Options that make no sense, radii that are not as many as the options say, or below 1.

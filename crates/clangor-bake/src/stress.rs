@@ -4,16 +4,16 @@
 //! K u = f − r,    σ = C ε(u),    E_S = ½ uᵀ (f − r)
 //! ```
 //!
-//! The reaction r holds the body in balance: by default the inertia of its rigid acceleration (see `balance`). K is
-//! factored once (see `anchored_factor`); a load then costs a forward and a backward substitution, or, where the body was
-//! loaded there before, sums over stored columns (see `unit_loads`). Contact forces are spread over a patch (see
-//! `contact_tractions`).
+//! The reaction r holds the body in balance: by default the inertia of its rigid acceleration (see
+//! `balance`). K is factored once (see `anchored_factor`); a load then costs a forward and a backward
+//! substitution, or, where the body was loaded there before, sums over stored columns (see `unit_loads`).
+//! Contact forces are spread over a patch (see `contact_tractions`).
 //!
-//! It is what a body would carry if the forces rose slowly: no waves run through it. That holds where contacts last longer
-//! than waves take through the body.
+//! It is what a body would carry if the forces rose slowly: no waves run through it. That holds where
+//! contacts last longer than waves take through the body.
 //!
-//! Source: \[FRAC\] §3.1, App. B, C. Differs: inertia instead of a reaction spread equally over the nodes; quadratic
-//! elements, of which the stress is linear; recovered stress at the corners.
+//! Source: \[FRAC\] §3.1, App. B, C. Differs: inertia instead of a reaction spread equally over the nodes;
+//! quadratic elements, of which the stress is linear; recovered stress at the corners.
 
 mod anchored_factor;
 mod balance;
@@ -47,8 +47,8 @@ const COLUMNS_TOGETHER: usize = 12;
 pub struct StressOptions {
     /// What balances a load.
     pub reaction: Reaction,
-    /// Radius over which a contact force is spread \[m\], no less than an edge of the mesh; `None` for 1 % of the longest
-    /// extent of the body.
+    /// Radius over which a contact force is spread \[m\], no less than an edge of the mesh; `None` for 1 % of
+    /// the longest extent of the body.
     pub contact_radius: Option<f64>,
     /// Room for stored columns \[bytes\].
     pub cache_bytes: usize,
@@ -297,8 +297,8 @@ impl StressBody {
         }
     }
 
-    /// An upper bound of the largest principal stress under contact forces \[Pa\], without a solve; `None` where the body
-    /// was not loaded before.
+    /// An upper bound of the largest principal stress under contact forces \[Pa\], without a solve; `None`
+    /// where the body was not loaded before.
     ///
     /// # Errors
     /// [`ElastostaticsError::Load`].
@@ -306,7 +306,8 @@ impl StressBody {
         Ok(self.unit_loads.bound(&self.vertex_forces(loads)?))
     }
 
-    /// Where contact forces pull the body most, from stored columns; those that are missing are solved for and stored.
+    /// Where contact forces pull the body most, from stored columns; those that are missing are solved for
+    /// and stored.
     ///
     /// # Errors
     /// [`ElastostaticsError::Load`].
@@ -324,7 +325,8 @@ impl StressBody {
         Ok(Tension { stress, corner, direction })
     }
 
-    /// Where contact forces pull the body most, if anywhere as much as `strength` \[Pa\]; mostly without a solve.
+    /// Where contact forces pull the body most, if anywhere as much as `strength` \[Pa\]; mostly without a
+    /// solve.
     ///
     /// # Errors
     /// [`ElastostaticsError::Load`].

@@ -83,7 +83,8 @@ fn spheroids_have_the_added_mass_of_lamb_moving_and_turning() {
             println!("{across} {along} degree {degree}: {error:.1e}");
             assert!(error < 1e-6, "{across} {along} degree {degree}: {error:e}");
         }
-        // Turning about x: p = D yz on the surface, D from the added inertia; the moment is that of p and a_n.
+        // Turning about x: p = D yz on the surface, D from the added inertia; the moment is that of p and
+        // a_n.
         let (b, c_square) = (along * along, across * across);
         let (sum, gap) = (b + c_square, b - c_square);
         let moment = sum * gap * (beta - alpha) / (2.0 * gap + sum * (alpha - beta)) + gap;

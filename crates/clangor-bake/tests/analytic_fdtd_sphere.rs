@@ -1,4 +1,5 @@
-//! The time-domain solver on a sphere, which the exact field judges from 100 Hz to 20 kHz (of a ball of 7.5 mm).
+//! The time-domain solver on a sphere, which the exact field judges from 100 Hz to 20 kHz (of a ball of 7.5
+//! mm).
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -132,7 +133,7 @@ fn a_shell_of_half_a_cell_lets_nothing_through() {
     let solver = WaveSolver::try_new(&shell, options).unwrap();
     assert!(solver.closed_cells() > 100);
     let samples = solver.run(&|_| ControlFlow::Continue(())).unwrap().samples(&WAVENUMBERS, ORDER);
-    // What leaks would be heard best where the air inside resonates, at k = 2.2. Left: the wall is up to a cell thicker.
-    // Seen: 0.16.
+    // What leaks would be heard best where the air inside resonates, at k = 2.2. Left: the wall is up to a
+    // cell thicker. Seen: 0.16.
     assert!(error(&samples) < 0.2, "{}", error(&samples));
 }

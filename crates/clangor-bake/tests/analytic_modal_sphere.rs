@@ -1,6 +1,7 @@
 //! Vibrating spheres at any frequency, resonances of the inside among them, against the closed form.
 //!
-//! A normal acceleration Y_n makes the pressure p = a Y_n/(n + 1 + s² θₙ₋₁(s)/θₙ(s)), s = ika, on the surface.
+//! A normal acceleration Y_n makes the pressure p = a Y_n/(n + 1 + s² θₙ₋₁(s)/θₙ(s)), s = ika, on the
+//! surface.
 
 use std::f64::consts::PI;
 

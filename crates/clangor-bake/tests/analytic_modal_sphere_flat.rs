@@ -1,5 +1,5 @@
-//! Modes of a sphere, U·n = Yₙₘ, on flat triangles: surface pressure, multipoles and power against the exact solution, at
-//! irregular frequencies too.
+//! Modes of a sphere, U·n = Yₙₘ, on flat triangles: surface pressure, multipoles and power against the exact
+//! solution, at irregular frequencies too.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -100,7 +100,8 @@ fn multipoles_of_modes_are_exact() {
             worst_power = worst_power.max((transfer.power(wavenumber) / power - 1.0).abs());
         }
     }
-    // Residuals seen: 0.93 % and 1.7 % at ka = 8, five edges on a wave; 0.23 % and 0.2 % at 4.5 but for n = 5: 0.7 % and 1.1 %.
+    // Residuals seen: 0.93 % and 1.7 % at ka = 8, five edges on a wave; 0.23 % and 0.2 % at 4.5 but for n =
+    // 5: 0.7 % and 1.1 %.
     assert!(worst < 1e-2 && worst_power < 2e-2, "{worst} {worst_power}");
 }
 

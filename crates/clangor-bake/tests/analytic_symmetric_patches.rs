@@ -1,4 +1,5 @@
-//! The octant solver against closed forms: the accelerated sphere at any frequency, ellipsoids at low frequency.
+//! The octant solver against closed forms: the accelerated sphere at any frequency, ellipsoids at low
+//! frequency.
 
 use std::f64::consts::PI;
 
@@ -95,10 +96,10 @@ fn integral(f: impl Fn(f64) -> f64) -> f64 {
 
 /// Lowest multipole of each motion of an ellipsoid with the longest semi-axis 1, at s = 0: \[Lamb\] §§114, 115.
 ///
-/// Translation along x: with α = abc ∫ dλ/((a²+λ)Δ), Δ² = (a²+λ)(b²+λ)(c²+λ), the added mass is α/(2−α) of the displaced mass
-/// m, and p = (m + added mass) x/(4πr³).
-/// Rotation about x: p = C yz ∫_λ^∞ dλ/((b²+λ)(c²+λ)Δ), far away C yz (2/5) r^{−5}; with χ that integral from 0, the condition
-/// ∂p/∂n = −a_n at λ = 0 gives C = (b² − c²)/(2/(abc) − (b² + c²) χ).
+/// Translation along x: with α = abc ∫ dλ/((a²+λ)Δ), Δ² = (a²+λ)(b²+λ)(c²+λ), the added mass is α/(2−α) of
+/// the displaced mass m, and p = (m + added mass) x/(4πr³). Rotation about x: p = C yz ∫_λ^∞
+/// dλ/((b²+λ)(c²+λ)Δ), far away C yz (2/5) r^{−5}; with χ that integral from 0, the condition ∂p/∂n = −a_n at
+/// λ = 0 gives C = (b² − c²)/(2/(abc) − (b² + c²) χ).
 fn lamb(axes: DVec3) -> [f64; RIGID_DOFS] {
     let square = axes * axes;
     let abc = axes.element_product();

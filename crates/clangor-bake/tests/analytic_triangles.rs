@@ -1,5 +1,5 @@
-//! Galerkin boundary elements against closed forms: the moving sphere, Lamb's added mass, and a motion about a point off
-//! centre.
+//! Galerkin boundary elements against closed forms: the moving sphere, Lamb's added mass, and a motion about
+//! a point off centre.
 
 use std::f64::consts::PI;
 
@@ -40,7 +40,8 @@ fn exact_dipole(k: f64, r: f64) -> Complex64 {
     Complex64::new(re, im) * Complex64::new(0.0, k * r).exp() / (0.75 / PI).sqrt()
 }
 
-/// Relative error of the three translations of a sphere, all coefficients together, and size of the rotations.
+/// Relative error of the three translations of a sphere, all coefficients together, and size of the
+/// rotations.
 fn sphere_errors(edge: f64, wavenumbers: &[f64], equation: Equation) -> Vec<(f64, f64)> {
     let (radius, samples) = solve(&unit_sphere(edge), wavenumbers, equation);
     samples

@@ -1,7 +1,8 @@
 //! Modes of simple bodies on coarse meshes against fine ones: a free steel bar, a square plate, a ring.
 //!
-//! There are no closed forms for three-dimensional free bodies with corners. Beam theory is within 1 % for the bar's
-//! first mode, and Leissa's plate frequencies are up to 1 % high; the fine meshes here agree with both.
+//! There are no closed forms for three-dimensional free bodies with corners. Beam theory is within 1 % for
+//! the bar's first mode, and Leissa's plate frequencies are up to 1 % high; the fine meshes here agree with
+//! both.
 
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::mesh::tetrahedra::TetMesh;
@@ -69,13 +70,15 @@ fn coarse_meshes_are_within_one_percent() {
     let error = worst(&ring(4, 24), &RING);
     // Seen: 4.4e-3.
     assert!(error < 0.01, "ring: {error:.2e}");
-    // Euler and Bernoulli: f₁ = 4.73004² √(E h² / 12 ρ) / (2π L²), 0.2 % above the beam with shear and rotary inertia.
+    // Euler and Bernoulli: f₁ = 4.73004² √(E h² / 12 ρ) / (2π L²), 0.2 % above the beam with shear and rotary
+    // inertia.
     let thin =
         4.730_04_f64.powi(2) * (2.0e11 * 1e-4 / 12.0 / 7850.0_f64).sqrt() / (std::f64::consts::TAU * 0.09);
     assert!((BAR[0] / thin - 1.0).abs() < 0.01, "{thin}");
 }
 
-/// The references above. About a minute: `cargo test --release -p clangor-bake --test converge_modes -- --ignored`.
+/// The references above. About a minute: `cargo test --release -p clangor-bake --test converge_modes --
+/// --ignored`.
 #[test]
 #[ignore = "a minute of CPU time"]
 fn fine_meshes_give_the_references() {

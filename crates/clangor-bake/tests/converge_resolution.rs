@@ -1,4 +1,5 @@
-//! The edge lengths that the rule chooses keep the accuracy asked for, against meshes that are several times finer.
+//! The edge lengths that the rule chooses keep the accuracy asked for, against meshes that are several times
+//! finer.
 
 use std::f64::consts::TAU;
 
@@ -47,7 +48,8 @@ fn norm(coefficients: impl Iterator<Item = Complex64>) -> f64 {
     coefficients.map(|c| c.norm_sqr()).sum::<f64>().sqrt()
 }
 
-/// Level error at 20 kHz of what the rule chooses for `accuracy`, against edges of `fine` times those, and its unknowns.
+/// Level error at 20 kHz of what the rule chooses for `accuracy`, against edges of `fine` times those, and
+/// its unknowns.
 fn kept(input: &TriMesh, accuracy: f64, fine: f64) -> (f64, usize) {
     let input = &input.relative_to(MassProperties::of(input).unwrap().centre_of_mass);
     let chosen = resolution(input, HIGHEST, accuracy).unwrap().options;
@@ -72,12 +74,14 @@ fn the_accuracy_asked_for_is_kept_with_rounded_and_with_sharp_edges() {
     ] {
         let (error, unknowns) = kept(&Shape::parse(name).unwrap().mesh(), accuracy, 0.35);
         println!("{name} at {accuracy}: {error:.1e} with {unknowns} unknowns");
-        // Errors seen: 3.5e-3, 3.3e-3, 6.4e-3, 9.9e-3, 7.8e-3, 3.4e-3, 1.1e-3; unknowns: 422, 662, 474, 562, 646, 620, 162.
+        // Errors seen: 3.5e-3, 3.3e-3, 6.4e-3, 9.9e-3, 7.8e-3, 3.4e-3, 1.1e-3; unknowns: 422, 662, 474, 562,
+        // 646, 620, 162.
         assert!(error < accuracy && unknowns < most, "{name}: {error:.1e} {unknowns}");
     }
 }
 
-/// The die of `shared/meshes`, where `CLANGOR_SHARED` names that folder: rounded unevenly, with 69 000 triangles.
+/// The die of `shared/meshes`, where `CLANGOR_SHARED` names that folder: rounded unevenly, with 69 000
+/// triangles.
 #[test]
 fn a_die_with_many_triangles_gets_few() {
     let Ok(shared) = std::env::var("CLANGOR_SHARED") else {

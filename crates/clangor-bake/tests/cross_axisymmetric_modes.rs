@@ -1,5 +1,5 @@
-//! Bodies of revolution: the section's modes against those of tetrahedra, frequencies and shapes; the surface they are
-//! given on against the exact volume.
+//! Bodies of revolution: the section's modes against those of tetrahedra, frequencies and shapes; the surface
+//! they are given on against the exact volume.
 
 use std::ops::ControlFlow;
 

@@ -213,8 +213,9 @@ fn level(a: &[RadiationSample], b: &[RadiationSample], radius: f64) -> f64 {
     sums.map(|sum| (sum / b.len() as f64).sqrt()).into_iter().fold(0.0, f64::max)
 }
 
-/// In theory the errors of both methods fall with order 4/3 at the sharp edges of the key, 1.8 mm apart; their limits are
-/// compared: `cargo test --release -p clangor-bake --test cross_bem_fdtd -- --ignored`, 8 CPU-min.
+/// In theory the errors of both methods fall with order 4/3 at the sharp edges of the key, 1.8 mm apart;
+/// their limits are compared: `cargo test --release -p clangor-bake --test cross_bem_fdtd -- --ignored`, 8
+/// CPU-min.
 #[test]
 #[ignore = "8 CPU-min"]
 fn a_key_sounds_alike_in_the_limit() {

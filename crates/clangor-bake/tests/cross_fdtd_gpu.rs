@@ -1,4 +1,5 @@
-//! The time loop on a graphics processor against the same on the processor: what is recorded is equal to 1e-5.
+//! The time loop on a graphics processor against the same on the processor: what is recorded is equal to
+//! 1e-5.
 //!
 //! Needs the feature `gpu` and a Vulkan device; one in software will do. Without one it says `skipped:`.
 
@@ -38,8 +39,8 @@ fn run(solver: &WaveSolver, device: WaveDevice) -> WaveField {
     solver.run_on(device, &|_| ControlFlow::Continue(())).expect("a run")
 }
 
-/// Largest difference of the recorded multipoles of a motion over the largest multipole of that motion, whose size is at
-/// least `least` of that of the loudest motion.
+/// Largest difference of the recorded multipoles of a motion over the largest multipole of that motion, whose
+/// size is at least `least` of that of the loudest motion.
 fn difference(here: &WaveField, there: &WaveField, least: f64) -> f64 {
     let largest = |signal: &[f64]| signal.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     let loudest = here.signals().iter().map(|s| largest(s)).fold(0.0, f64::max);
@@ -60,7 +61,8 @@ fn a_sphere_radiates_alike_on_both() {
     }
     let solver = solver(&mesh("sphere:1@0.05"), 0.25, 4.0);
     let (here, there) = (run(&solver, WaveDevice::Cpu), run(&solver, WaveDevice::Gpu));
-    // The rotations of a sphere are silent: what they radiate is rounding, and counts against the translations.
+    // The rotations of a sphere are silent: what they radiate is rounding, and counts against the
+    // translations.
     let difference = difference(&here, &there, 1.0);
     println!("residual {difference:.2e}");
     assert!(difference < 1e-5, "{difference:e}");

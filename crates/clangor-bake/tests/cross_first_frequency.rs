@@ -1,4 +1,5 @@
-//! The lowest frequency of a body, found alone by elements or by polynomials, against all modes of the same mesh and of finer ones.
+//! The lowest frequency of a body, found alone by elements or by polynomials, against all modes of the same
+//! mesh and of finer ones.
 
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::mesh::tetrahedra::TetMesh;
@@ -50,7 +51,8 @@ fn coarse_meshes_are_within_two_per_cent() {
     assert!((found / 516.129 - 1.0).abs() < 0.03, "{found}");
 }
 
-/// Polynomials need no mesh of the inside: plate and bar as above, and splinters of a plate with six corners, one of them notched.
+/// Polynomials need no mesh of the inside: plate and bar as above, and splinters of a plate with six corners,
+/// one of them notched.
 #[test]
 fn polynomials_are_as_good_as_elements() {
     let glass = ElasticConstants::of(&GLASS.material()).expect("an elastic material");
@@ -107,7 +109,8 @@ fn what_has_no_lowest_mode_is_refused() {
     elements.extend(one.elements.iter().map(|e| e.map(|n| n + shift)));
     let two = TetMesh { nodes, corners: 0, elements };
     let constants = ElasticConstants::of(&GLASS.material()).expect("an elastic material");
-    // Two bodies have six motions without energy more than one: nothing finite comes out, or a frequency next to 0.
+    // Two bodies have six motions without energy more than one: nothing finite comes out, or a frequency next
+    // to 0.
     match first_frequency(&two, &constants) {
         Ok(found) => assert!(found < 100.0, "{found}"),
         Err(error) => println!("{error}"),

@@ -11,7 +11,8 @@ use clangor_core::shape::Shape;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
-/// Worst errors of the field at 2 R and of the power, over bending of orders 0, 2 and 3 at wavenumbers up to `highest` [1/m].
+/// Worst errors of the field at 2 R and of the power, over bending of orders 0, 2 and 3 at wavenumbers up to
+/// `highest` [1/m].
 fn compare(name: &str, edge: f64, highest: f64, accuracy: f64) -> (f64, f64) {
     let shape = Shape::parse(name).expect("a shape");
     let meridian = shape.meridian().expect("a body of revolution");
@@ -62,7 +63,8 @@ fn compare(name: &str, edge: f64, highest: f64, accuracy: f64) -> (f64, f64) {
 #[test]
 fn a_coin_rings_alike() {
     let (field, power) = compare("coin", 2e-3, 350.0, 5e-3);
-    // Residuals seen: 2.6 % of m = 0, whose middle and rim cancel, 1.1 % of the others; 2.1 %, too quiet on the shortest wave.
+    // Residuals seen: 2.6 % of m = 0, whose middle and rim cancel, 1.1 % of the others; 2.1 %, too quiet on
+    // the shortest wave.
     assert!(field < 0.04 && power < 0.03, "{field} {power}");
 }
 

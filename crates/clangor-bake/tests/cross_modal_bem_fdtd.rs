@@ -22,7 +22,8 @@ fn solve(
     solver.transfers(surface, motions, &mut |_| ControlFlow::Continue(())).expect("a solution")
 }
 
-/// Errors of field and power of five motions that stretch, bend and twist, at wavenumbers up to `kappa`/R, of which the finite differences run several at once.
+/// Errors of field and power of five motions that stretch, bend and twist, at wavenumbers up to `kappa`/R, of
+/// which the finite differences run several at once.
 fn compare(name: &str, kappa: f64, spacing: f64, accuracy: f64) -> Vec<[f64; 2]> {
     let mesh = shape(name);
     let surface = faces(&mesh);

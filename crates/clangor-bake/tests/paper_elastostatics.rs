@@ -1,4 +1,5 @@
-//! Quasistatic stress as \[FRAC\] §3.1 prints it, against dense algebra; and what its projection costs on graded meshes.
+//! Quasistatic stress as \[FRAC\] §3.1 prints it, against dense algebra; and what its projection costs on
+//! graded meshes.
 
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::mesh::tetrahedra::block::block;

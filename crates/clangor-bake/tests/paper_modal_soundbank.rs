@@ -56,7 +56,8 @@ fn scaled_against_baked(axes: DVec3, modes: f64, size: f64) -> Difference {
     let polynomials = BallPolynomials::new(DEGREE);
     let bank = bank(&polynomials, axes, modes);
     let limit = bank.entries()[0].max_frequency / size;
-    // The same at another size, from the beginning. Equal axes are told apart by next to nothing, so that they are not turned.
+    // The same at another size, from the beginning. Equal axes are told apart by next to nothing, so that
+    // they are not turned.
     let named = size * axes * DVec3::new(1.0, 1.0, 1.0 + 1e-7);
     let mut baked = modal_model(&polynomials, size * axes, bank.material(), limit).model;
     let options =
@@ -132,7 +133,8 @@ fn a_triaxial_ellipsoid_of_another_size_is_the_scaled_one() {
     assert!(worst.frequency < 1e-4 && worst.shape < 1e-4 && worst.transfer < 1e-4, "{worst:?}");
 }
 
-/// The bank's ellipsoid, of polynomials and turned, against one of another method: the section, and the body's own frame.
+/// The bank's ellipsoid, of polynomials and turned, against one of another method: the section, and the
+/// body's own frame.
 #[test]
 fn a_scaled_ellipsoid_is_the_body_baked_by_itself() {
     let polynomials = BallPolynomials::new(DEGREE);
@@ -163,7 +165,8 @@ fn a_scaled_ellipsoid_is_the_body_baked_by_itself() {
         })
         .expect("a proxy");
     assert_eq!(proxy.mode_count(), own.modes.len());
-    // Pairs have many bases: what is compared is the sum over modes of one frequency, at places around the body.
+    // Pairs have many bases: what is compared is the sum over modes of one frequency, at places around the
+    // body.
     let mut at = 0;
     while at < own.modes.len() {
         let f = own.modes[at].frequency;

@@ -1,7 +1,8 @@
-//! The bank of ellipsoids: how long it takes, how large it is, how smooth (\[PROXY\] Fig. 4), how good the nearest is.
+//! The bank of ellipsoids: how long it takes, how large it is, how smooth (\[PROXY\] Fig. 4), how good the
+//! nearest is.
 //!
-//! `cargo test -p clangor-bake --release --test paper_proxy_bank -- --ignored --nocapture` builds the whole bank, about two
-//! minutes of CPU time.
+//! `cargo test -p clangor-bake --release --test paper_proxy_bank -- --ignored --nocapture` builds the whole
+//! bank, about two minutes of CPU time.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -12,8 +13,8 @@ use clangor_core::sound_model::acceleration::proxy_field::mean_field;
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
-/// Pressures of one motion at twice the longest semi-axis, 16 directions, 20 frequencies; `scale` is the longest
-/// semi-axis.
+/// Pressures of one motion at twice the longest semi-axis, 16 directions, 20 frequencies; `scale` is the
+/// longest semi-axis.
 fn pressures(field: &AccelerationField, degree: usize, scale: f64) -> Vec<Complex64> {
     let mut z = [0.0; RIGID_DOFS];
     z[degree] = if degree < 3 { scale } else { scale * scale };

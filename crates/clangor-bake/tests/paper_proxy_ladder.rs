@@ -1,7 +1,7 @@
 //! \[PROXY\] §5: storage against the tolerance ε of the wavelets, and what it costs in accuracy.
 //!
-//! The fields here are known in closed form at every frequency; the ladder over ellipsoids of the published bank is
-//! printed by `cargo bench -p clangor-bake --bench published`.
+//! The fields here are known in closed form at every frequency; the ladder over ellipsoids of the published
+//! bank is printed by `cargo bench -p clangor-bake --bench published`.
 
 mod exact_fields;
 
@@ -34,7 +34,8 @@ fn fitted(balls: &[Ball], options: &PanOptions) -> PanField {
     fit(options, &|x| spectra(balls, x, &wavenumbers)).expect("valid options")
 }
 
-/// Relative L2 error of the pulses of each motion over directions at a distance; 0 for a motion without sound.
+/// Relative L2 error of the pulses of each motion over directions at a distance; 0 for a motion without
+/// sound.
 fn errors(field: &PanField, balls: &[Ball], directions: &[DVec3], distance: f64) -> [f64; RIGID_DOFS] {
     let spacing = std::f64::consts::TAU / (field.length as f64 * field.step);
     let wavenumbers: Vec<f64> = (0..=field.length / 2).map(|m| m as f64 * spacing).collect();
@@ -60,7 +61,8 @@ fn worst(errors: [f64; RIGID_DOFS]) -> f64 {
     errors.into_iter().fold(0.0, f64::max)
 }
 
-/// 66 ellipsoids × 45 directions × 6 motions × N = 2 signals × 2048 numbers of 4 bytes are the printed 293 MB.
+/// 66 ellipsoids × 45 directions × 6 motions × N = 2 signals × 2048 numbers of 4 bytes are the printed 293
+/// MB.
 #[test]
 fn the_published_bank_has_the_printed_size() {
     let options = published(0.01);
@@ -119,7 +121,8 @@ fn the_fit_of_all_samples_finds_the_two_terms_of_a_ball() {
     }
 }
 
-/// Beyond the radii of the fit the terms of higher order that N = 2 lacks are mistaken for 1/r: \[PAN\] §5 saw it as a delay.
+/// Beyond the radii of the fit the terms of higher order that N = 2 lacks are mistaken for 1/r: \[PAN\] §5
+/// saw it as a delay.
 #[test]
 fn the_error_grows_outwards_where_the_field_has_more_terms() {
     let options = published(0.0);

@@ -1,4 +1,5 @@
-//! Conservation laws of the meridian solver: power and reciprocity, on the mesh and pressures that it gives away.
+//! Conservation laws of the meridian solver: power and reciprocity, on the mesh and pressures that it gives
+//! away.
 
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver, rigid_motions};

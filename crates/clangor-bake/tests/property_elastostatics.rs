@@ -1,5 +1,5 @@
-//! What must hold of the stress of any body: nothing from rigid motions, stored columns as good as a solve, bounds that
-//! hold, forces kept, bad input refused; and of the meshes that bodies break on.
+//! What must hold of the stress of any body: nothing from rigid motions, stored columns as good as a solve,
+//! bounds that hold, forces kept, bad input refused; and of the meshes that bodies break on.
 
 use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};

@@ -164,7 +164,8 @@ fn power_leaves_the_surface_as_it_arrives_far_away() {
 }
 #[test]
 fn resonances_inside_a_thick_body_are_not_heard() {
-    // Radius 1, height 1: k² = j_ms² + (πl)². Power is lost or made there if the pressure is not the right one.
+    // Radius 1, height 1: k² = j_ms² + (πl)². Power is lost or made there if the pressure is not the right
+    // one.
     let zeros = [(0, 2.404_825_557_695_773), (1, 3.831_705_970_207_512), (2, 5.135_622_301_840_683)];
     let shape = Shape::parse("cylinder:1x1").expect("a shape");
     let meridian = shape.meridian().expect("a body of revolution").about_centre_of_mass();

@@ -1,5 +1,6 @@
-//! What must hold of the modes of any body: rigid motions sound as the acceleration noise does, power leaves the surface as
-//! it arrives far away, a ladder of wavenumbers gives what the mode's own does, and no false flux is heard.
+//! What must hold of the modes of any body: rigid motions sound as the acceleration noise does, power leaves
+//! the surface as it arrives far away, a ladder of wavenumbers gives what the mode's own does, and no false
+//! flux is heard.
 
 mod solids;
 
@@ -140,8 +141,8 @@ fn a_ladder_gives_what_the_wavenumbers_of_the_modes_do() {
     assert!(worst < 1e-3, "{worst}");
 }
 
-/// U = A x with trace A = 0 displaces nothing, but on a coarse mesh of no symmetry, whose faces are below the sphere, it
-/// seems to: a monopole, louder at low frequency than the quadrupole that there is.
+/// U = A x with trace A = 0 displaces nothing, but on a coarse mesh of no symmetry, whose faces are below the
+/// sphere, it seems to: a monopole, louder at low frequency than the quadrupole that there is.
 #[test]
 fn false_flux_is_not_heard() {
     let sphere = shape("sphere:1@0.3");

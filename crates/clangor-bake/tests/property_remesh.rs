@@ -52,8 +52,8 @@ fn checked(name: &str, input: &TriMesh, options: &RemeshOptions) -> (TriMesh, Re
 
 #[test]
 fn volume_topology_and_angles_hold_on_every_kind_of_shape() {
-    // Seen: smallest angles 24° to 41°, 5th percentiles 35° to 46°, centres off by at most 7e-3 edges, and surfaces
-    // apart by at most 0.2 edges, on the sharp rim of the bowl's foot.
+    // Seen: smallest angles 24° to 41°, 5th percentiles 35° to 46°, centres off by at most 7e-3 edges, and
+    // surfaces apart by at most 0.2 edges, on the sharp rim of the bowl's foot.
     for (name, options, most) in [
         ("sphere:0.01", millimetres(1.0, 3.0), 200),
         ("die:0.015x0.002", millimetres(0.8, 2.5), 500),

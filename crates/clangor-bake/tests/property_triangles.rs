@@ -158,8 +158,8 @@ fn a_solution_does_not_depend_on_what_was_prepared() {
     assert_eq!(narrow, sample(3.0));
 }
 
-/// The difference of two solutions' surface pressures and of their coefficients, of the worst motion relative to the loudest
-/// translation or rotation.
+/// The difference of two solutions' surface pressures and of their coefficients, of the worst motion relative
+/// to the loudest translation or rotation.
 fn difference(a: &RadiationSample, b: &RadiationSample) -> f64 {
     type Values = Vec<[Complex64; RIGID_DOFS]>;
     let coefficients = |s: &RadiationSample| -> Values {
@@ -178,7 +178,8 @@ fn difference(a: &RadiationSample, b: &RadiationSample) -> f64 {
     apart(&a.surface_pressure, &b.surface_pressure).max(apart(&coefficients(a), &coefficients(b)))
 }
 
-/// One, two and three mirror planes, along coordinate axes and not: what the cell gives is what the whole surface does.
+/// One, two and three mirror planes, along coordinate axes and not: what the cell gives is what the whole
+/// surface does.
 #[test]
 fn a_cell_and_its_images_are_the_whole_surface() {
     let tilt = DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5));
@@ -207,8 +208,8 @@ fn a_cell_and_its_images_are_the_whole_surface() {
         let solve = |solver: &GalerkinSolver| solver.solve(&[k], 6).unwrap().remove(0);
         let seen = difference(&solve(&folded), &solve(&full));
         println!("{name}: {} of {} unknowns, {seen:.1e}", folded.unknowns(), report.unknowns);
-        // Residuals seen: 5e-4, 3e-4, 3e-4, 3e-5. Naming the corners of the triangles in another order makes as much, because
-        // the rules for touching triangles are not symmetric in them.
+        // Residuals seen: 5e-4, 3e-4, 3e-4, 3e-5. Naming the corners of the triangles in another order makes
+        // as much, because the rules for touching triangles are not symmetric in them.
         assert!(seen < 1e-3, "{name}: {seen:e}");
     }
 }

@@ -103,7 +103,8 @@ pub(crate) struct Render {
     /// How modes become pressure: to compare by ear
     #[arg(long, value_enum, default_value = "baked")]
     pub(crate) transfer: Transfer,
-    /// A baked model, of either representation, or modes (.glb), for a body and its copies, whatever the scene says; repeat for several
+    /// A baked model, of either representation, or modes (.glb), for a body and its copies, whatever the
+    /// scene says; repeat for several
     #[arg(long, value_name = "BODY=MODEL.safetensors", value_parser = body_model)]
     pub(crate) model: Vec<(String, PathBuf)>,
     /// Sample format
@@ -227,12 +228,14 @@ pub(crate) struct Simulate {
 
 #[derive(Args)]
 pub(crate) struct Bake {
-    /// A shape (coin, die:0.016x0.002 …), a mesh file (FILE.glb#BODY: one of several), or a scene, whose models go to the cache
+    /// A shape (coin, die:0.016x0.002 …), a mesh file (FILE.glb#BODY: one of several), or a scene, whose
+    /// models go to the cache
     pub(crate) input: String,
     /// The model to write, of a shape or a mesh file
     #[arg(short, long, value_name = "MODEL.safetensors")]
     pub(crate) output: Option<PathBuf>,
-    /// Material preset, for ringing, unless a glTF file tells; the sound of acceleration is the same for all of them
+    /// Material preset, for ringing, unless a glTF file tells; the sound of acceleration is the same for all
+    /// of them
     #[arg(long, value_name = "NAME")]
     pub(crate) material: Option<String>,
     /// What to compute (default: both, of a body without --material acceleration)
@@ -472,7 +475,8 @@ pub(crate) enum Degree {
 
 #[derive(Args)]
 pub(crate) struct Strike {
-    /// A shape (sphere:0.0075, coin, mug …), a mesh file (of a glTF file with several bodies: FILE.glb#BODY) or a sound model
+    /// A shape (sphere:0.0075, coin, mug …), a mesh file (of a glTF file with several bodies: FILE.glb#BODY)
+    /// or a sound model
     pub(crate) body: String,
     /// Material preset; a glTF file with KHR_audio_rigid_bodies may tell the material itself
     #[arg(long, value_name = "NAME")]

@@ -17,7 +17,8 @@ pub(crate) struct Console {
 }
 
 impl Console {
-    /// Listens for Ctrl-C from now on: the first one asks work to stop, a second one ends the program at once.
+    /// Listens for Ctrl-C from now on: the first one asks work to stop, a second one ends the program at
+    /// once.
     pub(crate) fn new(global: &Global) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);

@@ -1,7 +1,7 @@
 //! The program `clangor`.
 //!
-//! A command calls one stage of `clangor_pipeline` after the other: load, simulate, render. What goes wrong comes back
-//! as a [`Failure`] and is printed once, here.
+//! A command calls one stage of `clangor_pipeline` after the other: load, simulate, render. What goes wrong
+//! comes back as a [`Failure`] and is printed once, here.
 
 mod arguments;
 mod command;

@@ -1,5 +1,5 @@
-//! What a person does with a scene that breaks: simulate, inspect, render, render the timeline again, look at what broke and how
-//! that sounds.
+//! What a person does with a scene that breaks: simulate, inspect, render, render the timeline again, look at
+//! what broke and how that sounds.
 
 mod program;
 mod sound_file;
@@ -77,7 +77,8 @@ fn reports_and_pictures_tell_what_broke() {
         let [impact, strain, cracks, motion] =
             ["impact_energy_j", "strain_energy_j", "fracture_energy_j", "crack_impulse_energy_j"]
                 .map(|key| number(row, key));
-        // What the cracks do not take moves the pieces; η = 0.8 of the rest at most is theirs. Residual seen: 2e-16.
+        // What the cracks do not take moves the pieces; η = 0.8 of the rest at most is theirs. Residual seen:
+        // 2e-16.
         assert!((strain / (cracks + motion) - 1.0).abs() < 1e-9, "{row}");
         assert!(
             cracks <= 0.8 * strain * (1.0 + 1e-9) && strain <= impact * (1.0 + 1e-9) && motion > 0.0,

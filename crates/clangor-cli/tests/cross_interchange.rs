@@ -1,4 +1,5 @@
-//! A body that was exported with its modes sounds as it did before: struck, baked and rendered from the glTF file.
+//! A body that was exported with its modes sounds as it did before: struck, baked and rendered from the glTF
+//! file.
 
 mod program;
 mod sound_file;
@@ -43,8 +44,8 @@ fn an_exported_disc_sounds_as_before() {
         samples(&path.join(wav)).0
     };
     let expected = strike(&["disc.safetensors", "--material", "steel"], "ours.wav");
-    // Its material, decays and modes are all in the file, and only the sound of the modes is computed anew, to 1 %
-    // where the bake was asked for 3 %. Residual seen: 1.8e-4.
+    // Its material, decays and modes are all in the file, and only the sound of the modes is computed anew,
+    // to 1 % where the bake was asked for 3 %. Residual seen: 1.8e-4.
     let struck = strike(&["disc.glb"], "theirs.wav");
     assert!(apart(&struck, &expected) < 1e-3, "{:e}", apart(&struck, &expected));
     assert_eq!(strike(&["disc.glb#coin:0.03x0.002@0.003"], "named.wav"), struck);

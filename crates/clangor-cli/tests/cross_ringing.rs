@@ -1,4 +1,5 @@
-//! A struck disc rings at the frequencies of its modes, in `strike` and in `render`, which are two ways to the same sound.
+//! A struck disc rings at the frequencies of its modes, in `strike` and in `render`, which are two ways to
+//! the same sound.
 
 mod program;
 mod sound_file;
@@ -54,8 +55,8 @@ fn a_struck_disc_rings_at_its_modes() {
         serde_json::from_str(&clangor(folder.path(), &["--json", "inspect", "disc.safetensors"])).unwrap();
     let frequencies: Vec<f64> =
         report["modal"]["frequencies_hz"].as_array().unwrap().iter().map(|f| f.as_f64().unwrap()).collect();
-    // f = λ² √(E h² / (12 ρ (1 − ν²))) / (2π a²) with λ² = 5.26 for two nodal diameters of a free disc of ν = 0.29
-    // (Leissa, ModalAnalysis of plates, 1969): 2832 Hz for one that is thin. Seen: 2902.
+    // f = λ² √(E h² / (12 ρ (1 − ν²))) / (2π a²) with λ² = 5.26 for two nodal diameters of a free disc of ν =
+    // 0.29 (Leissa, ModalAnalysis of plates, 1969): 2832 Hz for one that is thin. Seen: 2902.
     assert!((frequencies[0] / 2832.0 - 1.0).abs() < 0.04, "{frequencies:?}");
 
     let impact = ["--impulse", "0,-0.002,0", "--point", "0.022,0.001,0", "--listener", "0.1,0.3,0.15"];

@@ -54,8 +54,8 @@ fn a_room_goes_on_sounding() {
     let [free_energy, early_energy, whole_energy] = [&free, &early, &whole].map(|s| energy(s));
     assert!(early_energy > 2.0 * free_energy && whole_energy > 1.3 * early_energy);
     assert!(energy(&dull) < 0.99 * whole_energy);
-    // Walls of 66 m² and 20 % hold 35 m³ for 0.39 s: between the first impact at 0.14 s and the second at 0.36 s it falls by
-    // about 60 · 0.1/0.39 = 15 dB in a tenth of a second.
+    // Walls of 66 m² and 20 % hold 35 m³ for 0.39 s: between the first impact at 0.14 s and the second at
+    // 0.36 s it falls by about 60 · 0.1/0.39 = 15 dB in a tenth of a second.
     let at = |time: f64| energy(&whole[(time * 48_000.0) as usize..][..960]);
     let fall = 10.0 * (at(0.2) / at(0.3)).log10();
     assert!((12.0..22.0).contains(&fall), "{fall} dB");

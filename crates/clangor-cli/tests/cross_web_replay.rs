@@ -1,4 +1,5 @@
-//! The file that the page replays, played by the live engine as the page does it, sounds as `clangor render` does.
+//! The file that the page replays, played by the live engine as the page does it, sounds as `clangor render`
+//! does.
 
 mod program;
 mod sound_file;
@@ -69,7 +70,8 @@ fn numbers<const N: usize, T>(bytes: &[u8], of: impl Fn([u8; N]) -> T) -> Vec<T>
     bytes.as_chunks::<N>().0.iter().map(|b| of(*b)).collect()
 }
 
-/// Plays a replay file from its beginning, as the page does; left and right \[Pa\], from the time 0 of the run on.
+/// Plays a replay file from its beginning, as the page does; left and right \[Pa\], from the time 0 of the
+/// run on.
 fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
     let bytes = fs::read(path).expect("a file");
     let arrays = SafeTensors::deserialize(&bytes).expect("safetensors");

@@ -1,5 +1,5 @@
-//! What the commands promise besides sound: contact lists that click when and as loud as they say, files in the written
-//! formats, results as JSON, options that refuse what they cannot honour.
+//! What the commands promise besides sound: contact lists that click when and as loud as they say, files in
+//! the written formats, results as JSON, options that refuse what they cannot honour.
 
 mod program;
 
@@ -55,9 +55,9 @@ fn moments(samples: &[f64], rate: f64) -> (f64, f64) {
     (sum / rate, first / sum)
 }
 
-/// The field of a sphere of radius R whose velocity jumps by Δv, at distance r on its axis, is
-/// P(s) = ρ R³ Δv (1 + s r/c) e^(−s (r − R)/c) / (2 r² (1 + s R/c + s² R²/2c²)) × the spectrum of the force. So
-/// ∫ p dt = ρ R³ Δv / 2r², and the mean time of p is that of the force: distance and delay cancel in first order.
+/// The field of a sphere of radius R whose velocity jumps by Δv, at distance r on its axis, is P(s) = ρ R³ Δv
+/// (1 + s r/c) e^(−s (r − R)/c) / (2 r² (1 + s R/c + s² R²/2c²)) × the spectrum of the force. So ∫ p dt = ρ
+/// R³ Δv / 2r², and the mean time of p is that of the force: distance and delay cancel in first order.
 #[test]
 fn a_contact_list_clicks_when_and_as_loud_as_it_says() {
     let folder = folder_with(BALL);

@@ -22,8 +22,8 @@ const ALLOWED: &[&str] = &[
 /// Whether an SPDX expression can be satisfied by allowed licences alone.
 fn allowed(expression: &str) -> bool {
     let expression = expression.replace(['(', ')'], " ").replace('/', " OR ");
-    // AND binds tighter than OR. Parentheses are dropped, which reads `(A OR B) AND C` as `A OR (B AND C)`: every
-    // part of such an expression must then be allowed.
+    // AND binds tighter than OR. Parentheses are dropped, which reads `(A OR B) AND C` as `A OR (B AND C)`:
+    // every part of such an expression must then be allowed.
     let grouped = expression.contains(" AND ") && expression.contains(" OR ");
     let any = |mut parts: Box<dyn Iterator<Item = &str> + '_>| parts.any(|p| ALLOWED.contains(&p.trim()));
     if grouped {

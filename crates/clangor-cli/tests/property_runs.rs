@@ -1,5 +1,6 @@
-//! What a run promises whatever happens: the same bits for any number of threads, the same sound from a timeline as from
-//! its scene, stems that add up, and after Ctrl-C no half file but a timeline as far as it went.
+//! What a run promises whatever happens: the same bits for any number of threads, the same sound from a
+//! timeline as from its scene, stems that add up, and after Ctrl-C no half file but a timeline as far as it
+//! went.
 
 mod program;
 mod sound_file;
@@ -70,7 +71,8 @@ fn a_timeline_sounds_like_its_scene() {
     let square = |x: f32| f64::from(x) * f64::from(x);
     let error: f64 = a.iter().zip(&b).map(|(x, y)| square(x - y)).sum();
     let norm: f64 = a.iter().map(|x| square(*x)).sum();
-    // A timeline rounds to f32: a relative error of 1e-7 in impulses, 60 nm in positions. Residual seen: 2e-7.
+    // A timeline rounds to f32: a relative error of 1e-7 in impulses, 60 nm in positions. Residual seen:
+    // 2e-7.
     assert!(norm > 0.0 && (error / norm).sqrt() < 1e-5, "{}", (error / norm).sqrt());
 }
 

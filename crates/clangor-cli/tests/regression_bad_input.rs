@@ -1,4 +1,5 @@
-//! Bad input ends with a message that names the place and the remedy, exit code 1, and no output: never a panic.
+//! Bad input ends with a message that names the place and the remedy, exit code 1, and no output: never a
+//! panic.
 
 use std::fs;
 use std::path::Path;
@@ -37,7 +38,8 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Runs a command that must fail with exit code 1, all of `wanted` on standard error and no new file; what it did instead.
+/// Runs a command that must fail with exit code 1, all of `wanted` on standard error and no new file; what it
+/// did instead.
 fn not_refused(case: &str, folder: &Path, arguments: &[&str], wanted: &[&str]) -> Option<String> {
     let before = names(folder);
     let output = clangor(folder, arguments);

@@ -1,4 +1,5 @@
-//! Baking: what cannot be baked is refused with a place and a remedy, and whatever happens nothing is half-written.
+//! Baking: what cannot be baked is refused with a place and a remedy, and whatever happens nothing is
+//! half-written.
 
 use std::fs;
 use std::path::Path;

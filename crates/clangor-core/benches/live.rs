@@ -1,10 +1,12 @@
-//! What the live engine takes of one core: `cargo bench --profile release -p clangor-core --bench live -- soak 600`.
+//! What the live engine takes of one core: `cargo bench --profile release -p clangor-core --bench live --
+//! soak 600`.
 //!
-//! A thousand clicks a second, which come in bursts of up to fifty in a block, and fifty objects of a hundred modes that ring all
-//! the time, in blocks of 128 samples at 48 kHz for two ears. The time of each block is that of the thread, so that other
-//! programs do not count but for what they take of the caches.
+//! A thousand clicks a second, which come in bursts of up to fifty in a block, and fifty objects of a hundred
+//! modes that ring all the time, in blocks of 128 samples at 48 kHz for two ears. The time of each block is
+//! that of the thread, so that other programs do not count but for what they take of the caches.
 //!
-//! * `soak SECONDS`: so long of sound, objects at rest. Share of real time; the block that one in ten thousand exceeds, the longest.
+//! * `soak SECONDS`: so long of sound, objects at rest. Share of real time; the block that one in ten
+//!   thousand exceeds, the longest.
 //! * `moving SECONDS`: the same while all objects and the ears move, and transfers follow.
 //! * `floor SECONDS`, `room SECONDS`: at rest over a rigid floor, and in a room with late reverberation.
 
@@ -40,7 +42,8 @@ fn thread_time() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// A hundred modes up to 18 kHz that ring for seconds, with transfers of the orders that their wavelengths have on 10 cm.
+/// A hundred modes up to 18 kHz that ring for seconds, with transfers of the orders that their wavelengths
+/// have on 10 cm.
 fn source(random: &mut SplitMix) -> Arc<ModalSource> {
     let radius = 0.1;
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|x| radius * x);

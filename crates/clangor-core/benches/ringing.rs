@@ -1,13 +1,14 @@
-//! Time to play ringing bodies, on one core: `cargo bench --profile release -p clangor-core --bench ringing`. It is that of the
-//! processor where the system tells (Linux), so that other programs do not count.
+//! Time to play ringing bodies, on one core: `cargo bench --profile release -p clangor-core --bench ringing`.
+//! It is that of the processor where the system tells (Linux), so that other programs do not count.
 //!
-//! * `bank`: modes ringing at 48 kHz, heard by one, two and four receivers, at rest and with transfers that move; how many
-//!   play in real time, and whether the cost grows with their number as it should.
+//! * `bank`: modes ringing at 48 kHz, heard by one, two and four receivers, at rest and with transfers that
+//!   move; how many play in real time, and whether the cost grows with their number as it should.
 //! * `impacts`: the same with a hundred impacts a second.
-//! * `voice`: these 76 modes in a body that is struck four times a second while it moves, for two receivers over a floor:
-//!   all that a plate costs.
-//! * `transfer`: the transfers of 76 modes of about 70 000 coefficients for a new place, as \[FRAC\] times them (156 ms on
-//!   eight cores, 0.3 ms on its graphics processor), and with \[FRAC\]'s own rule for the order.
+//! * `voice`: these 76 modes in a body that is struck four times a second while it moves, for two receivers
+//!   over a floor: all that a plate costs.
+//! * `transfer`: the transfers of 76 modes of about 70 000 coefficients for a new place, as \[FRAC\] times
+//!   them (156 ms on eight cores, 0.3 ms on its graphics processor), and with \[FRAC\]'s own rule for the
+//!   order.
 //!
 //! Words after `--` choose among them.
 
@@ -33,7 +34,8 @@ use clangor_core::synthesis::{Listener, RenderSettings, SampleRate};
 use num_complex::Complex64;
 use thread_time::thread_time;
 
-/// The least time [s] of several measurements, each of which repeats until the steps of the clock do not matter.
+/// The least time [s] of several measurements, each of which repeats until the steps of the clock do not
+/// matter.
 fn best(mut work: impl FnMut()) -> f64 {
     let mut measure = || {
         let begin = thread_time();

@@ -1,17 +1,18 @@
-//! Time to synthesise sound, on one core: `cargo bench -p clangor-core`. It is that of the processor where the system tells
-//! (Linux), so that other programs do not count.
+//! Time to synthesise sound, on one core: `cargo bench -p clangor-core`. It is that of the processor where
+//! the system tells (Linux), so that other programs do not count.
 //!
-//! * Spheres: a generated timeline of 23 000 impulses of two balls each for two receivers, as in the ball drop of \[PAN\]
-//!   Table 2, with and without a rigid floor.
-//! * Fields: what a body's impulse costs per receiver, for a field with all terms of order 12, for the terms that an
-//!   ellipsoid has, and for fields of as many terms and nodes, as large and ringing for as long as those of the bowl and
-//!   the mug of the shape library up to 20 kHz; and whether it grows with the number of impulses and receivers as it
-//!   should. The coefficients are random: the cost does not depend on them.
+//! * Spheres: a generated timeline of 23 000 impulses of two balls each for two receivers, as in the ball
+//!   drop of \[PAN\] Table 2, with and without a rigid floor.
+//! * Fields: what a body's impulse costs per receiver, for a field with all terms of order 12, for the terms
+//!   that an ellipsoid has, and for fields of as many terms and nodes, as large and ringing for as long as
+//!   those of the bowl and the mug of the shape library up to 20 kHz; and whether it grows with the number of
+//!   impulses and receivers as it should. The coefficients are random: the cost does not depend on them.
 //! * The near field: a click heard inside the bounding sphere, for as many vertices and nodes as the bowl's.
-//! * A pile: 96 000 impulses between 1000 rocks of as many sizes, through the fields of 66 and of 1000 ellipsoids.
+//! * A pile: 96 000 impulses between 1000 rocks of as many sizes, through the fields of 66 and of 1000
+//!   ellipsoids.
 //!
-//! Words after `--` choose the lines that hold one of them: `spheres`, `own`, `ellipsoid`, `bowl`, `mug`, `near`,
-//! `pile`.
+//! Words after `--` choose the lines that hold one of them: `spheres`, `own`, `ellipsoid`, `bowl`, `mug`,
+//! `near`, `pile`.
 
 mod thread_time;
 
@@ -50,8 +51,8 @@ impl Uniform {
     }
 }
 
-/// Impacts between pairs of the bodies with these sources in a box of half a metre; their distance is that of two
-/// spheres of `radius` [m].
+/// Impacts between pairs of the bodies with these sources in a box of half a metre; their distance is that of
+/// two spheres of `radius` [m].
 fn clicks(sources: &[SoundSource], radius: f64, impulses: u32) -> Vec<AccelerationPulse> {
     let mut uniform = Uniform(1);
     let mut clicks = Vec::new();
@@ -96,7 +97,8 @@ fn render(clicks: &[AccelerationPulse], receivers: usize, floor: Floor) {
     black_box(signal.take_until((SECONDS * 48_000.0) as i64));
 }
 
-/// The least time [s] of several measurements, each of which repeats until the steps of the clock do not matter.
+/// The least time [s] of several measurements, each of which repeats until the steps of the clock do not
+/// matter.
 fn best(clicks: &[AccelerationPulse], receivers: usize, floor: Floor) -> f64 {
     let measure = || {
         let begin = thread_time();
@@ -127,7 +129,8 @@ enum Terms {
 /// A field of random coefficients, its nodes so far beside the axis.
 fn field(order: u8, which: Terms, nodes: usize, damping: f64, ring_time: f64) -> Arc<FieldEvaluator> {
     let mut uniform = Uniform(7);
-    // A motion has the harmonics of its own parity: so odd in x, y, z, in the order of the degrees of freedom.
+    // A motion has the harmonics of its own parity: so odd in x, y, z, in the order of the degrees of
+    // freedom.
     let odd = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]];
     let parity = |n: u8, m: i8| {
         let (x, y) = (m.unsigned_abs() % 2, u8::from(m < 0));

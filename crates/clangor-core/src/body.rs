@@ -1,7 +1,7 @@
 //! The bodies of a scene as dynamics and sound see them: placed, weighed, with a surface and a material.
 //!
-//! A [`World`] is what `clangor-sim` simulates: a scene whose files have been read, whose counts have been expanded
-//! and whose shapes have become surfaces.
+//! A [`World`] is what `clangor-sim` simulates: a scene whose files have been read, whose counts have been
+//! expanded and whose shapes have become surfaces.
 
 use std::sync::Arc;
 
@@ -39,7 +39,8 @@ pub enum Surface {
         /// Radius \[m\].
         radius: f64,
     },
-    /// A half-space, solid where `normal · (x − position) < 0`. Always fixed; the body frame's y axis is the normal.
+    /// A half-space, solid where `normal · (x − position) < 0`. Always fixed; the body frame's y axis is the
+    /// normal.
     HalfSpace,
     /// Anything else.
     Mesh(MeshSurface),
@@ -61,8 +62,8 @@ pub struct MeshSurface {
 }
 
 impl MeshSurface {
-    /// Moves a closed mesh and the parts that stand for it in collisions to the centre of mass, and prepares what
-    /// contact asks of them. The mass properties are those of unit density in the frame of `mesh`.
+    /// Moves a closed mesh and the parts that stand for it in collisions to the centre of mass, and prepares
+    /// what contact asks of them. The mass properties are those of unit density in the frame of `mesh`.
     ///
     /// # Errors
     /// [`MeshError`] if the mesh does not bound a solid.
@@ -75,8 +76,8 @@ impl MeshSurface {
         Ok((MeshSurface { mesh, mean_curvature, parts, volume: mass.volume, tree }, mass))
     }
 
-    /// A surface as a timeline stores it: centred, with one curvature [1/m] per vertex and the volume \[m³\], and without
-    /// the parts that only collisions need.
+    /// A surface as a timeline stores it: centred, with one curvature [1/m] per vertex and the volume \[m³\],
+    /// and without the parts that only collisions need.
     pub fn restored(mesh: TriMesh, mean_curvature: Vec<f64>, volume: f64) -> Self {
         let tree = SurfaceTree::new(&mesh);
         MeshSurface { mesh, mean_curvature, parts: Vec::new(), volume, tree }
@@ -92,7 +93,8 @@ impl MeshSurface {
         self
     }
 
-    /// Mean curvature [1/m] at the point of the surface nearest to `point_body`, interpolated between the vertices.
+    /// Mean curvature [1/m] at the point of the surface nearest to `point_body`, interpolated between the
+    /// vertices.
     pub fn mean_curvature_at(&self, point_body: DVec3) -> f64 {
         self.tree.nearest(&self.mesh, point_body).map_or(0.0, |nearest| {
             let corners = self.mesh.triangles[nearest.triangle];
@@ -121,7 +123,8 @@ impl Surface {
         }
     }
 
-    /// Radius of the smallest ball about the centre of mass that holds the body \[m\]; infinite for a half-space.
+    /// Radius of the smallest ball about the centre of mass that holds the body \[m\]; infinite for a
+    /// half-space.
     pub fn bounding_radius(&self) -> f64 {
         match self {
             Surface::Sphere { radius } => *radius,
@@ -130,8 +133,8 @@ impl Surface {
         }
     }
 
-    /// Volume over the volume of the convex hull of the points that lie farthest in a hundred directions: about 1 for
-    /// convex bodies, and up to 1.08 where the surface is curved.
+    /// Volume over the volume of the convex hull of the points that lie farthest in a hundred directions:
+    /// about 1 for convex bodies, and up to 1.08 where the surface is curved.
     pub fn hull_filling(&self) -> f64 {
         match self {
             Surface::Sphere { .. } | Surface::HalfSpace => 1.0,
@@ -220,7 +223,8 @@ pub struct Body {
     pub angular_velocity: DVec3,
     /// What moves it.
     pub motion: Motion,
-    /// Lower bound of the local contact radius \[m\], for edges and vertices, where mesh curvature is meaningless.
+    /// Lower bound of the local contact radius \[m\], for edges and vertices, where mesh curvature is
+    /// meaningless.
     pub edge_radius: f64,
     /// When it exists.
     pub life: Life,
@@ -229,7 +233,8 @@ pub struct Body {
 /// A force or constraint between two points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Link {
-    /// An inextensible, massless rod from a fixed point to the centre of a sphere, which it holds at that distance.
+    /// An inextensible, massless rod from a fixed point to the centre of a sphere, which it holds at that
+    /// distance.
     Hang {
         /// The sphere.
         body: BodyId,

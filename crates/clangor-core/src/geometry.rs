@@ -3,7 +3,8 @@
 //! * [`tri_mesh`]: triangles; [`topology`]: which triangles share an edge; [`refine`]: smaller triangles;
 //! * [`solid`]: whether a mesh bounds a solid, and what is wrong with it if not;
 //! * [`mass_properties`], [`principal_axes`]: volume, centre of mass, inertia;
-//! * [`curvature`]: mean curvature, which sets the contact time; [`surface_tree`]: nearest point, inside or outside;
+//! * [`curvature`]: mean curvature, which sets the contact time; [`surface_tree`]: nearest point, inside or
+//!   outside;
 //! * [`meridian`]: the exact section of a body of revolution; [`turning`]: its surface from rings;
 //! * [`convex`], [`hull`], [`parts_fit`]: convex parts, which collide, and how close they are to the surface.
 

@@ -5,11 +5,11 @@
 //!              dynamics        what happened  forces     clicks at a listener
 //! ```
 //!
-//! Units are SI everywhere: metres, seconds, kilograms, newtons, pascals, radians. Scenes are right-handed with
-//! y up. Physics is `f64`, audio is `f32`. Time dependence is e^{+iωt} with outgoing waves hₙ⁽²⁾.
+//! Units are SI everywhere: metres, seconds, kilograms, newtons, pascals, radians. Scenes are right-handed
+//! with y up. Physics is `f64`, audio is `f32`. Time dependence is e^{+iωt} with outgoing waves hₙ⁽²⁾.
 //!
-//! This crate owns no files, no threads and no clock: it can run on an audio thread or in a browser. Dynamics is
-//! `clangor-sim`; files and stages are `clangor-pipeline`; the program is `clangor-cli`.
+//! This crate owns no files, no threads and no clock: it can run on an audio thread or in a browser. Dynamics
+//! is `clangor-sim`; files and stages are `clangor-pipeline`; the program is `clangor-cli`.
 //!
 //! Sources are named by the short names of ARCHITECTURE.md: \[PAN\], \[PROXY\], \[FRAC\], \[HW\].
 

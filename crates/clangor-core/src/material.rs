@@ -1,4 +1,5 @@
-//! What a body is made of: elasticity for the contact, losses for the motion, damping and strength for the sound.
+//! What a body is made of: elasticity for the contact, losses for the motion, damping and strength for the
+//! sound.
 
 pub mod damping;
 pub mod presets;
@@ -20,7 +21,8 @@ pub struct Material {
     pub restitution: f64,
     /// Coulomb friction coefficient μ \[-\].
     pub friction: f64,
-    /// Rolling loss length \[m\]: a rolling contact resists with a couple of at most this length times the normal force.
+    /// Rolling loss length \[m\]: a rolling contact resists with a couple of at most this length times the
+    /// normal force.
     pub rolling_loss: f64,
     /// Internal damping.
     pub damping: Damping,
@@ -41,8 +43,9 @@ impl Material {
 
 /// Coefficients of a touching pair.
 ///
-/// Restitution and friction are geometric means, rolling loss is the larger of the two. Materials carry one number
-/// each, so a rule is needed; this one is symmetric, leaves a pair of equals unchanged, and gives 0 if either is 0.
+/// Restitution and friction are geometric means, rolling loss is the larger of the two. Materials carry one
+/// number each, so a rule is needed; this one is symmetric, leaves a pair of equals unchanged, and gives 0 if
+/// either is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairCoefficients {
     /// Coefficient of restitution e \[-\].

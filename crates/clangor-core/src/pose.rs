@@ -42,8 +42,8 @@ pub struct Keyframe {
     pub pose: Pose,
 }
 
-/// A pose over time: cubic Hermite in position (finite-difference tangents, so the velocity is continuous), the
-/// shortest rotation at constant rate in orientation. Constant before the first and after the last key.
+/// A pose over time: cubic Hermite in position (finite-difference tangents, so the velocity is continuous),
+/// the shortest rotation at constant rate in orientation. Constant before the first and after the last key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     keys: Vec<Keyframe>,

@@ -7,10 +7,11 @@
 //!    reflections in one wall ─► LateReverberation ────────────────────────────────────────────────────┘
 //! ```
 //!
-//! The same sources, forces and fields as offline. On the audio thread nothing is allocated, freed or waited for, and a block takes
-//! bounded time: the [`Budget`] says how many waves and modes it may compute. What goes beyond is left out, weakest
-//! first, and counted; a ringing body that is left out is faded within a block. An event of time t is heard, besides its way
-//! through the air, [`Engine::latency`] after t; one that comes too late is heard as soon as it can be.
+//! The same sources, forces and fields as offline. On the audio thread nothing is allocated, freed or waited
+//! for, and a block takes bounded time: the [`Budget`] says how many waves and modes it may compute. What
+//! goes beyond is left out, weakest first, and counted; a ringing body that is left out is faded within a
+//! block. An event of time t is heard, besides its way through the air, [`Engine::latency`] after t; one that
+//! comes too late is heard as soon as it can be.
 //!
 //! # Use
 //!
@@ -22,9 +23,10 @@
 //! ```
 //!
 //! Differs from the offline renderer: see [`live_clicks`](crate::synthesis::live_pulses),
-//! [`live_voice`](crate::synthesis::modal::live_voice). What late reverberation hears is what the first receiver hears of each wall,
-//! and nothing of what that one does not hear, being inside a body or out of reach; a click is heard where the receivers are when it
-//! happens. Asked for fewer than 32 samples at a time, what fades does so within them.
+//! [`live_voice`](crate::synthesis::modal::live_voice). What late reverberation hears is what the first
+//! receiver hears of each wall, and nothing of what that one does not hear, being inside a body or out of
+//! reach; a click is heard where the receivers are when it happens. Asked for fewer than 32 samples at a
+//! time, what fades does so within them.
 
 mod budget;
 pub mod engine;

@@ -6,8 +6,8 @@
 //!            with line and remedy           links resolved
 //! ```
 //!
-//! The format is documented in `docs/format/scene.md`. This module reads no files: meshes come from a loader that
-//! the caller supplies.
+//! The format is documented in `docs/format/scene.md`. This module reads no files: meshes come from a loader
+//! that the caller supplies.
 
 pub mod body_description;
 pub mod breaking;
@@ -101,8 +101,8 @@ impl Scene {
     /// Reads a scene.
     ///
     /// # Errors
-    /// Every error of the text, in its order: TOML syntax, unknown keys, wrong types and ranges, names that stand for
-    /// nothing, settings that exclude each other.
+    /// Every error of the text, in its order: TOML syntax, unknown keys, wrong types and ranges, names that
+    /// stand for nothing, settings that exclude each other.
     pub fn from_toml(text: &str) -> Result<Scene, SceneErrors> {
         match decode::decode(text) {
             (scene, errors) if errors.is_empty() => Ok(scene),
@@ -110,8 +110,8 @@ impl Scene {
         }
     }
 
-    /// As [`from_toml`](Self::from_toml); if there are errors, the mesh files are loaded too, so that missing and bad ones
-    /// are reported with the rest.
+    /// As [`from_toml`](Self::from_toml); if there are errors, the mesh files are loaded too, so that missing
+    /// and bad ones are reported with the rest.
     ///
     /// # Errors
     /// As `from_toml`, and those of the files beside them.

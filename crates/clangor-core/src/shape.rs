@@ -1,8 +1,8 @@
 //! Named shapes: what a scene writes as `coin:0.01213x0.00175@0.0005` instead of a mesh file.
 //!
-//! A [`Shape`] makes a watertight mesh at a chosen edge length and the convex parts that stand for it in collisions,
-//! both in one frame: metres, axis of revolution y, the middle at the origin unless its form says otherwise.
-//! [`text`] has the grammar and the sizes of bare names.
+//! A [`Shape`] makes a watertight mesh at a chosen edge length and the convex parts that stand for it in
+//! collisions, both in one frame: metres, axis of revolution y, the middle at the origin unless its form says
+//! otherwise. [`text`] has the grammar and the sizes of bare names.
 
 mod axisymmetric;
 mod cuboid;
@@ -128,8 +128,8 @@ impl Shape {
     /// A shape of a form; without an `edge` \[m\] the mesh has the form's own.
     ///
     /// # Errors
-    /// [`ShapeError`] for sizes that are not finite, not positive or do not fit together, an edge longer than the
-    /// shape, or one so short that the mesh would exceed [`text::MOST_TRIANGLES`].
+    /// [`ShapeError`] for sizes that are not finite, not positive or do not fit together, an edge longer than
+    /// the shape, or one so short that the mesh would exceed [`text::MOST_TRIANGLES`].
     pub fn try_new(form: Form, edge: Option<f64>) -> Result<Self, ShapeError> {
         text::check_form(&form)?;
         let hull = match form {
@@ -221,10 +221,10 @@ impl Shape {
 
     /// The convex parts whose union collides, in the frame of the mesh.
     ///
-    /// Spheres, boxes, sharp dice, cylinders, rocks, prisms and shards are exact. The surface of the others is off by
-    /// at most, measured by `tests/property_shape_meshes.rs`: ellipsoid 0.9 % of the largest semi-axis; die 3.4 % of
-    /// its rounding; torus 0.8 % of its outer radius; bowl 1.1 mm, plate 0.4 mm, mug 0.6 mm, wineglass 1 mm,
-    /// moneybox 1 mm, key ring and key 0.1 mm.
+    /// Spheres, boxes, sharp dice, cylinders, rocks, prisms and shards are exact. The surface of the others
+    /// is off by at most, measured by `tests/property_shape_meshes.rs`: ellipsoid 0.9 % of the largest
+    /// semi-axis; die 3.4 % of its rounding; torus 0.8 % of its outer radius; bowl 1.1 mm, plate 0.4 mm, mug
+    /// 0.6 mm, wineglass 1 mm, moneybox 1 mm, key ring and key 0.1 mm.
     pub fn parts(&self) -> Vec<ConvexPart> {
         match self.form {
             Form::Sphere { radius } => vec![ConvexPart::Ball { centre: DVec3::ZERO, radius }],
@@ -287,8 +287,8 @@ impl Shape {
         Some(MassProperties { volume, centre_of_mass: DVec3::ZERO, inertia })
     }
 
-    /// The surface about the centre of mass, and the mass properties in the frame of [`mesh`](Self::mesh): those of
-    /// the mesh, or exact where a closed form is known (sphere, ellipsoid, box, cylinder, torus).
+    /// The surface about the centre of mass, and the mass properties in the frame of [`mesh`](Self::mesh):
+    /// those of the mesh, or exact where a closed form is known (sphere, ellipsoid, box, cylinder, torus).
     ///
     /// # Errors
     /// [`MeshError`] if the mesh does not bound a solid.

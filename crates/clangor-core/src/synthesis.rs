@@ -1,20 +1,22 @@
 //! From impacts to sound pressure at listeners, offline and exact below the band limit.
 //!
-//! Every accelerated body is a [`AccelerationPulse`]. A click's spectrum at a receiver is known in closed form: the force profile
-//! times the transfer of what sounds times a delay. It is band-limited by [`lowpass`], added to the spectrum of its time
-//! block, and one inverse FFT per block gives the samples, which overlap-add to the signal:
+//! Every accelerated body is a [`AccelerationPulse`]. A click's spectrum at a receiver is known in closed
+//! form: the force profile times the transfer of what sounds times a delay. It is band-limited by
+//! [`lowpass`], added to the spectrum of its time block, and one inverse FFT per block gives the samples,
+//! which overlap-add to the signal:
 //!
 //! ```text
 //! clicks ─► Renderer::push ─► Renderer::take_ready ─► BlockJob::render ─► OverlapAdd::add ─► samples \[Pa\]
 //!           delays, blocks     whole spans of time    pure: any thread    in order
 //! ```
 //!
-//! Nothing is sampled before it is band-limited, so there is no aliasing, and an onset between two samples is as exact
-//! as one on a sample. Blocks depend on nothing but their clicks and are added in a fixed order: the samples have the
-//! same bits for any number of threads and any segmentation in time.
+//! Nothing is sampled before it is band-limited, so there is no aliasing, and an onset between two samples is
+//! as exact as one on a sample. Blocks depend on nothing but their clicks and are added in a fixed order: the
+//! samples have the same bits for any number of threads and any segmentation in time.
 //!
-//! What sounds is the [`source`] of a body: its own field, that of an ellipsoid, a sphere, or a published model. The listener and the body
-//! stand still during a click, at the places where they are when it is heard and made.
+//! What sounds is the [`source`] of a body: its own field, that of an ellipsoid, a sphere, or a published
+//! model. The listener and the body stand still during a click, at the places where they are when it is heard
+//! and made.
 
 pub mod acceleration_pulse;
 mod field_interpolation;

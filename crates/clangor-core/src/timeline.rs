@@ -51,7 +51,8 @@ pub struct ContactRow {
     pub impulse_t: DVec3,
     /// Couple impulse on A \[N m s\], world: rolling and spinning loss.
     pub couple: DVec3,
-    /// Velocity of A relative to B at the point before the impulse \[m/s\]; approach is negative along `normal`.
+    /// Velocity of A relative to B at the point before the impulse \[m/s\]; approach is negative along
+    /// `normal`.
     pub velocity: DVec3,
     /// Overlap \[m\]; negative for a gap.
     pub depth: f64,
@@ -147,8 +148,8 @@ pub trait TimelineSink {
     fn contact(&mut self, row: &ContactRow) -> std::io::Result<()>;
     /// Takes a pose row.
     fn pose(&mut self, row: &PoseRow) -> std::io::Result<()>;
-    /// Takes a fracture and the pieces, before any row that names one of them. The first has the id `row.first_child`,
-    /// which is the number of bodies so far.
+    /// Takes a fracture and the pieces, before any row that names one of them. The first has the id
+    /// `row.first_child`, which is the number of bodies so far.
     fn fracture(&mut self, row: &FractureRow, children: &[Body]) -> std::io::Result<()>;
 }
 
@@ -166,8 +167,8 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Every body that ever was: those of the world at the beginning, `start`, then those born later, each with its
-    /// whole life.
+    /// Every body that ever was: those of the world at the beginning, `start`, then those born later, each
+    /// with its whole life.
     pub fn all_bodies(&self, start: &[Body]) -> Vec<Body> {
         let mut bodies = [start, &self.births].concat();
         for fracture in &self.fractures {

@@ -44,7 +44,8 @@ fn a_box_is_exact() {
 
 #[test]
 fn a_tetrahedron_off_the_origin_is_exact() {
-    // The corner tetrahedron of edge a: V = a³/6, centre a/4 (1, 1, 1); about the centre I_xx = a⁵/80, I_xy = a⁵/480.
+    // The corner tetrahedron of edge a: V = a³/6, centre a/4 (1, 1, 1); about the centre I_xx = a⁵/80, I_xy =
+    // a⁵/480.
     let a = 0.3;
     let far = DVec3::new(1.0, -2.0, 3.0);
     let vertices = vec![far, far + DVec3::X * a, far + DVec3::Y * a, far + DVec3::Z * a];
@@ -95,10 +96,11 @@ fn closed_forms_of_shapes_agree_with_their_meshes() {
 
 #[test]
 fn a_bowl_has_the_volume_of_its_profile() {
-    // By hand from the sizes in the documentation (Pappus: spherical zones, cones, cylinders, half-round rims).
+    // By hand from the sizes in the documentation (Pappus: spherical zones, cones, cylinders, half-round
+    // rims).
     let zone = |r: f64, from: f64, to: f64| 2.0 * PI * r.powi(3) / 3.0 * (from.cos() - to.cos());
-    // Bowl: the shell between two spheres down to its base, with a floor and a foot. Its solid is the outer sphere's
-    // segment minus the inner one's, both from the foot to the rim's angle.
+    // Bowl: the shell between two spheres down to its base, with a floor and a foot. Its solid is the outer
+    // sphere's segment minus the inner one's, both from the foot to the rim's angle.
     let (centre, inner, outer, base, floor, rim) =
         (0.0735_f64, 0.068_f64, 0.0735_f64, 0.030_f64, 0.024_f64, 1.40_f64);
     let segment = |r: f64, low: f64| {
@@ -108,7 +110,8 @@ fn a_bowl_has_the_volume_of_its_profile() {
     };
     let below_outer = PI * base * base * (centre - (outer * outer - base * base).sqrt());
     let half_round = 0.5 * (outer - inner);
-    // Pappus: a half disc of radius s, its centroid 4s/3π beyond the middle of the rim, along the rim's direction.
+    // Pappus: a half disc of radius s, its centroid 4s/3π beyond the middle of the rim, along the rim's
+    // direction.
     let reach = 0.5 * (outer + inner) * rim.sin() + 4.0 * half_round / (3.0 * PI) * rim.cos();
     let round = 0.5 * PI * half_round * half_round * 2.0 * PI * reach;
     let exact = segment(outer, base) + below_outer - segment(inner, floor) + round;

@@ -88,7 +88,8 @@ fn rayleigh_integral_of_a_piston() {
 
 #[test]
 fn straight_up_the_ground_is_its_impedance() {
-    // Far above, the pressed plane sends −ρ F′/(2πR ρ_s c_P), whatever Poisson's ratio and the waves along the surface.
+    // Far above, the pressed plane sends −ρ F′/(2πR ρ_s c_P), whatever Poisson's ratio and the waves along
+    // the surface.
     for (name, medium) in [("granite", Medium::AIR), ("rubber", Medium::AIR), ("wood", Medium::AIR)] {
         let material = preset(name).unwrap();
         let ground = GroundSource::try_new(&material, &medium).unwrap();

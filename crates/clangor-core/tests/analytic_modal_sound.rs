@@ -1,5 +1,5 @@
-//! Ringing against closed forms: level and phase after an impact, silence under a load, the energy that is radiated, a
-//! moving source, and what must not depend on the rate or on the choice of modes.
+//! Ringing against closed forms: level and phase after an impact, silence under a load, the energy that is
+//! radiated, a moving source, and what must not depend on the rate or on the choice of modes.
 
 mod ringing;
 
@@ -207,7 +207,8 @@ fn turning_a_degenerate_pair_and_cutting_time_change_nothing() {
             mode(frequency, cos * v - sin * u, mix(&b, &a, cos, -sin)),
         ],
     ];
-    // A spinning body that moves, heard by two, over a floor. Modes of other symmetry than these would radiate alike.
+    // A spinning body that moves, heard by two, over a floor. Modes of other symmetry than these would
+    // radiate alike.
     let turn = |i: i32| Pose {
         position: DVec3::new(0.1 * f64::from(i), 0.5, 0.0),
         orientation: clangor_core::glam::DQuat::from_rotation_y(f64::from(i) * FRAC_PI_2),

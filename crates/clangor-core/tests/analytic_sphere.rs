@@ -1,5 +1,5 @@
-//! A struck sphere against the exact field, reached by another route: outgoing spherical Hankel functions in complex
-//! arithmetic, and the force's spectrum by quadrature of the force.
+//! A struck sphere against the exact field, reached by another route: outgoing spherical Hankel functions in
+//! complex arithmetic, and the force's spectrum by quadrature of the force.
 
 mod bodies;
 
@@ -109,8 +109,8 @@ fn every_sample_rate_holds_the_exact_spectrum_up_to_five_twelfths_of_it() {
     let (radius, tau) = (0.0075, 40e-6);
     let body = pan_steel_ball(radius, DVec3::ZERO);
     for rate in [8_000, 22_050, 44_100, 96_000, 192_000, 384_000] {
-        // On the surface, where the near field is strongest. Below 44.1 kHz the band limit rings longer than the 2 ms
-        // by which the output leads, so there the listener is so far away that nothing is cut off.
+        // On the surface, where the near field is strongest. Below 44.1 kHz the band limit rings longer than
+        // the 2 ms by which the output leads, so there the listener is so far away that nothing is cut off.
         let distance = if rate < 44_100 { 5.0 } else { radius };
         let impact = impact(radius, DVec3::NEG_Y * distance, tau, rate);
         let sound = strike(&body, &impact).unwrap();

@@ -1,4 +1,5 @@
-//! The live engine against the offline renderer and against closed forms, and what an audio thread may not do.
+//! The live engine against the offline renderer and against closed forms, and what an audio thread may not
+//! do.
 
 #[expect(dead_code, reason = "parts of it are for other tests")]
 mod ringing;
@@ -229,8 +230,8 @@ fn a_body_that_moves_sounds_as_it_does_offline() {
     for (live, exact) in heard.iter().zip(&exact) {
         let peak = exact.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
         let apart = |from: usize| apart(&live[from..], &exact[from..]);
-        // The impact itself has the end of the band limit in it, up to 19 kHz, beyond what the delay lines are exact for.
-        // Residuals seen: 3.4e-3 of the peak, and 7e-4 of what rings afterwards.
+        // The impact itself has the end of the band limit in it, up to 19 kHz, beyond what the delay lines
+        // are exact for. Residuals seen: 3.4e-3 of the peak, and 7e-4 of what rings afterwards.
         let (all, ringing) = (apart(0), apart(1900));
         assert!(all < 6e-3 && ringing < 1.5e-3 && peak > 0.1, "{all:e} {ringing:e} {peak}");
     }

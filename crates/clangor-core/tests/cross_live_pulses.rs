@@ -103,7 +103,8 @@ fn a_click_sounds_live_as_it_does_offline() {
     let (clicks, paths) = (clicks(&field), paths());
     let mut to_come = clicks.iter().peekable();
     let mut heard = [Vec::new(), Vec::new()];
-    // A click is known in the block in which it begins, and heard as late as its sound needs to get here and the look-ahead.
+    // A click is known in the block in which it begins, and heard as late as its sound needs to get here and
+    // the look-ahead.
     while heard[0].len() < 4800 {
         let end = (heard[0].len() + BLOCK + LOOK_AHEAD) as f64 / RATE;
         while let Some(click) = to_come.next_if(|click| click.time < end) {

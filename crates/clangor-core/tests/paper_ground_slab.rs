@@ -1,4 +1,5 @@
-//! The ground as a slab, [FRAC] §6: how many modes it has, and that impacts on it are the response of those modes.
+//! The ground as a slab, [FRAC] §6: how many modes it has, and that impacts on it are the response of those
+//! modes.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -1,4 +1,5 @@
-//! A soundbank comes back from its file within 16 bits; a file that was cut, damaged or edited is refused, never a panic.
+//! A soundbank comes back from its file within 16 bits; a file that was cut, damaged or edited is refused,
+//! never a panic.
 
 #[allow(dead_code)]
 mod damage;

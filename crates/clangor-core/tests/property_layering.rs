@@ -120,8 +120,8 @@ fn dynamics_knows_nothing_of_sound() {
                 "clangor_core::sound_model",
                 "clangor_core::output",
             ] {
-                // How hard an impact presses, and for how long, decides what breaks as well as how it sounds; a live world hands
-                // its impacts out as such.
+                // How hard an impact presses, and for how long, decides what breaks as well as how it sounds;
+                // a live world hands its impacts out as such.
                 let pressed = module == "clangor_core::contact" && (breaks || lives);
                 assert!(pressed || !line.contains(module), "{}:{}: {module}", path.display(), number + 1);
             }

@@ -1,4 +1,5 @@
-//! What a live engine must bear: too much, too late, too far, nonsense; and that nothing which changes is heard as a click.
+//! What a live engine must bear: too much, too late, too far, nonsense; and that nothing which changes is
+//! heard as a click.
 
 #[expect(dead_code, reason = "parts of it are for other tests")]
 mod ringing;

@@ -1,4 +1,5 @@
-//! ModalAnalysis that goes from a body that breaks to its pieces: what breaks into itself rings on, and no energy is made.
+//! ModalAnalysis that goes from a body that breaks to its pieces: what breaks into itself rings on, and no
+//! energy is made.
 
 #[allow(dead_code)]
 mod ringing;
@@ -140,8 +141,8 @@ fn state_at_death(source: &ModalSource) -> ModalState {
     ModalState::after_impacts(source, BodyId(0), &[struck(0), struck(1)], BREAKS)
 }
 
-/// What is wrong where a body becomes itself, in axes that are turned and a little off the grid of samples, over the peak of
-/// what is heard then.
+/// What is wrong where a body becomes itself, in axes that are turned and a little off the grid of samples,
+/// over the peak of what is heard then.
 fn residual(
     whole: &Arc<ModalSource>,
     piece: &Arc<ModalSource>,

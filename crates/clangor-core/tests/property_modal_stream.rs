@@ -142,7 +142,8 @@ fn a_load_leaves_no_force_and_a_body_at_rest_no_sound() {
     assert_eq!(forces.len(), 2001);
     assert!(forces.windows(2).all(|pair| pair[0].time <= pair[1].time));
     let impulse = |i: usize| forces[i].points[0].impulse.y;
-    // Far from the bump and from the ends the load is gone. Residual seen: 5e-3, a step more or less in 50 ms.
+    // Far from the bump and from the ends the load is gone. Residual seen: 5e-3, a step more or less in 50
+    // ms.
     assert!((0..2000).filter(|i| (200..800).contains(i)).all(|i| impulse(i).abs() < 0.01 * 9.81 * STEP));
     assert!((impulse(1000) / STEP - 1.0).abs() < 0.1, "{}", impulse(1000) / STEP);
     assert!(impulse(1601) > 0.9);

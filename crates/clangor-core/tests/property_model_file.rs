@@ -1,4 +1,5 @@
-//! A model comes back from its file bit by bit; a file that was cut, damaged or edited is refused, and never a panic.
+//! A model comes back from its file bit by bit; a file that was cut, damaged or edited is refused, and never
+//! a panic.
 
 #[allow(dead_code)]
 mod damage;

@@ -1,4 +1,5 @@
-//! The bank of ringing ellipsoids: which stands for a body, how it is scaled and turned, where contacts act, and its file.
+//! The bank of ringing ellipsoids: which stands for a body, how it is scaled and turned, where contacts act,
+//! and its file.
 
 use std::f64::consts::{PI, TAU};
 

@@ -103,7 +103,8 @@ fn a_wall_takes_its_share_and_air_its_own() {
     {
         let wanted = f64::sqrt(1.0 - share) * (-air.attenuation(frequency) * distance).exp();
         let seen = spectrum(&left, frequency) / spectrum(&whole, frequency);
-        // Residual seen: 5.4e-3 at 250 Hz, since the block of a click has a bin only every 188 Hz; 9e-4 above.
+        // Residual seen: 5.4e-3 at 250 Hz, since the block of a click has a bin only every 188 Hz; 9e-4
+        // above.
         let bound = if frequency < 500.0 { 1e-2 } else { 2e-3 };
         assert!((seen - wanted).norm() < bound, "{frequency} Hz: {seen} for {wanted}");
     }

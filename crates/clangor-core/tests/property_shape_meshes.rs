@@ -51,8 +51,8 @@ fn shapes_are_solids_at_any_edge_length() {
 
 #[test]
 fn convex_parts_stay_close_to_the_surface() {
-    // Height above and depth below the surface [mm], about a fifth more than seen. Meshes of curved shapes are
-    // themselves inscribed, so that exact parts (sphere, cylinder) stick out of them.
+    // Height above and depth below the surface [mm], about a fifth more than seen. Meshes of curved shapes
+    // are themselves inscribed, so that exact parts (sphere, cylinder) stick out of them.
     let limits = [
         ("sphere:0.0075", 1, 0.015, 1e-9),
         ("ellipsoid:0.02x0.01x0.015", 1, 0.23, 0.19),

@@ -1,4 +1,5 @@
-//! What must hold for any clicks: linearity, symmetry, exact onsets, no aliasing, the floor, energy, the same bits.
+//! What must hold for any clicks: linearity, symmetry, exact onsets, no aliasing, the floor, energy, the same
+//! bits.
 
 use std::f64::consts::TAU;
 

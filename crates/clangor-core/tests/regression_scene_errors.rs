@@ -411,7 +411,8 @@ fn syntax_errors_do_not_hide_the_others() {
         "version = 1\nversion = 1",
         &[("2:1", "", "not valid TOML: duplicate key", "keep one of the two")],
     );
-    // Two syntax errors and two of meaning; the unknown body may be an echo of the broken name and is left out.
+    // Two syntax errors and two of meaning; the unknown body may be an echo of the broken name and is left
+    // out.
     refuse(
         "version = 1\n[render]\nbits = \n[[body]]\nshape = \"sphere\"\nmaterial = steel\nvelocty = 3\nscale = -1\n\
          [[hang]]\nbody = \"b\"\nanchor = [0, 0, 0]",

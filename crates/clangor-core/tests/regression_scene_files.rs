@@ -1,4 +1,5 @@
-//! Every shipped scene decodes and instantiates without an error or a warning, and nothing overlaps at its start.
+//! Every shipped scene decodes and instantiates without an error or a warning, and nothing overlaps at its
+//! start.
 
 use std::path::{Path, PathBuf};
 
@@ -101,14 +102,16 @@ fn the_keys_hang_on_the_ring() {
     let world = load(&file).world;
     let ring = world.bodies.iter().find(|b| b.name == "ring").unwrap();
     for key in world.bodies.iter().filter(|b| b.name.ends_with("-key")) {
-        // The middle of the hole, which is the origin of the key's mesh, is inside the tube of the ring: threaded.
+        // The middle of the hole, which is the origin of the key's mesh, is inside the tube of the ring:
+        // threaded.
         let Surface::Mesh(surface) = &*key.surface else { panic!("a key is a mesh") };
         let shape = clangor_core::shape::Shape::parse("key").unwrap();
         let centre = shape.surface().unwrap().1.centre_of_mass;
         let hole = key.pose.world_from_body(-centre);
         assert!(distance(ring, hole) < -0.001, "{}", key.name);
         assert!(!surface.contains(-centre));
-        // And the tube passes through without touching the convex parts: 2.3 mm of clearance less the sectors' error.
+        // And the tube passes through without touching the convex parts: 2.3 mm of clearance less the
+        // sectors' error.
         for part in &surface.parts {
             let ConvexPart::Hull(points) = part else { continue };
             let nearest = points.iter().map(|p| distance(ring, key.pose.world_from_body(*p)));

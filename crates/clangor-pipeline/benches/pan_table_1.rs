@@ -2,7 +2,8 @@
 //!
 //! `cargo bench -p clangor-pipeline --bench pan_table_1 [-- NAME …] [--frequency HZ]`
 //!
-//! Times are CPU time of the process over two cores; the paper's are hours of eight cores for the simulation and the fit.
+//! Times are CPU time of the process over two cores; the paper's are hours of eight cores for the simulation
+//! and the fit.
 
 mod cpu_time;
 
@@ -14,7 +15,8 @@ use clangor_core::shape::Shape;
 use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model};
 use cpu_time::cpu_time;
 
-/// Name, shape, accuracy, and what \[PAN\] prints: minutes of simulation and fit, megabytes at 40 × 80 and 5 × 10.
+/// Name, shape, accuracy, and what \[PAN\] prints: minutes of simulation and fit, megabytes at 40 × 80 and 5
+/// × 10.
 const MODELS: &[(&str, &str, f64, f64, f64, f64)] = &[
     ("ball", "sphere:0.0075", 1e-4, 6.0 + 57.7 / 60.0, 23.5, 0.42),
     ("bowl", "bowl", 1e-2, 42.0 + 35.0 / 60.0, 133.0, 2.15),

@@ -1,12 +1,13 @@
-//! \[PAN\] Table 2 and \[PROXY\] Table 2: the time to synthesise the sound of every scene of the papers, on generated timelines
-//! of the printed numbers of impulses.
+//! \[PAN\] Table 2 and \[PROXY\] Table 2: the time to synthesise the sound of every scene of the papers, on
+//! generated timelines of the printed numbers of impulses.
 //!
 //! `cargo bench -p clangor-pipeline --bench pan_table_2 [-- NAME …]`; a name is any part of that of a scene.
 //!
-//! The papers' scenes are not published, only their numbers of impulses faster than v_min. Here each is an impulse between
-//! two bodies of the scene, both of which sound; with a table, one of them is the table, which is silent. Times are CPU
-//! time from the timeline to the WAV file (contact forces, synthesis, writing), for one microphone; the papers' are of 8 cores.
-//! Fields are baked first, to 20 kHz at 1 % (with the mug to 6 kHz), and kept in the system's temporary folder.
+//! The papers' scenes are not published, only their numbers of impulses faster than v_min. Here each is an
+//! impulse between two bodies of the scene, both of which sound; with a table, one of them is the table,
+//! which is silent. Times are CPU time from the timeline to the WAV file (contact forces, synthesis,
+//! writing), for one microphone; the papers' are of 8 cores. Fields are baked first, to 20 kHz at 1 % (with
+//! the mug to 6 kHz), and kept in the system's temporary folder.
 
 mod cpu_time;
 #[path = "paper_scenes/stage.rs"]
@@ -17,7 +18,8 @@ use clangor_pipeline::formats::soundbank::default_bank;
 
 use stage::{Group, Stage, cache};
 
-/// A scene: name, seconds, impulses, printed time of synthesis \[s\], band of the fields \[Hz\], groups, table.
+/// A scene: name, seconds, impulses, printed time of synthesis \[s\], band of the fields \[Hz\], groups,
+/// table.
 struct Scene(&'static str, f64, usize, f64, f64, Vec<Group>, bool);
 
 const fn own(shape: &'static str, material: &'static str, count: usize) -> Group {

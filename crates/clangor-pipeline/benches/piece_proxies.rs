@@ -1,8 +1,10 @@
-//! Pieces of broken bodies, rung by themselves and as ellipsoids of the bank: lowest frequencies, time, and how far the spectra are apart.
+//! Pieces of broken bodies, rung by themselves and as ellipsoids of the bank: lowest frequencies, time, and
+//! how far the spectra are apart.
 //!
-//! `cargo bench -p clangor-pipeline --bench piece_proxies -- timeline FOLDER [COUNT]` for pieces of a simulation with lowest frequencies
-//! below 20 kHz, evenly chosen | `-- prisms [COUNT] [SIZE in mm] [THICKNESS in mm]` for the cells of random points in a square plate of glass |
-//! `-- frequencies FOLDER [COUNT]` for the lowest frequencies alone
+//! `cargo bench -p clangor-pipeline --bench piece_proxies -- timeline FOLDER [COUNT]` for pieces of a
+//! simulation with lowest frequencies below 20 kHz, evenly chosen | `-- prisms [COUNT] [SIZE in mm]
+//! [THICKNESS in mm]` for the cells of random points in a square plate of glass | `-- frequencies FOLDER
+//! [COUNT]` for the lowest frequencies alone
 
 mod cpu_time;
 #[path = "../../clangor-core/benches/thread_time/mod.rs"]
@@ -153,8 +155,8 @@ fn spectrum(source: &ModalSource, surface: &TriMesh, seed: u64) -> [f64; BANDS] 
     sums
 }
 
-/// Root mean square of the differences [dB] of the envelopes, octaves around each third octave that is within 20 dB of the loudest of
-/// either, where 30 dB below is nothing; and how much louder the proxy is in all.
+/// Root mean square of the differences [dB] of the envelopes, octaves around each third octave that is within
+/// 20 dB of the loudest of either, where 30 dB below is nothing; and how much louder the proxy is in all.
 fn distance(own: &[f64; BANDS], proxy: &[f64; BANDS]) -> (f64, f64) {
     let level = |sums: &[f64; BANDS]| -> Vec<f64> {
         // The envelope: over three third octaves.

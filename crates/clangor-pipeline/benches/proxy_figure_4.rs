@@ -1,10 +1,10 @@
-//! \[PROXY\] Fig. 4: the pulse p_3 (translation along the shortest semi-axis) of ellipsoids along three edges of the bank, as a
-//! picture and in numbers.
+//! \[PROXY\] Fig. 4: the pulse p_3 (translation along the shortest semi-axis) of ellipsoids along three edges
+//! of the bank, as a picture and in numbers.
 //!
 //! `cargo bench -p clangor-pipeline --bench proxy_figure_4 -- FILE.svg|FILE.png`
 //!
-//! From the bank that comes with the program, known to kA = 20: the pulse ψ is h = 0.25 A/c wide, 0.36 ms for the paper's
-//! A = 0.5 m, whose h = 0.1 ms would need kA = 80. Heard at 3 A in the direction (1, 1, 1).
+//! From the bank that comes with the program, known to kA = 20: the pulse ψ is h = 0.25 A/c wide, 0.36 ms for
+//! the paper's A = 0.5 m, whose h = 0.1 ms would need kA = 80. Heard at 3 A in the direction (1, 1, 1).
 
 use clangor_bake::fitting::comparison::directions;
 use clangor_bake::reference::{FieldSampler, synthesize};

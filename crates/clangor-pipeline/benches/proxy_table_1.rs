@@ -1,10 +1,12 @@
-//! \[PROXY\] Table 1: size and time of synthesis of the published representations and of ours, on the papers' models.
+//! \[PROXY\] Table 1: size and time of synthesis of the published representations and of ours, on the papers'
+//! models.
 //!
 //! `cargo bench -p clangor-pipeline --bench proxy_table_1 [-- NAME …]`
 //!
-//! The published representation is fitted to our field of the same body, baked to where the spectrum of the pulse of
-//! \[PAN\] Table 1 ends, 0.8/h: 40 × 80 directions, two terms, ε = 0.04. Its time is that of one contact times the number of
-//! sounding bodies in the scene of \[PAN\] Table 2; ours is that of the whole rendering (`pan_table_2`). All times are CPU time.
+//! The published representation is fitted to our field of the same body, baked to where the spectrum of the
+//! pulse of \[PAN\] Table 1 ends, 0.8/h: 40 × 80 directions, two terms, ε = 0.04. Its time is that of one
+//! contact times the number of sounding bodies in the scene of \[PAN\] Table 2; ours is that of the whole
+//! rendering (`pan_table_2`). All times are CPU time.
 
 mod cpu_time;
 #[path = "paper_scenes/stage.rs"]

@@ -1,10 +1,11 @@
-//! What a stone loses by sounding as an ellipsoid, the mean of those of the bank around it or the nearest, or as a sphere:
-//! third-octave levels of twenty stones.
+//! What a stone loses by sounding as an ellipsoid, the mean of those of the bank around it or the nearest, or
+//! as a sphere: third-octave levels of twenty stones.
 //!
 //! `cargo bench -p clangor-pipeline --bench rock_proxies [-- ROCKS]`
 //!
-//! Each stone is struck at random points of its surface along the inward normal and heard from random directions at 1 m; the
-//! levels of the third-octave bands from 500 Hz to 16 kHz are compared with those of its own field.
+//! Each stone is struck at random points of its surface along the inward normal and heard from random
+//! directions at 1 m; the levels of the third-octave bands from 500 Hz to 16 kHz are compared with those of
+//! its own field.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;

@@ -2,8 +2,9 @@
 //!
 //! `cargo bench -p clangor-pipeline --bench timeline -- [ROWS] [RUN.timeline]`
 //!
-//! With a timeline, its rows are repeated one after the other in time until there are enough; without, a rock pile is
-//! imitated. Bars: 16 bytes a row, 10 s of processor time each way, memory independent of the number of rows.
+//! With a timeline, its rows are repeated one after the other in time until there are enough; without, a rock
+//! pile is imitated. Bars: 16 bytes a row, 10 s of processor time each way, memory independent of the number
+//! of rows.
 
 mod cpu_time;
 #[path = "timeline/pile.rs"]

@@ -1,7 +1,9 @@
-//! The published error table: what Clangor computes, against closed forms, printed numbers and second methods.
+//! The published error table: what Clangor computes, against closed forms, printed numbers and second
+//! methods.
 //!
-//! Every check runs the product's own path. Most references share no code with it; the column says where one does,
-//! such as a finer step, another sample rate or the state at the start. `docs/validation.md` is the output; nothing in it is typed by hand.
+//! Every check runs the product's own path. Most references share no code with it; the column says where one
+//! does, such as a finer step, another sample rate or the state at the start. `docs/validation.md` is the
+//! output; nothing in it is typed by hand.
 
 mod contact;
 mod dynamics;
@@ -156,7 +158,8 @@ pub fn markdown(table: &Validation, extent: Extent) -> String {
     out
 }
 
-/// CPU time of this process so far, all threads \[s\]; where the system does not tell, the time since the first call.
+/// CPU time of this process so far, all threads \[s\]; where the system does not tell, the time since the
+/// first call.
 fn cpu_time() -> f64 {
     static START: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();

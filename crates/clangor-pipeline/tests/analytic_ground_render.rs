@@ -1,5 +1,5 @@
-//! A ball that falls onto soil, from the text of a scene to the file: what the ground sends straight up is its impedance,
-//! p = −ρ F′(t − h/c) / (2πh ρ_s c_P).
+//! A ball that falls onto soil, from the text of a scene to the file: what the ground sends straight up is
+//! its impedance, p = −ρ F′(t − h/c) / (2πh ρ_s c_P).
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;

@@ -1,4 +1,5 @@
-//! The extension against the draft itself: what we write is valid by its schemas, and its own samples can be read.
+//! The extension against the draft itself: what we write is valid by its schemas, and its own samples can be
+//! read.
 //!
 //! The draft is not ours to ship (CC-BY-4.0). It is fetched and named by
 //!
@@ -10,8 +11,8 @@
 //! cargo test --release -p clangor-pipeline --test cross_audio_draft -- --show-output
 //! ```
 //!
-//! The schemas are interpreted here: they use few keywords, any other is an error, and a validator with all of them would bring
-//! thirty crates. What glTF itself defines, which the draft refers to, is restated below.
+//! The schemas are interpreted here: they use few keywords, any other is an error, and a validator with all
+//! of them would bring thirty crates. What glTF itself defines, which the draft refers to, is restated below.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -291,7 +292,8 @@ fn the_samples_of_the_draft_can_be_read() {
     println!("{} files, {bodies} bodies, {modes} modes, norms {norms:.2?}", files.len());
 }
 
-/// √(mass · mean of |U|² over the surface) of each mode: of the size of 1 for shapes that are normalised by the mass.
+/// √(mass · mean of |U|² over the surface) of each mode: of the size of 1 for shapes that are normalised by
+/// the mass.
 fn weighted_norms(body: &AudioBody, ringing: &Ringing) -> Vec<f64> {
     let quarters = ringing.surface.quarters();
     let areas: Vec<f64> = (0..quarters.triangles.len()).map(|t| quarters.area_vector(t).length()).collect();

@@ -1,4 +1,5 @@
-//! Exported motion, read back with the `gltf` crate, which shares no code with our writer, and with our mesh reader.
+//! Exported motion, read back with the `gltf` crate, which shares no code with our writer, and with our mesh
+//! reader.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! A body that rings as an ellipsoid of the bank beside the same body with modes of its own, from the plan to samples.
+//! A body that rings as an ellipsoid of the bank beside the same body with modes of its own, from the plan to
+//! samples.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -82,7 +83,8 @@ fn impacts(semi_axes: DVec3) -> Vec<(DVec3, DVec3)> {
 const BANDS: usize = 6;
 const LOWEST: f64 = 5_000.0;
 
-/// ∫ p² dt in third octaves, of all impacts, each heard 1.5 m away: acceleration ω Q e^{−ξωt}, whose square lasts 1/(4ξω).
+/// ∫ p² dt in third octaves, of all impacts, each heard 1.5 m away: acceleration ω Q e^{−ξωt}, whose square
+/// lasts 1/(4ξω).
 fn third_octaves(source: &ModalSource, impacts: &[(DVec3, DVec3)]) -> [f64; BANDS] {
     let (mut sums, mut amplitudes, mut transfers) = ([0.0; BANDS], Vec::new(), Vec::new());
     for (k, impact) in impacts.iter().enumerate() {
@@ -157,7 +159,8 @@ fn an_ellipsoid_rings_like_its_proxy() {
             worst = worst.max(difference.abs());
         }
     }
-    // 0.6 dB seen. The entry of the bank is thicker by 9 %; with its own mass instead of the body's all would be 1.5 dB quieter.
+    // 0.6 dB seen. The entry of the bank is thicker by 9 %; with its own mass instead of the body's all would
+    // be 1.5 dB quieter.
     assert!(worst < 1.0, "{worst} dB");
     let [own, proxy] = [&own, &proxy].map(|source| {
         impacts.iter().step_by(9).map(|impact| loudness(&bodies[0], source, *impact)).sum::<f64>()

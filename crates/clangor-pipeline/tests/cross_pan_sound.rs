@@ -1,4 +1,5 @@
-//! A click through the published representation sounds as the same click through our own, within the published error.
+//! A click through the published representation sounds as the same click through our own, within the
+//! published error.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -62,8 +63,8 @@ fn both_published_forms_sound_as_ours() {
     let own = ModelEvaluator::try_new(&model.acceleration).unwrap();
     let own = FieldSource::new(own.field, None, own.radius, DQuat::IDENTITY, Arc::clone(&surface));
     let own = SoundSource::Field(Arc::new(own));
-    // The table of docs/theory/proxy.md has PAN at 12 %, PROXY at 6 %. Seen here: PAN 11.5 %, nearly all of it a sound that is
-    // too quiet, so that a fifth of its energy lacks.
+    // The table of docs/theory/proxy.md has PAN at 12 %, PROXY at 6 %. Seen here: PAN 11.5 %, nearly all of
+    // it a sound that is too quiet, so that a fifth of its energy lacks.
     for (form, most) in
         [(PanForm::Angles { rows: 5, columns: 10 }, 0.2), (PanForm::Octant { tolerance: 0.01 }, 0.1)]
     {

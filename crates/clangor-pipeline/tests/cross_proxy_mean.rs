@@ -1,4 +1,5 @@
-//! An ellipsoid between those of the bank: the mean of those around it against its own field, and against the nearest.
+//! An ellipsoid between those of the bank: the mean of those around it against its own field, and against the
+//! nearest.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -46,8 +47,8 @@ fn between_four_ellipsoids_their_mean_is_better_than_the_nearest() {
         for degree in 0..RIGID_DOFS {
             let (of_mean, of_nearest) = (error(&mean, &own, degree), error(&nearest, &own, degree));
             println!("1 : {b} : {c}, motion {degree}: mean {of_mean:.4}, nearest {of_nearest:.4}");
-            // Seen: 0.01 to 0.03 against 0.11 to 0.23; 0.08 for the rotation about x of the second, whose B and C differ
-            // by 6 %: it is nearly silent, and that of the nearest, with B = C, is.
+            // Seen: 0.01 to 0.03 against 0.11 to 0.23; 0.08 for the rotation about x of the second, whose B
+            // and C differ by 6 %: it is nearly silent, and that of the nearest, with B = C, is.
             let most = if (b, degree) == (0.4775, 3) { 0.12 } else { 0.05 };
             assert!(of_mean < most && of_mean < of_nearest, "{b} {c} {degree}: {of_mean} {of_nearest}");
         }

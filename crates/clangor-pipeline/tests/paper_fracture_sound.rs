@@ -1,4 +1,5 @@
-//! \[FRAC\] Figs. 4 and 5: the less a crack costs, the higher its pieces sound; the impulses of cracks make the onset louder.
+//! \[FRAC\] Figs. 4 and 5: the less a crack costs, the higher its pieces sound; the impulses of cracks make
+//! the onset louder.
 
 mod broken_tile;
 
@@ -33,7 +34,8 @@ fn rise(seed: u64) -> f64 {
     10.0 * (energies[1] / energies[0]).log10()
 }
 
-/// Every tile breaks alike at first, and then otherwise, as its pieces fly otherwise: only the median says something.
+/// Every tile breaks alike at first, and then otherwise, as its pieces fly otherwise: only the median says
+/// something.
 #[test]
 #[ignore = "a minute: cargo test --release -p clangor-pipeline --test paper_fracture_sound -- --ignored"]
 fn cracks_raise_the_onset() {

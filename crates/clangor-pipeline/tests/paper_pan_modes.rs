@@ -1,8 +1,9 @@
-//! The bowl and the coin that the authors of \[PAN\] published as surface meshes, given as files, without repair.
+//! The bowl and the coin that the authors of \[PAN\] published as surface meshes, given as files, without
+//! repair.
 //!
-//! The files are not ours to ship: `CLANGOR_SHARED=FOLDER cargo test --release -p clangor-pipeline --test paper_pan_modes --
-//! --ignored` looks for `bowl.obj` and `coin.obj` in its folder `meshes`. \[PAN\] Table 1 has 2.00 kHz and 10.07 kHz for the
-//! first modes, from linear elements, which are too stiff.
+//! The files are not ours to ship: `CLANGOR_SHARED=FOLDER cargo test --release -p clangor-pipeline --test
+//! paper_pan_modes -- --ignored` looks for `bowl.obj` and `coin.obj` in its folder `meshes`. \[PAN\] Table 1
+//! has 2.00 kHz and 10.07 kHz for the first modes, from linear elements, which are too stiff.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -39,9 +40,9 @@ fn the_first_modes_of_files_have_converged() {
         println!("{file}: {} nodes, {report:?}", mesh.nodes.len());
         for (mode, reference) in modes.modes.iter().zip(reference) {
             println!("{:.1} Hz, {reference:.1} Hz", mode.frequency);
-            // Seen: 1.1e-2 (bowl, on a grid of 4.4 mm, about as wide as its walls are thick); 7.3e-4 (coin). A finer grid
-            // is better, but takes more than the 30 s that modes may take: the program solves the bowl by its section,
-            // within 1.1e-3 (below).
+            // Seen: 1.1e-2 (bowl, on a grid of 4.4 mm, about as wide as its walls are thick); 7.3e-4 (coin).
+            // A finer grid is better, but takes more than the 30 s that modes may take: the program solves
+            // the bowl by its section, within 1.1e-3 (below).
             assert!((mode.frequency / reference - 1.0).abs() < 0.015, "{file}: {} Hz", mode.frequency);
         }
         assert!(modes.modes.len() >= 4 && modes.residual < 1e-6);
@@ -72,8 +73,8 @@ fn the_bowl_is_solved_by_its_section() {
     assert!(found.modes.iter().all(|m| m.mesh_error < 2e-3), "{:?}", found.warnings);
 }
 
-/// So it clicks and radiates its modes as a body of revolution too; the test of `sound_models::recognise` with a bowl of ours
-/// needs no files.
+/// So it clicks and radiates its modes as a body of revolution too; the test of `sound_models::recognise`
+/// with a bowl of ours needs no files.
 #[test]
 #[ignore = "needs the authors' meshes"]
 fn the_bowl_sounds_as_a_body_of_revolution() {

@@ -185,7 +185,8 @@ fn the_file_has_what_the_draft_asks_for() {
     for (name, count) in [("centerOfMass", 3), ("inertiaDiagonal", 3), ("inertiaOrientation", 4)] {
         assert_eq!(mass[name].as_array().unwrap().len(), count, "{name}");
     }
-    // What is heard of the third mode: √(f² − (d/2π)²); the loudest comes first, the one that dies at once last.
+    // What is heard of the third mode: √(f² − (d/2π)²); the loudest comes first, the one that dies at once
+    // last.
     let blob = gltf.blob.as_ref().unwrap();
     let numbers = |name: &str| {
         let accessor = gltf.accessors().nth(model[name].as_u64().unwrap() as usize).unwrap();

@@ -1,4 +1,5 @@
-//! Hand-written contact lists: both formats say the same, mistakes are told by line and column, nothing panics.
+//! Hand-written contact lists: both formats say the same, mistakes are told by line and column, nothing
+//! panics.
 
 use std::fs;
 use std::path::PathBuf;

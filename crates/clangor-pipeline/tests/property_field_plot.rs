@@ -12,8 +12,8 @@ use clangor_pipeline::plots::picture::{Align, Canvas, Colour, Grid, PictureError
 use clangor_pipeline::stages::sound_models::{SoundFileError, read_model};
 use num_complex::Complex64;
 
-/// A rigid sphere, whose field is p ∝ x⁻² (1 + sx) e^{s − sx}/(s² + 2s + 2) cos θ: weights with the zeros of the
-/// denominator, and nodes enough for the exponential.
+/// A rigid sphere, whose field is p ∝ x⁻² (1 + sx) e^{s − sx}/(s² + 2s + 2) cos θ: weights with the zeros of
+/// the denominator, and nodes enough for the exponential.
 fn sphere(radius: f64, max_wavenumber: f64) -> ModelFile {
     let count = 10;
     let positions: Vec<Complex64> =

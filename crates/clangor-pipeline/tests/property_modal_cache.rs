@@ -1,5 +1,5 @@
-//! The cache keeps modes as it keeps fields: whole or not at all, under a name that everything they depend on is in; what is
-//! killed between the modes and their sound goes on from the modes.
+//! The cache keeps modes as it keeps fields: whole or not at all, under a name that everything they depend on
+//! is in; what is killed between the modes and their sound goes on from the modes.
 
 use std::fs;
 use std::ops::ControlFlow;

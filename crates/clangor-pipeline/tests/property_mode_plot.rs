@@ -1,5 +1,5 @@
-//! A picture of modes shows the motion that it is given: red where the surface moves outwards, blue where inwards, white where
-//! it slides.
+//! A picture of modes shows the motion that it is given: red where the surface moves outwards, blue where
+//! inwards, white where it slides.
 
 use clangor_core::glam::{DVec2, DVec3};
 use clangor_core::medium::Medium;

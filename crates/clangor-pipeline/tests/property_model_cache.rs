@@ -1,5 +1,5 @@
-//! The cache gives back what was put in, or nothing: whoever is killed, whoever writes at the same time, and whatever
-//! somebody did to the files.
+//! The cache gives back what was put in, or nothing: whoever is killed, whoever writes at the same time, and
+//! whatever somebody did to the files.
 
 use std::fs;
 use std::ops::ControlFlow;

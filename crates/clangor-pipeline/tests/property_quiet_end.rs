@@ -1,4 +1,5 @@
-//! What breaks comes to rest: in the last second of the shipped scenes nothing touches anything at more than 5 cm/s.
+//! What breaks comes to rest: in the last second of the shipped scenes nothing touches anything at more than
+//! 5 cm/s.
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;

@@ -1,4 +1,5 @@
-//! Timelines on disk: what is written comes back, what is damaged is refused by name, what is unfinished leaves nothing.
+//! Timelines on disk: what is written comes back, what is damaged is refused by name, what is unfinished
+//! leaves nothing.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -197,7 +198,8 @@ fn born(life: Life) -> Life {
     Life { death: f64::INFINITY, ..life }
 }
 
-/// The example, in which the first rock breaks at 0.3 s into three, and the second of these at 0.4 s into two.
+/// The example, in which the first rock breaks at 0.3 s into three, and the second of these at 0.4 s into
+/// two.
 fn broken() -> (TempDir, PathBuf, Timeline) {
     let (folder, path, _) = example();
     let start = header().world.bodies;

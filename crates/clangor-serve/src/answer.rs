@@ -52,7 +52,8 @@ pub(crate) fn answer<B>(page: &Page, port: u16, request: &Request<B>) -> Respons
     response
 }
 
-/// Whether the one who asks means this machine: by the address in the request line, if there is one, and by the one `Host`.
+/// Whether the one who asks means this machine: by the address in the request line, if there is one, and by
+/// the one `Host`.
 fn is_addressed_to(port: u16, uri: &Uri, headers: &HeaderMap) -> bool {
     let ours = |authority: &str| {
         let host = match authority.strip_suffix(&format!(":{port}")) {

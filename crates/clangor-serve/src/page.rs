@@ -35,7 +35,8 @@ pub fn embedded_page() -> Option<Page> {
 }
 
 impl Page {
-    /// A page of the given names, without a leading `/`, and contents; `index.html` is also the answer to `/`.
+    /// A page of the given names, without a leading `/`, and contents; `index.html` is also the answer to
+    /// `/`.
     pub fn new(files: impl IntoIterator<Item = (&'static str, &'static [u8])>) -> Self {
         let mut table = BTreeMap::new();
         for (name, contents) in files {
@@ -52,7 +53,8 @@ impl Page {
         Page { files: table }
     }
 
-    /// The file of exactly this path. Nothing in a path is decoded, joined or shortened: it is in the table or it is not.
+    /// The file of exactly this path. Nothing in a path is decoded, joined or shortened: it is in the table
+    /// or it is not.
     pub fn find(&self, path: &str) -> Option<&PageFile> {
         self.files.get(path)
     }

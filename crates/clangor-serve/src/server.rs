@@ -1,8 +1,8 @@
 //! Listens on the loopback addresses and answers from a [`Page`].
 //!
-//! One thread serves all connections, as many as [`CONNECTIONS`]; beyond that the oldest is cut off, so that those who
-//! connect and say nothing keep nobody out. A request whose head is longer than 8 kB, or takes longer than
-//! [`HEAD_TIMEOUT`], ends its connection.
+//! One thread serves all connections, as many as [`CONNECTIONS`]; beyond that the oldest is cut off, so that
+//! those who connect and say nothing keep nobody out. A request whose head is longer than 8 kB, or takes
+//! longer than [`HEAD_TIMEOUT`], ends its connection.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;

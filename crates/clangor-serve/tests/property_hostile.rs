@@ -1,4 +1,5 @@
-//! Over real sockets: whatever is asked, in whatever spelling, nothing outside the page is reached and the next one is answered.
+//! Over real sockets: whatever is asked, in whatever spelling, nothing outside the page is reached and the
+//! next one is answered.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv6Addr, SocketAddr, TcpStream};

@@ -1,6 +1,8 @@
-//! CPU time of a live world: marbles that fall into a box. `cargo bench -p clangor-sim --bench live_pile -- [KEY=VALUE]..`
+//! CPU time of a live world: marbles that fall into a box. `cargo bench -p clangor-sim --bench live_pile --
+//! [KEY=VALUE]..`
 //!
-//! Keys: `marbles` (300), `seconds` (3), `radius` (0.02), `restitution` (0.6), `step` (0.001953125), `advance` (0.02).
+//! Keys: `marbles` (300), `seconds` (3), `radius` (0.02), `restitution` (0.6), `step` (0.001953125),
+//! `advance` (0.02).
 
 #[path = "../tests/sphere_worlds/mod.rs"]
 mod sphere_worlds;

@@ -1,4 +1,5 @@
-//! CPU time and silence of a pile of rocks in a box: `cargo bench -p clangor-sim --bench rock_pile -- [KEY=VALUE]..`
+//! CPU time and silence of a pile of rocks in a box: `cargo bench -p clangor-sim --bench rock_pile --
+//! [KEY=VALUE]..`
 //!
 //! Keys: `rocks` (1000), `seconds` (6), `step` (2.5e-4), `sleep` (1), `restitution` (0.4), `seed` (2024),
 //! `look` (200): steps between two looks at overlaps.

@@ -1,8 +1,9 @@
 //! Convex parts of a mesh that a scene reads from a file, by approximate convex decomposition.
 //!
-//! A mesh that is convex, or close to it, is its own hull. Any other is cut into voxels and the voxels into clusters (V-HACD: Mamou, "Volumetric
-//! hierarchical approximate convex decomposition", Game Engine Gems 3, 2016; the implementation is parry's); the part is
-//! the hull of the surface within each cluster. What the parts miss or add is measured, not assumed.
+//! A mesh that is convex, or close to it, is its own hull. Any other is cut into voxels and the voxels into
+//! clusters (V-HACD: Mamou, "Volumetric hierarchical approximate convex decomposition", Game Engine Gems 3,
+//! 2016; the implementation is parry's); the part is the hull of the surface within each cluster. What the
+//! parts miss or add is measured, not assumed.
 
 use std::f64::consts::PI;
 
@@ -28,8 +29,8 @@ pub struct DecomposeSettings {
     pub resolution: u32,
     /// Most parts; the decomposition halves, so that powers of two fit best.
     pub most_parts: u32,
-    /// One hull is good enough where it adds less than this share of the volume, or nowhere leaves the surface by
-    /// this share of the diagonal: shallow hollows, such as the pips of a die, are filled.
+    /// One hull is good enough where it adds less than this share of the volume, or nowhere leaves the
+    /// surface by this share of the diagonal: shallow hollows, such as the pips of a die, are filled.
     pub tolerance: f64,
     /// Most points per part.
     pub most_points: usize,
@@ -142,8 +143,8 @@ fn voxel_clusters(mesh: &TriMesh, settings: DecomposeSettings) -> Vec<Vec<DVec3>
     points_of
 }
 
-/// At most `most` points whose hull is close to that of all: the farthest in evenly spread directions, then, one by
-/// one, the point that is farthest outside the hull so far.
+/// At most `most` points whose hull is close to that of all: the farthest in evenly spread directions, then,
+/// one by one, the point that is farthest outside the hull so far.
 fn thin_out(points: &[DVec3], most: usize) -> Vec<DVec3> {
     // Points without volume have no hull; they are dropped later.
     let points = try_convex_hull(points).map_or_else(|_| points.to_vec(), |(corners, _)| corners);
@@ -183,7 +184,8 @@ fn thin_out(points: &[DVec3], most: usize) -> Vec<DVec3> {
     kept
 }
 
-/// Volume of the union of convex bodies [m³]: exact lengths along parallel lines, the midpoint rule across them.
+/// Volume of the union of convex bodies [m³]: exact lengths along parallel lines, the midpoint rule across
+/// them.
 fn union_volume(solids: &[TriMesh]) -> f64 {
     const LINES: usize = 200;
     let bounds: Vec<(DVec3, DVec3)> = solids.iter().map(TriMesh::bounds).collect();

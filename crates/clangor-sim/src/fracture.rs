@@ -14,8 +14,8 @@
 //! | [`crack_impulse`] | how the released stress drives them apart |
 //! | [`hulls`] | what pieces collide with |
 //!
-//! Stresses and energies come from outside (`clangor_bake::stress`); what happens to the pieces afterwards is the
-//! solver's business.
+//! Stresses and energies come from outside (`clangor_bake::stress`); what happens to the pieces afterwards is
+//! the solver's business.
 //!
 //! Source: \[FRAC\] §3.2 and §3.3.
 
@@ -65,8 +65,8 @@ impl Shatter {
     }
 }
 
-/// Breaks a body as far as its strain energy \[J\] goes; `energy_density` \[J/m³\] is that of each corner of its mesh.
-/// `None` if it does not go far enough for any crack.
+/// Breaks a body as far as its strain energy \[J\] goes; `energy_density` \[J/m³\] is that of each corner of
+/// its mesh. `None` if it does not go far enough for any crack.
 ///
 /// # Errors
 /// [`FractureError`].
@@ -82,8 +82,8 @@ pub fn shatter(
     Ok(afforded(split_by_regions(body, &pattern.region)?, strain_energy, settings))
 }
 
-/// Breaks a body along the planes that it was scored with, all of them at once. `None` if they do not divide it, or cost
-/// more than the strain energy \[J\] pays for.
+/// Breaks a body along the planes that it was scored with, all of them at once. `None` if they do not divide
+/// it, or cost more than the strain energy \[J\] pays for.
 ///
 /// # Errors
 /// [`FractureError`].

@@ -4,8 +4,9 @@
 //! * [`spheres`]: exact event-driven motion of spheres, planes, springs and hung spheres;
 //! * [`rigid`]: time-stepped impulses for bodies of any shape (feature `rigid`).
 //!
-//! [`live`] moves worlds of spheres as long as one likes and lets them be changed on the way. [`decompose`] (feature `rigid`) finds the convex parts of a mesh from a file; [`fracture`] (feature `fracture`) breaks
-//! a body into pieces.
+//! [`live`] moves worlds of spheres as long as one likes and lets them be changed on the way. [`decompose`]
+//! (feature `rigid`) finds the convex parts of a mesh from a file; [`fracture`] (feature `fracture`) breaks a
+//! body into pieces.
 
 #[cfg(feature = "rigid")]
 pub mod decompose;
@@ -34,7 +35,8 @@ pub struct SimulationSettings {
     pub solver: Solver,
     /// Simulated time \[s\].
     pub duration: f64,
-    /// Step of the time-stepped solver \[s\]. The sphere solver uses it only to sample lasting contacts for the log.
+    /// Step of the time-stepped solver \[s\]. The sphere solver uses it only to sample lasting contacts for
+    /// the log.
     pub time_step: f64,
     /// What is logged.
     pub record: RecordSettings,
@@ -59,7 +61,8 @@ pub struct SimulationReport {
     pub births: u64,
     /// What became of the impacts on bodies that may break.
     pub breaking: BreakingReport,
-    /// Events of the sphere solver: impacts, cells left, phases ended, searches renewed; 0 where time is stepped.
+    /// Events of the sphere solver: impacts, cells left, phases ended, searches renewed; 0 where time is
+    /// stepped.
     pub events: u64,
     /// Largest overlap seen \[m\].
     pub deepest_overlap: f64,
@@ -168,11 +171,13 @@ pub enum SimulationError {
     Interrupted,
 }
 
-/// More inelastic balls than this that fall freely may pile up, which the sphere solver can follow but slowly.
+/// More inelastic balls than this that fall freely may pile up, which the sphere solver can follow but
+/// slowly.
 const FEW_FALLING: usize = 8;
 
-/// The solver that `Auto` stands for in a world: `Spheres` where all bodies are spheres and planes that forces alone
-/// move, unless so many inelastic balls fall that they may come to lie on each other; else `Rigid`.
+/// The solver that `Auto` stands for in a world: `Spheres` where all bodies are spheres and planes that
+/// forces alone move, unless so many inelastic balls fall that they may come to lie on each other; else
+/// `Rigid`.
 pub fn choose_solver(world: &World, solver: Solver) -> Solver {
     let suits_spheres = |b: &Body| {
         let prescribed = matches!(&b.motion, Motion::Keyframed(track) if !track.is_fixed());
@@ -239,8 +244,8 @@ fn ended(
     Ok(report?)
 }
 
-/// Simulates a world whose bodies may break, in steps of time whatever the settings choose: `breaker` looks at each step,
-/// and the bodies that it names are replaced by its pieces at the end of that step.
+/// Simulates a world whose bodies may break, in steps of time whatever the settings choose: `breaker` looks
+/// at each step, and the bodies that it names are replaced by its pieces at the end of that step.
 ///
 /// # Errors
 /// [`SimulationError`], also those of `breaker`; the sink has all rows until then.

@@ -1,17 +1,18 @@
-//! Worlds of spheres that run on and on, and are changed on the way: thrown, added, removed, turned upside down.
+//! Worlds of spheres that run on and on, and are changed on the way: thrown, added, removed, turned upside
+//! down.
 //!
-//! A [`LiveWorld`] advances as far as it is told, hands out the impacts as force pulses, and takes changes at the instant
-//! that it has reached. Two solvers move it:
-//! * the exact one ([`spheres`](crate::spheres)), from event to event. It is rebuilt from the present state after a change,
-//!   which costs about as much as two events per ball;
-//! * a stepped one, where bodies come to lie on each other: as [`choose_solver`] says, or
-//!   once the exact one has needed more than [`LiveSettings::exact_events`] events per second. There is no way back.
+//! A [`LiveWorld`] advances as far as it is told, hands out the impacts as force pulses, and takes changes at
+//! the instant that it has reached. Two solvers move it:
+//! * the exact one ([`spheres`](crate::spheres)), from event to event. It is rebuilt from the present state
+//!   after a change, which costs about as much as two events per ball;
+//! * a stepped one, where bodies come to lie on each other: as [`choose_solver`] says, or once the exact one
+//!   has needed more than [`LiveSettings::exact_events`] events per second. There is no way back.
 //!
 //! Balls on rods and springs are moved by the exact solver alone, however long it takes.
 //!
-//! Impacts are merged as in the log of a run ([`record`](crate::record)), and so an impact is handed out up to
-//! [`MERGE_WINDOW`](crate::record::MERGE_WINDOW) after its instant, never later than the first advance after that. What
-//! is handed out does not depend on how the time is cut into advances.
+//! Impacts are merged as in the log of a run ([`record`](crate::record)), and so an impact is handed out up
+//! to [`MERGE_WINDOW`](crate::record::MERGE_WINDOW) after its instant, never later than the first advance
+//! after that. What is handed out does not depend on how the time is cut into advances.
 
 mod impacts;
 
@@ -39,7 +40,8 @@ pub const FASTEST: f64 = 200.0;
 pub const RADII: [f64; 2] = [1e-4, 100.0];
 /// Farthest from the origin \[m\].
 const FARTHEST: f64 = 1e5;
-/// The exact solver's own clock never runs longer than this \[s\], so that its instants stay finer than its lengths.
+/// The exact solver's own clock never runs longer than this \[s\], so that its instants stay finer than its
+/// lengths.
 const LONGEST_CLOCK: f64 = 64.0;
 /// Slices of time in which the events of the exact solver are counted \[s\].
 const SLICE: f64 = 1.0 / 256.0;
@@ -213,8 +215,8 @@ impl LiveWorld {
         }
     }
 
-    /// Goes on to a time \[s\], but not much further than `most` events: `false` if there is more to do. The stepped solver
-    /// goes up to one step further than asked.
+    /// Goes on to a time \[s\], but not much further than `most` events: `false` if there is more to do. The
+    /// stepped solver goes up to one step further than asked.
     ///
     /// # Errors
     /// A time that is negative, none, or further than [`LONGEST_ADVANCE`] away; a world that diverges.

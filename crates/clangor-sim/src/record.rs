@@ -1,10 +1,10 @@
 //! The log: raw solver rows become impacts and a force stream.
 //!
-//! An impact is all impulses of one pair of bodies within [`MERGE_WINDOW`] of its first instant. Its speed is the
-//! approach speed before that instant, the maximum over the instant's points. An impact slower than `v_min` is none:
-//! its rows belong to the force stream of resting, sliding and rolling contact, and it never swallows a faster one. A
-//! contact-phase row that approaches faster than `v_min` starts an impact too. The force stream is written only on
-//! request.
+//! An impact is all impulses of one pair of bodies within [`MERGE_WINDOW`] of its first instant. Its speed is
+//! the approach speed before that instant, the maximum over the instant's points. An impact slower than
+//! `v_min` is none: its rows belong to the force stream of resting, sliding and rolling contact, and it never
+//! swallows a faster one. A contact-phase row that approaches faster than `v_min` starts an impact too. The
+//! force stream is written only on request.
 
 use std::collections::BTreeMap;
 
@@ -80,8 +80,9 @@ impl<'a> Recorder<'a> {
         &self.settings
     }
 
-    /// Takes the rows of one impact: one pair of bodies (A and B in the same order in every row), one instant, one
-    /// or more points. `poses` are the states of its moving bodies at that instant, before the impulse.
+    /// Takes the rows of one impact: one pair of bodies (A and B in the same order in every row), one
+    /// instant, one or more points. `poses` are the states of its moving bodies at that instant, before the
+    /// impulse.
     ///
     /// # Errors
     /// Those of the sink.
@@ -111,7 +112,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Takes the rows of one pair's lasting contact in one step. Rows that approach faster than `v_min` are an impact.
+    /// Takes the rows of one pair's lasting contact in one step. Rows that approach faster than `v_min` are
+    /// an impact.
     pub fn contact(&mut self, rows: &[ContactRow], poses: &[PoseRow]) -> std::io::Result<()> {
         if rows.iter().any(|r| r.kind == ContactKind::Contact && r.approach_speed() > self.settings.v_min) {
             return self.impact(rows, poses);
@@ -142,7 +144,8 @@ impl<'a> Recorder<'a> {
         self.sink.pose(row)
     }
 
-    /// Takes a fracture, its pieces, and the impulses of its cracks; those between the same two pieces are one impact.
+    /// Takes a fracture, its pieces, and the impulses of its cracks; those between the same two pieces are
+    /// one impact.
     pub fn fracture(
         &mut self,
         row: &FractureRow,

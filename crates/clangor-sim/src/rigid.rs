@@ -1,17 +1,18 @@
 //! Time-stepped impulses for bodies of any shape.
 //!
 //! One step of length Δt:
-//! 1. every body flies freely to the middle of the step (`state`, `flight`), where contacts are found or re-measured
-//!    (`broad_phase`, `pair`, `manifold`);
-//! 2. the *collision phase* takes the impacts of the step in the order of their times, each at the exact poses of its
-//!    instant, with restitution and friction (`collision_phase`);
+//! 1. every body flies freely to the middle of the step (`state`, `flight`), where contacts are found or
+//!    re-measured (`broad_phase`, `pair`, `manifold`);
+//! 2. the *collision phase* takes the impacts of the step in the order of their times, each at the exact
+//!    poses of its instant, with restitution and friction (`collision_phase`);
 //! 3. gravity and springs act;
 //! 4. the *contact phase* solves resting, sliding and rolling contact without restitution (`contact_phase`);
 //! 5. every body flies to the end of the step, and what has lain still falls asleep (`sleep`).
 //!
-//! The two phases are those of Guendelman, Bridson and Fedkiw (2003, \[GUE\]), the midpoint geometry Moreau's, the
-//! reflections Smith et al.'s (2012, \[REFL\]). Every change of momentum but gravity's is a row of the [`StepLog`], so that
-//! `m Δv = m g Δt + Σ j` and `ΔL = Σ (r × j + c)` hold to rounding for every body that is awake, in every step.
+//! The two phases are those of Guendelman, Bridson and Fedkiw (2003, \[GUE\]), the midpoint geometry
+//! Moreau's, the reflections Smith et al.'s (2012, \[REFL\]). Every change of momentum but gravity's is a row
+//! of the [`StepLog`], so that `m Δv = m g Δt + Σ j` and `ΔL = Σ (r × j + c)` hold to rounding for every body
+//! that is awake, in every step.
 //!
 //! A ball's flight and impacts are exact for any Δt, those of other shapes to the accuracy of `flight`.
 //!
@@ -93,11 +94,12 @@ pub struct RigidWorld {
 }
 
 impl RigidWorld {
-    /// The world at t = 0, to be moved in steps of `time_step` \[s\]; with `sleep`, bodies at rest are put to sleep.
+    /// The world at t = 0, to be moved in steps of `time_step` \[s\]; with `sleep`, bodies at rest are put to
+    /// sleep.
     ///
     /// # Errors
-    /// [`SimulationError::BadBody`] for a body that cannot be simulated, [`SimulationError::Unsupported`] for a link,
-    /// [`SimulationError::StartOverlap`] where bodies overlap by more than 0.1 mm.
+    /// [`SimulationError::BadBody`] for a body that cannot be simulated, [`SimulationError::Unsupported`] for
+    /// a link, [`SimulationError::StartOverlap`] where bodies overlap by more than 0.1 mm.
     pub fn try_new(world: &World, time_step: f64, sleep: bool) -> Result<Self, SimulationError> {
         if !(time_step > 0.0 && time_step.is_finite()) {
             return Err(SimulationError::BadSetting { setting: "time_step", value: time_step });
@@ -176,7 +178,8 @@ impl RigidWorld {
         }
     }
 
-    /// Momentum \[N s\] and angular momentum about the centre of mass \[N m s\] of a free body now, world frame.
+    /// Momentum \[N s\] and angular momentum about the centre of mass \[N m s\] of a free body now, world
+    /// frame.
     pub fn momentum(&self, body: BodyId) -> (DVec3, DVec3) {
         let state = &self.bodies[body.index()];
         (state.velocity * state.mass, state.momentum)
@@ -214,7 +217,8 @@ impl RigidWorld {
         self.bodies[body.index()].asleep
     }
 
-    /// Deepest overlap of any two bodies in the last step \[m\], beyond that with which one of them was born; 0 if none.
+    /// Deepest overlap of any two bodies in the last step \[m\], beyond that with which one of them was born;
+    /// 0 if none.
     pub fn deepest_overlap(&self) -> f64 {
         let points = self.pairs.iter().filter(|p| p.live && p.hits == 0).flat_map(|p| &p.points);
         points.map(|p| -p.gap).fold(0.0, f64::max)

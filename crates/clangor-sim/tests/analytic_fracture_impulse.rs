@@ -51,8 +51,8 @@ fn halves_of_a_stretched_bar_separate_along_its_axis() {
     assert_eq!(impulses.len(), split.crack_faces.len());
 }
 
-/// A crack that runs crooked through the same bar: the force is that of the section, whatever the crack's form, so that
-/// the pieces still leave along the axis, though they turn.
+/// A crack that runs crooked through the same bar: the force is that of the section, whatever the crack's
+/// form, so that the pieces still leave along the axis, though they turn.
 #[test]
 fn pieces_of_a_stretched_bar_leave_along_its_axis_from_any_crack() {
     let bar = Piece::whole(&block(EDGES, [9, 2, 2]).unwrap()).unwrap();

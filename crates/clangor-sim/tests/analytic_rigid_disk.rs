@@ -1,7 +1,7 @@
 //! A thick disk rolling on its edge with its centre of mass at rest (Euler's disk) against the closed form.
 //!
-//! With the axis tilted by θ and the lowest rim point at c from the centre of mass, ω is parallel to c (the contact is
-//! at rest), and `dL/dt = Ω ẑ × L = c × m g ẑ` gives the precession Ω.
+//! With the axis tilted by θ and the lowest rim point at c from the centre of mass, ω is parallel to c (the
+//! contact is at rest), and `dL/dt = Ω ẑ × L = c × m g ẑ` gives the precession Ω.
 
 #[path = "scenes/rigid.rs"]
 #[allow(dead_code)]

@@ -1,4 +1,5 @@
-//! Impacts of the time-stepped solver against closed forms: bounces, Newton's cradle, the break of three balls.
+//! Impacts of the time-stepped solver against closed forms: bounces, Newton's cradle, the break of three
+//! balls.
 
 #[path = "scenes/rigid.rs"]
 #[allow(dead_code)]

@@ -91,7 +91,8 @@ fn a_conical_pendulum_circles() {
 
 #[test]
 fn two_rods_leave_a_circle() {
-    // Anchors at z = ±w: the ball swings as a plane pendulum of length √(l² − w²) about the line between them.
+    // Anchors at z = ±w: the ball swings as a plane pendulum of length √(l² − w²) about the line between
+    // them.
     let (l, start, half_width) = (0.4, 0.8, 0.15);
     let steel = material(0.5, 0.3, 0.0);
     let ball = sphere(0.01, hung_at(start, l), DVec3::ZERO, &steel);
@@ -233,8 +234,9 @@ fn a_hung_cradle_passes_the_energy_on() {
             let shares = hung_cradle(gap, lifted);
             let outgoing: f64 = shares[5 - lifted..].iter().sum();
             println!("hung cradle, gap {gap:e}, {lifted} lifted: 1 - share = {:.1e}", 1.0 - outgoing);
-            // Residuals seen: 0, 0, 1e-10, 1e-8. With a gap each struck ball has left the bottom when it strikes the
-            // next, and the lines of centres are no longer level: what stays behind is physics, of second order.
+            // Residuals seen: 0, 0, 1e-10, 1e-8. With a gap each struck ball has left the bottom when it
+            // strikes the next, and the lines of centres are no longer level: what stays behind is physics,
+            // of second order.
             assert!(1.0 - outgoing < bar, "{gap:e} {lifted}: {shares:?}");
             let each = 1.0 / lifted as f64;
             assert!(shares[5 - lifted..].iter().all(|s| (s - each).abs() < bar.max(2e-3 * gap / 1e-4)));

@@ -1,5 +1,5 @@
-//! Brittle bodies that fall: what breaks keeps mass, momentum and angular momentum, energy never grows, and the outcome does
-//! not hang on the time step.
+//! Brittle bodies that fall: what breaks keeps mass, momentum and angular momentum, energy never grows, and
+//! the outcome does not hang on the time step.
 
 #![cfg(feature = "fracture")]
 

@@ -1,4 +1,5 @@
-//! Hulls of pieces: how much volume they add or miss, how far off they are, and how far siblings reach into each other.
+//! Hulls of pieces: how much volume they add or miss, how far off they are, and how far siblings reach into
+//! each other.
 
 use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
@@ -90,8 +91,8 @@ fn hulls_stand_for_their_pieces() {
             distances.push(fit.worst() / element);
         }
         let middle = hulls.len() / 2;
-        // Seen: 0.033 at most; medians within 0.02, rings 0.1; all within −0.12 and +0.16; 1.4 elements at most, which is a
-        // fifth of the smallest piece.
+        // Seen: 0.033 at most; medians within 0.02, rings 0.1; all within −0.12 and +0.16; 1.4 elements at
+        // most, which is a fifth of the smallest piece.
         assert!(contested < 0.05, "{name}: {contested}");
         assert!(volumes[middle].abs() < 0.12, "{name}: {volumes:?}");
         assert!(volumes[0] > -0.15 && volumes[hulls.len() - 1] < 0.2, "{name}: {volumes:?}");

@@ -1,5 +1,5 @@
-//! Patterns: they cost no more than the energy pays for, seeds fall where the energy is, regions hang together, and the
-//! same seed gives the same pattern.
+//! Patterns: they cost no more than the energy pays for, seeds fall where the energy is, regions hang
+//! together, and the same seed gives the same pattern.
 
 use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_core::glam::DVec3;
@@ -44,7 +44,8 @@ fn cracks_cost_at_most_their_share_of_the_energy() {
     }
 }
 
-/// What the pattern predicts is what the cut gives, before small elements merge: volumes to rounding, the area no less.
+/// What the pattern predicts is what the cut gives, before small elements merge: volumes to rounding, the
+/// area no less.
 #[test]
 fn area_and_volumes_are_those_of_the_pieces() {
     let (plate, volume) = plate();

@@ -61,8 +61,8 @@ fn random_regions(piece: &Piece, random: &mut SplitMix) -> Option<Vec<u32>> {
     draw_pattern(&piece.mesh, &energy, 1e9, &settings).unwrap().map(|p| p.region)
 }
 
-/// Every edge has two triangles, in opposite directions; around every vertex they make one ring; and they hang together, so
-/// that no piece has another in its hollow. Written without the library's own topology.
+/// Every edge has two triangles, in opposite directions; around every vertex they make one ring; and they
+/// hang together, so that no piece has another in its hollow. Written without the library's own topology.
 fn assert_solid(surface: &TriMesh) {
     let mut edges: BTreeMap<(u32, u32), i32> = BTreeMap::new();
     let mut links: BTreeMap<u32, BTreeMap<u32, u32>> = BTreeMap::new();
@@ -93,8 +93,8 @@ fn assert_solid(surface: &TriMesh) {
     assert!(seen.iter().all(|s| *s), "a hollow");
 }
 
-/// What must not change when a body breaks: volume, first and second moments, and with them mass, centre, momentum and
-/// angular momentum of every rigid motion.
+/// What must not change when a body breaks: volume, first and second moments, and with them mass, centre,
+/// momentum and angular momentum of every rigid motion.
 fn assert_balance(parent: &Piece, split: &Split) {
     let whole = parent.mass_properties().unwrap();
     let parts: Vec<MassProperties> = split.pieces.iter().map(|p| p.mass_properties().unwrap()).collect();
@@ -132,7 +132,8 @@ fn areas(piece: &Piece) -> [f64; 2] {
     sums
 }
 
-/// Fractures bodies one after the other, and the largest piece of each again, until there were so many fractures.
+/// Fractures bodies one after the other, and the largest piece of each again, until there were so many
+/// fractures.
 fn fracture_many(count: usize, seed: u64) {
     let bodies = bodies();
     let mut random = SplitMix::new(seed);
@@ -170,8 +171,8 @@ fn worst_shape(mesh: &TetMesh) -> f64 {
     (0..mesh.elements.len()).map(shape).fold(f64::INFINITY, f64::min)
 }
 
-/// Everything breaks in three, five times over. Elements do not collapse, and do not multiply without end: each
-/// generation has three times the pieces, and at most twice the elements at first, fewer later.
+/// Everything breaks in three, five times over. Elements do not collapse, and do not multiply without end:
+/// each generation has three times the pieces, and at most twice the elements at first, fewer later.
 #[test]
 fn elements_stay_sound_over_generations() {
     let mut random = SplitMix::new(8);

@@ -1,4 +1,5 @@
-//! Piles of live worlds: energy, momentum, overlap and rest in steps of time, and one bounce against the exact solver.
+//! Piles of live worlds: energy, momentum, overlap and rest in steps of time, and one bounce against the
+//! exact solver.
 
 mod sphere_worlds;
 
@@ -46,7 +47,8 @@ fn a_pile_loses_energy_until_it_sleeps() {
     assert_eq!(still, live.count());
 }
 
-/// Largest residual of the momentum of a ball over 20 ms, relative to the impulses on it, and the same for spin.
+/// Largest residual of the momentum of a ball over 20 ms, relative to the impulses on it, and the same for
+/// spin.
 fn ledger(world: &World, end: f64) -> (f64, f64) {
     let mut live = LiveWorld::new(world, LiveSettings { log: true, ..stepped() }).unwrap();
     let mut moments: Vec<(f64, Vec<BodyState>)> = vec![(0.0, live.states())];
@@ -61,7 +63,8 @@ fn ledger(world: &World, end: f64) -> (f64, f64) {
     for pair in moments[..moments.len() - 1].windows(2) {
         let [(from, before), (to, after)] = pair else { continue };
         let mut sums: BTreeMap<BodyId, (DVec3, DVec3, f64)> = BTreeMap::new();
-        // Impacts have their instants, also that of the beginning of a step; all else is told at the end of its step.
+        // Impacts have their instants, also that of the beginning of a step; all else is told at the end of
+        // its step.
         let within = |row: &&ContactRow| match row.kind {
             ContactKind::Impact => row.time >= *from && row.time < *to,
             _ => row.time > *from && row.time <= *to,

@@ -1,5 +1,5 @@
-//! Bodies that break: births take no energy from nowhere, pieces neither burst apart nor sink into each other, and what
-//! lies comes to rest.
+//! Bodies that break: births take no energy from nowhere, pieces neither burst apart nor sink into each
+//! other, and what lies comes to rest.
 
 #[path = "scenes/pieces.rs"]
 mod cut;

@@ -1,4 +1,5 @@
-//! What the time-stepped solver must stand or refuse: fast bodies, overlaps, nonsense, moving bodies, springs.
+//! What the time-stepped solver must stand or refuse: fast bodies, overlaps, nonsense, moving bodies,
+//! springs.
 
 #[path = "scenes/rigid.rs"]
 #[allow(dead_code)]
@@ -270,8 +271,8 @@ fn a_bowl_falls_through_the_public_entrance() {
     assert!(matches!(stopped, Err(SimulationError::Interrupted)));
 }
 
-/// Random heaps of every kind of body, of sizes from 2 mm to 0.5 m, with any losses, gravity and step: an error is
-/// allowed; a panic, a number that is not finite or energy from nowhere is not.
+/// Random heaps of every kind of body, of sizes from 2 mm to 0.5 m, with any losses, gravity and step: an
+/// error is allowed; a panic, a number that is not finite or energy from nowhere is not.
 #[test]
 fn wild_worlds_end_in_order() {
     let mut refused = 0;

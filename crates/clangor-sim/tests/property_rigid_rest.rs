@@ -1,7 +1,7 @@
 //! Dropped bodies come to rest and are silent from then on.
 //!
-//! A body rests once its surface has been slower than 2 cm/s for 50 ms. From 0.5 s after that no contact may approach
-//! faster than 5 cm/s, the threshold of what is heard.
+//! A body rests once its surface has been slower than 2 cm/s for 50 ms. From 0.5 s after that no contact may
+//! approach faster than 5 cm/s, the threshold of what is heard.
 
 #[path = "scenes/rigid.rs"]
 #[allow(dead_code)]
@@ -56,7 +56,8 @@ fn drop(body: &Body, material: &Material, seed: u64, limit: f64) -> Drop {
     body.pose.orientation = random.orientation();
     body.velocity = DVec3::new(random.signed(), 0.0, random.signed()) * 0.2;
     body.angular_velocity = DVec3::new(random.signed(), random.signed(), random.signed()) * 20.0;
-    // A smooth coin that falls flat runs round its rim at thousands of radians per second: [PAN] Table 2 steps it finer.
+    // A smooth coin that falls flat runs round its rim at thousands of radians per second: [PAN] Table 2
+    // steps it finer.
     let time_step = if body.name == "coin" { COIN_STEP } else { TIME_STEP };
     let mut rigid = RigidWorld::try_new(&world(vec![floor(material), body]), time_step, true).unwrap();
     let mut log = StepLog::new();

@@ -7,7 +7,8 @@ use clangor_sim::SimulationError;
 use glam::DVec3;
 use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, run, settings, sphere, world};
 
-/// Runs and checks that energy (kinetic and of height) never grows by more than rounding and the hovering of piles.
+/// Runs and checks that energy (kinetic and of height) never grows by more than rounding and the hovering of
+/// piles.
 fn ends(name: &str, world: &World, duration: f64) -> f64 {
     let (timeline, report) = run(world, &settings(duration, true, 256.0)).unwrap();
     let mut energies = Vec::new();

@@ -1,12 +1,12 @@
 //! The live engine as a WebAssembly module with a plain C interface, without glue.
 //!
-//! One file, instantiated twice: [`synth`] in an `AudioWorklet`, [`world`] in a worker; the instances share nothing.
-//! All numbers are SI. Pointers are byte offsets into the memory of the instance; whatever allocates may move it, so a
-//! page creates its views anew after such a call. What the functions mean is written at those of the same names in the
-//! modules, which native code calls as well.
+//! One file, instantiated twice: [`synth`] in an `AudioWorklet`, [`world`] in a worker; the instances share
+//! nothing. All numbers are SI. Pointers are byte offsets into the memory of the instance; whatever allocates
+//! may move it, so a page creates its views anew after such a call. What the functions mean is written at
+//! those of the same names in the modules, which native code calls as well.
 //!
-//! A page writes text, files and lists of f64 into [`wasm_buffer::buffer`]. Functions that return an `i32` return a negative
-//! number if they refuse, and [`wasm_buffer::message`] tells why.
+//! A page writes text, files and lists of f64 into [`wasm_buffer::buffer`]. Functions that return an `i32`
+//! return a negative number if they refuse, and [`wasm_buffer::message`] tells why.
 //!
 //! The layout of an event, [`event::STRIDE`] numbers, is written in [`event`](mod@event).
 
@@ -17,8 +17,8 @@ pub mod world;
 
 /// Exports functions of the modules under their own names.
 ///
-/// An exported name is a promise to the linker that no other function has it, which is why the attribute is called unsafe.
-/// The code behind it is not.
+/// An exported name is a promise to the linker that no other function has it, which is why the attribute is
+/// called unsafe. The code behind it is not.
 macro_rules! export {
     ($($module:ident::$name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
         mod exports {

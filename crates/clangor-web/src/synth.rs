@@ -1,6 +1,7 @@
 //! The synthesiser of a page: events go in, blocks of two channels come out.
 //!
-//! An [`Engine`] and its [`Controller`] on one thread, the audio worklet's. Until [`synth_start`] it is silent.
+//! An [`Engine`] and its [`Controller`] on one thread, the audio worklet's. Until [`synth_start`] it is
+//! silent.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -150,16 +151,18 @@ fn put(playing: Option<&mut Playing>, slot: u32, file: &File) -> Result<(), Synt
     Ok(controller.put(slot as usize, Some(object))?)
 }
 
-/// Starts anew, silent, at sample 0: samples a second, the length of the blocks that will be asked for, and the scene in the
-/// buffer, as TOML of so many bytes, for its medium, floor, room and air. Objects stay in their slots.
+/// Starts anew, silent, at sample 0: samples a second, the length of the blocks that will be asked for, and
+/// the scene in the buffer, as TOML of so many bytes, for its medium, floor, room and air. Objects stay in
+/// their slots.
 pub fn synth_start(sample_rate: f64, block: u32, scene_bytes: u32) -> i32 {
     let text = wasm_buffer::bytes(scene_bytes);
     STATE.with_borrow_mut(|state| status(state.start(sample_rate, block, &text)))
 }
 
-/// Puts the sound model that lies in the buffer, a file of so many bytes as `clangor bake` writes it, into a slot. Behind it in the
-/// buffer may be how fast it dies away, as JSON of so many bytes: pairs of a frequency \[Hz\] and a T60 \[s\], between which it is
-/// interpolated. Without, it is that of the library's material that the model names.
+/// Puts the sound model that lies in the buffer, a file of so many bytes as `clangor bake` writes it, into a
+/// slot. Behind it in the buffer may be how fast it dies away, as JSON of so many bytes: pairs of a frequency
+/// \[Hz\] and a T60 \[s\], between which it is interpolated. Without, it is that of the library's material
+/// that the model names.
 pub fn synth_load(slot: u32, bytes: u32, damping_bytes: u32) -> i32 {
     let mut model = wasm_buffer::bytes(bytes.saturating_add(damping_bytes));
     let damping = model.split_off(model.len().min(bytes as usize));
@@ -178,7 +181,8 @@ pub fn synth_listener(lx: f64, ly: f64, lz: f64, rx: f64, ry: f64, rz: f64) -> i
     send(Event::Receivers([DVec3::new(lx, ly, lz), DVec3::new(rx, ry, rz)]))
 }
 
-/// Takes so many events out of the buffer; returns how many were taken. The rest was of unknown kinds, or too much.
+/// Takes so many events out of the buffer; returns how many were taken. The rest was of unknown kinds, or too
+/// much.
 pub fn synth_push(count: u32) -> u32 {
     STATE.with_borrow_mut(|state| {
         let Some(playing) = &mut state.playing else { return 0 };
@@ -257,8 +261,8 @@ pub fn synth_silence() -> i32 {
     send(Event::Silence)
 }
 
-/// The next samples, 4096 at most: all of the left channel, then all of the right, as they are to be played; then the same
-/// two as pressure \[Pa\], for recording and measuring.
+/// The next samples, 4096 at most: all of the left channel, then all of the right, as they are to be played;
+/// then the same two as pressure \[Pa\], for recording and measuring.
 pub fn synth_render(frames: u32) -> *const f32 {
     let frames = frames.clamp(1, MOST_FRAMES) as usize;
     STATE.with_borrow_mut(|state| {
@@ -287,8 +291,9 @@ pub fn synth_time() -> f64 {
     STATE.with_borrow(|state| state.playing.as_ref().map_or(0.0, |playing| playing.engine.time()))
 }
 
-/// [`REPORT`] numbers: events taken, waves, late, distant, refused and lost, shed waves and impacts, shed objects, objects that
-/// ring, modes that ring, largest pressure since this was asked last \[Pa\], masked waves, waves with the receiver inside.
+/// [`REPORT`] numbers: events taken, waves, late, distant, refused and lost, shed waves and impacts, shed
+/// objects, objects that ring, modes that ring, largest pressure since this was asked last \[Pa\], masked
+/// waves, waves with the receiver inside.
 pub fn synth_report() -> *const f64 {
     STATE.with_borrow_mut(|state| {
         if let Some(Playing { controller, unknown, .. }) = &state.playing {

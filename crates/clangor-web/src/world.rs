@@ -1,6 +1,7 @@
 //! The moving world of a page: spheres and planes of a scene, in a [`LiveWorld`].
 //!
-//! Lists are valid until the next call. All functions may be called before [`world_load`]: the world is then empty.
+//! Lists are valid until the next call. All functions may be called before [`world_load`]: the world is then
+//! empty.
 
 use std::cell::RefCell;
 
@@ -119,14 +120,15 @@ fn materials(world: &World) -> Vec<Material> {
     materials
 }
 
-/// Loads the scene that lies in the buffer, as TOML of so many bytes: its spheres, planes, springs, hung spheres and
-/// gravity. The clock shows 0.
+/// Loads the scene that lies in the buffer, as TOML of so many bytes: its spheres, planes, springs, hung
+/// spheres and gravity. The clock shows 0.
 pub fn world_load(scene_bytes: u32) -> i32 {
     let text = wasm_buffer::bytes(scene_bytes);
     STATE.with_borrow_mut(|state| status(state.load(&text)))
 }
 
-/// Goes on to a time \[s\]. 0: done; 1: not yet, after computing for about so many seconds (0: 20 ms), call again.
+/// Goes on to a time \[s\]. 0: done; 1: not yet, after computing for about so many seconds (0: 20 ms), call
+/// again.
 pub fn world_advance(until: f64, budget_s_hint: f64) -> i32 {
     STATE.with_borrow_mut(|state| status(state.advance(until, budget_s_hint)))
 }
@@ -141,8 +143,9 @@ pub fn world_body_count() -> u32 {
     STATE.with_borrow(|state| state.world.as_ref().map_or(0, LiveWorld::count) as u32)
 }
 
-/// For each body [`BODY_STRIDE`] numbers: radius \[m\], 0 for a plane or where a body has been removed; index of the
-/// material; 1 if it moves freely; 1 if it is a plane; outward normal of the plane; n·x of its surface \[m\].
+/// For each body [`BODY_STRIDE`] numbers: radius \[m\], 0 for a plane or where a body has been removed; index
+/// of the material; 1 if it moves freely; 1 if it is a plane; outward normal of the plane; n·x of its surface
+/// \[m\].
 pub fn world_bodies() -> *const f64 {
     STATE.with_borrow_mut(|state| {
         let State { world, materials, bodies, .. } = state;
@@ -172,8 +175,9 @@ pub fn world_link_count() -> u32 {
     STATE.with_borrow(|state| state.world.as_ref().map_or(0, |world| world.links().len()) as u32)
 }
 
-/// For each rod and spring [`LINK_STRIDE`] numbers: 0 for a rod, 1 for a spring; the body at one end; the body at the other
-/// or −1; the fixed point where there is none \[m\]; the length without force \[m\], 0 for a rod; 0.
+/// For each rod and spring [`LINK_STRIDE`] numbers: 0 for a rod, 1 for a spring; the body at one end; the
+/// body at the other or −1; the fixed point where there is none \[m\]; the length without force \[m\], 0 for
+/// a rod; 0.
 pub fn world_links() -> *const f64 {
     STATE.with_borrow_mut(|state| {
         let State { world, links, .. } = state;
@@ -198,8 +202,8 @@ fn described_link(link: &Link) -> [f64; LINK_STRIDE] {
     }
 }
 
-/// Tells the materials in the message, as a JSON list in the order of their indices: those of the scene, then the
-/// library's. Returns their number.
+/// Tells the materials in the message, as a JSON list in the order of their indices: those of the scene, then
+/// the library's. Returns their number.
 pub fn world_materials() -> i32 {
     STATE.with_borrow(|state| {
         let list: Vec<_> = state
@@ -255,8 +259,8 @@ pub fn world_contacts_count() -> u32 {
     STATE.with_borrow(|state| (state.contacts.len() / CONTACT_STRIDE) as u32)
 }
 
-/// For each impact [`CONTACT_STRIDE`] numbers: time \[s\], bodies A and B (−1: none), approach speed [m/s], normal impulse
-/// [N s], duration τ \[s\], point \[m\], effective mass \[kg\], 0, 0.
+/// For each impact [`CONTACT_STRIDE`] numbers: time \[s\], bodies A and B (−1: none), approach speed [m/s],
+/// normal impulse [N s], duration τ \[s\], point \[m\], effective mass \[kg\], 0, 0.
 pub fn world_contacts() -> *const f64 {
     STATE.with_borrow(|state| state.contacts.as_ptr())
 }
@@ -287,7 +291,8 @@ pub fn world_set_velocity(body: u32, x: f64, y: f64, z: f64) -> i32 {
     change(|world| world.set_velocity(BodyId(body), DVec3::new(x, y, z)).map(|()| 0))
 }
 
-/// Adds a ball of a material of [`world_materials`]: radius and position \[m\], velocity [m/s]. Returns its number.
+/// Adds a ball of a material of [`world_materials`]: radius and position \[m\], velocity [m/s]. Returns its
+/// number.
 #[expect(clippy::too_many_arguments, reason = "the interface has no vectors")]
 pub fn world_add_sphere(
     material: u32,

@@ -1,5 +1,5 @@
-//! Newton's cradle through the interface of the page: its period against the elliptic integral, its clicks against the
-//! offline run.
+//! Newton's cradle through the interface of the page: its period against the elliptic integral, its clicks
+//! against the offline run.
 
 use std::f64::consts::PI;
 
@@ -17,8 +17,8 @@ use clangor_web::world::{
 const LENGTH: f64 = 0.15;
 const G: f64 = 9.80665;
 const RADIUS: f64 = 0.011;
-/// Between neighbours at rest \[m\]. The impact crosses the gaps at the speed of the balls: the 10 µm of the scene that ships
-/// would add 1.2e-3 to the period at 5 degrees.
+/// Between neighbours at rest \[m\]. The impact crosses the gaps at the speed of the balls: the 10 µm of the
+/// scene that ships would add 1.2e-3 to the period at 5 degrees.
 const GAP: f64 = 1e-6;
 
 /// Five hung balls of which the first is drawn aside by an angle [rad].

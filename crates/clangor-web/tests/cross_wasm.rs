@@ -1,5 +1,5 @@
-//! The WebAssembly module in Node against the same code compiled for this machine: the impacts of a cradle, and the sound of
-//! the same events.
+//! The WebAssembly module in Node against the same code compiled for this machine: the impacts of a cradle,
+//! and the sound of the same events.
 //!
 //! Skipped, with the reason, where `web/build-wasm` has not been run or there is no Node.
 

@@ -1,4 +1,5 @@
-//! The world of the module under nonsense and under a flood of changes: refused with a message, and on it goes.
+//! The world of the module under nonsense and under a flood of changes: refused with a message, and on it
+//! goes.
 
 use clangor_web::wasm_buffer::{last_message, write};
 use clangor_web::world::{

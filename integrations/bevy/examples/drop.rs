@@ -1,4 +1,5 @@
-//! Steel balls fall on a granite floor for ten seconds: `cargo run --release --features playback --example drop`.
+//! Steel balls fall on a granite floor for ten seconds: `cargo run --release --features playback --example
+//! drop`.
 
 use std::time::{Duration, Instant};
 

@@ -4,18 +4,19 @@
 //! avian3d: contacts of a step ─► approach speed ─► impulse, Hertz: duration τ ─► ImpactEvent ─► ring ─► Engine, on the audio thread
 //! ```
 //!
-//! [`ClangorPlugin`] looks at every contact after each step of avian3d. One that approached faster than [`V_MIN`] is an impact: its impulse
-//! is (1 + e) m V, of the approach, the effective mass and avian3d's restitution, its duration that of Hertz's theory for the masses,
-//! curvatures and materials of the two bodies. (The impulses that avian3d sums up over a step count some twice: 8.6 m/s for a ball
-//! that it turns by 5.5.)
-//! Each body with a [`Sounding`] is heard; the other one may be anything.
+//! [`ClangorPlugin`] looks at every contact after each step of avian3d. One that approached faster than
+//! [`V_MIN`] is an impact: its impulse is (1 + e) m V, of the approach, the effective mass and avian3d's
+//! restitution, its duration that of Hertz's theory for the masses, curvatures and materials of the two
+//! bodies. (The impulses that avian3d sums up over a step count some twice: 8.6 m/s for a ball that it turns
+//! by 5.5.) Each body with a [`Sounding`] is heard; the other one may be anything.
 //!
-//! Who plays the sound takes the [`Engine`](clangor_core::realtime::Engine) that [`ClangorPlugin::new`] returns, and calls its `render` from
-//! an audio callback; with the feature `playback`, [`playback`] does. An event is heard a block and 97 samples after the
-//! step in which it happened, and as late as the step is long at most.
+//! Who plays the sound takes the [`Engine`](clangor_core::realtime::Engine) that [`ClangorPlugin::new`]
+//! returns, and calls its `render` from an audio callback; with the feature `playback`, [`playback`] does. An
+//! event is heard a block and 97 samples after the step in which it happened, and as late as the step is long
+//! at most.
 //!
-//! It is not a click for each manifold point: the points of one contact are one impact, at their mean. Impacts within a step are
-//! all at its end, since the physics does not say when in the step they were.
+//! It is not a click for each manifold point: the points of one contact are one impact, at their mean.
+//! Impacts within a step are all at its end, since the physics does not say when in the step they were.
 
 #[cfg(feature = "playback")]
 pub mod playback;
@@ -56,7 +57,8 @@ impl Sounding {
     }
 }
 
-/// A body that is not heard itself, but of which the impacts on others know the material: a floor, a wall. Flat.
+/// A body that is not heard itself, but of which the impacts on others know the material: a floor, a wall.
+/// Flat.
 #[derive(Component, Clone, Debug)]
 pub struct Ground(pub Material);
 

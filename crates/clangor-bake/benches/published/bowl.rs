@@ -1,4 +1,5 @@
-//! \[PAN\] figs. 8 and 9: a bowl pushed along a half-sine of τ = 0.1 ms that begins τ/4 after the first pulse, heard at 8 R between the stored directions.
+//! \[PAN\] figs. 8 and 9: a bowl pushed along a half-sine of τ = 0.1 ms that begins τ/4 after the first
+//! pulse, heard at 8 R between the stored directions.
 
 use std::f64::consts::TAU;
 

@@ -1,8 +1,9 @@
 //! Published against ours on the same bodies: errors, bytes, time of a contact.
 //!
-//! A body is known to κ = 20, 20 kHz for R = 55 mm. The published pulse h = 0.25 R/c is at 1 % of its peak there; a contact
-//! lasts five of them. Errors are relative L2 of the sound of the half-sine over 40 directions off every grid, worst
-//! translation and worst rotation, against the field with all its multipoles.
+//! A body is known to κ = 20, 20 kHz for R = 55 mm. The published pulse h = 0.25 R/c is at 1 % of its peak
+//! there; a contact lasts five of them. Errors are relative L2 of the sound of the half-sine over 40
+//! directions off every grid, worst translation and worst rotation, against the field with all its
+//! multipoles.
 
 use std::hint::black_box;
 use std::sync::Arc;

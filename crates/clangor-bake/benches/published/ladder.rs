@@ -1,7 +1,9 @@
-//! \[PROXY\] §5: storage of the ellipsoid bank against the tolerance ε, and what limits the error at ε = 0.01.
+//! \[PROXY\] §5: storage of the ellipsoid bank against the tolerance ε, and what limits the error at ε =
+//! 0.01.
 //!
-//! The paper's pulse needs kA = 80, which is solved for eight bodies of revolution; to kA = 20, where the pulse is four times as
-//! long for the same body, the bank that comes with the program has all 66, and shows how well the eight stand for them.
+//! The paper's pulse needs kA = 80, which is solved for eight bodies of revolution; to kA = 20, where the
+//! pulse is four times as long for the same body, the bank that comes with the program has all 66, and shows
+//! how well the eight stand for them.
 
 use std::collections::BTreeMap;
 
@@ -26,8 +28,8 @@ const PRINTED: [(f64, f64); 7] =
     [(0.01, 26.0), (0.02, 20.0), (0.04, 16.0), (0.08, 12.0), (0.16, 7.3), (0.32, 4.5), (0.64, 2.6)];
 /// Highest κ solved: at 80 the pulse of 0.1 ms is at 1 % of its peak.
 const HIGHEST: f64 = 80.0;
-/// Semi-axes across and along the axis of revolution, of the values of the bank, and for how many of its 66 ellipsoids each
-/// stands: those with the nearest shortest axis, shared by the flat and the long.
+/// Semi-axes across and along the axis of revolution, of the values of the bank, and for how many of its 66
+/// ellipsoids each stands: those with the nearest shortest axis, shared by the flat and the long.
 const SPHEROIDS: [(f64, f64, f64); 8] = [
     (1.0, 1.0, 2.0),
     (1.0, 0.81, 8.0),

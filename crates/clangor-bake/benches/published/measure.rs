@@ -92,7 +92,8 @@ fn sums(
     sums
 }
 
-/// Relative L2 error of each motion over directions at a distance; a motion below 1e-6 of the loudest counts as silent.
+/// Relative L2 error of each motion over directions at a distance; a motion below 1e-6 of the loudest counts
+/// as silent.
 pub(crate) fn errors(
     field: &PanField,
     spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS],

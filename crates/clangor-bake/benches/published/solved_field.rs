@@ -1,7 +1,8 @@
 //! A field at every wavenumber of a Fourier grid, from solves on a coarser one.
 //!
-//! The response to an acceleration is over after a while, T: solves Δκ = 2π/T apart hold all of it. Solvers may stay off the real
-//! axis by the same distance everywhere, k = κ − iσ; then what they see is the response times e^{−σu}.
+//! The response to an acceleration is over after a while, T: solves Δκ = 2π/T apart hold all of it. Solvers
+//! may stay off the real axis by the same distance everywhere, k = κ − iσ; then what they see is the response
+//! times e^{−σu}.
 
 use clangor_bake::radiation::{RadiationError, RadiationSolver};
 use clangor_bake::reference::{PanOptions, synthesize};
@@ -28,7 +29,8 @@ pub(crate) struct SolvedField {
 }
 
 impl SolvedField {
-    /// Solves for what `options` need, up to `highest` κ; the response fades in the time of the signals over `ratio`.
+    /// Solves for what `options` need, up to `highest` κ; the response fades in the time of the signals over
+    /// `ratio`.
     pub(crate) fn new(
         solver: &dyn RadiationSolver,
         options: &PanOptions,

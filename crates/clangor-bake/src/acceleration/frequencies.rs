@@ -1,8 +1,9 @@
 //! As few solves as the band needs: solve, fit, test where the fit is least certain, add what the test shows.
 //!
-//! What is fitted is the pressure without e^{−s|x|} at points on three spheres about the body, near, middle and far, of all six
-//! motions at once, errors counted against the loudest motion at each sphere and frequency. A test solves at frequencies
-//! that the fit has not seen: its error there is the evidence, and the new samples join the fit.
+//! What is fitted is the pressure without e^{−s|x|} at points on three spheres about the body, near, middle
+//! and far, of all six motions at once, errors counted against the loudest motion at each sphere and
+//! frequency. A test solves at frequencies that the fit has not seen: its error there is the evidence, and
+//! the new samples join the fit.
 
 use std::ops::ControlFlow;
 
@@ -63,7 +64,8 @@ pub(super) fn solve_band(
     let steps = (band.highest / band.spacing).ceil().max(3.0) as usize;
     let mut pending: Vec<f64> = (0..=steps).map(|k| band.highest * k as f64 / steps as f64).collect();
     pending[0] = LOWEST.min(0.1 * band.highest);
-    // Low frequencies are heard from afar as the first two orders only: one more sample there keeps them right.
+    // Low frequencies are heard from afar as the first two orders only: one more sample there keeps them
+    // right.
     pending.insert(1, (0.3 * pending[1]).max(2.0 * pending[0]));
     let mut samples: Vec<RadiationSample> = Vec::new();
     let mut functions: Vec<FunctionSample> = Vec::new();

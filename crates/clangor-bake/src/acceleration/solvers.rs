@@ -2,8 +2,8 @@
 //!
 //! - Ellipsoids and rounded boxes: curved patches on an octant.
 //! - Bodies of revolution: the meridian alone.
-//! - Other surfaces: triangles by the Galerkin method, on a mesh fine enough for the accuracy, as long as it fits; beyond
-//!   that finite differences in time.
+//! - Other surfaces: triangles by the Galerkin method, on a mesh fine enough for the accuracy, as long as it
+//!   fits; beyond that finite differences in time.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -1,26 +1,27 @@
 //! Boundary elements on the meridian: the field of a body of revolution.
 //!
-//! Around the axis the pressure of a rigid motion is p₀(s) or p₁(s) cos φ, that of a vibration a sum of p_m(s) cos mφ and
-//! p_m(s) sin mφ, so that the integral equation for the pressure on the surface
+//! Around the axis the pressure of a rigid motion is p₀(s) or p₁(s) cos φ, that of a vibration a sum of
+//! p_m(s) cos mφ and p_m(s) sin mφ, so that the integral equation for the pressure on the surface
 //!
 //! ```text
 //! ½ p(x) − ∫ p ∂G/∂n' dS' = ∫ a_n G dS',    G = e^{−ikρ}/(4πρ)
 //! ```
 //!
-//! is one over the meridian for each order m: 0 for moving along the axis and 1 for moving across it or turning about an
-//! axis across it (here), any for vibrations ([`azimuthal`]). Turning about the axis itself moves no fluid. The
-//! directions cos mφ and sin mφ are one solution.
+//! is one over the meridian for each order m: 0 for moving along the axis and 1 for moving across it or
+//! turning about an axis across it (here), any for vibrations ([`azimuthal`]). Turning about the axis itself
+//! moves no fluid. The directions cos mφ and sin mφ are one solution.
 //!
-//! Collocation at the Gauss–Legendre nodes of panels graded towards edges (`panels`), kernels integrated around the axis
-//! to ten digits at any distance (`ring`), singular and nearly singular integrals by graded rules (`rows`). The idea of
-//! solving order by order with kernels from elliptic integrals is in Young, Hao and Martinsson, J. Comput. Phys. 231
-//! (2012); product weights that hold for all frequencies stand here in place of their convolutions.
+//! Collocation at the Gauss–Legendre nodes of panels graded towards edges (`panels`), kernels integrated
+//! around the axis to ten digits at any distance (`ring`), singular and nearly singular integrals by graded
+//! rules (`rows`). The idea of solving order by order with kernels from elliptic integrals is in Young, Hao
+//! and Martinsson, J. Comput. Phys. 231 (2012); product weights that hold for all frequencies stand here in
+//! place of their convolutions.
 //!
-//! The equation has no unique solution at the resonances of an interior with p = 0 on its surface. The lowest is no
-//! lower than about π/2 over the largest inscribed radius ρ (exactly so for convex bodies: Hersch, Z. Angew. Math. Phys.
-//! 11, 1960). Bands that stay below are solved on the real axis. Others at k − 0.05i/R, where the equation
-//! is well-conditioned, and the sample says so; a vibration at its own real frequency with points inside
-//! the body where there is to be no pressure.
+//! The equation has no unique solution at the resonances of an interior with p = 0 on its surface. The lowest
+//! is no lower than about π/2 over the largest inscribed radius ρ (exactly so for convex bodies: Hersch, Z.
+//! Angew. Math. Phys. 11, 1960). Bands that stay below are solved on the real axis. Others at k − 0.05i/R,
+//! where the equation is well-conditioned, and the sample says so; a vibration at its own real frequency with
+//! points inside the body where there is to be no pressure.
 
 mod axisymmetric_surface;
 pub mod azimuthal;
@@ -206,7 +207,8 @@ impl RadiationSolver for AxisymmetricSolver {
     }
 }
 
-/// The equations of one order, by number, of a wave of a batch, as they stand for nodes (½ p on the diagonal).
+/// The equations of one order, by number, of a wave of a batch, as they stand for nodes (½ p on the
+/// diagonal).
 fn system_matrix<const M: usize>(rows: &[Row], wave: usize, order: usize) -> Mat<Complex64> {
     let nodes = rows.len();
     let start = (M * wave + order) * nodes;

@@ -1,5 +1,5 @@
-//! Boundary elements of high order for bodies that the three coordinate planes mirror onto themselves: spheres,
-//! ellipsoids, boxes and dice.
+//! Boundary elements of high order for bodies that the three coordinate planes mirror onto themselves:
+//! spheres, ellipsoids, boxes and dice.
 //!
 //! The exterior Neumann problem as the direct boundary integral equation, n pointing into the fluid, ρ = 1,
 //!
@@ -7,17 +7,17 @@
 //! p(x)/2 − ∫ p ∂G/∂n_y dS = ∫ G a_n dS,    G = e^{−ikr}/(4πr)
 //! ```
 //!
-//! collocated at the Gauss–Legendre nodes of curved patches; the density is the polynomial through the nodes. The body
-//! is one octant and its images, and each of the six rigid motions is one parity class, an eighth as large as the whole.
-//! Eight wavenumbers share the geometry of a pass.
+//! collocated at the Gauss–Legendre nodes of curved patches; the density is the polynomial through the nodes.
+//! The body is one octant and its images, and each of the six rigid motions is one parity class, an eighth as
+//! large as the whole. Eight wavenumbers share the geometry of a pass.
 //!
-//! The equation alone is singular at the resonances of the interior. They lie on the real axis; the solver stays off it,
-//! at Im k < 0, which is the field of a motion that grows as e^{σt}, and as smooth a function of k as any. What is left is the
-//! error of the quadrature times the distance over which a resonance is felt, harmless for patches of high order, and
-//! half the unknowns' work of a combined equation.
+//! The equation alone is singular at the resonances of the interior. They lie on the real axis; the solver
+//! stays off it, at Im k < 0, which is the field of a motion that grows as e^{σt}, and as smooth a function
+//! of k as any. What is left is the error of the quadrature times the distance over which a resonance is
+//! felt, harmless for patches of high order, and half the unknowns' work of a combined equation.
 //!
-//! Errors fall with a high power of the number of nodes where the surface is smooth. At sharp edges they do with that of
-//! the layers of patches that shrink towards the edge.
+//! Errors fall with a high power of the number of nodes where the surface is smooth. At sharp edges they do
+//! with that of the layers of patches that shrink towards the edge.
 
 mod chart;
 mod discretisation;
@@ -52,7 +52,8 @@ use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 const MOST_UNKNOWNS: usize = 1600;
 /// Distance −Im kR from the real axis at which the resonances of the interior do no harm.
 const GROWTH: f64 = 0.25;
-/// No resonance of the interior is below kR = π, that of a ball of the bounding radius; towards k = 0 the real axis is safe.
+/// No resonance of the interior is below kR = π, that of a ball of the bounding radius; towards k = 0 the
+/// real axis is safe.
 const FIRST_RESONANCE: f64 = 2.5;
 
 /// Solver for a body of three mirror planes.
@@ -64,7 +65,8 @@ pub struct SymmetricPatchSolver {
 }
 
 impl SymmetricPatchSolver {
-    /// An ellipsoid with these semi-axes \[m\], up to a wavenumber [1/m], for errors of the order of `accuracy`.
+    /// An ellipsoid with these semi-axes \[m\], up to a wavenumber [1/m], for errors of the order of
+    /// `accuracy`.
     ///
     /// # Errors
     /// [`RadiationError::TooLarge`] for more unknowns than fit.

@@ -1,28 +1,31 @@
-//! Radiation of any closed body: Galerkin boundary elements on flat triangles, by the equation of Burton and Miller.
+//! Radiation of any closed body: Galerkin boundary elements on flat triangles, by the equation of Burton and
+//! Miller.
 //!
-//! Pressure p linear on each triangle, G = e^{−ikr}/(4πr), K and K' its double layer and the adjoint, H the normal
-//! derivative of K, a_n the normal acceleration (ρ = 1):
+//! Pressure p linear on each triangle, G = e^{−ikr}/(4πr), K and K' its double layer and the adjoint, H the
+//! normal derivative of K, a_n the normal acceleration (ρ = 1):
 //!
 //! ```text
 //! (½ − K − γH) p = S a_n + γ (½ + K') a_n,   γ = −i / max(k, 1/R)
 //! ```
 //!
-//! tested with the same functions that hold p. Without H (γ = 0) the equation fails at the resonances of the *solid*
-//! with p = 0 on its surface; with it there are none. H is integrated by parts, so that only G and its first derivatives
-//! are evaluated:
+//! tested with the same functions that hold p. Without H (γ = 0) the equation fails at the resonances of the
+//! *solid* with p = 0 on its surface; with it there are none. H is integrated by parts, so that only G and
+//! its first derivatives are evaluated:
 //!
 //! ```text
 //! −⟨φ_i, Hφ_j⟩ = ⟨curl φ_i, G curl φ_j⟩ − k² ⟨φ_i n, G φ_j n⟩
 //! ```
 //!
-//! Triangles that touch or almost touch are integrated accurately, once for all wavenumbers; all others by three points
-//! on each, in single precision. The dense system is factorised in single precision, whose error is below that of the
-//! triangles. Error of order h² where the triangles follow the surface with its volume kept: 1e-3 at 600 vertices on a
-//! sphere. Sources: A. J. Burton and G. F. Miller, Proc. R. Soc. A 323 (1971); A.-W. Maue, Z. Physik 126 (1949); S. Sauter
-//! and C. Schwab, *Boundary Element Methods* (2011), §5.2.
+//! Triangles that touch or almost touch are integrated accurately, once for all wavenumbers; all others by
+//! three points on each, in single precision. The dense system is factorised in single precision, whose error
+//! is below that of the triangles. Error of order h² where the triangles follow the surface with its volume
+//! kept: 1e-3 at 600 vertices on a sphere. Sources: A. J. Burton and G. F. Miller, Proc. R. Soc. A 323
+//! (1971); A.-W. Maue, Z. Physik 126 (1949); S. Sauter and C. Schwab, *Boundary Element Methods* (2011),
+//! §5.2.
 //!
-//! A body with mirror planes is one cell and its images: a motion that is even or odd about each plane has a pressure that
-//! is so too, and each combination that occurs among the six motions, a parity class, is a system over the cell alone.
+//! A body with mirror planes is one cell and its images: a motion that is even or odd about each plane has a
+//! pressure that is so too, and each combination that occurs among the six motions, a parity class, is a
+//! system over the cell alone.
 //!
 //! Not for open sheets, nor for bodies that need more than [`MOST_UNKNOWNS`] in a class.
 
@@ -73,8 +76,9 @@ pub enum Equation {
     /// With the normal derivative of the field: one solution at every wavenumber.
     #[default]
     BurtonMiller,
-    /// Without: cheaper by little, and wrong near wavenumbers at which the solid resonates with p = 0 on its surface; none
-    /// of these is below π/D, D the diameter of the largest ball inside, and none below π/2D for a convex body.
+    /// Without: cheaper by little, and wrong near wavenumbers at which the solid resonates with p = 0 on its
+    /// surface; none of these is below π/D, D the diameter of the largest ball inside, and none below π/2D
+    /// for a convex body.
     Conventional,
 }
 
@@ -98,8 +102,8 @@ pub struct GalerkinSolver {
 }
 
 impl GalerkinSolver {
-    /// Prepares a closed surface, its triangles counter-clockwise seen from outside, in the frame of the centre of mass of
-    /// the body; `highest` is the largest wavenumber [1/m] that will be asked for.
+    /// Prepares a closed surface, its triangles counter-clockwise seen from outside, in the frame of the
+    /// centre of mass of the body; `highest` is the largest wavenumber [1/m] that will be asked for.
     ///
     /// # Errors
     /// [`RadiationError::TooLarge`].
@@ -108,8 +112,8 @@ impl GalerkinSolver {
         Self::try_symmetric(&whole, highest, equation)
     }
 
-    /// Prepares a surface with mirror planes through the centre of mass of the body, which is the origin. The solution is
-    /// that of the whole surface.
+    /// Prepares a surface with mirror planes through the centre of mass of the body, which is the origin. The
+    /// solution is that of the whole surface.
     ///
     /// # Errors
     /// [`RadiationError::TooLarge`].

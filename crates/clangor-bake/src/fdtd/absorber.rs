@@ -1,15 +1,16 @@
 //! A layer at the rim of the grid that absorbs whatever arrives: a perfectly matched layer.
 //!
-//! In the layer the coordinate across it is stretched by s(ω) = 1 + σ/(α + iω). Division by s is a convolution with a
-//! decaying exponential, which one number per cell remembers (Roden and Gedney 2000; for the second-order equation
-//! Pasalic and McGarry 2010):
+//! In the layer the coordinate across it is stretched by s(ω) = 1 + σ/(α + iω). Division by s is a
+//! convolution with a decaying exponential, which one number per cell remembers (Roden and Gedney 2000; for
+//! the second-order equation Pasalic and McGarry 2010):
 //!
 //! ```text
 //! ψ ← b ψ + a ∂p,    ζ ← b ζ + a (∂²p + ∂ψ),    p'' = Δp + ∂ψ + ζ,    b = e^{−(σ+α)Δt},  a = σ/(σ+α) (b − 1)
 //! ```
 //!
-//! Waves much slower than α see a real stretch by 1 + σ/α: a wall far away. The near field of a body at low frequency,
-//! which does not propagate and which no layer absorbs, decays on the way to it. The memories exist in the layers only.
+//! Waves much slower than α see a real stretch by 1 + σ/α: a wall far away. The near field of a body at low
+//! frequency, which does not propagate and which no layer absorbs, decays on the way to it. The memories
+//! exist in the layers only.
 
 use super::grid::{COURANT, Lattice};
 
@@ -39,7 +40,8 @@ pub(super) struct Absorber {
     z: [Vec<f32>; 2],
 }
 
-/// a and b at faces and at cells. Face f lies between cells f and f + 1 of the block; cells 1 … [`LAYER`] are updated.
+/// a and b at faces and at cells. Face f lies between cells f and f + 1 of the block; cells 1 … [`LAYER`] are
+/// updated.
 #[derive(Clone, Copy, Debug)]
 struct Profile {
     face: [[f32; 2]; FACES],

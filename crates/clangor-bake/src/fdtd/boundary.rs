@@ -6,16 +6,17 @@
 //! V p'' = Σ_faces A (p_neighbour − p) + 1/6 Σ_edges (p − p_a − p_b + p_ab) + Σ_i z_i ∫ g_i dS
 //! ```
 //!
-//! The second sum is over the edges all four faces of which are open, with the three other cells around the edge: it
-//! makes the Laplacian isotropic to fourth order where nothing is in the way, and vanishes towards the body. Both
-//! sums are symmetric, so that energy is conserved, and each is in equal parts taken from one cell and given to
-//! another, so that volume is. With the bound of Gershgorin the leapfrog is stable where V ≥ λ² ΣA/2. A cell with
-//! less borrows volume from its neighbours, which moves compressibility by a cell and creates none: an error of second
-//! order, where a cell that was just declared larger would make one of first order.
+//! The second sum is over the edges all four faces of which are open, with the three other cells around the
+//! edge: it makes the Laplacian isotropic to fourth order where nothing is in the way, and vanishes towards
+//! the body. Both sums are symmetric, so that energy is conserved, and each is in equal parts taken from one
+//! cell and given to another, so that volume is. With the bound of Gershgorin the leapfrog is stable where V
+//! ≥ λ² ΣA/2. A cell with less borrows volume from its neighbours, which moves compressibility by a cell and
+//! creates none: an error of second order, where a cell that was just declared larger would make one of first
+//! order.
 //!
-//! A cell with both sides of a thin wall would join the air in front of it to the air behind. Such a cell is closed, and
-//! its faces become the wall: tight however thin the wall, and of first order in its thickness. There are none where
-//! walls are thicker than √3 cells.
+//! A cell with both sides of a thin wall would join the air in front of it to the air behind. Such a cell is
+//! closed, and its faces become the wall: tight however thin the wall, and of first order in its thickness.
+//! There are none where walls are thicker than √3 cells.
 
 use std::collections::BTreeMap;
 
@@ -42,8 +43,8 @@ pub enum Boundary {
     /// Cells and faces are cut where the surface cuts them: second order.
     #[default]
     CutCells,
-    /// A cell belongs to the body or to the air: first order, a few per cent too loud or too quiet at any frequency. As
-    /// published, for comparison.
+    /// A cell belongs to the body or to the air: first order, a few per cent too loud or too quiet at any
+    /// frequency. As published, for comparison.
     Staircase,
 }
 
@@ -69,8 +70,8 @@ pub(super) struct Rows {
 }
 
 impl Pieces {
-    /// V d·n: volume of the open part times the distance of its centroid from the middle of the cell, along the normal,
-    /// over the area of the surface.
+    /// V d·n: volume of the open part times the distance of its centroid from the middle of the cell, along
+    /// the normal, over the area of the surface.
     fn lever(&self) -> f64 {
         let normal = DVec3::from_slice(&self.flux[..3]);
         // Opposite sides have no common normal.

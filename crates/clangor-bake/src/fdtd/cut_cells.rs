@@ -1,14 +1,15 @@
 //! How much of each grid cell, and of each of its faces, a closed triangle surface leaves open.
 //!
-//! The surface is clipped at the grid planes. With N = ∫ n dS over what lies in one cell, n out of the solid, Gauss'
-//! theorem in the column of cells along an axis a gives the solid part of the faces exactly, one after the other,
+//! The surface is clipped at the grid planes. With N = ∫ n dS over what lies in one cell, n out of the solid,
+//! Gauss' theorem in the column of cells along an axis a gives the solid part of the faces exactly, one after
+//! the other,
 //!
 //! ```text
 //! solid(upper face) = solid(lower face) − N_a,     V_solid = solid(lower face) − ∫ n_x (x_upper − x) dS
 //! ```
 //!
-//! so that the open faces, the surface and the volume of every cell close to rounding, however thin the solid. Nothing
-//! is sampled. Lengths are in cells.
+//! so that the open faces, the surface and the volume of every cell close to rounding, however thin the
+//! solid. Nothing is sampled. Lengths are in cells.
 
 use std::collections::BTreeMap;
 
@@ -52,8 +53,8 @@ pub(super) struct Pieces {
 }
 
 impl CutCells {
-    /// Cuts the cells of a grid in which the centre of mass is at `centre`; `surface` is about it, in cells. The body
-    /// is at least [`MARGIN`] cells inside of the grid.
+    /// Cuts the cells of a grid in which the centre of mass is at `centre`; `surface` is about it, in cells.
+    /// The body is at least [`MARGIN`] cells inside of the grid.
     pub(super) fn new(surface: &TriMesh, centre: DVec3) -> Self {
         let (low_corner, high_corner) = surface.bounds();
         let low = (low_corner + centre).to_array().map(|x| x.floor() as usize - MARGIN);

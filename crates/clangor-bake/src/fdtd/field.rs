@@ -35,13 +35,14 @@ pub struct WaveField {
 }
 
 impl WaveField {
-    /// The six fields at real wavenumbers k [1/m], up to degree `order`; beyond the degree of the run they are zero.
+    /// The six fields at real wavenumbers k [1/m], up to degree `order`; beyond the degree of the run they
+    /// are zero.
     pub fn samples(&self, wavenumbers: &[f64], order: usize) -> Vec<RadiationSample> {
         wavenumbers.iter().map(|k| self.sample(Complex64::from(*k), order)).collect()
     }
 
-    /// Resonances that rang when the run ended: s = iω/c [1/m], one of each conjugate pair, by rising frequency. Heavily
-    /// damped ones are not found, or only roughly.
+    /// Resonances that rang when the run ended: s = iω/c [1/m], one of each conjugate pair, by rising
+    /// frequency. Heavily damped ones are not found, or only roughly.
     pub fn resonances(&self) -> Vec<Complex64> {
         // z is over `stride` steps.
         let phase = |z: &Complex64| -Complex64::I * z.ln() / self.stride as f64;
@@ -54,8 +55,8 @@ impl WaveField {
         self.updates
     }
 
-    /// For each motion the multipoles on r = 1.5 R as they were recorded, up to the degree of the run: all of one moment,
-    /// then all of the next. In units of the grid.
+    /// For each motion the multipoles on r = 1.5 R as they were recorded, up to the degree of the run: all of
+    /// one moment, then all of the next. In units of the grid.
     pub fn signals(&self) -> &[Vec<f64>] {
         &self.signals
     }
@@ -94,9 +95,9 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    /// Multipoles up to degree `order` on the sphere of radius R at a wavenumber, of a motion whose acceleration had the
-    /// spectrum `pulse` there. `add_tail` adds to the sums what comes after the last sample, given the phase between
-    /// samples.
+    /// Multipoles up to degree `order` on the sphere of radius R at a wavenumber, of a motion whose
+    /// acceleration had the spectrum `pulse` there. `add_tail` adds to the sums what comes after the last
+    /// sample, given the phase between samples.
     pub(super) fn multipoles(
         &self,
         wavenumber: Complex64,

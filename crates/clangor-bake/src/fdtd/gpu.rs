@@ -4,12 +4,12 @@
 //! record (every few steps) ─► rows: cells near the body ─► sweep: all other cells, and the layers ─► the next step
 //! ```
 //!
-//! Pressures stay on the device; only those at the points of the sphere come back, in blocks of steps, and are expanded
-//! into multipoles here. Motions run side by side, as many as keep the device busy.
+//! Pressures stay on the device; only those at the points of the sphere come back, in blocks of steps, and
+//! are expanded into multipoles here. Motions run side by side, as many as keep the device busy.
 //!
-//! Differs from the processor: cells near the body and those of the body are left out of the sweep by a bit each, where
-//! there they are computed and overwritten. Every sum has the same order, so that the results are equal but for
-//! products and sums that a device fuses.
+//! Differs from the processor: cells near the body and those of the body are left out of the sweep by a bit
+//! each, where there they are computed and overwritten. Every sum has the same order, so that the results are
+//! equal but for products and sums that a device fuses.
 
 use std::fmt::Write;
 use std::ops::ControlFlow;

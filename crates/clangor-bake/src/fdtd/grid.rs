@@ -1,16 +1,16 @@
 //! The wave equation on a regular grid, one time step after the other.
 //!
-//! Pressure at the cell centres and velocity at the faces, staggered in space and time, is the leapfrog of \[PAN\] §4.
-//! With the velocities eliminated it is the same numbers from two arrays instead of four:
+//! Pressure at the cell centres and velocity at the faces, staggered in space and time, is the leapfrog of
+//! \[PAN\] §4. With the velocities eliminated it is the same numbers from two arrays instead of four:
 //!
 //! ```text
 //! p_new = 2p − p_old + λ² Δ_h p,     λ = c Δt/h
 //! ```
 //!
-//! Differs: Δ_h is the isotropic 19-point Laplacian, 1/3 for the 6 cells across a face, 1/6 for the 12 across an edge,
-//! −4 for the cell. A plane wave of any direction then obeys sin(ωΔt/2) = λ sin(kh/2) up to (kh)⁶, so that reading the
-//! spectrum at that ω takes the dispersion away. Cells near the body have rows of their own
-//! ([`Rows`](super::boundary::Rows)); a layer at the rim absorbs ([`super::absorber`]).
+//! Differs: Δ_h is the isotropic 19-point Laplacian, 1/3 for the 6 cells across a face, 1/6 for the 12 across
+//! an edge, −4 for the cell. A plane wave of any direction then obeys sin(ωΔt/2) = λ sin(kh/2) up to (kh)⁶,
+//! so that reading the spectrum at that ω takes the dispersion away. Cells near the body have rows of their
+//! own ([`Rows`](super::boundary::Rows)); a layer at the rim absorbs ([`super::absorber`]).
 
 use std::ops::Range;
 
@@ -24,8 +24,8 @@ pub(super) const COURANT: f64 = 0.5;
 
 const SQUARE: f32 = (COURANT * COURANT) as f32;
 
-/// Pressure that everything starts from and the rim keeps: without it what remains of a wave that has left would
-/// sink into the numbers that processors are slow with.
+/// Pressure that everything starts from and the rim keeps: without it what remains of a wave that has left
+/// would sink into the numbers that processors are slow with.
 pub(super) const GROUND: f32 = 1e-20;
 
 /// Cells along each axis of a grid.
@@ -197,9 +197,9 @@ fn advance_row(new: &mut [f32], p: &[f32], faces: [&[f32]; 4], cells: Range<usiz
     }
 }
 
-/// Cells of a row outside of the absorbing layers: adds 1/6 Σ (p − p_a − p_b + p_ab) over the edges that touch no layer.
-/// `open` is 1 for a row of `faces` outside of the layers; `edges` are the rows across an edge along x, in the order
-/// −−, +−, −+, ++ of y and z, with the same mark.
+/// Cells of a row outside of the absorbing layers: adds 1/6 Σ (p − p_a − p_b + p_ab) over the edges that
+/// touch no layer. `open` is 1 for a row of `faces` outside of the layers; `edges` are the rows across an
+/// edge along x, in the order −−, +−, −+, ++ of y and z, with the same mark.
 #[inline(always)]
 fn advance_inner_row<'a>(
     new: &mut [f32],
@@ -212,7 +212,8 @@ fn advance_inner_row<'a>(
     let start = LAYER + 1;
     let end = p.len() - start;
     let n = end - start;
-    // Each row as seen from the cell before, the cell and the cell after: slices of one length, which vectorise.
+    // Each row as seen from the cell before, the cell and the cell after: slices of one length, which
+    // vectorise.
     let windows = |r: &'a [f32]| [&r[start - 1..][..n], &r[start..][..n], &r[start + 1..][..n]];
     let [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2], [d0, d1, d2]] = faces.map(windows);
     let [p0, p1, p2] = windows(p);

@@ -1,18 +1,19 @@
 //! Several modes in one run, each a burst about its own frequency, told apart by frequency.
 //!
-//! Mode j accelerates the surface by a_j(t) = e^{−(t − t₀)²/2w²} cos ω_j(t − t₀). What is recorded is linear in the modes,
+//! Mode j accelerates the surface by a_j(t) = e^{−(t − t₀)²/2w²} cos ω_j(t − t₀). What is recorded is linear
+//! in the modes,
 //!
 //! ```text
 //! X(ω_j) = Σ_i S_i(ω_j) H_i(ω_j) ≈ S_j(ω_j) H_j(ω_j),     S_i(ω_j)/S_j(ω_j) ≈ e^{−(ω_i − ω_j)² w²/2}
 //! ```
 //!
-//! so that one spectral line of the signal, echoes and all, over that of the burst is the field of mode j at its
-//! frequency, to 1e-4 if bursts are long enough for the smallest interval. Runs are coloured so that intervals are wide:
-//! neighbours in frequency run apart, and the number of runs times their length is least.
+//! so that one spectral line of the signal, echoes and all, over that of the burst is the field of mode j at
+//! its frequency, to 1e-4 if bursts are long enough for the smallest interval. Runs are coloured so that
+//! intervals are wide: neighbours in frequency run apart, and the number of runs times their length is least.
 //!
-//! The idea, several modes of different frequencies in one simulation, is that of KleinPAT (J.-H. Wang and D. L. James,
-//! ACM Trans. Graph. 38, 2019). Differs: bursts with known spectra instead of steady oscillations told apart by least squares in a
-//! window, so that nothing has to settle.
+//! The idea, several modes of different frequencies in one simulation, is that of KleinPAT (J.-H. Wang and D.
+//! L. James, ACM Trans. Graph. 38, 2019). Differs: bursts with known spectra instead of steady oscillations
+//! told apart by least squares in a window, so that nothing has to settle.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -108,8 +109,8 @@ impl WaveSolver {
         (0..self.rows.cells.len()).filter(|row| self.rows.drive[*row][..3].iter().any(|d| *d != 0.0))
     }
 
-    /// The multipoles of each motion at its wavenumber, up to the order of the options, about the origin and of size 1 on the
-    /// sphere of the bounding radius of the surface \[m times the unit of U\].
+    /// The multipoles of each motion at its wavenumber, up to the order of the options, about the origin and
+    /// of size 1 on the sphere of the bounding radius of the surface \[m times the unit of U\].
     ///
     /// # Errors
     /// [`WaveError::Interrupted`].
@@ -237,7 +238,8 @@ fn width(phases: &[f64]) -> f64 {
     (APART / nearest).max(0.5 * APART / lowest).max(LEAST_WIDTH / highest)
 }
 
-/// Modes in runs, the steps of all runs together being as few as can be, `after` those after the bursts of each.
+/// Modes in runs, the steps of all runs together being as few as can be, `after` those after the bursts of
+/// each.
 fn colours(phases: &[f64], after: usize) -> Vec<Vec<usize>> {
     let mut sorted: Vec<usize> = (0..phases.len()).collect();
     sorted.sort_by(|a, b| phases[*a].total_cmp(&phases[*b]));

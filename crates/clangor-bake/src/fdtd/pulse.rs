@@ -6,7 +6,8 @@ use num_complex::Complex64;
 
 use super::grid::COURANT;
 
-/// Width times highest wavenumber: the spectrum has fallen by 20 dB at the end of the band, by 80 dB one octave on.
+/// Width times highest wavenumber: the spectrum has fallen by 20 dB at the end of the band, by 80 dB one
+/// octave on.
 const WIDTH: f64 = 2.2;
 /// Widths from the first step to the middle, and from there to the last.
 const HALF_LENGTH: f64 = 5.5;

@@ -1,7 +1,8 @@
 //! The pressure on a sphere about the centre of mass, and its multipoles.
 //!
-//! Gauss–Legendre in cos θ times the trapezoid rule in φ; from the cell centres by Lagrange's polynomials through six
-//! points along each axis, so that what is left of the interpolation is below the error of the grid.
+//! Gauss–Legendre in cos θ times the trapezoid rule in φ; from the cell centres by Lagrange's polynomials
+//! through six points along each axis, so that what is left of the interpolation is below the error of the
+//! grid.
 
 use std::f64::consts::{PI, TAU};
 

@@ -7,10 +7,11 @@
 //! x_c[n] = Σ_j a_cj z_jⁿ,     n = n₀ … N − 1
 //! ```
 //!
-//! The windows of L consecutive samples, of all signals, span the same space as the vectors (1, z_j, z_j², …). A basis U
-//! of it, from the eigenvectors of Σ w wᵀ whose eigenvalues rise above the rounding of the run, obeys U₊ = U₋ Ψ without its first and
-//! its last row, and the z_j are the eigenvalues of Ψ (ESPRIT: Roy and Kailath, IEEE Trans. ASSP 37, 1989). The
-//! amplitudes follow by least squares, and the rest of the spectrum in closed form:
+//! The windows of L consecutive samples, of all signals, span the same space as the vectors (1, z_j, z_j²,
+//! …). A basis U of it, from the eigenvectors of Σ w wᵀ whose eigenvalues rise above the rounding of the run,
+//! obeys U₊ = U₋ Ψ without its first and its last row, and the z_j are the eigenvalues of Ψ (ESPRIT: Roy and
+//! Kailath, IEEE Trans. ASSP 37, 1989). The amplitudes follow by least squares, and the rest of the spectrum
+//! in closed form:
 //!
 //! ```text
 //! Σ_{n ≥ N} x_c[n] e^{−iφn} = e^{−iφN} Σ_j a_cj z_j^N / (1 − z_j e^{−iφ})
@@ -48,8 +49,8 @@ pub(super) struct Tail {
 }
 
 impl Tail {
-    /// Continues signals that ring freely from sample `first` on. Each motion has its samples one after the other, each
-    /// with all `channels`; `weights` bring motions to the same units.
+    /// Continues signals that ring freely from sample `first` on. Each motion has its samples one after the
+    /// other, each with all `channels`; `weights` bring motions to the same units.
     pub(super) fn fit(signals: &[Vec<f64>], channels: usize, first: usize, weights: &[f64]) -> Self {
         let start = signals.first().map_or(0, |s| s.len() / channels);
         let first = first.max(start.saturating_sub(MOST_SAMPLES));
@@ -83,7 +84,8 @@ impl Tail {
         &self.poles
     }
 
-    /// Adds Σ_{n ≥ N} x[n] e^{−iφn} of each signal of a motion to `sums`; φ may have a negative imaginary part.
+    /// Adds Σ_{n ≥ N} x[n] e^{−iφn} of each signal of a motion to `sums`; φ may have a negative imaginary
+    /// part.
     pub(super) fn add_spectrum(&self, motion: usize, phase: Complex64, sums: &mut [Complex64]) {
         let Some(amplitudes) = self.amplitudes.get(motion) else { return };
         let turn = (-Complex64::I * phase).exp();
@@ -137,7 +139,8 @@ fn find_poles(windows: &Mat<f64>, samples: usize) -> Vec<Complex64> {
     let length = windows.nrows();
     let Ok(eigen) = windows.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
     let values = eigen.S().column_vector();
-    // The least eigenvalues are noise: with more resonances than that leaves room for, a run is too short anyway.
+    // The least eigenvalues are noise: with more resonances than that leaves room for, a run is too short
+    // anyway.
     let noise = values[length / 8].abs();
     let least = (ABOVE_NOISE * noise).max(LEAST * values[length - 1]);
     let rank = (length / 8..length).filter(|i| values[*i] > least).count();
@@ -150,7 +153,8 @@ fn find_poles(windows: &Mat<f64>, samples: usize) -> Vec<Complex64> {
     let shift = square.partial_piv_lu().solve(without_last.transpose() * without_first);
     let Ok(values) = shift.eigenvalues() else { return Vec::new() };
     let decays = |z: &Complex64| z.norm() < 1.0;
-    // Less than half a turn within the run, and hardly falling: what the absorbing layer sends back, and rounding.
+    // Less than half a turn within the run, and hardly falling: what the absorbing layer sends back, and
+    // rounding.
     let is_drift = |z: &Complex64| {
         z.arg() * (samples as f64) < std::f64::consts::PI && z.norm().powi(samples as i32) > DRIFT
     };

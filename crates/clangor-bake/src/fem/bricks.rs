@@ -5,9 +5,9 @@
 //! K_IJ = ∫ λ g_I g_Jᵀ + μ (g_J g_Iᵀ + (g_I·g_J) 1) dV,    M_IJ = 1 ∫ ρ N_I N_J dV
 //! ```
 //!
-//! Tetrahedra that are many times as long as a plate is thick bend too hard: their displacements across the plate cannot
-//! follow those along it. Bricks of the fourth order can, on the same nodes. Integrals are products of those along the
-//! axes, exact, and the same for all bricks.
+//! Tetrahedra that are many times as long as a plate is thick bend too hard: their displacements across the
+//! plate cannot follow those along it. Bricks of the fourth order can, on the same nodes. Integrals are
+//! products of those along the axes, exact, and the same for all bricks.
 
 use glam::{DMat3, DVec3};
 
@@ -86,8 +86,9 @@ fn lagrange(order: usize, i: usize, x: f64) -> (f64, f64) {
     (value / scale, slope / scale)
 }
 
-/// Stiffness and mass of a box on the nodes of `mesh`, which is [`block`](crate::mesh::tetrahedra::block::block) of the same
-/// full edges \[m\] and cells. Along axes with an even number of cells bricks are two cells long and of fourth order.
+/// Stiffness and mass of a box on the nodes of `mesh`, which is
+/// [`block`](crate::mesh::tetrahedra::block::block) of the same full edges \[m\] and cells. Along axes with
+/// an even number of cells bricks are two cells long and of fourth order.
 pub fn box_of_bricks(
     mesh: &TetMesh,
     edges: DVec3,

@@ -6,10 +6,10 @@
 //! K_ij = ∫ λ g_i g_jᵀ + μ (g_j g_iᵀ + (g_i·g_j) 1) dV,    M_ij = 1 ∫ ρ N_i N_j dV
 //! ```
 //!
-//! Both are integrated by one rule that is exact to the fifth degree: for straight edges that is more than they need
-//! (two and four), and for curved ones it leaves an error below that of the shape functions. Rigid motions have no
-//! energy at any point, whatever the edges, because the shape functions that carry the displacement carry the
-//! positions too.
+//! Both are integrated by one rule that is exact to the fifth degree: for straight edges that is more than
+//! they need (two and four), and for curved ones it leaves an error below that of the shape functions. Rigid
+//! motions have no energy at any point, whatever the edges, because the shape functions that carry the
+//! displacement carry the positions too.
 
 use glam::{DMat3, DVec3};
 
@@ -17,8 +17,8 @@ use super::ElasticConstants;
 use crate::mesh::tetrahedra::EDGES;
 use crate::mesh::tetrahedra::quality::{jacobian, shape_gradients};
 
-/// Points in barycentric coordinates and weights, which sum to 1. Source: Walkington (2000), "Quadrature on simplices
-/// of arbitrary dimension".
+/// Points in barycentric coordinates and weights, which sum to 1. Source: Walkington (2000), "Quadrature on
+/// simplices of arbitrary dimension".
 pub(crate) const FIFTH_DEGREE: [([f64; 4], f64); 14] = {
     const A: f64 = 0.310_885_919_263_300_6;
     const B: f64 = 0.092_735_250_310_891_23;

@@ -1,5 +1,5 @@
-//! The structure that all sparse factors of a body share: in which order unknowns are eliminated, and where the entries
-//! of the factor are.
+//! The structure that all sparse factors of a body share: in which order unknowns are eliminated, and where
+//! the entries of the factor are.
 //!
 //! ```text
 //! P A Pᵀ = L Lᵀ or L D Lᵀ,    A any combination of K and M
@@ -85,8 +85,8 @@ impl Elimination {
         Ok(values)
     }
 
-    /// The entries of the lower half of a matrix, whose 3 × 3 blocks `block` gives by their place in the pattern of the
-    /// system.
+    /// The entries of the lower half of a matrix, whose 3 × 3 blocks `block` gives by their place in the
+    /// pattern of the system.
     pub(crate) fn gather(&self, system: &ElasticSystem, block: impl Fn(usize) -> DMat3) -> Vec<f64> {
         let mut entries = Vec::with_capacity(self.rows.len());
         let (columns, _) = system.pattern();

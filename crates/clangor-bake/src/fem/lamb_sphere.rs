@@ -8,7 +8,8 @@
 //! T₂₁ = (l − 1) j_l(x) − x j_{l+1}(x)               T₂₂ = (l² − 1 − y²/2) j_l(y) + y j_{l+1}(y)
 //! ```
 //!
-//! (Eringen and Suhubi 1975, "Elastodynamics", volume 2, section 8.13); for l = 0, T₁₁ = 0. Each is 2 l + 1 modes.
+//! (Eringen and Suhubi 1975, "Elastodynamics", volume 2, section 8.13); for l = 0, T₁₁ = 0. Each is 2 l + 1
+//! modes.
 
 use std::f64::consts::TAU;
 
@@ -84,7 +85,8 @@ mod tests {
 
     #[test]
     fn known_roots_are_found() {
-        // Lamb prints 2.501 for the first torsional mode and 2.640 (0.840 π) for the first spheroidal one at ν = 1/4.
+        // Lamb prints 2.501 for the first torsional mode and 2.640 (0.840 π) for the first spheroidal one at
+        // ν = 1/4.
         let torsion = roots(|y| torsional(2, y))[0];
         let spheroid = roots(|y| spheroidal(2, y, (1.0_f64 / 3.0).sqrt()))[0];
         assert!((torsion - 2.501).abs() < 1e-3 && (spheroid - 2.640).abs() < 1e-3, "{torsion} {spheroid}");

@@ -1,13 +1,13 @@
 //! In which order to eliminate the unknowns.
 //!
-//! Two orders are tried on the graph of the nodes, whose three unknowns stay together: approximate minimum degree, and
-//! nested dissection. The one whose factor is cheaper, counted from the elimination tree, is taken: minimum degree on
-//! thin shells, dissection on solids.
+//! Two orders are tried on the graph of the nodes, whose three unknowns stay together: approximate minimum
+//! degree, and nested dissection. The one whose factor is cheaper, counted from the elimination tree, is
+//! taken: minimum degree on thin shells, dissection on solids.
 //!
-//! Dissection knows where the nodes are: a set of nodes is cut across its longest extent, near the median and where the
-//! fewest nodes have neighbours beyond, and of the edges that cross the cut the fewest nodes that touch them all separate
-//! the halves. Those nodes are a smallest vertex cover of a bipartite graph: by König's theorem, as many as a largest
-//! matching has edges.
+//! Dissection knows where the nodes are: a set of nodes is cut across its longest extent, near the median and
+//! where the fewest nodes have neighbours beyond, and of the edges that cross the cut the fewest nodes that
+//! touch them all separate the halves. Those nodes are a smallest vertex cover of a bipartite graph: by
+//! König's theorem, as many as a largest matching has edges.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
@@ -94,8 +94,8 @@ impl Graph {
 
     /// Multiplications of a factorisation in this order: the sum of the squares of the column counts.
     ///
-    /// Source: Liu (1990), "The role of elimination trees in sparse factorization": row k of the factor is a subtree of
-    /// the elimination tree, whose nodes are met by climbing from the neighbours of k.
+    /// Source: Liu (1990), "The role of elimination trees in sparse factorization": row k of the factor is a
+    /// subtree of the elimination tree, whose nodes are met by climbing from the neighbours of k.
     fn work(&self, order: &[u32]) -> f64 {
         let count = order.len();
         let mut place = vec![0_u32; count];
@@ -181,7 +181,8 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
 fn narrowest(graph: &Graph, set: &[u32], rank: &mut [u32]) -> usize {
     let count = set.len();
     set.iter().enumerate().for_each(|(k, n)| rank[*n as usize] = k as u32);
-    // By cuts: how many nodes more than at the cut before have a neighbour beyond, seen from the left and from the right.
+    // By cuts: how many nodes more than at the cut before have a neighbour beyond, seen from the left and
+    // from the right.
     let mut more = vec![[0_i32; 2]; count + 1];
     for (k, n) in set.iter().enumerate() {
         let ranks = || graph.of_node(*n).iter().map(|m| rank[*m as usize]).filter(|r| *r != NONE);
@@ -224,7 +225,8 @@ fn vertex_cover(graph: &Graph, left: &[u32], side: &[u32], right: u32, matched: 
             augment(*n, &across, matched, &mut seen);
         }
     }
-    // König: from the free left nodes along alternating paths; left nodes not reached and right nodes reached.
+    // König: from the free left nodes along alternating paths; left nodes not reached and right nodes
+    // reached.
     seen.clear();
     let mut front: Vec<u32> = border.iter().copied().filter(|n| matched[*n as usize] == NONE).collect();
     let mut reached: std::collections::BTreeSet<u32> = front.iter().copied().collect();

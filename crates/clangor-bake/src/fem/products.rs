@@ -1,7 +1,7 @@
 //! Products of the matrices of a body with eight vectors at once, in vector registers.
 //!
-//! Each entry is read once for eight vectors and, because the matrices are symmetric, for the row and the column that it
-//! stands in. Sums run in the same order on every instruction set.
+//! Each entry is read once for eight vectors and, because the matrices are symmetric, for the row and the
+//! column that it stands in. Sums run in the same order on every instruction set.
 
 use glam::DMat3;
 use pulp::{Simd, WithSimd};

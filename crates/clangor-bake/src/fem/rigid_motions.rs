@@ -1,7 +1,7 @@
 //! The motions of a free body that cost no energy, in closed form: three translations and three turns.
 //!
-//! Their frequency is zero. A solver that has to find them itself finds them badly, and takes their errors for modes;
-//! so it is given them, orthonormal in the mass.
+//! Their frequency is zero. A solver that has to find them itself finds them badly, and takes their errors
+//! for modes; so it is given them, orthonormal in the mass.
 
 use glam::DVec3;
 

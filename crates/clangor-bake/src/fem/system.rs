@@ -1,8 +1,8 @@
 //! Stiffness and mass of a whole mesh, sparse and symmetric.
 //!
-//! A mesh of a volume or of a section: its elements have any number of nodes, and nodes three unknowns each. Both
-//! matrices have one entry per pair of nodes that share an element: a 3 × 3 block of the stiffness and one number of the
-//! mass, which is the same along x, y and z. Only pairs with row ≥ column are kept.
+//! A mesh of a volume or of a section: its elements have any number of nodes, and nodes three unknowns each.
+//! Both matrices have one entry per pair of nodes that share an element: a 3 × 3 block of the stiffness and
+//! one number of the mass, which is the same along x, y and z. Only pairs with row ≥ column are kept.
 
 use glam::{DMat3, DVec3};
 
@@ -57,8 +57,8 @@ impl ElasticSystem {
         })
     }
 
-    /// Assembles elements. `matrices` gives, by the number of an element, what gives its blocks of the stiffness and
-    /// factors of the mass, by two of its nodes of which the first is not before the second.
+    /// Assembles elements. `matrices` gives, by the number of an element, what gives its blocks of the
+    /// stiffness and factors of the mass, by two of its nodes of which the first is not before the second.
     pub(crate) fn assemble<E: AsRef<[u32]>, F: Fn(usize, usize) -> (DMat3, f64)>(
         mesh: Elements<'_, E>,
         matrices: impl Fn(usize) -> F,
@@ -84,8 +84,8 @@ impl ElasticSystem {
         ElasticSystem { nodes: mesh.nodes, starts, rows, stiffness, mass, rigid: mesh.rigid, held, massless }
     }
 
-    /// The same body with unknowns held at zero, and the motions without energy that are left. Held unknowns keep the
-    /// diagonal of the stiffness and no mass, so that they take no part in any mode.
+    /// The same body with unknowns held at zero, and the motions without energy that are left. Held unknowns
+    /// keep the diagonal of the stiffness and no mass, so that they take no part in any mode.
     pub(crate) fn holding(mut self, held: Vec<bool>, rigid: Vec<Vec<DVec3>>) -> Self {
         self.massless = vec![[false; 3]; self.rows.len()];
         for column in 0..self.nodes.len() {
@@ -158,8 +158,8 @@ impl ElasticSystem {
         self.stiffness[entry] - DMat3::from_diagonal(mass)
     }
 
-    /// M x for `width` vectors at once, stored with unknown 3n + c of vector k at `x[(3n + c) · width + k]`; fastest for
-    /// eight.
+    /// M x for `width` vectors at once, stored with unknown 3n + c of vector k at `x[(3n + c) · width + k]`;
+    /// fastest for eight.
     pub fn multiply_mass(&self, x: &[f64], width: usize, y: &mut [f64]) {
         if width == LANES {
             self.multiply_lanes(Matrix::Scalars(&self.mass), x, y);
@@ -169,8 +169,8 @@ impl ElasticSystem {
         self.hold(y, width);
     }
 
-    /// Zeros where unknowns are held; vectors are stored as in [`multiply_mass`](Self::multiply_mass), which expects and
-    /// leaves them so.
+    /// Zeros where unknowns are held; vectors are stored as in [`multiply_mass`](Self::multiply_mass), which
+    /// expects and leaves them so.
     pub(crate) fn hold(&self, x: &mut [f64], width: usize) {
         let held = x.chunks_exact_mut(width).zip(&self.held).filter(|(_, held)| **held);
         held.for_each(|(x, _)| x.fill(0.0));

@@ -1,8 +1,9 @@
 //! How far two fields of the same body are apart.
 //!
-//! Over frequencies spread evenly in the band and directions spread evenly over a sphere, each frequency counted alike:
-//! the *level error* of a motion is its error against the loudest motion at that frequency, rotations at equal surface
-//! speed; its *own error* is against itself, which says little of a motion that is hardly heard.
+//! Over frequencies spread evenly in the band and directions spread evenly over a sphere, each frequency
+//! counted alike: the *level error* of a motion is its error against the loudest motion at that frequency,
+//! rotations at equal surface speed; its *own error* is against itself, which says little of a motion that is
+//! hardly heard.
 
 use std::f64::consts::PI;
 
@@ -41,8 +42,8 @@ impl FieldErrors {
     }
 }
 
-/// Compares `model` with `reference` at `distance` (in bounding radii of the reference) for wavenumbers [1/m] from
-/// `lowest` to `highest`.
+/// Compares `model` with `reference` at `distance` (in bounding radii of the reference) for wavenumbers [1/m]
+/// from `lowest` to `highest`.
 pub fn compare(
     model: &AccelerationModel,
     reference: &AccelerationModel,

@@ -1,7 +1,8 @@
 //! From pressure and acceleration on a surface to the multipoles of the field outside.
 //!
-//! With G = e^{−ikr}/(4πr) = −ik Σ hₙ⁽²⁾(kr_x) jₙ(kr_y) Y_nm Y_nm and the representation p = ∫ (p ∂G/∂n + ρ a_n G) dS,
-//! n pointing into the fluid, the coefficient of [`RadiationSample`](crate::radiation::RadiationSample) is
+//! With G = e^{−ikr}/(4πr) = −ik Σ hₙ⁽²⁾(kr_x) jₙ(kr_y) Y_nm Y_nm and the representation p = ∫ (p ∂G/∂n + ρ
+//! a_n G) dS, n pointing into the fluid, the coefficient of
+//! [`RadiationSample`](crate::radiation::RadiationSample) is
 //!
 //! ```text
 //! c_nm = θₙ(ikR) / R^{n+1} · ∫ [ p ∂/∂n (u_n(kr) rⁿ Y_nm) + ρ a_n u_n(kr) rⁿ Y_nm ] dS,   u_n(z) = jₙ(z)/zⁿ
@@ -26,7 +27,8 @@ pub struct SurfacePoint {
     pub area: DVec3,
 }
 
-/// Coefficients of the six motions on the sphere of `radius` R \[m\], from their pressures at the points (ρ = 1).
+/// Coefficients of the six motions on the sphere of `radius` R \[m\], from their pressures at the points (ρ =
+/// 1).
 pub fn project(
     points: &[SurfacePoint],
     pressure: &[[Complex64; RIGID_DOFS]],

@@ -1,14 +1,15 @@
 //! Rational interpolation in frequency of many functions that share their poles.
 //!
-//! The set-valued AAA algorithm (Nakatsukasa, Sète and Trefethen 2018; Lietaert and others 2022): nodes are taken one by
-//! one from the samples, each where the error is largest; the weights of
+//! The set-valued AAA algorithm (Nakatsukasa, Sète and Trefethen 2018; Lietaert and others 2022): nodes are
+//! taken one by one from the samples, each where the error is largest; the weights of
 //!
 //! ```text
 //! r(s) = Σ_j [ w_j f_j/(s − s_j) + conj(w_j f_j)/(s − conj s_j) ] / Σ_j [ w_j/(s − s_j) + conj(w_j)/(s − conj s_j) ]
 //! ```
 //!
-//! minimise the linearised residual over all samples and functions. The mirrored nodes make r(conj s) = conj r(s): the
-//! response in time is real. Poles are common to all functions, as those of a body are to all directions.
+//! minimise the linearised residual over all samples and functions. The mirrored nodes make r(conj s) = conj
+//! r(s): the response in time is real. Poles are common to all functions, as those of a body are to all
+//! directions.
 
 use clangor_core::sound_model::acceleration::field::Node;
 use faer::{Mat, Side};
@@ -120,11 +121,11 @@ pub fn predict(
     above.iter().map(|a| a / below).collect()
 }
 
-/// Weights of unit length that make the linearised residual smallest: the last eigenvector of the Gram matrix of the
-/// Loewner matrix, whose columns are the real and imaginary parts of the weights.
+/// Weights of unit length that make the linearised residual smallest: the last eigenvector of the Gram matrix
+/// of the Loewner matrix, whose columns are the real and imaginary parts of the weights.
 ///
-/// The Gram matrix squares the condition: residuals below 1e-8 of the largest are not told apart, far below the error
-/// of any solver.
+/// The Gram matrix squares the condition: residuals below 1e-8 of the largest are not told apart, far below
+/// the error of any solver.
 fn least_residual(samples: &[FunctionSample], support: &[usize]) -> Vec<Complex64> {
     let columns = 2 * support.len();
     let mut gram = Mat::<f64>::zeros(columns, columns);
@@ -164,8 +165,8 @@ fn least_residual(samples: &[FunctionSample], support: &[usize]) -> Vec<Complex6
 
 /// Poles of a fit: the zeros of its denominator.
 ///
-/// Besides 0 the eigenvalues of Λ − e wᵀΛ/(wᵀe) are the zeros of Σ w/(s − s_j): its left eigenvector of 0 is w, so every
-/// other right eigenvector (Λ − λ)⁻¹e is orthogonal to w.
+/// Besides 0 the eigenvalues of Λ − e wᵀΛ/(wᵀe) are the zeros of Σ w/(s − s_j): its left eigenvector of 0 is
+/// w, so every other right eigenvector (Λ − λ)⁻¹e is orthogonal to w.
 pub fn poles(nodes: &[Node]) -> Vec<Complex64> {
     let all: Vec<(Complex64, Complex64)> =
         nodes.iter().flat_map(|n| [(n.s, n.weight), (n.s.conj(), n.weight.conj())]).collect();

@@ -1,7 +1,9 @@
-//! Whether a mesh is a body of revolution about y, but for the roughness of its triangles, and of which section.
+//! Whether a mesh is a body of revolution about y, but for the roughness of its triangles, and of which
+//! section.
 //!
-//! A scanned or voxelised bowl is one, though its vertices lie on no circles. Its section is where the signed distance
-//! to the surface, averaged over the angle φ, vanishes: cut at one angle, moved there, and followed by arcs.
+//! A scanned or voxelised bowl is one, though its vertices lie on no circles. Its section is where the signed
+//! distance to the surface, averaged over the angle φ, vanishes: cut at one angle, moved there, and followed
+//! by arcs.
 
 use std::f64::consts::TAU;
 
@@ -201,8 +203,8 @@ fn chains(ends: &[([u32; 2], usize)], pieces: &[[DVec2; 2]]) -> Vec<Vec<DVec2>> 
         edges[*piece][filled[*piece]] = *edge;
         filled[*piece] += 1;
     }
-    // Ends were sorted, so that the edges of a piece may have changed places: its points tell which is which only
-    // through its neighbours, which share one of them.
+    // Ends were sorted, so that the edges of a piece may have changed places: its points tell which is which
+    // only through its neighbours, which share one of them.
     let mut chains = Vec::new();
     for start in 0..pieces.len() {
         if used[start] {

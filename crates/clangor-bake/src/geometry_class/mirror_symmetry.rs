@@ -1,9 +1,10 @@
 //! Planes through the centre of mass that map a solid onto itself.
 //!
-//! A mirror plane of a solid is one of its inertia tensor, so that the principal axes are the candidates where the
-//! moments differ. Equal moments leave a plane or a sphere of directions: there, the extrema of the quartic form
-//! Q(d) = ∫ (d·x)⁴ dS and the phases of the moments ∫ (x + iy)^m dS about the distinct axis are candidates too, and the
-//! coordinate axes in any case. A candidate stands if the mirrored vertices lie on the surface.
+//! A mirror plane of a solid is one of its inertia tensor, so that the principal axes are the candidates
+//! where the moments differ. Equal moments leave a plane or a sphere of directions: there, the extrema of the
+//! quartic form Q(d) = ∫ (d·x)⁴ dS and the phases of the moments ∫ (x + iy)^m dS about the distinct axis are
+//! candidates too, and the coordinate axes in any case. A candidate stands if the mirrored vertices lie on
+//! the surface.
 
 use std::f64::consts::PI;
 
@@ -30,7 +31,8 @@ pub struct MirrorPlane {
     pub residual: f64,
 }
 
-/// Up to three orthogonal planes of symmetry of a closed surface, the best first; residuals are at most `tolerance` \[m\].
+/// Up to three orthogonal planes of symmetry of a closed surface, the best first; residuals are at most
+/// `tolerance` \[m\].
 ///
 /// Normals along coordinate axes are exactly so. A surface that bounds no solid has none.
 pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {

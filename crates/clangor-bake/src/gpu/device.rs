@@ -43,8 +43,8 @@ pub struct GpuTask {
 }
 
 impl Gpu {
-    /// Opens the fastest kind of device that there is: a card, a processor's own, and only then one in software. The
-    /// environment variable [`NAME_VARIABLE`] chooses by part of the name.
+    /// Opens the fastest kind of device that there is: a card, a processor's own, and only then one in
+    /// software. The environment variable [`NAME_VARIABLE`] chooses by part of the name.
     ///
     /// # Errors
     /// [`GpuError::NoDevice`], [`GpuError::NoSuchDevice`], [`GpuError::Refused`].

@@ -1,14 +1,15 @@
-//! A surface as a boundary-element solver wants it: near-equilateral triangles, small where the surface turns.
+//! A surface as a boundary-element solver wants it: near-equilateral triangles, small where the surface
+//! turns.
 //!
 //! ```text
 //! input ─► sharp edges ─► target edge length h ─► split, collapse, flip, smooth ─► fit to the input ─► exact volume
 //!          crease         size_field              isotropic, editable_mesh         volume_fit
 //! ```
 //!
-//! The accuracy of the solver is that of the geometry as long as edges are short against the wavelength: a lost
-//! 1 % of volume is 1 % of pressure. So the flat triangles are fitted to the input in the mean, and the volume is made
-//! exact. Handles, holes and cavities survive, because every operation keeps the topology; the two faces of a thin
-//! wall are told apart by their normals.
+//! The accuracy of the solver is that of the geometry as long as edges are short against the wavelength: a
+//! lost 1 % of volume is 1 % of pressure. So the flat triangles are fitted to the input in the mean, and the
+//! volume is made exact. Handles, holes and cavities survive, because every operation keeps the topology; the
+//! two faces of a thin wall are told apart by their normals.
 //!
 //! It does not repair: the input must bound a solid, see [`check_solid`].
 
@@ -128,8 +129,8 @@ pub fn remesh(input: &TriMesh, options: &RemeshOptions) -> Result<(TriMesh, Reme
     Ok((symmetric.cell.relative_to(-centre), report))
 }
 
-/// Remeshes a closed surface that is symmetric about planes through its centre of mass with the orthogonal unit normals
-/// `planes`, such that the result is exactly so. The result is about the centre of mass.
+/// Remeshes a closed surface that is symmetric about planes through its centre of mass with the orthogonal
+/// unit normals `planes`, such that the result is exactly so. The result is about the centre of mass.
 ///
 /// What the input is on one side of a plane counts; how far the other side is from that,
 /// [`mirror_planes`](crate::geometry_class::mirror_symmetry::mirror_planes) tells.
@@ -186,7 +187,8 @@ fn input_mass(input: &TriMesh) -> Result<MassProperties, RemeshError> {
     Ok(mass)
 }
 
-/// Remeshes a surface about the origin, or the part of one between planes of symmetry, with given edge lengths.
+/// Remeshes a surface about the origin, or the part of one between planes of symmetry, with given edge
+/// lengths.
 fn attempt(
     input: &TriMesh,
     mirrors: BVec3,
@@ -234,8 +236,9 @@ impl Guided {
         let size = size_field::size_field(&surface, &creases, mirrors, min_edge, max_edge);
         Guided { surface, creases, size }
     }
-    /// How much of the surface turns with which radius: radius of curvature \[m\], 0 on sharp edges, and integral of the
-    /// curvature over the area \[m\], to which an edge of length L adds L π/2 whether it is rounded or sharp.
+    /// How much of the surface turns with which radius: radius of curvature \[m\], 0 on sharp edges, and
+    /// integral of the curvature over the area \[m\], to which an edge of length L adds L π/2 whether it is
+    /// rounded or sharp.
     fn turning(&self) -> Vec<(f64, f64)> {
         let curvature = size_field::curvature(&self.surface, &self.creases, BVec3::FALSE);
         let mut areas = vec![0.0; curvature.len()];

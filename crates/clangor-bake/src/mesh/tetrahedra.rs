@@ -6,8 +6,8 @@
 //! x(L) = Σ xᵢ Lᵢ (2 Lᵢ − 1) + Σ x_ij 4 Lᵢ Lⱼ,    L₀ + L₁ + L₂ + L₃ = 1
 //! ```
 //!
-//! A mesh starts as corners with straight edges; the middles of the edges on its surface may then move onto the true
-//! surface, where the elements stay well shaped.
+//! A mesh starts as corners with straight edges; the middles of the edges on its surface may then move onto
+//! the true surface, where the elements stay well shaped.
 
 pub mod axisymmetric;
 pub mod ball;
@@ -29,7 +29,8 @@ pub const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 
 /// The corners of each face, counter-clockwise seen from outside; face k is opposite corner k.
 pub const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// Elements whose smallest Jacobian falls below this part of the straight element's keep their straight edges.
+/// Elements whose smallest Jacobian falls below this part of the straight element's keep their straight
+/// edges.
 const LEAST_CURVED: f64 = 0.3;
 
 /// Quadratic tetrahedra.
@@ -78,8 +79,8 @@ impl TetMesh {
         Self::curved(points, tetrahedra, |middle, _, _| middle)
     }
 
-    /// A mesh whose edges on the surface have their middles where `middle(straight middle, from, to)` says; see
-    /// [`straight`](Self::straight).
+    /// A mesh whose edges on the surface have their middles where `middle(straight middle, from, to)` says;
+    /// see [`straight`](Self::straight).
     ///
     /// An element that this would spoil keeps straight edges, and so do its neighbours along them.
     ///
@@ -147,8 +148,8 @@ impl TetMesh {
         self.elements[element].map(|n| self.nodes[n as usize])
     }
 
-    /// Faces with an element on one side only: corners counter-clockwise from outside, then the middles of the edges
-    /// from the first to the second corner and so on.
+    /// Faces with an element on one side only: corners counter-clockwise from outside, then the middles of
+    /// the edges from the first to the second corner and so on.
     pub fn surface(&self) -> Vec<[u32; 6]> {
         let mut faces: Vec<([u32; 3], [u32; 6])> = Vec::with_capacity(4 * self.elements.len());
         for element in &self.elements {

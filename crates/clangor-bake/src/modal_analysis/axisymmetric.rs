@@ -1,7 +1,7 @@
 //! The vibration of bodies of revolution, by their section alone.
 //!
-//! A mode of such a body has an order m: it goes around the axis as cos mφ and, for m > 0, a second time as sin mφ, with
-//! the same frequency. What is left of the equations is two-dimensional,
+//! A mode of such a body has an order m: it goes around the axis as cos mφ and, for m > 0, a second time as
+//! sin mφ, with the same frequency. What is left of the equations is two-dimensional,
 //!
 //! ```text
 //! K_m u = ω² M u,    u = (U, V, W) on the section

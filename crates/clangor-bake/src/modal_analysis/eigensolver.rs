@@ -4,9 +4,10 @@
 //! K u = ω² M u,    uᵀM u = 1
 //! ```
 //!
-//! The spectrum is cut into slices. At the ends of each the matrix K − ω² M is factored, which counts the modes below
-//! (see `factor`); between, Lanczos iteration finds as many as the counts say there are (see `lanczos`), or fails. The
-//! last count is at the upper limit, so what is returned is complete or it is an error.
+//! The spectrum is cut into slices. At the ends of each the matrix K − ω² M is factored, which counts the
+//! modes below (see `factor`); between, Lanczos iteration finds as many as the counts say there are (see
+//! `lanczos`), or fails. The last count is at the upper limit, so what is returned is complete or it is an
+//! error.
 
 mod factor;
 mod lanczos;
@@ -109,7 +110,8 @@ fn frequency(square: f64) -> f64 {
     square.max(0.0).sqrt() / TAU
 }
 
-/// Uniform in [−½, ½). Source: SplitMix64, Steele, Lea, Flood (2014), "Fast splittable pseudorandom number generators".
+/// Uniform in [−½, ½). Source: SplitMix64, Steele, Lea, Flood (2014), "Fast splittable pseudorandom number
+/// generators".
 fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *seed;

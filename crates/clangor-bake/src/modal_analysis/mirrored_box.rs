@@ -1,14 +1,15 @@
 //! The modes of a box by its mirror planes.
 //!
-//! What is the same on both sides of a plane vibrates either as its own mirror image or as the opposite of it,
+//! What is the same on both sides of a plane vibrates either as its own mirror image or as the opposite of
+//! it,
 //!
 //! ```text
 //! u(R x) = ± R u(x),    R the mirror
 //! ```
 //!
-//! so that half of the body is enough: on the plane the motion across it is zero, or that along it. With three planes
-//! there are eight such problems of an eighth of the unknowns each, which take a fraction of the time, and the modes of a
-//! degenerate pair are in different ones.
+//! so that half of the body is enough: on the plane the motion across it is zero, or that along it. With
+//! three planes there are eight such problems of an eighth of the unknowns each, which take a fraction of the
+//! time, and the modes of a degenerate pair are in different ones.
 
 use glam::DVec3;
 

@@ -1,9 +1,9 @@
-//! Bodies filled with elements: boxes with bricks, ellipsoids with tetrahedra of a grid of their own, all others with
-//! tetrahedra of a grid that is cut at the surface.
+//! Bodies filled with elements: boxes with bricks, ellipsoids with tetrahedra of a grid of their own, all
+//! others with tetrahedra of a grid that is cut at the surface.
 //!
-//! Plates have one cell across where waves are long. Its displacements are quadratic, so the shear stress across it is even
-//! instead of a parabola, which raises a frequency by some 0.02 (2π t/λ)², t the thickness and λ the wavelength; from five
-//! cells of waves on, two cells of fourth order miss nothing.
+//! Plates have one cell across where waves are long. Its displacements are quadratic, so the shear stress
+//! across it is even instead of a parabola, which raises a frequency by some 0.02 (2π t/λ)², t the thickness
+//! and λ the wavelength; from five cells of waves on, two cells of fourth order miss nothing.
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -127,7 +127,8 @@ impl<'a> VolumeFem<'a> {
         }
     }
 
-    /// Elements and nodes of a mesh before it is made: exactly those of a box, about as many or fewer of others.
+    /// Elements and nodes of a mesh before it is made: exactly those of a box, about as many or fewer of
+    /// others.
     fn expected(&self, cells: [usize; 3], edge: f64) -> [f64; 2] {
         let cells = cells.map(|n| n as f64);
         match self.form {
@@ -173,7 +174,8 @@ impl<'a> VolumeFem<'a> {
     }
 }
 
-/// Cells along the axes of a box for elements of some edge, or finer: one, two, or a number that mirrors divide.
+/// Cells along the axes of a box for elements of some edge, or finer: one, two, or a number that mirrors
+/// divide.
 fn box_cells(edges: DVec3, edge: f64) -> [usize; 3] {
     edges.to_array().map(|length| match length / edge {
         cells if cells <= ONE_CELL => 1,

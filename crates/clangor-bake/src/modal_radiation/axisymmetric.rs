@@ -6,13 +6,15 @@
 //! U·n (s, φ) = Σ_m C_m(s) cos mφ + S_m(s) sin mφ
 //! ```
 //!
-//! A mode of a perfect body has one m, and comes in pairs, C and S, but for m = 0. Modes of a mesh have a little of other
-//! orders, which the body has not; what is less than a thousandth of the power is left out, else a little of m = 0
-//! would outshout a high m that hardly radiates. Each C_m and S_m is a field of
-//! [`azimuthal`](crate::bem::axisymmetric::azimuthal) waves; modes of the same frequency and order share the matrix.
+//! A mode of a perfect body has one m, and comes in pairs, C and S, but for m = 0. Modes of a mesh have a
+//! little of other orders, which the body has not; what is less than a thousandth of the power is left out,
+//! else a little of m = 0 would outshout a high m that hardly radiates. Each C_m and S_m is a field of
+//! [`azimuthal`](crate::bem::axisymmetric::azimuthal) waves; modes of the same frequency and order share the
+//! matrix.
 //!
-//! Panels are fit for the air's waves and for those of the surface, whose mean square wavenumber is ∫ a'² r ds / ∫ a² r ds.
-//! The part of order 0 is given the volume flux of the whole surface back (see [`surface_motion`](super::surface_motion)).
+//! Panels are fit for the air's waves and for those of the surface, whose mean square wavenumber is ∫ a'² r
+//! ds / ∫ a² r ds. The part of order 0 is given the volume flux of the whole surface back (see
+//! [`surface_motion`](super::surface_motion)).
 
 mod harmonic_rotation;
 
@@ -40,8 +42,8 @@ use crate::radiation::RadiationError;
 /// Share of ∫ (U·n)² dS below which an order is taken for an accident of the mesh.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// ∫ (U·n)² dS of an order over ∫ |U|² dS below which nothing pushes the air: what the flat faces of a mesh make of a motion
-/// along the surface.
+/// ∫ (U·n)² dS of an order over ∫ |U|² dS below which nothing pushes the air: what the flat faces of a mesh
+/// make of a motion along the surface.
 const LEAST_PUSH: f64 = 1e-7;
 
 /// Relative distance of wavenumbers that are the same.
@@ -288,7 +290,8 @@ fn clusters(motions: &[ModalMotion<'_>]) -> Vec<Cluster> {
 impl Rings {
     /// What has to be solved of the modes of one frequency.
     ///
-    /// Orders are chosen for all of them together, so that it does not matter which of a degenerate pair's many bases it is.
+    /// Orders are chosen for all of them together, so that it does not matter which of a degenerate pair's
+    /// many bases it is.
     fn jobs(&self, cluster: &Cluster, motions: &[ModalMotion<'_>]) -> Vec<Job> {
         let (squares, mut modes): (Vec<f64>, Vec<Parts>) =
             cluster.modes.iter().map(|mode| self.split(motions[*mode].shape)).unzip();

@@ -1,23 +1,27 @@
 //! Radiation of the modes of any closed surface, by boundary elements on triangles.
 //!
-//! By reciprocity ([`GalerkinSolver::radiate`]) one factorisation serves all modes at its wavenumber. Hence two ways:
+//! By reciprocity ([`GalerkinSolver::radiate`]) one factorisation serves all modes at its wavenumber. Hence
+//! two ways:
 //!
-//! * *direct*: one system for each mode, at its own wavenumber: where there are few, and in cavities, whose resonances no
-//!   ladder of wavenumbers resolves;
-//! * *ladder*: systems at wavenumbers Δκ apart, κ = kR; every mode takes part in the six nearest, and its multipoles are
-//!   interpolated by a polynomial of degree five. Multipoles of size 1 on the sphere of radius R, without e^{−ikR}, are
-//!   smooth in k: what sound takes to get there, from anywhere on the body, is −R/c … R/c and its echoes. Below zero
-//!   they are their own conjugates.
+//! * *direct*: one system for each mode, at its own wavenumber: where there are few, and in cavities, whose
+//!   resonances no ladder of wavenumbers resolves;
+//! * *ladder*: systems at wavenumbers Δκ apart, κ = kR; every mode takes part in the six nearest, and its
+//!   multipoles are interpolated by a polynomial of degree five. Multipoles of size 1 on the sphere of radius
+//!   R, without e^{−ikR}, are smooth in k: what sound takes to get there, from anywhere on the body, is −R/c
+//!   … R/c and its echoes. Below zero they are their own conjugates.
 //!
 //! Each octave has its own mesh, as fine as its waves, the walls and the edges ask for
-//! ([`resolution`](crate::mesh::remesh::resolution)); bending waves, which may be shorter than the waves in air, need no mesh,
-//! only a quadrature ([`NormalVelocityProjection`]). Mirror planes divide the systems; a mode has one parity, mostly.
+//! ([`resolution`](crate::mesh::remesh::resolution)); bending waves, which may be shorter than the waves in
+//! air, need no mesh, only a quadrature ([`NormalVelocityProjection`]). Mirror planes divide the systems; a
+//! mode has one parity, mostly.
 //!
-//! Lengths are in bounding radii, and digits that rounding may change do not count where triangles are chosen: a body of another size
-//! has the same triangles, scaled, and with its frequencies in proportion the same transfers.
+//! Lengths are in bounding radii, and digits that rounding may change do not count where triangles are
+//! chosen: a body of another size has the same triangles, scaled, and with its frequencies in proportion the
+//! same transfers.
 //!
-//! The power is too low by 0.2 % where nine edges are on a wave and by 1.7 % where five are; six at least are asked for. The
-//! error grows with k^3.5 (spheres of 1280 triangles, n ≤ 5; tests/analytic_modal_sphere_flat.rs).
+//! The power is too low by 0.2 % where nine edges are on a wave and by 1.7 % where five are; six at least are
+//! asked for. The error grows with k^3.5 (spheres of 1280 triangles, n ≤ 5;
+//! tests/analytic_modal_sphere_flat.rs).
 
 use std::ops::ControlFlow;
 
@@ -84,8 +88,8 @@ struct Rung {
 }
 
 impl TriangleModes {
-    /// Prepares the surface of a body whose centre of mass is at the origin, for modes up to `highest` [1/m] and a level error
-    /// of `accuracy`.
+    /// Prepares the surface of a body whose centre of mass is at the origin, for modes up to `highest` [1/m]
+    /// and a level error of `accuracy`.
     ///
     /// # Errors
     /// [`RemeshError`] for a surface that bounds no solid or cannot be remeshed.
@@ -268,8 +272,8 @@ pub(super) fn trimmed(mut coefficients: Vec<Complex64>, kappa: f64) -> ModalTran
     ModalTransfer { order, coefficients }
 }
 
-/// Normals of the mirror planes of a surface, if they go through the origin: a plane that misses it by δ would shift the
-/// phase by kδ.
+/// Normals of the mirror planes of a surface, if they go through the origin: a plane that misses it by δ
+/// would shift the phase by kδ.
 pub(super) fn centred_mirrors(
     surface: &TriMesh,
     mass: &MassProperties,

@@ -1,8 +1,9 @@
 //! Radiation of the modes of any closed surface by finite differences in time, several modes in one run.
 //!
-//! For what boundary elements cannot reach: large bodies without mirror planes. The motion of a mode acts on the cells
-//! that the surface cuts, U taken at the nearest face that looks the same way, and its flux made the true one. What this
-//! method costs and what its error is, [`crate::fdtd`] says; how modes share a run, [`crate::fdtd::WaveSolver::run_modes`].
+//! For what boundary elements cannot reach: large bodies without mirror planes. The motion of a mode acts on
+//! the cells that the surface cuts, U taken at the nearest face that looks the same way, and its flux made
+//! the true one. What this method costs and what its error is, [`crate::fdtd`] says; how modes share a run,
+//! [`crate::fdtd::WaveSolver::run_modes`].
 
 use std::ops::ControlFlow;
 
@@ -34,8 +35,8 @@ pub struct WaveModes {
 }
 
 impl WaveModes {
-    /// Prepares the surface of a body whose centre of mass is at the origin, with walls of thickness `wall` \[m\], for modes
-    /// up to `highest` [1/m].
+    /// Prepares the surface of a body whose centre of mass is at the origin, with walls of thickness `wall`
+    /// \[m\], for modes up to `highest` [1/m].
     ///
     /// # Errors
     /// [`WaveError`].

@@ -4,10 +4,10 @@
 //! wᵢ = ∫ φᵢ (U·n − δ) dS,    δ = (∫ U·n dS − V̇)/S
 //! ```
 //!
-//! over the flat triangles of the acoustic mesh with *their* normals, φᵢ linear, U interpolated between the six nodes of
-//! the nearest element face that looks the same way. V̇ is the flux of the motion through the elements' own faces. A
-//! body of nearly constant volume displaces next to nothing, and interpolation leaves some 10⁻³ of what moves: a
-//! monopole, which radiates where the true motion hardly does. δ takes it away.
+//! over the flat triangles of the acoustic mesh with *their* normals, φᵢ linear, U interpolated between the
+//! six nodes of the nearest element face that looks the same way. V̇ is the flux of the motion through the
+//! elements' own faces. A body of nearly constant volume displaces next to nothing, and interpolation leaves
+//! some 10⁻³ of what moves: a monopole, which radiates where the true motion hardly does. δ takes it away.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator, node_weights};

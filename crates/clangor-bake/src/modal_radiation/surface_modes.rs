@@ -9,11 +9,11 @@
 //! tile 250 × 250 × 8 mm   65     18 110        3             2305                  6.4                25
 //! ```
 //!
-//! of which assembly takes 5e-8 N²/2^planes and the factorisation 4.3e-11 n³ for each system of n unknowns. Finite differences
-//! run some 8e8 cell updates per second; by their count, the mug in cells of 1.7 mm takes 1e10 for a mode alone, as
-//! much time as elements take, and less for modes that share a run. But their error is 0.5 % for a rounded die and 2 to 5 %
-//! for walls of few cells with sharp edges. So elements are the rule while a system fits in memory; a body of thousands of
-//! unknowns without mirror planes is run in time.
+//! of which assembly takes 5e-8 N²/2^planes and the factorisation 4.3e-11 n³ for each system of n unknowns.
+//! Finite differences run some 8e8 cell updates per second; by their count, the mug in cells of 1.7 mm takes
+//! 1e10 for a mode alone, as much time as elements take, and less for modes that share a run. But their error
+//! is 0.5 % for a rounded die and 2 to 5 % for walls of few cells with sharp edges. So elements are the rule
+//! while a system fits in memory; a body of thousands of unknowns without mirror planes is run in time.
 
 use std::ops::ControlFlow;
 
@@ -52,8 +52,8 @@ pub enum SurfaceModes {
 }
 
 impl SurfaceModes {
-    /// Prepares the surface of a body whose centre of mass is at the origin, for so many modes up to `highest` [1/m] and a
-    /// level error of `accuracy`.
+    /// Prepares the surface of a body whose centre of mass is at the origin, for so many modes up to
+    /// `highest` [1/m] and a level error of `accuracy`.
     ///
     /// # Errors
     /// [`BakeError`].

@@ -4,16 +4,17 @@
 //! U(x) = Σ Uᵢ Nᵢ(L),    V̇ = ∮ U·n dS = ∫∫ U·(∂x/∂L₁ × ∂x/∂L₂) dL₁ dL₂
 //! ```
 //!
-//! Nᵢ are the weights of the six nodes of a triangle, for positions too. A body of nearly constant volume displaces
-//! next to nothing; on another mesh the interpolated motion may displace a thousandth of what moves, which
-//! radiates as a monopole where the true motion hardly radiates at all. [`balance`] gives it back the true flux.
+//! Nᵢ are the weights of the six nodes of a triangle, for positions too. A body of nearly constant volume
+//! displaces next to nothing; on another mesh the interpolated motion may displace a thousandth of what
+//! moves, which radiates as a monopole where the true motion hardly radiates at all. [`balance`] gives it
+//! back the true flux.
 
 use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator, SurfacePoint, node_weights};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Corner weights and weights of a rule on the triangle of area ½, exact to degree 4. Source: Dunavant (1985), Int. J.
-/// Numer. Meth. Eng. 21, 1129.
+/// Corner weights and weights of a rule on the triangle of area ½, exact to degree 4. Source: Dunavant
+/// (1985), Int. J. Numer. Meth. Eng. 21, 1129.
 const RULE: [([f64; 3], f64); 6] = {
     const A: f64 = 0.445_948_490_915_965;
     const B: f64 = 0.091_576_213_509_771;
@@ -36,8 +37,8 @@ pub struct MotionSampler {
 }
 
 impl MotionSampler {
-    /// For points on or near the surface \[m\]; each gets the motion of the place nearest to it. `None` for an empty
-    /// surface.
+    /// For points on or near the surface \[m\]; each gets the motion of the place nearest to it. `None` for
+    /// an empty surface.
     pub fn new(surface: &ModalSurface, points: &[DVec3]) -> Option<Self> {
         let locator = SurfaceLocator::new(surface);
         let places = points.par_iter().map(|x| locator.nearest(*x)).collect::<Option<Vec<_>>>()?;
@@ -71,7 +72,8 @@ pub fn volume_flux(surface: &ModalSurface, shape: &[DVec3]) -> f64 {
     surface.triangles.iter().map(at_triangle).sum()
 }
 
-/// Changes normal motions by the same amount everywhere, so that their flux is `flux`; `areas` \[m²\] sum to the surface.
+/// Changes normal motions by the same amount everywhere, so that their flux is `flux`; `areas` \[m²\] sum to
+/// the surface.
 pub fn balance(motions: &mut [f64], areas: &[f64], flux: f64) {
     let found: f64 = motions.iter().zip(areas).map(|(u, a)| u * a).sum();
     let area: f64 = areas.iter().sum();

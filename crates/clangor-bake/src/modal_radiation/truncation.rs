@@ -1,18 +1,19 @@
 //! How many orders of multipoles a mode needs.
 //!
-//! What is left out is next to nothing of the radiated power and of the square pressure at one and a half bounding radii,
-//! where a mode of short waves that hardly radiates may still be heard.
+//! What is left out is next to nothing of the radiated power and of the square pressure at one and a half
+//! bounding radii, where a mode of short waves that hardly radiates may still be heard.
 
 use clangor_core::math::radial::outgoing;
 use clangor_core::sound_model::modal::model::ModalTransfer;
 use num_complex::Complex64;
 
-/// Part of the power, and of the square pressure at [`NEAR`] bounding radii, that the orders left out may have.
+/// Part of the power, and of the square pressure at [`NEAR`] bounding radii, that the orders left out may
+/// have.
 const DROPPED: f64 = 1e-6;
 const NEAR: f64 = 1.5;
 
-/// The lowest order to which the multipoles of some modes of one frequency κ = kR, summed over, may be cut; none of them
-/// needs to have all orders.
+/// The lowest order to which the multipoles of some modes of one frequency κ = kR, summed over, may be cut;
+/// none of them needs to have all orders.
 pub(super) fn last_order(modes: &[&[Complex64]], kappa: f64) -> usize {
     let order = modes.iter().map(|c| c.len().isqrt().saturating_sub(1)).max().unwrap_or(0);
     let own = |c: &[Complex64], n: usize| -> Vec<Complex64> {

@@ -1,8 +1,9 @@
-//! The published representation of a field that we have: PAN's grids of directions, or PROXY's octant of wavelets.
+//! The published representation of a field that we have: PAN's grids of directions, or PROXY's octant of
+//! wavelets.
 //!
-//! The shortest pulse is as short as the band of the field allows: h = 5/κ, whose spectrum is at 1 % of its peak at the
-//! highest κ. Beside it stand 2h, 4h and 8h (\[PAN\] fig. 9), sampled at steps that grow with them. N = 2 powers of 1/r are
-//! fitted to M = 5 radii, as printed.
+//! The shortest pulse is as short as the band of the field allows: h = 5/κ, whose spectrum is at 1 % of its
+//! peak at the highest κ. Beside it stand 2h, 4h and 8h (\[PAN\] fig. 9), sampled at steps that grow with
+//! them. N = 2 powers of 1/r are fitted to M = 5 radii, as printed.
 
 use clangor_core::reference::pan_representation::directions::Directions;
 use clangor_core::reference::pan_representation::{PanError, PanModel};
@@ -20,7 +21,8 @@ pub enum PanForm {
         /// Divisions of the azimuth.
         columns: usize,
     },
-    /// \[PROXY\]: one octant of a body with three planes of symmetry, the wavelet coefficients above a tolerance ε.
+    /// \[PROXY\]: one octant of a body with three planes of symmetry, the wavelet coefficients above a
+    /// tolerance ε.
     Octant {
         /// ε.
         tolerance: f64,
@@ -78,7 +80,8 @@ pub fn pan_model(model: &AccelerationModel, form: PanForm) -> Result<PanModel, P
         .map(|octave| {
             let pulse = 5.0 / field.max_wavenumber * 2f64.powi(octave);
             let step = pulse / SAMPLES_PER_PULSE;
-            // From before the body's near side speaks until all has died away, with room for the ends of the fit.
+            // From before the body's near side speaks until all has died away, with room for the ends of the
+            // fit.
             let seconds = field.ring_time + 2.0 + 4.0 * pulse + 64.0 * step;
             let length = ((seconds / step).ceil() as usize).next_power_of_two();
             let options = PanOptions { pulse, step, length, terms: 2, radii: 5, directions, fit: how };

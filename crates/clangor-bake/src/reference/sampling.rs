@@ -30,7 +30,8 @@ pub fn half_sine_spectrum(wavenumber: f64, duration: f64) -> Complex64 {
     2.0 * duration / std::f64::consts::PI * centred * Complex64::new(x.cos(), -x.sin())
 }
 
-/// Samples at `start` + ℓΔt of the signal with spectrum `field` · `factor` at the wavenumbers 2πm/(T Δt), m = 0 … T/2.
+/// Samples at `start` + ℓΔt of the signal with spectrum `field` · `factor` at the wavenumbers 2πm/(T Δt), m =
+/// 0 … T/2.
 pub fn synthesize(field: &[Complex64], factor: &[f64], step: f64, start: f64) -> Vec<f64> {
     let length = 2 * (field.len() - 1);
     let mut planner = RealFftPlanner::<f64>::new();

@@ -7,7 +7,8 @@ use num_complex::Complex64;
 
 use super::{PanFitError, PanOptions};
 
-/// The N × M pseudo-inverse of the matrix r_i^{−k}: \[PROXY\] eq. (14) is the same system for every coefficient.
+/// The N × M pseudo-inverse of the matrix r_i^{−k}: \[PROXY\] eq. (14) is the same system for every
+/// coefficient.
 pub(super) fn pseudo_inverse(radii: &[f64], terms: usize) -> Result<Vec<Vec<f64>>, PanFitError> {
     let matrix = Mat::from_fn(radii.len(), terms, |i, k| radii[i].powi(-(k as i32 + 1)));
     let svd = matrix.thin_svd().map_err(|_| PanFitError::SingularValues)?;
@@ -19,8 +20,8 @@ pub(super) fn pseudo_inverse(radii: &[f64], terms: usize) -> Result<Vec<Vec<f64>
 
 /// \[PAN\] eq. (25) in the frequencies of a periodic grid.
 ///
-/// With b_i(κ) = Σ_n ψ(nΔt − r_i; Δt) e^{−iκnΔt}, the spectrum of ψ sampled at the delay of radius i, the samples at radius i of
-/// Σ_k q_k/r^k have the spectrum b_i Σ_k q̂_k r_i^{−k}.
+/// With b_i(κ) = Σ_n ψ(nΔt − r_i; Δt) e^{−iκnΔt}, the spectrum of ψ sampled at the delay of radius i, the
+/// samples at radius i of Σ_k q_k/r^k have the spectrum b_i Σ_k q̂_k r_i^{−k}.
 pub(super) struct CirculantFit {
     /// For each wavenumber, the N × M truncated pseudo-inverse, by rows, with the delay of the data in it.
     inverses: Vec<Complex64>,

@@ -1,14 +1,15 @@
 //! The bank of ellipsoids that stand for bodies without a field of their own.
 //!
-//! \[PROXY\] §5 has 66 ellipsoids, A = 0.5 m ≥ B ≥ C, B and C from 0.025 m to 0.5 m in steps of 0.0475 m. Here A = 1, as the size of
-//! an ellipsoid is no property of its field, and instead of 500³ cells in time each is a boundary integral equation on
-//! one octant at a few frequencies.
+//! \[PROXY\] §5 has 66 ellipsoids, A = 0.5 m ≥ B ≥ C, B and C from 0.025 m to 0.5 m in steps of 0.0475 m.
+//! Here A = 1, as the size of an ellipsoid is no property of its field, and instead of 500³ cells in time
+//! each is a boundary integral equation on one octant at a few frequencies.
 //!
-//! Differs: the band. 48 kHz and A = 0.5 m would be kA = 440, of which a proxy of small debris never hears: a body of
-//! A = 2.7, 5.5 and 10 cm reaches kA = 10, 20 and 37 at 20 kHz.
+//! Differs: the band. 48 kHz and A = 0.5 m would be kA = 440, of which a proxy of small debris never hears: a
+//! body of A = 2.7, 5.5 and 10 cm reaches kA = 10, 20 and 37 at 20 kHz.
 //!
-//! Measured by `tests/paper_proxy_bank.rs`, for ellipsoids between those of the bank, at 2 A and kA to 14: the nearest is off by
-//! 7 to 55 % per motion, the bilinear mean of the four around it by 2 to 5 % (10 % for a motion that is nearly silent).
+//! Measured by `tests/paper_proxy_bank.rs`, for ellipsoids between those of the bank, at 2 A and kA to 14:
+//! the nearest is off by 7 to 55 % per motion, the bilinear mean of the four around it by 2 to 5 % (10 % for
+//! a motion that is nearly silent).
 
 use std::ops::ControlFlow;
 
@@ -22,8 +23,8 @@ use crate::bem::symmetric_patches::SymmetricPatchSolver;
 
 /// Values of B and of C, in units of A.
 const STEPS: usize = 11;
-/// Distance between frequencies solved first, in κ: half of what the slowest pole of an ellipsoid needs, so that a
-/// test seldom adds any.
+/// Distance between frequencies solved first, in κ: half of what the slowest pole of an ellipsoid needs, so
+/// that a test seldom adds any.
 const SPACING: f64 = 20.0 / 14.0;
 /// Nearest distance, in units of A, at which the terms left out must not be missed.
 const NEAREST: f64 = 1.2;
@@ -80,7 +81,8 @@ pub fn bank_entry(
     Ok((BankEntry { b, c, field: model.field }, evidence))
 }
 
-/// Leaves out the faintest terms: together, at [`NEAREST`] and at every node, below `accuracy` of the loudest motion.
+/// Leaves out the faintest terms: together, at [`NEAREST`] and at every node, below `accuracy` of the loudest
+/// motion.
 ///
 /// Terms of the first two orders stay, as they outlast the others with distance.
 fn leave_out_faint_terms(field: &mut AccelerationField, accuracy: f64) {

@@ -1,11 +1,13 @@
 //! The bank of ellipsoids that ring for small bodies without modes of their own, baked.
 //!
-//! \[FRAC\] §5. The modes of each ellipsoid are polynomials ([`ellipsoid_vibration`]), its sound is that of every body: the meridian
-//! where two axes are equal, triangles on an eighth where none are ([`modal::radiate`](crate::modal::radiate)).
+//! \[FRAC\] §5. The modes of each ellipsoid are polynomials ([`ellipsoid_vibration`]), its sound is that of
+//! every body: the meridian where two axes are equal, triangles on an eighth where none are
+//! ([`modal::radiate`](crate::modal::radiate)).
 //!
 //! An ellipsoid has all modes that a body of its proportions needs to 20 kHz, if its lowest mode is above
-//! [`BankOptions::least_first_frequency`] and ‖(a, b, c)‖ below [`BankOptions::largest_size`]: with S = min(f_p/f_least, largest) they are
-//! baked to 20 kHz × S/m, which is \[FRAC\]'s rule that the scale γ must be below 1, for ellipsoids of S instead of a metre.
+//! [`BankOptions::least_first_frequency`] and ‖(a, b, c)‖ below [`BankOptions::largest_size`]: with S =
+//! min(f_p/f_least, largest) they are baked to 20 kHz × S/m, which is \[FRAC\]'s rule that the scale γ must
+//! be below 1, for ellipsoids of S instead of a metre.
 
 pub mod ellipsoid_modes;
 pub mod first_frequency;

@@ -4,16 +4,17 @@
 //! K u = f,    P K_h Pᵀ = L Lᵀ
 //! ```
 //!
-//! K does not resist the six rigid motions. Six unknowns are held, so chosen that no rigid motion is left: K_h is K with
-//! their rows and columns cut off. Where the forces balance, whatever holds the body carries nothing, and u is right up to
-//! a rigid motion.
+//! K does not resist the six rigid motions. Six unknowns are held, so chosen that no rigid motion is left:
+//! K_h is K with their rows and columns cut off. Where the forces balance, whatever holds the body carries
+//! nothing, and u is right up to a rigid motion.
 //!
-//! Source: \[FRAC\] App. B. Differs: there three points are held along directions of their own, by a sparse change of
-//! basis; here unknowns are held as they are, picked by pivots from the rows of the rigid motions, which cannot fail
-//! where three points happen to lie on one line.
+//! Source: \[FRAC\] App. B. Differs: there three points are held along directions of their own, by a sparse
+//! change of basis; here unknowns are held as they are, picked by pivots from the rows of the rigid motions,
+//! which cannot fail where three points happen to lie on one line.
 //!
-//! A force on few nodes fills only a part of L⁻¹ f: the path from their columns to the root of the elimination tree. The
-//! forward substitution visits only that. The reaction, which loads all nodes, is a sum of six loads known beforehand.
+//! A force on few nodes fills only a part of L⁻¹ f: the path from their columns to the root of the
+//! elimination tree. The forward substitution visits only that. The reaction, which loads all nodes, is a sum
+//! of six loads known beforehand.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -94,8 +95,8 @@ impl AnchoredFactor {
         self.values.len()
     }
 
-    /// Displacements \[m\], up to a rigid motion, under loads, one after the other, that the reaction balances with given
-    /// motions; in place.
+    /// Displacements \[m\], up to a rigid motion, under loads, one after the other, that the reaction
+    /// balances with given motions; in place.
     pub(super) fn solve(&self, loads: &mut [f64], motions: &[Motion]) {
         self.substitute(loads, motions.len());
         for (u, motion) in loads.chunks_exact_mut(self.structure.size()).zip(motions) {
@@ -189,7 +190,8 @@ impl AnchoredFactor {
     }
 }
 
-/// Six unknowns that together allow no rigid motion: at each step the one that what is left of the motions moves most.
+/// Six unknowns that together allow no rigid motion: at each step the one that what is left of the motions
+/// moves most.
 fn held_unknowns(nodes: &[DVec3]) -> [usize; 6] {
     let middle = nodes.iter().sum::<DVec3>() / nodes.len().max(1) as f64;
     let size = nodes.iter().fold(f64::MIN_POSITIVE, |size, x| size.max(x.distance(middle)));

@@ -4,11 +4,12 @@
 //! f − W T (TᵀW T)⁻¹ Tᵀ f,    u − T (TᵀW T)⁻¹ Tᵀ W u,    T the six rigid motions at the nodes
 //! ```
 //!
-//! With the mass for W it is inertia: the body accelerates as a rigid one, and each part of it needs its share of the
-//! force. With W = 1 it is the projection P = I − Q Qᵀ of \[FRAC\] App. B, which spreads the reaction over the nodes
-//! equally, and so puts more of it where the mesh is fine.
+//! With the mass for W it is inertia: the body accelerates as a rigid one, and each part of it needs its
+//! share of the force. With W = 1 it is the projection P = I − Q Qᵀ of \[FRAC\] App. B, which spreads the
+//! reaction over the nodes equally, and so puts more of it where the mesh is fine.
 //!
-//! Differs from \[FRAC\]: T is orthogonalised about the centre of W in closed form instead of by a QR factorisation.
+//! Differs from \[FRAC\]: T is orthogonalised about the centre of W in closed form instead of by a QR
+//! factorisation.
 
 use glam::{DMat3, DVec3};
 

@@ -4,17 +4,18 @@
 //! f_n = ∫ t N_n dS,    N_n the shape functions of the six nodes of a face
 //! ```
 //!
-//! A force at a point makes an infinite stress there, and on a mesh one that grows as elements shrink. A contact is no
-//! point: its force is spread around as a pressure ∝ 1 − d²/r² within the distance r along the surface, where r is the
-//! radius of the contact, but no less than the longest edge at that vertex, below which a mesh does not see a difference.
-//! Such a patch belongs to each vertex of the surface; a force inside a face goes to the patches of its three corners by
-//! its barycentric coordinates, so that the load moves continuously with its point.
+//! A force at a point makes an infinite stress there, and on a mesh one that grows as elements shrink. A
+//! contact is no point: its force is spread around as a pressure ∝ 1 − d²/r² within the distance r along the
+//! surface, where r is the radius of the contact, but no less than the longest edge at that vertex, below
+//! which a mesh does not see a difference. Such a patch belongs to each vertex of the surface; a force inside
+//! a face goes to the patches of its three corners by its barycentric coordinates, so that the load moves
+//! continuously with its point.
 //!
-//! The force is kept exactly. Its torque is off by the distance of the middle of the patch from the point, at edges of the
-//! body up to a third of r; the reaction balances what is applied.
+//! The force is kept exactly. Its torque is off by the distance of the middle of the patch from the point, at
+//! edges of the body up to a third of r; the reaction balances what is applied.
 //!
-//! Differs from \[FRAC\], which does not say how contacts load the mesh: forces on single nodes would break a body by the
-//! tension beside them as soon as its mesh is fine enough, however weak they are.
+//! Differs from \[FRAC\], which does not say how contacts load the mesh: forces on single nodes would break a
+//! body by the tension beside them as soon as its mesh is fine enough, however weak they are.
 
 use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -69,7 +70,8 @@ impl ContactTractions {
         self.surface.vertices.len()
     }
 
-    /// The vertices whose patches carry a force at a point, with their shares; nothing for a point that is not finite.
+    /// The vertices whose patches carry a force at a point, with their shares; nothing for a point that is
+    /// not finite.
     pub(super) fn shares(&self, point: DVec3) -> Option<[(usize, f64); 3]> {
         let nearest = self.tree.nearest(&self.surface, point)?;
         let corners = self.surface.triangles[nearest.triangle];
@@ -116,7 +118,8 @@ impl ContactTractions {
         DMat3::from_cols(inward, along, inward.cross(along))
     }
 
-    /// Adds the forces of a traction \[Pa\], given by position and outward normal, to those on the nodes \[N\].
+    /// Adds the forces of a traction \[Pa\], given by position and outward normal, to those on the nodes
+    /// \[N\].
     pub(super) fn add_traction(&self, traction: impl Fn(DVec3, DVec3) -> DVec3, forces: &mut [DVec3]) {
         for (triangle, nodes) in self.faces.iter().enumerate() {
             let corners = self.surface.corners(triangle);
@@ -162,7 +165,8 @@ impl ContactTractions {
     }
 }
 
-/// Shape functions of the nodes of a face: corners, then the middles of the edges from the first to the second and so on.
+/// Shape functions of the nodes of a face: corners, then the middles of the edges from the first to the
+/// second and so on.
 fn shapes([a, b, c]: [f64; 3]) -> [f64; 6] {
     [a * (2.0 * a - 1.0), b * (2.0 * b - 1.0), c * (2.0 * c - 1.0), 4.0 * a * b, 4.0 * b * c, 4.0 * c * a]
 }

@@ -1,12 +1,14 @@
 //! A mesh of straight tetrahedra for the stress and the breaking of a body.
 //!
-//! The edges of its elements bound the smallest pieces that make sense, and its nodes decide what a solve costs; so its
-//! size is chosen by nodes. Boxes, rounded ones too, are grids of cells, thin ones with two layers where nodes allow;
-//! ellipsoids are divided icosahedra; plates, bowls and coins are discs of cells; other bodies of revolution are turned
-//! triangles; anything else is filled with a grid that is cut at the surface.
+//! The edges of its elements bound the smallest pieces that make sense, and its nodes decide what a solve
+//! costs; so its size is chosen by nodes. Boxes, rounded ones too, are grids of cells, thin ones with two
+//! layers where nodes allow; ellipsoids are divided icosahedra; plates, bowls and coins are discs of cells;
+//! other bodies of revolution are turned triangles; anything else is filled with a grid that is cut at the
+//! surface.
 //!
-//! Straight edges cut corners off round bodies. The mesh is scaled to the volume of the body and moved to its centre of
-//! mass, so that mass is kept; its moments of inertia are then off by about the part of the volume that was missing.
+//! Straight edges cut corners off round bodies. The mesh is scaled to the volume of the body and moved to its
+//! centre of mass, so that mass is kept; its moments of inertia are then off by about the part of the volume
+//! that was missing.
 
 use std::f64::consts::{PI, TAU};
 
@@ -75,7 +77,8 @@ pub enum FractureMeshError {
     },
 }
 
-/// A mesh of a body with edges of about `edge` \[m\], or with about ten thousand nodes; in the frame of the geometry.
+/// A mesh of a body with edges of about `edge` \[m\], or with about ten thousand nodes; in the frame of the
+/// geometry.
 ///
 /// # Errors
 /// [`FractureMeshError`].

@@ -4,15 +4,16 @@
 //! σ = λ tr ε 1 + 2 μ ε,    ε = ½ (∇u + ∇uᵀ),    w = ½ σ : ε = (σ : σ − λ/(3λ + 2μ) (tr σ)²) / (4 μ)
 //! ```
 //!
-//! In a straight quadratic tetrahedron the stress is linear, and jumps to its neighbours. At a corner it is taken from the
-//! linear field nearest, in the sense of ∫ |σ* − σ|² dV, to that of all elements that meet there: it is more accurate
-//! than that of any of them, and exact where the stress of the body is linear, as in bending.
+//! In a straight quadratic tetrahedron the stress is linear, and jumps to its neighbours. At a corner it is
+//! taken from the linear field nearest, in the sense of ∫ |σ* − σ|² dV, to that of all elements that meet
+//! there: it is more accurate than that of any of them, and exact where the stress of the body is linear, as
+//! in bending.
 //!
-//! Source: Zienkiewicz and Zhu (1992), "The superconvergent patch recovery". Differs: the fit is by volume, which the
-//! linear stress of the elements allows in closed form, and not by sampling points.
+//! Source: Zienkiewicz and Zhu (1992), "The superconvergent patch recovery". Differs: the fit is by volume,
+//! which the linear stress of the elements allows in closed form, and not by sampling points.
 //!
-//! Between corners the recovered stress is taken as linear. Its largest principal value is convex, so that it is largest
-//! at a corner.
+//! Between corners the recovered stress is taken as linear. Its largest principal value is convex, so that it
+//! is largest at a corner.
 
 use glam::{DMat3, DVec3};
 

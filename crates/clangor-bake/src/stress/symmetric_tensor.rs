@@ -4,8 +4,8 @@
 //! λ₁ = q + 2 p cos(⅓ arccos(det(σ − q)/(2 p³))),    q = tr σ/3,    6 p² = |σ − q|²
 //! ```
 //!
-//! The largest principal stress has this closed form (Smith 1961, "Eigenvalues of a symmetric 3 × 3 matrix"); directions
-//! come from Jacobi rotations, which are right for equal principal stresses too.
+//! The largest principal stress has this closed form (Smith 1961, "Eigenvalues of a symmetric 3 × 3 matrix");
+//! directions come from Jacobi rotations, which are right for equal principal stresses too.
 
 use std::ops::{Add, AddAssign, Mul};
 

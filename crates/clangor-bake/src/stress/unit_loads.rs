@@ -4,12 +4,14 @@
 //! σ(f) = Σ_j Σ_a f_ja S_ja,    λ₁(σ(f)) ≤ Σ_j Σ_a |f_ja| max over the body of λ₁(± S_ja)
 //! ```
 //!
-//! with S_ja the recovered stress at all corners under a unit force on the patch of vertex j along axis a of a frame, of
-//! which the first axis is the inward normal; ± is the sign of f_ja. The bound on the right holds because the largest
-//! principal value of a symmetric tensor is convex and of first degree, hence subadditive: λ₁(A + B) ≤ λ₁(A) + λ₁(B). It
-//! costs a few products and shows for most loads that nothing breaks.
+//! with S_ja the recovered stress at all corners under a unit force on the patch of vertex j along axis a of
+//! a frame, of which the first axis is the inward normal; ± is the sign of f_ja. The bound on the right holds
+//! because the largest principal value of a symmetric tensor is convex and of first degree, hence
+//! subadditive: λ₁(A + B) ≤ λ₁(A) + λ₁(B). It costs a few products and shows for most loads that nothing
+//! breaks.
 //!
-//! Columns are stored in single precision, the least recently used given up first. Bounds take six numbers and stay.
+//! Columns are stored in single precision, the least recently used given up first. Bounds take six numbers
+//! and stay.
 
 use glam::{DMat3, DVec3};
 

@@ -15,7 +15,8 @@ pub(crate) struct Ball {
     pub(crate) radius: f64,
 }
 
-/// p e^{iκ|x|}/(ρR) of the six motions of balls that are fixed to one another and do not scatter each other's sound.
+/// p e^{iκ|x|}/(ρR) of the six motions of balls that are fixed to one another and do not scatter each other's
+/// sound.
 pub(crate) fn spectra(balls: &[Ball], x: DVec3, wavenumbers: &[f64]) -> [Vec<Complex64>; RIGID_DOFS] {
     let unit = Medium { density: 1.0, sound_speed: 1.0 };
     let mut sums = std::array::from_fn(|_| vec![Complex64::ZERO; wavenumbers.len()]);

@@ -1,4 +1,5 @@
-//! A glTF file with the sound of its bodies (`KHR_audio_rigid_bodies`) as an input: `FILE.glb`, or `FILE.glb#BODY`.
+//! A glTF file with the sound of its bodies (`KHR_audio_rigid_bodies`) as an input: `FILE.glb`, or
+//! `FILE.glb#BODY`.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +22,8 @@ pub(super) struct AudioInput {
     pub(super) modal: Option<ModalModel>,
 }
 
-/// The body that a word names, if the word is such a file; `otherwise` has what the file does not tell of the material.
+/// The body that a word names, if the word is such a file; `otherwise` has what the file does not tell of the
+/// material.
 pub(super) fn audio_input(
     word: &str,
     scale: f64,

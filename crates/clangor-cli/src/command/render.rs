@@ -256,7 +256,8 @@ fn from_timeline(options: &Render, global: &Global) -> Result<Source, Failure> {
     })
 }
 
-/// The impacts and the poses at them, and all poses of those that are `followed`; of a scene also how its simulation went.
+/// The impacts and the poses at them, and all poses of those that are `followed`; of a scene also how its
+/// simulation went.
 fn impacts(
     motion: &Recorded,
     followed: &BTreeSet<BodyId>,

@@ -51,7 +51,8 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
     };
-    // What clicks in the place of a body whose click is not wanted: nothing that a listener could be inside of.
+    // What clicks in the place of a body whose click is not wanted: nothing that a listener could be inside
+    // of.
     let point = SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
     // A mistaken impact is told before anything is baked.
     strike(&body, &point, &impact).map_err(Failure::new)?;
@@ -139,7 +140,8 @@ const SHORTEST: f64 = 0.1;
 /// Longest, unless another is asked for \[s\].
 const LONGEST: f64 = 20.0;
 
-/// The modes of the struck body, out of its model, or found or baked; and the time in which the longest has died away \[s\].
+/// The modes of the struck body, out of its model, or found or baked; and the time in which the longest has
+/// died away \[s\].
 fn ringing(
     body: &Body,
     file: Option<&SoundFile>,

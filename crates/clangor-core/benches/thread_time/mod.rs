@@ -3,7 +3,8 @@
 use std::sync::LazyLock;
 use std::time::Instant;
 
-/// Time that this thread has had \[s\], or else that on the wall; in Linux counted in steps of some milliseconds.
+/// Time that this thread has had \[s\], or else that on the wall; in Linux counted in steps of some
+/// milliseconds.
 pub(crate) fn thread_time() -> f64 {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
     let statistics = std::fs::read_to_string("/proc/self/schedstat").ok();

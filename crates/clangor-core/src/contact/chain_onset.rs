@@ -1,23 +1,26 @@
 //! How long an impact takes to travel along a chain of touching or nearly touching bodies.
 //!
-//! Dynamics passes an impact along a touching chain in no time. Sounded so, the two equal and opposite impulses on each
-//! middle body would cancel and only the ends would click. In a real chain the force of contact k peaks about τ/2 after
-//! that of contact k − 1, because each body must be pushed before it can push on. Here
+//! Dynamics passes an impact along a touching chain in no time. Sounded so, the two equal and opposite
+//! impulses on each middle body would cancel and only the ends would click. In a real chain the force of
+//! contact k peaks about τ/2 after that of contact k − 1, because each body must be pushed before it can push
+//! on. Here
 //!
-//! * an impact that owes more than half of its approach speed to others that began less than τ/2 before it on one of its
-//!   bodies begins τ/2 after the one to which it owes most;
-//! * impacts of the same instant that did not approach yet follow breadth-first, each τ/2 of its predecessor later.
-//!   Where the timeline does not tell who approached, the fastest comes first, the earliest recorded of equals.
+//! * an impact that owes more than half of its approach speed to others that began less than τ/2 before it on
+//!   one of its bodies begins τ/2 after the one to which it owes most;
+//! * impacts of the same instant that did not approach yet follow breadth-first, each τ/2 of its predecessor
+//!   later. Where the timeline does not tell who approached, the fastest comes first, the earliest recorded
+//!   of equals.
 //!
-//! So a gap between the bodies goes over smoothly from none to one that is wider than the pulse, two balls struck at the
-//! same time sound at the same time, and delays never outlast the chain.
+//! So a gap between the bodies goes over smoothly from none to one that is wider than the pulse, two balls
+//! struck at the same time sound at the same time, and delays never outlast the chain.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::pulses::ImpactPulse;
 use crate::body::BodyId;
 
-/// An impact that would approach at less than this share of its speed without those before it owes it to them.
+/// An impact that would approach at less than this share of its speed without those before it owes it to
+/// them.
 const OWN_APPROACH: f64 = 0.5;
 
 /// Delays onsets along chains; `pulses` are in order of time. Returns how many were delayed.
@@ -25,7 +28,8 @@ pub fn delay_chains(pulses: &mut [ImpactPulse]) -> u64 {
     delay_chains_after(pulses, 0)
 }
 
-/// As [`delay_chains`], where the onsets of the first `known` pulses are settled: later ones may follow from them.
+/// As [`delay_chains`], where the onsets of the first `known` pulses are settled: later ones may follow from
+/// them.
 pub fn delay_chains_after(pulses: &mut [ImpactPulse], known: usize) -> u64 {
     let mut recent: BTreeMap<BodyId, Vec<usize>> = BTreeMap::new();
     let mut first = 0;

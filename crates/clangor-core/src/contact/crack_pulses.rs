@@ -1,15 +1,16 @@
 //! The release of cracks becomes force pulses, as impacts do.
 //!
-//! A crack that opens lets go the tractions that held its sides together: an impulse on one piece, and the opposite on the
-//! other, over the time that the fracture took (\[FRAC\] §3.3). There is no contact, so neither curvature nor Hertz's
-//! duration. A bent plate that breaks lets go a couple and hardly any force: the speed V of the pulse is that with which
+//! A crack that opens lets go the tractions that held its sides together: an impulse on one piece, and the
+//! opposite on the other, over the time that the fracture took (\[FRAC\] §3.3). There is no contact, so
+//! neither curvature nor Hertz's duration. A bent plate that breaks lets go a couple and hardly any force:
+//! the speed V of the pulse is that with which
 //!
 //! ```text
 //! ½ m V² = ½ Σ_d (j²/m_d + L_d·I_d⁻¹ L_d)
 //! ```
 //!
-//! is the energy that impulse j and couple alone would give to two pieces d at rest, L_d their angular impulse about its centre
-//! of mass; m is the effective mass along the normal.
+//! is the energy that impulse j and couple alone would give to two pieces d at rest, L_d their angular
+//! impulse about its centre of mass; m is the effective mass along the normal.
 
 use std::collections::BTreeMap;
 
@@ -24,8 +25,8 @@ use crate::timeline::{ContactKind, ContactRow, FractureRow};
 /// Turns the rows of cracks into pulses, in order of time; rows of the same impact id are one pulse.
 ///
 /// # Errors
-/// Bodies that are unknown, not alive, or not born of one of the `fractures`; numbers that are not finite; fractures that
-/// take no time.
+/// Bodies that are unknown, not alive, or not born of one of the `fractures`; numbers that are not finite;
+/// fractures that take no time.
 pub fn crack_pulses(
     bodies: &[Body],
     rows: &[ContactRow],

@@ -1,4 +1,5 @@
-//! How a body gives way to a contact: the mass that it feels: \[PAN\] eq. (9), 1/mᵢ = 1/Mᵢ + (r × n)ᵀ Iᵢ⁻¹ (r × n).
+//! How a body gives way to a contact: the mass that it feels: \[PAN\] eq. (9), 1/mᵢ = 1/Mᵢ + (r × n)ᵀ Iᵢ⁻¹ (r
+//! × n).
 
 use glam::{DMat3, DVec3};
 
@@ -22,8 +23,8 @@ pub fn inverse_effective_mass(inverse_mass: f64, inertia: DMat3, arm: DVec3, nor
     inverse_mass + lever.dot(inertia.inverse() * lever)
 }
 
-/// 1/mᵢ [1/kg] of `body` at `pose`, touched at `point` \[m, world\] along the unit `normal` \[world\]; 0 for a body that
-/// contacts cannot move.
+/// 1/mᵢ [1/kg] of `body` at `pose`, touched at `point` \[m, world\] along the unit `normal` \[world\]; 0 for
+/// a body that contacts cannot move.
 pub fn body_inverse_effective_mass(body: &Body, pose: &Pose, point: DVec3, normal: DVec3) -> f64 {
     let inverse_mass = inverse_mass(body);
     if inverse_mass == 0.0 {
@@ -33,8 +34,8 @@ pub fn body_inverse_effective_mass(body: &Body, pose: &Pose, point: DVec3, norma
     inverse_effective_mass(inverse_mass, body.inertia, pose.body_from_world(point), to_body * normal)
 }
 
-/// I⁻¹ L [rad/s, world]: what an angular impulse L about the centre of mass [N m s, world] adds to the spin of a free
-/// `body` at `pose`.
+/// I⁻¹ L [rad/s, world]: what an angular impulse L about the centre of mass [N m s, world] adds to the spin
+/// of a free `body` at `pose`.
 pub fn angular_velocity_change(body: &Body, pose: &Pose, angular_impulse: DVec3) -> DVec3 {
     pose.orientation * (body.inertia.inverse() * (pose.orientation.inverse() * angular_impulse))
 }

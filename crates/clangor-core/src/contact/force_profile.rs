@@ -1,7 +1,8 @@
 //! How the force of a collision runs over time.
 //!
-//! Each profile is a force per unit of impulse: its integral over time is 1. Multiplied by j/M it is the acceleration
-//! of the centre of mass (\[PAN\] eqs. 10 and 11). Spectra use e^{+iωt}: Ŝ(ω) = ∫ S(t) e^{−iωt} dt, so Ŝ(0) = 1.
+//! Each profile is a force per unit of impulse: its integral over time is 1. Multiplied by j/M it is the
+//! acceleration of the centre of mass (\[PAN\] eqs. 10 and 11). Spectra use e^{+iωt}: Ŝ(ω) = ∫ S(t) e^{−iωt}
+//! dt, so Ŝ(0) = 1.
 
 use std::f64::consts::PI;
 
@@ -34,8 +35,8 @@ impl ForceProfile {
 
     /// Ŝ(ω) e^{iωτ/2}: the spectrum seen from the middle of the collision, where it is real.
     ///
-    /// Half-sine: cos x / (1 − (2x/π)²) with x = ωτ/2. At x = π/2 both parts vanish and the value is π/4; there
-    /// cos x = −sin δ and 1 − (2x/π)² = −(4/π²) δ (π + δ), δ = x − π/2.
+    /// Half-sine: cos x / (1 − (2x/π)²) with x = ωτ/2. At x = π/2 both parts vanish and the value is π/4;
+    /// there cos x = −sin δ and 1 − (2x/π)² = −(4/π²) δ (π + δ), δ = x − π/2.
     pub fn centred_spectrum(self, omega: f64, duration: f64) -> f64 {
         let x = 0.5 * omega.abs() * duration;
         match self {
@@ -59,7 +60,8 @@ impl ForceProfile {
         (amplitude * cos, amplitude * sin)
     }
 
-    /// Times after the onset \[s\] between which the force acts; the Gaussian is below 1e-11 of its peak outside.
+    /// Times after the onset \[s\] between which the force acts; the Gaussian is below 1e-11 of its peak
+    /// outside.
     pub fn extent(self, duration: f64) -> (f64, f64) {
         match self {
             ForceProfile::HalfSine => (0.0, duration),

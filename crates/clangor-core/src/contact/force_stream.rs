@@ -1,17 +1,19 @@
-//! Forces too gentle to be impacts: rolling, sliding, and impacts slower than v_min, as one impulse per time step.
+//! Forces too gentle to be impacts: rolling, sliding, and impacts slower than v_min, as one impulse per time
+//! step.
 //!
-//! They shake the modes of bodies and nothing else: a body that rolls has no click. The dynamics know them once per time
-//! step of length h, so that as forces they mean something below 1/(2h) only, to which who plays them limits the band.
+//! They shake the modes of bodies and nothing else: a body that rolls has no click. The dynamics know them
+//! once per time step of length h, so that as forces they mean something below 1/(2h) only, to which who
+//! plays them limits the band.
 //!
-//! The load that a body carries is no sound. From each pair's impulses J, which last for a step each, the mean force of
-//! 50 ms around is taken away,
+//! The load that a body carries is no sound. From each pair's impulses J, which last for a step each, the
+//! mean force of 50 ms around is taken away,
 //!
 //! ```text
 //! J'(t) = J(t) − h F̄(t),   F̄(t) = (1/50 ms) Σ J over |t' − t| < 25 ms
 //! ```
 //!
-//! shared equally among the points of the step. While no point touches there is none to take it from. Contacts of bodies
-//! that hardly move stay quiet: what solvers make of rest is no physics.
+//! shared equally among the points of the step. While no point touches there is none to take it from.
+//! Contacts of bodies that hardly move stay quiet: what solvers make of rest is no physics.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +33,8 @@ const WATCH_TIME: f64 = 0.005;
 /// Which contacts make a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamSettings {
-    /// Impacts at least as fast are impacts [m/s]; the same as that of [`ContactSettings`](super::ContactSettings).
+    /// Impacts at least as fast are impacts [m/s]; the same as that of
+    /// [`ContactSettings`](super::ContactSettings).
     pub v_min: f64,
     /// Time step h of the dynamics \[s\].
     pub time_step: f64,

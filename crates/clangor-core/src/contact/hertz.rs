@@ -4,10 +4,10 @@
 //! τ = 2.87 (m² / (r E*² V))^{1/5}      1/m = 1/m₁ + 1/m₂     1/r = 1/r₁ + 1/r₂     1/E* = Σ (1 − νᵢ²)/Eᵢ
 //! ```
 //!
-//! \[PAN\] eqs. (7) and (8). Only the sum of the two curvatures counts: a ball in a bowl has 1/r₁ − 1/|r₂| > 0 and is
-//! ordinary Hertz contact. Two limits keep τ physical where the local sphere is not:
-//! * an edge or vertex of a mesh has a curvature of the order of 1/(triangle size), so each body's radius is at least
-//!   its [`edge_radius`](crate::body::Body::edge_radius);
+//! \[PAN\] eqs. (7) and (8). Only the sum of the two curvatures counts: a ball in a bowl has 1/r₁ − 1/|r₂| >
+//! 0 and is ordinary Hertz contact. Two limits keep τ physical where the local sphere is not:
+//! * an edge or vertex of a mesh has a curvature of the order of 1/(triangle size), so each body's radius is
+//!   at least its [`edge_radius`](crate::body::Body::edge_radius);
 //! * flat on flat has no curvature at all, so the combined radius is at most the size of the smaller body.
 //!
 //! Not covered: plastic deformation, adhesion, and the flat punch.

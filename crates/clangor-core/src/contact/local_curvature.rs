@@ -1,4 +1,5 @@
-//! Mean curvature of a body's surface where it is touched: the radius of the local sphere of \[PAN\] §3.2 is 1/H.
+//! Mean curvature of a body's surface where it is touched: the radius of the local sphere of \[PAN\] §3.2 is
+//! 1/H.
 
 use glam::DVec3;
 

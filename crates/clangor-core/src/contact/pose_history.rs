@@ -32,7 +32,8 @@ struct State {
 }
 
 impl PoseHistory {
-    /// Sorts rows by body and time. A body without rows is where it started; the start counts as a row at its birth.
+    /// Sorts rows by body and time. A body without rows is where it started; the start counts as a row at its
+    /// birth.
     ///
     /// # Errors
     /// Rows of bodies that are unknown or not alive, or with numbers that are not finite.
@@ -73,12 +74,12 @@ impl PoseHistory {
         self.lives[body.index()]
     }
 
-    /// Pose of a body at a time \[s\]: a row of that very time if there is one (of several, the last given), else
-    /// between its neighbours on a straight line and the shortest rotation, else the nearest; so before its birth it is
-    /// where it is born, and after its death where it died.
+    /// Pose of a body at a time \[s\]: a row of that very time if there is one (of several, the last given),
+    /// else between its neighbours on a straight line and the shortest rotation, else the nearest; so before
+    /// its birth it is where it is born, and after its death where it died.
     ///
-    /// Straight, because the recorded velocities are those before an impact and say nothing about after it; at a pose
-    /// rate of 1 kHz free fall is 1 µm off.
+    /// Straight, because the recorded velocities are those before an impact and say nothing about after it;
+    /// at a pose rate of 1 kHz free fall is 1 µm off.
     pub fn at(&self, body: BodyId, time: f64) -> Pose {
         let states = match &self.bodies[body.index()] {
             BodyPoses::Prescribed(track) => return track.sample(time).0,
@@ -96,8 +97,9 @@ impl PoseHistory {
         }
     }
 
-    /// Velocity [m/s] of the point of a body that is at `point` [m, world] at a time \[s\]; `None` unless there is a row
-    /// of that very time. Rows at an impact tell the state before everything that happens at that instant.
+    /// Velocity [m/s] of the point of a body that is at `point` [m, world] at a time \[s\]; `None` unless
+    /// there is a row of that very time. Rows at an impact tell the state before everything that happens at
+    /// that instant.
     pub fn velocity_at(&self, body: BodyId, point: DVec3, time: f64) -> Option<DVec3> {
         let (pose, velocity, angular_velocity) = match &self.bodies[body.index()] {
             BodyPoses::Prescribed(track) => track.sample(time),

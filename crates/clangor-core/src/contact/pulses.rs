@@ -1,14 +1,14 @@
 //! Rows of a timeline become force pulses: one per impact, with what it does to each body.
 //!
-//! All points of a merged impact share one duration τ, from the mean point and normal, weighted by normal impulse, the
-//! curvatures weighted likewise, and the approach speed before the first instant, the largest of its points. Impulses
-//! are summed exactly: Σj and Σ (x − x_com) × j.
+//! All points of a merged impact share one duration τ, from the mean point and normal, weighted by normal
+//! impulse, the curvatures weighted likewise, and the approach speed before the first instant, the largest of
+//! its points. Impulses are summed exactly: Σj and Σ (x − x_com) × j.
 //!
-//! A body that breaks gets the whole of the pulse that broke it, even what comes after its death: the time of a fracture is
-//! known to a time step, and the impulse has moved the body by then.
+//! A body that breaks gets the whole of the pulse that broke it, even what comes after its death: the time of
+//! a fracture is known to a time step, and the impulse has moved the body by then.
 //!
-//! A body that contacts cannot move (fixed, keyframed, half-space, world) radiates nothing; its stiffness and curvature
-//! count. The world, which has no material, is a rigid plane.
+//! A body that contacts cannot move (fixed, keyframed, half-space, world) radiates nothing; its stiffness and
+//! curvature count. The world, which has no material, is a rigid plane.
 
 use std::collections::BTreeMap;
 
@@ -66,8 +66,9 @@ pub struct ImpactPulse {
     pub point: DVec3,
     /// Mean unit normal, from B to A.
     pub normal: DVec3,
-    /// Velocity of A relative to B at the mean point before anything happened at that instant [m/s], where the
-    /// timeline has the poses of that instant. In a touching chain only the first contact approaches then.
+    /// Velocity of A relative to B at the mean point before anything happened at that instant [m/s], where
+    /// the timeline has the poses of that instant. In a touching chain only the first contact approaches
+    /// then.
     pub velocity_before: Option<DVec3>,
     /// A and B.
     pub pair: [BodyId; 2],
@@ -110,8 +111,8 @@ pub struct BodyPulse {
     pub angular_impulse: DVec3,
     /// I⁻¹ of that [rad/s], world.
     pub angular_velocity_change: DVec3,
-    /// τ c_R / L: duration over the time in which a Rayleigh wave crosses the body. Below 1 the body does not move as a
-    /// whole during the impact, and the click of a rigid body is an upper bound.
+    /// τ c_R / L: duration over the time in which a Rayleigh wave crosses the body. Below 1 the body does not
+    /// move as a whole during the impact, and the click of a rigid body is an upper bound.
     pub transit_ratio: f64,
 }
 
@@ -159,8 +160,8 @@ impl Default for BodyContacts {
     }
 }
 
-/// Turns the impacts among `rows` into pulses, in order of time; rows of other kinds are left alone, those of cracks to
-/// [`crack_pulses`](fn@super::crack_pulses::crack_pulses).
+/// Turns the impacts among `rows` into pulses, in order of time; rows of other kinds are left alone, those of
+/// cracks to [`crack_pulses`](fn@super::crack_pulses::crack_pulses).
 ///
 /// `rows` hold whole impacts in order of time: rows with the same impact id, or single rows of kind
 /// [`ContactKind::Impact`] with id 0.

@@ -4,9 +4,10 @@
 //!
 //! `2 H n = 1/(2 A) Σ_j (cot α_ij + cot β_ij) (x_i − x_j)`
 //!
-//! Source: Meyer, Desbrun, Schröder, Barr, "Discrete Differential-Geometry Operators for Triangulated 2-Manifolds"
-//! (2002), eqs. (8) and figs. 3, 4. Here H = (κ₁+κ₂)/2, positive where convex, so a sphere of radius R has 1/R.
-//! At a sharp edge H is of the order of 1/(triangle size): the scene's `edge_radius` bounds it.
+//! Source: Meyer, Desbrun, Schröder, Barr, "Discrete Differential-Geometry Operators for Triangulated
+//! 2-Manifolds" (2002), eqs. (8) and figs. 3, 4. Here H = (κ₁+κ₂)/2, positive where convex, so a sphere of
+//! radius R has 1/R. At a sharp edge H is of the order of 1/(triangle size): the scene's `edge_radius` bounds
+//! it.
 
 use glam::DVec3;
 
@@ -53,8 +54,8 @@ pub fn mean_curvature(mesh: &TriMesh) -> Vec<f64> {
 
 /// Unit outward normals at the vertices, weighted by the angle of each triangle; zero without triangles.
 ///
-/// With this weight the sign of `(p − x)·n` at the nearest vertex x tells inside from outside: Bærentzen and Aanæs
-/// (2005), "Signed distance computation using the angle weighted pseudonormal".
+/// With this weight the sign of `(p − x)·n` at the nearest vertex x tells inside from outside: Bærentzen and
+/// Aanæs (2005), "Signed distance computation using the angle weighted pseudonormal".
 pub fn vertex_normals(mesh: &TriMesh) -> Vec<DVec3> {
     let mut normal = vec![DVec3::ZERO; mesh.vertices.len()];
     for (t, triangle) in mesh.triangles.iter().enumerate() {

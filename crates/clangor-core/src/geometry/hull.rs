@@ -43,8 +43,8 @@ pub fn convex_hull(points: &[DVec3]) -> Result<TriMesh, MeshError> {
     Ok(TriMesh { vertices: points.to_vec(), triangles: faces }.weld(0.0))
 }
 
-/// Convex hull of the vertices that lie farthest in so many directions, spread evenly over the sphere: a little less than
-/// the convex hull, for the price of a few points.
+/// Convex hull of the vertices that lie farthest in so many directions, spread evenly over the sphere: a
+/// little less than the convex hull, for the price of a few points.
 ///
 /// # Errors
 /// Those of [`convex_hull`].

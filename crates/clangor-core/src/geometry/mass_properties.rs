@@ -1,8 +1,8 @@
 //! Mass, centre of mass and inertia of a solid bounded by a closed surface.
 //!
-//! The integrals of 1, x and x xᵀ over the tetrahedra between a reference point and each triangle, summed with sign;
-//! they are exact for a polyhedron. The reference is the middle of the bounding box, so that a body far from the
-//! origin loses nothing but the digits that its coordinates have lost already.
+//! The integrals of 1, x and x xᵀ over the tetrahedra between a reference point and each triangle, summed
+//! with sign; they are exact for a polyhedron. The reference is the middle of the bounding box, so that a
+//! body far from the origin loses nothing but the digits that its coordinates have lost already.
 
 use glam::{DMat3, DVec3};
 
@@ -41,7 +41,8 @@ impl MassProperties {
     /// [`check_solid`](super::solid::check_solid).
     ///
     /// # Errors
-    /// No triangles, an index out of range, a coordinate that is not finite, or a volume that is zero or negative.
+    /// No triangles, an index out of range, a coordinate that is not finite, or a volume that is zero or
+    /// negative.
     pub fn of(mesh: &TriMesh) -> Result<Self, MeshError> {
         super::solid::check_numbers(mesh)?;
         let (low, high) = mesh.bounds();

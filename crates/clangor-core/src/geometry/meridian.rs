@@ -1,8 +1,8 @@
 //! The curve that a body of revolution is turned from, in the half-plane (r, y) beside its axis.
 //!
-//! Unlike a mesh it is exact: straight lines and arcs of circles and ellipses. It runs counter-clockwise around the
-//! material, so that the outward normal is to the right of its direction: from the axis below to the axis above, or
-//! around a closed loop off the axis.
+//! Unlike a mesh it is exact: straight lines and arcs of circles and ellipses. It runs counter-clockwise
+//! around the material, so that the outward normal is to the right of its direction: from the axis below to
+//! the axis above, or around a closed loop off the axis.
 //!
 //! ```text
 //! V = ∮ π r² dy,    y_c = ∮ π r² y dy / V
@@ -93,8 +93,8 @@ impl Piece {
         }
     }
 
-    /// point(t + step) − point(t), without cancellation however small the step, and its product with the outward
-    /// normal there times the speed there \[m²\].
+    /// point(t + step) − point(t), without cancellation however small the step, and its product with the
+    /// outward normal there times the speed there \[m²\].
     pub fn chord(&self, t: f64, step: f64) -> (DVec2, f64) {
         match *self {
             Piece::Line { from, to } => ((to - from) * step, 0.0),

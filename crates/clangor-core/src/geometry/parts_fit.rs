@@ -29,9 +29,9 @@ impl PartsFit {
 
 /// Measures parts against the closed surface that they stand for, on samples `spacing` \[m\] apart.
 ///
-/// The union's boundary is sampled and its distance to the surface taken; vertices and centroids of the surface that
-/// no part holds count with their distance to the nearest part. Both distances are exact, so the result is a lower
-/// bound that grows to the true one as the samples become dense.
+/// The union's boundary is sampled and its distance to the surface taken; vertices and centroids of the
+/// surface that no part holds count with their distance to the nearest part. Both distances are exact, so the
+/// result is a lower bound that grows to the true one as the samples become dense.
 ///
 /// # Errors
 /// [`MeshError`] for a part without volume or a surface that is not closed.

@@ -1,15 +1,16 @@
 //! Principal moments and axes of an inertia tensor, by cyclic Jacobi rotations.
 //!
-//! I = R diag(I₁, I₂, I₃) Rᵀ with I₁ ≤ I₂ ≤ I₃ and det R = +1, so that R is a rotation: angular quantities are
-//! pseudovectors and a mirrored frame would flip them.
+//! I = R diag(I₁, I₂, I₃) Rᵀ with I₁ ≤ I₂ ≤ I₃ and det R = +1, so that R is a rotation: angular quantities
+//! are pseudovectors and a mirrored frame would flip them.
 
 use glam::{DMat3, DVec3};
 
-/// Moments I₁ ≤ I₂ ≤ I₃ and the rotation whose columns are their axes (principal frame to the frame of `inertia`).
+/// Moments I₁ ≤ I₂ ≤ I₃ and the rotation whose columns are their axes (principal frame to the frame of
+/// `inertia`).
 ///
-/// The largest component of the first two axes is positive, so that the frame does not flip from rounding; axes of
-/// equal moments are an arbitrary but reproducible choice. Only the symmetric part of `inertia` counts. A tensor that
-/// is not finite comes back as moments that are not finite.
+/// The largest component of the first two axes is positive, so that the frame does not flip from rounding;
+/// axes of equal moments are an arbitrary but reproducible choice. Only the symmetric part of `inertia`
+/// counts. A tensor that is not finite comes back as moments that are not finite.
 pub fn principal_axes(inertia: DMat3) -> (DVec3, DMat3) {
     let mut a = (inertia + inertia.transpose()) * 0.5;
     let mut axes = DMat3::IDENTITY;

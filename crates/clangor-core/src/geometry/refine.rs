@@ -1,8 +1,8 @@
 //! Smaller triangles on the same surface, by bisection of longest edges.
 //!
-//! The polyhedron stays exactly what it was: new vertices are midpoints of edges. Rivara (1984), "Algorithms for
-//! refining triangular grids suitable for adaptive and multigrid techniques": the smallest angle never falls below
-//! half of the smallest of the start.
+//! The polyhedron stays exactly what it was: new vertices are midpoints of edges. Rivara (1984), "Algorithms
+//! for refining triangular grids suitable for adaptive and multigrid techniques": the smallest angle never
+//! falls below half of the smallest of the start.
 
 use std::collections::HashMap;
 
@@ -20,7 +20,8 @@ pub fn refine_to_edge(mesh: &TriMesh, edge: f64) -> TriMesh {
         if marked.is_empty() {
             return mesh;
         }
-        // A triangle with any split edge splits its longest edge too, so that marks spread until nothing changes.
+        // A triangle with any split edge splits its longest edge too, so that marks spread until nothing
+        // changes.
         while !marked.is_empty() {
             for t in marked.drain(..) {
                 let key = side(&mesh, t, longest_edge(&mesh, t).0);
@@ -65,7 +66,8 @@ fn side(mesh: &TriMesh, triangle: usize, k: usize) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-/// Number and length \[m\] of the longest edge. Ties go by vertex number, so that two neighbours agree on them.
+/// Number and length \[m\] of the longest edge. Ties go by vertex number, so that two neighbours agree on
+/// them.
 fn longest_edge(mesh: &TriMesh, triangle: usize) -> (usize, f64) {
     let length = |k: usize| {
         let (a, b) = side(mesh, triangle, k);

@@ -1,7 +1,7 @@
 //! Whether a closed surface crosses itself.
 //!
-//! Two triangles that share no edge cross where an edge of one pierces the other. Triangles that share an edge can
-//! only fold flat onto each other. Pairs come from a tree of boxes.
+//! Two triangles that share no edge cross where an edge of one pierces the other. Triangles that share an
+//! edge can only fold flat onto each other. Pairs come from a tree of boxes.
 
 use glam::DVec3;
 
@@ -44,8 +44,8 @@ fn crossing(mesh: &TriMesh, first: usize, second: usize, rounding: f64) -> Optio
         let normal = mesh.area_vector(b).normalize();
         (0..3).find_map(|k| {
             let ends = [mesh.triangles[a][k], mesh.triangles[a][(k + 1) % 3]];
-            // An edge that ends at the shared vertex touches there and nowhere else, unless the triangles overlap in
-            // one plane, where the edge opposite to the vertex tells.
+            // An edge that ends at the shared vertex touches there and nowhere else, unless the triangles
+            // overlap in one plane, where the edge opposite to the vertex tells.
             if ends.iter().any(|i| mesh.triangles[b].contains(i)) {
                 return None;
             }

@@ -1,8 +1,8 @@
 //! Whether a triangle mesh bounds a solid, and if not, what is wrong and where.
 //!
-//! Mass properties, sound and collision all assume a closed surface that separates inside from outside. A mesh may
-//! have several components: they move as one rigid body. One inside another must be a cavity, wound inwards, so that
-//! no volume counts twice.
+//! Mass properties, sound and collision all assume a closed surface that separates inside from outside. A
+//! mesh may have several components: they move as one rigid body. One inside another must be a cavity, wound
+//! inwards, so that no volume counts twice.
 
 use glam::DVec3;
 
@@ -144,9 +144,9 @@ pub(super) fn check_numbers(mesh: &TriMesh) -> Result<(), MeshError> {
 /// Checks that a mesh bounds a solid.
 ///
 /// # Errors
-/// The first [`MeshError`] found: numbers, then triangles without area, then coincident vertices (before open edges,
-/// because welding is the remedy for both), then edges, then the orientation and volume of a single component, then
-/// crossings, then the orientation of several components.
+/// The first [`MeshError`] found: numbers, then triangles without area, then coincident vertices (before open
+/// edges, because welding is the remedy for both), then edges, then the orientation and volume of a single
+/// component, then crossings, then the orientation of several components.
 pub fn check_solid(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
     check_numbers(mesh)?;
     check_triangles(mesh)?;

@@ -1,8 +1,8 @@
 //! Nearest point of a surface, and inside or outside, in logarithmic time.
 //!
-//! A binary tree of axis-parallel boxes over the triangles, split at the median of the centroids. The sign of the
-//! distance comes from the angle-weighted pseudonormal of the nearest face, edge or vertex, which is right for every
-//! closed surface: Bærentzen and Aanæs (2005).
+//! A binary tree of axis-parallel boxes over the triangles, split at the median of the centroids. The sign of
+//! the distance comes from the angle-weighted pseudonormal of the nearest face, edge or vertex, which is
+//! right for every closed surface: Bærentzen and Aanæs (2005).
 
 use glam::DVec3;
 
@@ -14,7 +14,8 @@ const LEAF_TRIANGLES: usize = 4;
 /// More than the nodes ever waiting: one for each level of a tree over 2³² triangles, split in halves.
 const MOST_PENDING: usize = 64;
 
-/// A tree over the triangles of a mesh. It holds no geometry of its own: queries take the mesh that it was built from.
+/// A tree over the triangles of a mesh. It holds no geometry of its own: queries take the mesh that it was
+/// built from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceTree {
     nodes: Vec<Node>,
@@ -36,7 +37,8 @@ struct Node {
     right: u32,
 }
 
-/// Nodes to be looked at. The tree is as deep as the logarithm of the triangles, so that no memory need be asked for.
+/// Nodes to be looked at. The tree is as deep as the logarithm of the triangles, so that no memory need be
+/// asked for.
 struct Stack {
     nodes: [u32; MOST_PENDING],
     count: usize,
@@ -120,7 +122,8 @@ impl SurfaceTree {
         self.nearest_where(mesh, point, f64::INFINITY, |_| true)
     }
 
-    /// The point nearest to `point` on the triangles that `accept` takes, if it is closer than `within` \[m\].
+    /// The point nearest to `point` on the triangles that `accept` takes, if it is closer than `within`
+    /// \[m\].
     pub fn nearest_where(
         &self,
         mesh: &TriMesh,
@@ -155,7 +158,8 @@ impl SurfaceTree {
         best
     }
 
-    /// How far along `direction` (a unit vector) the ray from `origin` first meets the surface after `from` \[m\].
+    /// How far along `direction` (a unit vector) the ray from `origin` first meets the surface after `from`
+    /// \[m\].
     pub fn first_hit(&self, mesh: &TriMesh, origin: DVec3, direction: DVec3, from: f64) -> Option<f64> {
         let inverse = direction.recip();
         let mut nearest: Option<f64> = None;
@@ -180,7 +184,8 @@ impl SurfaceTree {
         nearest
     }
 
-    /// Distance from the surface \[m\], negative inside; `None` without triangles or where the surface is open.
+    /// Distance from the surface \[m\], negative inside; `None` without triangles or where the surface is
+    /// open.
     pub fn signed_distance(&self, mesh: &TriMesh, point: DVec3) -> Option<f64> {
         let nearest = self.nearest(mesh, point)?;
         let neighbours = self.neighbours.get(nearest.triangle)?;
@@ -200,7 +205,8 @@ impl SurfaceTree {
         Some(nearest.distance.copysign((point - nearest.position).dot(normal)))
     }
 
-    /// Calls `visit` with every pair of triangles whose boxes, grown by `margin` \[m\], overlap, each pair once.
+    /// Calls `visit` with every pair of triangles whose boxes, grown by `margin` \[m\], overlap, each pair
+    /// once.
     pub(super) fn overlapping_pairs(
         &self,
         mesh: &TriMesh,

@@ -27,8 +27,8 @@ impl Topology {
     /// Pairs the edges of a mesh whose indices are in range.
     ///
     /// # Errors
-    /// [`MeshError::Open`], [`MeshError::NonManifold`] or [`MeshError::Winding`] unless every edge belongs to exactly
-    /// two triangles that run along it in opposite directions.
+    /// [`MeshError::Open`], [`MeshError::NonManifold`] or [`MeshError::Winding`] unless every edge belongs to
+    /// exactly two triangles that run along it in opposite directions.
     pub fn try_new(mesh: &TriMesh) -> Result<Self, MeshError> {
         let mut sides = Vec::with_capacity(3 * mesh.triangles.len());
         for (t, triangle) in mesh.triangles.iter().enumerate() {

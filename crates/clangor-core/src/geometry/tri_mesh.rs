@@ -59,12 +59,12 @@ impl TriMesh {
         TriMesh { vertices, triangles: self.triangles.clone() }
     }
 
-    /// Merges vertices closer than `tolerance` \[m\] to an earlier one, and drops the triangles that this collapses and
-    /// the vertices that no triangle uses.
+    /// Merges vertices closer than `tolerance` \[m\] to an earlier one, and drops the triangles that this
+    /// collapses and the vertices that no triangle uses.
     ///
-    /// Files often hold one vertex per corner (STL always does), which leaves every edge open. A vertex merges with
-    /// the first one in range, so the result depends only on the order of the vertices. Meshes with indices out of
-    /// range or coordinates that are not finite come back unchanged, for
+    /// Files often hold one vertex per corner (STL always does), which leaves every edge open. A vertex
+    /// merges with the first one in range, so the result depends only on the order of the vertices. Meshes
+    /// with indices out of range or coordinates that are not finite come back unchanged, for
     /// [`check_solid`](crate::geometry::solid::check_solid) to refuse.
     pub fn weld(&self, tolerance: f64) -> Self {
         let count = self.vertices.len();
@@ -74,7 +74,8 @@ impl TriMesh {
             return self.clone();
         }
         let (low, _) = self.bounds();
-        // Cells no smaller than the rounding of coordinates far from the origin, so that the cell numbers are exact.
+        // Cells no smaller than the rounding of coordinates far from the origin, so that the cell numbers are
+        // exact.
         let cell = tolerance.max(self.diagonal() * 1e-12).max(f64::MIN_POSITIVE);
         let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
         let mut vertices: Vec<DVec3> = Vec::new();

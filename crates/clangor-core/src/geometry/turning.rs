@@ -1,4 +1,5 @@
-//! Surfaces of revolution about y from rings: neighbouring rings are laced together by angle, whatever their counts.
+//! Surfaces of revolution about y from rings: neighbouring rings are laced together by angle, whatever their
+//! counts.
 
 use std::f64::consts::TAU;
 
@@ -17,8 +18,8 @@ pub struct Ring {
     pub turns: Vec<f64>,
 }
 
-/// Joins rings into a surface, outward to the right of their order; the first and last are points on the axis, or the
-/// last is joined to the first.
+/// Joins rings into a surface, outward to the right of their order; the first and last are points on the
+/// axis, or the last is joined to the first.
 pub fn lace(rings: &[Ring], closed: bool) -> TriMesh {
     let mut mesh = TriMesh::default();
     let mut start = Vec::new();
@@ -35,8 +36,8 @@ pub fn lace(rings: &[Ring], closed: bool) -> TriMesh {
     mesh
 }
 
-/// A band of triangles between two rings, each with its first vertex; the next triangle advances the ring whose next
-/// edge has the smaller middle angle.
+/// A band of triangles between two rings, each with its first vertex; the next triangle advances the ring
+/// whose next edge has the smaller middle angle.
 pub fn lace_pair(mesh: &mut TriMesh, (low, low_start): (&[f64], u32), (high, high_start): (&[f64], u32)) {
     let at = |turns: &[f64], k: usize| if k < turns.len() { turns[k] } else { turns[k - turns.len()] + 1.0 };
     let vertex = |turns: &[f64], start: u32, k: usize| start + (k % turns.len()) as u32;

@@ -7,11 +7,12 @@
 //! Rayleigh:        C = α M + β K + g M K⁺ M,   ξ = (α/ω + β ω + g/ω³)/2
 //! ```
 //!
-//! The term with the pseudo-inverse of the stiffness is that of \[PAN\], which damps low modes most. α, β and g belong to
-//! the material: a body of another size has other ω and so other ξ.
+//! The term with the pseudo-inverse of the stiffness is that of \[PAN\], which damps low modes most. α, β and
+//! g belong to the material: a body of another size has other ω and so other ξ.
 //!
-//! Tables against frequency are interpolated in the logarithms of both, and constant outside. Times measured on single
-//! modes go to those within [`MODE_MATCH`] of their frequency: a pair of modes of one frequency has one T60.
+//! Tables against frequency are interpolated in the logarithms of both, and constant outside. Times measured
+//! on single modes go to those within [`MODE_MATCH`] of their frequency: a pair of modes of one frequency has
+//! one T60.
 
 use std::f64::consts::{LN_10, TAU};
 
@@ -105,7 +106,8 @@ impl Damping {
         measured.filter(|at| !frequencies.iter().any(|f| distance(*at, *f) <= MODE_MATCH)).collect()
     }
 
-    /// Refuses numbers that are not positive, or zero where that is no damping, and frequencies that do not ascend.
+    /// Refuses numbers that are not positive, or zero where that is no damping, and frequencies that do not
+    /// ascend.
     ///
     /// # Errors
     /// [`DampingError`].

@@ -19,7 +19,8 @@ mod tests {
     #[test]
     fn agrees_with_the_integral_over_angles() {
         for x in [0.0, 0.5, 3.0, 16.0] {
-            // I₀(x) = mean of e^{x cos θ}; the midpoint rule converges geometrically for a periodic integrand.
+            // I₀(x) = mean of e^{x cos θ}; the midpoint rule converges geometrically for a periodic
+            // integrand.
             let n = 200;
             let angles = (0..n).map(|i| (i as f64 + 0.5) / n as f64 * std::f64::consts::TAU);
             let mean = angles.map(|a| (x * a.cos()).exp()).sum::<f64>() / n as f64;

@@ -11,7 +11,8 @@ const EULER: f64 = 0.577_215_664_901_532_9;
 /// From this |z| on the asymptotic series is good to 1e-7.
 const FAR: f64 = 9.0;
 
-/// H₀⁽²⁾(z) e^{iz} for Re z ≥ 0, z ≠ 0, to 1e-7 where Im z ≤ 0 is small against 9, and to 1e-6 elsewhere below the axis.
+/// H₀⁽²⁾(z) e^{iz} for Re z ≥ 0, z ≠ 0, to 1e-7 where Im z ≤ 0 is small against 9, and to 1e-6 elsewhere
+/// below the axis.
 pub(crate) fn hankel_0_scaled(z: Complex64) -> Complex64 {
     if z.norm_sqr() > FAR * FAR {
         // √(2/πz) e^{iπ/4} Σ iᵏ (1·3⋯(2k−1))² / (k! (8z)ᵏ)

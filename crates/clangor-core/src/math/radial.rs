@@ -1,14 +1,15 @@
 //! Radial dependence of outgoing and regular spherical waves, without under- or overflow at any frequency.
 //!
-//! With s = iκ, κ = kR and x = r/R the outgoing wave hₙ⁽²⁾(kr), made 1 on the sphere of radius R but for its phase, is
+//! With s = iκ, κ = kR and x = r/R the outgoing wave hₙ⁽²⁾(kr), made 1 on the sphere of radius R but for its
+//! phase, is
 //!
 //! ```text
 //! hₙ⁽²⁾(kr)/hₙ⁽²⁾(kR) = e^{−s(x−1)} x^{−(n+1)} θₙ(sx)/θₙ(s)
 //! θ₀ = 1,  θ₁ = s + 1,  θₙ = (2n−1) θₙ₋₁ + s² θₙ₋₂
 //! ```
 //!
-//! θₙ is the reverse Bessel polynomial: the finite sum that makes spherical Hankel functions elementary. It has no zero
-//! with Re s ≥ 0, is (2n−1)!! at s = 0, and the recurrence is stable upwards.
+//! θₙ is the reverse Bessel polynomial: the finite sum that makes spherical Hankel functions elementary. It
+//! has no zero with Re s ≥ 0, is (2n−1)!! at s = 0, and the recurrence is stable upwards.
 //!
 //! The regular wave is jₙ(z) = zⁿ φₙ(z²)/(2n+1)!!, with φₙ even and 1 at 0.
 
@@ -27,9 +28,11 @@ pub fn reverse_bessel(s: Complex64, order: usize, values: &mut Vec<Complex64>) {
     values.truncate(order + 1);
 }
 
-/// x^{−(n+1)} θₙ(sx)/θₙ(s) for n = 0 … order: how an outgoing wave of unit size at R, without e^{−s(x−1)}, is at x R.
+/// x^{−(n+1)} θₙ(sx)/θₙ(s) for n = 0 … order: how an outgoing wave of unit size at R, without e^{−s(x−1)}, is
+/// at x R.
 ///
-/// By the ratios tₙ = θₙ/θₙ₋₁ = 2n − 1 + s²/tₙ₋₁, which stay of the size of n + |s| where θₙ itself would overflow.
+/// By the ratios tₙ = θₙ/θₙ₋₁ = 2n − 1 + s²/tₙ₋₁, which stay of the size of n + |s| where θₙ itself would
+/// overflow.
 pub fn outgoing(s: Complex64, x: f64, order: usize, values: &mut Vec<Complex64>) {
     values.clear();
     values.push(Complex64::new(1.0 / x, 0.0));
@@ -101,7 +104,8 @@ mod tests {
 
     #[test]
     fn reverse_bessel_gives_the_spherical_hankel_functions() {
-        // h₂⁽²⁾(z) = (i/z)(1 − 3i/z − 3/z²)... e^{−iz}, up to the factor i³: compared as a ratio of two distances.
+        // h₂⁽²⁾(z) = (i/z)(1 − 3i/z − 3/z²)... e^{−iz}, up to the factor i³: compared as a ratio of two
+        // distances.
         let hankel_2 = |z: f64| {
             let z = Complex64::new(z, 0.0);
             (-Complex64::I * z).exp() / z * (Complex64::ONE + 3.0 / (Complex64::I * z) - 3.0 / (z * z))

@@ -8,9 +8,9 @@
 //! N_nm = √((2n+1)/4π · (n−m)!/(n+m)!)
 //! ```
 //!
-//! without the Condon–Shortley phase, so that Y_1,1 ∝ x, Y_1,−1 ∝ y, Y_1,0 ∝ z with positive factors. Harmonic (n, m)
-//! has the index n² + n + m. The solid harmonic rⁿ Y_nm is a polynomial, smooth at the origin; it is computed by
-//! recurrences in x, y, z that divide by nothing.
+//! without the Condon–Shortley phase, so that Y_1,1 ∝ x, Y_1,−1 ∝ y, Y_1,0 ∝ z with positive factors.
+//! Harmonic (n, m) has the index n² + n + m. The solid harmonic rⁿ Y_nm is a polynomial, smooth at the
+//! origin; it is computed by recurrences in x, y, z that divide by nothing.
 
 use glam::DVec3;
 
@@ -31,8 +31,8 @@ pub fn solid_harmonics(x: DVec3, order: usize, values: &mut Vec<f64>) {
     values.clear();
     values.resize(count(order), 0.0);
     let square = x.length_squared();
-    // sectoral: (x + iy)^m times a normalisation; then upwards in n with the three-term recurrence of the fully
-    // normalised Legendre functions, each power of r carried along.
+    // sectoral: (x + iy)^m times a normalisation; then upwards in n with the three-term recurrence of the
+    // fully normalised Legendre functions, each power of r carried along.
     let mut cos = 1.0;
     let mut sin = 0.0;
     let mut sectoral = (0.25 / std::f64::consts::PI).sqrt();

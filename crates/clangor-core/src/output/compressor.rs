@@ -1,9 +1,9 @@
 //! Dynamic range compression, after which a signal is no longer pressure.
 //!
-//! Feed-forward, one gain for all channels. With x the largest magnitude of a frame over full scale and T, R threshold
-//! and ratio, the static gain is −max(0, 20 lg x − T)(1 − 1/R) dB. It is followed by a one-pole filter in decibels,
-//! with the attack time constant while gain must fall and the release time constant while it recovers. No look-ahead,
-//! so a click shorter than the attack passes; no knee.
+//! Feed-forward, one gain for all channels. With x the largest magnitude of a frame over full scale and T, R
+//! threshold and ratio, the static gain is −max(0, 20 lg x − T)(1 − 1/R) dB. It is followed by a one-pole
+//! filter in decibels, with the attack time constant while gain must fall and the release time constant while
+//! it recovers. No look-ahead, so a click shorter than the attack passes; no knee.
 
 use crate::scene::render_settings;
 

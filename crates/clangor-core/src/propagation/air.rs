@@ -1,5 +1,5 @@
-//! What air takes from a wave: ISO 9613-1:1993, "Acoustics — Attenuation of sound during propagation outdoors — Part 1:
-//! Calculation of the absorption of sound by the atmosphere".
+//! What air takes from a wave: ISO 9613-1:1993, "Acoustics — Attenuation of sound during propagation outdoors
+//! — Part 1: Calculation of the absorption of sound by the atmosphere".
 //!
 //! ```text
 //! α = 8.686 f² { 1.84e-11 (p/p_r)⁻¹ (T/T₀)^½ + (T/T₀)^(−5/2) [ 0.01275 e^(−2239.1/T) / (f_O + f²/f_O)
@@ -9,8 +9,9 @@
 //! h = h_r (p_sat/p_r)/(p/p_r),   p_sat/p_r = 10^(4.6151 − 6.8346 (273.16/T)^1.261)
 //! ```
 //!
-//! with T₀ = 293.15 K, p_r = 101.325 kPa, and the relative humidity h_r in percent. Viscosity, heat conduction and the
-//! vibration of molecules; no wind, no fog. The dispersion that goes with it, below 1e-4 of the speed, is left out.
+//! with T₀ = 293.15 K, p_r = 101.325 kPa, and the relative humidity h_r in percent. Viscosity, heat
+//! conduction and the vibration of molecules; no wind, no fog. The dispersion that goes with it, below 1e-4
+//! of the speed, is left out.
 
 use std::f64::consts::LN_10;
 
@@ -64,7 +65,8 @@ mod tests {
 
     #[test]
     fn attenuation_is_that_of_the_table() {
-        // ISO 9613-2:1996, table 2 [dB/km], octaves from 63 Hz to 8 kHz, whose exact middles are powers of 10^0.3.
+        // ISO 9613-2:1996, table 2 [dB/km], octaves from 63 Hz to 8 kHz, whose exact middles are powers of
+        // 10^0.3.
         let table = [
             (10.0, 0.7, [0.1, 0.4, 1.0, 1.9, 3.7, 9.7, 32.8, 117.0]),
             (20.0, 0.7, [0.1, 0.3, 1.1, 2.8, 5.0, 9.0, 22.9, 76.6]),

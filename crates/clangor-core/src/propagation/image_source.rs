@@ -1,13 +1,14 @@
-//! Reflections of sound in the walls of a box, as sources outside it: J. B. Allen and D. A. Berkley (1979), "Image method
-//! for efficiently simulating small-room acoustics".
+//! Reflections of sound in the walls of a box, as sources outside it: J. B. Allen and D. A. Berkley (1979),
+//! "Image method for efficiently simulating small-room acoustics".
 //!
 //! ```text
 //! x' = 2 n L + x,  or  2 n L − x        along each axis, from the lowest wall on, n = …, −1, 0, 1, …
 //! ```
 //!
-//! The image met the lowest wall |n|, the highest |n| times; the mirrored one |n − 1| and |n|. The source is mirrored as
-//! a whole, with its motion and its field: what it makes at a receiver, the source itself makes at the receiver mirrored
-//! the same way (\[HW\] §4). Exact for rigid walls; for others as far as their reflectance does not depend on the angle.
+//! The image met the lowest wall |n|, the highest |n| times; the mirrored one |n − 1| and |n|. The source is
+//! mirrored as a whole, with its motion and its field: what it makes at a receiver, the source itself makes
+//! at the receiver mirrored the same way (\[HW\] §4). Exact for rigid walls; for others as far as their
+//! reflectance does not depend on the angle.
 
 use glam::DVec3;
 

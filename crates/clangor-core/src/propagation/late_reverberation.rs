@@ -1,22 +1,24 @@
 //! All late reflections of a room together: a feedback delay network.
 //!
-//! Energy that has left a source of unit pressure at 1 m fills the room evenly and decays, so that the squared response is
+//! Energy that has left a source of unit pressure at 1 m fills the room evenly and decays, so that the
+//! squared response is
 //!
 //! ```text
 //! h²(t) = (4π c/V) e^(−13.8 t/T(f))
 //! T = (24 ln 10/c) V / (−S ln(1 − ᾱ) + 8 α_air V)          Eyring (1930), with the air
 //! ```
 //!
-//! Sixteen delay lines of different lengths D_i feed one another through an orthogonal matrix, which keeps energy; what
-//! passes a line is attenuated by 60 D_i/T(f) decibels, so that every mode of the network decays as the room does (J.-M.
-//! Jot and A. Chaigne 1991). The attenuation is a chain of octave filters, whose gains are found so that together they
-//! meet T at the middle of every octave: neighbours overlap (S. J. Schlecht and E. A. P. Habets 2017, "Accurate
-//! reverberation time control in feedback delay networks").
+//! Sixteen delay lines of different lengths D_i feed one another through an orthogonal matrix, which keeps
+//! energy; what passes a line is attenuated by 60 D_i/T(f) decibels, so that every mode of the network decays
+//! as the room does (J.-M. Jot and A. Chaigne 1991). The attenuation is a chain of octave filters, whose
+//! gains are found so that together they meet T at the middle of every octave: neighbours overlap (S. J.
+//! Schlecht and E. A. P. Habets 2017, "Accurate reverberation time control in feedback delay networks").
 //!
-//! What goes in are reflections that an image source has heard, times their distance: they carry what the source radiates
-//! in several directions. What comes out is as loud as statistics of the room say, in pascals, for each receiver another
-//! sum of the lines, and so not the same in both ears. It is not the room's own fine structure: single late echoes of a
-//! long corridor, or the flutter between two hard walls, are not there.
+//! What goes in are reflections that an image source has heard, times their distance: they carry what the
+//! source radiates in several directions. What comes out is as loud as statistics of the room say, in
+//! pascals, for each receiver another sum of the lines, and so not the same in both ears. It is not the
+//! room's own fine structure: single late echoes of a long corridor, or the flutter between two hard walls,
+//! are not there.
 
 use std::f64::consts::{LN_10, PI, TAU};
 
@@ -105,7 +107,8 @@ impl LateReverberation {
         if let Some(octave) = OCTAVES.into_iter().find(|f| !times.at(*f).is_finite()) {
             return Err(RoomError::Undamped { octave });
         }
-        // From one wall to the next it is 4 V/S in the mean. The inputs have met one wall, the first output a second.
+        // From one wall to the next it is 4 V/S in the mean. The inputs have met one wall, the first output a
+        // second.
         let free_path = 4.0 * room.volume() / room.wall_areas().iter().sum::<f64>();
         let shortest = (free_path / sound_speed).max(SHORTEST) * rate;
         let mut lengths = [0; LINES];
@@ -219,8 +222,8 @@ struct Section {
 }
 
 impl Section {
-    /// Raises or lowers an octave around `middle` \[Hz\] by so many decibels: R. Bristow-Johnson, "Cookbook formulae for
-    /// audio equalizer biquad filter coefficients".
+    /// Raises or lowers an octave around `middle` \[Hz\] by so many decibels: R. Bristow-Johnson, "Cookbook
+    /// formulae for audio equalizer biquad filter coefficients".
     fn peak(middle: f64, decibels: f64, rate: f64) -> Self {
         let (sin, cos) = (TAU * middle / rate).sin_cos();
         let root = 10.0_f64.powf(decibels / 40.0);
@@ -277,7 +280,8 @@ impl Section {
 
 /// A chain of filters that has the `wanted` decibels at the middle of every octave.
 ///
-/// What is common to all octaves is a plain factor: filters that made it together would ripple between their middles.
+/// What is common to all octaves is a plain factor: filters that made it together would ripple between their
+/// middles.
 fn sections(wanted: impl Fn(f64) -> f64, rate: f64) -> [Section; SECTIONS] {
     const THROUGH: Section = Section { b: [1.0, 0.0, 0.0], a: [0.0; 2] };
     let common = OCTAVES.map(&wanted).iter().sum::<f64>() / OCTAVES.len() as f64;
@@ -285,8 +289,8 @@ fn sections(wanted: impl Fn(f64) -> f64, rate: f64) -> [Section; SECTIONS] {
     let chain = |gains: &[f64; SECTIONS]| -> [Section; SECTIONS] {
         std::array::from_fn(|k| Section::of_chain(k, gains[k], rate).map_or(THROUGH, |(_, section)| section))
     };
-    // Each in turn makes up for what the others leave, as Gauss and Seidel did for linear equations; they overlap by less
-    // than half, so that thirty rounds leave 1e-6 dB.
+    // Each in turn makes up for what the others leave, as Gauss and Seidel did for linear equations; they
+    // overlap by less than half, so that thirty rounds leave 1e-6 dB.
     for _ in 0..30 {
         for k in 0..SECTIONS {
             let Some((middle, _)) = Section::of_chain(k, 0.0, rate) else { continue };

@@ -36,7 +36,8 @@ impl PathLoss {
         loss
     }
 
-    /// The same, times the distance in metres: what [`LateReverberation`](crate::propagation::LateReverberation) takes.
+    /// The same, times the distance in metres: what
+    /// [`LateReverberation`](crate::propagation::LateReverberation) takes.
     pub fn unspread(self) -> Self {
         PathLoss { unspread: true, ..self }
     }

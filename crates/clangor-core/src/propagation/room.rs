@@ -1,4 +1,5 @@
-//! What a room and its air do to sound on the way: reflections in the walls of a box, absorption, late reverberation.
+//! What a room and its air do to sound on the way: reflections in the walls of a box, absorption, late
+//! reverberation.
 //!
 //! ```text
 //! source ──► image sources of low order ─────────────────────────────► receiver

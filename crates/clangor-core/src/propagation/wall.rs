@@ -1,8 +1,9 @@
-//! What a wall takes from a wave: random-incidence absorption coefficients in octaves, as tables of building materials
-//! print them.
+//! What a wall takes from a wave: random-incidence absorption coefficients in octaves, as tables of building
+//! materials print them.
 //!
-//! A wave that meets a wall of absorption α keeps √(1 − α) of its pressure, with its sign: the wall is taken to be hard
-//! and its reflectance real and independent of the angle. A wall of felt, which turns the phase of low notes, is not here.
+//! A wave that meets a wall of absorption α keeps √(1 − α) of its pressure, with its sign: the wall is taken
+//! to be hard and its reflectance real and independent of the angle. A wall of felt, which turns the phase of
+//! low notes, is not here.
 
 use crate::propagation::room::RoomError;
 
@@ -26,8 +27,8 @@ impl WallAbsorption {
         }
     }
 
-    /// Share of the pressure of a wave of `frequency` \[Hz\] that returns. Between the middles of two octaves it is
-    /// interpolated over the logarithm of the frequency; beyond the last it is that of the last.
+    /// Share of the pressure of a wave of `frequency` \[Hz\] that returns. Between the middles of two octaves
+    /// it is interpolated over the logarithm of the frequency; beyond the last it is that of the last.
     pub fn reflectance(&self, frequency: f64) -> f64 {
         interpolated(&self.0.map(|share| (1.0 - share).sqrt()), frequency)
     }

@@ -9,8 +9,8 @@ pub struct Budget {
     pub impacts: usize,
     /// Modes that ring, times the ways and receivers by which each is heard.
     pub mode_paths: usize,
-    /// Coefficients of transfers that follow the motion of bodies and receivers, about 1 ns each; objects that begin to ring
-    /// may take four times as many.
+    /// Coefficients of transfers that follow the motion of bodies and receivers, about 1 ns each; objects
+    /// that begin to ring may take four times as many.
     pub transfers: usize,
 }
 

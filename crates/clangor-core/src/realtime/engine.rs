@@ -110,8 +110,8 @@ impl EngineSettings {
         }
     }
 
-    /// The same with what can be: 1 or 2 receivers, blocks of 16 to 4096 samples, a reach up to 1 km that holds the reflections of the
-    /// room.
+    /// The same with what can be: 1 or 2 receivers, blocks of 16 to 4096 samples, a reach up to 1 km that
+    /// holds the reflections of the room.
     #[must_use]
     pub fn clamped(&self) -> Self {
         let reflected = self
@@ -288,7 +288,8 @@ impl Engine {
     /// Renders the next samples: pressure \[Pa\] at each receiver, as many as asked for but 4096 at most.
     ///
     /// # Real time
-    /// Allocates, frees and waits for nothing. Work is bounded by the [`Budget`], and by the events that the ring holds.
+    /// Allocates, frees and waits for nothing. Work is bounded by the [`Budget`], and by the events that the
+    /// ring holds.
     pub fn render(&mut self, frames: usize) -> &[Vec<f64>] {
         let frames = frames.clamp(1, LONGEST_BLOCK);
         self.take_events();

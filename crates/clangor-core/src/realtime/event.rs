@@ -41,13 +41,13 @@ pub enum Event {
     },
     /// The receivers are somewhere else [m, world].
     Receivers([DVec3; MOST_RECEIVERS]),
-    /// A part of the sound is to be heard, or not: of clicks those that come, of ringing and reflections at once; late
-    /// reverberation dies away.
+    /// A part of the sound is to be heard, or not: of clicks those that come, of ringing and reflections at
+    /// once; late reverberation dies away.
     Switch(Part, bool),
     /// All that sounds or is to sound stops, within a millisecond.
     Silence,
-    /// An object takes a slot, or nothing does, when what happened before has been heard; what was there ends as by `End`, and goes back to the
-    /// controller.
+    /// An object takes a slot, or nothing does, when what happened before has been heard; what was there ends
+    /// as by `End`, and goes back to the controller.
     Put {
         /// Which slot.
         slot: usize,

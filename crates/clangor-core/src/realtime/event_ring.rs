@@ -1,5 +1,5 @@
-//! Between whoever knows what happens and the audio thread: a wait-free ring of events, one of objects that come back, and
-//! numbers that anybody may read.
+//! Between whoever knows what happens and the audio thread: a wait-free ring of events, one of objects that
+//! come back, and numbers that anybody may read.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -8,8 +8,8 @@ pub struct PlaybackLevel {
 }
 
 impl PlaybackLevel {
-    /// The sample of a pressure \[Pa\]: in proportion up to one half, then bent so that it never reaches 1. For ears: what is bent is
-    /// no longer pressure.
+    /// The sample of a pressure \[Pa\]: in proportion up to one half, then bent so that it never reaches 1.
+    /// For ears: what is bent is no longer pressure.
     pub fn sample(&self, pressure: f64) -> f32 {
         let x = pressure / self.full_scale;
         let size = x.abs();

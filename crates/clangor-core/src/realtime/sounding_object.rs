@@ -101,8 +101,8 @@ impl SoundingObject {
         SoundingObject { click, field, voice, transfer_work, radius, shape }
     }
 
-    /// A body as `clangor bake` or `clangor modes` writes it. How long modes ring is the material's; without damping, that of the
-    /// library's material of the same name.
+    /// A body as `clangor bake` or `clangor modes` writes it. How long modes ring is the material's; without
+    /// damping, that of the library's material of the same name.
     ///
     /// # Errors
     /// [`ObjectError`].

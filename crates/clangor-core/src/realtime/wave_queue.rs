@@ -1,5 +1,5 @@
-//! Waves of clicks that are to be computed: those that are heard first come first, and if there are too many, the weakest
-//! are left out.
+//! Waves of clicks that are to be computed: those that are heard first come first, and if there are too many,
+//! the weakest are left out.
 
 use glam::DVec3;
 
@@ -58,7 +58,8 @@ impl WaveQueue {
         }
     }
 
-    /// Plays all waves that begin before a sample, but at most `budget`, and then others as far as the budget lasts.
+    /// Plays all waves that begin before a sample, but at most `budget`, and then others as far as the budget
+    /// lasts.
     pub(super) fn play(&mut self, before: i64, budget: usize, mut play: impl FnMut(&QueuedWave)) {
         self.due.clear();
         while self.due.len() < self.most
@@ -91,11 +92,11 @@ impl WaveQueue {
     }
 }
 
-/// Peak pressure \[Pa\] of a click at a distance \[m\], as of a sphere of this radius \[m\] seen along its motion: an estimate
-/// for telling loud from soft.
+/// Peak pressure \[Pa\] of a click at a distance \[m\], as of a sphere of this radius \[m\] seen along its
+/// motion: an estimate for telling loud from soft.
 ///
-/// A compact sphere that is accelerated by a half-sine, a = π Δv/(2τ), sounds as ρR³/2 (ȧ/(cr) + a/r²), and none louder than
-/// one that starts in no time, ρcΔv R/r.
+/// A compact sphere that is accelerated by a half-sine, a = π Δv/(2τ), sounds as ρR³/2 (ȧ/(cr) + a/r²), and
+/// none louder than one that starts in no time, ρcΔv R/r.
 pub(super) fn strength(click: &AccelerationPulse, radius: f64, distance: f64, medium: &Medium) -> f64 {
     let Medium { density, sound_speed } = *medium;
     let distance = distance.max(radius);

@@ -1,7 +1,8 @@
 //! A published model as bytes: the signals of [`PanModel`] with the solid that
 //! they are of and where they come from; docs/format/model.md describes it.
 //!
-//! It is a file of its own kind beside the [sound model](crate::sound_model::files::model_file): what render plays by default is that one.
+//! It is a file of its own kind beside the [sound model](crate::sound_model::files::model_file): what render
+//! plays by default is that one.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,30 +1,32 @@
 //! The published representation of acceleration noise, beside our multipoles: \[PAN\] §4.2 and \[PROXY\] §4.
 //!
-//! The pressure of a short acceleration pulse ψ(t; h) in each of the six rigid degrees of freedom is stored along a
-//! number of [`directions`], as a series in the distance whose coefficients are signals in time:
+//! The pressure of a short acceleration pulse ψ(t; h) in each of the six rigid degrees of freedom is stored
+//! along a number of [`directions`], as a series in the distance whose coefficients are signals in time:
 //!
 //! ```text
 //! p_i(r, θ, φ, t) = Σ_{k=1}^{N} q_{i,k}(θ, φ, t − r/c)/r^k          [PAN] eq. (20), [PROXY] eq. (8)
 //! p(x, t) = Σ_j Σ_i z_i(jh) p_i(x, t − jh)                          [PAN] eqs. (18), (19), [PROXY] eq. (15)
 //! ```
 //!
-//! with z = (a, α) the acceleration in the frame of the body. In between directions the signals are interpolated linearly.
+//! with z = (a, α) the acceleration in the frame of the body. In between directions the signals are
+//! interpolated linearly.
 //!
-//! Lengths are in units of the body's bounding radius R, times in R/c, pressures in ρR for z = (a, Rα): a body β times as
-//! large has the same signals with the pulse βh, which is \[PROXY\] eq. (10).
+//! Lengths are in units of the body's bounding radius R, times in R/c, pressures in ρR for z = (a, Rα): a
+//! body β times as large has the same signals with the pulse βh, which is \[PROXY\] eq. (10).
 //!
-//! A field of wavelet coefficients sampled faster than the output needs is reconstructed at a lower rate, octave by octave
-//! (\[PROXY\] algorithm 1). Differs: the reconstructed signal is taken at the times where it belongs, μ samples later at
-//! each octave ([`wavelet::HALVING_SHIFT`]); the papers do not mention the shift.
+//! A field of wavelet coefficients sampled faster than the output needs is reconstructed at a lower rate,
+//! octave by octave (\[PROXY\] algorithm 1). Differs: the reconstructed signal is taken at the times where it
+//! belongs, μ samples later at each octave ([`wavelet::HALVING_SHIFT`]); the papers do not mention the shift.
 //!
-//! Differs: between samples the summed signal is the band-limited one, below 0.45 of the output rate; \[PAN\] eq. (22)
-//! interpolates with ψ, which at the output rate would alias.
+//! Differs: between samples the summed signal is the band-limited one, below 0.45 of the output rate; \[PAN\]
+//! eq. (22) interpolates with ψ, which at the output rate would alias.
 //!
-//! Fields with pulses h, 2h, 4h and 8h can stand side by side (\[PAN\] fig. 9); a contact takes the longest pulse that
-//! is at most a fifth of it, which is how \[PAN\] §4.3 chooses h for the shortest contact.
+//! Fields with pulses h, 2h, 4h and 8h can stand side by side (\[PAN\] fig. 9); a contact takes the longest
+//! pulse that is at most a fifth of it, which is how \[PAN\] §4.3 chooses h for the shortest contact.
 //!
-//! It is here to be compared with: [`AccelerationField`](crate::sound_model::acceleration::field::AccelerationField) is smaller, faster
-//! and right at every distance.
+//! It is here to be compared with:
+//! [`AccelerationField`](crate::sound_model::acceleration::field::AccelerationField) is smaller, faster and
+//! right at every distance.
 
 pub mod directions;
 pub mod pulse;
@@ -114,8 +116,8 @@ impl PanField {
         self.signals.bytes()
     }
 
-    /// Σ_i z_i p_i at `x`, in units of ρR over t − |x| [R/c], for z = (a, Rα); wavelets at a rate that is at most twice
-    /// `rate` [c/R] as far as halving it can reach that.
+    /// Σ_i z_i p_i at `x`, in units of ρR over t − |x| [R/c], for z = (a, Rα); wavelets at a rate that is at
+    /// most twice `rate` [c/R] as far as halving it can reach that.
     pub fn response(&self, z: &[f64; RIGID_DOFS], x: DVec3, rate: f64) -> Series {
         let neighbours = self.directions.neighbours(x);
         let distance = x.length();
@@ -201,7 +203,8 @@ pub struct HeardContact {
     pub listener: DVec3,
 }
 
-/// How an acceleration runs over time: `shape` of the time after the onset, zero before `from` and after `to` \[s\].
+/// How an acceleration runs over time: `shape` of the time after the onset, zero before `from` and after `to`
+/// \[s\].
 #[derive(Clone, Copy)]
 pub struct ForceWindow<'a> {
     /// Begin \[s\].
@@ -291,8 +294,8 @@ impl PanModel {
         )
     }
 
-    /// The sound of a contact that runs in another way, at `rate` samples per second, without what lies above `highest`
-    /// \[Hz\], at most [`OUTPUT_BAND`] of the rate.
+    /// The sound of a contact that runs in another way, at `rate` samples per second, without what lies above
+    /// `highest` \[Hz\], at most [`OUTPUT_BAND`] of the rate.
     ///
     /// # Errors
     /// Numbers that are not finite, a listener inside the bounding sphere.

@@ -1,8 +1,9 @@
 //! The click of a body that is played by the published representation.
 //!
-//! Its sound is made in time, as \[PAN\] and \[PROXY\] do, and added to the samples of a block; the band limit is that of
-//! [`resampling`](crate::reference::pan_representation::resampling), not of [`lowpass`](crate::synthesis::lowpass). Inside the bounding sphere,
-//! where the series in 1/r means nothing, a listener hears what is on the sphere in this direction.
+//! Its sound is made in time, as \[PAN\] and \[PROXY\] do, and added to the samples of a block; the band
+//! limit is that of [`resampling`](crate::reference::pan_representation::resampling), not of
+//! [`lowpass`](crate::synthesis::lowpass). Inside the bounding sphere, where the series in 1/r means nothing,
+//! a listener hears what is on the sphere in this direction.
 
 use std::sync::Arc;
 

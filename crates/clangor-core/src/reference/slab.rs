@@ -1,21 +1,23 @@
-//! \[FRAC\] §6: the ground as a slab of 9 m × 9 m × 0.9 m that rings at 700 Hz to 4 kHz, struck in its middle, heard from the
-//! place that was struck.
+//! \[FRAC\] §6: the ground as a slab of 9 m × 9 m × 0.9 m that rings at 700 Hz to 4 kHz, struck in its
+//! middle, heard from the place that was struck.
 //!
 //! ```text
 //! q̈ᵢ + 2ξωᵢ q̇ᵢ + ωᵢ² qᵢ = Uᵢ F,   p(t) = Σ |pᵢ| qᵢ(t − r/c)          [FRAC] eq. (8)
 //! |pᵢ| = ρc ωᵢ Uᵢ √(ab σᵢ/8π) / max(r, R)
 //! ```
 //!
-//! with Uᵢ the motion of the middle, R the radius of the slab, and |pᵢ| what spreads the power of the mode over a half-sphere.
+//! with Uᵢ the motion of the middle, R the radius of the slab, and |pᵢ| what spreads the power of the mode
+//! over a half-sphere.
 //!
-//! Differs: \[FRAC\] solves for the modes of a concrete slab and their multipoles. Here they are in closed form: Mindlin's plate (shear and
-//! rotary inertia; its correction is that which gives short waves the speed of Rayleigh's), supported along its edges, the upper side
-//! in a baffle, and a mode that is faster than sound radiates σ = 1/√(1 − (kc/ω)²) of what it would as a piston; slower
-//! ones nothing. Between those frequencies it has 1113 modes of bending and shear, where the paper counts 1000; those that
-//! have a node in the middle, three of four, are silent.
+//! Differs: \[FRAC\] solves for the modes of a concrete slab and their multipoles. Here they are in closed
+//! form: Mindlin's plate (shear and rotary inertia; its correction is that which gives short waves the speed
+//! of Rayleigh's), supported along its edges, the upper side in a baffle, and a mode that is faster than
+//! sound radiates σ = 1/√(1 − (kc/ω)²) of what it would as a piston; slower ones nothing. Between those
+//! frequencies it has 1113 modes of bending and shear, where the paper counts 1000; those that have a node in
+//! the middle, three of four, are silent.
 //!
-//! What is wrong with it as physics is kept: the sound comes from a point, and stops at 700 Hz and 4 kHz. For that,
-//! [`source`](crate::synthesis::ground::source).
+//! What is wrong with it as physics is kept: the sound comes from a point, and stops at 700 Hz and 4 kHz. For
+//! that, [`source`](crate::synthesis::ground::source).
 
 use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, OnceLock};

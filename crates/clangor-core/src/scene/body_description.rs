@@ -17,11 +17,13 @@ pub struct BodyDescription {
     pub name: String,
     /// Shape or mesh file.
     pub geometry: Geometry,
-    /// Factors on all lengths of the geometry: least and greatest. Copies draw theirs uniformly between the two.
+    /// Factors on all lengths of the geometry: least and greatest. Copies draw theirs uniformly between the
+    /// two.
     pub scale: [f64; 2],
     /// Material.
     pub material: Material,
-    /// Pose at t = 0; for copies, the orientation only. `position` is the centre of mass, or what `placed_by` says.
+    /// Pose at t = 0; for copies, the orientation only. `position` is the centre of mass, or what `placed_by`
+    /// says.
     pub pose: Pose,
     /// Which point of the body is at `pose.position`.
     pub placed_by: PlacedBy,
@@ -137,7 +139,8 @@ pub struct RandomPlacement {
     pub seed: Option<u64>,
     /// Every copy has an orientation of its own, uniform over all rotations.
     pub random_orientation: bool,
-    /// Greatest random angular velocity \[rad/s\], uniform in the ball of this radius and added to the body's.
+    /// Greatest random angular velocity \[rad/s\], uniform in the ball of this radius and added to the
+    /// body's.
     pub max_spin: f64,
     /// Where the placement is written.
     pub place: Place,

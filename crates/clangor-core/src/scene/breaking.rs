@@ -1,4 +1,5 @@
-//! Whether a body may break, and how its fracture is computed: what a scene says under `fracture` of a `[[body]]`.
+//! Whether a body may break, and how its fracture is computed: what a scene says under `fracture` of a
+//! `[[body]]`.
 //!
 //! Strength and toughness are the material's: `tensile_strength` and `fracture_energy`.
 
@@ -11,8 +12,8 @@ pub struct Breaking {
     pub edge: Option<f64>,
     /// Seed of the crack pattern; `None`: the simulation's, with the number of the body mixed in.
     pub seed: Option<u64>,
-    /// Edge of the cube that is as large as the smallest piece allowed \[m\]; `None`: a tenth of the cube as large as the
-    /// body.
+    /// Edge of the cube that is as large as the smallest piece allowed \[m\]; `None`: a tenth of the cube as
+    /// large as the body.
     pub smallest_piece: Option<f64>,
     /// Most pieces that the body and its pieces may fall into.
     pub most_pieces: usize,

@@ -1,7 +1,7 @@
 //! From TOML to a [`Scene`]: one decoder per section, errors collected throughout.
 //!
-//! Broken TOML does not hide the other errors: the parser recovers, the rest is decoded, and what may only be an echo
-//! of the broken place (anything on the same lines, missing keys, unknown names) is left out.
+//! Broken TOML does not hide the other errors: the parser recovers, the rest is decoded, and what may only be
+//! an echo of the broken place (anything on the same lines, missing keys, unknown names) is left out.
 
 mod body;
 mod breaking;

@@ -1,7 +1,8 @@
 //! What is wrong with a scene, where, and what to do about it.
 //!
-//! Every error and warning names the byte span, line, column and field path of what the user wrote. The problem is
-//! typed and carries its numbers; its `Display` says what is wrong and [`Problem::remedy`] what to write instead.
+//! Every error and warning names the byte span, line, column and field path of what the user wrote. The
+//! problem is typed and carries its numbers; its `Display` says what is wrong and [`Problem::remedy`] what to
+//! write instead.
 
 use std::fmt;
 use std::ops::Range;
@@ -10,7 +11,8 @@ use super::suggest::nearest;
 use crate::propagation::room::RoomError;
 use crate::shape::ShapeError;
 
-/// Where in a scene something stands. What does not come from a text, such as a listener of the command line, has line 0.
+/// Where in a scene something stands. What does not come from a text, such as a listener of the command line,
+/// has line 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// Bytes of the text.

@@ -1,7 +1,7 @@
 //! From a [`Scene`] to a [`World`]: geometry is loaded, copies are placed, links find their bodies.
 //!
-//! Order of bodies: those of the file with their copies, then the planes. A scattered copy depends on the seed and on
-//! what is not scattered, then on the copies before it.
+//! Order of bodies: those of the file with their copies, then the planes. A scattered copy depends on the
+//! seed and on what is not scattered, then on the copies before it.
 
 mod copies;
 mod geometry;
@@ -59,10 +59,12 @@ pub struct Instance {
 
 /// Instantiates a scene.
 ///
-/// `load` is asked once for each distinct geometry, in the order of [`references`]; [`load_shape`] does for shapes.
+/// `load` is asked once for each distinct geometry, in the order of [`references`]; [`load_shape`] does for
+/// shapes.
 ///
 /// # Errors
-/// Everything that is wrong with the geometry, the placement, the links and the listeners, in the order of the file.
+/// Everything that is wrong with the geometry, the placement, the links and the listeners, in the order of
+/// the file.
 pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, SceneErrors> {
     let mut builder = Builder::default();
     let total = scene.bodies.iter().fold(0u64, |sum, b| sum.saturating_add(b.count() as u64));

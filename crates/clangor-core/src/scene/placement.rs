@@ -1,9 +1,9 @@
 //! Random placement: copies of bodies in a box, none touching another or what stands there already.
 //!
-//! Random sequential addition: a centre is drawn uniformly in the region and kept if the copy's bounding ball is clear
-//! of everything placed before it. Bounding balls are enough because the copies fall and mix anyway; they jam at
-//! about 38 % of the volume, so a region should be several times larger than its balls.
-//! What stands there keeps its true surface, so that coins may start inside a bowl.
+//! Random sequential addition: a centre is drawn uniformly in the region and kept if the copy's bounding ball
+//! is clear of everything placed before it. Bounding balls are enough because the copies fall and mix anyway;
+//! they jam at about 38 % of the volume, so a region should be several times larger than its balls. What
+//! stands there keeps its true surface, so that coins may start inside a bowl.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -49,7 +49,8 @@ fn in_disc(random: &mut SplitMix) -> (f64, f64, f64) {
     }
 }
 
-/// Uniform over all rotations (Marsaglia 1972), without trigonometry, so that every machine draws the same bits.
+/// Uniform over all rotations (Marsaglia 1972), without trigonometry, so that every machine draws the same
+/// bits.
 pub(super) fn rotation(random: &mut SplitMix) -> DQuat {
     let (x, y, s) = in_disc(random);
     let (z, w, t) = in_disc(random);

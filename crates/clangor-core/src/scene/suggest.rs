@@ -21,8 +21,8 @@ fn edit_distance(a: &str, b: &str) -> usize {
     last[b.len()]
 }
 
-/// The known name nearest to `name`, if it is near enough to be what was meant: at most a third of its letters wrong,
-/// or one of the two contained in the other.
+/// The known name nearest to `name`, if it is near enough to be what was meant: at most a third of its
+/// letters wrong, or one of the two contained in the other.
 pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     // Longer than any name that the format knows: not worth the quadratic search.
     const LONGEST: usize = 64;

@@ -1,7 +1,7 @@
 //! Bodies of revolution about y: a profile in the (r, y) half-plane, sampled and turned.
 //!
-//! Rings hold fewer points towards the axis, so that triangles keep their shape. Every ring has a multiple of four
-//! points, which keeps the centre of mass on the axis.
+//! Rings hold fewer points towards the axis, so that triangles keep their shape. Every ring has a multiple of
+//! four points, which keeps the centre of mass on the axis.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,8 +12,8 @@ use crate::geometry::meridian::{Meridian, Piece};
 use crate::geometry::tri_mesh::TriMesh;
 pub(super) use crate::geometry::turning::{Ring, lace, lace_pair, on_ring};
 
-/// A profile: points (r, y) \[m\], counter-clockwise around the material. It starts and ends on the axis, below and
-/// above, or is a closed loop off the axis.
+/// A profile: points (r, y) \[m\], counter-clockwise around the material. It starts and ends on the axis,
+/// below and above, or is a closed loop off the axis.
 #[derive(Clone, Debug)]
 pub(super) struct Profile {
     points: Vec<DVec2>,
@@ -25,7 +25,8 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// Starts at a point; pieces are sampled at `edge` \[m\], and finer where a chord would leave its arc by `sagitta`.
+    /// Starts at a point; pieces are sampled at `edge` \[m\], and finer where a chord would leave its arc by
+    /// `sagitta`.
     pub(super) fn start(point: DVec2, edge: f64, sagitta: f64) -> Self {
         Profile { points: vec![point], pieces: Vec::new(), closed: false, edge, sagitta }
     }
@@ -131,9 +132,9 @@ pub(super) fn torus_profile(major: f64, minor: f64, edge: f64) -> Profile {
 
 /// Convex wedges whose union stands for a turned section, cut into `sectors`.
 ///
-/// `far` are the points (r, y) of the section on the side away from the axis: they are repeated halfway, so that a
-/// wedge follows the round outside. `near` are those on the side of a hole or cavity: there the wedge has a chord,
-/// moved outwards by half of its sagitta, so that it errs equally to both sides.
+/// `far` are the points (r, y) of the section on the side away from the axis: they are repeated halfway, so
+/// that a wedge follows the round outside. `near` are those on the side of a hole or cavity: there the wedge
+/// has a chord, moved outwards by half of its sagitta, so that it errs equally to both sides.
 pub(super) fn wedges(far: &[DVec2], near: &[DVec2], sectors: usize) -> Vec<ConvexPart> {
     let step = TAU / sectors as f64;
     let chord = balance(0.5 * step);
@@ -149,7 +150,8 @@ pub(super) fn wedges(far: &[DVec2], near: &[DVec2], sectors: usize) -> Vec<Conve
         .collect()
 }
 
-/// Factor on the radius of a chord of half angle `half` \[rad\] that makes it err as much inwards as outwards.
+/// Factor on the radius of a chord of half angle `half` \[rad\] that makes it err as much inwards as
+/// outwards.
 pub(super) fn balance(half: f64) -> f64 {
     2.0 / (1.0 + half.cos())
 }

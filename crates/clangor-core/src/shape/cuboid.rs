@@ -25,13 +25,14 @@ pub(super) fn die_mesh(size: f64, round: f64, edge: f64) -> TriMesh {
     rounded_cube(flat, round, bends, edge)
 }
 
-/// Points whose hull stands for a die in collisions: the eight corner patches, two steps per 45°. The hull lies
-/// inside the die, nowhere deeper than 4 % of `round`.
+/// Points whose hull stands for a die in collisions: the eight corner patches, two steps per 45°. The hull
+/// lies inside the die, nowhere deeper than 4 % of `round`.
 pub(super) fn die_hull(size: f64, round: f64) -> Vec<DVec3> {
     rounded_cube(0.5 * size - round, round, 2, f64::INFINITY).vertices
 }
 
-/// A cube of half edge `flat` around which a ball of radius `round` has rolled, `bends` steps per 45° of rounding.
+/// A cube of half edge `flat` around which a ball of radius `round` has rolled, `bends` steps per 45° of
+/// rounding.
 fn rounded_cube(flat: f64, round: f64, bends: usize, edge: f64) -> TriMesh {
     // Equal angles along a rounded edge, up to 45°, where the next face takes over.
     let bend = |k: usize| flat + round * (FRAC_PI_4 * k as f64 / bends as f64).tan();
@@ -58,8 +59,8 @@ fn steps(low: f64, high: f64, step: f64) -> Vec<f64> {
     (0..=count).map(at).collect()
 }
 
-/// The surface of a box, gridded by the coordinates along each axis. Diagonals run from the middle of a face to its
-/// corners, which keeps the mirror symmetries.
+/// The surface of a box, gridded by the coordinates along each axis. Diagonals run from the middle of a face
+/// to its corners, which keeps the mirror symmetries.
 fn sewn_faces(grid: &[Vec<f64>; 3]) -> TriMesh {
     let mut mesh = TriMesh::default();
     let mut known: HashMap<[usize; 3], u32> = HashMap::new();

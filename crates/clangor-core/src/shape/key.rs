@@ -1,5 +1,5 @@
-//! A key: a round bow with a hole to hang it by, and a blade with cuts along one side. It lies in the plane of x and
-//! z, the hole about y at the origin, the blade towards +x.
+//! A key: a round bow with a hole to hang it by, and a blade with cuts along one side. It lies in the plane
+//! of x and z, the hole about y at the origin, the blade towards +x.
 //!
 //! 53 mm long, 1.8 mm thick; its volume, 0.97 cm³, is what the pulse time scale in \[PAN\] Table 1 implies.
 

@@ -2,8 +2,8 @@
 //!
 //! 84 mm wide, 98 mm high, walls of 5 mm; \[PAN\] prints no size.
 //!
-//! The outer wall has a grid with two rectangular holes; a tube from the border of one to the border of the other is
-//! the handle. It follows half an ellipse, so that it meets the wall at right angles.
+//! The outer wall has a grid with two rectangular holes; a tube from the border of one to the border of the
+//! other is the handle. It follows half an ellipse, so that it meets the wall at right angles.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

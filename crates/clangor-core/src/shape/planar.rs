@@ -15,7 +15,8 @@ pub(super) fn place(point: DVec2, y: f64) -> DVec3 {
     DVec3::new(point.x, y, -point.y)
 }
 
-/// Triangles on a convex polygon about the origin, given counter-clockwise: concentric copies of the outline, laced.
+/// Triangles on a convex polygon about the origin, given counter-clockwise: concentric copies of the outline,
+/// laced.
 pub(super) fn polygon_mesh(corners: &[DVec2], edge: f64) -> TriMesh {
     let reach = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
     let rings = (reach / edge).ceil().max(1.0) as usize;

@@ -12,8 +12,8 @@ const POINTS: usize = 60;
 
 /// The stone of a seed with the volume of a ball of radius `radius` \[m\], its centre of mass at the origin.
 ///
-/// Points follow a golden spiral, each pushed by up to a third of the spacing and in or out by up to 12 %; the axes
-/// are squeezed to between 0.65 and 1.
+/// Points follow a golden spiral, each pushed by up to a third of the spacing and in or out by up to 12 %;
+/// the axes are squeezed to between 0.65 and 1.
 pub(super) fn rock_hull(seed: u64, radius: f64) -> Result<TriMesh, MeshError> {
     let mut random = SplitMix::new(seed);
     let squeeze = DVec3::from_array([0.0; 3].map(|_: f64| random.uniform(0.65, 1.0)));

@@ -7,7 +7,8 @@ use crate::geometry::tri_mesh::TriMesh;
 
 /// An ellipsoid whose longest edges are about `edge` \[m\].
 pub(super) fn ellipsoid_mesh(semi_axes: DVec3, edge: f64) -> TriMesh {
-    // The icosahedron of circumradius 1 has edges of 1.0515; projection stretches the middle of a face by 1.18.
+    // The icosahedron of circumradius 1 has edges of 1.0515; projection stretches the middle of a face by
+    // 1.18.
     let divisions = (1.0515 * 1.1 * semi_axes.max_element() / edge).ceil().max(1.0) as u32;
     let mut mesh = divided_icosahedron(divisions);
     mesh.vertices.iter_mut().for_each(|v| *v *= semi_axes);

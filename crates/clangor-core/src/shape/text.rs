@@ -22,8 +22,9 @@
 //! | `tile` | | 100 × 8 × 100 mm |
 //! | `pane` | | 400 × 4 × 400 mm |
 //!
-//! \[PAN\] prints the size of the ball and calls the coin a quarter. The key ring's sizes follow from its Table 1:
-//! the lowest frequency and the pulse time scale, which fixes the volume. The other sizes are everyday ones.
+//! \[PAN\] prints the size of the ball and calls the coin a quarter. The key ring's sizes follow from its
+//! Table 1: the lowest frequency and the pulse time scale, which fixes the volume. The other sizes are
+//! everyday ones.
 
 use std::fmt;
 

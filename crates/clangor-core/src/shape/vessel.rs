@@ -1,7 +1,8 @@
-//! Bowl, plate, wineglass and moneybox: bodies of revolution of the size of everyday ones. The table they stand on is y = 0.
+//! Bowl, plate, wineglass and moneybox: bodies of revolution of the size of everyday ones. The table they
+//! stand on is y = 0.
 //!
-//! Their sides are spheres and cones, so that volume and curvature are known in closed form. The bowl and the plate
-//! have about the volume that the pulse time scales in \[PAN\] Table 1 imply (160 cm³, 230 to 280 cm³).
+//! Their sides are spheres and cones, so that volume and curvature are known in closed form. The bowl and the
+//! plate have about the volume that the pulse time scales in \[PAN\] Table 1 imply (160 cm³, 230 to 280 cm³).
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -34,8 +35,8 @@ pub(super) const BOWL: Shell =
 pub(super) const GLASS: Shell =
     Shell { centre: 0.118, inner: 0.0385, outer: 0.040, base: 0.004, floor: 0.0135, rim: 2.18 };
 
-/// A moneybox: a sphere 110 mm wide with walls of 4 mm, on a foot 44 mm wide. The hole in its top is 19 mm wide, less than
-/// a coin, so that what is inside stays there.
+/// A moneybox: a sphere 110 mm wide with walls of 4 mm, on a foot 44 mm wide. The hole in its top is 19 mm
+/// wide, less than a coin, so that what is inside stays there.
 const MONEYBOX: Shell =
     Shell { centre: 0.055, inner: 0.051, outer: 0.055, base: 0.022, floor: 0.018, rim: 2.92 };
 
@@ -153,10 +154,12 @@ pub(super) fn wineglass_parts() -> Vec<ConvexPart> {
     parts
 }
 
-/// A plate 26 cm wide: thickness, radius of the flat middle, radius and height of the middle of the round edge \[m\].
+/// A plate 26 cm wide: thickness, radius of the flat middle, radius and height of the middle of the round
+/// edge \[m\].
 const PLATE: [f64; 4] = [0.0045, 0.080, 0.12775, 0.0200];
 
-/// Underside corner, underside of the edge, middle of the edge, top of the edge, top corner of a plate's section.
+/// Underside corner, underside of the edge, middle of the edge, top of the edge, top corner of a plate's
+/// section.
 fn plate_corners() -> [DVec2; 5] {
     let [thickness, flat, radius, height] = PLATE;
     let edge = DVec2::new(radius, height);

@@ -69,7 +69,8 @@ impl AccelerationPulse {
     }
 }
 
-/// The clicks of an impact: one for each body that it moves and that has a source; `sources` are those of all bodies.
+/// The clicks of an impact: one for each body that it moves and that has a source; `sources` are those of all
+/// bodies.
 pub fn clicks_of(pulse: &ImpactPulse, sources: &[SoundSource]) -> impl Iterator<Item = AccelerationPulse> {
     let ImpactPulse { onset, duration, profile, .. } = *pulse;
     let shares = pulse.bodies.into_iter().flatten();

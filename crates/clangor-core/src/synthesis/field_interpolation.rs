@@ -1,16 +1,16 @@
 //! From the nodes of a field to the bins of a grid.
 //!
-//! What is v_j at the nodes s_j, and conj(v_j) at their mirrors, is interpolated to s = iω_k R/c. With
-//! c_j = 1/((s − s_j)(s − conj s_j)) the mirrored pairs of nodes are real-linear in two real numbers per node:
+//! What is v_j at the nodes s_j, and conj(v_j) at their mirrors, is interpolated to s = iω_k R/c. With c_j =
+//! 1/((s − s_j)(s − conj s_j)) the mirrored pairs of nodes are real-linear in two real numbers per node:
 //!
 //! ```text
 //! v(s) = (s Σ_j Re(w_j v_j) c_j − Σ_j Re(w_j v_j conj s_j) c_j) / D,   D = the same with v = 1
 //! ```
 //!
-//! c_j and 1/D depend on the field, its size and the grid only: an [`Interpolation`] holds them, and a bin costs four
-//! multiplications per node. Where all nodes are on the imaginary axis c_j is real, and it is two. A scene with many sizes of
-//! bodies waits for these tables to come out of memory: c_j is kept in single precision, like the v_j, and D is that of the
-//! rounded c_j, so that what is constant stays so.
+//! c_j and 1/D depend on the field, its size and the grid only: an [`Interpolation`] holds them, and a bin
+//! costs four multiplications per node. Where all nodes are on the imaginary axis c_j is real, and it is two.
+//! A scene with many sizes of bodies waits for these tables to come out of memory: c_j is kept in single
+//! precision, like the v_j, and D is that of the rounded c_j, so that what is constant stays so.
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};

@@ -1,11 +1,12 @@
 //! Spectra of clicks that sound as a field.
 //!
 //! The pressure at the receiver, without e^{−s|x|}, is interpolated from the nodes of the field to the bins
-//! ([`field_interpolation`](super::field_interpolation)), and multiplied with the spectrum of the force and the delay.
+//! ([`field_interpolation`](super::field_interpolation)), and multiplied with the spectrum of the force and
+//! the delay.
 //!
-//! Above the highest frequency f_b of the field the interpolation is an extrapolation. It is faded out, by the same
-//! curve as the band limit of the output, between f_b and 6/5 f_b, or over 200 Hz where that is more. What the output
-//! would carry beyond is missing.
+//! Above the highest frequency f_b of the field the interpolation is an extrapolation. It is faded out, by
+//! the same curve as the band limit of the output, between f_b and 6/5 f_b, or over 200 Hz where that is
+//! more. What the output would carry beyond is missing.
 
 use super::field_interpolation::{Interpolation, LEAST_WAVENUMBER};
 use super::lowpass;
@@ -30,7 +31,8 @@ pub(crate) struct FieldTransfer {
     pub(super) source: Arc<FieldSource>,
     /// z = (Δv, R Δω) [m/s] in the axes of the field.
     pub(super) motion: [f64; RIGID_DOFS],
-    /// The receiver over R, in the axes of the field; outside the bounding sphere unless there is a near field.
+    /// The receiver over R, in the axes of the field; outside the bounding sphere unless there is a near
+    /// field.
     pub(super) position: DVec3,
     /// ρ R [kg/m²].
     pub(super) scale: f64,
@@ -125,8 +127,8 @@ impl FieldPlayer {
 
     /// Estimate of the energy ∫ p² dt [Pa² s] that a click would have had above the band of its field.
     ///
-    /// Far above, a rigid body's pressure follows its velocity, so that per acceleration it falls as 1/ω: so it is
-    /// continued from the mean square of the last tenth of the band, `spectrum` over that of the force.
+    /// Far above, a rigid body's pressure follows its velocity, so that per acceleration it falls as 1/ω: so
+    /// it is continued from the mean square of the last tenth of the band, `spectrum` over that of the force.
     pub(super) fn missing_energy(&self, grid: &Grid, spectrum: &Spectrum, wave: &Wave) -> f64 {
         let Some((source, crossing, table)) = &self.last else { return 0.0 };
         if table.gains.is_empty() {

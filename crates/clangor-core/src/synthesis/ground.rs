@@ -1,11 +1,13 @@
-//! The sound of the ground under an impact: an elastic half-space, pressed at a point of its surface, radiates.
+//! The sound of the ground under an impact: an elastic half-space, pressed at a point of its surface,
+//! radiates.
 //!
 //! ```text
 //! p(x, t) = ρ/2π ∫ a(y, t − |x−y|/c) / |x−y| dS          Rayleigh's integral of the surface's normal acceleration
 //! a: Lamb's problem, the half-space under a vertical point force F(t)
 //! ```
 //!
-//! as in Qu and James, *On the Impact of Ground Sound*, DAFx 2019. By horizontal slowness P, in units of 1/c, this is
+//! as in Qu and James, *On the Impact of Ground Sound*, DAFx 2019. By horizontal slowness P, in units of 1/c,
+//! this is
 //!
 //! ```text
 //! p(ω) = ρ/(2πμ) ω² F(ω) I(ωR/c, θ)
@@ -13,23 +15,25 @@
 //! f(P) = −n² √(P²−m²) / ((2P²−n²)² − 4P² √(P²−m²) √(P²−n²)),   n = c/c_S,  m = c/c_P
 //! ```
 //!
-//! with R and θ the distance of the listener from the point and its angle from the normal, μ the shear modulus. Nothing
-//! but the dimensionless f depends on the solid, and nothing has a length of its own: one solid and one medium are one
-//! [`GroundSource`], for all places and frequencies.
+//! with R and θ the distance of the listener from the point and its angle from the normal, μ the shear
+//! modulus. Nothing but the dimensionless f depends on the solid, and nothing has a length of its own: one
+//! solid and one medium are one [`GroundSource`], for all places and frequencies.
 //!
-//! How the integral is done is new here. f is written as a sum of poles in P² ([`poles`]), most of them off the axis:
-//! surface waves, one of which is Rayleigh's and the others stand for the body waves along the surface. The sound of one surface wave above the surface is known in closed form but for
-//! one quadrature that all listeners share ([`direction`]), and impacts blend directions that are kept: a wave
-//! from the point of contact, waves shed by the surface (Mach fronts, if they are faster than sound), each e^{−ixt}
+//! How the integral is done is new here. f is written as a sum of poles in P² ([`poles`]), most of them off
+//! the axis: surface waves, one of which is Rayleigh's and the others stand for the body waves along the
+//! surface. The sound of one surface wave above the surface is known in closed form but for one quadrature
+//! that all listeners share ([`direction`]), and impacts blend directions that are kept: a wave from the
+//! point of contact, waves shed by the surface (Mach fronts, if they are faster than sound), each e^{−ixt}
 //! times an amplitude that is smooth in log x.
 //!
-//! Differs from Qu and James, who smooth the force in time and sum the integral over the surface: their sum is
-//! [`rayleigh_integral`](rayleigh_integral()), which the tests compare.
+//! Differs from Qu and James, who smooth the force in time and sum the integral over the surface: their sum
+//! is [`rayleigh_integral`](rayleigh_integral()), which the tests compare.
 //!
 //! [`slab`] is the ground as \[FRAC\] has it, for comparison.
 //!
-//! Not covered: horizontal forces; losses in the ground, its layers, roughness and edges; what the air does to the ground.
-//! The force acts at a point, which is right while the patch of contact is small against the wavelengths in the ground.
+//! Not covered: horizontal forces; losses in the ground, its layers, roughness and edges; what the air does
+//! to the ground. The force acts at a point, which is right while the patch of contact is small against the
+//! wavelengths in the ground.
 
 pub mod direction;
 mod directions;

@@ -6,7 +6,8 @@ use super::SynthesisError;
 use crate::pose::{Keyframe, Pose, Track};
 use crate::propagation::ImageSource;
 
-/// A group of receivers that move together; each receiver is a channel and hears pressure, equally from everywhere.
+/// A group of receivers that move together; each receiver is a channel and hears pressure, equally from
+/// everywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Listener {
     /// Name, for messages and files.
@@ -23,7 +24,8 @@ impl Listener {
         Listener { name: name.into(), track, receivers: vec![DVec3::ZERO] }
     }
 
-    /// Two receivers `spacing` \[m\] apart along the track's x axis; the first, left, is on the negative side.
+    /// Two receivers `spacing` \[m\] apart along the track's x axis; the first, left, is on the negative
+    /// side.
     pub fn spaced_pair(name: impl Into<String>, track: Track, spacing: f64) -> Self {
         let half = DVec3::X * (0.5 * spacing);
         Listener { name: name.into(), track, receivers: vec![-half, half] }
@@ -60,8 +62,8 @@ impl Listener {
 
     /// When and where the wavefront that leaves a sphere's surface at `time` \[s\] reaches a receiver.
     ///
-    /// The sphere has its `centre` [m, world] and `radius` \[m\]. Solves t = time + (|x(t) − centre| − radius)/c for the
-    /// moving receiver x(t) and returns (t, x(t)).
+    /// The sphere has its `centre` [m, world] and `radius` \[m\]. Solves t = time + (|x(t) − centre| −
+    /// radius)/c for the moving receiver x(t) and returns (t, x(t)).
     pub(super) fn arrival(
         &self,
         receiver: usize,
@@ -111,8 +113,8 @@ pub enum Floor {
     None,
     /// The plane y = `height` \[m\] reflects everything.
     ///
-    /// Exact for the wave of each body: a source mirrored in the plane, its acceleration mirrored with it. The wave
-    /// that returns from the floor is not scattered once more by the body.
+    /// Exact for the wave of each body: a source mirrored in the plane, its acceleration mirrored with it.
+    /// The wave that returns from the floor is not scattered once more by the body.
     Rigid {
         /// Height of the plane \[m\].
         height: f64,

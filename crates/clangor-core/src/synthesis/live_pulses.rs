@@ -1,15 +1,18 @@
 //! Clicks as they happen: what a click will sound like is added at once to the samples to come.
 //!
-//! The same spectra as in [`renderer`](super::renderer), one inverse FFT for each wave, in blocks of 256 to 4096 samples. After
-//! [`LivePulses::new`] nothing is allocated and nothing waits: a click takes microseconds, whatever came before.
+//! The same spectra as in [`renderer`](super::renderer), one inverse FFT for each wave, in blocks of 256 to
+//! 4096 samples. After [`LivePulses::new`] nothing is allocated and nothing waits: a click takes
+//! microseconds, whatever came before.
 //!
-//! The low-pass looks ahead, and so a click is heard from [`LOOK_AHEAD`] samples before its wave on; what of it should already
-//! have been heard is lost. Whoever drives this delays all events by that and the length of a block.
+//! The low-pass looks ahead, and so a click is heard from [`LOOK_AHEAD`] samples before its wave on; what of
+//! it should already have been heard is lost. Whoever drives this delays all events by that and the length of
+//! a block.
 //!
-//! A wave may come by several paths, each of which loses something else ([`PathLoss`]), and go to several outputs at once.
+//! A wave may come by several paths, each of which loses something else ([`PathLoss`]), and go to several
+//! outputs at once.
 //!
-//! Differs from the offline renderer: a listener in the bounding sphere of a body hears the field on it; the ground and
-//! the published form of a field are not heard.
+//! Differs from the offline renderer: a listener in the bounding sphere of a body hears the field on it; the
+//! ground and the published form of a field are not heard.
 
 mod live_field;
 
@@ -94,8 +97,9 @@ fn grids(settings: &RenderSettings) -> impl Iterator<Item = (usize, Grid)> + '_ 
 }
 
 impl LivePulses {
-    /// Silence at so many outputs from sample 0 on, for clicks of spheres and of up to so many fields. Each path loses what
-    /// its loss says. Samples of `seconds` to come are kept, which is also how long sound may be on its path.
+    /// Silence at so many outputs from sample 0 on, for clicks of spheres and of up to so many fields. Each
+    /// path loses what its loss says. Samples of `seconds` to come are kept, which is also how long sound may
+    /// be on its path.
     ///
     /// # Errors
     /// A medium that carries no sound, a band limit of nothing.
@@ -139,7 +143,8 @@ impl LivePulses {
         }
     }
 
-    /// Puts a field in one of the places for fields, and returns what was there. A place that is none returns the field.
+    /// Puts a field in one of the places for fields, and returns what was there. A place that is none returns
+    /// the field.
     pub fn put_field(&mut self, place: usize, field: Option<LiveField>) -> Option<LiveField> {
         match self.fields.get_mut(place) {
             Some(held) => std::mem::replace(held, field),
@@ -147,8 +152,8 @@ impl LivePulses {
         }
     }
 
-    /// The first sample that hears a click from `towards` \[m\], the path from its centre to a receiver; `None` for one that
-    /// nobody hears, which is counted.
+    /// The first sample that hears a click from `towards` \[m\], the path from its centre to a receiver;
+    /// `None` for one that nobody hears, which is counted.
     pub fn first_sample(&mut self, click: &AccelerationPulse, towards: DVec3) -> Option<i64> {
         let is_ground = matches!(click.source, SoundSource::Ground { .. });
         if click.check().is_err() || !towards.is_finite() || is_ground {
@@ -176,8 +181,8 @@ impl LivePulses {
         ((time - self.settings.start) * self.settings.sample_rate.as_f64()).floor() as i64
     }
 
-    /// Adds the wave of a click that runs `towards` a receiver \[m\] by a path, times a factor each, to some outputs. It must have a
-    /// [`first_sample`](Self::first_sample).
+    /// Adds the wave of a click that runs `towards` a receiver \[m\] by a path, times a factor each, to some
+    /// outputs. It must have a [`first_sample`](Self::first_sample).
     pub fn play(&mut self, click: &AccelerationPulse, towards: DVec3, path: usize, outputs: &[(usize, f64)]) {
         let rate = self.settings.sample_rate.as_f64();
         let heard = self.settings.wave(click, towards).map(|heard| (self.samples_of(&heard), heard));

@@ -1,14 +1,16 @@
-//! The band limit of the output: a zero-phase low-pass with a compact transition, evaluated in the frequency domain.
+//! The band limit of the output: a zero-phase low-pass with a compact transition, evaluated in the frequency
+//! domain.
 //!
-//! The gain is exactly 1 below 5/12 of the sample rate (20 kHz at 48 kHz), ½ at 0.45 of it, exactly 0 above 29/60
-//! of it (23.2 kHz). Between, it is the integral of a Kaiser window, L(f) = ∫_x¹ I₀(β√(1−s²)) ds · β / (2 sinh β), with
-//! x = (f − 0.45 rate) / (rate/30). So its impulse response is the sinc of the 0.45-rate low-pass times the spectrum of
-//! that window: below 3e-10 of its peak from [`REACH`] samples (1.8 ms at 48 kHz) on, and falling.
+//! The gain is exactly 1 below 5/12 of the sample rate (20 kHz at 48 kHz), ½ at 0.45 of it, exactly 0 above
+//! 29/60 of it (23.2 kHz). Between, it is the integral of a Kaiser window, L(f) = ∫_x¹ I₀(β√(1−s²)) ds · β /
+//! (2 sinh β), with x = (f − 0.45 rate) / (rate/30). So its impulse response is the sinc of the 0.45-rate
+//! low-pass times the spectrum of that window: below 3e-10 of its peak from [`REACH`] samples (1.8 ms at 48
+//! kHz) on, and falling.
 //!
 //! A lower band limit moves the same transition down.
 //!
-//! A window in time, the usual design, bounds the response exactly and the stop band not; here it is the other way
-//! round, because the spectra live on an FFT grid where a stop band that is not zero would alias.
+//! A window in time, the usual design, bounds the response exactly and the stop band not; here it is the
+//! other way round, because the spectra live on an FFT grid where a stop band that is not zero would alias.
 
 use crate::math::bessel::bessel_i0;
 
@@ -29,8 +31,8 @@ pub(super) fn gains(fft_length: usize, centre: f64) -> Vec<f64> {
     transition(|k| (k as f64 / fft_length as f64 - centre) / HALF_WIDTH)
 }
 
-/// Gains from bin 0 up to the last one that is not zero, for a transition in which bin k has this place, from −1 where
-/// it begins to 1 where it ends.
+/// Gains from bin 0 up to the last one that is not zero, for a transition in which bin k has this place, from
+/// −1 where it begins to 1 where it ends.
 pub(super) fn transition(place: impl Fn(usize) -> f64) -> Vec<f64> {
     let first_zero = (0..).find(|k| place(*k) >= 1.0).unwrap_or(0);
     let mut gains = vec![1.0; first_zero];

@@ -5,14 +5,15 @@
 //!                                           ─► Σ Re{H A} on the emission grid ─► delay r/c ─► samples \[Pa\]
 //! ```
 //!
-//! Each mode of a [`ModalModel`](crate::sound_model::modal::model::ModalModel) obeys q̈ + 2ξω q̇ + ω² q = Q and sounds as
-//! Re{H A}, with the transfer H = ρR × [`undelayed`](crate::sound_model::modal::model::ModalTransfer::undelayed) for the
-//! direction and distance of the receiver in the frame of the body, and A the complex modal acceleration ([`bank`]).
-//! Pressure follows acceleration, so a force at rest is silent. The sound leaves at t with the pose of that time and
-//! arrives at t + r/c, r the distance from the centre of mass: a moving body or receiver is heard with its Doppler
-//! shift. A rigid floor adds the mirrored source, as for clicks. The motion is slow against sound: factors
-//! 1 + O(v/c) in the level are left out. A receiver in the bounding sphere of the body hears what is on the sphere in its
-//! direction, also inside the body.
+//! Each mode of a [`ModalModel`](crate::sound_model::modal::model::ModalModel) obeys q̈ + 2ξω q̇ + ω² q = Q
+//! and sounds as Re{H A}, with the transfer H = ρR ×
+//! [`undelayed`](crate::sound_model::modal::model::ModalTransfer::undelayed) for the direction and distance
+//! of the receiver in the frame of the body, and A the complex modal acceleration ([`bank`]). Pressure
+//! follows acceleration, so a force at rest is silent. The sound leaves at t with the pose of that time and
+//! arrives at t + r/c, r the distance from the centre of mass: a moving body or receiver is heard with its
+//! Doppler shift. A rigid floor adds the mirrored source, as for clicks. The motion is slow against sound:
+//! factors 1 + O(v/c) in the level are left out. A receiver in the bounding sphere of the body hears what is
+//! on the sphere in its direction, also inside the body.
 //!
 //! # Use
 //!
@@ -26,12 +27,12 @@
 //! voice.render_block(first_sample, &mut channels)?;   // ADDS [Pa]; blocks ascend; sample 0 is RenderSettings::start
 //! ```
 //!
-//! Voices are independent of each other: render them on any threads and add up in a fixed order. The samples have the
-//! same bits for any lengths of blocks. [`ModalVoice::first_sample`] and [`ModalVoice::is_finished`] tell when there is
-//! nothing to add.
+//! Voices are independent of each other: render them on any threads and add up in a fixed order. The samples
+//! have the same bits for any lengths of blocks. [`ModalVoice::first_sample`] and [`ModalVoice::is_finished`]
+//! tell when there is nothing to add.
 //!
-//! Differs from \[FRAC\] eq. (8), |p| q, which depends on how the modes of a degenerate pair are chosen and is too loud
-//! under soft contacts; [`ModalPressure::FracMagnitude`] plays it.
+//! Differs from \[FRAC\] eq. (8), |p| q, which depends on how the modes of a degenerate pair are chosen and
+//! is too loud under soft contacts; [`ModalPressure::FracMagnitude`] plays it.
 
 mod delay;
 mod drive;

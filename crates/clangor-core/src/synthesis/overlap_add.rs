@@ -15,7 +15,8 @@ pub struct OverlapAdd {
 }
 
 impl OverlapAdd {
-    /// A silent signal of `receivers` channels that begins with sample `first`; earlier samples are discarded.
+    /// A silent signal of `receivers` channels that begins with sample `first`; earlier samples are
+    /// discarded.
     pub fn new(receivers: usize, first: i64) -> Self {
         OverlapAdd {
             channels: vec![Vec::new(); receivers],
@@ -46,7 +47,8 @@ impl OverlapAdd {
         channel[at..].iter_mut().zip(samples).for_each(|(sum, sample)| *sum += sample);
     }
 
-    /// Takes the samples \[Pa\] from the first one held up to `end`, one vector per receiver; silence where no block is.
+    /// Takes the samples \[Pa\] from the first one held up to `end`, one vector per receiver; silence where
+    /// no block is.
     pub fn take_until(&mut self, end: i64) -> Vec<Vec<f64>> {
         let count = (end - self.first).max(0) as usize;
         self.first = self.first.max(end);
@@ -64,12 +66,14 @@ impl OverlapAdd {
         self.first
     }
 
-    /// Sum of ∫ p² dt [Pa² s] over the clicks of each body and all receivers, blocks before the first sample included.
+    /// Sum of ∫ p² dt [Pa² s] over the clicks of each body and all receivers, blocks before the first sample
+    /// included.
     pub fn energies(&self) -> &BTreeMap<BodyId, f64> {
         &self.energies
     }
 
-    /// Estimate of the same above the band of the fields, for bodies whose field ends within the band rendered.
+    /// Estimate of the same above the band of the fields, for bodies whose field ends within the band
+    /// rendered.
     pub fn missing_energies(&self) -> &BTreeMap<BodyId, f64> {
         &self.missing_energies
     }

@@ -1,10 +1,11 @@
-//! The paths by which a live listener hears: directly, and by reflections in a rigid floor or in the walls of a room.
+//! The paths by which a live listener hears: directly, and by reflections in a rigid floor or in the walls of
+//! a room.
 //!
-//! What an image source makes at a receiver, the source itself makes at the receiver mirrored the same path: a path is a
-//! direction in which a body sends, and what is lost there.
+//! What an image source makes at a receiver, the source itself makes at the receiver mirrored the same path:
+//! a path is a direction in which a body sends, and what is lost there.
 //!
-//! Differs from the offline renderer: what is below the floor is heard directly, though not by the floor, and so is what is outside the
-//! room.
+//! Differs from the offline renderer: what is below the floor is heard directly, though not by the floor, and
+//! so is what is outside the room.
 
 use glam::DVec3;
 
@@ -56,8 +57,8 @@ impl PropagationPaths {
         &self.losses
     }
 
-    /// From a body to a receiver, both places [m, world], as the body sees it \[m\]; `None` where the path does not lead: a
-    /// reflection of what is outside the room or below the floor.
+    /// From a body to a receiver, both places [m, world], as the body sees it \[m\]; `None` where the path
+    /// does not lead: a reflection of what is outside the room or below the floor.
     pub fn towards(&self, path: usize, body: DVec3, receiver: DVec3) -> Option<DVec3> {
         let Some(image) = path.checked_sub(1).map(|image| &self.images[image]) else {
             return Some(receiver - body);

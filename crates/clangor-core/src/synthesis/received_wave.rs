@@ -25,7 +25,8 @@ pub(super) struct ReceivedWave {
 }
 
 impl RenderSettings {
-    /// The wave of a click that runs `towards` a receiver \[m\], from the centre of the click; `None` if there is none.
+    /// The wave of a click that runs `towards` a receiver \[m\], from the centre of the click; `None` if
+    /// there is none.
     pub(super) fn wave(&self, click: &AccelerationPulse, towards: DVec3) -> Option<ReceivedWave> {
         let RenderSettings { medium, sphere_model, .. } = *self;
         let place = click.orientation.inverse() * towards;

@@ -1,9 +1,9 @@
 //! Sorts clicks into time blocks and turns blocks into samples.
 //!
-//! A click belongs to the block in which it begins to be heard. A block's buffer holds, before its own span, the reach
-//! of the band limit, and after it the longest click of its length class and the reach again. Short clicks use short
-//! blocks, because a click costs one pass over the bins of its block: lengths are 256 samples times a power of two, the
-//! smallest that fits.
+//! A click belongs to the block in which it begins to be heard. A block's buffer holds, before its own span,
+//! the reach of the band limit, and after it the longest click of its length class and the reach again. Short
+//! clicks use short blocks, because a click costs one pass over the bins of its block: lengths are 256
+//! samples times a power of two, the smallest that fits.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -68,8 +68,9 @@ pub struct RenderReport {
     pub first_inside: Option<(usize, BodyId, f64)>,
     /// Clicks left out because the body's centre was below the rigid floor.
     pub below_floor: u64,
-    /// Where the field of a body ends \[Hz\], of those that end below the highest frequency that is rendered in full.
-    /// What is missing above is in [`OverlapAdd::missing_energies`](super::OverlapAdd::missing_energies).
+    /// Where the field of a body ends \[Hz\], of those that end below the highest frequency that is rendered
+    /// in full. What is missing above is in
+    /// [`OverlapAdd::missing_energies`](super::OverlapAdd::missing_energies).
     pub band_ends: BTreeMap<BodyId, f64>,
 }
 
@@ -189,12 +190,12 @@ impl Renderer {
         })
     }
 
-    /// Takes a click. The order of calls is the order of summation: keep it for the same bits. Clicks that have died
-    /// away before sample 0 are not rendered.
+    /// Takes a click. The order of calls is the order of summation: keep it for the same bits. Clicks that
+    /// have died away before sample 0 are not rendered.
     ///
     /// # Errors
-    /// Numbers that are not finite, a click too long for any block or too late for its block, a moving receiver that
-    /// is below the floor when it hears the click.
+    /// Numbers that are not finite, a click too long for any block or too late for its block, a moving
+    /// receiver that is below the floor when it hears the click.
     pub fn push(&mut self, click: &AccelerationPulse) -> Result<(), SynthesisError> {
         click.check()?;
         self.report.clicks += 1;
@@ -282,8 +283,8 @@ impl Renderer {
         ready.into_iter().map(job).collect()
     }
 
-    /// From the centre of a click to a receiver that hears it directly or `reflected` by the floor \[m\], world; `None`,
-    /// counted, if the receiver, or its mirror image, is inside what sounds.
+    /// From the centre of a click to a receiver that hears it directly or `reflected` by the floor \[m\],
+    /// world; `None`, counted, if the receiver, or its mirror image, is inside what sounds.
     fn towards(
         &mut self,
         click: &AccelerationPulse,
@@ -358,7 +359,8 @@ impl Renderer {
         Some(table)
     }
 
-    /// Time between a wave and the floor's \[s\] below which they are one sound: that in which it falls by 50 dB.
+    /// Time between a wave and the floor's \[s\] below which they are one sound: that in which it falls by 50
+    /// dB.
     fn overlap(&self, click: &AccelerationPulse) -> f64 {
         let medium = &self.settings.medium;
         let ringing = click.source.ring_time(medium);
@@ -395,8 +397,8 @@ impl Renderer {
         })
     }
 
-    /// Puts a sound of so many samples from the `first` into the block in which it begins; `sound` gets the length of
-    /// the block.
+    /// Puts a sound of so many samples from the `first` into the block in which it begins; `sound` gets the
+    /// length of the block.
     fn put(
         &mut self,
         click: &AccelerationPulse,

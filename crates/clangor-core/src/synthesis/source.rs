@@ -1,9 +1,11 @@
-//! What sounds when a body is accelerated: the sphere of its volume, or a field of its own or of an ellipsoid.
+//! What sounds when a body is accelerated: the sphere of its volume, or a field of its own or of an
+//! ellipsoid.
 //!
-//! A field is known outside its bounding sphere, of radius R about the centre of mass. The boundary integral of
-//! [`near_field`](crate::sound_model::acceleration::near_field), where there is one, takes over between 1.2 and 1.1 R. Without it, a listener in
-//! the bounding sphere hears the field on the sphere in its direction, which is finite, continuous, and too quiet close to
-//! the surface. A listener inside the body hears nothing, and is counted.
+//! A field is known outside its bounding sphere, of radius R about the centre of mass. The boundary integral
+//! of [`near_field`](crate::sound_model::acceleration::near_field), where there is one, takes over between
+//! 1.2 and 1.1 R. Without it, a listener in the bounding sphere hears the field on the sphere in its
+//! direction, which is finite, continuous, and too quiet close to the surface. A listener inside the body
+//! hears nothing, and is counted.
 
 use std::sync::Arc;
 
@@ -79,7 +81,8 @@ impl SoundSource {
         }
     }
 
-    /// Time \[s\] in which it dies away after a sudden acceleration, from the passing of a wave from the centre of mass.
+    /// Time \[s\] in which it dies away after a sudden acceleration, from the passing of a wave from the
+    /// centre of mass.
     pub fn ring_time(&self, medium: &Medium) -> f64 {
         match self {
             SoundSource::Sphere { radius } => SphereTransfer::decay_time(medium, *radius, DECAY_FOLDS),

@@ -1,10 +1,10 @@
 //! Which source a body sounds as, and why.
 //!
-//! By default a sphere is a sphere; a body that nearly fills its convex hull and is small enough for the band of the
-//! bank is played as an ellipsoid; everything else has a field of its own, which takes time to compute once. The
-//! decision depends on the body, the rule, the bank and the band that is rendered, never on what happens to be
-//! computed already. Whoever can compute fields may give one of their own to the few bodies whose form takes no time
-//! ([`Reason::ExactForm`]).
+//! By default a sphere is a sphere; a body that nearly fills its convex hull and is small enough for the band
+//! of the bank is played as an ellipsoid; everything else has a field of its own, which takes time to compute
+//! once. The decision depends on the body, the rule, the bank and the band that is rendered, never on what
+//! happens to be computed already. Whoever can compute fields may give one of their own to the few bodies
+//! whose form takes no time ([`Reason::ExactForm`]).
 
 use std::fmt;
 use std::sync::Arc;
@@ -36,9 +36,9 @@ pub enum SoundRule {
     Sphere,
 }
 
-/// The rules of all bodies, of which `rules` has those that are there from the beginning: a piece of a broken body has
-/// that of the whole. Where the whole is left to itself, pieces sound as ellipsoids, whatever their size: they are many,
-/// and each is heard for an instant.
+/// The rules of all bodies, of which `rules` has those that are there from the beginning: a piece of a broken
+/// body has that of the whole. Where the whole is left to itself, pieces sound as ellipsoids, whatever their
+/// size: they are many, and each is heard for an instant.
 pub fn rules_with_pieces(bodies: &[Body], rules: &[SoundRule]) -> Vec<SoundRule> {
     let mut all: Vec<SoundRule> = Vec::with_capacity(bodies.len());
     for (index, body) in bodies.iter().enumerate() {
@@ -171,8 +171,8 @@ impl fmt::Display for Decision {
     }
 }
 
-/// Decides what a body sounds as. `max_wavenumber` is k = 2πf/c [1/m] at the highest frequency that is rendered in
-/// full.
+/// Decides what a body sounds as. `max_wavenumber` is k = 2πf/c [1/m] at the highest frequency that is
+/// rendered in full.
 pub fn decide(body: &Body, rule: SoundRule, bank: Option<&BankEvaluator>, max_wavenumber: f64) -> Decision {
     let decision = |kind, reason| Decision { kind, reason };
     if !matches!(body.motion, Motion::Free) || matches!(*body.surface, Surface::HalfSpace) {
@@ -216,8 +216,8 @@ fn proxy_of(body: &Body, bank: &BankEvaluator) -> Option<Proxy> {
     bank.bank().proxy_for(body.inertia * (1.0 / density), mesh.volume)
 }
 
-/// The source of a body: what was decided, or the next best, if it is to have a field of its own and `own` is not
-/// there: the ellipsoid, else the sphere. Says which.
+/// The source of a body: what was decided, or the next best, if it is to have a field of its own and `own` is
+/// not there: the ellipsoid, else the sphere. Says which.
 pub fn source_of(
     body: &Body,
     decision: &Decision,

@@ -1,9 +1,9 @@
 //! Spectra of clicks on an FFT grid.
 //!
-//! P(ω_k) = (real transfer terms) · (force spectrum) · e^{−iω_k T}: the first two are rational in ω apart from one
-//! cosine, the last is a rotation. Both advance by a constant angle per bin, so neither needs a sine or cosine per bin;
-//! several bins advance together, which the compiler turns into vector instructions. The transfer terms here are those of
-//! spheres; those of fields are [`field_spectrum`](super::field_spectrum).
+//! P(ω_k) = (real transfer terms) · (force spectrum) · e^{−iω_k T}: the first two are rational in ω apart
+//! from one cosine, the last is a rotation. Both advance by a constant angle per bin, so neither needs a sine
+//! or cosine per bin; several bins advance together, which the compiler turns into vector instructions. The
+//! transfer terms here are those of spheres; those of fields are [`field_spectrum`](super::field_spectrum).
 
 use pulp::Simd;
 use realfft::ComplexToReal;
@@ -212,8 +212,8 @@ impl Spectrum {
         }
     }
 
-    /// The half-sine, its cosine by rotation and its denominator multiplied into that of the transfer, so that a bin
-    /// costs one division.
+    /// The half-sine, its cosine by rotation and its denominator multiplied into that of the transfer, so
+    /// that a bin costs one division.
     #[inline(always)]
     fn add_half_sine(
         &mut self,
@@ -228,7 +228,8 @@ impl Spectrum {
         let inverse_pole_square = 1.0 / (pole * pole);
         let SphereTransfer { real: [a0, a1], imaginary: [b0, b1], denominator: [d0, d1], .. } = *transfer;
 
-        // The bin next to ω = π/τ, where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, is computed by the formula that knows.
+        // The bin next to ω = π/τ, where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, is computed by the formula that
+        // knows.
         let singular = (pole / step).round();
         let singular = (singular < grid.omega.len() as f64).then_some(singular as usize);
         let kept = singular.map(|k| (self.re[k], self.im[k]));

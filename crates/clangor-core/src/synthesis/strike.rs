@@ -1,7 +1,8 @@
 //! One impact on one body, heard by one receiver: `clangor strike`.
 //!
-//! The body is at rest with its centre of mass at the origin and the axes of its mesh file. The force begins at t = 0;
-//! the output begins at −2 ms, because a band-limited onset rings before it arrives. The delay to the receiver is in it.
+//! The body is at rest with its centre of mass at the origin and the axes of its mesh file. The force begins
+//! at t = 0; the output begins at −2 ms, because a band-limited onset rings before it arrives. The delay to
+//! the receiver is in it.
 
 use std::sync::Arc;
 

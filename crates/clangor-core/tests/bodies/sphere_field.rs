@@ -7,8 +7,8 @@ use clangor_core::math::spherical_harmonics::{count, index, solid_harmonics};
 use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 use realfft::num_complex::Complex64;
 
-/// p/ρ at `x` of a sphere of radius `a` about `centre` with acceleration `acceleration`, s = ik and c = 1. Time begins
-/// with the acceleration: the wave leaves the surface at once.
+/// p/ρ at `x` of a sphere of radius `a` about `centre` with acceleration `acceleration`, s = ik and c = 1.
+/// Time begins with the acceleration: the wave leaves the surface at once.
 pub(crate) fn sphere_pressure(
     s: Complex64,
     a: f64,
@@ -29,10 +29,12 @@ pub(crate) fn centre_motions(offset: DVec3) -> [DVec3; RIGID_DOFS] {
     std::array::from_fn(|i| if i < 3 { axes[i] } else { axes[i - 3].cross(offset) })
 }
 
-/// The field of a sphere of radius `a` at `offset` from the centre of mass, both over R, up to `order` and κ = `band`.
+/// The field of a sphere of radius `a` at `offset` from the centre of mass, both over R, up to `order` and κ
+/// = `band`.
 ///
-/// The nodes are the upper half of 2·`nodes` Chebyshev points on [−iκ, iκ], the weights those of polynomial interpolation
-/// times σ² + 2σ + 2, which puts the two poles of the sphere where they are. What is left to interpolate is entire.
+/// The nodes are the upper half of 2·`nodes` Chebyshev points on [−iκ, iκ], the weights those of polynomial
+/// interpolation times σ² + 2σ + 2, which puts the two poles of the sphere where they are. What is left to
+/// interpolate is entire.
 pub(crate) fn sphere_field(
     a: f64,
     offset: DVec3,

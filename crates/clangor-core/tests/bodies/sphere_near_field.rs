@@ -10,8 +10,8 @@ use realfft::num_complex::Complex32;
 
 use super::sphere_field::{centre_motions, sphere_pressure};
 
-/// Exact pressure of the unit sphere about the centre of mass on a mesh of its surface: the faces of an octahedron, each
-/// edge in `parts`, with the volume of the sphere.
+/// Exact pressure of the unit sphere about the centre of mass on a mesh of its surface: the faces of an
+/// octahedron, each edge in `parts`, with the volume of the sphere.
 pub(crate) fn sphere_near_field(field: &AccelerationField, parts: u32) -> NearField {
     let mut surface = TriMesh::default();
     for octant in 0..8 {

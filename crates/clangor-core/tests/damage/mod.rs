@@ -22,7 +22,8 @@ pub(crate) fn edit(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
     forge(edited)
 }
 
-/// The file with these bits flipped and the hash that then belongs to it; nothing if no reader would find a hash in it.
+/// The file with these bits flipped and the hash that then belongs to it; nothing if no reader would find a
+/// hash in it.
 pub(crate) fn forged_damage(mut bytes: Vec<u8>, flips: &[(proptest::sample::Index, u8)]) -> Option<Vec<u8>> {
     for (at, bit) in flips {
         let at = at.index(bytes.len());

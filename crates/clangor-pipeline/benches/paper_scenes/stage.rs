@@ -1,7 +1,7 @@
 //! Bodies on a stage, and impulses between them at random: timelines that are as dense as the papers' scenes.
 //!
-//! An impulse is one row between two bodies that touch at a point, with random places above a table, random turns and 0.1 to
-//! 2 m/s of approach. Both bodies sound if both are free.
+//! An impulse is one row between two bodies that touch at a point, with random places above a table, random
+//! turns and 0.1 to 2 m/s of approach. Both bodies sound if both are free.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;

@@ -1,5 +1,5 @@
-//! An imitated raw log of a settling rock pile: the same pairs of bodies touch step after step, at points that creep and
-//! with impulses that fluctuate about the load they carry.
+//! An imitated raw log of a settling rock pile: the same pairs of bodies touch step after step, at points
+//! that creep and with impulses that fluctuate about the load they carry.
 
 use clangor_core::body::{Body, BodyId, Life, Motion, Surface, World};
 use clangor_core::material::{Damping, Material};

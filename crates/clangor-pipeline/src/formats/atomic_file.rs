@@ -1,8 +1,9 @@
-//! Output that is whole or absent: files and folders are written under a temporary name beside their destination,
-//! synchronised to the disk, and renamed.
+//! Output that is whole or absent: files and folders are written under a temporary name beside their
+//! destination, synchronised to the disk, and renamed.
 //!
 //! A run that fails, is interrupted or is dropped half-way leaves what was there before. After a power cut or
-//! `kill -9` a leftover `NAME.part-PID` may remain beside the destination; it is never mistaken for the result.
+//! `kill -9` a leftover `NAME.part-PID` may remain beside the destination; it is never mistaken for the
+//! result.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -83,7 +84,8 @@ pub fn check_folder(path: &Path) -> Result<(), OutputError> {
     parent_folder(path).map(|_| ())
 }
 
-/// Makes a rename in `folder` durable. Only Unix can open a folder for that; elsewhere the file system decides.
+/// Makes a rename in `folder` durable. Only Unix can open a folder for that; elsewhere the file system
+/// decides.
 fn sync_folder(folder: &Path) -> Result<(), OutputError> {
     if cfg!(unix) {
         File::open(folder).and_then(|f| f.sync_all()).map_err(OutputError::io("synchronise", folder))?;
@@ -91,7 +93,8 @@ fn sync_folder(folder: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// A file that appears under its name only when [`AtomicFile::commit`] succeeds; dropped before, it leaves nothing.
+/// A file that appears under its name only when [`AtomicFile::commit`] succeeds; dropped before, it leaves
+/// nothing.
 #[derive(Debug)]
 pub struct AtomicFile {
     file: Option<File>,
@@ -188,8 +191,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     file.commit()
 }
 
-/// A folder that appears under its name only when [`AtomicFolder::commit`] succeeds; dropped before, it leaves
-/// nothing.
+/// A folder that appears under its name only when [`AtomicFolder::commit`] succeeds; dropped before, it
+/// leaves nothing.
 #[derive(Debug)]
 pub struct AtomicFolder {
     part: PathBuf,
@@ -199,8 +202,9 @@ pub struct AtomicFolder {
 }
 
 impl AtomicFolder {
-    /// Starts a folder that will appear at `path`. One that exists is replaced only if `replace` and only if it holds
-    /// `marker`, the file by which a folder of this kind is known: a mistyped path must not erase someone's work.
+    /// Starts a folder that will appear at `path`. One that exists is replaced only if `replace` and only if
+    /// it holds `marker`, the file by which a folder of this kind is known: a mistyped path must not erase
+    /// someone's work.
     ///
     /// # Errors
     /// [`OutputError`].
@@ -250,8 +254,9 @@ impl AtomicFolder {
 
     /// Puts the folder in place. Its files must have been synchronised by whoever wrote them.
     ///
-    /// An old folder is first renamed to `NAME.old-PID-N`, then the new one takes its name, then the old one is
-    /// removed: a folder cannot be renamed over another. A run killed between the two renames leaves both, whole.
+    /// An old folder is first renamed to `NAME.old-PID-N`, then the new one takes its name, then the old one
+    /// is removed: a folder cannot be renamed over another. A run killed between the two renames leaves both,
+    /// whole.
     ///
     /// # Errors
     /// [`OutputError`]; the old folder is then back in place.

@@ -1,7 +1,8 @@
-//! Contacts that were written by hand or by a script: JSON lines (`.jsonl`) or comma-separated values (`.csv`).
+//! Contacts that were written by hand or by a script: JSON lines (`.jsonl`) or comma-separated values
+//! (`.csv`).
 //!
-//! One contact per line, columns named as in `docs/format/timeline.md`, bodies by name or by number. Only what an impact
-//! needs must be given; the rest has a default:
+//! One contact per line, columns named as in `docs/format/timeline.md`, bodies by name or by number. Only
+//! what an impact needs must be given; the rest has a default:
 //!
 //! | CSV columns | JSON field | default |
 //! |---|---|---|
@@ -18,8 +19,8 @@
 //! | `depth` | `depth` | 0 |
 //! | `impact_id` | `impact_id` | a number of its own for each impact, 0 for other kinds |
 //!
-//! CSV needs a header line; empty lines and lines that begin with `#` are skipped in both. Rows may come in any order
-//! and are sorted by time.
+//! CSV needs a header line; empty lines and lines that begin with `#` are skipped in both. Rows may come in
+//! any order and are sorted by time.
 
 mod csv;
 mod jsonl;

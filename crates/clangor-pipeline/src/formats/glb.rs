@@ -1,9 +1,10 @@
 //! The motion of a scene as a binary glTF file (GLB), to be looked at in Blender or any viewer.
 //!
-//! One node per body, with its surface and one animation of translations and rotations. Poses are sampled at a common
-//! rate, linearly between rows: a picture, not a record; sound needs the timeline. Spheres become icospheres of about
-//! 500 triangles, half-spaces square plates that reach under the whole motion. Metres and y up in both formats. A body that
-//! is not alive has the scale 0, which the format has for what is not to be seen.
+//! One node per body, with its surface and one animation of translations and rotations. Poses are sampled at
+//! a common rate, linearly between rows: a picture, not a record; sound needs the timeline. Spheres become
+//! icospheres of about 500 triangles, half-spaces square plates that reach under the whole motion. Metres and
+//! y up in both formats. A body that is not alive has the scale 0, which the format has for what is not to be
+//! seen.
 
 pub(crate) mod container;
 
@@ -75,10 +76,11 @@ pub struct GlbSummary {
     pub frames: usize,
 }
 
-/// Writes `bodies`, all that ever were, and their motion by `poses`, `rate` pictures per second [`DEFAULT_RATE`].
+/// Writes `bodies`, all that ever were, and their motion by `poses`, `rate` pictures per second
+/// [`DEFAULT_RATE`].
 ///
-/// `poses` come in order of time as a timeline has them. A body without any moves by its track if it is keyframed, else
-/// it stands still.
+/// `poses` come in order of time as a timeline has them. A body without any moves by its track if it is
+/// keyframed, else it stands still.
 ///
 /// # Errors
 /// [`GlbError`]; no file is left then.
@@ -212,7 +214,8 @@ fn between(a: &Pose, b: &Pose, s: f64) -> Pose {
     }
 }
 
-/// Keeps quaternions on one side, as viewers interpolate their components; a body that never moves needs no frames.
+/// Keeps quaternions on one side, as viewers interpolate their components; a body that never moves needs no
+/// frames.
 fn finish_track(body: &Body, mut poses: Vec<Pose>) -> Sampled {
     let mut last = body.pose.orientation;
     for pose in &mut poses {

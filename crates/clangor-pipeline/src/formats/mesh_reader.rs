@@ -1,11 +1,11 @@
 //! Triangle surfaces from OBJ, PLY, STL and glTF files.
 //!
-//! Polygons are cut into triangle fans, the objects of a file become one mesh, and the transforms of glTF nodes are
-//! applied. Coordinates are taken as the file has them: scale and axes are the scene's business, and so is whether the
-//! surface is closed. Materials, normals, colours and textures are ignored.
+//! Polygons are cut into triangle fans, the objects of a file become one mesh, and the transforms of glTF
+//! nodes are applied. Coordinates are taken as the file has them: scale and axes are the scene's business,
+//! and so is whether the surface is closed. Materials, normals, colours and textures are ignored.
 //!
-//! The readers are our own because their messages name the line or byte, and because the general crates for these
-//! formats either have no place in their errors or panic on damaged input.
+//! The readers are our own because their messages name the line or byte, and because the general crates for
+//! these formats either have no place in their errors or panic on damaged input.
 
 pub(crate) mod gltf;
 pub(crate) mod obj;

@@ -1,7 +1,9 @@
-//! The bank of ringing ellipsoids of a material: out of the cache, or baked and put there, which takes minutes once.
+//! The bank of ringing ellipsoids of a material: out of the cache, or baked and put there, which takes
+//! minutes once.
 //!
-//! Ceramic is played by the bank of glass, from which it differs little (`clangor_core::sound_model::soundbank::modal_soundbank`): a bank belongs to the first of a
-//! few common materials that it serves.
+//! Ceramic is played by the bank of glass, from which it differs little
+//! (`clangor_core::sound_model::soundbank::modal_soundbank`): a bank belongs to the first of a few common
+//! materials that it serves.
 
 use std::ops::ControlFlow;
 

@@ -1,12 +1,14 @@
 //! A folder of baked sound models, so that no body is baked twice.
 //!
-//! An entry is a file named by the hash of everything that it depends on: the geometry, the band, the options and the
-//! versions of format and solvers; ringing also on the elasticity and the medium, on which clicks do not. It appears under its name only when it
-//! is whole ([`write_atomically`]), so that a process may be killed at any moment, and several may bake the same model.
-//! What is read is verified and belongs to the hash in its name, or is baked again: an entry is never trusted.
+//! An entry is a file named by the hash of everything that it depends on: the geometry, the band, the options
+//! and the versions of format and solvers; ringing also on the elasticity and the medium, on which clicks do
+//! not. It appears under its name only when it is whole ([`write_atomically`]), so that a process may be
+//! killed at any moment, and several may bake the same model. What is read is verified and belongs to the
+//! hash in its name, or is baked again: an entry is never trusted.
 //!
-//! Beside the entries is what long bakes have so far, under the same promises: `acceleration-HASH.partial` the frequencies
-//! that are solved, `modal-HASH.partial` the modes whose sound is not. They go when the entry comes.
+//! Beside the entries is what long bakes have so far, under the same promises: `acceleration-HASH.partial`
+//! the frequencies that are solved, `modal-HASH.partial` the modes whose sound is not. They go when the entry
+//! comes.
 
 mod key;
 mod partial_bake;
@@ -74,8 +76,8 @@ impl ModelCache {
         ModelCache { folder: folder.into() }
     }
 
-    /// The cache in the folder that `asked` names, else that of the environment: `CLANGOR_CACHE`, or `clangor` in the
-    /// platform's folder for caches. `None` where the system has no such folder.
+    /// The cache in the folder that `asked` names, else that of the environment: `CLANGOR_CACHE`, or
+    /// `clangor` in the platform's folder for caches. `None` where the system has no such folder.
     pub fn find(asked: Option<&Path>) -> Option<Self> {
         let variable =
             |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
@@ -173,7 +175,8 @@ impl ModelCache {
         Ok(write_atomically(&self.modes_path(&file.modal.origin.inputs), &bytes)?)
     }
 
-    /// Keeps how a body rings under the hash of its inputs, in place of what is there, and forgets the modes alone.
+    /// Keeps how a body rings under the hash of its inputs, in place of what is there, and forgets the modes
+    /// alone.
     ///
     /// # Errors
     /// [`CacheError`]; whatever was there before is untouched then.
@@ -223,7 +226,8 @@ impl ModelCache {
         Ok(write_atomically(path, bytes)?)
     }
 
-    /// Removes what processes that were killed have left. Failures matter to nobody: the next writer tries again.
+    /// Removes what processes that were killed have left. Failures matter to nobody: the next writer tries
+    /// again.
     fn remove_abandoned(&self) {
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
         for entry in entries {

@@ -1,7 +1,8 @@
 //! The bank of ellipsoids that stand for small bodies: built from nothing, or read.
 //!
-//! \[PROXY\] §5: A ≥ B ≥ C with B and C from 5 % of A to A in steps of 9.5 %, 66 ellipsoids. Fields have no unit of length,
-//! so that A is 1 m here and the band ends at a given kA: that of a body of any size at some frequency.
+//! \[PROXY\] §5: A ≥ B ≥ C with B and C from 5 % of A to A in steps of 9.5 %, 66 ellipsoids. Fields have no
+//! unit of length, so that A is 1 m here and the band ends at a given kA: that of a body of any size at some
+//! frequency.
 
 use std::ops::ControlFlow;
 

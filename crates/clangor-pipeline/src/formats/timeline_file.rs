@@ -8,10 +8,10 @@
 //!               meshes/HASH.ply    every distinct surface, with its mean curvature
 //! ```
 //!
-//! The folder is enough to render without the scene. Rows are streamed both ways, so that memory does not grow with
-//! their number. Times are `f64`, other numbers `f32`: a position at 1 m is good to 60 nm; lasting contacts of a raw log
-//! are rounded to half a micrometre and the like (`resolution.rs`). The format is specified in
-//! `docs/format/timeline.md`.
+//! The folder is enough to render without the scene. Rows are streamed both ways, so that memory does not
+//! grow with their number. Times are `f64`, other numbers `f32`: a position at 1 m is good to 60 nm; lasting
+//! contacts of a raw log are rounded to half a micrometre and the like (`resolution.rs`). The format is
+//! specified in `docs/format/timeline.md`.
 //!
 //! Convex parts are not stored: they serve collision, and a timeline is what remains after it.
 
@@ -50,15 +50,15 @@ const MESH_FOLDER: &str = "meshes";
 /// What a timeline is about: everything but its rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimelineHeader {
-    /// The bodies that are there from the beginning, links and gravity. When read, meshes have no convex parts, and bodies
-    /// that broke know when.
+    /// The bodies that are there from the beginning, links and gravity. When read, meshes have no convex
+    /// parts, and bodies that broke know when.
     pub world: World,
     /// The fluid around them.
     pub medium: Medium,
     /// How the rows came about.
     pub origin: Origin,
-    /// Text of the scene that was simulated, if there was one: its listeners and render settings are defaults for
-    /// rendering the timeline.
+    /// Text of the scene that was simulated, if there was one: its listeners and render settings are defaults
+    /// for rendering the timeline.
     pub scene: Option<String>,
 }
 
@@ -103,7 +103,8 @@ impl Origin {
         }
     }
 
-    /// How far a row's time may lie before that of an earlier row \[s\]: an impact is written when it is over.
+    /// How far a row's time may lie before that of an earlier row \[s\]: an impact is written when it is
+    /// over.
     fn order_slack(&self) -> f64 {
         // The end of the window is noticed one step late; the rest is rounding.
         (MERGE_WINDOW + self.time_step) * (1.0 + 1e-9)

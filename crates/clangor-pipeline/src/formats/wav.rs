@@ -1,8 +1,9 @@
 //! Sound pressure in WAV files: 32-bit float or 24-bit PCM, RF64 past 4 GB, streamed both ways.
 //!
-//! A sample is pressure / full scale. The header's comment (`LIST INFO ICMT`) says what full scale is, so that a file
-//! can be turned back into pascals. Not a general audio library: no compressed formats, no resampling, no dither
-//! (24-bit rounding noise lies 149 dB under full scale: −29 dB SPL at the default of 20 Pa).
+//! A sample is pressure / full scale. The header's comment (`LIST INFO ICMT`) says what full scale is, so
+//! that a file can be turned back into pascals. Not a general audio library: no compressed formats, no
+//! resampling, no dither (24-bit rounding noise lies 149 dB under full scale: −29 dB SPL at the default of 20
+//! Pa).
 //!
 //! * [`WavWriter`] writes one file atomically, a block at a time.
 //! * [`WavReader`] reads ours and most others' PCM and float files.
@@ -69,7 +70,8 @@ pub struct WavSpec {
 }
 
 impl WavSpec {
-    /// Full scale where none is chosen \[Pa\]: samples of a float file are pascals; 20 Pa (120 dB SPL) fits PCM.
+    /// Full scale where none is chosen \[Pa\]: samples of a float file are pascals; 20 Pa (120 dB SPL) fits
+    /// PCM.
     pub fn default_full_scale(format: SampleFormat) -> f64 {
         match format {
             SampleFormat::Float32 => 1.0,
@@ -93,7 +95,8 @@ const COMMENT_PRESSURE: &str = "sound pressure, a sample of 1.0 is ";
 const COMMENT_PROCESSED: &str =
     "dynamics were compressed, no longer sound pressure; before, a sample of 1.0 was ";
 
-/// Full scale \[Pa\] from a comment that [`WavSpec::comment`] wrote; `None` for foreign and for processed files.
+/// Full scale \[Pa\] from a comment that [`WavSpec::comment`] wrote; `None` for foreign and for processed
+/// files.
 fn full_scale_in(comment: &str) -> Option<f64> {
     let number = comment.strip_prefix(COMMENT_PRESSURE)?.split(" Pa").next()?;
     number.parse().ok().filter(|f: &f64| f.is_finite() && *f > 0.0)

@@ -1,10 +1,11 @@
 //! A finished run as one file that the page replays: surfaces, motion, impacts, and what sounds in them.
 //!
-//! docs/format/replay.md describes the file. Nothing in it has to be simulated or baked: whoever plays it draws the poses, hands the
-//! events to the live engine as their time comes, and may listen from anywhere.
+//! docs/format/replay.md describes the file. Nothing in it has to be simulated or baked: whoever plays it
+//! draws the poses, hands the events to the live engine as their time comes, and may listen from anywhere.
 //!
-//! A body that is struck has up to two slots of the engine, since fields and modes of the ellipsoids that stand for pieces have frames
-//! of their own. Differs from `render`: what [`live_score`](crate::stages::event_schedule) leaves out, and close to a body its far field.
+//! A body that is struck has up to two slots of the engine, since fields and modes of the ellipsoids that
+//! stand for pieces have frames of their own. Differs from `render`: what
+//! [`live_score`](crate::stages::event_schedule) leaves out, and close to a body its far field.
 
 mod motion;
 mod sounds;

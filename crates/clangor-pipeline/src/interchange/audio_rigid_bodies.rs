@@ -1,15 +1,17 @@
 //! The glTF extension `KHR_audio_rigid_bodies`: modes, materials and masses of bodies beside their meshes.
 //!
-//! A public draft by Karl Hiner (<https://github.com/khiner/MeshEditor>, folder `glTF_PhysicalAudio`), written and read
-//! after its text. It keeps of a mode what is heard and how fast it dies, we keep ω of the body without losses:
+//! A public draft by Karl Hiner (<https://github.com/khiner/MeshEditor>, folder `glTF_PhysicalAudio`),
+//! written and read after its text. It keeps of a mode what is heard and how fast it dies, we keep ω of the
+//! body without losses:
 //!
 //! ```text
 //! envelope e^{−d t},  d = ξ ω,  2π f = √(ω² − d²)
 //! ```
 //!
-//! Shapes are ours, mass-normalised, at points of the surface with a triangulation. What the extension has no place for
-//! stays in our own files: transfers, losses of other frequencies than those of the modes, estimates of error.
-//! Its surfaces of rolling and scraping contacts are not read. docs/format/exchange.md says what becomes of what.
+//! Shapes are ours, mass-normalised, at points of the surface with a triangulation. What the extension has no
+//! place for stays in our own files: transfers, losses of other frequencies than those of the modes,
+//! estimates of error. Its surfaces of rolling and scraping contacts are not read. docs/format/exchange.md
+//! says what becomes of what.
 
 mod fault;
 mod importance;
@@ -118,8 +120,8 @@ impl BodyMass {
 }
 
 impl Ringing {
-    /// Makes it that of the body `factor` times as large, without moving the surface: ω/γ, U γ^(−3/2), and d from ω where
-    /// the material says how.
+    /// Makes it that of the body `factor` times as large, without moving the surface: ω/γ, U γ^(−3/2), and d
+    /// from ω where the material says how.
     fn resize(&mut self, factor: f64, material: &AudioMaterial) {
         for mode in &mut self.modes {
             mode.frequency /= factor;

@@ -1,7 +1,8 @@
 //! A picture of which ellipsoids of a bank stand for how many pieces, as \[FRAC\] Fig. 9.
 //!
-//! Normalised ellipsoids a ≤ b ≤ c are a triangle between disc, needle and ball. It is drawn in the coordinates a/c and b/c:
-//! discs have (0, 1), needles (0, 0), balls (1, 1). What is thin is all near a/c = 0, so that this axis goes with the logarithm.
+//! Normalised ellipsoids a ≤ b ≤ c are a triangle between disc, needle and ball. It is drawn in the
+//! coordinates a/c and b/c: discs have (0, 1), needles (0, 0), balls (1, 1). What is thin is all near a/c =
+//! 0, so that this axis goes with the logarithm.
 
 use clangor_core::glam::DVec2;
 

@@ -1,5 +1,5 @@
-//! A picture of how a sound model radiates: the directivity in three planes, and the pressure around the body at some
-//! instants after a short push.
+//! A picture of how a sound model radiates: the directivity in three planes, and the pressure around the body
+//! at some instants after a short push.
 
 mod directivity;
 mod pulse;

@@ -1,7 +1,7 @@
 //! How loud a pressure signal is: peak and RMS \[Pa\], dB SPL re 20 µPa, and loudness in LUFS (EBU R 128).
 //!
-//! Levels in dB SPL are of pressure; LUFS refers to a file's full scale, as a player sees it. Every channel counts as a
-//! front loudspeaker.
+//! Levels in dB SPL are of pressure; LUFS refers to a file's full scale, as a player sees it. Every channel
+//! counts as a front loudspeaker.
 
 use ebur128::{Channel, EbuR128, Mode};
 
@@ -31,8 +31,8 @@ pub struct Levels {
     pub frames: u64,
     /// Each channel.
     pub channels: Vec<ChannelLevels>,
-    /// Integrated loudness \[LUFS\] re full scale; `None` where it is undefined: less than 0.4 s, silence under the gate
-    /// of −70 LUFS, or more channels than the standard's meter takes.
+    /// Integrated loudness \[LUFS\] re full scale; `None` where it is undefined: less than 0.4 s, silence
+    /// under the gate of −70 LUFS, or more channels than the standard's meter takes.
     pub loudness: Option<f64>,
 }
 
@@ -47,7 +47,8 @@ pub struct LevelMeter {
 }
 
 impl LevelMeter {
-    /// A meter for interleaved pressure of this many channels at `sample_rate` \[Hz\] and `full_scale` \[Pa\].
+    /// A meter for interleaved pressure of this many channels at `sample_rate` \[Hz\] and `full_scale`
+    /// \[Pa\].
     pub fn new(channels: u16, sample_rate: u32, full_scale: f64) -> Self {
         let count = usize::from(channels);
         // The histogram keeps memory constant for any length.

@@ -1,7 +1,7 @@
 //! A picture of modes: the body bent by each, coloured by how far its surface moves outwards or inwards.
 //!
-//! The view is along one direction without perspective. Of what lies behind one another in a pixel the nearest is
-//! drawn; nodal lines are where the colour is white.
+//! The view is along one direction without perspective. Of what lies behind one another in a pixel the
+//! nearest is drawn; nodal lines are where the colour is white.
 
 use clangor_core::glam::{DVec2, DVec3};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel};

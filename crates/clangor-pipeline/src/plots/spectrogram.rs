@@ -20,7 +20,8 @@ pub struct Spectrogram {
     pub step: f64,
     /// Frequencies from 0 on.
     pub rows: usize,
-    /// S for each instant, frequencies in their order; in the square of the unit of the samples times seconds.
+    /// S for each instant, frequencies in their order; in the square of the unit of the samples times
+    /// seconds.
     pub powers: Vec<f64>,
 }
 
@@ -28,8 +29,8 @@ pub struct Spectrogram {
 const LEAST_WINDOW: usize = 16;
 
 impl Spectrogram {
-    /// The spectrogram of a signal of `rate` \[Hz\] around `columns` instants in the middle of equal parts of it, up to a
-    /// frequency, with windows of a length \[s\].
+    /// The spectrogram of a signal of `rate` \[Hz\] around `columns` instants in the middle of equal parts of
+    /// it, up to a frequency, with windows of a length \[s\].
     ///
     /// # Errors
     /// [`SpectrumError`].

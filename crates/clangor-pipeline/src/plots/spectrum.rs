@@ -4,8 +4,8 @@
 //! P(f) = ∫ w(t) p(t) e^{−2πift} dt,    w = 1 in the first half, then cos² to 0
 //! ```
 //!
-//! Sounds of impacts begin with silence and end by fading, so that only their end is tapered: a window that opens slowly
-//! would take away the modes that die first.
+//! Sounds of impacts begin with silence and end by fading, so that only their end is tapered: a window that
+//! opens slowly would take away the modes that die first.
 
 use std::f64::consts::PI;
 
@@ -93,8 +93,8 @@ impl Spectrum {
         &self.magnitudes[..count]
     }
 
-    /// The peaks up to a frequency \[Hz\] that are at most `depth` \[dB\] below the highest and stand out by 6 dB on both
-    /// sides, by frequency.
+    /// The peaks up to a frequency \[Hz\] that are at most `depth` \[dB\] below the highest and stand out by
+    /// 6 dB on both sides, by frequency.
     pub fn peaks(&self, frequency: f64, depth: f64) -> Vec<Peak> {
         let levels = self.up_to(frequency);
         let highest = levels.iter().copied().fold(0.0, f64::max);

@@ -1,7 +1,9 @@
-//! Bodies of a scene that may break: the tetrahedra in which their stress is sought and along which cracks run.
+//! Bodies of a scene that may break: the tetrahedra in which their stress is sought and along which cracks
+//! run.
 //!
-//! What breaks is its tetrahedra, whose flat faces leave a little of a round body out. Their moments of inertia count from the
-//! beginning, so that nothing jumps when the body breaks: its pieces together are what it was.
+//! What breaks is its tetrahedra, whose flat faces leave a little of a round body out. Their moments of
+//! inertia count from the beginning, so that nothing jumps when the body breaks: its pieces together are what
+//! it was.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

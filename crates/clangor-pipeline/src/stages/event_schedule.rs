@@ -1,7 +1,8 @@
 //! A run as the live engine plays it: what strikes which body when, and where the bodies are meanwhile.
 //!
-//! The same forces as [`render`](crate::stages::render::render) takes, in the same order. Differs: heard are clicks and the ringing of impacts.
-//! Left out are rolling, the ground, and the vibration that a piece takes over from what it was part of.
+//! The same forces as [`render`](crate::stages::render::render) takes, in the same order. Differs: heard are
+//! clicks and the ringing of impacts. Left out are rolling, the ground, and the vibration that a piece takes
+//! over from what it was part of.
 
 pub mod event_feeder;
 
@@ -70,8 +71,8 @@ impl Moving {
 const STEP: f64 = 1e-3;
 
 impl EventSchedule {
-    /// The score of a timeline whose bodies sound as `sources` say and ring as `ringing` says. A slot is for each body that is struck and
-    /// is more than a sphere that clicks.
+    /// The score of a timeline whose bodies sound as `sources` say and ring as `ringing` says. A slot is for
+    /// each body that is struck and is more than a sphere that clicks.
     ///
     /// # Errors
     /// [`ContactError`] for a timeline that contradicts itself.

@@ -1,4 +1,5 @@
-//! What broke, what became of the energy, and as what the pieces ring: a JSON file beside a simulation or a sound.
+//! What broke, what became of the energy, and as what the pieces ring: a JSON file beside a simulation or a
+//! sound.
 //!
 //! Of each fracture
 //!

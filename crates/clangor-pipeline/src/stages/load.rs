@@ -136,7 +136,8 @@ pub fn load_geometry(folder: &Path, reference: &GeometryReference) -> Result<Loa
     }
 }
 
-/// Vertices closer than this fraction of a mesh's diagonal are one: files often repeat them for each triangle.
+/// Vertices closer than this fraction of a mesh's diagonal are one: files often repeat them for each
+/// triangle.
 const WELD_TOLERANCE: f64 = 1e-9;
 
 fn load_mesh(path: &Path, scale: f64) -> Result<LoadedGeometry, GeometryError> {

@@ -4,9 +4,9 @@
 //! impacts ─► force pulses ─► clicks, voices ─► one pass per listener and stem ─► WAV, levels, energies
 //! ```
 //!
-//! A pass streams: blocks of clicks are rendered on all threads, added in a fixed order, joined by what rings meanwhile,
-//! and written as soon as they are complete.
-//! Normalising takes a pass of its own to find the peak, so that memory stays flat however long the sound is.
+//! A pass streams: blocks of clicks are rendered on all threads, added in a fixed order, joined by what rings
+//! meanwhile, and written as soon as they are complete. Normalising takes a pass of its own to find the peak,
+//! so that memory stays flat however long the sound is.
 
 mod energy_limit;
 mod file_names;
@@ -247,7 +247,8 @@ pub struct RenderSummary {
     pub handovers: BTreeMap<BodyId, ModalStateTransfer>,
     /// Energy of the impacts on bodies that ring, against that which they have.
     pub energy_limits: BTreeMap<BodyId, EnergyLimits>,
-    /// Estimates of the same above the band of the fields, for bodies whose field ends within the band rendered.
+    /// Estimates of the same above the band of the fields, for bodies whose field ends within the band
+    /// rendered.
     pub missing_energies: BTreeMap<BodyId, f64>,
 }
 
@@ -274,11 +275,12 @@ pub(crate) fn forces(
     Ok(Forces { poses, pulses, contacts })
 }
 
-/// Renders the impacts of a timeline for every listener into `output`; `sounds` says what each body sounds as.
+/// Renders the impacts of a timeline for every listener into `output`; `sounds` says what each body sounds
+/// as.
 ///
-/// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are `….BODY.acceleration.wav`,
-/// `….BODY.modal.wav` and `….PLANE.ground.wav`.
-/// `progress` is told which part of the work is done, from 0 to 1.
+/// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are
+/// `….BODY.acceleration.wav`, `….BODY.modal.wav` and `….PLANE.ground.wav`. `progress` is told which part of
+/// the work is done, from 0 to 1.
 ///
 /// # Errors
 /// [`RenderError`]; a file appears only once it is complete.
@@ -571,8 +573,9 @@ fn hand_over(
     Ok(sink(&interleaved)?)
 }
 
-/// The impacts of a timeline folder and the poses of their bodies at them, and all poses of the bodies that are `followed`
-/// and of their pieces, leaving the rest on the disk; with `rolling`, what touches them gently too.
+/// The impacts of a timeline folder and the poses of their bodies at them, and all poses of the bodies that
+/// are `followed` and of their pieces, leaving the rest on the disk; with `rolling`, what touches them gently
+/// too.
 ///
 /// # Errors
 /// [`TimelineError`] for rows that cannot be read.

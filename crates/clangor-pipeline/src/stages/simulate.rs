@@ -84,8 +84,8 @@ pub fn check_motion(loaded: &LoadedScene) -> Result<(), SimulateError> {
     }
 }
 
-/// Simulates a scene for its sound: the impacts, and where their bodies were; of those that are `followed`, also where they
-/// were between, and, if the scene wants rolling, what touched them gently.
+/// Simulates a scene for its sound: the impacts, and where their bodies were; of those that are `followed`,
+/// also where they were between, and, if the scene wants rolling, what touched them gently.
 ///
 /// # Errors
 /// [`SimulateError`].
@@ -177,7 +177,8 @@ fn kept(folder: TimelineWriter, error: SimulateError, reached: f64) -> SimulateE
     }
 }
 
-/// Simulates a scene into a timeline folder, and keeps its impacts in memory for rendering, as [`simulate_impacts`] does.
+/// Simulates a scene into a timeline folder, and keeps its impacts in memory for rendering, as
+/// [`simulate_impacts`] does.
 ///
 /// # Errors
 /// As [`simulate_to_folder`].
@@ -212,8 +213,8 @@ fn header(loaded: &LoadedScene, settings: &SimulationSettings) -> TimelineHeader
     }
 }
 
-/// Keeps impacts and the poses at them, so that memory follows what is heard and not what moves; of bodies that may ring,
-/// which are heard between impacts, all poses.
+/// Keeps impacts and the poses at them, so that memory follows what is heard and not what moves; of bodies
+/// that may ring, which are heard between impacts, all poses.
 #[derive(Default)]
 struct ImpactLog {
     timeline: Timeline,

@@ -155,8 +155,8 @@ pub struct Obtained {
 /// Time for which a bake that is killed may lose its work: what takes less is not kept on the way.
 pub const KEEP_EVERY: Duration = Duration::from_secs(5);
 
-/// The model of a request: from the cache, or baked and put there. A cache that does not work costs time, not the model.
-/// What a long bake has solved is kept on the way, so that it goes on from there if it is killed.
+/// The model of a request: from the cache, or baked and put there. A cache that does not work costs time, not
+/// the model. What a long bake has solved is kept on the way, so that it goes on from there if it is killed.
 ///
 /// # Errors
 /// [`BakeError`].
@@ -189,8 +189,8 @@ pub fn obtain(
     Ok(Obtained { model, cached: false, remarks })
 }
 
-/// Computes the model, and keeps what is solved in the cache whenever so much time has passed; goes on from what an
-/// earlier call kept.
+/// Computes the model, and keeps what is solved in the cache whenever so much time has passed; goes on from
+/// what an earlier call kept.
 ///
 /// # Errors
 /// [`BakeError`].
@@ -221,8 +221,8 @@ pub struct SharedRequest {
     pub bodies: Vec<BodyId>,
 }
 
-/// What would have to be baked for every moving body that `wants` a field of its own; equal bodies share, in the order of
-/// their first.
+/// What would have to be baked for every moving body that `wants` a field of its own; equal bodies share, in
+/// the order of their first.
 pub fn shared_requests(
     bodies: &[Body],
     options: BakeOptions,

@@ -1,4 +1,5 @@
-//! Hertz contact: the printed time scale of \[PAN\] Table 1, and Hertz's equation of motion integrated numerically.
+//! Hertz contact: the printed time scale of \[PAN\] Table 1, and Hertz's equation of motion integrated
+//! numerically.
 
 use clangor_core::contact::hertz::HertzContact;
 use clangor_core::material::presets;

@@ -1,7 +1,8 @@
-//! Acceleration noise of any shape: each solver against a closed form, the fit over frequency against solutions that it has
-//! not seen, the bank that is shipped against its own ellipsoids solved afresh.
+//! Acceleration noise of any shape: each solver against a closed form, the fit over frequency against
+//! solutions that it has not seen, the bank that is shipped against its own ellipsoids solved afresh.
 //!
-//! Exact fields are written out here once more, at complex wavenumbers, as solvers may stay off the real axis:
+//! Exact fields are written out here once more, at complex wavenumbers, as solvers may stay off the real
+//! axis:
 //!
 //! ```text
 //! sphere of radius 1, p e^{sr} = ρ a cos θ e^s (s/r + 1/r²)/(s² + 2s + 2),   s = ik
@@ -109,7 +110,8 @@ fn spheres(table: &mut Validation) -> Outcome {
     Ok(())
 }
 
-/// Coefficients on the bounding sphere of a mesh that is a little larger than the sphere it stands for, on that sphere.
+/// Coefficients on the bounding sphere of a mesh that is a little larger than the sphere it stands for, on
+/// that sphere.
 fn at_unit_radius(mut samples: Vec<RadiationSample>, mesh: &TriMesh) -> Vec<RadiationSample> {
     let radius = mesh.bounding_radius(DVec3::ZERO);
     let mut radial = Vec::new();
@@ -123,8 +125,8 @@ fn at_unit_radius(mut samples: Vec<RadiationSample>, mesh: &TriMesh) -> Vec<Radi
     samples
 }
 
-/// Worst error of six motions of a sphere of radius 1 over wavenumbers and distances: relative L2 over directions against
-/// the translation.
+/// Worst error of six motions of a sphere of radius 1 over wavenumbers and distances: relative L2 over
+/// directions against the translation.
 fn sphere_error(samples: &[RadiationSample], distances: &[f64]) -> f64 {
     let mut worst = 0.0_f64;
     for sample in samples {
@@ -258,8 +260,8 @@ fn bank(table: &mut Validation) -> Outcome {
     Ok(())
 }
 
-/// Level error of a field against samples of the same body, at a distance in bounding radii: root mean square over the
-/// wavenumbers of the error over the loudest motion, of the motion where it is worst.
+/// Level error of a field against samples of the same body, at a distance in bounding radii: root mean square
+/// over the wavenumbers of the error over the loudest motion, of the motion where it is worst.
 fn level_error(field: &AccelerationField, samples: &[RadiationSample], radius: f64, distance: f64) -> f64 {
     let mut squares = [0.0; RIGID_DOFS];
     for sample in samples {

@@ -1,4 +1,5 @@
-//! The sound of the ground: Rayleigh's integral of a piston, the surface of a half-space, and what it sends straight up.
+//! The sound of the ground: Rayleigh's integral of a piston, the surface of a half-space, and what it sends
+//! straight up.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! The click of a sphere against the exact field, by a second route: spherical Hankel functions instead of the two-pole
-//! form, Gauss–Legendre quadrature instead of the half-sine's closed spectrum.
+//! The click of a sphere against the exact field, by a second route: spherical Hankel functions instead of
+//! the two-pole form, Gauss–Legendre quadrature instead of the half-sine's closed spectrum.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;

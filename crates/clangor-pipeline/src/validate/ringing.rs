@@ -1,5 +1,6 @@
-//! Ringing: frequencies against closed forms and fine meshes, the power of modes against finer panels, translations as
-//! modes against clicks, what is played against the decaying sine, and the peaks of a struck body.
+//! Ringing: frequencies against closed forms and fine meshes, the power of modes against finer panels,
+//! translations as modes against clicks, what is played against the decaying sine, and the peaks of a struck
+//! body.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
@@ -254,7 +255,8 @@ fn struck(surface: Surface, material: Material, volume: f64) -> Body {
     }
 }
 
-/// What an impact of 60 µs on the axis rings in so many seconds from its beginning, and its first sample's time.
+/// What an impact of 60 µs on the axis rings in so many seconds from its beginning, and its first sample's
+/// time.
 fn rung(body: &Body, source: ModalSource, impact: &Strike, seconds: f64) -> Result<StrikeSound, Fault> {
     let rate = impact.sample_rate.as_f64();
     let lead = clangor_core::synthesis::strike::LEAD;

@@ -4,21 +4,23 @@
 //! K u = F − reaction,    E_S = ½ uᵀF ≤ Σ ½ m V²,    largest σ₁ ≥ strength: it breaks
 //! ```
 //!
-//! Impacts that still last press together. No more energy than they carry is strained into the body: where the static answer
-//! asks for it, the forces are smaller, and so are stress and energy. Cracks and the motion of the pieces are paid with what the
-//! impacts took from the motion for good, so that the mechanical energy of all bodies never grows; the rest was given back as
-//! rebound.
+//! Impacts that still last press together. No more energy than they carry is strained into the body: where
+//! the static answer asks for it, the forces are smaller, and so are stress and energy. Cracks and the motion
+//! of the pieces are paid with what the impacts took from the motion for good, so that the mechanical energy
+//! of all bodies never grows; the rest was given back as rebound.
 //!
-//! Nothing is solved where no stress can reach the strength σ_c, because a single element that held all the energy
-//! would not:
+//! Nothing is solved where no stress can reach the strength σ_c, because a single element that held all the
+//! energy would not:
 //!
 //! ```text
 //! Σ ½ m V² < V_least σ_c² (1 − 2ν²/(1 − ν))/(2 E)
 //! ```
 //!
-//! A scratch of depth d weakens a scored body there to K/(1.12 √(π d)), K = √(E G_c/(1 − ν²)) (Griffith, Irwin).
+//! A scratch of depth d weakens a scored body there to K/(1.12 √(π d)), K = √(E G_c/(1 − ν²)) (Griffith,
+//! Irwin).
 //!
-//! Source: \[FRAC\] §3. Differs: its load is j/Δt (`Load::Step`, which takes any energy), and its E_S has no bound.
+//! Source: \[FRAC\] §3. Differs: its load is j/Δt (`Load::Step`, which takes any energy), and its E_S has no
+//! bound.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -100,8 +102,8 @@ impl BreakingBodies {
     /// Prepares bodies of a world; impacts slower than `v_min` \[m/s\] break nothing.
     ///
     /// # Errors
-    /// [`SimulationError::Fracture`] for a body that cannot break: its material has no strength or toughness, or its
-    /// tetrahedra are no body.
+    /// [`SimulationError::Fracture`] for a body that cannot break: its material has no strength or toughness,
+    /// or its tetrahedra are no body.
     pub fn new(
         world: &World,
         breakables: Vec<Breakable>,

@@ -1,7 +1,7 @@
 //! Tetrahedra of several regions that fill a body together: what a mesh becomes when it is cut.
 //!
-//! A wall between two regions is a set of faces that a tetrahedron of one shares with a tetrahedron of the other, so that
-//! pieces made of the regions fit without gaps, and their volumes add up.
+//! A wall between two regions is a set of faces that a tetrahedron of one shares with a tetrahedron of the
+//! other, so that pieces made of the regions fit without gaps, and their volumes add up.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -62,10 +62,11 @@ impl Cells {
         corners.map(|n| self.points[n as usize])
     }
 
-    /// Cuts every cell whose corners have several labels; each part joins the region of its cell and its label.
+    /// Cuts every cell whose corners have several labels; each part joins the region of its cell and its
+    /// label.
     ///
-    /// `cut` says where the edge between two corners of different labels is cut; anything but its middle is for two
-    /// labels only.
+    /// `cut` says where the edge between two corners of different labels is cut; anything but its middle is
+    /// for two labels only.
     pub(super) fn divide(&self, label: &[u32], cut: impl Fn(u32, u32) -> DVec3) -> Self {
         let mut divided = Cells { points: self.points.clone(), ..Cells::default() };
         let mut numbers: HashMap<[u32; 4], u32> = HashMap::new();
@@ -146,8 +147,8 @@ impl Cells {
         })
     }
 
-    /// Gives every part of a region that hangs together by faces a region number of its own, in the order of the cells;
-    /// returns how many there are.
+    /// Gives every part of a region that hangs together by faces a region number of its own, in the order of
+    /// the cells; returns how many there are.
     pub(super) fn separate(&mut self) -> usize {
         let walls = self.shared_faces();
         let mut root: Vec<u32> = (0..self.cells.len() as u32).collect();
@@ -178,9 +179,9 @@ impl Cells {
         count as usize
     }
 
-    /// Lets every region have what only it is around: a body in the hollow of another could not come out, and parts that
-    /// stand for the other's collisions would fill the hollow. Regions are numbered as [`separate`](Self::separate) does, which
-    /// has made `count` of them; returns how many are left.
+    /// Lets every region have what only it is around: a body in the hollow of another could not come out, and
+    /// parts that stand for the other's collisions would fill the hollow. Regions are numbered as
+    /// [`separate`](Self::separate) does, which has made `count` of them; returns how many are left.
     pub(super) fn absorb_enclosed(&mut self, count: usize) -> usize {
         // The last is what is around the body.
         let outside = count;

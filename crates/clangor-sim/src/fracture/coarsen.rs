@@ -1,18 +1,20 @@
 //! Merges the small and flat elements that cutting leaves, without moving the body's surface.
 //!
-//! An edge is contracted: one end moves onto the other, and the elements between them vanish; or a point moves towards the
-//! middle of its neighbours. Three conditions keep what must be kept.
+//! An edge is contracted: one end moves onto the other, and the elements between them vanish; or a point
+//! moves towards the middle of its neighbours. Three conditions keep what must be kept.
 //!
-//! * Regions stay what they are, topologically: the link conditions of Dey, Edelsbrunner, Guha and Nekhayev, "Topology
-//!   preserving edge contraction" (1999), for the whole complex with the outside, and for the strata of surfaces, lines
-//!   and points at which regions meet. Each side of the outer surface, old or made by a crack, counts as a region.
-//! * The outer surface stays where it is: its triangles around the end that moves go on in their own planes. The walls
-//!   between regions may move, but their area does not grow, so that the energy that was counted for the crack holds.
-//!   Walls that scores ask for stay in their planes, and leave them only where a sliver would stay otherwise.
+//! * Regions stay what they are, topologically: the link conditions of Dey, Edelsbrunner, Guha and Nekhayev,
+//!   "Topology preserving edge contraction" (1999), for the whole complex with the outside, and for the
+//!   strata of surfaces, lines and points at which regions meet. Each side of the outer surface, old or made
+//!   by a crack, counts as a region.
+//! * The outer surface stays where it is: its triangles around the end that moves go on in their own planes.
+//!   The walls between regions may move, but their area does not grow, so that the energy that was counted
+//!   for the crack holds. Walls that scores ask for stay in their planes, and leave them only where a sliver
+//!   would stay otherwise.
 //! * Elements do not become worse: see [`GOOD`].
 //!
-//! The size of an element is measured against that of the element of the first whole body that it came from, so that
-//! pieces of pieces do not fill up with ever smaller elements.
+//! The size of an element is measured against that of the element of the first whole body that it came from,
+//! so that pieces of pieces do not fill up with ever smaller elements.
 
 use clangor_core::glam::DVec3;
 
@@ -20,8 +22,8 @@ use super::cells::{Cell, Cells, six_volumes};
 
 /// Edges shorter than this share of the mean edge of the first element are contracted.
 const SHORT: f64 = 0.45;
-/// Elements of this shape, 1 for the regular one, are good enough to replace any other; else the worst must not become
-/// worse.
+/// Elements of this shape, 1 for the regular one, are good enough to replace any other; else the worst must
+/// not become worse.
 const GOOD: f64 = 0.4;
 /// Elements below this are tried for improvement whatever their size.
 const POOR: f64 = 0.25;
@@ -29,7 +31,8 @@ const POOR: f64 = 0.25;
 const ROUNDS: usize = 5;
 /// A plane goes on if it is left by no more than this share of the way.
 const FLAT: f64 = 1e-10;
-/// Flat walls may leave their planes by this share of an element anyway, and by that where it spares a poor element.
+/// Flat walls may leave their planes by this share of an element anyway, and by that where it spares a poor
+/// element.
 pub(super) const ON_PLANE: f64 = 1e-6;
 const SNAP: f64 = 0.1;
 
@@ -42,7 +45,8 @@ pub(super) enum Walls {
     Flat,
 }
 
-/// Shape of a tetrahedron: 12 (3V)^(2/3) / Σ edge², which is 1 for the regular one and 0 or less for a flat one.
+/// Shape of a tetrahedron: 12 (3V)^(2/3) / Σ edge², which is 1 for the regular one and 0 or less for a flat
+/// one.
 pub(super) fn shape(corners: [DVec3; 4]) -> f64 {
     let [a, b, c, d] = corners;
     let volume = six_volumes(corners) / 6.0;
@@ -199,8 +203,8 @@ impl<'a> Merger<'a> {
         count
     }
 
-    /// Contracts an edge onto the end that leaves the better shapes, if any is allowed. With a positive `gain` the worst
-    /// shape must grow by that factor, even if it is good.
+    /// Contracts an edge onto the end that leaves the better shapes, if any is allowed. With a positive
+    /// `gain` the worst shape must grow by that factor, even if it is good.
     fn contract(&mut self, [a, b]: [u32; 2], gain: f64) -> bool {
         let joined = self.cells_of[a as usize].iter().any(|k| self.cells[*k as usize].corners.contains(&b));
         if !joined {
@@ -220,7 +224,8 @@ impl<'a> Merger<'a> {
         true
     }
 
-    /// The worst shape and the growth of the walls' area if `from` moves onto `to`; `None` if geometry forbids it.
+    /// The worst shape and the growth of the walls' area if `from` moves onto `to`; `None` if geometry
+    /// forbids it.
     fn rate(&self, from: u32, to: u32, gain: f64) -> Option<(f64, f64)> {
         let (source, target) = (self.place(from), self.place(to));
         let way = source.distance(target);
@@ -268,8 +273,8 @@ impl<'a> Merger<'a> {
         allowed.then_some((after, growth))
     }
 
-    /// Moves points of touched cells towards the middle of those neighbours that are on the same line, wall or inside;
-    /// returns how many moved.
+    /// Moves points of touched cells towards the middle of those neighbours that are on the same line, wall
+    /// or inside; returns how many moved.
     fn smooth(&mut self) -> usize {
         let touched = (0..self.cells.len()).filter(|k| self.alive[*k] && self.touched[*k]);
         let mut points: Vec<u32> = touched.flat_map(|k| self.cells[k].corners).collect();
@@ -310,8 +315,8 @@ impl<'a> Merger<'a> {
         false
     }
 
-    /// The part of a way that does not leave the planes of the outer surface at a point, nor those of flat walls; `None`
-    /// if there is none.
+    /// The part of a way that does not leave the planes of the outer surface at a point, nor those of flat
+    /// walls; `None` if there is none.
     fn along_surfaces(&self, point: u32, way: DVec3) -> Option<DVec3> {
         let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
         let outer = self.outer_of[point as usize].iter().map(|k| self.outer[*k as usize]);

@@ -4,8 +4,8 @@
 //! F = (π/2) j/τ,    E = ½ m V²,    ΔE = ½ j V (1 − e)
 //! ```
 //!
-//! j is the impulse at each point, τ Hertz's duration, m the effective mass, V the approach speed, e the restitution. E is
-//! what the impact can strain into a body, ΔE what it takes from the motion for good.
+//! j is the impulse at each point, τ Hertz's duration, m the effective mass, V the approach speed, e the
+//! restitution. E is what the impact can strain into a body, ΔE what it takes from the motion for good.
 //!
 //! Differs: \[FRAC\] presses with j/Δt, which grows as steps shrink.
 
@@ -23,7 +23,8 @@ use crate::record::MERGE_WINDOW;
 /// What an impact does to one body.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ContactLoad {
-    /// Until when it counts \[s\]: while it lasts, and as long as the impacts of one impact follow each other.
+    /// Until when it counts \[s\]: while it lasts, and as long as the impacts of one impact follow each
+    /// other.
     pub(super) end: f64,
     /// Points \[m\] and forces \[N\] in the axes of the body, about its centre of mass.
     pub(super) forces: Vec<(DVec3, DVec3)>,
@@ -33,7 +34,8 @@ pub(super) struct ContactLoad {
     pub(super) loss: f64,
 }
 
-/// The impact of two bodies: rows of one pair at one instant, and the poses before them. `None` if it is too slow to be one.
+/// The impact of two bodies: rows of one pair at one instant, and the poses before them. `None` if it is too
+/// slow to be one.
 ///
 /// # Errors
 /// [`ContactError`] for numbers that are not finite.

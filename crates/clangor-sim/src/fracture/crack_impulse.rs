@@ -1,22 +1,23 @@
 //! Impulses with which the stress that a crack releases drives the pieces apart: what makes a crack loud.
 //!
-//! On a triangle of the crack with area a and normal n out of piece a the body transmitted the traction P n. With the
-//! crack it is gone; for a time τ the piece feels what it no longer holds against,
+//! On a triangle of the crack with area a and normal n out of piece a the body transmitted the traction P n.
+//! With the crack it is gone; for a time τ the piece feels what it no longer holds against,
 //!
 //! ```text
 //! j = −τ a P n    on piece a at the centroid,   −j on piece b
 //! ΔE_K(τ) = τ Σ_d (v_d·S_d + ω_d·J_d) + τ²/2 Σ_d (|S_d|²/m_d + J_d·I_d⁻¹ J_d) = E_S − E_F
 //! ```
 //!
-//! with S_d, J_d the sums of −a P n and of its moments over the triangles of piece d. P is the mean of the stresses of the
-//! elements on both sides, so that both pieces feel the same, and momentum and angular momentum stay what they were. τ is
-//! the smallest positive root; the first sum vanishes where the pieces still move as one body.
+//! with S_d, J_d the sums of −a P n and of its moments over the triangles of piece d. P is the mean of the
+//! stresses of the elements on both sides, so that both pieces feel the same, and momentum and angular
+//! momentum stay what they were. τ is the smallest positive root; the first sum vanishes where the pieces
+//! still move as one body.
 //!
-//! Source: \[FRAC\] §3.3, eqs. (4), (5). Differs: the sign, with which eqs. (4) and (5) as printed pull the halves of a
-//! stretched bar into each other; and one traction for each pair of triangles.
+//! Source: \[FRAC\] §3.3, eqs. (4), (5). Differs: the sign, with which eqs. (4) and (5) as printed pull the
+//! halves of a stretched bar into each other; and one traction for each pair of triangles.
 //!
-//! Where the stress across the crack presses, the release pulls the pieces together, as an elastic body does; contact
-//! then holds them off.
+//! Where the stress across the crack presses, the release pulls the pieces together, as an elastic body does;
+//! contact then holds them off.
 
 use clangor_core::glam::{DMat3, DVec3};
 
@@ -58,8 +59,8 @@ pub enum NoImpulse {
     NotFinite,
 }
 
-/// The impulses of a crack; `stress` \[Pa\] is that of each element of the body before it broke, `surplus` \[J\] what the
-/// crack left of the strain energy, E_S − E_F. Pieces, faces and stresses have the same axes.
+/// The impulses of a crack; `stress` \[Pa\] is that of each element of the body before it broke, `surplus`
+/// \[J\] what the crack left of the strain energy, E_S − E_F. Pieces, faces and stresses have the same axes.
 ///
 /// # Errors
 /// [`NoImpulse`].

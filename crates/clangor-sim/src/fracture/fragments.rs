@@ -1,15 +1,17 @@
-//! The pieces of a broken body as bodies of their own: where they are, how they move, and the impulses that parted them.
+//! The pieces of a broken body as bodies of their own: where they are, how they move, and the impulses that
+//! parted them.
 //!
-//! A piece keeps the axes of its parent and the motion that it had as a part of it, so that momentum, angular momentum and
-//! energy are what they were. Then the cracks release what is left of the strain energy (`crack_impulse`). Between two pieces
-//! the triangles that were pulled act as one impulse, and those that were pressed as another, each at their middle and with the
-//! couple that is left:
+//! A piece keeps the axes of its parent and the motion that it had as a part of it, so that momentum, angular
+//! momentum and energy are what they were. Then the cracks release what is left of the strain energy
+//! (`crack_impulse`). Between two pieces the triangles that were pulled act as one impulse, and those that
+//! were pressed as another, each at their middle and with the couple that is left:
 //!
 //! ```text
 //! j = Σ jᵢ,    x = Σ |jᵢ| xᵢ / Σ |jᵢ|,    c = Σ (xᵢ − x) × jᵢ
 //! ```
 //!
-//! Where a plate was bent the two cancel but for a couple across its thickness, which as one impulse would excite no modes.
+//! Where a plate was bent the two cancel but for a couple across its thickness, which as one impulse would
+//! excite no modes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

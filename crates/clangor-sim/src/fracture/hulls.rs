@@ -1,26 +1,27 @@
 //! What pieces collide with: hulls of their convex regions, found in milliseconds.
 //!
-//! The hull of a piece fills its hollows. Where it does so deeper than the tolerance, the piece is cut by a plane through
-//! the deepest point, the one of a few planes that leaves the least hulls, and both sides go on alike. Parts of a piece
-//! do not overlap, so that their volumes add up.
+//! The hull of a piece fills its hollows. Where it does so deeper than the tolerance, the piece is cut by a
+//! plane through the deepest point, the one of a few planes that leaves the least hulls, and both sides go on
+//! alike. Parts of a piece do not overlap, so that their volumes add up.
 //!
-//! The pieces of one fracture fit together, but their hulls reach into each other as far as cracks are rough. For each
-//! pair of pieces the mean plane of the crack between them,
+//! The pieces of one fracture fit together, but their hulls reach into each other as far as cracks are rough.
+//! For each pair of pieces the mean plane of the crack between them,
 //!
 //! ```text
 //! n ∝ Σ a_i n_i,    c = Σ a_i c_i / Σ a_i
 //! ```
 //!
-//! cuts off what the parts of either have beyond it, unless that is more than the tolerance: then the crack is too crooked
-//! for a plane, and the hulls overlap. The solver does not see an overlap that was there at birth until the pieces
-//! approach each other further.
+//! cuts off what the parts of either have beyond it, unless that is more than the tolerance: then the crack
+//! is too crooked for a plane, and the hulls overlap. The solver does not see an overlap that was there at
+//! birth until the pieces approach each other further.
 //!
-//! How good that is, for blocks, plates, balls and rings in up to 16 pieces: the surface of the parts is at most 1.4
-//! elements from that of the piece, their volume off by −12 % to +16 % (plates −5 % to +8 %), at most 3.3 % of the space
-//! that hulls claim is claimed twice, and a piece of 100 to 1500 elements takes 1 to 10 ms.
+//! How good that is, for blocks, plates, balls and rings in up to 16 pieces: the surface of the parts is at
+//! most 1.4 elements from that of the piece, their volume off by −12 % to +16 % (plates −5 % to +8 %), at
+//! most 3.3 % of the space that hulls claim is claimed twice, and a piece of 100 to 1500 elements takes 1 to
+//! 10 ms.
 //!
-//! Differs from [`decompose`](crate::decompose): that is for meshes of any size and form before a simulation starts, takes
-//! voxels and seconds.
+//! Differs from [`decompose`](crate::decompose): that is for meshes of any size and form before a simulation
+//! starts, takes voxels and seconds.
 
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::geometry::hull::convex_hull;
@@ -34,18 +35,20 @@ use super::FractureError;
 use super::piece::Piece;
 use super::split::CrackFace;
 
-/// Hulls that add more than this share of the volume are divided further, unless hollows are shallower than this share of
-/// what is allowed.
+/// Hulls that add more than this share of the volume are divided further, unless hollows are shallower than
+/// this share of what is allowed.
 const ADDED: f64 = 0.1;
 const SHALLOW: f64 = 0.3;
 
-/// How closely hulls follow pieces. Hollows are filled up to the depth `tolerance` × the piece's diagonal + `roughness` ×
-/// the mean size of its elements, and what lies beyond a crack's mean plane is cut off up to that height.
+/// How closely hulls follow pieces. Hollows are filled up to the depth `tolerance` × the piece's diagonal +
+/// `roughness` × the mean size of its elements, and what lies beyond a crack's mean plane is cut off up to
+/// that height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HullSettings {
     /// Share of the piece's diagonal.
     pub tolerance: f64,
-    /// Share of an element: cracks are as rough as the elements that they run through, and that is no form to follow.
+    /// Share of an element: cracks are as rough as the elements that they run through, and that is no form to
+    /// follow.
     pub roughness: f64,
     /// Most parts of a piece.
     pub most_parts: usize,
@@ -279,8 +282,8 @@ fn trim(hull: TriMesh, (point, normal): (DVec3, DVec3), allowed: f64) -> TriMesh
     }
 }
 
-/// The points of a hull that are farthest in evenly spread directions, in a frame in which the hull is as wide in each
-/// direction, so that flat pieces keep their outline.
+/// The points of a hull that are farthest in evenly spread directions, in a frame in which the hull is as
+/// wide in each direction, so that flat pieces keep their outline.
 fn thin_out(hull: TriMesh, most: usize) -> Vec<DVec3> {
     if hull.vertices.len() <= most {
         return hull.vertices;

@@ -1,7 +1,7 @@
 //! The motion of a rigid body, and how the pieces of one inherit it.
 //!
-//! A piece with centre c_d of a body that moves with v about its centre c and turns with ω starts as it moved while it
-//! was a part of it:
+//! A piece with centre c_d of a body that moves with v about its centre c and turns with ω starts as it moved
+//! while it was a part of it:
 //!
 //! ```text
 //! v_d = v + ω × (c_d − c),    ω_d = ω
@@ -12,7 +12,8 @@
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::{DMat3, DVec3};
 
-/// A rigid body in motion; all vectors in one frame, such as that of the body's mesh at the instant of fracture.
+/// A rigid body in motion; all vectors in one frame, such as that of the body's mesh at the instant of
+/// fracture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Mass \[kg\].

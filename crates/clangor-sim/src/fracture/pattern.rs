@@ -6,14 +6,14 @@
 //! seeds are added while  G_c A_F ≤ η E_S
 //! ```
 //!
-//! d is the length of the shortest way along edges, found from all seeds at once, so that each region hangs together.
-//! A large k makes a small region: pieces are small where the energy was. A_F is the area of the walls that `split`
-//! will cut, each counted once, and pieces have the volumes that it will give them.
+//! d is the length of the shortest way along edges, found from all seeds at once, so that each region hangs
+//! together. A large k makes a small region: pieces are small where the energy was. A_F is the area of the
+//! walls that `split` will cut, each counted once, and pieces have the volumes that it will give them.
 //!
-//! Source: \[FRAC\] §3.2. Differs: the energy density in k is divided by its mean w̄, so that k has no unit (regions do not
-//! change, as only ratios matter), and is at least 1e-6 of it, so that a seed where nothing is strained does not take all;
-//! a seed whose piece, or whose neighbours' pieces, would be too small is drawn again, and so is one that costs too much,
-//! a few times, since another may cost less.
+//! Source: \[FRAC\] §3.2. Differs: the energy density in k is divided by its mean w̄, so that k has no unit
+//! (regions do not change, as only ratios matter), and is at least 1e-6 of it, so that a seed where nothing
+//! is strained does not take all; a seed whose piece, or whose neighbours' pieces, would be too small is
+//! drawn again, and so is one that costs too much, a few times, since another may cost less.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -50,8 +50,8 @@ pub struct PatternSettings {
 }
 
 impl PatternSettings {
-    /// \[FRAC\]'s η = 0.8 and α = 0.15, for a body of known volume \[m³\]: pieces of at least a hundred thousandth of it,
-    /// at most 1000.
+    /// \[FRAC\]'s η = 0.8 and α = 0.15, for a body of known volume \[m³\]: pieces of at least a hundred
+    /// thousandth of it, at most 1000.
     pub fn new(fracture_energy: f64, volume: f64, seed: u64) -> Self {
         PatternSettings {
             fracture_energy,
@@ -94,8 +94,8 @@ pub struct Pattern {
     pub fracture_energy: f64,
 }
 
-/// Draws a pattern; `energy_density` \[J/m³\] is that of each corner of the mesh. `None` if no crack is small enough for
-/// the energy, so that the body stays whole.
+/// Draws a pattern; `energy_density` \[J/m³\] is that of each corner of the mesh. `None` if no crack is small
+/// enough for the energy, so that the body stays whole.
 ///
 /// # Errors
 /// [`FractureError::Setting`] or [`FractureError::Counts`].
@@ -189,11 +189,13 @@ impl<'a> Body<'a> {
     /// A corner, as likely as it has energy.
     fn draw(&self, random: &mut SplitMix) -> u32 {
         let level = random.uniform(0.0, self.energy);
-        // Corners without energy end where the one before them ends, so that they are never the first above the level.
+        // Corners without energy end where the one before them ends, so that they are never the first above
+        // the level.
         self.sums.partition_point(|sum| *sum <= level).min(self.sums.len() - 1) as u32
     }
 
-    /// The regions with one more seed, if one is found that the energy pays for and that makes no piece too small.
+    /// The regions with one more seed, if one is found that the energy pays for and that makes no piece too
+    /// small.
     fn next(
         &self,
         seeds: &[u32],

@@ -1,18 +1,20 @@
 //! Cuts a body into closed pieces that fit together.
 //!
-//! Elements whose corners belong to several regions are divided by the walls of `tetrahedron_parts`: through the middles
-//! of their edges, or along the planes of scores. Elements that come out smaller or flatter than need be are then merged
-//! with their neighbours (`coarsen`), which moves no point of the outer surface off it.
+//! Elements whose corners belong to several regions are divided by the walls of `tetrahedron_parts`: through
+//! the middles of their edges, or along the planes of scores. Elements that come out smaller or flatter than
+//! need be are then merged with their neighbours (`coarsen`), which moves no point of the outer surface off
+//! it.
 //!
-//! Why pieces are closed and manifold: in the barycentric division of a tetrahedral mesh, the neighbourhood of the part
-//! that the corners of one region span is a manifold with boundary if the mesh is one (Rourke and Sanderson,
-//! *Introduction to piecewise-linear topology*, ch. 3), and merging keeps that by its own conditions. It is checked all
-//! the same, piece by piece, because everything after it (mass, contact, sound) relies on it.
+//! Why pieces are closed and manifold: in the barycentric division of a tetrahedral mesh, the neighbourhood
+//! of the part that the corners of one region span is a manifold with boundary if the mesh is one (Rourke and
+//! Sanderson, *Introduction to piecewise-linear topology*, ch. 3), and merging keeps that by its own
+//! conditions. It is checked all the same, piece by piece, because everything after it (mass, contact, sound)
+//! relies on it.
 //!
-//! Worst shapes of elements, with 12 (3V)^(2/3) / Σ edge² = 1 for the regular one, where those of the whole body have 0.6
-//! or better: above 0.2 after one fracture of blocks, plates, balls and rings, above 0.02 after five, each of all pieces.
-//! Scores leave 0.1 or better in blocks and plates, 0.02 in balls, whose surface lets no point move. A plate of 73 000
-//! nodes breaks into 70 pieces in 1.3 s.
+//! Worst shapes of elements, with 12 (3V)^(2/3) / Σ edge² = 1 for the regular one, where those of the whole
+//! body have 0.6 or better: above 0.2 after one fracture of blocks, plates, balls and rings, above 0.02 after
+//! five, each of all pieces. Scores leave 0.1 or better in blocks and plates, 0.02 in balls, whose surface
+//! lets no point move. A plate of 73 000 nodes breaks into 70 pieces in 1.3 s.
 
 use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_core::glam::DVec3;
@@ -23,8 +25,8 @@ use super::cells::{Cells, SharedFace};
 use super::coarsen::{Walls, coarsen};
 use super::piece::{Piece, check_manifold};
 
-/// How near a plane may cut an edge to its end, as a share of the edge: exactly where it runs, unless elements stay poor
-/// that way.
+/// How near a plane may cut an edge to its end, as a share of the edge: exactly where it runs, unless
+/// elements stay poor that way.
 const MARGINS: [f64; 4] = [1e-7, 1e-3, 0.02, 0.1];
 /// The worst shape that needs no further try.
 const FAIR: f64 = 0.1;
@@ -74,12 +76,13 @@ impl Split {
     }
 }
 
-/// Cuts between corners of different regions; `None` if they are all of one. Parts of a region that do not hang together
-/// become pieces of their own, but for those that lie altogether within another piece, which keeps them.
+/// Cuts between corners of different regions; `None` if they are all of one. Parts of a region that do not
+/// hang together become pieces of their own, but for those that lie altogether within another piece, which
+/// keeps them.
 ///
 /// # Errors
-/// [`FractureError::Counts`]; and [`FractureError::Mesh`], [`FractureError::Surface`] or [`FractureError::Pinched`] for
-/// a body that has no valid pieces.
+/// [`FractureError::Counts`]; and [`FractureError::Mesh`], [`FractureError::Surface`] or
+/// [`FractureError::Pinched`] for a body that has no valid pieces.
 pub fn split_by_regions(piece: &Piece, region: &[u32]) -> Result<Option<Split>, FractureError> {
     if region.len() != piece.mesh.corners {
         return Err(FractureError::Counts { what: "regions", got: region.len(), wanted: piece.mesh.corners });
@@ -97,7 +100,8 @@ pub fn split_by_regions(piece: &Piece, region: &[u32]) -> Result<Option<Split>, 
 /// Cuts along planes; `None` if none of them divides the body.
 ///
 /// # Errors
-/// [`FractureError::Setting`] for a plane that is not finite or has no normal; the rest as for [`split_by_regions`].
+/// [`FractureError::Setting`] for a plane that is not finite or has no normal; the rest as for
+/// [`split_by_regions`].
 pub fn split_by_scores(piece: &Piece, scores: &[Score]) -> Result<Option<Split>, FractureError> {
     for score in scores {
         let length = score.normal.length();

@@ -1,16 +1,18 @@
 //! The parts of one tetrahedron whose corners belong to several regions, and the walls between them.
 //!
-//! With barycentric coordinates λ the part of region A holds the points where its corners together weigh most:
+//! With barycentric coordinates λ the part of region A holds the points where its corners together weigh
+//! most:
 //!
 //! ```text
 //! S_A(λ) = Σ_{k in A} λ_k,      part of A = { λ : S_A ≥ S_B for every other region B }
 //! ```
 //!
-//! Each part is a convex polyhedron. Its vertices are its own corners, the middles of edges between two regions, the
-//! centroids of faces between three, and the centroid of the tetrahedron between four; its faces are triangles and flat
-//! quadrangles. On a face that two tetrahedra share both see the same polygons. A convex polyhedron is divided by the
-//! fan from its vertex of least number, and each of its quadrangles by the diagonal from the quadrangle's vertex of
-//! least number: the fan does exactly that on its own faces, so that neighbours agree.
+//! Each part is a convex polyhedron. Its vertices are its own corners, the middles of edges between two
+//! regions, the centroids of faces between three, and the centroid of the tetrahedron between four; its faces
+//! are triangles and flat quadrangles. On a face that two tetrahedra share both see the same polygons. A
+//! convex polyhedron is divided by the fan from its vertex of least number, and each of its quadrangles by
+//! the diagonal from the quadrangle's vertex of least number: the fan does exactly that on its own faces, so
+//! that neighbours agree.
 //!
 //! With two regions the middles of edges may lie anywhere on the edges, and the division stays valid.
 

@@ -49,7 +49,8 @@ impl Impacts {
         outcome
     }
 
-    /// Makes pulses of what can no longer change at a time of the solver's clock, which showed zero at `origin` \[s\].
+    /// Makes pulses of what can no longer change at a time of the solver's clock, which showed zero at
+    /// `origin` \[s\].
     pub(super) fn close(
         &mut self,
         bodies: &[Body],

@@ -1,7 +1,7 @@
 //! Which parts may meet soon: bounding balls with a margin, swept along x.
 //!
-//! The list of pairs stays valid until some body has used up half of its margin, so it is rebuilt rarely. The order of
-//! the list, and so of everything after it, follows from indices alone.
+//! The list of pairs stays valid until some body has used up half of its margin, so it is rebuilt rarely. The
+//! order of the list, and so of everything after it, follows from indices alone.
 
 use glam::DVec3;
 

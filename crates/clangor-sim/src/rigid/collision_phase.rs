@@ -1,16 +1,18 @@
 //! Impacts, one after the other in the order of time inside a step, before gravity acts in it.
 //!
-//! For every contact point the first root t* of its gap is predicted; the earliest pair is brought to the exact poses
-//! of t* (a few Newton steps on the distance of the shapes) and then solved there. Pairs within [`TIE`] of each other
-//! form one block. In a block only the points that approach now are solved together, `u⁺ ≥ −e u⁻` with `λ ≥ 0` and a
-//! round friction cone, and this is repeated until none approaches (generalized reflections, \[REFL\] §4), so that a
-//! row of touching balls passes one impulse on and a ball between two is symmetric. After each impulse the
-//! predictions of all neighbours are renewed.
+//! For every contact point the first root t* of its gap is predicted; the earliest pair is brought to the
+//! exact poses of t* (a few Newton steps on the distance of the shapes) and then solved there. Pairs within
+//! [`TIE`] of each other form one block. In a block only the points that approach now are solved together,
+//! `u⁺ ≥ −e u⁻` with `λ ≥ 0` and a round friction cone, and this is repeated until none approaches
+//! (generalized reflections, \[REFL\] §4), so that a row of touching balls passes one impulse on and a ball
+//! between two is symmetric. After each impulse the predictions of all neighbours are renewed.
 //!
-//! Points slower than the rest speed are left to the contact phase; restitution grows from 0 there to e at twice that
-//! speed. Taking the impacts before gravity (\[GUE\] §7) keeps a resting body out of here altogether.
+//! Points slower than the rest speed are left to the contact phase; restitution grows from 0 there to e at
+//! twice that speed. Taking the impacts before gravity (\[GUE\] §7) keeps a resting body out of here
+//! altogether.
 //!
-//! Differs: \[GUE\] steps all bodies to the end of the step and solves there; here every impulse has its own instant and pose.
+//! Differs: \[GUE\] steps all bodies to the end of the step and solves there; here every impulse has its own
+//! instant and pose.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -35,8 +37,8 @@ const MAX_REFINEMENTS: u32 = 30;
 const TOGETHER: f64 = 1e-7;
 /// And those within this distance \[m\].
 const TOUCHING: f64 = 1e-9;
-/// Impacts of one pair in one step after which restitution is dropped, and after which the contact phase takes over,
-/// so that a step ends.
+/// Impacts of one pair in one step after which restitution is dropped, and after which the contact phase
+/// takes over, so that a step ends.
 const ELASTIC_HITS: u32 = 12;
 pub(super) const MAX_HITS: u32 = 60;
 /// Rounds of reflections in one block; the last ones are without restitution.
@@ -218,9 +220,9 @@ impl CollisionPhase {
         }
     }
 
-    /// Looks again from the end of the step. The lowest point of a tilting cylinder runs round its rim, which no point
-    /// known now foretells; but its height is concave in time, so the end tells whether there is a root, and Newton's
-    /// method finds it from there.
+    /// Looks again from the end of the step. The lowest point of a tilting cylinder runs round its rim, which
+    /// no point known now foretells; but its height is concave in time, so the end tells whether there is a
+    /// root, and Newton's method finds it from there.
     fn probe_end(&mut self, index: usize, pair: &Pair, step: &Step) {
         let end = Candidate { time: step.length, speed: 0.0, pair: index, stamp: pair.stamp, exact: false };
         self.heap.push(end);
@@ -489,7 +491,8 @@ impl CollisionPhase {
     }
 }
 
-/// The root of `a t² + b t + c` that a gap c > 0 closing at speed −b > 0 reaches first (the last one passed if c < 0).
+/// The root of `a t² + b t + c` that a gap c > 0 closing at speed −b > 0 reaches first (the last one passed
+/// if c < 0).
 fn first_root(a: f64, b: f64, c: f64) -> Option<f64> {
     let discriminant = b * b - 4.0 * a * c;
     if discriminant < 0.0 {

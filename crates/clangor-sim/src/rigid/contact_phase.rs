@@ -1,13 +1,13 @@
 //! Resting, sliding and rolling contact: one non-restitutive solve per step, after gravity.
 //!
 //! Unknowns are impulses λ on A with `λ_n ≥ 0`, `|λ_t| ≤ μ λ_n`, and a couple of rolling and spinning loss
-//! `|c| ≤ ρ λ_n`; the normal velocity after it must not close the gap within the step, and tangential and relative
-//! angular velocities are driven to zero as far as the bounds let. Projected Gauss-Seidel, started from the impulses
-//! of the step before, pairs bottom-up, direction alternating. An overlap beyond [`SLOP`] is pushed out at no more
-//! than [`PUSH_SPEED`], far below what is heard.
+//! `|c| ≤ ρ λ_n`; the normal velocity after it must not close the gap within the step, and tangential and
+//! relative angular velocities are driven to zero as far as the bounds let. Projected Gauss-Seidel, started
+//! from the impulses of the step before, pairs bottom-up, direction alternating. An overlap beyond [`SLOP`]
+//! is pushed out at no more than [`PUSH_SPEED`], far below what is heard.
 //!
-//! Not here: shock propagation (\[GUE\] §8), which holds the lower body and so breaks the balance of momentum by as
-//! much as the impulses themselves; the warm start and the order do its work.
+//! Not here: shock propagation (\[GUE\] §8), which holds the lower body and so breaks the balance of momentum
+//! by as much as the impulses themselves; the warm start and the order do its work.
 
 use clangor_core::timeline::ContactKind;
 use glam::{DMat3, DVec3};

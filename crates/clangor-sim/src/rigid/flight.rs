@@ -4,10 +4,10 @@
 //!
 //! `q̇ = ½ ω q`,  `ω = R J⁻¹ Rᵀ L`,
 //!
-//! with J the inertia in the body frame and R the rotation of the unit quaternion q. A body whose J is a multiple of
-//! the identity turns at constant ω in closed form; the others take classical Runge-Kutta steps of fourth order,
-//! whose error, about (ω Δt)⁵/120, is 1e-12 rad for 100 rad/s and half a step of 0.1 ms. L itself is never
-//! integrated, so its balance stays exact.
+//! with J the inertia in the body frame and R the rotation of the unit quaternion q. A body whose J is a
+//! multiple of the identity turns at constant ω in closed form; the others take classical Runge-Kutta steps
+//! of fourth order, whose error, about (ω Δt)⁵/120, is 1e-12 rad for 100 rad/s and half a step of 0.1 ms. L
+//! itself is never integrated, so its balance stays exact.
 
 use glam::{DMat3, DQuat, DVec3};
 

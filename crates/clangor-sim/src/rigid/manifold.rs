@@ -1,10 +1,11 @@
 //! The contact manifold of two convex parts: where they touch, or will.
 //!
-//! A manifold has one unit normal n, from B to A, and points with their gaps measured along n. Against a half-space
-//! it is every vertex near the plane; for two balls the closed form; else the closest points of the cores (GJK, EPA
-//! where they overlap), to which the face of one part clipped by the prism of the other's is added. At most nine
-//! points are kept of a slow pair: the deepest and the extremes in eight directions that are fixed in the reference
-//! body, so that the choice does not flicker from step to step. A fast pair keeps all, as any of them may strike next.
+//! A manifold has one unit normal n, from B to A, and points with their gaps measured along n. Against a
+//! half-space it is every vertex near the plane; for two balls the closed form; else the closest points of
+//! the cores (GJK, EPA where they overlap), to which the face of one part clipped by the prism of the other's
+//! is added. At most nine points are kept of a slow pair: the deepest and the extremes in eight directions
+//! that are fixed in the reference body, so that the choice does not flicker from step to step. A fast pair
+//! keeps all, as any of them may strike next.
 
 use std::f64::consts::{PI, TAU};
 
@@ -30,8 +31,8 @@ const SIDE_FACING: f64 = 0.05;
 const FLAT_FACING: f64 = 0.999_99;
 /// Corners that stand for the rim of a cap against a hull.
 const CAP_CORNERS: usize = 16;
-/// Angles \[rad\] from the lowest rim point of the others that are kept, to both sides: of a slow cylinder, and of a fast
-/// one, whose lowest point may run round the rim within a step, most often a little way.
+/// Angles \[rad\] from the lowest rim point of the others that are kept, to both sides: of a slow cylinder,
+/// and of a fast one, whose lowest point may run round the rim within a step, most often a little way.
 const SLOW_RIM: &[f64] = &[0.5 * PI, PI];
 const FAST_RIM: &[f64] = &[0.04, 0.1, 0.18, 0.3, 0.45, 0.7, 1.1, 1.6, 2.3, PI];
 /// Cores that are nearer than this have no direction between them that rounding leaves alone \[m\].
@@ -101,8 +102,8 @@ pub(super) fn tangents(normal: DVec3) -> (DVec3, DVec3) {
 
 /// Puts the points of A and B with a gap below `prediction` \[m\] into `points`.
 ///
-/// `axis` is the normal found last time, or zero: where it still separates the parts, nothing else is done. Points are
-/// thinned unless the pair is `fast`. A half-space must be B.
+/// `axis` is the normal found last time, or zero: where it still separates the parts, nothing else is done.
+/// Points are thinned unless the pair is `fast`. A half-space must be B.
 pub(super) fn manifold(
     a: &Placed<'_>,
     b: &Placed<'_>,
@@ -166,8 +167,8 @@ fn half_space(
     Separation { gap: least, normal, normal_of_a: false }
 }
 
-/// The outermost rim point of a cylinder along a direction, the far end of its side line, and the points of that rim
-/// at these angles to both sides.
+/// The outermost rim point of a cylinder along a direction, the far end of its side line, and the points of
+/// that rim at these angles to both sides.
 fn rim_points(radius: f64, half_height: f64, direction: DVec3, angles: &[f64], mut each: impl FnMut(DVec3)) {
     let across = direction.x.hypot(direction.y);
     // Flat on its cap to 1e-5 every rim point is as good: a fixed choice does not wander.
@@ -252,8 +253,8 @@ fn core_gap(a: &Placed<'_>, b: &Placed<'_>, normal: DVec3) -> f64 {
     (a.support(-normal) - b.support(normal)).dot(normal)
 }
 
-/// The direction of least overlap among the one found and the face normals. Where hulls lie parallel the expanding
-/// polytope may stop at a direction that is none.
+/// The direction of least overlap among the one found and the face normals. Where hulls lie parallel the
+/// expanding polytope may stop at a direction that is none.
 fn least_overlap(
     a: &Placed<'_>,
     b: &Placed<'_>,
@@ -319,8 +320,8 @@ fn face_points(
     of_a
 }
 
-/// Adds the rim of a cylinder where it is above a face of a hull: as on a half-space, the lowest point of a coin that
-/// wobbles runs round the rim faster than the closest points alone can tell.
+/// Adds the rim of a cylinder where it is above a face of a hull: as on a half-space, the lowest point of a
+/// coin that wobbles runs round the rim faster than the closest points alone can tell.
 fn rim_over_face(
     a: &Placed<'_>,
     b: &Placed<'_>,
@@ -362,8 +363,8 @@ fn rim_over_face(
     });
 }
 
-/// The face (or the side line of a cylinder) that looks along a world direction, counter-clockwise from outside, and
-/// its normal.
+/// The face (or the side line of a cylinder) that looks along a world direction, counter-clockwise from
+/// outside, and its normal.
 fn support_face(placed: &Placed<'_>, direction: DVec3, out: &mut Vec<DVec3>) -> Option<DVec3> {
     out.clear();
     let local = placed.orientation.inverse() * direction;

@@ -1,14 +1,16 @@
 //! A pair of parts that may touch, and how its contact points are kept from step to step.
 //!
-//! A manifold is found once and then carried: its points are anchors in both bodies, re-measured every step, and found
-//! anew after [`DRIFT`] of relative travel (every step where a surface is curved, as the point of contact wanders).
-//! Impulses of the last step move to the nearest new anchors, which starts the contact phase near its answer. A pair
-//! that is farther apart than it can travel is skipped until it has travelled that far.
+//! A manifold is found once and then carried: its points are anchors in both bodies, re-measured every step,
+//! and found anew after [`DRIFT`] of relative travel (every step where a surface is curved, as the point of
+//! contact wanders). Impulses of the last step move to the nearest new anchors, which starts the contact
+//! phase near its answer. A pair that is farther apart than it can travel is skipped until it has travelled
+//! that far.
 //!
-//! A piece of a broken body is born touching its siblings, and the convex parts that stand for it may overlap theirs, or
-//! those of other bodies. That overlap counts as touching, so that nothing is pushed out of anything and no energy comes
-//! of it; as the bodies part it is forgotten, and never counts again. Bodies so are born without impulses between them
-//! and stay without while they part or rest, but if they approach each other they are stopped where they are.
+//! A piece of a broken body is born touching its siblings, and the convex parts that stand for it may overlap
+//! theirs, or those of other bodies. That overlap counts as touching, so that nothing is pushed out of
+//! anything and no energy comes of it; as the bodies part it is forgotten, and never counts again. Bodies so
+//! are born without impulses between them and stay without while they part or rest, but if they approach each
+//! other they are stopped where they are.
 
 use clangor_core::material::PairCoefficients;
 use glam::{DQuat, DVec3};
@@ -19,7 +21,8 @@ use super::state::BodyState;
 
 /// Relative travel after which a manifold is found anew \[m\].
 const DRIFT: f64 = 5e-6;
-/// Angle by which the lowest rim point of a cylinder may run round in a step before more of the rim is kept \[rad\].
+/// Angle by which the lowest rim point of a cylinder may run round in a step before more of the rim is kept
+/// \[rad\].
 const SWING: f64 = 0.025;
 /// A larger swing than this is no rolling \[rad\].
 const MOST_SWING: f64 = 0.5;
@@ -44,7 +47,8 @@ pub(super) struct PairKey {
 pub(super) struct ContactPoint {
     anchor_a: DVec3,
     anchor_b: DVec3,
-    /// Arms from the centres of mass \[m\], world, and the gap \[m\], at the pair's reference time, gravity left out.
+    /// Arms from the centres of mass \[m\], world, and the gap \[m\], at the pair's reference time, gravity
+    /// left out.
     pub(super) arm_a: DVec3,
     pub(super) arm_b: DVec3,
     pub(super) gap: f64,
@@ -74,14 +78,15 @@ pub(super) struct Pair {
     pub(super) exact: ExactManifold,
     /// Whether the lowest point runs round a rim: a cylinder on a half-space, whose gap is concave in time.
     pub(super) rolls_on_rim: bool,
-    /// Normal velocity \[m/s\] that the lowest rim point must have now for the lowest point to be as high in a step.
+    /// Normal velocity \[m/s\] that the lowest rim point must have now for the lowest point to be as high in
+    /// a step.
     pub(super) rim_lift: f64,
     curved: bool,
     axis: DVec3,
     normal_in_owner: DVec3,
     normal_of_a: bool,
-    /// Overlap that counts as touching \[m\]: what was there when one of the bodies was born, as far as it has not opened
-    /// since; infinite until it has been measured.
+    /// Overlap that counts as touching \[m\]: what was there when one of the bodies was born, as far as it
+    /// has not opened since; infinite until it has been measured.
     allowance: f64,
     /// Distance that the pair is known to be apart beyond its foresight \[m\].
     slack: f64,
@@ -330,8 +335,8 @@ impl Pair {
                     (nearest, heir) = (distance, Some(i));
                 }
             }
-            // A point that rolls on stays the same contact however far its anchors moved: a lone one, and the first of
-            // a rim, which is the lowest.
+            // A point that rolls on stays the same contact however far its anchors moved: a lone one, and the
+            // first of a rim, which is the lowest.
             let lone = old.len() == 1 && found.len() == 1;
             if lone || (self.rolls_on_rim && fast && self.points.is_empty() && !old.is_empty()) {
                 heir = Some(0);
@@ -388,8 +393,8 @@ impl Pair {
     }
 }
 
-/// How far the lowest rim point of a cylinder on a half-space runs round the rim in a step \[rad\], and the slope of the
-/// cylinder's axis to the normal.
+/// How far the lowest rim point of a cylinder on a half-space runs round the rim in a step \[rad\], and the
+/// slope of the cylinder's axis to the normal.
 fn rim_swing(body: &BodyState, cylinder: &Placed<'_>, normal: DVec3, step: f64) -> (f64, f64) {
     let axis = cylinder.orientation * DVec3::Z;
     let across = axis.cross(normal);

@@ -1,11 +1,11 @@
 //! A body that breaks leaves the world, and its pieces enter it where they are.
 //!
-//! What decides that a body breaks, and into what, is not here: a run asks a [`Breaker`] after each step. The parent
-//! has by then the velocity that the impacts of the step gave it, so that pieces that move as it did keep its momentum
-//! and kinetic energy; what cracks add is in the velocities of the pieces too.
+//! What decides that a body breaks, and into what, is not here: a run asks a [`Breaker`] after each step. The
+//! parent has by then the velocity that the impacts of the step gave it, so that pieces that move as it did
+//! keep its momentum and kinetic energy; what cracks add is in the velocities of the pieces too.
 //!
-//! No impulse is exchanged at the birth itself. Pieces touch, and the convex parts that stand for them may even overlap:
-//! `pair` says how that is forgotten as they part.
+//! No impulse is exchanged at the birth itself. Pieces touch, and the convex parts that stand for them may
+//! even overlap: `pair` says how that is forgotten as they part.
 
 use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::timeline::FractureRow;
@@ -23,7 +23,8 @@ use crate::SimulationError;
 pub struct Replacement {
     /// What is known of the fracture. `parent` breaks; time and pieces are filled in.
     pub row: FractureRow,
-    /// The pieces at the end of the step, with the velocities that cracks gave them; their lives are filled in.
+    /// The pieces at the end of the step, with the velocities that cracks gave them; their lives are filled
+    /// in.
     pub pieces: Vec<Body>,
     /// The impulses of the cracks, which the velocities contain already.
     pub cracks: Vec<CrackImpulse>,
@@ -46,16 +47,16 @@ pub struct CrackImpulse {
     pub couple: DVec3,
 }
 
-/// Looks at a step that has been taken, and says which bodies break. The log has the impacts of the step; contacts
-/// slower than `v_min` are in it only if all rows are recorded.
+/// Looks at a step that has been taken, and says which bodies break. The log has the impacts of the step;
+/// contacts slower than `v_min` are in it only if all rows are recorded.
 pub type Breaker<'a> = &'a mut dyn FnMut(&RigidWorld, &StepLog) -> Result<Vec<Replacement>, SimulationError>;
 
 impl RigidWorld {
     /// Lets `parent` die and its pieces be born, now. Whatever it touched wakes.
     ///
     /// # Errors
-    /// [`SimulationError::CannotBreak`] for a body that is not free or not there, has a spring, or has no pieces;
-    /// [`SimulationError::BadBody`] for a piece that cannot be simulated. Nothing has changed then.
+    /// [`SimulationError::CannotBreak`] for a body that is not free or not there, has a spring, or has no
+    /// pieces; [`SimulationError::BadBody`] for a piece that cannot be simulated. Nothing has changed then.
     pub fn replace(&mut self, parent: BodyId, pieces: &[Body]) -> Result<Vec<BodyId>, SimulationError> {
         let broken = parent.index();
         let cannot = |reason| {

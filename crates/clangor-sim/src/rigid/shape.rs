@@ -1,7 +1,8 @@
 //! What collides: the convex parts of a body with their full faces and support points.
 //!
-//! Hulls keep every vertex of a face, because a manifold cut down to four vertices lets a coin of 64 sides rock for
-//! ever. Balls, cylinders and half-spaces stay exact. Not here: mass and inertia, which come with the body.
+//! Hulls keep every vertex of a face, because a manifold cut down to four vertices lets a coin of 64 sides
+//! rock for ever. Balls, cylinders and half-spaces stay exact. Not here: mass and inertia, which come with
+//! the body.
 
 use clangor_core::body::Surface;
 use clangor_core::geometry::convex::ConvexPart;
@@ -10,7 +11,8 @@ use parry3d_f64::shape::{ConvexPolyhedron, SupportMap};
 
 /// Hulls and cylinders are rounded by this radius where they meet each other \[m\].
 ///
-/// It keeps the distance query away from overlap, where it is slower and less exact. Bodies so rest 10 µm apart.
+/// It keeps the distance query away from overlap, where it is slower and less exact. Bodies so rest 10 µm
+/// apart.
 pub(super) const SKIN: f64 = 5e-6;
 
 /// A hull thinner than this fraction of its size has no usable inside.

@@ -1,8 +1,8 @@
 //! Sleep: bodies that have lain still together are not simulated until something touches them.
 //!
 //! Bodies that touch form an island. It falls asleep when every body of it has been slower than
-//! [`SLEEP_SPEED`] for [`SLEEP_TIME`]; the momentum that is left is taken away and logged, so that the balance holds.
-//! Touching one body of an island wakes all of it.
+//! [`SLEEP_SPEED`] for [`SLEEP_TIME`]; the momentum that is left is taken away and logged, so that the
+//! balance holds. Touching one body of an island wakes all of it.
 
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow};
@@ -33,7 +33,8 @@ pub(super) fn settle(
     step: &Step,
     log: &mut StepLog,
 ) {
-    // Twice the distance at which slow bodies wake each other: else two islands could do so in turns for ever.
+    // Twice the distance at which slow bodies wake each other: else two islands could do so in turns for
+    // ever.
     let fall = step.gravity.length() * step.length * step.length;
     let near = 2.0 * (SLOP + 2.0 * SLEEP_SPEED * step.length + fall);
     let mut parent: Vec<usize> = (0..bodies.len()).collect();

@@ -1,7 +1,7 @@
 //! Linear springs between centres of mass, as explicit forces at the middle of the step.
 //!
-//! `F = −(k (l − l₀) + c l̇) e` along the unit vector e from the far end. With the positions of the middle this is the
-//! leapfrog rule, stable while `Δt √(k/m) < 2`.
+//! `F = −(k (l − l₀) + c l̇) e` along the unit vector e from the far end. With the positions of the middle
+//! this is the leapfrog rule, stable while `Δt √(k/m) < 2`.
 
 use clangor_core::body::{BodyId, Link, SpringEnd};
 use clangor_core::timeline::{ContactKind, ContactRow};

@@ -1,13 +1,15 @@
 //! The state of a body inside a step.
 //!
-//! A step of length Δt starts at t = 0. Between impulses a body flies freely through the pose (x_m, q_m) that it has,
-//! or would have, at the middle of the step:
+//! A step of length Δt starts at t = 0. Between impulses a body flies freely through the pose (x_m, q_m) that
+//! it has, or would have, at the middle of the step:
 //!
-//! `x(t) = x_m + u (t − Δt/2) + g t²/2`,  `v(t) = u + g t`,  `q(t) =` torque-free rotation of q_m by `t − Δt/2`.
+//! `x(t) = x_m + u (t − Δt/2) + g t²/2`, `v(t) = u + g t`, `q(t) =` torque-free rotation of q_m by `t −
+//! Δt/2`.
 //!
-//! Gravity is thus outside (x_m, u), so a resting body has x_m where it lies and u = 0. An impulse at t* is applied at
-//! the exact pose of t*, and the new flight is carried back to the middle: [`BodyState::redirect`]. After the collision
-//! phase u becomes the velocity at the end of the step by `u += g Δt`, and the contact phase acts at (x_m, q_m).
+//! Gravity is thus outside (x_m, u), so a resting body has x_m where it lies and u = 0. An impulse at t* is
+//! applied at the exact pose of t*, and the new flight is carried back to the middle:
+//! [`BodyState::redirect`]. After the collision phase u becomes the velocity at the end of the step by `u +=
+//! g Δt`, and the contact phase acts at (x_m, q_m).
 
 use clangor_core::body::{Body, Motion};
 use clangor_core::pose::Track;

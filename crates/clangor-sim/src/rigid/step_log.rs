@@ -23,7 +23,8 @@ pub struct Impulse {
 }
 
 impl Impulse {
-    /// An impulse on A at a (point, normal, depth), as (normal, tangential, couple), with the velocity before.
+    /// An impulse on A at a (point, normal, depth), as (normal, tangential, couple), with the velocity
+    /// before.
     pub(super) fn between(
         (a, arm_a): (u32, DVec3),
         (b, arm_b): (u32, DVec3),
@@ -127,8 +128,8 @@ impl StepLog {
         }
     }
 
-    /// Kind, rows and poses of each group of one pair at one instant, in the order in which they happened; the poses are
-    /// those of the moving bodies before the impulses.
+    /// Kind, rows and poses of each group of one pair at one instant, in the order in which they happened;
+    /// the poses are those of the moving bodies before the impulses.
     pub fn groups(&self) -> impl Iterator<Item = (ContactKind, &[ContactRow], &[PoseRow])> {
         self.groups.iter().map(|g| (g.kind, &self.rows[g.rows.clone()], &self.poses[g.poses.clone()]))
     }

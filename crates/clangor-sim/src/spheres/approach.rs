@@ -1,16 +1,16 @@
 //! When two surfaces first meet: roots of the gap over time.
 //!
-//! * Two balls under the same acceleration move uniformly relative to each other; |d + w s| = R is quadratic. The
-//!   discriminant is taken as R²w² − |d × w|², which does not cancel for a grazing pass, and the root as
+//! * Two balls under the same acceleration move uniformly relative to each other; |d + w s| = R is quadratic.
+//!   The discriminant is taken as R²w² − |d × w|², which does not cancel for a grazing pass, and the root as
 //!   c/(−b + √disc), which does not cancel for a near contact.
 //! * A ball under constant acceleration meets a plane at a root of gap + v s + a s²/2.
-//! * Everything else (rolling against flying, swinging arcs): gap(s) = |d(s)| − R has gap″ ≥ −A with A the largest
-//!   relative acceleration, because the distance of two uniformly moving points is convex. So gap + gap′ s − A s²/2 is
-//!   a lower bound, its root never lies beyond the first contact, and advancing from root to root is Newton's method
-//!   that cannot step over a contact. No polynomial of degree four is solved.
+//! * Everything else (rolling against flying, swinging arcs): gap(s) = |d(s)| − R has gap″ ≥ −A with A the
+//!   largest relative acceleration, because the distance of two uniformly moving points is convex. So gap +
+//!   gap′ s − A s²/2 is a lower bound, its root never lies beyond the first contact, and advancing from root
+//!   to root is Newton's method that cannot step over a contact. No polynomial of degree four is solved.
 //!
-//! A contact that is not left faster than A·[`CONTACT_TIME`]/2 is lasting: the next search starts [`CONTACT_TIME`]
-//! later.
+//! A contact that is not left faster than A·[`CONTACT_TIME`]/2 is lasting: the next search starts
+//! [`CONTACT_TIME`] later.
 
 use glam::DVec3;
 
@@ -30,7 +30,8 @@ pub(super) enum Approach {
     Unclear(f64),
 }
 
-/// Time [s] to the contact of two balls in uniform relative motion: offset `d`, relative velocity `w`, R = `reach`.
+/// Time [s] to the contact of two balls in uniform relative motion: offset `d`, relative velocity `w`, R =
+/// `reach`.
 #[inline]
 pub(super) fn meet_uniform(d: DVec3, w: DVec3, reach: f64) -> Option<f64> {
     let b = d.dot(w);
@@ -48,7 +49,8 @@ pub(super) fn meet_uniform(d: DVec3, w: DVec3, reach: f64) -> Option<f64> {
     Some(c / (discriminant.sqrt() - b))
 }
 
-/// Time [s] to the next contact with a plane at distance `gap`, under constant normal velocity and acceleration.
+/// Time [s] to the next contact with a plane at distance `gap`, under constant normal velocity and
+/// acceleration.
 #[inline]
 pub(super) fn meet_plane(gap: f64, v: f64, a: f64) -> Option<f64> {
     if gap <= TOUCH && v.abs() <= QUIET_SPEED {

@@ -1,13 +1,14 @@
 //! Motion without closed form: balls on rods and springs, as Chebyshev series in time.
 //!
-//! A hung ball is a spherical pendulum: a = f + Σ λᵢ dᵢ with dᵢ the unit vectors from the anchors and dᵢ·a = −v²/Lᵢ.
-//! A spring pulls with k (ℓ − ℓ₀) + c ℓ̇ along itself. Balls that springs join are integrated together, as an island.
+//! A hung ball is a spherical pendulum: a = f + Σ λᵢ dᵢ with dᵢ the unit vectors from the anchors and dᵢ·a =
+//! −v²/Lᵢ. A spring pulls with k (ℓ − ℓ₀) + c ℓ̇ along itself. Balls that springs join are integrated
+//! together, as an island.
 //!
-//! Over a segment of h seconds the accelerations are interpolated at [`NODES`] Chebyshev points and integrated twice
-//! in closed form; the accelerations at the new positions give the next iterate until nothing changes
-//! (Picard–Chebyshev iteration: collocation of order [`NODES`]). The series is at once the dense output in which
-//! events are sought, to rounding, and the sum of its coefficients bounds the acceleration. A segment whose last
-//! coefficients are not negligible is halved.
+//! Over a segment of h seconds the accelerations are interpolated at [`NODES`] Chebyshev points and
+//! integrated twice in closed form; the accelerations at the new positions give the next iterate until
+//! nothing changes (Picard–Chebyshev iteration: collocation of order [`NODES`]). The series is at once the
+//! dense output in which events are sought, to rounding, and the sum of its coefficients bounds the
+//! acceleration. A segment whose last coefficients are not negligible is halved.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -202,7 +203,8 @@ impl Island {
         self.start + self.span
     }
 
-    /// An orthonormal basis of the directions in which rods hold a ball at `position`; zero where there is none.
+    /// An orthonormal basis of the directions in which rods hold a ball at `position`; zero where there is
+    /// none.
     pub(super) fn held(&self, ball: usize, position: DVec3) -> [DVec3; 2] {
         let mut basis = [DVec3::ZERO; 2];
         let mut count = 0;

@@ -1,7 +1,7 @@
 //! The state of a ball between two events: x(t) = x₀ + v₀ s + a s²/2, ω(t) = ω₀ + α s, s = t − t₀.
 //!
-//! Flight, sliding, rolling and rest are all of this form, each with its own constant accelerations. Balls are
-//! brought forward lazily: a record keeps the state of the last event that changed its motion.
+//! Flight, sliding, rolling and rest are all of this form, each with its own constant accelerations. Balls
+//! are brought forward lazily: a record keeps the state of the last event that changed its motion.
 
 use glam::{DQuat, DVec3};
 

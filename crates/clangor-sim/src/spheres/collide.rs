@@ -144,8 +144,8 @@ impl Engine {
         Ok(())
     }
 
-    /// Whether a ball has been hit [`QUICK_HITS`] times in a row at intervals of at most 1.5 CONTACT_TIME, the last
-    /// time not longer ago than a multiple of it.
+    /// Whether a ball has been hit [`QUICK_HITS`] times in a row at intervals of at most 1.5 CONTACT_TIME,
+    /// the last time not longer ago than a multiple of it.
     fn is_hit_incessantly(&self, ball: usize, within: f64) -> bool {
         let traits = &self.traits[ball];
         traits.quick_hits >= QUICK_HITS && self.now - traits.last_hit < within * CONTACT_TIME

@@ -101,8 +101,8 @@ pub(crate) struct Engine {
 }
 
 impl Engine {
-    /// The balls of a world in their places, with or without the impulses of lasting contacts; [`Engine::begin`] sets
-    /// them in motion.
+    /// The balls of a world in their places, with or without the impulses of lasting contacts;
+    /// [`Engine::begin`] sets them in motion.
     pub(crate) fn new(world: &World, logs_lasting: bool) -> Result<Self, SimulationError> {
         let start = setup::start(world)?;
         let count = start.balls.len();
@@ -224,8 +224,9 @@ impl Engine {
         }
     }
 
-    /// Lets everything until `stop` \[s\] happen, but not much more than `most` events, of which large clusters count for
-    /// several. The present time is `stop` unless they were too many. Returns their number.
+    /// Lets everything until `stop` \[s\] happen, but not much more than `most` events, of which large
+    /// clusters count for several. The present time is `stop` unless they were too many. Returns their
+    /// number.
     pub(crate) fn pass(
         &mut self,
         world: &World,

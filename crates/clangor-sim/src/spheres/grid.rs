@@ -1,9 +1,10 @@
 //! Which balls are near: cells of a regular grid, wrapped around into a fixed number of buckets.
 //!
-//! Cells are at least as wide as the widest ball, so that whatever touches a ball is in its cell or in one of the 26
-//! about it. The grid has no border: cell (i, j, k) lies in bucket (i mod X, j mod Y, k mod Z), and balls of distant
-//! cells that share a bucket cost a comparison, nothing else. Lists are linked through the balls themselves. Buckets of
-//! 4 × 2 × 2 cells share a cache line: the 27 about a ball lie in six lines on average, in rows it would be ten.
+//! Cells are at least as wide as the widest ball, so that whatever touches a ball is in its cell or in one of
+//! the 26 about it. The grid has no border: cell (i, j, k) lies in bucket (i mod X, j mod Y, k mod Z), and
+//! balls of distant cells that share a bucket cost a comparison, nothing else. Lists are linked through the
+//! balls themselves. Buckets of 4 × 2 × 2 cells share a cache line: the 27 about a ball lie in six lines on
+//! average, in rows it would be ten.
 
 use glam::DVec3;
 
@@ -49,8 +50,8 @@ impl Heads {
 impl Grid {
     /// A grid of cells `edge` wide [m] (infinite: one cell) with buckets for cells between two corners.
     pub(super) fn new(edge: f64, low: DVec3, high: DVec3, balls: usize) -> Self {
-        // At least four per axis, so that the 27 cells about a ball are 27 buckets; one more than the balls span, so
-        // that a box of balls does not wrap onto itself.
+        // At least four per axis, so that the 27 cells about a ball are 27 buckets; one more than the balls
+        // span, so that a box of balls does not wrap onto itself.
         let mut size =
             ((high - low) / edge).to_array().map(|cells| (cells.ceil() as u32).saturating_add(1).max(4));
         while size.iter().map(|&n| u64::from(n)).product::<u64>() > 8 * balls.max(16) as u64 {
@@ -141,8 +142,8 @@ impl Grid {
         self.block(cell, [0; 3], [2; 3])
     }
 
-    /// The first balls of the nine cells that come into reach when a ball enters `cell` through face `exit` of the
-    /// last one.
+    /// The first balls of the nine cells that come into reach when a ball enters `cell` through face `exit`
+    /// of the last one.
     #[inline]
     pub(super) fn ahead(&self, cell: [i32; 3], exit: u8) -> Heads {
         let (mut first, mut last) = ([0; 3], [2; 3]);
@@ -169,8 +170,8 @@ impl Grid {
                 for &x in &near[0][first[0]..=last[0]] {
                     let bucket = (x + y + z) as usize;
                     let head = self.heads[bucket / 16].0[bucket % 16];
-                    // Most cells are empty, in no order that a processor could foresee: kept without a branch. There
-                    // are at most 27, and the mask spares the check.
+                    // Most cells are empty, in no order that a processor could foresee: kept without a
+                    // branch. There are at most 27, and the mask spares the check.
                     heads.balls[heads.count & 31] = head;
                     heads.count += usize::from(head != NONE);
                 }

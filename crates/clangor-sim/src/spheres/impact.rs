@@ -1,13 +1,14 @@
-//! Impacts: everything that touches at one instant, by generalized reflections (Smith, Kaufman, Vouga, Tamstorf and
-//! Grinspun 2012, "Reflections on simultaneous impact").
+//! Impacts: everything that touches at one instant, by generalized reflections (Smith, Kaufman, Vouga,
+//! Tamstorf and Grinspun 2012, "Reflections on simultaneous impact").
 //!
-//! Of all contacts of a touching cluster only those that approach now are solved together: λ ≥ 0 is the inelastic
-//! impulse of least kinetic energy, M Δv = Nᵀλ with 0 ≤ λ ⊥ N v ≥ 0, and each contact gets (1 + e) λ. Others may
-//! approach after that; the round is repeated until none does. One problem for the whole cluster would spread the
-//! energy over a Newton's cradle; pair by pair, the outcome would depend on the order of a symmetric break.
+//! Of all contacts of a touching cluster only those that approach now are solved together: λ ≥ 0 is the
+//! inelastic impulse of least kinetic energy, M Δv = Nᵀλ with 0 ≤ λ ⊥ N v ≥ 0, and each contact gets (1 + e)
+//! λ. Others may approach after that; the round is repeated until none does. One problem for the whole
+//! cluster would spread the energy over a Newton's cradle; pair by pair, the outcome would depend on the
+//! order of a symmetric break.
 //!
-//! Friction follows in each round: the tangential impulse that would stop the slip (2/7 of the momentum of a sliding
-//! solid ball), cut to the Coulomb cone μ (1 + e) λ. Impulses act on hung balls through the mobility
+//! Friction follows in each round: the tangential impulse that would stop the slip (2/7 of the momentum of a
+//! sliding solid ball), cut to the Coulomb cone μ (1 + e) λ. Impulses act on hung balls through the mobility
 //! (1 − Σ d dᵀ)/m, d the directions of their rods, which take up the rest.
 
 use clangor_core::material::PairCoefficients;
@@ -17,8 +18,8 @@ use super::QUIET_SPEED;
 
 /// Rounds of reflections after which the cluster is stopped without restitution.
 const MAX_ROUNDS: usize = 500;
-/// Approach, relative to that of the first round, that is stopped without restitution: the end of an infinite sequence
-/// of ever weaker rounds, as where three balls with e < 1 touch in a row.
+/// Approach, relative to that of the first round, that is stopped without restitution: the end of an infinite
+/// sequence of ever weaker rounds, as where three balls with e < 1 touch in a row.
 const FADED: f64 = 1e-8;
 /// Sweeps of the iterations inside a round.
 const MAX_SWEEPS: usize = 200;
@@ -74,8 +75,8 @@ pub(super) struct Touch {
 pub(super) enum Slow {
     /// The normal velocity becomes zero: a plane then supports the ball.
     Stay,
-    /// The rebound is as fast as `slow`, if the approach was: contacts that cannot be supported follow each other
-    /// after CONTACT_TIME, not ever faster.
+    /// The rebound is as fast as `slow`, if the approach was: contacts that cannot be supported follow each
+    /// other after CONTACT_TIME, not ever faster.
     Hop,
 }
 
@@ -147,7 +148,8 @@ impl Touch {
     }
 }
 
-/// Resolves a cluster: velocities of the members change, the impulses are returned in the order in which they act.
+/// Resolves a cluster: velocities of the members change, the impulses are returned in the order in which they
+/// act.
 ///
 /// Where nothing approaches faster than `hush` [m/s], that speed is lost at once.
 pub(super) fn reflect(
@@ -267,7 +269,8 @@ fn lift(members: &mut [Member], touches: &[Touch], impulse_pairs: &mut Vec<Impul
     }
 }
 
-/// λ ≥ 0 with 0 ≤ λ ⊥ v + A λ ≥ 0: Gauss–Seidel finds which contacts act, elimination makes their impulses exact.
+/// λ ≥ 0 with 0 ≤ λ ⊥ v + A λ ≥ 0: Gauss–Seidel finds which contacts act, elimination makes their impulses
+/// exact.
 fn least_energy(
     active: &[usize],
     speeds: &[f64],
@@ -299,12 +302,14 @@ fn least_energy(
     polish(&matrix, speeds, &lambda).unwrap_or(lambda)
 }
 
-/// Solves the equations of the acting contacts directly; `None` if they are redundant or the set was not right yet.
+/// Solves the equations of the acting contacts directly; `None` if they are redundant or the set was not
+/// right yet.
 fn polish(matrix: &[f64], speeds: &[f64], guess: &[f64]) -> Option<Vec<f64>> {
     let n = speeds.len();
     let acting: Vec<usize> = (0..n).filter(|&k| guess[k] > 0.0).collect();
     let m = acting.len();
-    // [A | −v], eliminated without pivoting: A is symmetric and positive definite unless contacts are redundant.
+    // [A | −v], eliminated without pivoting: A is symmetric and positive definite unless contacts are
+    // redundant.
     let mut rows: Vec<Vec<f64>> = acting
         .iter()
         .map(|&k| acting.iter().map(|&l| matrix[k * n + l]).chain([-speeds[k]]).collect())

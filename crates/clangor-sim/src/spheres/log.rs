@@ -1,4 +1,5 @@
-//! What is sampled: poses, and the impulses of lasting contacts, exact because forces are constant within a phase.
+//! What is sampled: poses, and the impulses of lasting contacts, exact because forces are constant within a
+//! phase.
 
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
@@ -62,8 +63,8 @@ impl Engine {
 
     /// Adds the impulses of the springs and rods of an island up to now.
     ///
-    /// A spring between two balls becomes two rows against the world, each at the centre of its ball: a link has no
-    /// torque about it, and the far centre has moved in between.
+    /// A spring between two balls becomes two rows against the world, each at the centre of its ball: a link
+    /// has no torque about it, and the far centre has moved in between.
     pub(super) fn bank_links(&mut self, index: usize) {
         let Some(pending) = self.pending.as_mut() else { return };
         let island = &self.islands[index];

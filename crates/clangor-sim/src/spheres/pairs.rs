@@ -1,6 +1,7 @@
 //! Coefficients of pairs, looked up: a table over the distinct materials of a world.
 //!
-//! A body's record is large; reading two of them at each of a million impacts would cost more than the impact.
+//! A body's record is large; reading two of them at each of a million impacts would cost more than the
+//! impact.
 
 use std::collections::BTreeMap;
 

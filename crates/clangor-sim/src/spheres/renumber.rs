@@ -1,7 +1,8 @@
-//! Keeps neighbours in space neighbours in memory: balls are renumbered in the order of their cells now and then.
+//! Keeps neighbours in space neighbours in memory: balls are renumbered in the order of their cells now and
+//! then.
 //!
-//! A search reads the balls of 27 cells. In an order that collisions have long since mixed, each of them is a miss of
-//! the cache once the balls no longer fit it; in Z-order most of them share pages and lines.
+//! A search reads the balls of 27 cells. In an order that collisions have long since mixed, each of them is a
+//! miss of the cache once the balls no longer fit it; in Z-order most of them share pages and lines.
 
 use super::engine::{Engine, PLANE};
 use super::grid::NOWHERE;

@@ -1,9 +1,9 @@
 //! The next event of every ball, and which of them is first: a winner tree over groups.
 //!
-//! The times of eight balls share a cache line. A static binary tree over these lines holds in each inner node the
-//! earlier of its two children, so that changing one time costs one line and at most log₂ N/8 comparisons along one
-//! path. Nothing is ever searched for or thrown away: a ball has one entry however often it is predicted anew. Equal
-//! times are won by the lower index.
+//! The times of eight balls share a cache line. A static binary tree over these lines holds in each inner
+//! node the earlier of its two children, so that changing one time costs one line and at most log₂ N/8
+//! comparisons along one path. Nothing is ever searched for or thrown away: a ball has one entry however
+//! often it is predicted anew. Equal times are won by the lower index.
 
 /// Balls whose times share a cache line.
 const GROUP: usize = 8;

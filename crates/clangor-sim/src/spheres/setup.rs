@@ -90,8 +90,8 @@ pub(super) fn start(world: &World) -> Result<Start, SimulationError> {
     Ok(start)
 }
 
-/// Chooses the cells, and keeps the balls in the order of their cells, so that neighbours in space are neighbours in
-/// memory.
+/// Chooses the cells, and keeps the balls in the order of their cells, so that neighbours in space are
+/// neighbours in memory.
 fn place(
     world: &World,
     mut spheres: Vec<(usize, f64)>,

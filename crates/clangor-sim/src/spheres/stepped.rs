@@ -1,18 +1,20 @@
 //! Piles: spheres and planes in steps of time, for worlds whose bodies come to lie on each other.
 //!
 //! A step of h seconds has three parts.
-//! 1. Contacts that are touching and hardly approach are solved together (`resting`): their balls move through the step
-//!    at the velocities of its end. All others fly on their parabolas.
-//! 2. Whatever meets on these paths faster than g h collides at the very instant of the meeting (`flight`), with Newton's
-//!    restitution and Coulomb's friction, pair by pair in the order of time. So the instants and speeds of impacts, which is
-//!    what is heard, are those of the exact solver as long as a ball flies; only bounces slower than g h, which is at most
-//!    half of what is heard, are lost.
+//! 1. Contacts that are touching and hardly approach are solved together (`resting`): their balls move
+//!    through the step at the velocities of its end. All others fly on their parabolas.
+//! 2. Whatever meets on these paths faster than g h collides at the very instant of the meeting (`flight`),
+//!    with Newton's restitution and Coulomb's friction, pair by pair in the order of time. So the instants
+//!    and speeds of impacts, which is what is heard, are those of the exact solver as long as a ball flies;
+//!    only bounces slower than g h, which is at most half of what is heard, are lost.
 //! 3. What overlaps is moved apart by a part of it; what has been at rest for a while falls asleep (`sleep`).
 //!
-//! Pairs that may meet come from lists with a margin (`neighbours`), which last as long as nothing leaves its margin.
+//! Pairs that may meet come from lists with a margin (`neighbours`), which last as long as nothing leaves its
+//! margin.
 //!
-//! Differs from [`rigid`](crate::rigid), which is for all shapes: impacts at their instants instead of the step's, and per
-//! contact a tenth of its arithmetic, because the normal of a sphere has no arm. Not here: rods and springs.
+//! Differs from [`rigid`](crate::rigid), which is for all shapes: impacts at their instants instead of the
+//! step's, and per contact a tenth of its arithmetic, because the normal of a sphere has no arm. Not here:
+//! rods and springs.
 
 mod flight;
 mod neighbours;
@@ -138,7 +140,8 @@ impl Ball {
         self.free && self.there && !self.asleep
     }
 
-    /// What has kept a ball in its place while it waited in the step that ends at `time`: the opposite of its weight.
+    /// What has kept a ball in its place while it waited in the step that ends at `time`: the opposite of its
+    /// weight.
     fn held(&self, time: f64) -> ContactRow {
         let impulse = self.acceleration * (-self.mass * self.waited);
         ContactRow {
@@ -197,8 +200,8 @@ pub(crate) struct Stepped {
 }
 
 impl Stepped {
-    /// The balls of a world in their places. Steps are at most `longest_step` \[s\], and so short that whatever is faster
-    /// than `v_min` is an impact.
+    /// The balls of a world in their places. Steps are at most `longest_step` \[s\], and so short that
+    /// whatever is faster than `v_min` is an impact.
     pub(crate) fn new(world: &World, longest_step: f64, v_min: f64) -> Result<Self, SimulationError> {
         let setup::Start { balls, spins, traits, planes, pairs, .. } = setup::start(world)?;
         let balls: Vec<Ball> = balls

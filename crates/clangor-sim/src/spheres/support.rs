@@ -1,20 +1,21 @@
 //! Lasting contact of a ball with planes: sliding, rolling, spinning, rest.
 //!
 //! On one plane with normal n, N = m g_n, inertia I = β m r² (β = 2/5 when solid), slip u = v + ω × (−r n):
-//! * sliding: friction −μ N û, so v̇ = g_t − μ g_n û and u̇ = g_t − μ g_n (1 + 1/β) û. A ball thrown flat at v₀ slides
-//!   for u/u̇ = (2/7) v₀/(μ g), then rolls at (5/7) v₀;
-//! * rolling: v̇ = (g_t − (ρ g_n/r) v̂)/(1 + β), ω = n × v/r, with the rolling-loss couple ρ N; it stops after
-//!   v²·(1 + β) r/(2 ρ g), and stays where |g_t| r ≤ ρ g_n;
-//! * spinning about n is slowed by the couple ρ N as well; sliding without friction is not slowed by anything.
+//! * sliding: friction −μ N û, so v̇ = g_t − μ g_n û and u̇ = g_t − μ g_n (1 + 1/β) û. A ball thrown flat at
+//!   v₀ slides for u/u̇ = (2/7) v₀/(μ g), then rolls at (5/7) v₀;
+//! * rolling: v̇ = (g_t − (ρ g_n/r) v̂)/(1 + β), ω = n × v/r, with the rolling-loss couple ρ N; it stops
+//!   after v²·(1 + β) r/(2 ρ g), and stays where |g_t| r ≤ ρ g_n;
+//! * spinning about n is slowed by the couple ρ N as well; sliding without friction is not slowed by
+//!   anything.
 //!
-//! These are solved in closed form where force and motion share a line (every horizontal plane, every slope without
-//! cross motion). Where the motion turns on a slope, the direction of the loss is held over pieces that end when the
-//! speed has changed by [`PIECE`], with the direction of the piece's middle, and the last piece ends exactly at zero.
-//! The loss couple is cut to what friction can turn into rolling.
+//! These are solved in closed form where force and motion share a line (every horizontal plane, every slope
+//! without cross motion). Where the motion turns on a slope, the direction of the loss is held over pieces
+//! that end when the speed has changed by [`PIECE`], with the direction of the piece's middle, and the last
+//! piece ends exactly at zero. The loss couple is cut to what friction can turn into rolling.
 //!
-//! A ball pressed against two or three planes (a groove, a corner) has no closed form: it moves with constant forces
-//! over steps of [`WEDGE_STEP`], each solved so that it neither enters a plane nor leaves its friction cone.
-//! Whatever the phase, forces are constant in it and are kept, so the log's impulses are exact.
+//! A ball pressed against two or three planes (a groove, a corner) has no closed form: it moves with constant
+//! forces over steps of [`WEDGE_STEP`], each solved so that it neither enters a plane nor leaves its friction
+//! cone. Whatever the phase, forces are constant in it and are kept, so the log's impulses are exact.
 
 use glam::DVec3;
 
@@ -150,15 +151,16 @@ fn roll(state: &mut State, n: DVec3, spin: f64) {
     state.omega = n * spin + n.cross(state.velocity) / state.radius;
 }
 
-/// A speed that loses `loss` along its direction while `drive` acts: direction of the loss, duration, whether the
-/// speed is zero at the end.
+/// A speed that loses `loss` along its direction while `drive` acts: direction of the loss, duration, whether
+/// the speed is zero at the end.
 struct Slowing {
     direction: DVec3,
     duration: f64,
     stops: bool,
 }
 
-/// The next piece of u̇ = drive − loss û, for u ≠ 0. In the last one the loss may differ from `loss` by rounding.
+/// The next piece of u̇ = drive − loss û, for u ≠ 0. In the last one the loss may differ from `loss` by
+/// rounding.
 fn slow_down(u: DVec3, drive: DVec3, loss: f64) -> Slowing {
     let speed = u.length();
     let direction = u / speed;
@@ -248,7 +250,8 @@ fn on_one(state: &mut State, ground: Ground) -> Phase {
     Phase { acceleration, alpha, reactions: vec![reaction], duration, end }
 }
 
-/// One step between several planes: normal and friction impulses by Gauss–Seidel, spread evenly over the step.
+/// One step between several planes: normal and friction impulses by Gauss–Seidel, spread evenly over the
+/// step.
 fn wedged(state: &mut State, grounds: &[Ground]) -> Phase {
     let (r, m, h) = (state.radius, state.mass, WEDGE_STEP);
     let mut velocity = state.velocity + state.gravity * h;
@@ -286,7 +289,8 @@ fn wedged(state: &mut State, grounds: &[Ground]) -> Phase {
             break;
         }
     }
-    // What the iteration leaves is far below a step's change: at rest it is none, and the largest force takes it up.
+    // What the iteration leaves is far below a step's change: at rest it is none, and the largest force takes
+    // it up.
     let small = 1e-6 * state.gravity.length() * h;
     let still = |v: DVec3, w: DVec3| v.length() + w.length() * r <= small;
     let rests = still(state.velocity, state.omega) && still(velocity, omega);

@@ -15,7 +15,8 @@ use clangor_sim::rigid::{Replacement, RigidWorld, StepLog};
 
 pub(crate) const EDGES: DVec3 = DVec3::new(0.12, 0.006, 0.12);
 
-/// A tile as hard to break as asked [J/m²] that falls at a speed [m/s] from a height [m] onto a plane, tilted by some degrees.
+/// A tile as hard to break as asked [J/m²] that falls at a speed [m/s] from a height [m] onto a plane, tilted
+/// by some degrees.
 pub(crate) fn tile(
     toughness: f64,
     (drop, speed): (f64, f64),

@@ -237,7 +237,8 @@ pub(crate) fn ring(major: f64, minor: f64, sectors: usize, sides: usize) -> Vec<
         .collect()
 }
 
-/// A wall of revolution about y between profile points (radius inside, radius outside, height), as convex sectors.
+/// A wall of revolution about y between profile points (radius inside, radius outside, height), as convex
+/// sectors.
 fn turned(profile: &[(f64, f64, f64)], sectors: usize) -> Vec<Vec<DVec3>> {
     let mut hulls = Vec::new();
     for pair in profile.windows(2) {

@@ -1,10 +1,11 @@
 //! Fields of any order around the axis: a normal acceleration a(s) cos mφ or a(s) sin mφ at a real frequency.
 //!
-//! The two have the same pressure p(s) but for the angle, and so do all accelerations of the same k and m share the
-//! matrix. Waves of one mesh share what depends on the geometry alone.
+//! The two have the same pressure p(s) but for the angle, and so do all accelerations of the same k and m
+//! share the matrix. Waves of one mesh share what depends on the geometry alone.
 //!
-//! Where the inside may resonate, the equations at the nodes are joined by those at points inside and solved as least
-//! squares; other points, which have not been used, then have to be as quiet. If they are not, more points are used.
+//! Where the inside may resonate, the equations at the nodes are joined by those at points inside and solved
+//! as least squares; other points, which have not been used, then have to be as quiet. If they are not, more
+//! points are used.
 
 use std::f64::consts::{PI, TAU};
 
@@ -80,8 +81,9 @@ pub struct RingWave {
 pub struct RingField {
     /// Pressure at the nodes.
     pub pressure: Vec<Complex64>,
-    /// Multipoles on the sphere of the reference radius R about the origin, n from 0: with φ counted as for the
-    /// acceleration and the axis as the polar one, p e^{ikr} = Σ c_n x^{−(n+1)} θₙ(ikRx)/θₙ(ikR) Y_n,±m, x = r/R.
+    /// Multipoles on the sphere of the reference radius R about the origin, n from 0: with φ counted as for
+    /// the acceleration and the axis as the polar one, p e^{ikr} = Σ c_n x^{−(n+1)} θₙ(ikRx)/θₙ(ikR) Y_n,±m,
+    /// x = r/R.
     pub coefficients: Vec<Complex64>,
 }
 
@@ -128,8 +130,8 @@ impl MeridianMesh {
 }
 
 impl AzimuthalSolver {
-    /// For a meridian about the origin, with multipoles on the sphere of `radius` \[m\]. The options' highest wavenumber is
-    /// not used: meshes are made for one each.
+    /// For a meridian about the origin, with multipoles on the sphere of `radius` \[m\]. The options' highest
+    /// wavenumber is not used: meshes are made for one each.
     pub fn new(meridian: &Meridian, radius: f64, options: AxisymmetricOptions) -> Self {
         let resonance = first_resonance(inscribed_radius(meridian));
         AzimuthalSolver { meridian: meridian.clone(), radius, options, resonance }

@@ -1,9 +1,9 @@
 //! The inside of a body of revolution: how thick it is, and points in it.
 //!
-//! The equation for the pressure on the surface has more than one solution where the inside resonates with p = 0 on the
-//! surface: the field of the others does not vanish inside. Points inside, where it has to, single out the right one
-//! (Schenck, J. Acoust. Soc. Am. 44, 1968). Few of them may lie where a resonance has its nodes; many, scattered
-//! over all that is thick enough to resonate, do not.
+//! The equation for the pressure on the surface has more than one solution where the inside resonates with p
+//! = 0 on the surface: the field of the others does not vanish inside. Points inside, where it has to, single
+//! out the right one (Schenck, J. Acoust. Soc. Am. 44, 1968). Few of them may lie where a resonance has its
+//! nodes; many, scattered over all that is thick enough to resonate, do not.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -26,8 +26,8 @@ pub(super) fn inscribed_radius(meridian: &Meridian) -> f64 {
     touching_balls(meridian).into_iter().map(|(_, _, radius)| radius).fold(0.0, f64::max)
 }
 
-/// Points (r, y) inside \[m\], `count` of them from the `skip`-th of a sequence, where the body is thicker than
-/// a fraction of what resonates at `wavenumber` [1/m].
+/// Points (r, y) inside \[m\], `count` of them from the `skip`-th of a sequence, where the body is thicker
+/// than a fraction of what resonates at `wavenumber` [1/m].
 pub(super) fn inner_points(meridian: &Meridian, wavenumber: f64, skip: usize, count: usize) -> Vec<DVec2> {
     // The fractions of the golden ratio and of √2 never meet.
     const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -48,7 +48,8 @@ pub(super) fn inner_points(meridian: &Meridian, wavenumber: f64, skip: usize, co
 
 /// Points of the surface, outward normals there and the radii of the largest balls inside that touch there.
 ///
-/// The ball that touches at x with outward normal n and passes through q has the radius |q − x|²/(2 n·(x − q)).
+/// The ball that touches at x with outward normal n and passes through q has the radius |q − x|²/(2 n·(x −
+/// q)).
 fn touching_balls(meridian: &Meridian) -> Vec<(DVec2, DVec2, f64)> {
     let mut points: Vec<(DVec2, DVec2)> = Vec::new();
     for piece in meridian.pieces() {

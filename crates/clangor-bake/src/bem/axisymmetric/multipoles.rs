@@ -7,8 +7,9 @@
 //! c_n = θₙ(ikR)/R^{n+1} · (2π, π) ∫ [ p_m ∂/∂n (u_n(kr) rⁿ Y_nm) + a_m u_n(kr) rⁿ Y_nm ] r ds
 //! ```
 //!
-//! with 2π for m = 0. Rigid motions have m = 0 and 1. In the axes of the body they spread over all orders. With e any direction across the axis and φ counted from it, the
-//! addition theorem for Pₙ(a·x) and its derivative when a tilts towards e give
+//! with 2π for m = 0. Rigid motions have m = 0 and 1. In the axes of the body they spread over all orders.
+//! With e any direction across the axis and φ counted from it, the addition theorem for Pₙ(a·x) and its
+//! derivative when a tilts towards e give
 //!
 //! ```text
 //! Y_n0(about a) = √(4π/(2n+1)) Σ_m Y_nm(a) Y_nm(x)
@@ -53,8 +54,8 @@ pub(super) struct AxisProjection {
 }
 
 impl AxisProjection {
-    /// For pressures that go like cos mφ or sin mφ, m = `around`, and coefficients on the sphere of `radius` \[m\] up to
-    /// an order.
+    /// For pressures that go like cos mφ or sin mφ, m = `around`, and coefficients on the sphere of `radius`
+    /// \[m\] up to an order.
     pub(super) fn new(panels: &Panels, radius: f64, around: usize, order: usize) -> Self {
         let turn = if around == 0 { 2.0 * PI } else { PI };
         let steps: Vec<[f64; 2]> = (around + 1..=order).map(|n| recurrence(n, around)).collect();
@@ -102,7 +103,8 @@ impl AxisProjection {
     }
 }
 
-/// rⁿ Y_nm and its gradient at φ = 0 for n = m and those of the steps, in the half-plane (r, y) with y the polar axis.
+/// rⁿ Y_nm and its gradient at φ = 0 for n = m and those of the steps, in the half-plane (r, y) with y the
+/// polar axis.
 fn harmonics(x: DVec2, m: usize, steps: &[[f64; 2]]) -> Vec<(f64, DVec2)> {
     let mut size = (0.25 / PI).sqrt();
     for k in 1..=m {

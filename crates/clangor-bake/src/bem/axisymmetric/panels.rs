@@ -1,8 +1,9 @@
 //! The meridian cut into panels with Gauss–Legendre nodes.
 //!
-//! A panel is halved until it bends by less than a radian, is short against the wave, and, where two pieces meet at an
-//! angle, is 2^−levels as long as the shorter piece; then until it is at most twice as long as its neighbours. That
-//! grades the panels geometrically towards edges and towards small features such as a thin rim.
+//! A panel is halved until it bends by less than a radian, is short against the wave, and, where two pieces
+//! meet at an angle, is 2^−levels as long as the shorter piece; then until it is at most twice as long as its
+//! neighbours. That grades the panels geometrically towards edges and towards small features such as a thin
+//! rim.
 
 use clangor_core::geometry::meridian::{Meridian, Piece};
 use glam::DVec2;
@@ -162,7 +163,8 @@ impl Panels {
         values.iter_mut().for_each(|v| *v *= inverse);
     }
 
-    /// Slopes at each node of the rule on [0, 1], node after node, of the polynomials of [`cardinal`](Self::cardinal).
+    /// Slopes at each node of the rule on [0, 1], node after node, of the polynomials of
+    /// [`cardinal`](Self::cardinal).
     pub(super) fn slopes(&self) -> Vec<f64> {
         let count = self.rule.len();
         let mut out = vec![0.0; count * count];

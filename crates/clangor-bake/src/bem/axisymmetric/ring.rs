@@ -1,7 +1,7 @@
 //! The kernels of a ring: Green's function and its normal derivative, integrated around the axis with cos mφ.
 //!
-//! A source ring at (r', y') is seen from a target at (r, y), φ = 0, at the distance ρ² = δ² + 4 r r' sin²(φ/2), δ being the
-//! distance in the half-plane. With C = cos kρ + kρ sin kρ and E = kρ cos kρ − sin kρ,
+//! A source ring at (r', y') is seen from a target at (r, y), φ = 0, at the distance ρ² = δ² + 4 r r'
+//! sin²(φ/2), δ being the distance in the half-plane. With C = cos kρ + kρ sin kρ and E = kρ cos kρ − sin kρ,
 //!
 //! ```text
 //! S_m = 1/4π ∫ e^{−ikρ}/ρ cos mφ dφ                  = 1/4π ∫ (cos kρ/ρ − i sin kρ/ρ) cos mφ dφ
@@ -9,10 +9,11 @@
 //! ```
 //!
 //! cos kρ, C, sin kρ/ρ and E/ρ³ are entire functions of ρ² and so of cos φ: their Fourier series end at about
-//! k min(r, r'), and with cos mφ at m more, however close the target is. What does not is 1/ρ and 1/ρ³, whose Fourier
-//! coefficients are Laplace's, known by elliptic integrals and a recurrence. The integral of a product of the two
-//! over J midpoints is therefore as exact for a target on the ring as far away: Σ_j w_j cos kρ_j cos mφ_j, w_j being the
-//! first J terms of the series of 1/ρ. The weights hold for all frequencies and orders.
+//! k min(r, r'), and with cos mφ at m more, however close the target is. What does not is 1/ρ and 1/ρ³, whose
+//! Fourier coefficients are Laplace's, known by elliptic integrals and a recurrence. The integral of a
+//! product of the two over J midpoints is therefore as exact for a target on the ring as far away: Σ_j w_j
+//! cos kρ_j cos mφ_j, w_j being the first J terms of the series of 1/ρ. The weights hold for all frequencies
+//! and orders.
 //!
 //! With ρ² = s²(1 − 2t cos φ + t²), 1/ρ = s⁻¹ (b₀/2 + Σ bₙ cos nφ), b₀ = 4K(t)/π, b₁ = 4(K − E)/(πt) and
 //!
@@ -20,8 +21,9 @@
 //! (2n+1) bₙ₊₁ = 2n (t + 1/t) bₙ − (2n−1) bₙ₋₁,    b'ₙ = (2n+1) [(1+t²) bₙ − 2t bₙ₊₁] / (1−t²)²
 //! ```
 //!
-//! for 1/ρ³ (Brouwer and Clemence, Methods of Celestial Mechanics, 1961, ch. XV). Upwards where t is close to 1, else
-//! downwards by Miller's method; where tⁿ has died out within J terms the plain midpoint rule is exact.
+//! for 1/ρ³ (Brouwer and Clemence, Methods of Celestial Mechanics, 1961, ch. XV). Upwards where t is close to
+//! 1, else downwards by Miller's method; where tⁿ has died out within J terms the plain midpoint rule is
+//! exact.
 
 use std::f64::consts::PI;
 
@@ -101,7 +103,8 @@ impl Midpoints {
 pub(super) struct MidpointLadder(Vec<Midpoints>);
 
 impl MidpointLadder {
-    /// Rules up to what rings need that are seen from a radius with kr up to `bandwidth`, for m up to `order`.
+    /// Rules up to what rings need that are seen from a radius with kr up to `bandwidth`, for m up to
+    /// `order`.
     pub(super) fn new(bandwidth: f64, order: usize) -> Self {
         let longest = points_for(bandwidth, order).div_ceil(8);
         MidpointLadder((1..=longest).map(|k| Midpoints::new(8 * k)).collect())
@@ -115,7 +118,8 @@ impl MidpointLadder {
     }
 }
 
-/// The series of cos kρ ends like the Bessel functions J₂ₙ(2kr): at n = kr, and a few times (kr)^{1/3} beyond.
+/// The series of cos kρ ends like the Bessel functions J₂ₙ(2kr): at n = kr, and a few times (kr)^{1/3}
+/// beyond.
 #[inline(always)]
 fn points_for(bandwidth: f64, order: usize) -> usize {
     // 7 points hold m = 1 too.

@@ -5,10 +5,10 @@
 //! ```
 //!
 //! A panel far from the target is integrated at its own nodes. One that is near is halved towards the target
-//! until each part is far, with the pressure interpolated; far means that the target and its image behind the axis lie
-//! outside the ellipse around the part on which Gauss' rule has converged. On the panel of the target itself the kernels
-//! are singular like ln|s − s'|: each side has a Gauss rule in the cube root of the distance, which makes of
-//! it a function of four derivatives.
+//! until each part is far, with the pressure interpolated; far means that the target and its image behind the
+//! axis lie outside the ellipse around the part on which Gauss' rule has converged. On the panel of the
+//! target itself the kernels are singular like ln|s − s'|: each side has a Gauss rule in the cube root of the
+//! distance, which makes of it a function of four derivatives.
 
 use glam::DVec2;
 use num_complex::Complex64;
@@ -88,8 +88,9 @@ impl<'a, const M: usize> RowContext<'a, M> {
         accelerations: &'a [Vec<f64>],
     ) -> Self {
         let order = panels.rule.len();
-        // Gauss' rule with n points errs by ρ^{−2n} if the integrand is analytic within the ellipse of parameter ρ around
-        // the panel; a point is on it if its distances from the ends are (ρ + 1/ρ)/2 lengths together.
+        // Gauss' rule with n points errs by ρ^{−2n} if the integrand is analytic within the ellipse of
+        // parameter ρ around the panel; a point is on it if its distances from the ends are (ρ + 1/ρ)/2
+        // lengths together.
         let ratio = |accuracy: f64| {
             let rho = accuracy.powf(-0.5 / order as f64);
             0.5 * (rho + 1.0 / rho)

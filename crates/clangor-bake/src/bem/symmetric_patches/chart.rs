@@ -1,7 +1,8 @@
 //! Smooth pieces of a surface, and the patches they are cut into.
 //!
-//! A chart maps the unit square onto a piece of one octant of the body; both the point and the normal times the element
-//! of area come in closed form. A patch is a rectangle of a chart with a grid of Gauss–Legendre nodes.
+//! A chart maps the unit square onto a piece of one octant of the body; both the point and the normal times
+//! the element of area come in closed form. A patch is a rectangle of a chart with a grid of Gauss–Legendre
+//! nodes.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -10,8 +11,9 @@ use glam::DVec3;
 /// A piece of the surface in the octant x, y, z ≥ 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Chart {
-    /// A third of an octant of an ellipsoid, whose corners are the ends of semi-axis `face`, of the two planes of
-    /// symmetry through it, and the middle: x = centre + S d/|d|, d = (1, tan πu/4, tan πv/4) in cyclic order.
+    /// A third of an octant of an ellipsoid, whose corners are the ends of semi-axis `face`, of the two
+    /// planes of symmetry through it, and the middle: x = centre + S d/|d|, d = (1, tan πu/4, tan πv/4) in
+    /// cyclic order.
     Ellipsoid {
         /// Centre \[m\].
         centre: DVec3,

@@ -25,7 +25,8 @@ pub(super) struct Rules {
 impl Rules {
     /// Rules for errors of the order of `accuracy`.
     ///
-    /// Gauss's n-point rule on a square loses (d + √(d² + 1))^{−2n} for a singularity at d half sides, d ≥ √2 `near`.
+    /// Gauss's n-point rule on a square loses (d + √(d² + 1))^{−2n} for a singularity at d half sides, d ≥ √2
+    /// `near`.
     pub(super) fn new(accuracy: f64) -> Self {
         let (far, near, least) = match accuracy {
             a if a < 1e-5 => (4.0, 1.5, 8),
@@ -41,8 +42,8 @@ impl Rules {
         &self.gauss[n.min(MOST_POINTS)]
     }
 
-    /// Points along a side of a part of a patch with so many nodes along that side. On the whole side the density has
-    /// its full degree; on a half it is smoother.
+    /// Points along a side of a part of a patch with so many nodes along that side. On the whole side the
+    /// density has its full degree; on a half it is smoother.
     #[inline(always)]
     pub(super) fn points(&self, nodes: usize, is_whole: bool) -> usize {
         if is_whole { self.least.max(nodes + 1) } else { self.least.max(nodes / 2 + 2) }
@@ -112,7 +113,8 @@ impl Discretisation {
         it
     }
 
-    /// The nodes as a quadrature over the whole surface, for functions of the parity of the octant's: eight times each.
+    /// The nodes as a quadrature over the whole surface, for functions of the parity of the octant's: eight
+    /// times each.
     pub(super) fn quadrature(&self) -> Vec<SurfacePoint> {
         self.nodes.iter().map(|n| SurfacePoint { position: n.position, area: 8.0 * n.area }).collect()
     }

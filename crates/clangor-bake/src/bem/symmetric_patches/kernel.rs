@@ -7,7 +7,8 @@
 //! Σ G g_i dA                                 single layer of the six motions, wanted as a sum
 //! ```
 //!
-//! Plain loops over arrays of fixed length: called inside `pulp::Arch::dispatch`, they become vector instructions.
+//! Plain loops over arrays of fixed length: called inside `pulp::Arch::dispatch`, they become vector
+//! instructions.
 
 #![allow(
     clippy::needless_range_loop,
@@ -94,8 +95,8 @@ impl<const F: usize> SingleLayer<F> {
     }
 }
 
-/// The double layer at all points seen from `target`, and the single layer added to `single`. `double` is filled up to a
-/// multiple of [`LANES`].
+/// The double layer at all points seen from `target`, and the single layer added to `single`. `double` is
+/// filled up to a multiple of [`LANES`].
 #[inline(always)]
 pub(super) fn layers<const F: usize>(
     target: DVec3,

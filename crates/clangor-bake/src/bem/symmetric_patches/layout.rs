@@ -1,9 +1,9 @@
 //! How a shape is cut into patches.
 //!
 //! Patches are as large as the wave and the shape allow: a side has nodes for the wavelength at the highest
-//! wavenumber and a least number for the shape, and is halved where that would be more than [`MOST_NODES`]. Where the
-//! curvature of the surface jumps, as between a face and a rounded edge, patches shrink towards the joint; towards a
-//! sharp edge, where the pressure behaves as d^{2/3}, they shrink geometrically.
+//! wavenumber and a least number for the shape, and is halved where that would be more than [`MOST_NODES`].
+//! Where the curvature of the surface jumps, as between a face and a rounded edge, patches shrink towards the
+//! joint; towards a sharp edge, where the pressure behaves as d^{2/3}, they shrink geometrically.
 
 use std::f64::consts::TAU;
 
@@ -68,8 +68,8 @@ pub(super) fn rounded_box(edges: DVec3, round: f64, resolution: &Resolution) -> 
     patches
 }
 
-/// Parts of a length from the middle of a face, 0, to the joint with a rounding, 1: the last is as long as the rounding is
-/// wide, and each four times its neighbour.
+/// Parts of a length from the middle of a face, 0, to the joint with a rounding, 1: the last is as long as
+/// the rounding is wide, and each four times its neighbour.
 fn towards_a_bend(length: f64, round: f64) -> Vec<f64> {
     let mut breaks = vec![1.0];
     let (mut left, mut part) = (1.0, 1.5 * round / length);
@@ -83,8 +83,9 @@ fn towards_a_bend(length: f64, round: f64) -> Vec<f64> {
     breaks
 }
 
-/// Parts of a length from the middle of a face, 0, to a sharp edge, 1. With the part at the edge a fraction q^L of the
-/// length, what its polynomials cannot follow is of the order q^{4L/3} of the pressure: a layer for each node.
+/// Parts of a length from the middle of a face, 0, to a sharp edge, 1. With the part at the edge a fraction
+/// q^L of the length, what its polynomials cannot follow is of the order q^{4L/3} of the pressure: a layer
+/// for each node.
 fn towards_an_edge(least: usize) -> Vec<f64> {
     let levels = least as i32;
     let mut breaks: Vec<f64> =

@@ -1,13 +1,15 @@
-//! One row of the boundary equation: all integrals over the octant, seen from one node and its seven mirror images.
+//! One row of the boundary equation: all integrals over the octant, seen from one node and its seven mirror
+//! images.
 //!
 //! Three cases, by how far a patch is from the target:
 //!
 //! * far: the nodes of the patch are the quadrature;
-//! * near: the patch is halved along its longer side until a finer Gauss rule sees every part from far enough, and the
-//!   density is interpolated to its points;
-//! * the patch that holds the target: triangles from the target to the four sides in polar coordinates, so that the area
-//!   element cancels 1/r, with the angle replaced by sinh⁻¹ of the position along the side, so that a side close by
-//!   costs no more than another. Distances are those of the tangent plane, so that a stretched patch does not either.
+//! * near: the patch is halved along its longer side until a finer Gauss rule sees every part from far
+//!   enough, and the density is interpolated to its points;
+//! * the patch that holds the target: triangles from the target to the four sides in polar coordinates, so
+//!   that the area element cancels 1/r, with the angle replaced by sinh⁻¹ of the position along the side, so
+//!   that a side close by costs no more than another. Distances are those of the tangent plane, so that a
+//!   stretched patch does not either.
 
 #![allow(
     clippy::needless_range_loop,
@@ -123,7 +125,8 @@ fn near<const F: usize>(
     }
 }
 
-/// A part of a patch that a Gauss rule integrates: the products with the basis are sums first along u, then along v.
+/// A part of a patch that a Gauss rule integrates: the products with the basis are sums first along u, then
+/// along v.
 #[expect(clippy::too_many_arguments, reason = "what is integrated, where to, and room to work in")]
 #[inline(always)]
 fn part<const F: usize>(

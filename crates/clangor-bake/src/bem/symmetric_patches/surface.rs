@@ -28,7 +28,8 @@ struct Origin {
 }
 
 impl Surface {
-    /// A mesh of the patches (in units of `radius`) and their images, with `STEPS` cells along each side of a patch.
+    /// A mesh of the patches (in units of `radius`) and their images, with `STEPS` cells along each side of a
+    /// patch.
     pub(super) fn new(patches: &[Patch], radius: f64) -> Self {
         let mut octant: Vec<(DVec3, usize, [f64; 2])> = Vec::new();
         let mut cells: Vec<[usize; 4]> = Vec::new();

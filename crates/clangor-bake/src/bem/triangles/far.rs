@@ -1,9 +1,9 @@
 //! The part of the system that couples triangles at a distance: three points on each, in single precision.
 //!
-//! Each unordered pair is integrated once and serves both ways: the first triangle testing the second's field (entry ij)
-//! and the reverse (ji) share distance, phase and G. Source triangles run in vector lanes. Sums over the triangles of a
-//! block of test functions are kept in cache, lane by lane, so that an entry of the big matrices is touched once per
-//! block and vertex instead of once per pair of triangles.
+//! Each unordered pair is integrated once and serves both ways: the first triangle testing the second's field
+//! (entry ij) and the reverse (ji) share distance, phase and G. Source triangles run in vector lanes. Sums
+//! over the triangles of a block of test functions are kept in cache, lane by lane, so that an entry of the
+//! big matrices is touched once per block and vertex instead of once per pair of triangles.
 //!
 //! ```text
 //! A_ij = −⟨φ_i, K φ_j⟩ + γ (⟨curl φ_i, G curl φ_j⟩ − k² ⟨φ_i n, G φ_j n⟩),   b_i = ⟨φ_i, S a + γ K' a⟩,   γ = −iγ'
@@ -96,7 +96,8 @@ struct Test {
 struct FarImage {
     /// Groups × FIELDS × GROUP.
     sources: Vec<f32>,
-    /// Whether lanes of a group are not for a test triangle: near it, before it, or past the end; test × groups.
+    /// Whether lanes of a group are not for a test triangle: near it, before it, or past the end; test ×
+    /// groups.
     skip: Vec<u16>,
     /// Whether a triangle meets its own image here; such a pair counts half each way.
     own: bool,
@@ -127,7 +128,8 @@ impl FarSystem {
         Self { blocks, images, tests, triangles: panels.triangles.clone(), corners }
     }
 
-    /// Adds the far pairs at wavenumber `k` [1/R], γ = −i`coupling`, to the matrices and to the loads of all vertices.
+    /// Adds the far pairs at wavenumber `k` [1/R], γ = −i`coupling`, to the matrices and to the loads of all
+    /// vertices.
     pub(super) fn assemble(
         &self,
         k: f64,
@@ -586,8 +588,8 @@ impl<S: Simd> PairLanes<'_, S> {
         *sum = self.simd.add_f32s(*sum, value.register());
     }
 
-    /// Twice the integrals against the three shape functions of values at the three points: each function is 2/3 at its
-    /// own point and 1/6 at the others.
+    /// Twice the integrals against the three shape functions of values at the three points: each function is
+    /// 2/3 at its own point and 1/6 at the others.
     #[inline(always)]
     fn spread(&self, values: [Complexes<S>; 3]) -> [Complexes<S>; 3] {
         let third = self.splat(1.0 / 3.0);

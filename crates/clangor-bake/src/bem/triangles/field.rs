@@ -1,8 +1,8 @@
 //! The field of a solved surface at any point of the fluid, by the boundary integral.
 //!
-//! p(x) = ∫ (p ∂G/∂n + ρ a_n G) dS over flat triangles with linear pressure, ρ = 1. Triangles near the point are cut into
-//! four until their pieces are smaller than their distance, so that the field is right down to a small fraction of an
-//! edge above the surface.
+//! p(x) = ∫ (p ∂G/∂n + ρ a_n G) dS over flat triangles with linear pressure, ρ = 1. Triangles near the point
+//! are cut into four until their pieces are smaller than their distance, so that the field is right down to a
+//! small fraction of an edge above the surface.
 
 use std::f64::consts::PI;
 

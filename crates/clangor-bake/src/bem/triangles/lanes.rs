@@ -1,7 +1,8 @@
-//! Single-precision numbers in the lanes of a vector register, and the two functions that G = e^{−ikr}/(4πr) needs.
+//! Single-precision numbers in the lanes of a vector register, and the two functions that G = e^{−ikr}/(4πr)
+//! needs.
 //!
-//! Written against `pulp`, so that the instruction set is chosen at run time from safe code. The functions are
-//! polynomials: no table, no branch, no lane that is slower than another.
+//! Written against `pulp`, so that the instruction set is chosen at run time from safe code. The functions
+//! are polynomials: no table, no branch, no lane that is slower than another.
 
 use std::f32::consts::PI;
 use std::ops::{Add, Mul, Neg, Sub};
@@ -46,7 +47,8 @@ impl<S: Simd> Lanes<S> {
         Self { value: self.simd.max_f32s(self.value, other.value), ..self }
     }
 
-    /// 1/√x for 0 < x < 10³⁸, to 1.5e-7: the exponent halved as an integer, then a step of third and a step of second order.
+    /// 1/√x for 0 < x < 10³⁸, to 1.5e-7: the exponent halved as an integer, then a step of third and a step
+    /// of second order.
     ///
     /// The quotient and the root of the hardware cost five times as much.
     #[inline(always)]
@@ -65,8 +67,8 @@ impl<S: Simd> Lanes<S> {
 
     /// (sin 2πx, cos 2πx) for |x| < 10⁵, to 3e-7 and the rounding of x.
     ///
-    /// x less its nearest integer is at most half a turn; half of that angle is in the range of short polynomials, and
-    /// the double-angle formulas come back without looking at quadrants.
+    /// x less its nearest integer is at most half a turn; half of that angle is in the range of short
+    /// polynomials, and the double-angle formulas come back without looking at quadrants.
     #[inline(always)]
     pub(super) fn turn(self) -> (Self, Self) {
         // Adding 1.5·2²³ leaves no bits for a fraction.

@@ -1,8 +1,10 @@
-//! The part of the system that couples triangles that touch or almost touch, at any wavenumber of the band at once.
+//! The part of the system that couples triangles that touch or almost touch, at any wavenumber of the band at
+//! once.
 //!
-//! Such a pair is at most a few triangles across, so that its integrals hardly change with k: with kr ≤ kρ on all near
-//! pairs, Q wavenumbers k_q determine the real parts (even in k) and the imaginary parts (odd) as polynomials of degree
-//! 2Q − 1 to (kρ/2)^{2Q}·2/(2Q)!. They are integrated at the k_q once, and each solution interpolates them.
+//! Such a pair is at most a few triangles across, so that its integrals hardly change with k: with kr ≤ kρ on
+//! all near pairs, Q wavenumbers k_q determine the real parts (even in k) and the imaginary parts (odd) as
+//! polynomials of degree 2Q − 1 to (kρ/2)^{2Q}·2/(2Q)!. They are integrated at the k_q once, and each
+//! solution interpolates them.
 
 use std::f64::consts::PI;
 
@@ -228,7 +230,8 @@ impl NearImage {
             for (&(t, s), blocks) in batch.iter().zip(&blocks) {
                 let (t, s) = (t as usize, s as usize);
                 image.add(integrator, blocks, (test, t), (source, s), false, loads);
-                // Exchanging the two is the other half of the pair; a triangle and its own image have only one.
+                // Exchanging the two is the other half of the pair; a triangle and its own image have only
+                // one.
                 if t != s {
                     image.add(integrator, blocks, (source, s), (test, t), true, loads);
                 }
@@ -278,7 +281,8 @@ impl NearImage {
                     }
                     let (single, adjoint) = (block.value[at], adjoint[at]);
                     for d in 0..RIGID_DOFS {
-                        // A mirrored test function sees a motion with the motion's own sign under the reflection.
+                        // A mirrored test function sees a motion with the motion's own sign under the
+                        // reflection.
                         let a = motions[j][d] * if exchanged { integrator.parity(d) } else { 1.0 };
                         let load =
                             &mut loads[((*row as usize * RIGID_DOFS + d) * count + q) * PARTS..][..PARTS];

@@ -1,7 +1,7 @@
 //! Integrals of G and its normal derivatives over a near pair of triangles, at several wavenumbers.
 //!
-//! For each pair of shape functions: ∫∫ φ_i(x) φ_j(y) {G, ∂G/∂n_y, ∂G/∂n_x}. Points are gathered in blocks, and the sums
-//! over a block run in vector registers.
+//! For each pair of shape functions: ∫∫ φ_i(x) φ_j(y) {G, ∂G/∂n_y, ∂G/∂n_x}. Points are gathered in blocks,
+//! and the sums over a block run in vector registers.
 
 use std::f64::consts::PI;
 

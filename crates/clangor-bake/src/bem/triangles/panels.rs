@@ -78,7 +78,8 @@ impl Panels {
     }
 }
 
-/// Order of the points along a curve that keeps neighbours together (Morton's), in a cube of half side `radius`.
+/// Order of the points along a curve that keeps neighbours together (Morton's), in a cube of half side
+/// `radius`.
 pub(super) fn along_curve(points: &[DVec3], radius: f64) -> Vec<u32> {
     let code = |p: &DVec3| {
         let cell = ((*p / radius + DVec3::ONE) * 511.5).clamp(DVec3::ZERO, DVec3::splat(1023.0));

@@ -1,7 +1,7 @@
 //! Which motions are even and odd about the mirror planes of a body, and the unknowns that remain for them.
 //!
-//! Under a reflection a translation is a vector and a rotation an axial vector; the pressure has the sign of the motion.
-//! Where it is odd about a plane it vanishes on it, so that vertices there are no unknowns.
+//! Under a reflection a translation is a vector and a rotation an axial vector; the pressure has the sign of
+//! the motion. Where it is odd about a plane it vanishes on it, so that vertices there are no unknowns.
 
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;

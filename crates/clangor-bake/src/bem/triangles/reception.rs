@@ -1,16 +1,19 @@
-//! What any motion of the surface radiates, by reciprocity: from the pressure that a rigid body hears of regular waves.
+//! What any motion of the surface radiates, by reciprocity: from the pressure that a rigid body hears of
+//! regular waves.
 //!
-//! Let u = jₙ(kr) Yₙₘ fall on the body at rest, and p̂ be the total pressure on its surface, incident and scattered:
+//! Let u = jₙ(kr) Yₙₘ fall on the body at rest, and p̂ be the total pressure on its surface, incident and
+//! scattered:
 //!
 //! ```text
 //! (½ − K − γH) p̂ = u + γ ∂u/∂n,      cₙₘ ∝ ∮ p̂ₙₘ a_n dS
 //! ```
 //!
-//! where cₙₘ is the multipole that the normal acceleration a_n radiates (Green's theorem with p, radiated, and p̂, whose
-//! normal derivative is none). One factorisation and (n + 1)² right-hand sides give the multipoles of any number of
-//! motions, each by a sum over the vertices, and S a_n and K' a_n are never formed. Only p̂ is
-//! approximated, which is as smooth as sound in air is; a_n may have any number of waves on a triangle, as bending below
-//! coincidence does, if ∫ φᵢ a_n dS is integrated well. A constant p̂, which it is at k = 0, gives the exact flux.
+//! where cₙₘ is the multipole that the normal acceleration a_n radiates (Green's theorem with p, radiated,
+//! and p̂, whose normal derivative is none). One factorisation and (n + 1)² right-hand sides give the
+//! multipoles of any number of motions, each by a sum over the vertices, and S a_n and K' a_n are never
+//! formed. Only p̂ is approximated, which is as smooth as sound in air is; a_n may have any number of waves
+//! on a triangle, as bending below coincidence does, if ∫ φᵢ a_n dS is integrated well. A constant p̂, which
+//! it is at k = 0, gives the exact flux.
 //!
 //! Not for pressures on the surface: [`GalerkinSolver::surface_pressure`] solves for these.
 
@@ -25,8 +28,8 @@ use super::{ClassSystem, GalerkinSolver, narrow, widen};
 use crate::quadrature::gauss_legendre;
 use crate::radiation::RadiationError;
 
-/// Part of a motion in a parity class below which it is the mesh of the elements that is not symmetric, not the body: in
-/// power, 4e-4.
+/// Part of a motion in a parity class below which it is the mesh of the elements that is not symmetric, not
+/// the body: in power, 4e-4.
 const ABSENT: f64 = 0.02;
 
 /// Highest order of the multipoles: (2n − 1)!! above is not a number.
@@ -40,9 +43,10 @@ struct Folded {
 }
 
 impl GalerkinSolver {
-    /// Outgoing multipoles up to `order`, at most [`MOST_ORDER`], about the origin and of size 1 on the sphere of `radius` \[m\],
-    /// as [`crate::radiation::RadiationSample`] has them, of motions given by their `loads` ∫ φᵢ a_n dS
-    /// [m² times the unit of a_n] at the vertices of the surface; in metres times the unit of a_n.
+    /// Outgoing multipoles up to `order`, at most [`MOST_ORDER`], about the origin and of size 1 on the
+    /// sphere of `radius` \[m\], as [`crate::radiation::RadiationSample`] has them, of motions given by their
+    /// `loads` ∫ φᵢ a_n dS [m² times the unit of a_n] at the vertices of the surface; in metres times the
+    /// unit of a_n.
     ///
     /// # Errors
     /// [`RadiationError::NotFinite`].
@@ -122,7 +126,8 @@ impl GalerkinSolver {
         loads.iter().enumerate().filter_map(fold).collect()
     }
 
-    /// The harmonics of a class: at a point of general position the reflections must give them the signs of the class.
+    /// The harmonics of a class: at a point of general position the reflections must give them the signs of
+    /// the class.
     fn members(&self, class: &ParityClass, order: usize) -> Vec<usize> {
         let x = DVec3::new(0.48, 0.6, 0.64);
         let (mut here, mut there) = (Vec::new(), Vec::new());

@@ -1,8 +1,9 @@
 //! The pressure on the surface for any motion of it.
 //!
-//! The right-hand side S a_n + γ (½ + K') a_n, which the six rigid motions get along with the matrix, is integrated here
-//! for a normal acceleration that is linear on every triangle and may jump between them. It shares with
-//! [`reception`](super::reception) the matrix and nothing else: a check of it, and of the power that leaves the surface.
+//! The right-hand side S a_n + γ (½ + K') a_n, which the six rigid motions get along with the matrix, is
+//! integrated here for a normal acceleration that is linear on every triangle and may jump between them. It
+//! shares with [`reception`](super::reception) the matrix and nothing else: a check of it, and of the power
+//! that leaves the surface.
 
 use std::f64::consts::PI;
 
@@ -16,8 +17,8 @@ use super::{ClassSystem, GalerkinSolver, narrow, widen};
 use crate::radiation::RadiationError;
 
 impl GalerkinSolver {
-    /// Pressures (ρ = 1) at the vertices of the surface, given the normal acceleration at the corners of each of its
-    /// triangles; wavenumber [1/m]. Mirror planes are not made use of.
+    /// Pressures (ρ = 1) at the vertices of the surface, given the normal acceleration at the corners of each
+    /// of its triangles; wavenumber [1/m]. Mirror planes are not made use of.
     ///
     /// # Errors
     /// [`RadiationError`].

@@ -1,9 +1,9 @@
 //! Sharp edges of a surface, as curves.
 //!
-//! A *crease* is an edge whose triangles turn by more than a given angle, or that has a triangle on one side only: the
-//! *border* where a surface was cut at a plane of symmetry. Creases chain into curves that end at *corners*: where more
-//! or fewer than two creases meet, or where they turn sharply. A vertex that lies on a curve is a curve and an arc
-//! length, so that moving it along the curve never takes it off the sharp edge.
+//! A *crease* is an edge whose triangles turn by more than a given angle, or that has a triangle on one side
+//! only: the *border* where a surface was cut at a plane of symmetry. Creases chain into curves that end at
+//! *corners*: where more or fewer than two creases meet, or where they turn sharply. A vertex that lies on a
+//! curve is a curve and an arc length, so that moving it along the curve never takes it off the sharp edge.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{BVec3, DVec3};
@@ -80,8 +80,8 @@ pub(super) struct Creases {
 }
 
 impl Creases {
-    /// Finds the edges that turn by more than `angle` \[rad\] and form nets of at least `least_length` \[m\], and the
-    /// borders on the coordinate planes that are `mirrors`.
+    /// Finds the edges that turn by more than `angle` \[rad\] and form nets of at least `least_length` \[m\],
+    /// and the borders on the coordinate planes that are `mirrors`.
     pub(super) fn find(mesh: &TriMesh, angle: f64, least_length: f64, mirrors: BVec3) -> Self {
         let (sharp, border) = prune(mesh, &sharp_edges(mesh, angle, mirrors), least_length);
         let mut around: Vec<Vec<(u32, u32)>> = vec![Vec::new(); mesh.vertices.len()];
@@ -192,7 +192,8 @@ impl Creases {
 
 /// Drops what is noise of a scanned or engraved surface: branches that end somewhere, and small nets.
 ///
-/// The edges between the faces of a solid form loops; a single fold in a rough surface does not. Borders stay.
+/// The edges between the faces of a solid form loops; a single fold in a rough surface does not. Borders
+/// stay.
 fn prune(mesh: &TriMesh, edges: &[Edge], least_length: f64) -> (Vec<[u32; 2]>, Vec<bool>) {
     let sharp: Vec<[u32; 2]> = edges.iter().map(|e| e.ends).collect();
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];

@@ -1,7 +1,8 @@
-//! A triangle mesh that can be split, collapsed and flipped edge by edge, and stays a manifold of the same topology.
+//! A triangle mesh that can be split, collapsed and flipped edge by edge, and stays a manifold of the same
+//! topology.
 //!
-//! Every operation checks before it changes anything: the link condition keeps handles and holes (Dey, Edelsbrunner,
-//! Guha, Nekhayev 1999), normals may not turn over, and sharp edges stay where they are.
+//! Every operation checks before it changes anything: the link condition keeps handles and holes (Dey,
+//! Edelsbrunner, Guha, Nekhayev 1999), normals may not turn over, and sharp edges stay where they are.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
@@ -270,7 +271,8 @@ impl<'a> EditableMesh<'a> {
         }
     }
 
-    /// Turns an edge to the other diagonal if that brings the numbers of neighbours closer to six (four at a border).
+    /// Turns an edge to the other diagonal if that brings the numbers of neighbours closer to six (four at a
+    /// border).
     pub(super) fn flip(&mut self, a: u32, b: u32) {
         let mut shared = self.shared(a, b);
         let (Some(s), Some(t), None) = (shared.next(), shared.next(), shared.next()) else { return };

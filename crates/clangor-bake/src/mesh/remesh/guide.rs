@@ -1,11 +1,12 @@
-//! The surface that a remeshed one follows: nearest points on the same face of a wall, and target edge lengths.
+//! The surface that a remeshed one follows: nearest points on the same face of a wall, and target edge
+//! lengths.
 
 use clangor_core::geometry::surface_tree::{NearestPoint, SurfaceTree};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
-/// Smallest cosine between a normal and that of the triangle it may be projected to. The other face of a thin wall has
-/// about −1, so that the two faces are never welded; the faces at a right angle across a rim have 0.
+/// Smallest cosine between a normal and that of the triangle it may be projected to. The other face of a thin
+/// wall has about −1, so that the two faces are never welded; the faces at a right angle across a rim have 0.
 const COMPATIBLE_COSINE: f64 = 0.2;
 
 /// The input surface.
@@ -23,7 +24,8 @@ impl<'a> Guide<'a> {
         Guide { mesh, tree: SurfaceTree::new(mesh), normals, size }
     }
 
-    /// The nearest point, closer than `within` \[m\], of the triangles that face like the unit vector `normal`.
+    /// The nearest point, closer than `within` \[m\], of the triangles that face like the unit vector
+    /// `normal`.
     pub(super) fn nearest(&self, point: DVec3, normal: DVec3, within: f64) -> Option<NearestPoint> {
         let facing = |t: usize| self.normals[t].dot(normal) > COMPATIBLE_COSINE;
         self.tree.nearest_where(self.mesh, point, within, facing)

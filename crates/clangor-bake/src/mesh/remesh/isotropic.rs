@@ -1,11 +1,12 @@
 //! Triangles close to equilateral, of a given size, on a given surface.
 //!
-//! Source: Botsch and Kobbelt (2004), "A remeshing approach to multiresolution modeling": split edges longer than 4/3 of
-//! the target, collapse those shorter than 4/5, flip edges towards six neighbours per vertex, move vertices towards the
-//! centroid of their surroundings within the tangent plane, and back onto the surface.
+//! Source: Botsch and Kobbelt (2004), "A remeshing approach to multiresolution modeling": split edges longer
+//! than 4/3 of the target, collapse those shorter than 4/5, flip edges towards six neighbours per vertex,
+//! move vertices towards the centroid of their surroundings within the tangent plane, and back onto the
+//! surface.
 //!
-//! Differs: sharp edges are curves of their own; collapses go shortest edge first and in passes until nothing is short,
-//! because inputs are many times finer than the target.
+//! Differs: sharp edges are curves of their own; collapses go shortest edge first and in passes until nothing
+//! is short, because inputs are many times finer than the target.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;

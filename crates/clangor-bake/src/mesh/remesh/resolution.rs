@@ -4,7 +4,8 @@
 //!
 //! * the wave: longest edge λ/6 for 0.3 %, of second order;
 //! * the wall: near the rim of a thin wall the two faces see each other;
-//! * the edges of the body: the flow around a sharp one is singular, around a rounded one it is as smooth as the rounding.
+//! * the edges of the body: the flow around a sharp one is singular, around a rounded one it is as smooth as
+//!   the rounding.
 //!
 //! The level error at edges of length h is about
 //!
@@ -12,15 +13,18 @@
 //! 2.8 % (h/w)^{4/3} Σ τ min(1, (h/1.3ρ)²),   w = min(wall, 0.17R, 1/k)
 //! ```
 //!
-//! where τ is the part of the edges of the body that are rounded with radius ρ: of the integral of the curvature over
-//! the area wherever the surface turns with less than half the bounding radius R. A sharp edge has ρ = 0, a sphere has no edges.
+//! where τ is the part of the edges of the body that are rounded with radius ρ: of the integral of the
+//! curvature over the area wherever the surface turns with less than half the bounding radius R. A sharp edge
+//! has ρ = 0, a sphere has no edges.
 //!
 //! Constants measured against refined meshes at 20 kHz, with h and the level error of
 //!
-//! - a sharp key of 1.8 mm: 1.4, 1.0, 0.75 mm, 1.35, 0.85, 0.5 %; a sharp cube of 15 mm: 1.4, 1.0, 0.7, 0.5 mm, 1.3, 0.7, 0.3, 0.2 %;
-//! - cubes of 15 mm with ρ = 0.5 mm: 1.0, 0.7, 0.5 mm, 0.8, 0.24, 0.04 %; with ρ = 1 mm: 1.4, 1.0, 0.7 mm, 0.6, 0.13, 0.03 %; with
-//!   ρ = 3 mm: 2.9, 1.9, 1.4 mm, 1.3, 0.33, 0.17 %;
-//! - a die of 15 mm with edges rounded by 0.6 to 2.5 mm: 2.0, 1.6, 1.2, 1.0, 0.8 mm, 1.2, 0.8, 0.4, 0.2, 0.1 %.
+//! - a sharp key of 1.8 mm: 1.4, 1.0, 0.75 mm, 1.35, 0.85, 0.5 %; a sharp cube of 15 mm: 1.4, 1.0, 0.7, 0.5
+//!   mm, 1.3, 0.7, 0.3, 0.2 %;
+//! - cubes of 15 mm with ρ = 0.5 mm: 1.0, 0.7, 0.5 mm, 0.8, 0.24, 0.04 %; with ρ = 1 mm: 1.4, 1.0, 0.7 mm,
+//!   0.6, 0.13, 0.03 %; with ρ = 3 mm: 2.9, 1.9, 1.4 mm, 1.3, 0.33, 0.17 %;
+//! - a die of 15 mm with edges rounded by 0.6 to 2.5 mm: 2.0, 1.6, 1.2, 1.0, 0.8 mm, 1.2, 0.8, 0.4, 0.2, 0.1
+//!   %.
 //!
 //! The size field refines to 0.6 of the local radius of curvature by itself, down to the shortest edge.
 
@@ -44,7 +48,8 @@ const SOLID: f64 = 0.17;
 const BLUNT: f64 = 1.3;
 /// Largest radius of an edge, in bounding radii: what turns less is a face.
 const EDGE: f64 = 0.5;
-/// Longest edge in bounding radii, and in walls: whatever the wavelength and the accuracy, the shape must be seen.
+/// Longest edge in bounding radii, and in walls: whatever the wavelength and the accuracy, the shape must be
+/// seen.
 const LONGEST: f64 = 0.35;
 const LONGEST_IN_WALLS: f64 = 0.8;
 /// Part of the surface that may be thinner than the wall thickness that counts.
@@ -70,8 +75,8 @@ pub struct Resolution {
 /// Chooses edge lengths for wavenumbers up to `max_wavenumber` [1/m] and a level error of `accuracy`.
 ///
 /// # Errors
-/// [`RemeshError::Input`] for a surface that bounds no solid, [`RemeshError::Edges`] for a wavenumber or an accuracy
-/// from which no edge lengths follow.
+/// [`RemeshError::Input`] for a surface that bounds no solid, [`RemeshError::Edges`] for a wavenumber or an
+/// accuracy from which no edge lengths follow.
 pub fn resolution(input: &TriMesh, max_wavenumber: f64, accuracy: f64) -> Result<Resolution, RemeshError> {
     let sound = accuracy > 0.0 && max_wavenumber > 0.0;
     if !sound {
@@ -98,14 +103,16 @@ pub fn resolution(input: &TriMesh, max_wavenumber: f64, accuracy: f64) -> Result
     Ok(Resolution { options, unknowns, wall, thinnest: thinnest + mass.centre_of_mass })
 }
 
-/// Part of the error of sharp edges that edges with these (radius, extent) have at edge length h: Σ τ min(1, (h/1.3ρ)²).
+/// Part of the error of sharp edges that edges with these (radius, extent) have at edge length h: Σ τ min(1,
+/// (h/1.3ρ)²).
 fn sharpness(edges: &[(f64, f64)], h: f64) -> f64 {
     let total: f64 = edges.iter().map(|e| e.1).sum();
     let part = |(radius, extent): &(f64, f64)| extent * (h / (BLUNT * radius)).powi(2).min(1.0);
     edges.iter().map(part).sum::<f64>() / total.max(f64::MIN_POSITIVE)
 }
 
-/// The largest h between two whose `error`, which grows with h, is at most `accuracy`; the lower one if none is.
+/// The largest h between two whose `error`, which grows with h, is at most `accuracy`; the lower one if none
+/// is.
 fn longest_within(accuracy: f64, [mut low, mut high]: [f64; 2], error: impl Fn(f64) -> f64) -> f64 {
     if error(high) <= accuracy {
         return high.max(low);

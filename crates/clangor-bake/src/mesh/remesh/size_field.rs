@@ -1,8 +1,8 @@
 //! How long edges should be, at each vertex of a surface.
 //!
-//! `h = clamp(0.6/κ, h_min, h_max)`, then graded: h grows by no more than 0.4 of the distance. κ is the largest turn of
-//! the smoothed normal per length along an edge. On a sharp edge h is h_min: the potential there varies like r^{2/3} or
-//! worse, and a thin wall shows its two faces to each other across its rim.
+//! `h = clamp(0.6/κ, h_min, h_max)`, then graded: h grows by no more than 0.4 of the distance. κ is the
+//! largest turn of the smoothed normal per length along an edge. On a sharp edge h is h_min: the potential
+//! there varies like r^{2/3} or worse, and a thin wall shows its two faces to each other across its rim.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -66,8 +66,8 @@ pub(super) fn curvature(mesh: &TriMesh, creases: &Creases, mirrors: BVec3) -> Ve
     curvature
 }
 
-/// Lowers sizes until none exceeds another by more than the gradation times their distance: shortest paths from all
-/// vertices at once, each starting at its own size.
+/// Lowers sizes until none exceeds another by more than the gradation times their distance: shortest paths
+/// from all vertices at once, each starting at its own size.
 fn grade(mesh: &TriMesh, edges: &[(usize, usize)], size: &mut [f64]) {
     let mut start = vec![0_usize; size.len() + 1];
     for (a, b) in edges {

@@ -1,24 +1,28 @@
-//! A surface that its reflections in up to three orthogonal planes map onto itself, kept as the part between the planes.
+//! A surface that its reflections in up to three orthogonal planes map onto itself, kept as the part between
+//! the planes.
 //!
-//! The rest is copies with signs changed, so that the symmetry is exact: a solver may rely on it to the last bit.
+//! The rest is copies with signs changed, so that the symmetry is exact: a solver may rely on it to the last
+//! bit.
 
 use std::collections::HashMap;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{BVec3, DMat3, DVec3};
 
-/// A vertex nearer to a plane than this part of its shortest edge is moved onto it: cutting there would leave slivers.
+/// A vertex nearer to a plane than this part of its shortest edge is moved onto it: cutting there would leave
+/// slivers.
 const SNAP: f64 = 0.05;
 
 /// The surface of a mirror-symmetric solid about the origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SymmetricMesh {
-    /// Where the coordinates along the mirrored axes of `frame` are not negative \[m\]; exactly zero on the planes. The
-    /// whole surface if no axis is mirrored.
+    /// Where the coordinates along the mirrored axes of `frame` are not negative \[m\]; exactly zero on the
+    /// planes. The whole surface if no axis is mirrored.
     pub cell: TriMesh,
     /// Which axes of `frame` are mirrored.
     pub mirrors: BVec3,
-    /// Rotation from the frame of `cell` to that of the body; the identity if the planes are coordinate planes.
+    /// Rotation from the frame of `cell` to that of the body; the identity if the planes are coordinate
+    /// planes.
     pub frame: DMat3,
 }
 
@@ -44,7 +48,8 @@ impl SymmetricMesh {
         images
     }
 
-    /// The whole surface in the frame of the body, and where its vertices come from. The vertices of the cell come first.
+    /// The whole surface in the frame of the body, and where its vertices come from. The vertices of the cell
+    /// come first.
     pub fn whole(&self) -> (TriMesh, Vec<ImageVertex>) {
         let mut whole = TriMesh::default();
         let mut origin = Vec::new();
@@ -55,7 +60,8 @@ impl SymmetricMesh {
         for signs in &images {
             let mut number = Vec::with_capacity(count);
             for (original, position) in self.cell.vertices.iter().enumerate() {
-                // A vertex on a plane is its own image: it has the number that it got without that reflection.
+                // A vertex on a plane is its own image: it has the number that it got without that
+                // reflection.
                 let folded = DVec3::select(position.cmpeq(DVec3::ZERO), DVec3::ONE, *signs);
                 let earlier = images.iter().position(|i| *i == folded).filter(|i| *i < numbers.len());
                 number.push(match earlier {
@@ -78,8 +84,8 @@ impl SymmetricMesh {
     }
 }
 
-/// A frame with the given orthogonal directions among its axes, and which axes they are. Directions along coordinate
-/// axes give the identity.
+/// A frame with the given orthogonal directions among its axes, and which axes they are. Directions along
+/// coordinate axes give the identity.
 pub(super) fn frame_of(normals: &[DVec3]) -> (DMat3, BVec3) {
     let mut columns = [None; 3];
     for normal in normals.iter().take(3) {

@@ -1,13 +1,13 @@
 //! Vertices such that flat triangles bound the same volume as the surface they follow.
 //!
-//! Triangles with their corners on a convex surface lose 1 to 6 % of its volume, and the pressure of an accelerated
-//! body is off by as much. Two steps: the signed distance from each triangle to the surface, along the triangle's
-//! normal, is brought to zero in the mean (least squares per vertex over the triangles around it); then all vertices
-//! move along their normals by one length that makes the volume exact.
+//! Triangles with their corners on a convex surface lose 1 to 6 % of its volume, and the pressure of an
+//! accelerated body is off by as much. Two steps: the signed distance from each triangle to the surface,
+//! along the triangle's normal, is brought to zero in the mean (least squares per vertex over the triangles
+//! around it); then all vertices move along their normals by one length that makes the volume exact.
 //!
-//! The displacement u of a vertex minimises Σ w (n·u − d)² over the sample points of its triangles. On a smooth surface
-//! n is the normal at the vertex and u is along it; on a sharp edge n is that of each triangle, so that each face gets
-//! its own distance, and a flat face next to a curved one stays flat.
+//! The displacement u of a vertex minimises Σ w (n·u − d)² over the sample points of its triangles. On a
+//! smooth surface n is the normal at the vertex and u is along it; on a sharp edge n is that of each
+//! triangle, so that each face gets its own distance, and a flat face next to a curved one stays flat.
 
 use clangor_core::geometry::curvature::vertex_normals;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -24,8 +24,8 @@ const RIDGE: f64 = 0.05;
 const ORBITS: [(f64, f64); 2] =
     [(0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322)];
 
-/// Signed volume \[m³\] of the cone from the origin over a surface: of a solid, or of the part of a symmetric solid
-/// that planes through the origin cut out.
+/// Signed volume \[m³\] of the cone from the origin over a surface: of a solid, or of the part of a symmetric
+/// solid that planes through the origin cut out.
 pub(super) fn cone_volume(mesh: &TriMesh) -> f64 {
     let cone = |t| {
         let [a, b, c] = mesh.corners(t);
@@ -68,7 +68,8 @@ pub(super) fn fit(mesh: &mut TriMesh, freedom: &[Freedom], guide: &Guide) {
 
 /// Moves all faces outwards by the same length, such that the cone volume becomes `volume` \[m³\].
 pub(super) fn offset_to_volume(mesh: &mut TriMesh, freedom: &[Freedom], volume: f64) {
-    // The volume is a cubic of the length, of which the offset is a small part: Newton's steps square the error.
+    // The volume is a cubic of the length, of which the offset is a small part: Newton's steps square the
+    // error.
     for _ in 0..4 {
         let mut systems = Systems::new(mesh, freedom);
         for (t, corners) in mesh.triangles.iter().enumerate() {

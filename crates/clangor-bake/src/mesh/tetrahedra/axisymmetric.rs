@@ -1,7 +1,7 @@
 //! Bodies of revolution about y: the triangles of a section, turned from sector to sector.
 //!
-//! Each triangle sweeps a prism, cut into three tetrahedra along the order of its corners' numbers, so that neighbours
-//! agree; at the axis prisms are less, and so are their tetrahedra.
+//! Each triangle sweeps a prism, cut into three tetrahedra along the order of its corners' numbers, so that
+//! neighbours agree; at the axis prisms are less, and so are their tetrahedra.
 
 use std::f64::consts::TAU;
 

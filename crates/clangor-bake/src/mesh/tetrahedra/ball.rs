@@ -1,5 +1,5 @@
-//! Balls and ellipsoids: the twenty tetrahedra between the faces of an icosahedron and its middle, divided evenly and
-//! pushed out radially to the sphere.
+//! Balls and ellipsoids: the twenty tetrahedra between the faces of an icosahedron and its middle, divided
+//! evenly and pushed out radially to the sphere.
 
 use clangor_core::geometry::icosahedron::icosahedron;
 use glam::DVec3;

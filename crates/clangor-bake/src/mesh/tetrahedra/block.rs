@@ -1,4 +1,5 @@
-//! Boxes: a grid of cells, each cut into six tetrahedra around a diagonal, and the even division of a tetrahedron.
+//! Boxes: a grid of cells, each cut into six tetrahedra around a diagonal, and the even division of a
+//! tetrahedron.
 
 use glam::DVec3;
 
@@ -6,8 +7,8 @@ use super::{TetMesh, TetMeshError};
 
 /// A box about the origin with full edges \[m\], `cells` along each axis.
 ///
-/// Cells are cut as mirror images of each other about the middle, so that the mesh has the mirror symmetries of the
-/// box where the counts are even.
+/// Cells are cut as mirror images of each other about the middle, so that the mesh has the mirror symmetries
+/// of the box where the counts are even.
 ///
 /// # Errors
 /// [`TetMeshError`] for edges that are not positive and finite, or no cells.

@@ -1,7 +1,7 @@
 //! Cylinders and tori: a square grid bent into a disc, raised or swept around.
 //!
-//! The square becomes a disc by keeping squares as circles: Shirley and Chiu (1997), "A low distortion map between disk
-//! and square". Its corners land on the rim, where the diagonals of the grid split them.
+//! The square becomes a disc by keeping squares as circles: Shirley and Chiu (1997), "A low distortion map
+//! between disk and square". Its corners land on the rim, where the diagonals of the grid split them.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -31,11 +31,12 @@ pub fn cylinder(radius: f64, height: f64, across: usize, along: usize) -> Result
     })
 }
 
-/// A torus about y with `across` elements along the diameter of the tube and `around` along its circle; radii \[m\].
+/// A torus about y with `across` elements along the diameter of the tube and `around` along its circle; radii
+/// \[m\].
 ///
 /// # Errors
-/// [`TetMeshError`] for radii that are not positive and finite, a tube wider than its circle, or fewer than three
-/// elements around.
+/// [`TetMeshError`] for radii that are not positive and finite, a tube wider than its circle, or fewer than
+/// three elements around.
 pub fn torus(major: f64, minor: f64, across: usize, around: usize) -> Result<TetMesh, TetMeshError> {
     check(&[major, minor, major - minor], &[across, around / 3])?;
     let (mut points, mut tetrahedra) = grid([across, across, around], |at| {

@@ -1,9 +1,9 @@
-//! Plates, bowls and coins: a square grid bent into a disc and laid between the under and the upper side of a wall of
-//! revolution.
+//! Plates, bowls and coins: a square grid bent into a disc and laid between the under and the upper side of a
+//! wall of revolution.
 //!
-//! A point of the disc at the part ρ of its radius lies on the lines that join points of the two sides at the part ρ of
-//! their lengths from the axis. Its elements are of nearly one size, where turning a section makes them wedges that are
-//! narrow near the axis and long at the rim.
+//! A point of the disc at the part ρ of its radius lies on the lines that join points of the two sides at the
+//! part ρ of their lengths from the axis. Its elements are of nearly one size, where turning a section makes
+//! them wedges that are narrow near the axis and long at the rim.
 
 use clangor_core::geometry::meridian::Meridian;
 use glam::{DVec2, DVec3};

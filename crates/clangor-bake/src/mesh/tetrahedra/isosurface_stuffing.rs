@@ -1,14 +1,15 @@
 //! The inside of any closed surface, filled with tetrahedra of nearly equal size.
 //!
-//! A body-centred cubic grid has tetrahedra of one shape, better than any other that fills space by itself. Where an
-//! edge of it crosses the surface there is a cut. A grid point with a cut nearby moves onto it; the tetrahedra that are
-//! still cut after that keep their inner part, which the remaining cuts bound and which is divided anew. Since cuts near
-//! a grid point are gone, no part is a sliver.
+//! A body-centred cubic grid has tetrahedra of one shape, better than any other that fills space by itself.
+//! Where an edge of it crosses the surface there is a cut. A grid point with a cut nearby moves onto it; the
+//! tetrahedra that are still cut after that keep their inner part, which the remaining cuts bound and which
+//! is divided anew. Since cuts near a grid point are gone, no part is a sliver.
 //!
-//! Source: Labelle and Shewchuk (2007), "Isosurface stuffing: fast tetrahedral meshes with good dihedral angles", with
-//! their distances for a point to move. Differs: the grid has one size, so walls decide it; inner parts are divided by a
-//! rule of our own (`clip`); the middles of surface edges move onto the surface; and the result is compared with the
-//! input, in volume and in the number of its handles and cavities, because a wall thinner than the grid falls into holes.
+//! Source: Labelle and Shewchuk (2007), "Isosurface stuffing: fast tetrahedral meshes with good dihedral
+//! angles", with their distances for a point to move. Differs: the grid has one size, so walls decide it;
+//! inner parts are divided by a rule of our own (`clip`); the middles of surface edges move onto the surface;
+//! and the result is compared with the input, in volume and in the number of its handles and cavities,
+//! because a wall thinner than the grid falls into holes.
 
 mod clip;
 
@@ -303,7 +304,8 @@ impl<'a> Grid<'a> {
             }
             inner_part(&mut clipped, tetrahedron, depth, &cut);
         }
-        // A corner that only just missed the surface leaves a flat piece on it. Inside, the gap would show as a cavity.
+        // A corner that only just missed the surface leaves a flat piece on it. Inside, the gap would show as
+        // a cavity.
         clipped.drop_flatter_than(FLAT * self.edge);
         clipped.compact()
     }

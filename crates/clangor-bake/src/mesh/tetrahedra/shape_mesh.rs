@@ -6,8 +6,8 @@ use glam::DVec3;
 use super::{TetMesh, ball, block, cylinder};
 use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
 
-/// A mesh with elements of about `edge` \[m\] or, where the shape demands it, shorter; in the frame of the shape's
-/// surface mesh.
+/// A mesh with elements of about `edge` \[m\] or, where the shape demands it, shorter; in the frame of the
+/// shape's surface mesh.
 ///
 /// # Errors
 /// [`StuffingError`] for an edge that is not positive, or a surface that cannot be filled.

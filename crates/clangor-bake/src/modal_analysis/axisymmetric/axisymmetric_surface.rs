@@ -1,7 +1,9 @@
-//! The surface of a body of revolution as triangles of six nodes, and the motion there of what is known on the section.
+//! The surface of a body of revolution as triangles of six nodes, and the motion there of what is known on
+//! the section.
 //!
-//! Points along the curve become rings, whose numbers of points follow their length; neighbouring rings are laced
-//! together. All nodes lie on the true surface, and have the section's motion times the exact cos mφ or sin mφ.
+//! Points along the curve become rings, whose numbers of points follow their length; neighbouring rings are
+//! laced together. All nodes lie on the true surface, and have the section's motion times the exact cos mφ or
+//! sin mφ.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -93,7 +95,8 @@ impl AxisymmetricSurface {
         AxisymmetricSurface { surface: ModalSurface { nodes, triangles }, places }
     }
 
-    /// The motion of order m at the nodes, from that of the section's nodes; `across` turns it by a quarter of its wave.
+    /// The motion of order m at the nodes, from that of the section's nodes; `across` turns it by a quarter
+    /// of its wave.
     pub(super) fn shape(&self, mesh: &SectionMesh, motion: &[DVec3], order: u32, across: bool) -> Vec<DVec3> {
         let at = |place: &Place| {
             let u = on_border(mesh, motion, place);

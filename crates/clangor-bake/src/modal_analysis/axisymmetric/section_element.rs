@@ -1,4 +1,5 @@
-//! Stiffness and mass of a ring with a quadratic triangle for section, for motions of order m around the axis.
+//! Stiffness and mass of a ring with a quadratic triangle for section, for motions of order m around the
+//! axis.
 //!
 //! ```text
 //! u = U(r, y) cos mφ e_r + V(r, y) cos mφ e_y + W(r, y) sin mφ e_φ
@@ -8,9 +9,9 @@
 //!
 //! Integrals over φ are π, for m = 0 2π: there W stands for the twist, which is not coupled to U and V.
 //!
-//! On the axis a motion is smooth only if some of U, V and W vanish or agree, which nothing here demands: what violates
-//! it has a strain of the order of 1/r in the first element, which costs so much energy that it does not occur. Rigid
-//! motions, which obey, have no energy at any point.
+//! On the axis a motion is smooth only if some of U, V and W vanish or agree, which nothing here demands:
+//! what violates it has a strain of the order of 1/r in the first element, which costs so much energy that it
+//! does not occur. Rigid motions, which obey, have no energy at any point.
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
@@ -88,7 +89,8 @@ pub(super) fn section_matrices(
     ElementMatrices { stiffness, mass }
 }
 
-/// Motions of order m that cost no energy, at a point of the section: a lift and a twist, a shift and a tilt, or none.
+/// Motions of order m that cost no energy, at a point of the section: a lift and a twist, a shift and a tilt,
+/// or none.
 pub(super) fn rigid_motions(nodes: &[DVec2], order: u32) -> Vec<Vec<DVec3>> {
     let middle = nodes.iter().map(|x| x.y).sum::<f64>() / nodes.len().max(1) as f64;
     let all = |motion: &dyn Fn(DVec2) -> DVec3| nodes.iter().map(|x| motion(*x)).collect();

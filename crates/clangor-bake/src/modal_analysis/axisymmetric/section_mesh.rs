@@ -1,7 +1,7 @@
 //! The section of a body of revolution as quadratic triangles with edges along its curve.
 //!
-//! Elements are as large as asked and no larger than the wall is thick there, so that one lies across it; sizes change
-//! slowly from place to place.
+//! Elements are as large as asked and no larger than the wall is thick there, so that one lies across it;
+//! sizes change slowly from place to place.
 
 use clangor_core::geometry::meridian::{Meridian, Piece};
 use glam::DVec2;
@@ -168,8 +168,8 @@ fn first_hit(chords: &[[DVec2; 2]], from: DVec2, direction: DVec2) -> f64 {
 }
 
 impl SectionMesh {
-    /// A mesh with edges of at most `most` \[m\] and no longer than the wall is thick, all times `fineness`; `None` if
-    /// the curve crosses itself.
+    /// A mesh with edges of at most `most` \[m\] and no longer than the wall is thick, all times `fineness`;
+    /// `None` if the curve crosses itself.
     pub(crate) fn new(meridian: &Meridian, most: f64, fineness: f64) -> Option<Self> {
         let (pieces, on_curve) = (closed(meridian), meridian.pieces().len());
         let sizes = Sizes::of(&pieces, most, fineness);

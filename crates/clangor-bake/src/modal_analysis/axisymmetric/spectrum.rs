@@ -1,8 +1,8 @@
 //! All modes of a section up to a frequency, order by order.
 //!
-//! The lowest frequency of order m rises with m, at the latest where waves around the rim are shorter than those along
-//! the wall; orders are taken in turn until several have none in the band. Within an order the factorisations prove that
-//! none is missing.
+//! The lowest frequency of order m rises with m, at the latest where waves around the rim are shorter than
+//! those along the wall; orders are taken in turn until several have none in the band. Within an order the
+//! factorisations prove that none is missing.
 
 use glam::DVec3;
 

@@ -1,16 +1,18 @@
 //! A plane polygon filled with triangles of a given size.
 //!
-//! Ears are clipped off the polygon; edges are flipped until no triangle has a neighbour's corner within its circle;
-//! then the centres of circles that are too large become new corners, except near the border, which stays as it is.
-//! All triangles are proper at all times, whatever rounding does, because nothing but a convex pair is ever flipped.
+//! Ears are clipped off the polygon; edges are flipped until no triangle has a neighbour's corner within its
+//! circle; then the centres of circles that are too large become new corners, except near the border, which
+//! stays as it is. All triangles are proper at all times, whatever rounding does, because nothing but a
+//! convex pair is ever flipped.
 //!
-//! Source: Lawson (1977) for the flips; Chew (1989), Ruppert (1995) for the centres. Differs: the border is never cut,
-//! because it comes with edges of the right size.
+//! Source: Lawson (1977) for the flips; Chew (1989), Ruppert (1995) for the centres. Differs: the border is
+//! never cut, because it comes with edges of the right size.
 
 use glam::DVec2;
 
 const NONE: u32 = u32::MAX;
-/// Circles of a larger radius, over the size asked for, get a new corner: 0.58 would be that of an equilateral triangle.
+/// Circles of a larger radius, over the size asked for, get a new corner: 0.58 would be that of an
+/// equilateral triangle.
 const TOO_LARGE: f64 = 0.85;
 /// So do circles larger than this many times the shortest edge: an angle of 21°.
 const TOO_FLAT: f64 = 1.4;
@@ -30,8 +32,8 @@ fn area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// Fills a simple polygon, counter-clockwise, whose edges have about the size that `size` asks for; `None` if it is not
-/// simple.
+/// Fills a simple polygon, counter-clockwise, whose edges have about the size that `size` asks for; `None` if
+/// it is not simple.
 pub(super) fn fill(polygon: &[DVec2], size: &dyn Fn(DVec2) -> f64) -> Option<Triangulation> {
     let triangles = clip_ears(polygon)?;
     let mut mesh = Triangulation {

@@ -4,11 +4,11 @@
 //! P (K − σ M) Pᵀ = L D Lᵀ
 //! ```
 //!
-//! By Sylvester's law of inertia D has as many negative entries as there are eigenvalues below σ. That number is exact
-//! however badly an iteration goes, so it is what the completeness of a spectrum is proven with.
+//! By Sylvester's law of inertia D has as many negative entries as there are eigenvalues below σ. That number
+//! is exact however badly an iteration goes, so it is what the completeness of a spectrum is proven with.
 //!
-//! There is no pivoting. Where a pivot comes out small, the factors lose digits; this is measured by solving for a
-//! known vector.
+//! There is no pivoting. Where a pivot comes out small, the factors lose digits; this is measured by solving
+//! for a known vector.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;

@@ -4,12 +4,12 @@
 //! (K − σ M)⁻¹ M u = θ u,    ω² = σ + 1/θ
 //! ```
 //!
-//! The operator is symmetric in the inner product of the mass. Its extreme eigenvalues are those nearest the shift, on
-//! both sides, and a Krylov space of blocks finds them first; blocks, because a factor is read once for all their
-//! columns and because a degenerate pair shows in one of them. Every new block is made orthogonal to all before and to
-//! the vectors that are known already, rigid motions first, so no eigenvalue is found twice. When the basis is full its
-//! best half starts a new one (thick restart: Wu and Simon 2000, "Thick-restart Lanczos method for large symmetric
-//! eigenvalue problems").
+//! The operator is symmetric in the inner product of the mass. Its extreme eigenvalues are those nearest the
+//! shift, on both sides, and a Krylov space of blocks finds them first; blocks, because a factor is read once
+//! for all their columns and because a degenerate pair shows in one of them. Every new block is made
+//! orthogonal to all before and to the vectors that are known already, rigid motions first, so no eigenvalue
+//! is found twice. When the basis is full its best half starts a new one (thick restart: Wu and Simon 2000,
+//! "Thick-restart Lanczos method for large symmetric eigenvalue problems").
 //!
 //! A Ritz vector with ‖OP u − θ u‖ = ρ gets one more application of the operator, after which
 //!
@@ -17,8 +17,8 @@
 //! K u − ω² M u = −M r / θ²,    relative to ω² M u: (ρ/|θ|) |ω² − σ| / ω²
 //! ```
 //!
-//! Without that, errors of high frequency, which K amplifies by up to 10⁸, would leave residuals of 1e-3 at frequencies
-//! that are right to ten digits. The bound is what convergence is judged by.
+//! Without that, errors of high frequency, which K amplifies by up to 10⁸, would leave residuals of 1e-3 at
+//! frequencies that are right to ten digits. The bound is what convergence is judged by.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -34,8 +34,8 @@ use crate::fem::ElasticSystem;
 
 /// Bound of the relative residual at which a Ritz vector has converged.
 const CONVERGED: f64 = 1e-8;
-/// Modes so low that the last factor of the bound is larger are not pressed further from this shift: their residual is
-/// rounding. They want a lower one.
+/// Modes so low that the last factor of the bound is larger are not pressed further from this shift: their
+/// residual is rounding. They want a lower one.
 const MOST_AMPLIFIED: f64 = 100.0;
 /// Columns of a block.
 pub(super) const BLOCK: usize = 8;
@@ -219,8 +219,8 @@ impl<'a> Basis<'a> {
         self.vectors.subcols_mut(at, BLOCK).copy_from(block);
     }
 
-    /// Applies the operator to the last block, and leaves of the result what is new: the next block, M times it, and
-    /// its coefficients in the result.
+    /// Applies the operator to the last block, and leaves of the result what is new: the next block, M times
+    /// it, and its coefficients in the result.
     fn extend(&mut self) -> (Mat<f64>, Mat<f64>, Mat<f64>) {
         let (known, last) = (self.known(), self.used - BLOCK);
         let mut image = self.heavy[1].clone();
@@ -348,8 +348,8 @@ impl<'a> Basis<'a> {
 
 /// Eigenvectors of a small symmetric matrix; of what they miss the residual tells.
 ///
-/// By QR iteration: faer 0.24's divide and conquer, which it takes for sizes from 128, mixes up eigenvalues that nearly
-/// coincide (seen: values off by 1e-5 in the spectrum of a ball).
+/// By QR iteration: faer 0.24's divide and conquer, which it takes for sizes from 128, mixes up eigenvalues
+/// that nearly coincide (seen: values off by 1e-5 in the spectrum of a ball).
 pub(crate) fn eigenvectors(matrix: MatRef<'_, f64>) -> Mat<f64> {
     let size = matrix.nrows();
     let mut parameters = <SelfAdjointEvdParams as Auto<f64>>::auto();

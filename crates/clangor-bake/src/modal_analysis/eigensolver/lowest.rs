@@ -1,11 +1,13 @@
 //! The lowest frequency of a free body alone, fast.
 //!
-//! Lanczos iteration with one vector on (K + s M)⁻¹ M, away from the rigid motions; θ, the largest eigenvalue of its few
-//! coefficients, gives ω² = 1/θ − s from above. One factorisation, at s > 0, where the matrix is positive definite, and a dozen solves:
-//! nothing proves that a lower mode was not missed, but a start that holds none of it would have to be made for that.
+//! Lanczos iteration with one vector on (K + s M)⁻¹ M, away from the rigid motions; θ, the largest eigenvalue
+//! of its few coefficients, gives ω² = 1/θ − s from above. One factorisation, at s > 0, where the matrix is
+//! positive definite, and a dozen solves: nothing proves that a lower mode was not missed, but a start that
+//! holds none of it would have to be made for that.
 //!
-//! With V the volume, L the longest extent and c_s the speed of shear waves, s = ¼ (c_s V/L³)² is below the square of the lowest
-//! frequency of plates and blocks, and by less than a slender bar's is above it too small to spoil digits.
+//! With V the volume, L the longest extent and c_s the speed of shear waves, s = ¼ (c_s V/L³)² is below the
+//! square of the lowest frequency of plates and blocks, and by less than a slender bar's is above it too
+//! small to spoil digits.
 
 use faer::Mat;
 

@@ -1,9 +1,10 @@
 //! The whole band, slice by slice.
 //!
-//! Shifts σ₁ < σ₂ < … lie inside the band, and every factorisation counts the modes below it. Around each shift the
-//! iteration finds all modes down to the shift before that are not known yet, and half of those up to the next; at the
-//! last shift, all up to the limit. What is known is kept out of the next iteration, so that neighbours agree on who
-//! found what without comparing frequencies, which no degenerate pair would survive.
+//! Shifts σ₁ < σ₂ < … lie inside the band, and every factorisation counts the modes below it. Around each
+//! shift the iteration finds all modes down to the shift before that are not known yet, and half of those up
+//! to the next; at the last shift, all up to the limit. What is known is kept out of the next iteration, so
+//! that neighbours agree on who found what without comparing frequencies, which no degenerate pair would
+//! survive.
 
 use std::f64::consts::TAU;
 
@@ -20,8 +21,8 @@ use crate::fem::elimination::Elimination;
 const SLICE: usize = 140;
 /// Where shifts lie in their slices, as parts of them; others where the first do not count what they find.
 const PLACES: [f64; 3] = [0.75, 0.72, 0.77];
-/// Modes of a larger residual are found again, together with those up to so many times the lowest ω² among them, and
-/// so often at most.
+/// Modes of a larger residual are found again, together with those up to so many times the lowest ω² among
+/// them, and so often at most.
 const POLISHED: f64 = 4e-7;
 const POLISHED_TOGETHER: f64 = 400.0;
 const POLISHES: usize = 4;
@@ -197,8 +198,8 @@ impl<'a> Band<'a> {
         residuals
     }
 
-    /// Finds modes anew from a shift just below them, where rounding in factors of higher shifts has spoilt them; none
-    /// beyond the ω² of `limit` [1/s²].
+    /// Finds modes anew from a shift just below them, where rounding in factors of higher shifts has spoilt
+    /// them; none beyond the ω² of `limit` [1/s²].
     fn polish(&mut self, structure: &Elimination, limit: f64) -> Result<f64, ModalError> {
         let rigid = self.rigid;
         for _ in 0..POLISHES {
@@ -232,7 +233,8 @@ impl<'a> Band<'a> {
             let columns = keep.len() + rigid;
             self.known = Mat::from_fn(self.known.nrows(), columns, |i, k| self.known[(i, kept(k))]);
             self.values = keep.iter().map(|k| self.values[*k]).collect();
-            // Not from the mode below on, which is kept: rounding may lift it over such a border, and it came twice.
+            // Not from the mode below on, which is kept: rounding may lift it over such a border, and it came
+            // twice.
             self.search(&factor, shift, [shift, high], 0, again)?;
         }
         Ok(self.residuals().into_iter().fold(0.0, f64::max))

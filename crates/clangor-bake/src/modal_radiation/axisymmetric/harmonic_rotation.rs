@@ -4,8 +4,8 @@
 //! Y_nm(Qᵀx) = Σ_m' R^n_mm' Y_nm'(x)
 //! ```
 //!
-//! R^1 is Qᵀ itself in the order y, z, x; each R^n comes from R^1 and R^{n−1}. Source: Ivanic and Ruedenberg, J. Phys. Chem.
-//! 100 (1996) 6342, with the corrections in A 102 (1998) 9099.
+//! R^1 is Qᵀ itself in the order y, z, x; each R^n comes from R^1 and R^{n−1}. Source: Ivanic and Ruedenberg,
+//! J. Phys. Chem. 100 (1996) 6342, with the corrections in A 102 (1998) 9099.
 
 use clangor_core::math::spherical_harmonics::{count, index};
 use glam::DMat3;

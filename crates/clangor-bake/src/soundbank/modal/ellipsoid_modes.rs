@@ -1,18 +1,20 @@
 //! The vibration of a free ellipsoid, by polynomials: the method of Ritz.
 //!
-//! With x = (a ξ, b η, c ζ) every ellipsoid is the unit ball, and polynomials on it that are orthonormal there make the
-//! mass matrix a number. The stiffness is a sum of integrals that belong to the ball alone, over products of semi-axes:
+//! With x = (a ξ, b η, c ζ) every ellipsoid is the unit ball, and polynomials on it that are orthonormal
+//! there make the mass matrix a number. The stiffness is a sum of integrals that belong to the ball alone,
+//! over products of semi-axes:
 //!
 //! ```text
 //! u_i = Σ q_ip φ_p(ξ),   K_ip,jq = λ ∫ ∂_iφ_p ∂_jφ_q /(a_i a_j) + μ ∫ ∂_jφ_p ∂_iφ_q /(a_i a_j) + δ_ij μ Σ_k ∫ ∂_kφ_p ∂_kφ_q /a_k²
 //! ```
 //!
-//! so that the integrals are computed once and an ellipsoid is eight small symmetric eigenvalue problems, one for each parity
-//! class. Frequencies come from above and converge with the degree faster than any power. Source: Visscher et al.
-//! (1991), "On the normal modes of free vibration of inhomogeneous and anisotropic elastic objects".
+//! so that the integrals are computed once and an ellipsoid is eight small symmetric eigenvalue problems, one
+//! for each parity class. Frequencies come from above and converge with the degree faster than any power.
+//! Source: Visscher et al. (1991), "On the normal modes of free vibration of inhomogeneous and anisotropic
+//! elastic objects".
 //!
-//! On the surface a polynomial of degree N is a sum of spherical harmonics of (ξ, η, ζ) up to N, and that is how shapes are
-//! given: see `clangor_core::sound_model::soundbank::modal_soundbank`.
+//! On the surface a polynomial of degree N is a sum of spherical harmonics of (ξ, η, ζ) up to N, and that is
+//! how shapes are given: see `clangor_core::sound_model::soundbank::modal_soundbank`.
 
 use clangor_core::math::spherical_harmonics::solid_harmonics;
 use clangor_core::sound_model::soundbank::modal_soundbank::parity_harmonics;
@@ -82,11 +84,12 @@ impl BallPolynomials {
         self.degree
     }
 
-    /// All modes below an angular frequency of the ellipsoid of E = 1, ρ = 1 and this Poisson ratio, by frequency. Rigid
-    /// motions are left out.
+    /// All modes below an angular frequency of the ellipsoid of E = 1, ρ = 1 and this Poisson ratio, by
+    /// frequency. Rigid motions are left out.
     ///
-    /// Modes of one frequency come in the order of their parities, and the first of the largest coefficients is positive: an ellipsoid
-    /// of another size has the same modes in the same order and with the same signs.
+    /// Modes of one frequency come in the order of their parities, and the first of the largest coefficients
+    /// is positive: an ellipsoid of another size has the same modes in the same order and with the same
+    /// signs.
     pub fn modes(&self, semi_axes: DVec3, poisson_ratio: f64, limit: f64) -> Vec<EllipsoidMode> {
         let mut modes: Vec<EllipsoidMode> = (0..CLASSES)
             .into_par_iter()
@@ -204,7 +207,8 @@ fn ball_points(degree: usize) -> Vec<Point> {
         .collect()
 }
 
-/// Products of Legendre polynomials, made orthonormal on the ball by the process of Gram and Schmidt, done twice.
+/// Products of Legendre polynomials, made orthonormal on the ball by the process of Gram and Schmidt, done
+/// twice.
 fn scalars(parity: u8, degree: usize, points: &[Point], shell: &[(DVec3, f64)]) -> Scalars {
     let odd = [0, 1, 2].map(|axis| usize::from(parity >> axis & 1));
     let mut powers: Vec<[usize; 3]> = Vec::new();
@@ -283,8 +287,8 @@ mod tests {
     fn a_ball_has_the_frequencies_of_lamb() {
         let ball = BallPolynomials::new(10);
         let modes = ball.modes(DVec3::ONE, 0.34, 3.0);
-        // ω a/c_s of the lowest modes of a free sphere with ν = 0.34: torsion l = 2, spheroidal l = 2, both fivefold;
-        // roots of (l − 1) j_l(x) = x j_{l+1}(x), x = 2.501133 for l = 2.
+        // ω a/c_s of the lowest modes of a free sphere with ν = 0.34: torsion l = 2, spheroidal l = 2, both
+        // fivefold; roots of (l − 1) j_l(x) = x j_{l+1}(x), x = 2.501133 for l = 2.
         let shear = (2.0 * 1.34_f64).sqrt();
         let torsion = modes.iter().filter(|m| (m.angular_frequency * shear - 2.501_133).abs() < 1e-5);
         assert_eq!(torsion.count(), 5, "{:?}", modes.iter().map(|m| m.angular_frequency).collect::<Vec<_>>());

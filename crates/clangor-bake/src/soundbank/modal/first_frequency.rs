@@ -1,5 +1,6 @@
-//! The lowest frequency of a body by elements, which is all that has to be known of it before an ellipsoid rings in its place; of a piece
-//! of a broken body [`solid_polynomials`](super::solid_polynomials) find it a hundred times faster.
+//! The lowest frequency of a body by elements, which is all that has to be known of it before an ellipsoid
+//! rings in its place; of a piece of a broken body [`solid_polynomials`](super::solid_polynomials) find it a
+//! hundred times faster.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 

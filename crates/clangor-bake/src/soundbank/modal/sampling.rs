@@ -1,8 +1,9 @@
 //! Which ellipsoids are in a bank: more where frequencies change fast, towards pancakes and cigars.
 //!
-//! The patch of the unit sphere with t c ≤ a ≤ b ≤ c is one triangle: disc (t, 1, 1), needle (t, t, 1) and ball (1, 1, 1). An edge
-//! between two samples is halved while any of the lowest frequencies differs by more than a part, and with it the triangles
-//! on both sides. \[FRAC\] §5.3 names the lowest alone; along the edge from disc to needle that one hardly changes.
+//! The patch of the unit sphere with t c ≤ a ≤ b ≤ c is one triangle: disc (t, 1, 1), needle (t, t, 1) and
+//! ball (1, 1, 1). An edge between two samples is halved while any of the lowest frequencies differs by more
+//! than a part, and with it the triangles on both sides. \[FRAC\] §5.3 names the lowest alone; along the edge
+//! from disc to needle that one hardly changes.
 
 use std::collections::BTreeMap;
 

@@ -1,23 +1,28 @@
-//! The lowest frequency of a free solid of any form, by polynomials over it: the method of Ritz without a mesh of its inside.
+//! The lowest frequency of a free solid of any form, by polynomials over it: the method of Ritz without a
+//! mesh of its inside.
 //!
-//! With ξ = Rᵀ(x − x̄)/ℓ in the principal frame, ℓ the largest extents from the centre of mass, and monomials φ_p(ξ) up to a degree,
+//! With ξ = Rᵀ(x − x̄)/ℓ in the principal frame, ℓ the largest extents from the centre of mass, and monomials
+//! φ_p(ξ) up to a degree,
 //!
 //! ```text
 //! u_i = Σ q_ip φ_p,   M_pq = ∫ φ_p φ_q dV,   K_ip,jq = ∫ λ ∂_iφ_p ∂_jφ_q + μ ∂_jφ_p ∂_iφ_q + δ_ij μ Σ_k ∂_kφ_p ∂_kφ_q dV
 //! ```
 //!
-//! are sums of the moments of the solid, and those are integrals over its closed surface: for f homogeneous of degree d
+//! are sums of the moments of the solid, and those are integrals over its closed surface: for f homogeneous
+//! of degree d
 //!
 //! ```text
 //! ∫ f dV = 1/(d + 3) ∮ f ξ·n dS,   on a triangle (a, b, c) with det(a, b, c) ∫∫ f du dv
 //! ```
 //!
-//! by a Gauss rule that is exact for the degree, or as good for a small triangle. So the roughness of a crack costs no more than its triangles. The frequency comes from above. Bending of a thin
-//! plate is not stiffer than it should be: to a deflection of degree N belong motions along the plate of the same degree.
+//! by a Gauss rule that is exact for the degree, or as good for a small triangle. So the roughness of a crack
+//! costs no more than its triangles. The frequency comes from above. Bending of a thin plate is not stiffer
+//! than it should be: to a deflection of degree N belong motions along the plate of the same degree.
 //!
-//! Sources: Visscher et al. (1991), "On the normal modes of free vibration of inhomogeneous and anisotropic elastic objects", for bodies of
-//! simple form; the moments of a polyhedron are those of its signed tetrahedra. What it is not: a method for forms with deep
-//! notches, holes or thin walls around a hollow, whose lowest mode is no polynomial of low degree.
+//! Sources: Visscher et al. (1991), "On the normal modes of free vibration of inhomogeneous and anisotropic
+//! elastic objects", for bodies of simple form; the moments of a polyhedron are those of its signed
+//! tetrahedra. What it is not: a method for forms with deep notches, holes or thin walls around a hollow,
+//! whose lowest mode is no polynomial of low degree.
 
 use std::f64::consts::TAU;
 
@@ -69,7 +74,8 @@ pub enum SolidError {
     },
 }
 
-/// The lowest frequency \[Hz\] of a free solid bounded by a closed surface, by polynomials to a degree from 2 to 8.
+/// The lowest frequency \[Hz\] of a free solid bounded by a closed surface, by polynomials to a degree from 2
+/// to 8.
 ///
 /// # Errors
 /// [`SolidError`].

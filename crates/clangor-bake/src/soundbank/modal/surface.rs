@@ -20,8 +20,8 @@ pub struct EllipsoidSurface {
 }
 
 impl EllipsoidSurface {
-    /// The faces of an octahedron, divided and pushed out to the ball of which the ellipsoid is the image, fine enough for shapes of
-    /// this degree.
+    /// The faces of an octahedron, divided and pushed out to the ball of which the ellipsoid is the image,
+    /// fine enough for shapes of this degree.
     pub fn new(semi_axes: DVec3, degree: usize) -> Self {
         let divisions = ((DIVISIONS_PER_DEGREE * degree as f64).ceil() as usize).max(4);
         let (directions, triangles) = divided_octahedron(divisions);
@@ -50,7 +50,8 @@ impl EllipsoidSurface {
     }
 }
 
-/// Directions, and triangles of six of them: corners counter-clockwise from outside, then the middles of their edges.
+/// Directions, and triangles of six of them: corners counter-clockwise from outside, then the middles of
+/// their edges.
 fn divided_octahedron(divisions: usize) -> (Vec<DVec3>, Vec<[u32; 6]>) {
     let fine = 2 * divisions as i64;
     let mut known: BTreeMap<[i64; 3], u32> = BTreeMap::new();

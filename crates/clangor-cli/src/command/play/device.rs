@@ -22,8 +22,8 @@ const FORMATS: [SampleFormat; 4] =
 const RATES: [u32; 4] = [48_000, 44_100, 96_000, 192_000];
 /// Frames that the engine renders at once.
 const BLOCK: usize = 1024;
-/// How far a device may be ahead of time \[s\], less than events are: one that takes samples faster than they can be heard, such as
-/// ALSA's `null`, is made to wait.
+/// How far a device may be ahead of time \[s\], less than events are: one that takes samples faster than they
+/// can be heard, such as ALSA's `null`, is made to wait.
 const HEADWAY: f64 = 0.3;
 
 /// A device, and how it is played on.

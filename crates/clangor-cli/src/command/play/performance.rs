@@ -1,4 +1,5 @@
-//! From a scene to the device: everything is prepared as for `render`, and played once without being heard, for its level.
+//! From a scene to the device: everything is prepared as for `render`, and played once without being heard,
+//! for its level.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,13 +1,16 @@
-//! The directions in which the published representation stores signals, and linear interpolation between them.
+//! The directions in which the published representation stores signals, and linear interpolation between
+//! them.
 //!
-//! \[PAN\] §4.2: a uniform grid in polar and azimuthal angle, 5 × 10 or 40 × 80, interpolated linearly in both angles.
-//! Differs: the paper does not say where its grid lies. Ours is about the z axis and has its directions in the centres of
-//! the cells, so that none repeats; beyond the last row the neighbours are those across the pole.
+//! \[PAN\] §4.2: a uniform grid in polar and azimuthal angle, 5 × 10 or 40 × 80, interpolated linearly in
+//! both angles. Differs: the paper does not say where its grid lies. Ours is about the z axis and has its
+//! directions in the centres of the cells, so that none repeats; beyond the last row the neighbours are those
+//! across the pole.
 //!
-//! \[PROXY\] §5: for bodies with three planes of symmetry one octant, triangulated: with 8 divisions of an edge 64
-//! triangles and 45 vertices. The other octants follow from the signs of \[PROXY\] eqs. (16)–(21): a translation along
-//! an axis is odd in that coordinate and even in the others, a rotation about an axis the other way round.
-//! Differs: the paper does not print its triangulation. Ours is the lattice of the octahedron's face, projected onto the sphere.
+//! \[PROXY\] §5: for bodies with three planes of symmetry one octant, triangulated: with 8 divisions of an
+//! edge 64 triangles and 45 vertices. The other octants follow from the signs of \[PROXY\] eqs. (16)–(21): a
+//! translation along an axis is odd in that coordinate and even in the others, a rotation about an axis the
+//! other way round. Differs: the paper does not print its triangulation. Ours is the lattice of the
+//! octahedron's face, projected onto the sphere.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,6 +1,7 @@
 //! The pulse ψ from which the published representation builds accelerations, and its spectrum.
 //!
-//! A cubic filter of the family of Mitchell and Netravali, with B = 2/3 and C = 1/6 (\[PAN\] eq. (17), \[PROXY\] eq. (6)):
+//! A cubic filter of the family of Mitchell and Netravali, with B = 2/3 and C = 1/6 (\[PAN\] eq. (17),
+//! \[PROXY\] eq. (6)):
 //!
 //! ```text
 //!              ⎧ −15y³ + 18y² + 9y + 2       |t| ≤ h
@@ -10,11 +11,11 @@
 //!
 //! Differs: both papers print y = 1 − |t|; only with |t|/h is ψ continuous for h ≠ 1.
 //!
-//! Shifted by multiples of h the pulses sum to 1, but ψ(0) = 14/18 and ψ(±h) = 2/18: the sum of pulses does not go
-//! through the samples, it smooths them.
+//! Shifted by multiples of h the pulses sum to 1, but ψ(0) = 14/18 and ψ(±h) = 2/18: the sum of pulses does
+//! not go through the samples, it smooths them.
 //!
-//! ψ is a piecewise cubic, so its spectrum is the sum over its knots of the jumps of its second and third derivative,
-//! which comes to
+//! ψ is a piecewise cubic, so its spectrum is the sum over its knots of the jumps of its second and third
+//! derivative, which comes to
 //!
 //! ```text
 //! ∫ ψ(t; h) e^{−iωt} dt = h sinc³u (5 sinc u − 2 cos u)/3,    u = ωh/2,  sinc u = sin u / u

@@ -66,8 +66,8 @@ impl Series {
 
     /// Σ_k weights_k x(t − k · spacing), on the grid of this signal.
     ///
-    /// The filter that shifts and adds is as long as all shifts together, so this costs as much for many pulses as for
-    /// few that last as long.
+    /// The filter that shifts and adds is as long as all shifts together, so this costs as much for many
+    /// pulses as for few that last as long.
     pub fn shifted_sum(&self, weights: &[f64], spacing: f64) -> Series {
         let table = &*KERNEL;
         let width = HALF_WIDTH as i64;
@@ -90,8 +90,8 @@ impl Series {
         Series { start: self.start - (width - 1) as f64 * self.step, step: self.step, samples }
     }
 
-    /// The signal at the times n/`rate`, without what lies above `cutoff` (cycles per unit of time, at most half of
-    /// either rate): n of the first sample, and the samples.
+    /// The signal at the times n/`rate`, without what lies above `cutoff` (cycles per unit of time, at most
+    /// half of either rate): n of the first sample, and the samples.
     pub fn resampled(&self, rate: f64, cutoff: f64) -> (i64, Vec<f64>) {
         let table = &*KERNEL;
         let relative = 2.0 * cutoff * self.step;

@@ -1,14 +1,15 @@
-//! Stored time signals of the published representation: samples, or the wavelet coefficients that are large enough.
+//! Stored time signals of the published representation: samples, or the wavelet coefficients that are large
+//! enough.
 //!
-//! For each direction and degree of freedom there are N signals q_k(t). \[PAN\] stores every sample; \[PROXY\] §4.1 stores
-//! the wavelet coefficients of all N signals at the places where the pressure at any of the fitted radii is at least ε
-//! of its largest coefficient.
+//! For each direction and degree of freedom there are N signals q_k(t). \[PAN\] stores every sample;
+//! \[PROXY\] §4.1 stores the wavelet coefficients of all N signals at the places where the pressure at any of
+//! the fitted radii is at least ε of its largest coefficient.
 
 /// Signals of all directions and degrees of freedom.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Signals {
-    /// Weights q_k^j of shifted filters ψ(t − jΔt; Δt) (\[PAN\] eq. (22)): for each direction, for each degree of freedom,
-    /// for each k, all j.
+    /// Weights q_k^j of shifted filters ψ(t − jΔt; Δt) (\[PAN\] eq. (22)): for each direction, for each
+    /// degree of freedom, for each k, all j.
     Samples(Vec<f32>),
     /// Wavelet coefficients.
     Wavelets(SparseCoefficients),
@@ -17,8 +18,8 @@ pub enum Signals {
 /// The coefficients that are kept, by direction and degree of freedom.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SparseCoefficients {
-    /// First entry of each pair of direction and degree of freedom, direction by direction; at the end the number of
-    /// entries.
+    /// First entry of each pair of direction and degree of freedom, direction by direction; at the end the
+    /// number of entries.
     pub first: Vec<u32>,
     /// Place of each entry among the coefficients of its signal, ascending.
     pub places: Vec<u16>,
@@ -37,8 +38,8 @@ impl Signals {
         }
     }
 
-    /// Whether there are `count` pairs of direction and degree of freedom, each with `terms` signals of `length`
-    /// numbers, all of them finite.
+    /// Whether there are `count` pairs of direction and degree of freedom, each with `terms` signals of
+    /// `length` numbers, all of them finite.
     pub fn fits(&self, count: usize, terms: usize, length: usize) -> bool {
         match self {
             Signals::Samples(samples) => {
@@ -61,8 +62,8 @@ impl Signals {
 }
 
 impl SparseCoefficients {
-    /// Adds Σ_k weights_k q̂_k of one pair of direction and degree of freedom to the coefficients at the beginning of a
-    /// transform; those beyond the end of `sum` are left out.
+    /// Adds Σ_k weights_k q̂_k of one pair of direction and degree of freedom to the coefficients at the
+    /// beginning of a transform; those beyond the end of `sum` are left out.
     pub(super) fn add(&self, pair: usize, weights: &[f64], sum: &mut [f64]) {
         let entries = self.first[pair] as usize..self.first[pair + 1] as usize;
         let values = self.values[entries.start * weights.len()..entries.end * weights.len()]

@@ -6,19 +6,20 @@
 //! s_i = Σ_k h_k x_{2i+k},   d_i = Σ_k g_k x_{2i+k},   g_k = (−1)^k h_{9−k}
 //! ```
 //!
-//! with indices modulo n; the smooth half is split again, down to one coefficient. The order is that of \[PROXY\] §4.2:
-//! the last smooth coefficient, then the details from the coarsest level to the finest, level ℓ at 2^ℓ … 2^{ℓ+1} − 1. So
-//! the first half of the coefficients, over √2, is the transform of the signal at half the rate.
+//! with indices modulo n; the smooth half is split again, down to one coefficient. The order is that of
+//! \[PROXY\] §4.2: the last smooth coefficient, then the details from the coarsest level to the finest, level
+//! ℓ at 2^ℓ … 2^{ℓ+1} − 1. So the first half of the coefficients, over √2, is the transform of the signal at
+//! half the rate.
 //!
-//! That half-rate signal stands between the samples of the old one: the filter h is not centred, and since five
-//! vanishing moments make Σ h_k k² = √2 μ² for μ = Σ h_k k/√2, the smooth coefficient s_i/√2 is the signal at 2i + μ up to
-//! third derivatives ([`HALVING_SHIFT`]).
+//! That half-rate signal stands between the samples of the old one: the filter h is not centred, and since
+//! five vanishing moments make Σ h_k k² = √2 μ² for μ = Σ h_k k/√2, the smooth coefficient s_i/√2 is the
+//! signal at 2i + μ up to third derivatives ([`HALVING_SHIFT`]).
 
 /// Number of filter taps.
 const TAPS: usize = 10;
 
-/// h: the filter of least phase of I. Daubechies, *Ten lectures on wavelets*, 1992, table 6.1, made exact to the last
-/// digit by Newton's method on the ten equations (orthonormality, vanishing moments) that define it.
+/// h: the filter of least phase of I. Daubechies, *Ten lectures on wavelets*, 1992, table 6.1, made exact to
+/// the last digit by Newton's method on the ten equations (orthonormality, vanishing moments) that define it.
 const LOW: [f64; TAPS] = [
     0.160_102_397_974_192_93,
     0.603_829_269_797_189_6,
@@ -32,7 +33,8 @@ const LOW: [f64; TAPS] = [
     0.003_335_725_285_473_771_2,
 ];
 
-/// μ: by how many samples of the full rate sample 0 of the half-rate signal comes after sample 0 of the full-rate one.
+/// μ: by how many samples of the full rate sample 0 of the half-rate signal comes after sample 0 of the
+/// full-rate one.
 pub const HALVING_SHIFT: f64 = {
     let mut sum = 0.0;
     let mut k = 0;

@@ -50,8 +50,8 @@ struct BodyPreset {
     material: &'static presets::Preset,
 }
 
-/// The table of the papers: \[PAN\] §5 prints 1.8 m along x, 0.8 m along z, top at 0.4 m. The thickness of 3 cm and
-/// the wood are ours.
+/// The table of the papers: \[PAN\] §5 prints 1.8 m along x, 0.8 m along z, top at 0.4 m. The thickness of 3
+/// cm and the wood are ours.
 const PAN_TABLE: BodyPreset =
     BodyPreset { shape: "box:1.8x0.03x0.8", position: DVec3::new(0.0, 0.385, 0.0), material: &presets::WOOD };
 

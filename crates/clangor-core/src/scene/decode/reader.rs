@@ -1,7 +1,8 @@
 //! Reading typed values from the span-keeping TOML tree, collecting every error on the way.
 //!
-//! serde's derive stops at the first error; this goes on. Each reader returns `None` where the value is absent or
-//! wrong, having noted what is wrong, so that the caller can continue with a default that is never used.
+//! serde's derive stops at the first error; this goes on. Each reader returns `None` where the value is
+//! absent or wrong, having noted what is wrong, so that the caller can continue with a default that is never
+//! used.
 
 use std::ops::Range;
 
@@ -16,8 +17,8 @@ use crate::scene::suggest::nearest;
 pub(super) struct Decoder<'t> {
     text: &'t str,
     line_starts: Vec<usize>,
-    /// Continuation bytes of UTF-8 before each block of [`BLOCK`] bytes: a column is then found in constant time,
-    /// however long the line.
+    /// Continuation bytes of UTF-8 before each block of [`BLOCK`] bytes: a column is then found in constant
+    /// time, however long the line.
     continuations: Vec<usize>,
     pub(super) errors: Vec<SceneError>,
     pub(super) warnings: Vec<SceneWarning>,

@@ -46,7 +46,8 @@ pub(super) fn variation(scene: &Scene, description: &BodyDescription, copy: usiz
     }
 }
 
-/// Seed of a `[[body]]`: its own or the scene's, with the name mixed in (FNV-1a), so that two do not draw alike.
+/// Seed of a `[[body]]`: its own or the scene's, with the name mixed in (FNV-1a), so that two do not draw
+/// alike.
 fn seed(scene: &Scene, description: &BodyDescription) -> u64 {
     let own = match &description.copies {
         Copies::Random(placement) => placement.seed,

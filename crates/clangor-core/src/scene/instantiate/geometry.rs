@@ -32,7 +32,8 @@ impl GeometryReference {
     }
 }
 
-/// Loads a shape of the library, and refuses files: the loader of a scene without mesh files, and a part of any other.
+/// Loads a shape of the library, and refuses files: the loader of a scene without mesh files, and a part of
+/// any other.
 ///
 /// # Errors
 /// The shape's own words.

@@ -1,8 +1,9 @@
-//! The pressure field of a rigid body that is accelerated: six degrees of freedom, every frequency of a band, every
-//! point outside.
+//! The pressure field of a rigid body that is accelerated: six degrees of freedom, every frequency of a band,
+//! every point outside.
 //!
 //! With R the bounding radius of the body about its centre of mass, x the position over R, s = iκ = ikR, unit
-//! directions and accelerations a = (a₁, a₂, a₃) [m/s²], α = (α₁, α₂, α₃) [rad/s²] in the axes of the body, the pressure is
+//! directions and accelerations a = (a₁, a₂, a₃) [m/s²], α = (α₁, α₂, α₃) [rad/s²] in the axes of the body,
+//! the pressure is
 //!
 //! ```text
 //! p(x) = ρ R e^{−s|x|} Σ_n g_n(s, |x|) Σ_m Y_nm(x/|x|) Σ_i z_i Q^i_nm(s),    z = (a, R α)
@@ -10,19 +11,20 @@
 //! ```
 //!
 //! Each term is an exact outgoing wave, so the near field and the far field are as right as the coefficients.
-//! The coefficients Q are dimensionless and depend on nothing but the shape and s: a body twice as large has the same
-//! field at half the frequency (\[PROXY\] eq. (10)). A rigid motion displaces no net volume, so that the monopole is of
-//! second order in s; g_0 carries this factor, which keeps the far field right at low frequency.
+//! The coefficients Q are dimensionless and depend on nothing but the shape and s: a body twice as large has
+//! the same field at half the frequency (\[PROXY\] eq. (10)). A rigid motion displaces no net volume, so that
+//! the monopole is of second order in s; g_0 carries this factor, which keeps the far field right at low
+//! frequency.
 //!
-//! In frequency Q is rational, in the barycentric form of Nakatsukasa, Sète and Trefethen (2018): a few nodes s_j,
-//! mirrored by conj(s_j), with weights w_j, the same for all coefficients:
+//! In frequency Q is rational, in the barycentric form of Nakatsukasa, Sète and Trefethen (2018): a few nodes
+//! s_j, mirrored by conj(s_j), with weights w_j, the same for all coefficients:
 //!
 //! ```text
 //! Q(s) = Σ_j [ w_j Q_j/(s − s_j) + conj(w_j Q_j)/(s − conj s_j) ] / Σ_j [ w_j/(s − s_j) + conj(w_j)/(s − conj s_j) ]
 //! ```
 //!
-//! Interpolation commutes with everything that is linear: a click interpolates the pressure at the listener without
-//! e^{−s|x|}, from its values at the nodes.
+//! Interpolation commutes with everything that is linear: a click interpolates the pressure at the listener
+//! without e^{−s|x|}, from its values at the nodes.
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -58,8 +60,8 @@ pub struct Term {
 pub struct AccelerationField {
     /// Highest κ = kR at which it is known.
     pub max_wavenumber: f64,
-    /// Time, in R/c, after which the sound of a sudden acceleration has fallen by 100 dB, counted from the passing of a
-    /// wave from the centre of mass.
+    /// Time, in R/c, after which the sound of a sudden acceleration has fallen by 100 dB, counted from the
+    /// passing of a wave from the centre of mass.
     pub ring_time: f64,
     /// Nodes in frequency.
     pub nodes: Vec<Node>,
@@ -125,8 +127,8 @@ impl AccelerationField {
         above / below
     }
 
-    /// p/ρ [m²/s² · m⁻¹·R] at `x` (in units of R) for κ = `wavenumber`: multiply by ρ R for pascals. The phase
-    /// e^{−iκ|x|} is in it.
+    /// p/ρ [m²/s² · m⁻¹·R] at `x` (in units of R) for κ = `wavenumber`: multiply by ρ R for pascals. The
+    /// phase e^{−iκ|x|} is in it.
     pub fn pressure(&self, z: &[f64; RIGID_DOFS], x: DVec3, wavenumber: f64) -> Complex64 {
         let s = Complex64::new(0.0, wavenumber);
         (-s * x.length()).exp() * self.interpolate(s, &self.at_nodes(z, x))

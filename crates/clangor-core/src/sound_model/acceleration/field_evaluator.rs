@@ -7,10 +7,10 @@
 //! τ₀ = 1,  τ₁ = s + 1/x,  τₙ = (2n−1)/x τₙ₋₁ + s² τₙ₋₂
 //! ```
 //!
-//! where τₙ = θₙ(sx)/xⁿ stays in range at any distance, and θ₀ is replaced by 1/s². The inner sum is nearly all of the
-//! work: real factors times complex values, of which eight nodes make one group of 16 numbers side by side, in single
-//! precision as they are stored. Up to three groups are summed at once, so that a factor is loaded once for all of them,
-//! and lie beside each other in memory. The outer sum is in double precision.
+//! where τₙ = θₙ(sx)/xⁿ stays in range at any distance, and θ₀ is replaced by 1/s². The inner sum is nearly
+//! all of the work: real factors times complex values, of which eight nodes make one group of 16 numbers side
+//! by side, in single precision as they are stored. Up to three groups are summed at once, so that a factor
+//! is loaded once for all of them, and lie beside each other in memory. The outer sum is in double precision.
 //!
 //! The vector instructions are the widest that the machine has, chosen when the program runs.
 
@@ -103,7 +103,8 @@ pub struct FieldEvaluator {
     rows: Vec<Range<usize>>,
     /// Index of the factor of each row: degree times number of harmonics, plus harmonic.
     factors: Vec<u32>,
-    /// For each order, each [`MOST_GROUPS`] groups, each row, each group: the values at its nodes, real parts first.
+    /// For each order, each [`MOST_GROUPS`] groups, each row, each group: the values at its nodes, real parts
+    /// first.
     values: Vec<[f32; 2 * GROUP]>,
     harmonics: HarmonicTable,
 }
@@ -190,7 +191,8 @@ impl FieldEvaluator {
     }
 
     /// p e^{s|x|}/(ρ R) at every node, for z = (a, R α), at `x` in units of R, |x| ≥ 1: what
-    /// [`AccelerationField::at_nodes`] gives, up to the rounding of single precision. Lanes without a node get zero.
+    /// [`AccelerationField::at_nodes`] gives, up to the rounding of single precision. Lanes without a node
+    /// get zero.
     pub fn at_nodes(
         &self,
         z: &[f64; RIGID_DOFS],
@@ -303,8 +305,8 @@ fn step(s: &NodeGroup, here: &NodeGroup, before: &NodeGroup, nearness: f64, n: u
     next
 }
 
-/// Σ factor · values over the rows of one order and G groups, in PARTS sums by turns, so that an addition need not wait for
-/// the one before it.
+/// Σ factor · values over the rows of one order and G groups, in PARTS sums by turns, so that an addition
+/// need not wait for the one before it.
 #[inline(always)]
 fn contract<S: Simd, const G: usize, const PARTS: usize>(
     simd: S,

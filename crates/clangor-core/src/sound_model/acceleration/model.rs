@@ -3,7 +3,8 @@
 use crate::sound_model::acceleration::field::AccelerationField;
 use crate::sound_model::acceleration::near_field::NearField;
 
-/// The sound of a rigid body's acceleration, in the frame of the body: its centre of mass, the axes of its mesh.
+/// The sound of a rigid body's acceleration, in the frame of the body: its centre of mass, the axes of its
+/// mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccelerationModel {
     /// Bounding radius R \[m\] about the centre of mass, the unit of length of the field.

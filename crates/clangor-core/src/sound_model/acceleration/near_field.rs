@@ -1,7 +1,7 @@
 //! The field close to a body, inside the ball where its multipoles converge.
 //!
-//! Multipoles about the centre of mass are valid outside the bounding sphere only, and converge slowly just outside it.
-//! Closer, the pressure is the boundary integral over the surface,
+//! Multipoles about the centre of mass are valid outside the bounding sphere only, and converge slowly just
+//! outside it. Closer, the pressure is the boundary integral over the surface,
 //!
 //! ```text
 //! p(x) = ∫ (p ∂G/∂n + ρ a_n G) dS,    G = e^{−ikr}/(4πr)
@@ -9,13 +9,14 @@
 //!
 //! with the surface pressure p that the solver found, linear on each triangle, and a_n of the rigid motion.
 //!
-//! Each triangle has one quadrature point where it is small against its distance, seven where it is nearer, and is
-//! divided in four where it is nearer still, down to a thousandth of its size. The pressure at x takes milliseconds
-//! instead of microseconds.
+//! Each triangle has one quadrature point where it is small against its distance, seven where it is nearer,
+//! and is divided in four where it is nearer still, down to a thousandth of its size. The pressure at x takes
+//! milliseconds instead of microseconds.
 //!
-//! A bowl has 14 000 vertices, six motions and 40 nodes. But around its axis, and from one mirror image to the other, the
-//! pressure of a motion is the same spectrum times a number: each spectrum is kept once, in 16 bits, and each vertex and
-//! motion names one with a factor. What is within [`SAME_SPECTRUM`] of its size counts as the same.
+//! A bowl has 14 000 vertices, six motions and 40 nodes. But around its axis, and from one mirror image to
+//! the other, the pressure of a motion is the same spectrum times a number: each spectrum is kept once, in 16
+//! bits, and each vertex and motion names one with a factor. What is within [`SAME_SPECTRUM`] of its size
+//! counts as the same.
 
 use glam::DVec3;
 use num_complex::Complex32;
@@ -38,7 +39,8 @@ pub const SAME_SPECTRUM: f64 = 5e-5;
 const SILENT: f64 = 1e-7;
 
 /// Surface pressures of the six motions, in the units of
-/// [`AccelerationField`](crate::sound_model::acceleration::field::AccelerationField): lengths over R, s = ikR, p/(ρ R) for z = (a, R α).
+/// [`AccelerationField`](crate::sound_model::acceleration::field::AccelerationField): lengths over R, s =
+/// ikR, p/(ρ R) for z = (a, R α).
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearField {
     /// The surface, its vertices over R, the centre of mass at the origin.
@@ -63,7 +65,8 @@ struct Sample {
 }
 
 impl NearField {
-    /// From pressures: for each vertex, for each degree of freedom, the values at so many nodes, in the order of the field.
+    /// From pressures: for each vertex, for each degree of freedom, the values at so many nodes, in the order
+    /// of the field.
     pub fn from_pressures(surface: TriMesh, nodes: usize, pressures: &[Complex32]) -> Self {
         let rows: Vec<&[Complex32]> = pressures.chunks_exact(nodes.max(1)).collect();
         let square = |x: f32| f64::from(x) * f64::from(x);

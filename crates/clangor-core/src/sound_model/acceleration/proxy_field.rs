@@ -1,15 +1,16 @@
 //! The field of an ellipsoid between those of a bank: the weighted mean of the ellipsoids around it.
 //!
-//! \[PROXY\] §3 takes the nearest ellipsoid. Differs: the fields of the corners of the cell of (B/A, C/A) in which the body is
-//! are averaged with bilinear weights, or linear ones in the three corners of a cell on the diagonal B = C:
+//! \[PROXY\] §3 takes the nearest ellipsoid. Differs: the fields of the corners of the cell of (B/A, C/A) in
+//! which the body is are averaged with bilinear weights, or linear ones in the three corners of a cell on the
+//! diagonal B = C:
 //!
 //! ```text
 //! Q(s) = Σ_e w_e Q^e(s)
 //! ```
 //!
-//! Each ellipsoid has nodes of its own, so that the coefficients of the others are interpolated to the nodes of the
-//! nearest first. Only the orders that a body of this size radiates in the band are kept: n ≤ κ + 3, and at least
-//! [`LEAST_ORDER`].
+//! Each ellipsoid has nodes of its own, so that the coefficients of the others are interpolated to the nodes
+//! of the nearest first. Only the orders that a body of this size radiates in the band are kept: n ≤ κ + 3,
+//! and at least [`LEAST_ORDER`].
 //!
 //! This is done once for each body; its clicks cost what those of any field do.
 
@@ -108,7 +109,8 @@ fn mean_of(bank: &EllipsoidBank, proxy: &Proxy, order: usize, moved: &mut MovedF
     }
 }
 
-/// The coefficients of a field at these nodes, which are its own or those of another: for each term, for each node.
+/// The coefficients of a field at these nodes, which are its own or those of another: for each term, for each
+/// node.
 fn at_nodes_of(field: &AccelerationField, nodes: &[Node], own: bool) -> Arc<[Complex32]> {
     let values = field.real.iter().zip(&field.imaginary).map(|(re, im)| Complex32::new(*re, *im));
     if own {

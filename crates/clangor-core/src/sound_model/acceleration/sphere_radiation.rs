@@ -7,8 +7,9 @@
 //! P/A = ρ c² a cosθ (iω/(c r) + 1/r²) / (2W² − ω² + 2iWω) · e^{−iω(r−a)/c}
 //! ```
 //!
-//! exact at every frequency and distance r ≥ a, near field included: the solution of Koss and Alfredson (1973). The
-//! two poles W(−1 ± i) let the sound ring at ka = 1 and die as e^{−ct/a}. Rotation of a sphere radiates nothing.
+//! exact at every frequency and distance r ≥ a, near field included: the solution of Koss and Alfredson
+//! (1973). The two poles W(−1 ± i) let the sound ring at ka = 1 and die as e^{−ct/a}. Rotation of a sphere
+//! radiates nothing.
 //!
 //! \[HW\] eq. (1) is its limit for ka → 0 far away, iω ρ a³ cosθ / (2 c r) · e^{−iωr/c}; it is too loud by
 //! √(1 + (ka)⁴/4), 10 % at ka = 0.957, and stays selectable for comparison.
@@ -25,7 +26,8 @@ pub enum SphereModel {
     CompactDipole,
 }
 
-/// Transfer from acceleration [m/s²] to pressure \[Pa\] at one point, as a rational function of ω and a delay:
+/// Transfer from acceleration [m/s²] to pressure \[Pa\] at one point, as a rational function of ω and a
+/// delay:
 ///
 /// `P/A = [a₀ + a₁ω² + iω (b₀ + b₁ω²)] / (d₀ + d₁ω⁴) · e^{−iω delay}`
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,8 +43,8 @@ pub struct SphereTransfer {
 }
 
 impl SphereTransfer {
-    /// The transfer of a sphere of `radius` a \[m\] to a point at `distance` r ≥ a \[m\] from its centre, `cosine` of the
-    /// angle between acceleration and direction to the point.
+    /// The transfer of a sphere of `radius` a \[m\] to a point at `distance` r ≥ a \[m\] from its centre,
+    /// `cosine` of the angle between acceleration and direction to the point.
     ///
     /// With D = 2W² − ω² + 2iWω the denominator is |D|² = 4W⁴ + ω⁴ and the numerator (iω/(cr) + 1/r²) D*.
     pub fn new(model: SphereModel, medium: &Medium, radius: f64, distance: f64, cosine: f64) -> Self {

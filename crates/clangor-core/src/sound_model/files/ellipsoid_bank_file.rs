@@ -1,9 +1,10 @@
 //! A soundbank of ellipsoids as bytes: many fields in one small file; docs/format/model.md describes it.
 //!
-//! Two things make it small. A body radiates into few multipoles at low frequencies, so that every node keeps the orders
-//! up to one of its own: those whose coefficients together exceed a tolerance of the loudest motion at that node, on
-//! the bounding sphere, where high orders are loudest; n ≤ 2, which outlasts all others with distance, stays. And the
-//! coefficients are 16-bit integers with one scale for each term: off by at most 1/65534 of the largest value of the term.
+//! Two things make it small. A body radiates into few multipoles at low frequencies, so that every node keeps
+//! the orders up to one of its own: those whose coefficients together exceed a tolerance of the loudest
+//! motion at that node, on the bounding sphere, where high orders are loudest; n ≤ 2, which outlasts all
+//! others with distance, stays. And the coefficients are 16-bit integers with one scale for each term: off by
+//! at most 1/65534 of the largest value of the term.
 
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};

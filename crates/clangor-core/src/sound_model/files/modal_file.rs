@@ -1,10 +1,13 @@
-//! How a body rings, as bytes: a file of its own, or a part of a sound model; docs/format/model.md describes both.
+//! How a body rings, as bytes: a file of its own, or a part of a sound model; docs/format/model.md describes
+//! both.
 //!
-//! Unlike the click, ringing belongs to a material and a medium: other stiffness is other modes, and a transfer holds at
-//! the frequency of its mode alone. Damping is in neither: it may change without another bake.
+//! Unlike the click, ringing belongs to a material and a medium: other stiffness is other modes, and a
+//! transfer holds at the frequency of its mode alone. Damping is in neither: it may change without another
+//! bake.
 //!
-//! Frequencies are stored in 64 bits, shapes and transfers in 32: the 24 bits of a number are sharper than any mesh. What
-//! is computed is rounded alike ([`ModalPart::rounded`]), so that it sounds the same from the file, bit by bit.
+//! Frequencies are stored in 64 bits, shapes and transfers in 32: the 24 bits of a number are sharper than
+//! any mesh. What is computed is rounded alike ([`ModalPart::rounded`]), so that it sounds the same from the
+//! file, bit by bit.
 
 use glam::DVec3;
 use num_complex::Complex64;

@@ -1,7 +1,7 @@
 //! A bank of ringing ellipsoids as bytes; docs/format/model.md describes it.
 //!
-//! Only harmonics of the parity of a mode are stored, an eighth of all, as 16-bit integers with one scale for the shape and one
-//! for the multipoles of each mode: off by at most 1/65534 of the largest.
+//! Only harmonics of the parity of a mode are stored, an eighth of all, as 16-bit integers with one scale for
+//! the shape and one for the multipoles of each mode: off by at most 1/65534 of the largest.
 
 use glam::DVec3;
 use num_complex::Complex64;

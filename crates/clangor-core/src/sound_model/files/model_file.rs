@@ -1,9 +1,11 @@
-//! A baked sound model as bytes: what `NAME.safetensors` holds; docs/format/model.md describes it for other programs.
+//! A baked sound model as bytes: what `NAME.safetensors` holds; docs/format/model.md describes it for other
+//! programs.
 //!
-//! The file carries the model, the solid that it was baked from (so that it can be struck without its mesh), and how
-//! good it is and how that is known. The click depends on the shape alone: not on a material, and on the medium only
-//! through κ = ωR/c, so that one file serves every material and every gas. Ringing, which does depend on both, is a part
-//! that may be there ([`modal_file`](crate::sound_model::files::modal_file)); older programs read the file without it.
+//! The file carries the model, the solid that it was baked from (so that it can be struck without its mesh),
+//! and how good it is and how that is known. The click depends on the shape alone: not on a material, and on
+//! the medium only through κ = ωR/c, so that one file serves every material and every gas. Ringing, which
+//! does depend on both, is a part that may be there ([`modal_file`](crate::sound_model::files::modal_file));
+//! older programs read the file without it.
 //!
 //! Reading never trusts: shapes, order and range of every number are checked, after the hash of the whole.
 

@@ -1,10 +1,10 @@
 //! Named arrays with a description, as bytes: the container of sound models and soundbanks.
 //!
-//! The container is safetensors: a JSON header that names type, shape and place of each array, then the arrays, little
-//! endian. The header holds the description as one JSON text under the key `clangor`, and the array `content_hash` the
-//! XXH3-128 of all bytes of the file, its own 16 taken as zero. A file that was cut short, damaged or edited is told
-//! from a whole one by that; it is no protection against forgery, so that every number is checked besides by whoever
-//! reads it.
+//! The container is safetensors: a JSON header that names type, shape and place of each array, then the
+//! arrays, little endian. The header holds the description as one JSON text under the key `clangor`, and the
+//! array `content_hash` the XXH3-128 of all bytes of the file, its own 16 taken as zero. A file that was cut
+//! short, damaged or edited is told from a whole one by that; it is no protection against forgery, so that
+//! every number is checked besides by whoever reads it.
 //!
 //! This is no file system: bytes come in and go out.
 
@@ -186,8 +186,8 @@ impl TensorWriter {
     /// The bytes of the file.
     ///
     /// # Errors
-    /// [`TensorFileError`] for arrays whose shape is not that of their numbers, and for numbers in the description
-    /// that are not finite.
+    /// [`TensorFileError`] for arrays whose shape is not that of their numbers, and for numbers in the
+    /// description that are not finite.
     pub(crate) fn finish(mut self, description: &impl Serialize) -> Result<Vec<u8>, TensorFileError> {
         let text = serde_json::to_string(description)
             .map_err(|e| TensorFileError::Description { reason: e.to_string() })?;

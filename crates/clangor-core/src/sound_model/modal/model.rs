@@ -1,20 +1,22 @@
 //! How a free body rings: its modes, and the sound of each.
 //!
-//! A mode moves the surface by u(x, t) = U(x) q(t), with ∫ ρ U² dV = 1. A force f at x drives it by Q = U(x)·f:
+//! A mode moves the surface by u(x, t) = U(x) q(t), with ∫ ρ U² dV = 1. A force f at x drives it by Q =
+//! U(x)·f:
 //!
 //! ```text
 //! q̈ + 2 ξ ω q̇ + ω² q = Q
 //! ```
 //!
-//! The transfer is the pressure per modal acceleration q̈ of the frequency ω of the mode. With R the bounding radius
-//! about the centre of mass, x the position over R, s = ikR, k = ω/c (see `radial` for θₙ, `spherical_harmonics` for Yₙₘ):
+//! The transfer is the pressure per modal acceleration q̈ of the frequency ω of the mode. With R the bounding
+//! radius about the centre of mass, x the position over R, s = ikR, k = ω/c (see `radial` for θₙ,
+//! `spherical_harmonics` for Yₙₘ):
 //!
 //! ```text
 //! p(x) = ρ R q̈ e^{−s|x|} Σ_n |x|^{−(n+1)} θₙ(s|x|)/θₙ(s) Σ_m Yₙₘ(x/|x|) cₙₘ
 //! ```
 //!
-//! It is \[FRAC\] eq. (22) with each wave made 1 on the sphere of radius R, so that nothing over- or underflows.
-//! Damping is not here: it is the material's, and can change without another bake.
+//! It is \[FRAC\] eq. (22) with each wave made 1 on the sphere of radius R, so that nothing over- or
+//! underflows. Damping is not here: it is the material's, and can change without another bake.
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -46,7 +48,8 @@ pub struct ModalModel {
 pub struct ModalMode {
     /// ω/2π without damping \[Hz\].
     pub frequency: f64,
-    /// By what part of itself a finer mesh would change the frequency; an estimate. Not a number where none was made.
+    /// By what part of itself a finer mesh would change the frequency; an estimate. Not a number where none
+    /// was made.
     pub mesh_error: f64,
     /// U at the nodes of the surface [kg^−½].
     pub shape: Vec<DVec3>,
@@ -80,8 +83,8 @@ impl ModalTransfer {
             .sum()
     }
 
-    /// Time-mean power radiated by q̈ of amplitude 1, over ρ R⁴/c [1/kg], for κ = kR = `wavenumber`: that of each
-    /// wave adds up.
+    /// Time-mean power radiated by q̈ of amplitude 1, over ρ R⁴/c [1/kg], for κ = kR = `wavenumber`: that of
+    /// each wave adds up.
     pub fn power(&self, wavenumber: f64) -> f64 {
         let s = Complex64::new(0.0, wavenumber);
         // |hₙ(kr)/hₙ(kR)|² → |1/θₙ(s)|² κ^{2n} / x² far away; the ratio κ/|tₙ| stays of the size of 1.

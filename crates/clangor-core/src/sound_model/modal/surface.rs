@@ -1,14 +1,14 @@
 //! The surface of a vibrating body: triangles of six nodes, and where on them a point lies.
 //!
-//! A face of a quadratic tetrahedron has three corners and three mid-edge nodes. With the weights L₀ + L₁ + L₂ = 1 of a
-//! point what the nodes have is interpolated as
+//! A face of a quadratic tetrahedron has three corners and three mid-edge nodes. With the weights L₀ + L₁ +
+//! L₂ = 1 of a point what the nodes have is interpolated as
 //!
 //! ```text
 //! u(L) = Σ uᵢ Lᵢ (2 Lᵢ − 1) + Σ u_ij 4 Lᵢ Lⱼ
 //! ```
 //!
-//! the same as inside the element. Linear interpolation between the nodes would lose some per cent of the mode's
-//! motion where two elements span half a wave of bending.
+//! the same as inside the element. Linear interpolation between the nodes would lose some per cent of the
+//! mode's motion where two elements span half a wave of bending.
 
 use glam::DVec3;
 
@@ -30,7 +30,8 @@ const FACING: f64 = 0.2;
 pub struct ModalSurface {
     /// Positions \[m\], in the frame of the body: its axes, origin at the centre of mass.
     pub nodes: Vec<DVec3>,
-    /// Nodes of each triangle: corners counter-clockwise seen from outside, then the middles of edges 0–1, 1–2, 2–0.
+    /// Nodes of each triangle: corners counter-clockwise seen from outside, then the middles of edges 0–1,
+    /// 1–2, 2–0.
     pub triangles: Vec<[u32; 6]>,
 }
 
@@ -81,8 +82,8 @@ impl SurfaceLocator {
         Some(self.place(self.tree.nearest(&self.quarters, point)?))
     }
 
-    /// The nearest place whose outside is that of `normal`, of any length, as long as there is one: the two sides of a
-    /// thin wall are told apart.
+    /// The nearest place whose outside is that of `normal`, of any length, as long as there is one: the two
+    /// sides of a thin wall are told apart.
     pub fn nearest_facing(&self, point: DVec3, normal: DVec3) -> Option<SurfacePoint> {
         let faces = |t: usize| {
             let own = self.quarters.area_vector(t);

@@ -1,18 +1,19 @@
-//! Fields of ellipsoids of many proportions, and which of them stands for a body that has no field of its own.
+//! Fields of ellipsoids of many proportions, and which of them stands for a body that has no field of its
+//! own.
 //!
-//! \[PROXY\] §3: a body is replaced by the ellipsoid with the same principal axes and moments of inertia, uniformly
-//! rescaled to the same volume. With the moments per unit mass I₁ ≤ I₂ ≤ I₃, eq. (11) inverted is
+//! \[PROXY\] §3: a body is replaced by the ellipsoid with the same principal axes and moments of inertia,
+//! uniformly rescaled to the same volume. With the moments per unit mass I₁ ≤ I₂ ≤ I₃, eq. (11) inverted is
 //!
 //! ```text
 //! A² = 5/2 (I₂ + I₃ − I₁),   B² = 5/2 (I₁ + I₃ − I₂),   C² = 5/2 (I₁ + I₂ − I₃)
 //! ```
 //!
-//! The bank holds ellipsoids with A = 1. As an [`AccelerationField`] has no unit of length, eq. (10) is nothing but the
-//! choice of its radius, R = A. The rules of sign between octants, eqs. (16)–(21), are in the terms: a motion has only the
-//! harmonics of its own parity.
+//! The bank holds ellipsoids with A = 1. As an [`AccelerationField`] has no unit of length, eq. (10) is
+//! nothing but the choice of its radius, R = A. The rules of sign between octants, eqs. (16)–(21), are in the
+//! terms: a motion has only the harmonics of its own parity.
 //!
-//! It is good for small convex bodies. A bowl has the inertia of a large ellipsoid and the volume of a small one, and
-//! sounds like neither.
+//! It is good for small convex bodies. A bowl has the inertia of a large ellipsoid and the volume of a small
+//! one, and sounds like neither.
 
 use std::f64::consts::PI;
 
@@ -60,16 +61,18 @@ const SAME_PROPORTION: f64 = 1e-6;
 /// The ellipsoid that stands for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proxy {
-    /// Semi-axes A ≥ B ≥ C \[m\] of the ellipsoid that has the volume and the proportions of inertia of the body.
+    /// Semi-axes A ≥ B ≥ C \[m\] of the ellipsoid that has the volume and the proportions of inertia of the
+    /// body.
     pub semi_axes: DVec3,
     /// Which ellipsoid of the bank is nearest to it.
     pub entry: usize,
-    /// The ellipsoids whose mean stands for it, with weights that sum to 1: those around it, or the nearest alone.
+    /// The ellipsoids whose mean stands for it, with weights that sum to 1: those around it, or the nearest
+    /// alone.
     pub mean: [(usize, f64); 4],
     /// Radius R \[m\] of that ellipsoid's field.
     pub radius: f64,
-    /// From the frame of the field to the frame of the body, about its centre of mass: a rotation. A position, an
-    /// acceleration or an angular acceleration of the body goes to the field by its transpose.
+    /// From the frame of the field to the frame of the body, about its centre of mass: a rotation. A
+    /// position, an acceleration or an angular acceleration of the body goes to the field by its transpose.
     pub rotation: DMat3,
 }
 
@@ -104,8 +107,8 @@ impl EllipsoidBank {
         &self.entries
     }
 
-    /// The ellipsoid of the bank that stands for a body with this `inertia` about its centre of mass, per unit density
-    /// \[m⁵\], and this `volume` \[m³\].
+    /// The ellipsoid of the bank that stands for a body with this `inertia` about its centre of mass, per
+    /// unit density \[m⁵\], and this `volume` \[m³\].
     ///
     /// Nothing for an empty bank, and for inertia or volume that no body has.
     pub fn proxy_for(&self, inertia: DMat3, volume: f64) -> Option<Proxy> {
@@ -118,8 +121,8 @@ impl EllipsoidBank {
         Some(Proxy { semi_axes, entry: nearest, mean, radius: semi_axes.x, rotation })
     }
 
-    /// The ellipsoids at the corners of the cell in which 1 : b : c is, with their weights; nothing unless the bank is a
-    /// grid there. What is outside the grid is moved to its edge.
+    /// The ellipsoids at the corners of the cell in which 1 : b : c is, with their weights; nothing unless
+    /// the bank is a grid there. What is outside the grid is moved to its edge.
     fn around(&self, b: f64, c: f64) -> Option<[(usize, f64); 4]> {
         let mut steps: Vec<f64> = self.entries.iter().map(|e| e.b).collect();
         steps.dedup();
@@ -149,8 +152,8 @@ impl EllipsoidBank {
     }
 }
 
-/// Semi-axes A ≥ B ≥ C \[m\] of the ellipsoid with the proportions of this inertia and this volume, and the rotation from
-/// its axes to the frame of the inertia.
+/// Semi-axes A ≥ B ≥ C \[m\] of the ellipsoid with the proportions of this inertia and this volume, and the
+/// rotation from its axes to the frame of the inertia.
 ///
 /// Nothing where volume or inertia is not positive. A tensor that no solid has, I₃ > I₁ + I₂, counts as flat.
 pub fn matched_ellipsoid(inertia: DMat3, volume: f64) -> Option<(DVec3, DMat3)> {

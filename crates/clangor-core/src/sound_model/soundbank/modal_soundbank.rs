@@ -1,39 +1,46 @@
 //! How ellipsoids of many proportions ring, and which of them stands for a body that has no modes of its own.
 //!
-//! \[FRAC\] §5. The bank holds ellipsoids with semi-axes a ≤ b ≤ c, a² + b² + c² = 1 m², of one material in one medium. With the
-//! principal moments I₁ ≥ I₂ ≥ I₃ of a body, eq. (12) is the ellipsoid with the same proportions of inertia,
+//! \[FRAC\] §5. The bank holds ellipsoids with semi-axes a ≤ b ≤ c, a² + b² + c² = 1 m², of one material in
+//! one medium. With the principal moments I₁ ≥ I₂ ≥ I₃ of a body, eq. (12) is the ellipsoid with the same
+//! proportions of inertia,
 //!
 //! ```text
 //! â = (√(−I₁+I₂+I₃), √(I₁−I₂+I₃), √(I₁+I₂−I₃)) / √(I₁+I₂+I₃)
 //! ```
 //!
-//! and the entry nearest to it is taken. It is scaled by γ so that its lowest mode has the frequency f₀ of the body's:
+//! and the entry nearest to it is taken. It is scaled by γ so that its lowest mode has the frequency f₀ of
+//! the body's:
 //!
 //! ```text
 //! γ = (v'/v) f_p/f₀,   v = √(E/ρ);    f → (v'/v) f/γ,   U → √(m_p/m) U,   c_nm → √(ρ/ρ') γ^−3/2 c_nm,   R → γ R
 //! ```
 //!
-//! with the masses m_p of the entry and m of the body. A body that is the entry scaled has m = (ρ'/ρ) γ³ m_p, and then both factors are
-//! one. Differs: eq. (9) has γ^−3/2 for U of any body. But an entry that is thicker than the body by a factor r has to be larger by r to
-//! have its lowest frequency, and heavier by r⁴; an impact would move it r⁴ times less, while its sound, of an area r² and a motion
-//! r^−2 of the body's, would be right.
+//! with the masses m_p of the entry and m of the body. A body that is the entry scaled has m = (ρ'/ρ) γ³ m_p,
+//! and then both factors are one. Differs: eq. (9) has γ^−3/2 for U of any body. But an entry that is thicker
+//! than the body by a factor r has to be larger by r to have its lowest frequency, and heavier by r⁴; an
+//! impact would move it r⁴ times less, while its sound, of an area r² and a motion r^−2 of the body's, would
+//! be right.
 //!
 //! Eq. (9) says γ^−5/2 of the multipoles, because FRAC's are pressure per amplitude. Ours are c_nm of
-//! [`ModalModel`](crate::sound_model::modal::model::ModalModel), pressure over ρ₀R per modal acceleration, each wave made 1 on the
-//! bounding sphere: ω² R c is γ^(−2 + 1 − 3/2). At its mode's frequency kR does not depend on the size, so that
-//! the scaling is exact.
+//! [`ModalModel`](crate::sound_model::modal::model::ModalModel), pressure over ρ₀R per modal acceleration,
+//! each wave made 1 on the bounding sphere: ω² R c is γ^(−2 + 1 − 3/2). At its mode's frequency kR does not
+//! depend on the size, so that the scaling is exact.
 //!
-//! Another material of the same Poisson ratio has the same shapes, and frequencies in proportion to v. Its transfers do
-//! depend on it, as kR ∝ v/c: those of the bank's material are taken, which [`MOST_SPEED_DIFFERENCE`] bounds.
+//! Another material of the same Poisson ratio has the same shapes, and frequencies in proportion to v. Its
+//! transfers do depend on it, as kR ∝ v/c: those of the bank's material are taken, which
+//! [`MOST_SPEED_DIFFERENCE`] bounds.
 //!
-//! Modes have parities in the three symmetry planes. A shape is a sum of spherical harmonics of the direction ξ = x/â, and only
-//! those of its parity are kept: three of eight lists for the three components, one for the pressure.
+//! Modes have parities in the three symmetry planes. A shape is a sum of spherical harmonics of the direction
+//! ξ = x/â, and only those of its parity are kept: three of eight lists for the three components, one for the
+//! pressure.
 //!
-//! **Contact.** A force at a place x of the body with the outer normal n acts on the proxy at ξ = â∘n/|â∘n|, where the proxy has
-//! the normal Rn: eq. (24), x = a² n_x/√(a² n_x² + …) in closed form. [`ContactMapping`] says what is done for flat bodies.
+//! **Contact.** A force at a place x of the body with the outer normal n acts on the proxy at ξ = â∘n/|â∘n|,
+//! where the proxy has the normal Rn: eq. (24), x = a² n_x/√(a² n_x² + …) in closed form. [`ContactMapping`]
+//! says what is done for flat bodies.
 //!
-//! Differs: what rounding leaves below 0 under a root of eq. (12) is 0. The published R = V_Iᵀ may be a reflection; ours is a
-//! rotation. §5.4 prints v → γRv for the listener, which is R v/γ for a proxy that is not scaled, and R v for one that is.
+//! Differs: what rounding leaves below 0 under a root of eq. (12) is 0. The published R = V_Iᵀ may be a
+//! reflection; ours is a rotation. §5.4 prints v → γRv for the listener, which is R v/γ for a proxy that is
+//! not scaled, and R v for one that is.
 
 pub mod proxy;
 
@@ -48,9 +55,11 @@ use crate::medium::Medium;
 
 pub use proxy::{ContactMapping, ModalProxy, ModalProxyError, ProxyBody, serves};
 
-/// Largest relative difference of v/c from that of the bank: the level of single modes is off by about as much.
+/// Largest relative difference of v/c from that of the bank: the level of single modes is off by about as
+/// much.
 pub const MOST_SPEED_DIFFERENCE: f64 = 0.15;
-/// Largest difference of Poisson's ratio from that of the bank: frequencies are off by at most a third as much.
+/// Largest difference of Poisson's ratio from that of the bank: frequencies are off by at most a third as
+/// much.
 pub const MOST_POISSON_DIFFERENCE: f64 = 0.1;
 /// Least semi-axis over the longest that counts in a lookup.
 const THINNEST: f64 = 1e-3;
@@ -62,8 +71,8 @@ const NORMALISED: f64 = 1e-9;
 pub struct EllipsoidMode {
     /// ω/2π \[Hz\].
     pub frequency: f64,
-    /// The coordinates in which the normal motion and the pressure are odd: bit 0 for x, 1 for y, 2 for z. Component i of the motion is
-    /// odd in those and in its own, but even in what would be both.
+    /// The coordinates in which the normal motion and the pressure are odd: bit 0 for x, 1 for y, 2 for z.
+    /// Component i of the motion is odd in those and in its own, but even in what would be both.
     pub parity: u8,
     /// Of U_x, U_y, U_z [kg^−½] in the harmonics of their parities, see [`parity_harmonics`].
     pub shape: [Vec<f64>; 3],
@@ -156,12 +165,14 @@ pub enum ModalSoundbankError {
     },
 }
 
-/// The index of every harmonic up to a degree that has a parity: bit 0 is set where it is odd in x, bit 1 in y, bit 2 in z.
+/// The index of every harmonic up to a degree that has a parity: bit 0 is set where it is odd in x, bit 1 in
+/// y, bit 2 in z.
 pub fn parity_harmonics(parity: u8, degree: usize) -> Vec<u32> {
     let mut list = Vec::new();
     for n in 0..=degree {
         for m in -(n as isize)..=n as isize {
-            // Under x → −x, φ → π − φ: cos mφ takes (−1)^m, sin mφ (−1)^{m+1}. Under z → −z: P_n^m takes (−1)^{n+m}.
+            // Under x → −x, φ → π − φ: cos mφ takes (−1)^m, sin mφ (−1)^{m+1}. Under z → −z: P_n^m takes
+            // (−1)^{n+m}.
             let (sine, order) = (usize::from(m < 0), m.unsigned_abs());
             let own = ((order + sine) % 2) | (sine << 1) | (((n + order) % 2) << 2);
             if own == usize::from(parity) {
@@ -256,7 +267,8 @@ impl ModalSoundbank {
 
     /// The ellipsoid nearest to the normalised semi-axes a ≤ b ≤ c.
     ///
-    /// A search through all of some fifty: a tree, as \[FRAC\] has, would save nothing that could be noticed beside the lowest frequency.
+    /// A search through all of some fifty: a tree, as \[FRAC\] has, would save nothing that could be noticed
+    /// beside the lowest frequency.
     pub fn nearest(&self, semi_axes: DVec3) -> usize {
         let distance = |entry: &Arc<RingingEllipsoid>| entry.semi_axes.distance_squared(semi_axes);
         let nearest = (0..self.entries.len())
@@ -273,10 +285,11 @@ impl ModalSoundbank {
     }
 }
 
-/// \[FRAC\] eq. (12): a ≤ b ≤ c with a² + b² + c² = 1, and the rotation from the frame of the inertia to that of the
-/// ellipsoid, whose x is along the shortest axis.
+/// \[FRAC\] eq. (12): a ≤ b ≤ c with a² + b² + c² = 1, and the rotation from the frame of the inertia to that
+/// of the ellipsoid, whose x is along the shortest axis.
 ///
-/// Nothing for an inertia that no body has. What is thinner than a thousandth of its length counts as that thick.
+/// Nothing for an inertia that no body has. What is thinner than a thousandth of its length counts as that
+/// thick.
 pub fn normalised_ellipsoid(inertia: DMat3) -> Option<(DVec3, DMat3)> {
     let (moments, axes) = principal_axes(inertia);
     let sum = moments.element_sum();

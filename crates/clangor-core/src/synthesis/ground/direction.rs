@@ -1,24 +1,25 @@
 //! What surface waves sound like in one direction, at all frequencies at once.
 //!
-//! With P² = 1 − N², N the vertical slowness, a wave of slowness √σ is a pole at N = ±ξ, ξ = √(1−σ). Turned to the direction θ of the
-//! listener, the integral over plane waves is one over the cosine t of their angle with it, and the mean over the azimuth is
-//! elementary:
+//! With P² = 1 − N², N the vertical slowness, a wave of slowness √σ is a pole at N = ±ξ, ξ = √(1−σ). Turned
+//! to the direction θ of the listener, the integral over plane waves is one over the cosine t of their angle
+//! with it, and the mean over the azimuth is elementary:
 //!
 //! ```text
 //! I(x) = i ∫ E(t) e^{−ixt} dt from t = 1 down,   E = w/2ξ Σ± 1/√((t ∓ ξ cos θ)² − σ sin² θ)
 //! ```
 //!
-//! t = 1 is the wave from the force; the roots t₊ = ±ξ cos θ + √σ sin θ of the argument are when the surface wave passes. Down from 1, along a ray
-//! t = 1 − i v e^{iχ}, nothing oscillates, and E does not depend on x: I is a Laplace transform, done by the trapezoidal
-//! rule in log v. Where the way from the real integral to the ray crosses t₊, the wave shed by the surface is added, by its residue:
+//! t = 1 is the wave from the force; the roots t₊ = ±ξ cos θ + √σ sin θ of the argument are when the surface
+//! wave passes. Down from 1, along a ray t = 1 − i v e^{iχ}, nothing oscillates, and E does not depend on x:
+//! I is a Laplace transform, done by the trapezoidal rule in log v. Where the way from the real integral to
+//! the ray crosses t₊, the wave shed by the surface is added, by its residue:
 //!
 //! ```text
 //! −π w / (±2ξ) H₀⁽²⁾(x √σ sin θ) e^{∓ i x ξ cos θ}
 //! ```
 //!
-//! Each pole takes the ray, of three, that is farthest from its t₊: the sum does not depend on it. Amplitudes change little from
-//! one direction to a near one, and impacts blend two that are kept.
-//! Measured against the integral over slownesses: 2.3e-3 (`tests/cross_ground.rs`).
+//! Each pole takes the ray, of three, that is farthest from its t₊: the sum does not depend on it. Amplitudes
+//! change little from one direction to a near one, and impacts blend two that are kept. Measured against the
+//! integral over slownesses: 2.3e-3 (`tests/cross_ground.rs`).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -60,7 +61,8 @@ impl Octaves {
         self.first * (STEP * node as f64).exp()
     }
 
-    /// First of the six nodes around x and their weights: the polynomial in ln x through them; beyond the ends its value there.
+    /// First of the six nodes around x and their weights: the polynomial in ln x through them; beyond the
+    /// ends its value there.
     fn weights(&self, x: f64) -> (usize, [f64; ORDER]) {
         let place = ((x / self.first).ln() / STEP).clamp(0.0, (self.count - 1) as f64);
         let node = (place.floor().max(2.0) as usize).min(self.count - 4) - 2;
@@ -279,7 +281,8 @@ impl FromContact {
     fn add(&mut self, pole: &Pole, both: &[Pass; 2], cos: f64, tilt: usize) {
         self.used[tilt] = true;
         let ray = Complex64::from_polar(1.0, -FRAC_PI_2 + TILTS[tilt]);
-        // (t − t±)/ray = (1 − t±)/ray + v moves to the right as v grows and so never crosses the cut of the root.
+        // (t − t±)/ray = (1 − t±)/ray + v moves to the right as v grows and so never crosses the cut of the
+        // root.
         let starts = both.each_ref().map(|pass| {
             let [first, second] = [pass.first, pass.second].map(|t| (1.0 - t) / ray);
             let root = sqrt(first) * sqrt(second) * ray;

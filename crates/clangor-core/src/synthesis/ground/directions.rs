@@ -1,8 +1,9 @@
 //! The directions of one ground on a grid of angles, each computed when it is first needed.
 //!
-//! A direction costs some milliseconds; an impact between two of the grid takes their amplitudes, blended, with arrivals of its own,
-//! which costs microseconds. The grid is even but near the horizon, where waves that die with height change fast: the number of a
-//! direction at the elevation ε is v(ε) = ε/h + ln(1 + ε/ε₀)/κ. What blending adds is measured in `tests/cross_ground.rs`.
+//! A direction costs some milliseconds; an impact between two of the grid takes their amplitudes, blended,
+//! with arrivals of its own, which costs microseconds. The grid is even but near the horizon, where waves
+//! that die with height change fast: the number of a direction at the elevation ε is v(ε) = ε/h + ln(1 +
+//! ε/ε₀)/κ. What blending adds is measured in `tests/cross_ground.rs`.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;

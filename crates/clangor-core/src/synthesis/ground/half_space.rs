@@ -1,17 +1,18 @@
 //! Lamb's problem: the surface of an elastic half-space under a vertical force at a point.
 //!
-//! In slownesses times c, with m = c/c_P and n = c/c_S, a harmonic force F of angular frequency ω moves the surface
-//! against its direction by −(c/ωμ) F f(P) in the wave of horizontal slowness P:
+//! In slownesses times c, with m = c/c_P and n = c/c_S, a harmonic force F of angular frequency ω moves the
+//! surface against its direction by −(c/ωμ) F f(P) in the wave of horizontal slowness P:
 //!
 //! ```text
 //! f(P) = −n² √(P²−m²) / r(P),   r = (2P²−n²)² − 4P² √(P²−m²) √(P²−n²)   (Rayleigh's function)
 //! ```
 //!
-//! r r̄, with r̄ the same with a plus, is a cubic in P² (Rayleigh's, 1885). One root is the slowness of Rayleigh's wave; the
-//! other two are zeros of r̄ and give, for Poisson's ratio above 0.263, waves that leak into the ground.
+//! r r̄, with r̄ the same with a plus, is a cubic in P² (Rayleigh's, 1885). One root is the slowness of
+//! Rayleigh's wave; the other two are zeros of r̄ and give, for Poisson's ratio above 0.263, waves that leak
+//! into the ground.
 //!
-//! Over time, a force that begins and stays has a closed form at every distance: Pekeris 1955 for ν = ¼, Mooney
-//! 1974 and Kausel 2012 for any ν.
+//! Over time, a force that begins and stays has a closed form at every distance: Pekeris 1955 for ν = ¼,
+//! Mooney 1974 and Kausel 2012 for any ν.
 
 use num_complex::Complex64;
 
@@ -154,8 +155,8 @@ impl HalfSpace {
         [Complex64::new(rayleigh, 0.0), half + root, half - root].map(|y| 1.0 / y)
     }
 
-    /// U in u = F U / (2πμr): how far the surface has moved in the direction of a force F that begins at t = 0 and
-    /// stays, at distance r, with τ = c_S t/r. At last it is 1 − ν (Boussinesq).
+    /// U in u = F U / (2πμr): how far the surface has moved in the direction of a force F that begins at t =
+    /// 0 and stays, at distance r, with τ = c_S t/r. At last it is 1 − ν (Boussinesq).
     pub fn step_displacement(&self, tau: f64) -> f64 {
         let ratio = speed_ratio_square(self.poisson_ratio);
         let roots = self.cubic_roots();

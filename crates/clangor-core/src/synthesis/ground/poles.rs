@@ -1,12 +1,13 @@
 //! The response f of a half-space as a sum of surface waves: f(P) = Σ wⱼ / (P² − σⱼ).
 //!
-//! f is analytic in P² but for Rayleigh's pole on the real axis and two cuts that begin at m² and n². They may go
-//! anywhere below the axis, which the waves pass above: here straight down, or 30° to a side. Cauchy's integral around
-//! them gives the wave of each bit of a cut, with half the jump of f across it, over π, as the weight; the trapezoidal
-//! rule in the logarithm of the distance from the branch point makes that a sum. Between the cuts f may have a leaking
-//! pole: the cuts turn away from it.
+//! f is analytic in P² but for Rayleigh's pole on the real axis and two cuts that begin at m² and n². They
+//! may go anywhere below the axis, which the waves pass above: here straight down, or 30° to a side. Cauchy's
+//! integral around them gives the wave of each bit of a cut, with half the jump of f across it, over π, as
+//! the weight; the trapezoidal rule in the logarithm of the distance from the branch point makes that a sum.
+//! Between the cuts f may have a leaking pole: the cuts turn away from it.
 //!
-//! Far from both branch points the two cuts are as one, and two waves become one at the mean of their squares.
+//! Far from both branch points the two cuts are as one, and two waves become one at the mean of their
+//! squares.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -15,7 +16,8 @@ use num_complex::Complex64;
 use super::half_space::HalfSpace;
 use crate::math::complex_root::sqrt;
 
-/// Step along a cut in the logarithm: the rule is good to about e^{−2π·(angle to the nearest singularity)/step}.
+/// Step along a cut in the logarithm: the rule is good to about e^{−2π·(angle to the nearest
+/// singularity)/step}.
 const STEP: f64 = 0.6;
 /// Nearest wave, over n².
 const NEAREST: f64 = 1e-4;
@@ -86,7 +88,8 @@ pub fn poles(solid: &HalfSpace) -> Vec<Pole> {
     let count = ((farthest / (NEAREST * n2)).ln() / STEP).ceil() as usize;
     for i in 0..=count {
         let distance = NEAREST * n2 * (STEP * i as f64).exp();
-        // The jump grows as d^½ at first and falls so at last: the terms that are left out are geometric series.
+        // The jump grows as d^½ at first and falls so at last: the terms that are left out are geometric
+        // series.
         let ends = match i {
             0 => 1.0 / (1.0 - (-1.5 * STEP).exp()),
             i if i == count => 1.0 / (1.0 - (-0.5 * STEP).exp()),
@@ -146,7 +149,8 @@ mod tests {
                 let worst = (0..1500)
                     .map(|i| n * (-7.0 + f64::from(i) * 0.007).exp())
                     .filter(|p| (p / rayleigh - 1.0).abs() > 1e-3 && *p < 10.0 * n.max(1.0))
-                    // The first wave is a hundredth of n from the branch point: nearer, the sum cannot follow.
+                    // The first wave is a hundredth of n from the branch point: nearer, the sum cannot
+                    // follow.
                     .filter(|p| {
                         let from = |square: f64| (p * p - square).abs() > 3e-3 * n * n;
                         from(solid.pressure_square) && from(solid.shear_square)
@@ -157,7 +161,8 @@ mod tests {
                         (sum - solid.admittance(square)).norm() * (p + n)
                     })
                     .fold(0.0, f64::max);
-                // f is of the order of 1/(P + n). Residual seen: 3.4e-3 (ν = 0.33), 2e-5 where no leaking pole is near.
+                // f is of the order of 1/(P + n). Residual seen: 3.4e-3 (ν = 0.33), 2e-5 where no leaking
+                // pole is near.
                 assert!(worst < 4e-3, "ν = {poisson_ratio}, E = {stiffness}: {worst:e} of {}", terms.len());
                 assert!(terms.iter().all(|t| t.square.im <= 0.0));
             }

@@ -22,8 +22,9 @@ pub struct SurfaceGrid {
     pub points: usize,
 }
 
-/// The pressure \[Pa\] at height `above` \[m\], `across` \[m\] from the axis, at a time \[s\], over a plane of normal
-/// acceleration `acceleration(r, t)` [m/s²]; by the midpoint rule, r = radius × s² to gather points at the centre.
+/// The pressure \[Pa\] at height `above` \[m\], `across` \[m\] from the axis, at a time \[s\], over a plane
+/// of normal acceleration `acceleration(r, t)` [m/s²]; by the midpoint rule, r = radius × s² to gather points
+/// at the centre.
 pub fn rayleigh_integral(
     medium: &Medium,
     (across, above): (f64, f64),

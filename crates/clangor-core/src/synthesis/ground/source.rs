@@ -56,8 +56,8 @@ impl GroundSource {
         Ok(GroundSource { solid, medium: *medium, poles: poles(&solid), directions: Directions::new() })
     }
 
-    /// Pressure over force [Pa/N] at angular frequencies [rad/s], for a listener at `place` \[m\] from the point that is
-    /// pressed, y up. It includes the delay. Zero below the surface and at ω ≤ 0.
+    /// Pressure over force [Pa/N] at angular frequencies [rad/s], for a listener at `place` \[m\] from the
+    /// point that is pressed, y up. It includes the delay. Zero below the surface and at ω ≤ 0.
     pub fn transfer(&self, place: DVec3, frequencies: &[f64]) -> Vec<Complex64> {
         let heard = Heard::at(self, place);
         let positive = || frequencies.iter().copied().filter(|w| *w > 0.0);

@@ -30,7 +30,8 @@ pub(crate) struct GroundTransfer {
 /// A number for each of the bins that advance together.
 type Lanes = [f64; LANES];
 
-/// Adds an impact, with times counted from `origin` \[s\]; `wave.middle` is that of the force, before any delay.
+/// Adds an impact, with times counted from `origin` \[s\]; `wave.middle` is that of the force, before any
+/// delay.
 #[inline(always)]
 pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, wave: &Wave, transfer: &GroundTransfer, origin: f64) {
     let GroundTransfer { source, impulse, place } = transfer;

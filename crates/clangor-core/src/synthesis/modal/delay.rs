@@ -1,9 +1,10 @@
-//! The way from a body to a receiver: when what leaves at a sample arrives, and what the receiver hears between samples.
+//! The way from a body to a receiver: when what leaves at a sample arrives, and what the receiver hears
+//! between samples.
 //!
-//! With the delay d(e), in samples, of what leaves at e, sample n hears what left at the e with e + d(e) = n. The delay
-//! is known about every millisecond and runs through these points as a cubic with the slopes of their neighbours
-//! (Catmull and Rom); e is found by Newton's method. Between samples the signal is that of a Kaiser-windowed sinc of 64
-//! samples, flat to 0.45 of the rate, with side lobes of −100 dB.
+//! With the delay d(e), in samples, of what leaves at e, sample n hears what left at the e with e + d(e) = n.
+//! The delay is known about every millisecond and runs through these points as a cubic with the slopes of
+//! their neighbours (Catmull and Rom); e is found by Newton's method. Between samples the signal is that of a
+//! Kaiser-windowed sinc of 64 samples, flat to 0.45 of the rate, with side lobes of −100 dB.
 
 use std::sync::LazyLock;
 
@@ -135,7 +136,8 @@ fn interpolated(samples: &[f64], place: f64) -> f64 {
 /// sinc(x) times the window, for each fraction of a sample.
 static SINC: LazyLock<Vec<[f64; TAPS]>> = LazyLock::new(|| windowed_sinc(PHASES, BETA));
 
-/// sinc(x) times Kaiser's window of this β, at the samples around a place, for so many fractions of a sample and 1.
+/// sinc(x) times Kaiser's window of this β, at the samples around a place, for so many fractions of a sample
+/// and 1.
 pub(super) fn windowed_sinc<const TAPS: usize>(phases: usize, beta: f64) -> Vec<[f64; TAPS]> {
     let half = (TAPS / 2) as f64;
     let scale = bessel_i0(beta);

@@ -1,13 +1,14 @@
 //! Forces as resonators take them: band-limited, and exactly integrated over each sample.
 //!
-//! A resonator of pole λ that is driven by a force of the force g(t) steps over the interval from t_k to t_k + T by
+//! A resonator of pole λ that is driven by a force of the force g(t) steps over the interval from t_k to t_k +
+//! T by
 //!
 //! ```text
 //! w(t_k + T) = e^{λT} w(t_k) + b_k,   b_k = ∫ e^{λ(t_k + T − t)} g(t) dt
 //! ```
 //!
-//! A contact lasts about as long as a sample, so g is first limited to the band of the output by
-//! [`lowpass`], whose gain is 1 below it: what rings afterwards is unchanged, and nothing aliases. On an interval of
+//! A contact lasts about as long as a sample, so g is first limited to the band of the output by [`lowpass`],
+//! whose gain is 1 below it: what rings afterwards is unchanged, and nothing aliases. On an interval of
 //! middle t_m, with u from −1 to 1, a spectrum Ĝ(ω) and the Legendre polynomials P_l have
 //!
 //! ```text
@@ -15,8 +16,8 @@
 //! b_k = Σ_l γ_l φ_l,   φ_l = T e^{λT/2} (−1)^l i_l(λT/2)
 //! ```
 //!
-//! The γ_l are one inverse FFT each; φ_l belongs to the resonator. What the terms l ≥ [`TERMS`] would add has j_l of
-//! both frequencies in it, and is 1e-7 at the end of the band.
+//! The γ_l are one inverse FFT each; φ_l belongs to the resonator. What the terms l ≥ [`TERMS`] would add has
+//! j_l of both frequencies in it, and is 1e-7 at the end of the band.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -79,7 +80,8 @@ struct Tables {
 }
 
 impl Shaper {
-    /// For a sample rate, the half-amplitude frequency of the band limit and half the width of its transition \[Hz\].
+    /// For a sample rate, the half-amplitude frequency of the band limit and half the width of its transition
+    /// \[Hz\].
     pub(super) fn new(rate: f64, centre: f64, half_width: f64) -> Self {
         Shaper {
             rate,
@@ -109,8 +111,8 @@ impl Shaper {
         }
     }
 
-    /// The force of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; returns its
-    /// first sample.
+    /// The force of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\];
+    /// returns its first sample.
     pub(super) fn pulse(
         &mut self,
         profile: ForceProfile,
@@ -130,8 +132,8 @@ impl Shaper {
         (self.force(at, [0.0, 0.0], |_| 1.0, &mut force), force)
     }
 
-    /// The force of a force around a `middle` \[samples\], from which its spectrum is real, and which acts between two
-    /// times from there \[s\].
+    /// The force of a force around a `middle` \[samples\], from which its spectrum is real, and which acts
+    /// between two times from there \[s\].
     fn force(
         &mut self,
         middle: f64,
@@ -206,10 +208,11 @@ impl Shaper {
     }
 }
 
-/// ∫ S(t) e^{−λt} dt of a pulse of unit impulse and duration τ \[s\], from its onset: what a resonator of pole λ has of it,
-/// reckoned back to the onset.
+/// ∫ S(t) e^{−λt} dt of a pulse of unit impulse and duration τ \[s\], from its onset: what a resonator of
+/// pole λ has of it, reckoned back to the onset.
 ///
-/// Half-sine: (1 + e^{−λτ}) / (2 (1 + (λτ/π)²)). The Gaussian has a closed form as well; its tails reach before the onset.
+/// Half-sine: (1 + e^{−λτ}) / (2 (1 + (λτ/π)²)). The Gaussian has a closed form as well; its tails reach
+/// before the onset.
 pub(super) fn pulse_at_pole(profile: ForceProfile, pole: Complex64, duration: f64) -> Complex64 {
     let x = pole * duration;
     match profile {

@@ -1,8 +1,9 @@
 //! What a path has sent, in a circle, heard after a delay that glides.
 //!
-//! Within a block the delay runs on a straight line: a body that accelerates by 10 m/s² is 26 ns off that in a block of
-//! 2.7 ms. A delay that would change by more than a quarter of the block is faded over to instead. Between samples the signal is that of
-//! a Kaiser-windowed sinc of 16 samples: 3e-4 below a third of the rate.
+//! Within a block the delay runs on a straight line: a body that accelerates by 10 m/s² is 26 ns off that in
+//! a block of 2.7 ms. A delay that would change by more than a quarter of the block is faded over to instead.
+//! Between samples the signal is that of a Kaiser-windowed sinc of 16 samples: 3e-4 below a third of the
+//! rate.
 
 use std::sync::LazyLock;
 
@@ -73,8 +74,8 @@ impl LiveDelay {
         }
     }
 
-    /// What is heard from index `first` on, if the delay ends at `delay` \[samples\], or nothing is heard from there on any more; whether
-    /// there is anything.
+    /// What is heard from index `first` on, if the delay ends at `delay` \[samples\], or nothing is heard
+    /// from there on any more; whether there is anything.
     pub(super) fn listen(&mut self, first: i64, delay: Option<f64>, heard: &mut [f32]) -> bool {
         let now = match delay.filter(|delay| (0.0..=self.longest).contains(delay)) {
             Some(delay) => Heard::After(delay),
@@ -205,7 +206,8 @@ pub(super) fn warm() {
 mod tests {
     use super::*;
 
-    /// What is heard of a tone of this share of the rate, while the delay goes from one to another in a block.
+    /// What is heard of a tone of this share of the rate, while the delay goes from one to another in a
+    /// block.
     fn heard(part: f64, from: f64, to: f64) -> Vec<f32> {
         let mut line = LiveDelay::new(300, 128);
         line.restart(0);

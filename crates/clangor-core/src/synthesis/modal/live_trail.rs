@@ -29,7 +29,8 @@ impl LiveTrail {
         self.places[self.last] = (sample, place);
     }
 
-    /// Where it was at a sample, between known ones on a straight line; before them where it was at the first.
+    /// Where it was at a sample, between known ones on a straight line; before them where it was at the
+    /// first.
     pub(super) fn at(&self, sample: f64) -> DVec3 {
         let count = self.places.len();
         let mut later = self.places[self.last];

@@ -1,14 +1,16 @@
-//! One ringing body as a live listener hears it: its modes, driven as impacts come, and a delay for each path_index and receiver.
+//! One ringing body as a live listener hears it: its modes, driven as impacts come, and a delay for each
+//! path_index and receiver.
 //!
-//! The same resonators, forces and transfers as in [`voice`](super::voice), in blocks as they are asked for. After
-//! [`LiveVoice::new`] nothing is allocated. What leaves the body is sent [`AHEAD`] samples before it could first be heard, so
-//! that an impact must be known [`LOOK_AHEAD`] samples before it begins.
+//! The same resonators, forces and transfers as in [`voice`](super::voice), in blocks as they are asked for.
+//! After [`LiveVoice::new`] nothing is allocated. What leaves the body is sent [`AHEAD`] samples before it
+//! could first be heard, so that an impact must be known [`LOOK_AHEAD`] samples before it begins.
 //!
-//! The pose comes from outside, as often as somebody wants, and goes on with its velocity in between. Transfers follow it
-//! when they may, from the end of one block to the next; modes that wake get theirs at once.
+//! The pose comes from outside, as often as somebody wants, and goes on with its velocity in between.
+//! Transfers follow it when they may, from the end of one block to the next; modes that wake get theirs at
+//! once.
 //!
-//! Differs from the offline voice: no force streams, no vibration that is taken over, and delays that are straight lines
-//! within a block, between samples a sinc of 16: 3e-4 below a third of the rate.
+//! Differs from the offline voice: no force streams, no vibration that is taken over, and delays that are
+//! straight lines within a block, between samples a sinc of 16: 3e-4 below a third of the rate.
 
 use std::sync::Arc;
 
@@ -74,8 +76,8 @@ impl LiveForces {
         LiveForces { shaper, rate, forces: (0..impacts).map(|_| force()).collect(), next: 0 }
     }
 
-    /// An impact of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; `None` if it lasts too long or
-    /// too many are in progress.
+    /// An impact of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; `None` if it
+    /// lasts too long or too many are in progress.
     pub fn impact(&mut self, profile: ForceProfile, onset: f64, duration: f64) -> Option<LiveForce> {
         let (begin, end) = profile.extent(duration);
         let samples = (end - begin) * self.rate + 2.0 * self.shaper.reach() as f64 + 3.0;
@@ -130,7 +132,8 @@ pub struct LiveVoice {
     /// For each receiver all propagation.
     paths: Vec<Path>,
     path_count: usize,
-    /// What walls leave of each mode and its attenuation in air [1/m], for each path_index; empty where nothing is lost.
+    /// What walls leave of each mode and its attenuation in air [1/m], for each path_index; empty where
+    /// nothing is lost.
     losses: Vec<Vec<(f64, f64)>>,
     /// What each path sends in a block.
     sent: Vec<Vec<f64>>,
@@ -167,7 +170,8 @@ pub struct LiveOutputs<'a> {
 }
 
 impl LiveVoice {
-    /// A body at rest, for receivers that hear by these propagation over up to `seconds`, in blocks of up to `block` samples.
+    /// A body at rest, for receivers that hear by these propagation over up to `seconds`, in blocks of up to
+    /// `block` samples.
     pub fn new(
         source: Arc<ModalSource>,
         settings: &RenderSettings,
@@ -240,13 +244,15 @@ impl LiveVoice {
         self.bank.awake_modes()
     }
 
-    /// Work of a block that is spared if it ends: modes times propagation and receivers, of which listening is worth some.
+    /// Work of a block that is spared if it ends: modes times propagation and receivers, of which listening
+    /// is worth some.
     pub fn load(&self) -> usize {
         let modes = self.awake_modes();
         if modes == 0 { 0 } else { (modes + LISTENING) * self.paths.len() }
     }
 
-    /// How loud it is: mean square of what left it for the first receiver in the last block \[Pa²\]. Infinite while it is struck.
+    /// How loud it is: mean square of what left it for the first receiver in the last block \[Pa²\]. Infinite
+    /// while it is struck.
     pub fn loudness(&self) -> f64 {
         if self.bank.forces() > 0 { f64::INFINITY } else { self.loudness }
     }
@@ -263,8 +269,9 @@ impl LiveVoice {
         }
     }
 
-    /// Lets an impact act with these impulses [N s] at points \[m\], both in the frame of the body; whether it could be taken. Of one
-    /// that is known later than [`LOOK_AHEAD`] samples before it begins, what should already be heard is missing.
+    /// Lets an impact act with these impulses [N s] at points \[m\], both in the frame of the body; whether
+    /// it could be taken. Of one that is known later than [`LOOK_AHEAD`] samples before it begins, what
+    /// should already be heard is missing.
     pub fn strike(&mut self, force: &LiveForce, points: &[(DVec3, DVec3)], position: i64) -> bool {
         if self.bank.forces() >= MOST_FORCES || self.ending {
             return false;
@@ -290,8 +297,8 @@ impl LiveVoice {
         self.ending = !self.is_silent();
     }
 
-    /// Renders `frames` samples from `position` on, while receivers move to where they are now. Transfers follow the motion if
-    /// they `may`. Returns how many sets of transfers were computed.
+    /// Renders `frames` samples from `position` on, while receivers move to where they are now. Transfers
+    /// follow the motion if they `may`. Returns how many sets of transfers were computed.
     pub fn render(
         &mut self,
         position: i64,
@@ -391,8 +398,8 @@ impl LiveVoice {
         computed
     }
 
-    /// Sets the transfers where receivers are: of modes that `woke` for the place that their path has already, so that those that
-    /// ring do not jump.
+    /// Sets the transfers where receivers are: of modes that `woke` for the place that their path has
+    /// already, so that those that ring do not jump.
     fn set_transfers(
         &mut self,
         propagation: &PropagationPaths,

@@ -1,4 +1,5 @@
-//! The vibration that a body hands to its pieces when it breaks: \[FRAC\] q = UᵀMu, of displacement and velocity.
+//! The vibration that a body hands to its pieces when it breaks: \[FRAC\] q = UᵀMu, of displacement and
+//! velocity.
 //!
 //! A mode that rings freely has the state w ([`bank`](crate::synthesis::modal::resonator_bank)), from which
 //!
@@ -6,16 +7,16 @@
 //! q = Im w/ω_d,   q̇ = Re w − ξω q,   u(x) = Σ qᵢ Uᵢ(x),   u̇(x) = Σ q̇ᵢ Uᵢ(x)
 //! ```
 //!
-//! On a piece the motion of what it was part of is a motion as a whole and vibration of its own, u ≈ a + b × x + Σ qⱼ Uⱼ(x). Of the
-//! piece's modes only the surface is known, and so its q are those that fit u best over the surface, in the mean of its square,
-//! together with a and b, which are left to rigid motion. Inner faces of cracks have the motion of the nearest place of the
-//! parent's surface. For a body that goes on as itself this is exact; modes of an ellipsoid are fitted where the piece's
-//! places are on it.
+//! On a piece the motion of what it was part of is a motion as a whole and vibration of its own, u ≈ a + b ×
+//! x + Σ qⱼ Uⱼ(x). Of the piece's modes only the surface is known, and so its q are those that fit u best
+//! over the surface, in the mean of its square, together with a and b, which are left to rigid motion. Inner
+//! faces of cracks have the motion of the nearest place of the parent's surface. For a body that goes on as
+//! itself this is exact; modes of an ellipsoid are fitted where the piece's places are on it.
 //!
 //! Differs: \[FRAC\] weighs by mass over the volume.
 //!
-//! The fit knows nothing of energy, which is bounded afterwards: each piece gets no more than its share, by its mass and by how much
-//! the parent's modes move there, and all together no more than there is.
+//! The fit knows nothing of energy, which is bounded afterwards: each piece gets no more than its share, by
+//! its mass and by how much the parent's modes move there, and all together no more than there is.
 
 use std::f64::consts::TAU;
 
@@ -29,8 +30,8 @@ use crate::contact::ImpactPulse;
 use crate::pose::Pose;
 use crate::synthesis::modal::resonator_bank::{MAX_RATIO, Resonance, pole};
 
-/// Part of its own size that is added to what each mode counts, so that modes that look alike on the surface are told apart by
-/// nothing but what they do.
+/// Part of its own size that is added to what each mode counts, so that modes that look alike on the surface
+/// are told apart by nothing but what they do.
 const RIDGE: f64 = 1e-9;
 /// Fewest and most places at which a piece is looked at.
 const SAMPLES: [usize; 2] = [120, 1200];
@@ -69,7 +70,8 @@ impl ModalState {
         ModalState(vec![Complex64::ZERO; source.resonances().len()])
     }
 
-    /// What impacts on a body have left at a time \[s\], whole even if they still last; later ones are passed over.
+    /// What impacts on a body have left at a time \[s\], whole even if they still last; later ones are passed
+    /// over.
     pub fn after_impacts(source: &ModalSource, body: BodyId, pulses: &[ImpactPulse], time: f64) -> Self {
         let mut state = ModalState::rest(source);
         let (mut amplitudes, mut striking) = (Vec::new(), StrikeMemory::default());
@@ -141,8 +143,8 @@ pub fn sample_count(modes: usize) -> usize {
     (2 * (modes + 6)).clamp(SAMPLES[0], SAMPLES[1])
 }
 
-/// What a piece takes over of its parent's vibration, looked at these places of the piece, with the poses of both \[m\] when
-/// the parent breaks; the energy is not bounded yet.
+/// What a piece takes over of its parent's vibration, looked at these places of the piece, with the poses of
+/// both \[m\] when the parent breaks; the energy is not bounded yet.
 pub fn handed_over(
     (parent, state): (&ModalSource, &ModalState),
     piece: &ModalSource,
@@ -180,7 +182,8 @@ pub fn handed_over(
     Handed { state: ModalState(state.collect()), share }
 }
 
-/// Scales what the pieces of one body are handed, so that none has more than its share of an energy \[J\]; how much all have then.
+/// Scales what the pieces of one body are handed, so that none has more than its share of an energy \[J\];
+/// how much all have then.
 pub fn bound_energy(pieces: &mut [(&ModalSource, &mut Handed)], available: f64) -> f64 {
     let shares: f64 = pieces.iter().map(|(_, handed)| handed.share).sum();
     let mut given = 0.0;

@@ -6,12 +6,13 @@
 //! q = Im w / ω_d,   q̈ = Re A,   A = c (λw + Q),   c = −iλ/ω_d
 //! ```
 //!
-//! and is heard as Re{H A}, H the transfer of the path. With Re c = 1 the real part of A is the modal acceleration
-//! exactly, free ringing follows H exactly, and under a force at rest w = −Q/λ, so that A = 0 whatever H is.
+//! and is heard as Re{H A}, H the transfer of the path. With Re c = 1 the real part of A is the modal
+//! acceleration exactly, free ringing follows H exactly, and under a force at rest w = −Q/λ, so that A = 0
+//! whatever H is.
 //!
-//! From sample to sample w turns by e^{λT}, exactly: pitch and decay do not depend on the rate. Forces are limited to the
-//! band and integrated over each sample; the feed-through Q is that at the samples. Between two settings of the transfers
-//! H runs on a straight line.
+//! From sample to sample w turns by e^{λT}, exactly: pitch and decay do not depend on the rate. Forces are
+//! limited to the band and integrated over each sample; the feed-through Q is that at the samples. Between
+//! two settings of the transfers H runs on a straight line.
 
 mod passes;
 
@@ -155,8 +156,8 @@ impl Planes {
 impl ResonatorBank {
     /// Resonators at rest at sample 0, heard along so many paths, none of which hears anything yet.
     ///
-    /// `centre`: half-amplitude frequency of the band limit \[Hz\], 0.45 of the rate or less. Modes above the end of
-    /// the band, and those that hardly ring, are left out.
+    /// `centre`: half-amplitude frequency of the band limit \[Hz\], 0.45 of the rate or less. Modes above the
+    /// end of the band, and those that hardly ring, are left out.
     pub fn new(
         resonances: &[Resonance],
         paths: usize,
@@ -285,15 +286,17 @@ impl ResonatorBank {
         std::mem::take(&mut self.woken)
     }
 
-    /// The first sample at which a pulse of this `onset` \[samples\] is felt, because it is limited to the band.
+    /// The first sample at which a pulse of this `onset` \[samples\] is felt, because it is limited to the
+    /// band.
     pub fn first_sample(onset: f64, duration: f64, profile: ForceProfile, sample_rate: SampleRate) -> i64 {
         (onset + profile.extent(duration).0 * sample_rate.as_f64()).floor() as i64 - lowpass::REACH as i64
     }
 
-    /// Adds a force, limited to the band, that begins at `onset` \[samples\] and lasts `duration` \[s\]; `amplitudes` has
-    /// the modal impulse ∫ Q dt of each mode given.
+    /// Adds a force, limited to the band, that begins at `onset` \[samples\] and lasts `duration` \[s\];
+    /// `amplitudes` has the modal impulse ∫ Q dt of each mode given.
     ///
-    /// What of it is before the next sample is not rendered: add it in time, see [`first_sample`](Self::first_sample).
+    /// What of it is before the next sample is not rendered: add it in time, see
+    /// [`first_sample`](Self::first_sample).
     pub fn add_pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64, amplitudes: &[f64]) {
         let mut force = ForceSamples::default();
         let first = self.shaper.pulse(profile, onset, duration, &mut force);
@@ -324,8 +327,8 @@ impl ResonatorBank {
         self.pulses.push(pulse);
     }
 
-    /// Adds what rings after a pulse that is over when the next sample comes: no look ahead, for sound in real time. The
-    /// pulse itself is not heard.
+    /// Adds what rings after a pulse that is over when the next sample comes: no look ahead, for sound in
+    /// real time. The pulse itself is not heard.
     pub fn add_past_pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64, amplitudes: &[f64]) {
         let elapsed = (self.next as f64 - onset) / self.rate;
         for (i, voice) in self.voices.iter().enumerate() {

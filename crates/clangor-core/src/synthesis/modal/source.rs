@@ -1,4 +1,5 @@
-//! A ringing body, ready to be played: frequencies and damping of its modes, transfers, and what an impact does to each.
+//! A ringing body, ready to be played: frequencies and damping of its modes, transfers, and what an impact
+//! does to each.
 //!
 //! Radiation damps as well. A mode of acceleration amplitude 1 has the energy E = ½/ω² and radiates the power
 //! P = ρR⁴/c × [`power`](crate::sound_model::modal::model::ModalTransfer::power), so that its loss factor is
@@ -155,8 +156,8 @@ impl ModalSource {
         self.contact_damping
     }
 
-    /// U [kg^−½] of every mode at the place of the surface nearest to one \[m\], where the outer normal is that; on a proxy where its
-    /// mapping says. All in the frame of the body.
+    /// U [kg^−½] of every mode at the place of the surface nearest to one \[m\], where the outer normal is
+    /// that; on a proxy where its mapping says. All in the frame of the body.
     pub(super) fn motions(&self, place: DVec3, normal: DVec3, values: &mut Vec<DVec3>) {
         values.clear();
         match &self.shapes {
@@ -175,8 +176,8 @@ impl ModalSource {
         }
     }
 
-    /// Adds ½ c (n·U)² × `part` [1/s] of a touching point to what each mode has of it; place \[m\] and unit normal in the
-    /// frame of the body.
+    /// Adds ½ c (n·U)² × `part` [1/s] of a touching point to what each mode has of it; place \[m\] and unit
+    /// normal in the frame of the body.
     pub(super) fn add_contact_decay(&self, place: DVec3, normal: DVec3, part: f64, values: &mut [f64]) {
         let add =
             |(value, along): (&mut f64, f64)| *value += 0.5 * self.contact_damping * along * along * part;
@@ -229,8 +230,9 @@ impl ModalSource {
         values.iter_mut().for_each(|value| *value *= scale);
     }
 
-    /// ∫ Q dt = Σ U(x)·j of every mode, for impulses j [N s] at points x \[m\], both in the frame of the body. A point off
-    /// the surface acts at the nearest place on it; on a proxy where its mapping says, with the normal against the impulse.
+    /// ∫ Q dt = Σ U(x)·j of every mode, for impulses j [N s] at points x \[m\], both in the frame of the
+    /// body. A point off the surface acts at the nearest place on it; on a proxy where its mapping says, with
+    /// the normal against the impulse.
     pub fn amplitudes(&self, points: &[(DVec3, DVec3)], memory: &mut StrikeMemory, values: &mut Vec<f64>) {
         values.clear();
         values.resize(self.resonances.len(), 0.0);

@@ -7,8 +7,8 @@
 //! vₙ = αₙ vₙ₋₁/x + βₙ vₙ₋₂,   αₙ = (2n−1)/tₙ,   βₙ = −κ²/(tₙ tₙ₋₁),   v₀ = 1/x
 //! ```
 //!
-//! in which α and β belong to the mode: a new place costs no division. The harmonics are computed once for all modes;
-//! each mode's coefficients are rows of a multiple of eight numbers, which vectors sum up.
+//! in which α and β belong to the mode: a new place costs no division. The harmonics are computed once for
+//! all modes; each mode's coefficients are rows of a multiple of eight numbers, which vectors sum up.
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -26,7 +26,8 @@ pub enum TransferOrder {
     /// All that were baked.
     #[default]
     Baked,
-    /// \[FRAC\] §4: n̄ = max(kL/4, 4) with L = 2R. A level of detail, for speed: bodies of higher order lose sound.
+    /// \[FRAC\] §4: n̄ = max(kL/4, 4) with L = 2R. A level of detail, for speed: bodies of higher order lose
+    /// sound.
     Frac,
 }
 
@@ -118,7 +119,8 @@ impl TransferEvaluator {
         self.max_order
     }
 
-    /// [`ModalTransfer::undelayed`] of every mode at `x`, in units of R; inside the sphere of radius R that on it.
+    /// [`ModalTransfer::undelayed`] of every mode at `x`, in units of R; inside the sphere of radius R that
+    /// on it.
     pub fn evaluate(&self, x: DVec3, memory: &mut TransferMemory, values: &mut Vec<Complex64>) {
         self.evaluate_some(x, |_| true, memory, values);
     }

@@ -1,14 +1,15 @@
 //! One ringing body as the receivers of a listener hear it.
 //!
-//! The modes run on the grid of the samples at which sound leaves the body, in blocks of about 4 ms. At each end of a
-//! block the place of every receiver in the frame of the body gives the transfers, which run on a straight line in
-//! between; where the direction turns fast for the highest order, a block has up to 32 parts. Modes that have
-//! died away cost nothing. What leaves is carried
-//! to the receiver by a delay that varies.
+//! The modes run on the grid of the samples at which sound leaves the body, in blocks of about 4 ms. At each
+//! end of a block the place of every receiver in the frame of the body gives the transfers, which run on a
+//! straight line in between; where the direction turns fast for the highest order, a block has up to 32
+//! parts. Modes that have died away cost nothing. What leaves is carried to the receiver by a delay that
+//! varies.
 //!
-//! A body that dies is no longer driven, and what leaves it fades within 1 ms after, as ½ (1 + cos): a step would click, and
-//! what it shook lives on in its pieces, in which it rises by the complement ([`handover`](crate::synthesis::modal::modal_state_transfer)): until then it is in
-//! a bank of its own. What has left it arrives as ever.
+//! A body that dies is no longer driven, and what leaves it fades within 1 ms after, as ½ (1 + cos): a step
+//! would click, and what it shook lives on in its pieces, in which it rises by the complement
+//! ([`handover`](crate::synthesis::modal::modal_state_transfer)): until then it is in a bank of its own. What
+//! has left it arrives as ever.
 
 mod stream;
 
@@ -38,7 +39,8 @@ const TURN: f64 = 0.25;
 
 /// Time in which the sound of a body ends after its death \[s\].
 pub const FADE: f64 = 1e-3;
-/// e-folds by which a mode that is taken over may be louder at the beginning of its block; others are over in no time.
+/// e-folds by which a mode that is taken over may be louder at the beginning of its block; others are over in
+/// no time.
 const MOST_GROWTH: f64 = 30.0;
 
 /// See the module.
@@ -98,7 +100,8 @@ struct Path {
     receiver: usize,
     reflected: bool,
     line: DelayLine,
-    /// Place of the receiver for which the transfers are [m, frame of the body]; `None` where it hears nothing.
+    /// Place of the receiver for which the transfers are [m, frame of the body]; `None` where it hears
+    /// nothing.
     place: Option<DVec3>,
     /// Whether the transfers have been set since modes at rest woke.
     set: bool,
@@ -219,8 +222,8 @@ impl<'a> ModalVoice<'a> {
         Ok(())
     }
 
-    /// Takes forces too gentle to be impacts, limited to half the rate of their time step \[s\], and, if the source has
-    /// contact damping, damps while they last. Forces on other bodies are passed over.
+    /// Takes forces too gentle to be impacts, limited to half the rate of their time step \[s\], and, if the
+    /// source has contact damping, damps while they last. Forces on other bodies are passed over.
     ///
     /// # Errors
     /// A time step that is not positive, forces of a time that has been rendered, a second stream.
@@ -288,7 +291,8 @@ impl<'a> ModalVoice<'a> {
             && (!self.begun || self.sent.iter().flatten().all(|pressure| *pressure == 0.0))
     }
 
-    /// Adds the pressure \[Pa\] of the samples from `first_sample` on to one channel per receiver, all of one length.
+    /// Adds the pressure \[Pa\] of the samples from `first_sample` on to one channel per receiver, all of one
+    /// length.
     ///
     /// # Errors
     /// A receiver below the rigid floor.
@@ -503,8 +507,8 @@ impl<'a> ModalVoice<'a> {
         Ok(self.towards(path, sample)?.0 * self.settings.sample_rate.as_f64())
     }
 
-    /// How long what leaves the centre of mass at a sample is on its way \[s\], and where the receiver that hears it is
-    /// [m, frame of the body]; nowhere if the body is below the floor.
+    /// How long what leaves the centre of mass at a sample is on its way \[s\], and where the receiver that
+    /// hears it is [m, frame of the body]; nowhere if the body is below the floor.
     fn towards(&self, path: usize, sample: i64) -> Result<(f64, Option<DVec3>), SynthesisError> {
         let RenderSettings { medium, floor, start, sample_rate, .. } = self.settings;
         let Path { receiver, reflected, .. } = self.paths[path];

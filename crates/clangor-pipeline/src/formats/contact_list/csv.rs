@@ -1,5 +1,5 @@
-//! Comma-separated values with a header. Values may stand in double quotes, within which a comma is no separator and
-//! two quotes are one.
+//! Comma-separated values with a header. Values may stand in double quotes, within which a comma is no
+//! separator and two quotes are one.
 
 use super::{Entry, LineFault, Parsed};
 

@@ -63,7 +63,8 @@ impl Container {
         self.accessor(start, UNSIGNED_INT, count, "SCALAR", target)
     }
 
-    /// Numbers of a shape `SCALAR`, `VEC3` or `VEC4`; of bounded ones, which ascend, the first and the last are told.
+    /// Numbers of a shape `SCALAR`, `VEC3` or `VEC4`; of bounded ones, which ascend, the first and the last
+    /// are told.
     pub(crate) fn floats(&mut self, values: &[f32], shape: &str, bounded: bool) -> usize {
         let start = self.bytes.len();
         for value in values {

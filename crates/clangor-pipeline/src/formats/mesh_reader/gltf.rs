@@ -1,7 +1,9 @@
-//! glTF 2.0, text and binary: the triangles of every mesh in the default scene, through the transforms of its nodes.
+//! glTF 2.0, text and binary: the triangles of every mesh in the default scene, through the transforms of its
+//! nodes.
 //!
-//! Read are positions (32-bit floats) and indices of triangle lists, from the binary chunk, data URIs and files beside
-//! the `.gltf`. Compressed and sparse geometry is refused; skins, morph targets, materials and animations are ignored.
+//! Read are positions (32-bit floats) and indices of triangle lists, from the binary chunk, data URIs and
+//! files beside the `.gltf`. Compressed and sparse geometry is refused; skins, morph targets, materials and
+//! animations are ignored.
 
 pub(crate) mod document;
 

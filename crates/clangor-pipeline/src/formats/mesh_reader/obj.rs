@@ -60,7 +60,8 @@ fn parse_line(
     Ok(())
 }
 
-/// The vertex of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, from 1; negative ones count back from the last vertex.
+/// The vertex of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, from 1; negative ones count back from the last
+/// vertex.
 fn corner(word: &str, vertices: usize) -> Result<i64, MeshFault> {
     let text = word.split('/').next().unwrap_or_default();
     let index: i64 = text.parse().map_err(|_| MeshFault::NotANumber { text: excerpt(word) })?;

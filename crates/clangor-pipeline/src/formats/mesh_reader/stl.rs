@@ -1,4 +1,5 @@
-//! STL, binary and text. Corners with the same bits become one vertex: the format repeats them in every facet.
+//! STL, binary and text. Corners with the same bits become one vertex: the format repeats them in every
+//! facet.
 
 use std::collections::HashMap;
 

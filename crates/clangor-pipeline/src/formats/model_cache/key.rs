@@ -14,8 +14,8 @@ const SOLVERS: u32 = 1;
 /// The same for modes and their sound.
 const MODAL_SOLVERS: u32 = 2;
 
-/// The hash of everything that a baked model depends on, 32 hexadecimal digits. Where it was computed is none of it: what
-/// comes from either device is equal to well below any accuracy.
+/// The hash of everything that a baked model depends on, 32 hexadecimal digits. Where it was computed is none
+/// of it: what comes from either device is equal to well below any accuracy.
 pub fn model_key(geometry: &BakeGeometry, options: &BakeOptions) -> String {
     let mut inputs = Inputs(Hasher::new());
     inputs.text("acceleration");

@@ -1,7 +1,7 @@
 //! `timeline.json`: everything about a timeline but its rows.
 //!
-//! The structures mirror the file, not the library: the library may change without the format. Unknown keys are
-//! refused, so that a misspelt one is not ignored.
+//! The structures mirror the file, not the library: the library may change without the format. Unknown keys
+//! are refused, so that a misspelt one is not ignored.
 
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
@@ -265,7 +265,8 @@ impl Description {
         for piece in pieces {
             let (surface, file) = surface_fields(&piece.surface, None);
             let fields = body_fields(piece, surface);
-            // JSON turns NaN into null, which is no number: better refused now than found when the file is read.
+            // JSON turns NaN into null, which is no number: better refused now than found when the file is
+            // read.
             serde_json::from_slice::<BodyFields>(&serde_json::to_vec(&fields)?)?;
             self.bodies.push(fields);
             files.extend(file);

@@ -1,7 +1,7 @@
 //! Hashes that name meshes and tell whether a file is still what was written.
 //!
-//! XXH3-128 is stable, fast enough not to be felt (a gigabyte in 0.1 s), and finds duplicates and accidental damage. It
-//! is no protection against forgery.
+//! XXH3-128 is stable, fast enough not to be felt (a gigabyte in 0.1 s), and finds duplicates and accidental
+//! damage. It is no protection against forgery.
 
 use std::fs::File;
 use std::io::{self, Read, Write};

@@ -1,11 +1,12 @@
 //! How finely the rows of lasting contacts are stored.
 //!
-//! A raw log holds thousands of resting contacts in every step, and below its tolerance a solver produces noise that no
-//! compressor can shrink: 37 bytes a row for the log of 1000 rocks that fall and settle. Rows of
-//! [`ContactKind::Contact`] that belong to no impact are therefore rounded to steps that neither sound nor inspection
-//! can tell: points to half a micrometre, speeds to a ten-thousandth of the slowest audible impact, impulses to 1/16384
-//! of the row's impulse, couples to what half a micrometre of lever makes. That leaves 11 bytes. Rounding is to nearest,
-//! so sums over many rows stay true. Impacts and all other rows keep every bit of an `f32`.
+//! A raw log holds thousands of resting contacts in every step, and below its tolerance a solver produces
+//! noise that no compressor can shrink: 37 bytes a row for the log of 1000 rocks that fall and settle. Rows
+//! of [`ContactKind::Contact`] that belong to no impact are therefore rounded to steps that neither sound nor
+//! inspection can tell: points to half a micrometre, speeds to a ten-thousandth of the slowest audible
+//! impact, impulses to 1/16384 of the row's impulse, couples to what half a micrometre of lever makes. That
+//! leaves 11 bytes. Rounding is to nearest, so sums over many rows stay true. Impacts and all other rows keep
+//! every bit of an `f32`.
 
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;

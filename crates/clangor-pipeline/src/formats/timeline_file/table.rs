@@ -1,8 +1,8 @@
 //! A table of rows as Parquet, written and read a few thousand rows at a time.
 //!
-//! zstd over byte-stream-split floats and plain integers and times. Dictionaries, delta packing and plain floats were
-//! measured on a settling pile and are larger: the rows of a step repeat those of the step before, which zstd finds best
-//! where values keep whole bytes.
+//! zstd over byte-stream-split floats and plain integers and times. Dictionaries, delta packing and plain
+//! floats were measured on a settling pile and are larger: the rows of a step repeat those of the step
+//! before, which zstd finds best where values keep whole bytes.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -408,8 +408,8 @@ impl<R: TableRow> TableReader<R> {
     }
 }
 
-/// Turns a panic of the decoder into an error: it has assertions that damaged tables without a hash can break. What it
-/// was reading is not used again.
+/// Turns a panic of the decoder into an error: it has assertions that damaged tables without a hash can
+/// break. What it was reading is not used again.
 fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, TimelineError>) -> Result<T, TimelineError> {
     catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
         let reason = "its structure contradicts itself".into();

@@ -29,8 +29,8 @@ pub struct TimelineSummary {
     pub births: u64,
 }
 
-/// Writes one timeline; the folder appears under its name when [`TimelineWriter::finish`] succeeds, under that of a part of it
-/// when [`TimelineWriter::keep`] does, and not at all otherwise.
+/// Writes one timeline; the folder appears under its name when [`TimelineWriter::finish`] succeeds, under
+/// that of a part of it when [`TimelineWriter::keep`] does, and not at all otherwise.
 pub struct TimelineWriter {
     folder: AtomicFolder,
     description: Description,
@@ -50,8 +50,8 @@ pub struct TimelineWriter {
 }
 
 impl TimelineWriter {
-    /// Starts a timeline at `path`. An existing one is replaced only if `replace`, and stays until the new one is
-    /// finished.
+    /// Starts a timeline at `path`. An existing one is replaced only if `replace`, and stays until the new
+    /// one is finished.
     ///
     /// # Errors
     /// [`TimelineError`] if the place cannot be written.
@@ -145,8 +145,9 @@ impl TimelineWriter {
         Ok(summary)
     }
 
-    /// Keeps what there is of a run that came to no end but `reached` a time \[s\]: as `NAME.partial.timeline`, which takes the
-    /// place of an earlier one and whose duration is that time. Where and how long it is; `None` if nothing has happened.
+    /// Keeps what there is of a run that came to no end but `reached` a time \[s\]: as
+    /// `NAME.partial.timeline`, which takes the place of an earlier one and whose duration is that time.
+    /// Where and how long it is; `None` if nothing has happened.
     ///
     /// # Errors
     /// [`TimelineError`].

@@ -1,7 +1,7 @@
 //! The writing half: a header with room for RF64, samples a block at a time, sizes patched in at the end.
 //!
-//! Layout: `RIFF size WAVE`, `JUNK` (28 bytes, becomes `ds64` where a size outgrows 32 bits, as in EBU Tech 3306),
-//! `fmt `, `fact` (frames, for float), `LIST INFO`, `data`.
+//! Layout: `RIFF size WAVE`, `JUNK` (28 bytes, becomes `ds64` where a size outgrows 32 bits, as in EBU Tech
+//! 3306), `fmt `, `fact` (frames, for float), `LIST INFO`, `data`.
 
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -27,7 +27,8 @@ pub struct WavSummary {
     pub clipped_samples: u64,
 }
 
-/// Writes one WAV file; it appears under its name when [`WavWriter::finish`] succeeds, and not at all otherwise.
+/// Writes one WAV file; it appears under its name when [`WavWriter::finish`] succeeds, and not at all
+/// otherwise.
 #[derive(Debug)]
 pub struct WavWriter {
     out: BufWriter<AtomicFile>,
@@ -76,7 +77,8 @@ impl WavWriter {
     /// Appends pressures \[Pa\], interleaved: whole frames of one value per channel.
     ///
     /// # Errors
-    /// [`WavError::NotFinite`] names the first sample that is NaN or infinite; nothing of the block is written then.
+    /// [`WavError::NotFinite`] names the first sample that is NaN or infinite; nothing of the block is
+    /// written then.
     pub fn write(&mut self, pressure: &[f32]) -> Result<(), WavError> {
         let channels = self.spec.channels;
         if !pressure.len().is_multiple_of(usize::from(channels)) {

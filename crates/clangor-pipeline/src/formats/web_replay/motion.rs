@@ -12,7 +12,8 @@ pub(super) struct Motions {
     pub(super) bodies: Vec<Motion>,
 }
 
-/// The poses of a body: row `first_row` is its pose at the time `first_frame` over the rate, or at its birth if that is later.
+/// The poses of a body: row `first_row` is its pose at the time `first_frame` over the rate, or at its birth
+/// if that is later.
 pub(super) struct Motion {
     pub(super) first_frame: u32,
     pub(super) first_row: usize,

@@ -1,8 +1,9 @@
 //! What sounds, as files for the slots of a live engine, and the events that make it sound.
 //!
-//! A body rings by few of the numbers of its modes: those at the places where it is struck. So the file of a ringing body has
-//! no surface but these places, each a triangle without area, and the shapes of the modes there. An ellipsoid in place of a piece is
-//! given the motions that the impacts on the piece make in it, and looks like any other body.
+//! A body rings by few of the numbers of its modes: those at the places where it is struck. So the file of a
+//! ringing body has no surface but these places, each a triangle without area, and the shapes of the modes
+//! there. An ellipsoid in place of a piece is given the motions that the impacts on the piece make in it, and
+//! looks like any other body.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -262,8 +263,8 @@ impl Sounds {
         events
     }
 
-    /// Where a ringing body is: at every impact, and whenever it is no longer where it would be if it had gone on as it was
-    /// told to move; from the first impact until it has died away.
+    /// Where a ringing body is: at every impact, and whenever it is no longer where it would be if it had
+    /// gone on as it was told to move; from the first impact until it has died away.
     fn add_poses(&self, id: BodyId, replay: &Replay<'_>, forces: &Forces, events: &mut Vec<[f64; STRIDE]>) {
         let Some((slot, _)) = self.rings.get(&id) else { return };
         let Slot { rotation, t60, .. } = &self.slots[*slot];

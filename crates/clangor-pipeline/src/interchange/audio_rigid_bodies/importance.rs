@@ -1,13 +1,15 @@
 //! The order of modes in a file: a player that stops after some should have those that matter.
 //!
-//! The energy of the sound of an impact at a random place in a random direction, over what all modes have in common:
+//! The energy of the sound of an impact at a random place in a random direction, over what all modes have in
+//! common:
 //!
 //! ```text
 //! E ∝ ⟨|U|²⟩ ∫ (U·n)² dA σ / d,  σ = (ka)²/(1 + (ka)²),  π a² = A
 //! ```
 //!
-//! The velocity of a unit impact is U, it radiates σ ρ c ∫ U_n² dA, for a time 1/d. σ is that of a compact source, which
-//! the draft names; a transfer would be better by little. Loudness of frequencies does not enter.
+//! The velocity of a unit impact is U, it radiates σ ρ c ∫ U_n² dA, for a time 1/d. σ is that of a compact
+//! source, which the draft names; a transfer would be better by little. Loudness of frequencies does not
+//! enter.
 
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::modal::surface::ModalSurface;

@@ -1,5 +1,5 @@
-//! From a body of a file to what the rest of the program plays: a material with its damping, and a modal model about the
-//! centre of mass, without transfers.
+//! From a body of a file to what the rest of the program plays: a material with its damping, and a modal
+//! model about the centre of mass, without transfers.
 
 use std::f64::consts::LN_10;
 
@@ -112,8 +112,9 @@ impl AudioBody {
         self
     }
 
-    /// What the body is to the rest of the program. `solid` are the mass properties of its mesh, of unit density;
-    /// `otherwise` has what the file does not tell of the material, before a preset of the material's name.
+    /// What the body is to the rest of the program. `solid` are the mass properties of its mesh, of unit
+    /// density; `otherwise` has what the file does not tell of the material, before a preset of the
+    /// material's name.
     ///
     /// The body is taken as uniform: its density is the mass of the file over the volume of the mesh.
     ///

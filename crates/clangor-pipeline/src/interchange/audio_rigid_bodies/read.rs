@@ -37,9 +37,9 @@ impl From<Located> for Trouble {
 
 /// Reads the bodies of a file, in the order of its nodes; none if it has no such extension, or is no glTF.
 ///
-/// A body is a node with the extension, and what hangs from it; one without a mesh has the triangles between the points
-/// of its modal model, and is left out if there is neither. Decays, shapes and masses are those of the file: nothing
-/// is computed anew.
+/// A body is a node with the extension, and what hangs from it; one without a mesh has the triangles between
+/// the points of its modal model, and is left out if there is neither. Decays, shapes and masses are those of
+/// the file: nothing is computed anew.
 ///
 /// # Errors
 /// [`AudioFileError`] names the file, the place and what is wrong.
@@ -325,9 +325,9 @@ fn material(json: MaterialJson) -> Result<AudioMaterial, AudioFault> {
     })
 }
 
-/// Whether a body and its model, whose masses have this ratio, are one body at two sizes, the node's `scale` (of volumes)
-/// apart. A model is that of the body as the scene shows it, by the text of the draft; its samples keep models of other
-/// sizes, and masses with them.
+/// Whether a body and its model, whose masses have this ratio, are one body at two sizes, the node's `scale`
+/// (of volumes) apart. A model is that of the body as the scene shows it, by the text of the draft; its
+/// samples keep models of other sizes, and masses with them.
 fn resized(ratio: f64, scale: f64) -> bool {
     (scale - 1.0).abs() > SAME_MASS && (ratio / scale - 1.0).abs() <= SAME_MASS
 }

@@ -40,7 +40,8 @@ pub enum AudioWriteError {
     Glb(#[from] GlbError),
 }
 
-/// Writes a body; how many of its modes are in the file. Those that creep back without ringing (ξ ≥ 1) are not.
+/// Writes a body; how many of its modes are in the file. Those that creep back without ringing (ξ ≥ 1) are
+/// not.
 ///
 /// # Errors
 /// [`AudioWriteError`]; no file is left then.

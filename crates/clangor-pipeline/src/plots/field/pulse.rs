@@ -1,7 +1,7 @@
 //! The pressure in a plane through the body at some instants after a short push.
 //!
-//! The push is a Gaussian of time, a(t) = e^{−t²/(2T²)} × 1 m/s², as short as the model's band allows: T = 3.5 R/(c κ_max), so
-//! that 0.2 % of its spectrum is beyond. With the field H(κ) at a point
+//! The push is a Gaussian of time, a(t) = e^{−t²/(2T²)} × 1 m/s², as short as the model's band allows: T =
+//! 3.5 R/(c κ_max), so that 0.2 % of its spectrum is beyond. With the field H(κ) at a point
 //!
 //! ```text
 //! p(t) = (1/π) Re ∫₀^κmax H(κ) T √(2π) e^{−κ²T²/2} e^{iκt} dκ,    t in R/c
@@ -29,7 +29,8 @@ const EDGE: f64 = 320.0;
 const TOP: f64 = 560.0;
 /// Band of the model over the width of the push.
 const BAND: f64 = 3.5;
-/// Distance from one colour bar's tick to the next, as a fraction of the largest pressure; colours follow its root.
+/// Distance from one colour bar's tick to the next, as a fraction of the largest pressure; colours follow its
+/// root.
 const TICKS: [f64; 5] = [-1.0, -0.25, 0.0, 0.25, 1.0];
 
 /// Draws the instants; false for silence.

@@ -1,24 +1,26 @@
 //! Impacts put no more energy into the modes of a body than the motion lost.
 //!
-//! An impact of impulse j and duration τ, whose force has the spectrum Ŝ (Ŝ(0) = 1), leaves a body at rest with
+//! An impact of impulse j and duration τ, whose force has the spectrum Ŝ (Ŝ(0) = 1), leaves a body at rest
+//! with
 //!
 //! ```text
 //! E(τ) = ½ Σ (U_i(x)·j)² Ŝ(ω_i τ)²
 //! ```
 //!
-//! in its modes. Impulse and duration are those of rigid bodies, and do not know that the body gives way: at the rim of a
-//! thin plate E may be a hundred times what the motion of the two lost, which for an approach at speed V with effective
-//! mass m, pushed apart by the normal impulse j_n, is
+//! in its modes. Impulse and duration are those of rigid bodies, and do not know that the body gives way: at
+//! the rim of a thin plate E may be a hundred times what the motion of the two lost, which for an approach at
+//! speed V with effective mass m, pushed apart by the normal impulse j_n, is
 //!
 //! ```text
 //! E₀ = j_n V − j_n²/(2 m) = ½ j_n V (1 − e),   e = j_n/(m V) − 1
 //! ```
 //!
-//! There the contact is soft, and lasts longer: the force on the modes is given the shortest duration τ' ≥ τ with
-//! E(τ') ≤ E₀, and keeps its impulse, which is what the bodies exchanged. It is an upper bound still: the ground, crushing
-//! and cracks take their part of E₀ as well, and a body struck again while it rings may gain more. Rolling is not limited,
-//! and neither are clicks, which are those of rigid bodies. For the release of a crack E₀ is ½ m V², the energy that its impulse
-//! and couple alone would give to pieces at rest.
+//! There the contact is soft, and lasts longer: the force on the modes is given the shortest duration τ' ≥ τ
+//! with E(τ') ≤ E₀, and keeps its impulse, which is what the bodies exchanged. It is an upper bound still:
+//! the ground, crushing and cracks take their part of E₀ as well, and a body struck again while it rings may
+//! gain more. Rolling is not limited, and neither are clicks, which are those of rigid bodies. For the
+//! release of a crack E₀ is ½ m V², the energy that its impulse and couple alone would give to pieces at
+//! rest.
 
 use std::f64::consts::TAU;
 
@@ -27,7 +29,8 @@ use clangor_core::contact::ImpactPulse;
 use clangor_core::synthesis::modal::{ModalSource, Resonance, StrikeMemory};
 use glam::DVec3;
 
-/// Two solid bodies lose a little even where a scene says that they do not: at least what they lose at this restitution.
+/// Two solid bodies lose a little even where a scene says that they do not: at least what they lose at this
+/// restitution.
 const MOST_ELASTIC: f64 = 0.95;
 
 /// τ' is found to this part of itself.
@@ -97,8 +100,8 @@ pub(super) fn energy_lost(pulse: &ImpactPulse) -> f64 {
     0.5 * impulse * pulse.speed * (1.0 - restitution.min(MOST_ELASTIC))
 }
 
-/// The shortest duration from `duration` on with which `gained` is at most `lost`, which a long one always reaches: a
-/// force that rises and falls slowly leaves nothing in a mode.
+/// The shortest duration from `duration` on with which `gained` is at most `lost`, which a long one always
+/// reaches: a force that rises and falls slowly leaves nothing in a mode.
 fn shortest_duration(gained: impl Fn(f64) -> f64, lost: f64, duration: f64) -> f64 {
     let (mut short, mut long) = (duration, 1.25 * duration);
     while gained(long) > lost {
@@ -179,8 +182,9 @@ mod tests {
 
     #[test]
     fn modes_get_no_more_than_the_motion_lost() {
-        // E = ½ (10 N s kg^−½)² = 50 J. A unit impulse on 1 kg stops 1 m/s, which loses ½ J, and turns half of 0.5 m/s
-        // around: nothing is lost, so e = 0.95 is taken. At 200 m/s it takes 199.5 J of the motion.
+        // E = ½ (10 N s kg^−½)² = 50 J. A unit impulse on 1 kg stops 1 m/s, which loses ½ J, and turns half
+        // of 0.5 m/s around: nothing is lost, so e = 0.95 is taken. At 200 m/s it takes 199.5 J of the
+        // motion.
         let pulses = [impact(1.0), impact(0.5), impact(200.0)];
         let (impacts, limits) = impacts_on(BodyId(0), &source(), &pulses, true);
         let gained = |i: usize| {

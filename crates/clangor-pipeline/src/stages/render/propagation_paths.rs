@@ -1,9 +1,9 @@
-//! The paths by which a listener hears: directly, by each image of low order in the walls of a room, and by all later
-//! reflections together.
+//! The paths by which a listener hears: directly, by each image of low order in the walls of a room, and by
+//! all later reflections together.
 //!
-//! Each path is a listener of its own, mirrored as the image is, with a renderer and voices of its own, which lose on the
-//! path what its walls and the air take. What late reverberation hears are the six reflections in a single wall, times
-//! their distance.
+//! Each path is a listener of its own, mirrored as the image is, with a renderer and voices of its own, which
+//! lose on the path what its walls and the air take. What late reverberation hears are the six reflections in
+//! a single wall, times their distance.
 
 use clangor_core::medium::Medium;
 use clangor_core::propagation::{Air, LateReverberation, PathLoss, Room, RoomError, image_sources};

@@ -37,8 +37,8 @@ pub enum Transfers {
     Baked,
     /// \[FRAC\] eq. (8): their magnitude, on the amplitude of the mode.
     Frac,
-    /// The same without any: every mode sounds alike, equally in all directions, and all together radiate as much from equal
-    /// amplitudes as they should. \[FRAC\] §6 compares with this.
+    /// The same without any: every mode sounds alike, equally in all directions, and all together radiate as
+    /// much from equal amplitudes as they should. \[FRAC\] §6 compares with this.
     Unit,
 }
 
@@ -58,7 +58,8 @@ impl Transfers {
     }
 }
 
-/// Transfers with |p| the same for all modes of these frequencies \[Hz\]: |H| = C/ω²; `crossing` is κ per hertz.
+/// Transfers with |p| the same for all modes of these frequencies \[Hz\]: |H| = C/ω²; `crossing` is κ per
+/// hertz.
 fn without_transfers(modes: &[(f64, Option<ModalTransfer>)], crossing: f64) -> Vec<ModalTransfer> {
     let square = |frequency: f64| (TAU * frequency).powi(2);
     let power = |(frequency, transfer): &(f64, Option<ModalTransfer>)| {
@@ -170,8 +171,8 @@ pub fn modal_sources(
 }
 
 impl RingingBodies {
-    /// Prepares the modes of those that ring; bodies that share modes and damping share what is prepared. With `breaking`, pieces
-    /// take over the vibration of what they were part of.
+    /// Prepares the modes of those that ring; bodies that share modes and damping share what is prepared.
+    /// With `breaking`, pieces take over the vibration of what they were part of.
     pub(super) fn new(
         bodies: &[Body],
         ringers: &Ringers,

@@ -1,8 +1,9 @@
 //! Which bodies ring as ellipsoids of the bank, and as which.
 //!
-//! \[FRAC\] §5.4: a piece of a broken body whose lowest frequency f₀ is above a threshold has a proxy; only f₀ has to be computed for
-//! it. What is below has modes of its own, and so has what no bank can stand for. Modes of one's own take seconds to minutes, so that
-//! only the lowest few have them. A large piece would need modes above the band of its ellipsoid, and does without.
+//! \[FRAC\] §5.4: a piece of a broken body whose lowest frequency f₀ is above a threshold has a proxy; only
+//! f₀ has to be computed for it. What is below has modes of its own, and so has what no bank can stand for.
+//! Modes of one's own take seconds to minutes, so that only the lowest few have them. A large piece would
+//! need modes above the band of its ellipsoid, and does without.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -21,8 +22,8 @@ use crate::formats::model_cache::ModelCache;
 
 /// Pieces that have modes of their own without being asked for.
 const MOST_OWN: usize = 16;
-/// Degrees of the polynomials that the lowest frequency of a piece is found by: the next where the last are not independent to rounding,
-/// as on a shell that is thin against its curvature.
+/// Degrees of the polynomials that the lowest frequency of a piece is found by: the next where the last are
+/// not independent to rounding, as on a shell that is thin against its curvature.
 const RIGID_DOFS: [usize; 4] = [8, 6, 4, 2];
 
 /// A body that may ring as an ellipsoid.
@@ -47,8 +48,8 @@ pub(super) enum Choice {
     Failed(String),
 }
 
-/// What becomes of each, in their order, and what the person should know. `progress` is told which part of a bank that has to be
-/// baked is done.
+/// What becomes of each, in their order, and what the person should know. `progress` is told which part of a
+/// bank that has to be baked is done.
 ///
 /// # Errors
 /// [`ModalSoundbankBakeError::Interrupted`].
@@ -127,7 +128,8 @@ pub(super) fn choose(
     Ok((choices, remarks))
 }
 
-/// The lowest frequency \[Hz\] of a body: of a piece by polynomials, of a whole body, which may be thin-walled, by elements.
+/// The lowest frequency \[Hz\] of a body: of a piece by polynomials, of a whole body, which may be
+/// thin-walled, by elements.
 fn lowest(body: &Body) -> Result<f64, String> {
     let constants = ElasticConstants::of(&body.material).map_err(|error| error.to_string())?;
     match &*body.surface {

@@ -1,12 +1,13 @@
-//! Which exact form a mesh samples: an ellipsoid, a box, a box with rounded edges, a torus or another body of revolution
-//! of the shape library.
+//! Which exact form a mesh samples: an ellipsoid, a box, a box with rounded edges, a torus or another body of
+//! revolution of the shape library.
 //!
-//! The solvers are cheaper and sharper on exact forms. The form is read off the mesh and not off the scene, so that a
-//! shape, a mesh file and a timeline's copy of either have the same model. It counts when all vertices lie on it and the
-//! triangles nowhere leave it by more than a small part of the size: a cube's corners lie on a sphere too.
+//! The solvers are cheaper and sharper on exact forms. The form is read off the mesh and not off the scene,
+//! so that a shape, a mesh file and a timeline's copy of either have the same model. It counts when all
+//! vertices lie on it and the triangles nowhere leave it by more than a small part of the size: a cube's
+//! corners lie on a sphere too.
 //!
-//! A mesh of none of these forms may still be turned about y, but for the roughness of its triangles. It then sounds as
-//! the body of its section (`clangor_bake::geometry_class::detect_axisymmetry`).
+//! A mesh of none of these forms may still be turned about y, but for the roughness of its triangles. It then
+//! sounds as the body of its section (`clangor_bake::geometry_class::detect_axisymmetry`).
 
 use std::f64::consts::TAU;
 
@@ -20,10 +21,11 @@ use clangor_core::shape::{Form, Shape};
 
 /// Largest distance of a vertex from the form, over the bounding radius: files keep 7 digits.
 const ON_FORM: f64 = 2e-6;
-/// Largest distance of the middle of a triangle from a curved form, over the bounding radius: a mesh as coarse as that
-/// stands for the form, and not for its facets.
+/// Largest distance of the middle of a triangle from a curved form, over the bounding radius: a mesh as
+/// coarse as that stands for the form, and not for its facets.
 const CHORD: f64 = 1e-2;
-/// Longest semi-axis of an ellipsoid over the distance of its farthest vertex: a mesh need not have one at its ends.
+/// Longest semi-axis of an ellipsoid over the distance of its farthest vertex: a mesh need not have one at
+/// its ends.
 const MOST_BEYOND: f64 = 1.2;
 
 /// The form that a mesh about its centre of mass stands for.
@@ -53,7 +55,8 @@ fn symmetric_form(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Optio
     ellipsoid(mesh, radius).or_else(|| rounded_box(mesh, (0.5 * (high - low)).map(twelve_digits), radius))
 }
 
-/// The ellipsoid x²/A² + y²/B² + z²/C² = 1 of least squares: a mesh need not have a vertex at the end of an axis.
+/// The ellipsoid x²/A² + y²/B² + z²/C² = 1 of least squares: a mesh need not have a vertex at the end of an
+/// axis.
 fn ellipsoid(mesh: &TriMesh, radius: f64) -> Option<BakeGeometry> {
     let (mut normal, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for v in &mesh.vertices {
@@ -70,7 +73,8 @@ fn ellipsoid(mesh: &TriMesh, radius: f64) -> Option<BakeGeometry> {
     if semi_axes.max_element() > MOST_BEYOND * radius {
         return None;
     }
-    // The scaled distance to the centre, over the length of its gradient: the distance from the surface to first order.
+    // The scaled distance to the centre, over the length of its gradient: the distance from the surface to
+    // first order.
     let distance = |x: DVec3| {
         let scaled = x / semi_axes;
         (scaled.length() - 1.0) * scaled.length() / (scaled / semi_axes).length()
@@ -97,8 +101,8 @@ fn rounded_box(mesh: &TriMesh, half: DVec3, radius: f64) -> Option<BakeGeometry>
     follows(mesh, radius, &distance).then_some(BakeGeometry::RoundedBox { edges: 2.0 * half, round })
 }
 
-/// The body of revolution about y on whose section all vertices lie, as one that the shape library can make of the
-/// mesh's extents.
+/// The body of revolution about y on whose section all vertices lie, as one that the shape library can make
+/// of the mesh's extents.
 fn revolution(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<BakeGeometry> {
     let (across, height) = (twelve_digits(high.x), twelve_digits(high.y - low.y));
     let forms =
@@ -109,7 +113,8 @@ fn revolution(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<Ba
         if (meridian.volume() - volume).abs() > MOST_LOST_VOLUME * volume {
             return None;
         }
-        // These forms stand on flat feet, so that their lowest points are vertices of the mesh and ends of pieces.
+        // These forms stand on flat feet, so that their lowest points are vertices of the mesh and ends of
+        // pieces.
         let foot =
             meridian.pieces().iter().flat_map(|p| [p.point(0.0).y, p.point(1.0).y]).fold(0.0, f64::min);
         let on_section = |v: &DVec3| {
@@ -123,7 +128,8 @@ fn revolution(mesh: &TriMesh, low: DVec3, high: DVec3, radius: f64) -> Option<Ba
     })
 }
 
-/// The torus about y through the vertices nearest to the axis and farthest from it: a mesh has vertices on both equators.
+/// The torus about y through the vertices nearest to the axis and farthest from it: a mesh has vertices on
+/// both equators.
 fn torus(mesh: &TriMesh, radius: f64) -> Option<BakeGeometry> {
     let from_axis = || mesh.vertices.iter().map(|v| v.x.hypot(v.z));
     let (inner, outer) = (from_axis().fold(f64::INFINITY, f64::min), from_axis().fold(0.0, f64::max));

@@ -1,12 +1,12 @@
 //! Which bodies of a scene ring, and their modes.
 //!
-//! Every body that moves freely and is struck rings, unless the scene says otherwise. Modes are found once for all bodies
-//! of the same form and material. Where these are many, as in a heap of stones, finding modes would take longer than all the
-//! rest: then only those ring that the scene asks for. A body whose modes all lie above the band does not ring, and is
-//! told apart from one whose modes cannot be found.
+//! Every body that moves freely and is struck rings, unless the scene says otherwise. Modes are found once
+//! for all bodies of the same form and material. Where these are many, as in a heap of stones, finding modes
+//! would take longer than all the rest: then only those ring that the scene asks for. A body whose modes all
+//! lie above the band does not ring, and is told apart from one whose modes cannot be found.
 //!
-//! Pieces of a broken body are as it was, if the scene says how it rings; else those with a lowest frequency above a threshold ring
-//! as ellipsoids (`piece_proxies`), and the rest with modes of their own.
+//! Pieces of a broken body are as it was, if the scene says how it rings; else those with a lowest frequency
+//! above a threshold ring as ellipsoids (`piece_proxies`), and the rest with modes of their own.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;

@@ -1,4 +1,5 @@
-//! How the bodies of a scene ring: their modes and the sound of each, out of the cache, or baked and put there.
+//! How the bodies of a scene ring: their modes and the sound of each, out of the cache, or baked and put
+//! there.
 
 use std::ops::ControlFlow;
 
@@ -94,8 +95,8 @@ pub struct ObtainedModes {
     pub remarks: Vec<String>,
 }
 
-/// The modes of a request: from the cache, or baked and put there. A cache that does not work costs time, not the model.
-/// Modes whose sound is not computed yet are kept on the way.
+/// The modes of a request: from the cache, or baked and put there. A cache that does not work costs time, not
+/// the model. Modes whose sound is not computed yet are kept on the way.
 ///
 /// # Errors
 /// [`ModalBakeError`].

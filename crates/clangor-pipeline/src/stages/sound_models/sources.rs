@@ -1,5 +1,5 @@
-//! What every body of a scene sounds as: decided by the rules of `clangor_core::synthesis::source_rule`, with the fields
-//! that this needs out of the cache, or baked.
+//! What every body of a scene sounds as: decided by the rules of `clangor_core::synthesis::source_rule`, with
+//! the fields that this needs out of the cache, or baked.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -56,8 +56,8 @@ impl SourceSettings<'_> {
         decisions
     }
 
-    /// Gives the bodies that would do as ellipsoids fields of their own, if they have exact forms, small ones, and few
-    /// different: a coin and a die take a tenth of a second together.
+    /// Gives the bodies that would do as ellipsoids fields of their own, if they have exact forms, small
+    /// ones, and few different: a coin and a die take a tenth of a second together.
     fn prefer_exact_forms(&self, bodies: &[Body], decisions: &mut [Decision]) {
         let options = self.bake_options();
         let mut forms: BTreeMap<String, Vec<usize>> = BTreeMap::new();

@@ -1,12 +1,13 @@
 //! Impacts within a step: what meets on the paths of the balls collides at the instant of the meeting.
 //!
-//! Meetings are found in closed form or by the search of [`approach`](super::super::approach), and resolved by
-//! [`impact`](super::super::impact) in the order of time, two bodies each; what an impact changes is predicted anew. An
-//! approach slower than g h is left to the next step, where the two are in lasting contact: until then they sink into each
-//! other by at most 2 g h².
+//! Meetings are found in closed form or by the search of [`approach`](super::super::approach), and resolved
+//! by [`impact`](super::super::impact) in the order of time, two bodies each; what an impact changes is
+//! predicted anew. An approach slower than g h is left to the next step, where the two are in lasting
+//! contact: until then they sink into each other by at most 2 g h².
 //!
-//! A ball that has been hit [`MOST_HITS`] times waits where it is for the next step, and so does what runs into it without
-//! an impact: nothing gains energy or overlaps by that, but the waiting lose time. The log has what holds them up meanwhile.
+//! A ball that has been hit [`MOST_HITS`] times waits where it is for the next step, and so does what runs
+//! into it without an impact: nothing gains energy or overlaps by that, but the waiting lose time. The log
+//! has what holds them up meanwhile.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -1,8 +1,10 @@
-//! Which balls and planes may meet soon: pairs within a margin, kept until a ball has gone further than its own.
+//! Which balls and planes may meet soon: pairs within a margin, kept until a ball has gone further than its
+//! own.
 //!
-//! The margin of a ball is a part of its radius and the way of [`LOOK_AHEAD`] steps. A ball that leaves it is compared with
-//! all others; when that has happened often, all lists are made anew through a grid, whose cells are as wide as the
-//! widest ordinary ball with its margin. The few that are wider are compared with all.
+//! The margin of a ball is a part of its radius and the way of [`LOOK_AHEAD`] steps. A ball that leaves it is
+//! compared with all others; when that has happened often, all lists are made anew through a grid, whose
+//! cells are as wide as the widest ordinary ball with its margin. The few that are wider are compared with
+//! all.
 
 use std::collections::BTreeMap;
 

@@ -1,14 +1,16 @@
-//! Lasting contacts of a step: impulses that keep bodies from sinking into each other, with friction and rolling loss.
+//! Lasting contacts of a step: impulses that keep bodies from sinking into each other, with friction and
+//! rolling loss.
 //!
-//! Unknown are the velocities v′ at the end of the step. With λ the impulse along the normal n of a contact and g h what
-//! gravity adds, M v′ = M (v + g h) + Σ impulses, where
+//! Unknown are the velocities v′ at the end of the step. With λ the impulse along the normal n of a contact
+//! and g h what gravity adds, M v′ = M (v + g h) + Σ impulses, where
 //! * λ ≥ 0 and n·(v′ₐ − v′ᵦ) ≥ −gap/h: at the end of the step they may just touch;
-//! * friction of at most μ λ opposes the slip, a couple of at most ρ λ the relative rotation (rolling and spinning).
+//! * friction of at most μ λ opposes the slip, a couple of at most ρ λ the relative rotation (rolling and
+//!   spinning).
 //!
-//! Projected Gauss-Seidel finds them (sequential impulses: Moreau 1988, Catto 2005), from the impulses of the step before
-//! and from the ground upwards, until no velocity changes by more than [`TOLERANCE`] g h. Each sweep lowers the kinetic
-//! energy, whose least value under these bounds is the solution; the impulses of the step before might raise it, and are
-//! then forgotten.
+//! Projected Gauss-Seidel finds them (sequential impulses: Moreau 1988, Catto 2005), from the impulses of the
+//! step before and from the ground upwards, until no velocity changes by more than [`TOLERANCE`] g h. Each
+//! sweep lowers the kinetic energy, whose least value under these bounds is the solution; the impulses of the
+//! step before might raise it, and are then forgotten.
 //!
 //! What still overlaps is parted without any velocity: most of what is deeper than [`SLOP`] in each step.
 
@@ -51,7 +53,8 @@ pub(super) struct Contact {
     inverse_mass: [f64; 2],
     inverse_inertia: [f64; 2],
     radius: [f64; 2],
-    /// Mass that resists along the normal and along the surface \[kg\], and moment of inertia that resists a couple.
+    /// Mass that resists along the normal and along the surface \[kg\], and moment of inertia that resists a
+    /// couple.
     resists: [f64; 3],
     hold: Hold,
 }

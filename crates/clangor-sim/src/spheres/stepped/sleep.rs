@@ -1,8 +1,9 @@
 //! Sleep: a ball that has lain still for a while stands still until something moves it.
 //!
-//! A ball falls asleep when it has been slower than [`SLEEPY`] for [`QUIET_TIME`] while something holds it, and all that
-//! it touches is as quiet. A sleeper is as good as fixed for its lasting contacts. It wakes when it is struck, when what
-//! touches it moves faster than [`WAKING`], or when something that it touched is no longer there.
+//! A ball falls asleep when it has been slower than [`SLEEPY`] for [`QUIET_TIME`] while something holds it,
+//! and all that it touches is as quiet. A sleeper is as good as fixed for its lasting contacts. It wakes when
+//! it is struck, when what touches it moves faster than [`WAKING`], or when something that it touched is no
+//! longer there.
 
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow};

@@ -1,9 +1,9 @@
 //! The part of a tetrahedron that lies on the inner side of a surface, divided into tetrahedra.
 //!
-//! The part is a convex body with triangles and quadrangles for faces. A quadrangle on a face of the tetrahedron is seen
-//! from both sides, so its diagonal must not depend on the side: it is the shorter one. If all quadrangles that do not
-//! hold a certain corner leave the rest to be seen from it, the body is a fan from that corner; else from a new point in
-//! its middle.
+//! The part is a convex body with triangles and quadrangles for faces. A quadrangle on a face of the
+//! tetrahedron is seen from both sides, so its diagonal must not depend on the side: it is the shorter one.
+//! If all quadrangles that do not hold a certain corner leave the rest to be seen from it, the body is a fan
+//! from that corner; else from a new point in its middle.
 
 use glam::DVec3;
 
@@ -67,8 +67,8 @@ impl Clipped {
     }
 }
 
-/// Adds the part of a tetrahedron where `depth` is positive; `cut` numbers the point on the edge from an inner to an
-/// outer corner.
+/// Adds the part of a tetrahedron where `depth` is positive; `cut` numbers the point on the edge from an
+/// inner to an outer corner.
 pub(super) fn inner_part(
     clipped: &mut Clipped,
     corners: [u32; 4],
@@ -142,8 +142,8 @@ fn fan(clipped: &mut Clipped, triangles: &[[u32; 3]]) {
         let [a, b, c] = [a, b, c].map(|n| clipped.points[n as usize] - apex);
         a.dot(b.cross(c)).abs()
     };
-    // The corner from which the flattest piece is thickest. Triangles that lie in one plane with it are no pieces, and a
-    // corner that has such is no apex unless they hold it.
+    // The corner from which the flattest piece is thickest. Triangles that lie in one plane with it are no
+    // pieces, and a corner that has such is no apex unless they hold it.
     let best = corners
         .iter()
         .map(|apex| {

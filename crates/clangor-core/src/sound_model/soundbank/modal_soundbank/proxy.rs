@@ -55,11 +55,11 @@ pub enum ModalProxyError {
 /// Where a contact with the body is on its proxy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ContactMapping {
-    /// Where the proxy has the normal of the contact, \[FRAC\] App. F. Every impact on the face of a plate is one on its middle,
-    /// where most modes have a node.
+    /// Where the proxy has the normal of the contact, \[FRAC\] App. F. Every impact on the face of a plate is
+    /// one on its middle, where most modes have a node.
     Normal,
-    /// Where the direction from the centre of mass meets the proxy, after both are made balls; along the thickness of the body
-    /// what side it is on.
+    /// Where the direction from the centre of mass meets the proxy, after both are made balls; along the
+    /// thickness of the body what side it is on.
     #[default]
     Position,
 }
@@ -178,8 +178,8 @@ impl ModalProxy {
         ModalTransfer { order: own.order, coefficients: all_multipoles(own, self.transfer_factor) }
     }
 
-    /// The direction ξ, frame of the proxy, at which a contact acts: its place on the body \[m\] and the outer normal there, both
-    /// in the frame of the body; the normal may have any length.
+    /// The direction ξ, frame of the proxy, at which a contact acts: its place on the body \[m\] and the
+    /// outer normal there, both in the frame of the body; the normal may have any length.
     pub fn contact(&self, place: DVec3, normal: DVec3, mapping: ContactMapping) -> DVec3 {
         let axes = self.ellipsoid.semi_axes;
         let by_normal = || (axes * (self.rotation * normal)).try_normalize();

@@ -1,8 +1,8 @@
 //! The loops over modes and samples, with the vector instructions of the machine.
 //!
-//! Two vectors of modes at a time run through up to [`PASS`] samples: first what drives them, then their rotation, then
-//! what each path hears of them. What passes between the loops stays near the processor, and the two rotations hide each
-//! other's waiting.
+//! Two vectors of modes at a time run through up to [`PASS`] samples: first what drives them, then their
+//! rotation, then what each path hears of them. What passes between the loops stays near the processor, and
+//! the two rotations hide each other's waiting.
 
 use std::ops::Range;
 

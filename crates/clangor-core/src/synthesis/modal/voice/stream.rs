@@ -1,7 +1,8 @@
 //! Gentle forces on their way to the modes of a body.
 //!
-//! The dynamics know them once per time step, so they are limited to half the rate of the steps: each step's impulse
-//! becomes the impulse response of that band limit, one of [`FRACTIONS`] for its place between two samples.
+//! The dynamics know them once per time step, so they are limited to half the rate of the steps: each step's
+//! impulse becomes the impulse response of that band limit, one of [`FRACTIONS`] for its place between two
+//! samples.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -81,8 +82,8 @@ impl Stream {
         self.forces.last().map(|force| force.first)
     }
 
-    /// Passes the forces that are felt before `end` to the modes, and damps these in a block of so many samples by the
-    /// contacts that are made in it, a little early. Whether the damping changed.
+    /// Passes the forces that are felt before `end` to the modes, and damps these in a block of so many
+    /// samples by the contacts that are made in it, a little early. Whether the damping changed.
     pub(super) fn take(
         &mut self,
         end: i64,

@@ -1,10 +1,12 @@
 //! A modal model of the extension: its numbers, and the surface of six-node triangles that they mean.
 //!
-//! Between the three corners of a triangle of `indices` the extension interpolates shapes linearly; a triangle of six
-//! nodes with the mean at each middle does the same. Files of ours say that every four triangles are one of six nodes,
-//! which comes back as it was. Without `indices` the shape anywhere is that of the nearest sample point.
+//! Between the three corners of a triangle of `indices` the extension interpolates shapes linearly; a
+//! triangle of six nodes with the mean at each middle does the same. Files of ours say that every four
+//! triangles are one of six nodes, which comes back as it was. Without `indices` the shape anywhere is that
+//! of the nearest sample point.
 //!
-//! *Differs*: there we take the nearest point for the corners of the node's mesh only, and interpolate between them.
+//! *Differs*: there we take the nearest point for the corners of the node's mesh only, and interpolate
+//! between them.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -207,7 +209,8 @@ fn six_nodes(quarters: &[[u32; 3]], turn: DMat3) -> Result<Vec<[u32; 6]>, AudioF
     fours.iter().enumerate().map(one).collect()
 }
 
-/// A surface on which shapes are linear between the corners of a mesh; the shapes get the middles of edges too.
+/// A surface on which shapes are linear between the corners of a mesh; the shapes get the middles of edges
+/// too.
 fn linear(mesh: TriMesh, modes: &mut [RingingMode]) -> ModalSurface {
     let TriMesh { vertices: mut nodes, triangles } = mesh;
     let mut middles: BTreeMap<[u32; 2], u32> = BTreeMap::new();

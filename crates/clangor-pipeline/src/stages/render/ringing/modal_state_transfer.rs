@@ -1,7 +1,9 @@
-//! Bodies that break hand their vibration to their pieces: [`clangor_core::synthesis::modal::modal_state_transfer`] for those of a timeline.
+//! Bodies that break hand their vibration to their pieces:
+//! [`clangor_core::synthesis::modal::modal_state_transfer`] for those of a timeline.
 //!
-//! What the cracks took, and the kick that they gave to the pieces, came from what the breaking impacts took of the motion, E₀
-//! ([`energy_limit`](super::super::energy_limit)), of which modes have no more than the rest,
+//! What the cracks took, and the kick that they gave to the pieces, came from what the breaking impacts took
+//! of the motion, E₀ ([`energy_limit`](super::super::energy_limit)), of which modes have no more than the
+//! rest,
 //!
 //! ```text
 //! E_impact ≤ E₀ − G_c A − ΔE_K

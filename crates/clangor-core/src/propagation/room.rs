@@ -6,7 +6,8 @@
 //!        └─► all later reflections together: late reverberation ─────►
 //! ```
 //!
-//! Walls and air take from a wave by its frequency: [`PathLoss`], from [`WallAbsorption`] and [`Air`].
+//! Walls and air take from a wave by its frequency: [`PathLoss`](super::PathLoss), from [`WallAbsorption`] and
+//! [`Air`](super::Air).
 
 use glam::DVec3;
 

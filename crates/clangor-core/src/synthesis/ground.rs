@@ -29,7 +29,7 @@
 //! Differs from Qu and James, who smooth the force in time and sum the integral over the surface: their sum
 //! is [`rayleigh_integral`](rayleigh_integral()), which the tests compare.
 //!
-//! [`slab`] is the ground as \[FRAC\] has it, for comparison.
+//! [`slab`](crate::reference::slab) is the ground as \[FRAC\] has it, for comparison.
 //!
 //! Not covered: horizontal forces; losses in the ground, its layers, roughness and edges; what the air does
 //! to the ground. The force acts at a point, which is right while the patch of contact is small against the

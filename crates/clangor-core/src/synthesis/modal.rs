@@ -8,7 +8,7 @@
 //! Each mode of a [`ModalModel`](crate::sound_model::modal::model::ModalModel) obeys q̈ + 2ξω q̇ + ω² q = Q
 //! and sounds as Re{H A}, with the transfer H = ρR ×
 //! [`undelayed`](crate::sound_model::modal::model::ModalTransfer::undelayed) for the direction and distance
-//! of the receiver in the frame of the body, and A the complex modal acceleration ([`bank`]). Pressure
+//! of the receiver in the frame of the body, and A the complex modal acceleration ([`resonator_bank`]). Pressure
 //! follows acceleration, so a force at rest is silent. The sound leaves at t with the pose of that time and
 //! arrives at t + r/c, r the distance from the centre of mass: a moving body or receiver is heard with its
 //! Doppler shift. A rigid floor adds the mirrored source, as for clicks. The motion is slow against sound:

@@ -29,6 +29,7 @@ pub mod modal;
 pub mod overlap_add;
 pub mod propagation_paths;
 mod received_wave;
+pub mod render_settings;
 pub mod renderer;
 pub mod source;
 pub mod source_rule;
@@ -39,7 +40,8 @@ pub use crate::reference::pan_sound::PanSource;
 pub use acceleration_pulse::{AccelerationPulse, clicks_of};
 pub use listener::Listener;
 pub use overlap_add::OverlapAdd;
-pub use renderer::{BlockJob, BlockMemory, RenderReport, RenderSettings, RenderedBlock, Renderer};
+pub use render_settings::RenderSettings;
+pub use renderer::{BlockJob, BlockMemory, RenderReport, RenderedBlock, Renderer};
 pub use source::{FieldSource, SoundSource};
 pub use source_rule::SoundRule;
 

@@ -14,7 +14,7 @@ use crate::medium::Medium;
 use crate::reference::pan_representation::{ForceWindow, HeardContact, OUTPUT_BAND, PanModel};
 use crate::synthesis::SynthesisError;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
-use crate::synthesis::renderer::RenderSettings;
+use crate::synthesis::render_settings::RenderSettings;
 use crate::synthesis::source::inside;
 
 /// A published model as a body uses it.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::field_spectrum::{FieldTransfer, fade_reach};
 use super::ground::spectrum::GroundTransfer;
 use super::ground::{Ground, SlabSource};
-use super::renderer::RenderSettings;
+use super::render_settings::RenderSettings;
 use super::source::{FieldSource, SoundSource};
 use super::spectrum::{Transfer, Wave};
 use crate::medium::Medium;

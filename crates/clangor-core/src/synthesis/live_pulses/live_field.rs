@@ -10,7 +10,7 @@ use crate::contact::ForceProfile;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::field_interpolation::Interpolation;
 use crate::synthesis::field_spectrum::{FieldPlayer, FieldTransfer};
-use crate::synthesis::renderer::RenderSettings;
+use crate::synthesis::render_settings::RenderSettings;
 use crate::synthesis::source::{FieldSource, SoundSource};
 use crate::synthesis::spectrum::{Spectrum, Transfer};
 

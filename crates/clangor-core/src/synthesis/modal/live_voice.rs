@@ -27,7 +27,7 @@ use crate::pose::Pose;
 use crate::synthesis::lowpass::{self, REACH};
 use crate::synthesis::modal::resonator_bank::ResonatorBank;
 use crate::synthesis::propagation_paths::PropagationPaths;
-use crate::synthesis::renderer::RenderSettings;
+use crate::synthesis::render_settings::RenderSettings;
 
 /// Samples by which a body sends ahead of what is heard.
 pub const AHEAD: usize = HALF_TAPS;

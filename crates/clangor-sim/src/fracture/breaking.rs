@@ -23,9 +23,7 @@
 //! bound.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::f64::consts::PI;
 
-use clangor_bake::fem::ElasticConstants;
 use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_bake::stress::{PointLoad, StressBody, StressOptions, SymmetricTensor};
 use clangor_core::body::{Body, BodyId, World};
@@ -33,16 +31,15 @@ use clangor_core::scene::breaking::{Breaking, Load, Score};
 use clangor_core::timeline::ContactKind;
 use glam::DVec3;
 
+use super::contact_loads::{ContactLoad, contact_load_on, impact};
+use super::error::FractureError;
+use super::family::Family;
 use super::fragments::{Broken, Fragments, Parent, fragments};
 use super::pattern::PatternSettings;
 use super::piece::Piece;
-use super::{FractureError, shatter, shatter_along};
-use crate::fracture::contact_loads::{ContactLoad, contact_load_on, impact};
+use super::shatter::{shatter, shatter_along};
 use crate::rigid::{Replacement, RigidWorld, StepLog};
 use crate::{BreakingReport, SimulationError};
-
-/// Factor of the stress intensity of a shallow crack in an edge (Irwin 1958).
-const EDGE_CRACK: f64 = 1.12;
 
 /// A body that may break.
 #[derive(Clone, Debug)]
@@ -66,24 +63,6 @@ pub struct BreakingBodies {
     v_min: f64,
     time_step: f64,
     report: BreakingReport,
-}
-
-/// A body of the scene that may break, and all its pieces.
-struct Family {
-    breaking: Breaking,
-    constants: ElasticConstants,
-    strength: f64,
-    fracture_energy: f64,
-    /// σ_c² (1 − 2ν²/(1 − ν))/(2E): what an element must hold to reach the strength [J/m³].
-    critical_density: f64,
-    youngs_modulus: f64,
-    poisson_ratio: f64,
-    smallest_piece: f64,
-    /// Name of the first.
-    name: String,
-    /// Pieces that there are, and that there ever were.
-    pieces: usize,
-    born: usize,
 }
 
 /// A body that may break.
@@ -235,47 +214,6 @@ impl BreakingBodies {
         // Ids follow the order of births, and so does this list.
         self.bodies.extend(replacement.pieces.iter().cloned());
         Some(replacement)
-    }
-}
-
-impl Family {
-    fn of(body: &Body, breaking: Breaking) -> Result<Self, FractureError> {
-        let material = &body.material;
-        let unknown = |number| FractureError::Unknown { material: material.name.clone(), number };
-        let strength = material.tensile_strength.ok_or_else(|| unknown("tensile_strength"))?;
-        let fracture_energy = material.fracture_energy.ok_or_else(|| unknown("fracture_energy"))?;
-        let constants = ElasticConstants::of(material)?;
-        let nu = material.poisson_ratio;
-        let volume = body.mass / material.density;
-        let mut family = Family {
-            smallest_piece: breaking.smallest_piece.map_or(1e-3 * volume, |edge| edge.powi(3)),
-            breaking,
-            constants,
-            strength,
-            fracture_energy,
-            critical_density: 0.0,
-            youngs_modulus: material.youngs_modulus,
-            poisson_ratio: nu,
-            name: body.name.clone(),
-            pieces: 1,
-            born: 0,
-        };
-        family.critical_density = family.least_strength().powi(2) * (1.0 - 2.0 * nu * nu / (1.0 - nu))
-            / (2.0 * material.youngs_modulus);
-        Ok(family)
-    }
-
-    /// What the material bears beside a scratch \[Pa\], at most its strength.
-    fn strength_at(&self, score: &Score) -> f64 {
-        let plane_strain = 1.0 - self.poisson_ratio * self.poisson_ratio;
-        let toughness = (self.youngs_modulus * self.fracture_energy / plane_strain).sqrt();
-        // Without depth the quotient is infinite.
-        self.strength.min(toughness / (EDGE_CRACK * (PI * score.depth).sqrt()))
-    }
-
-    /// The least stress that breaks the body anywhere \[Pa\].
-    fn least_strength(&self) -> f64 {
-        self.breaking.scores.iter().map(|score| self.strength_at(score)).fold(self.strength, f64::min)
     }
 }
 

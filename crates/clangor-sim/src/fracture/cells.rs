@@ -8,6 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 use clangor_core::glam::DVec3;
 
 use super::piece::Piece;
+use super::tetrahedron::{shape, six_volumes};
 use super::tetrahedron_parts::{PointMask, distinct, face_polygon, tetrahedra, triangles};
 
 /// A tetrahedron.
@@ -34,11 +35,6 @@ pub(super) struct Cells {
     pub(super) points: Vec<DVec3>,
     pub(super) cells: Vec<Cell>,
     pub(super) outer: Vec<OuterFace>,
-}
-
-/// Six times the volume, positive if the last corner sees the others clockwise.
-pub(super) fn six_volumes([a, b, c, d]: [DVec3; 4]) -> f64 {
-    (b - a).cross(c - a).dot(d - a)
 }
 
 impl Cells {
@@ -120,7 +116,7 @@ impl Cells {
 
     /// The worst shape of a cell.
     pub(super) fn worst_shape(&self) -> f64 {
-        self.cells.iter().map(|c| super::coarsen::shape(self.places(c.corners))).fold(f64::INFINITY, f64::min)
+        self.cells.iter().map(|c| shape(self.places(c.corners))).fold(f64::INFINITY, f64::min)
     }
 
     /// The number of a point of a cell, which is made if it is new.

@@ -18,7 +18,9 @@
 
 use clangor_core::glam::DVec3;
 
-use super::cells::{Cell, Cells, six_volumes};
+use super::cells::{Cell, Cells, OuterFace};
+use super::star::{Star, keeps_regions, others, points_of};
+use super::tetrahedron::shape;
 
 /// Edges shorter than this share of the mean edge of the first element are contracted.
 const SHORT: f64 = 0.45;
@@ -43,16 +45,6 @@ pub(super) enum Walls {
     Free,
     /// In their planes.
     Flat,
-}
-
-/// Shape of a tetrahedron: 12 (3V)^(2/3) / Σ edge², which is 1 for the regular one and 0 or less for a flat
-/// one.
-pub(super) fn shape(corners: [DVec3; 4]) -> f64 {
-    let [a, b, c, d] = corners;
-    let volume = six_volumes(corners) / 6.0;
-    let squares: f64 =
-        [b - a, c - a, d - a, c - b, d - b, d - c].into_iter().map(DVec3::length_squared).sum();
-    12.0 * (3.0 * volume.abs()).powf(2.0 / 3.0) * volume.signum() / squares
 }
 
 /// Merges elements; those of the first body that were not cut keep all their corners that no cut element has.
@@ -93,29 +85,6 @@ struct Merger<'a> {
     touched: Vec<bool>,
 }
 
-/// What surrounds a point.
-#[derive(Default)]
-struct Star {
-    /// Opposite faces of its cells.
-    triangles: Vec<[u32; 3]>,
-    /// Edges of these, ascending.
-    edges: Vec<[u32; 2]>,
-    points: Vec<u32>,
-    outer_edges: Vec<[u32; 2]>,
-    outer_points: Vec<u32>,
-    /// Edges whose triangle with the point separates two regions.
-    wall_edges: Vec<[u32; 2]>,
-    wall_points: Vec<u32>,
-    /// Points to which a line runs where walls meet.
-    line_points: Vec<u32>,
-}
-
-impl Star {
-    fn is_end_of_lines(&self) -> bool {
-        !self.line_points.is_empty() && self.line_points.len() != 2
-    }
-}
-
 impl<'a> Merger<'a> {
     fn new(cells: Cells, element_size: &'a [f64], walls: Walls) -> Self {
         let Cells { points, cells, outer } = cells;
@@ -150,7 +119,7 @@ impl<'a> Merger<'a> {
         let cells = (0..self.cells.len()).filter(alive).map(|k| self.cells[k]).collect();
         let outer = (0..self.outer.len())
             .filter(|k| self.outer_alive[*k])
-            .map(|k| super::cells::OuterFace { corners: self.outer[k].0, inside: self.outer[k].1 })
+            .map(|k| OuterFace { corners: self.outer[k].0, inside: self.outer[k].1 })
             .collect();
         Cells { points: self.points, cells, outer }
     }
@@ -434,50 +403,4 @@ impl<'a> Merger<'a> {
             }
         }
     }
-}
-
-/// Whether contracting the edge between two points leaves every region, and how regions meet, as it was.
-fn keeps_regions(a: &Star, b: &Star, to: u32) -> bool {
-    let pair = |w: u32| [w.min(to), w.max(to)];
-    let triple = |[w, x]: [u32; 2]| {
-        let mut key = [w, x, to];
-        key.sort_unstable();
-        key
-    };
-    // The complex itself, then with the outside as a further point.
-    let whole = common(&a.points, &b.points).all(|w| a.edges.binary_search(&pair(w)).is_ok())
-        && common(&a.edges, &b.edges).all(|e| a.triangles.binary_search(&triple(e)).is_ok())
-        && common(&a.triangles, &b.triangles).next().is_none();
-    let joined =
-        |own: &[u32], other: &[u32]| own.is_empty() || other.is_empty() || own.binary_search(&to).is_ok();
-    let outside = joined(&a.outer_points, &b.outer_points)
-        && common(&a.outer_points, &b.outer_points).all(|w| a.outer_edges.binary_search(&pair(w)).is_ok())
-        && common(&a.outer_edges, &b.outer_edges).next().is_none();
-    let walls = joined(&a.wall_points, &b.wall_points)
-        && common(&a.wall_points, &b.wall_points).all(|w| a.wall_edges.binary_search(&pair(w)).is_ok())
-        && common(&a.wall_edges, &b.wall_edges).next().is_none();
-    let lines = joined(&a.line_points, &b.line_points)
-        && common(&a.line_points, &b.line_points).next().is_none()
-        && !(a.is_end_of_lines() && b.is_end_of_lines());
-    whole && outside && walls && lines
-}
-
-/// What two ascending lists share.
-fn common<'l, T: Ord + Copy>(a: &'l [T], b: &'l [T]) -> impl Iterator<Item = T> + 'l {
-    a.iter().copied().filter(|x| b.binary_search(x).is_ok())
-}
-
-fn points_of(edges: &[[u32; 2]]) -> Vec<u32> {
-    let mut points: Vec<u32> = edges.iter().flatten().copied().collect();
-    points.sort_unstable();
-    points.dedup();
-    points
-}
-
-/// The other three corners, ascending.
-fn others(corners: [u32; 4], point: u32) -> [u32; 3] {
-    let mut rest = [0; 3];
-    corners.iter().filter(|n| **n != point).zip(&mut rest).for_each(|(n, r)| *r = *n);
-    rest.sort_unstable();
-    rest
 }

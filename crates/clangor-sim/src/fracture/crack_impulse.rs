@@ -21,6 +21,7 @@
 
 use clangor_core::glam::{DMat3, DVec3};
 
+pub use super::error::NoImpulse;
 use super::motion::Motion;
 use super::split::CrackFace;
 
@@ -33,30 +34,6 @@ pub struct CrackImpulses {
     pub impulses: Vec<DVec3>,
     /// How the pieces move afterwards.
     pub motions: Vec<Motion>,
-}
-
-/// Why a crack gives no impulses.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NoImpulse {
-    /// The crack took all energy.
-    #[error("the crack leaves {0:.3e} J for the motion of the pieces")]
-    NoSurplus(f64),
-    /// The faces of the crack carried no stress that could move a piece.
-    #[error("the crack runs where the body carries no load")]
-    NoTraction,
-    /// Lists do not fit.
-    #[error("a crack face names {what} {index}, but there are {count}")]
-    Missing {
-        /// What is named.
-        what: &'static str,
-        /// Its number.
-        index: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// A mass, an inertia or a stress is not finite, or an inertia cannot be inverted.
-    #[error("a stress, a mass or an inertia is not finite or zero")]
-    NotFinite,
 }
 
 /// The impulses of a crack; `stress` \[Pa\] is that of each element of the body before it broke, `surplus`

@@ -24,11 +24,12 @@ use clangor_core::timeline::{FractureRow, PoseRow};
 use glam::{DMat3, DVec3};
 
 use super::crack_impulse::{CrackImpulses, NoImpulse, crack_impulses};
+use super::error::FractureError;
 use super::hulls::{HullSettings, piece_hulls};
 use super::motion::Motion;
 use super::piece::Piece;
+use super::shatter::Shatter;
 use super::split::CrackFace;
-use super::{FractureError, Shatter};
 use crate::rigid::{CrackImpulse, Replacement, check_surface};
 
 /// A body at the instant at which it breaks.

@@ -31,7 +31,7 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::{DMat3, DVec3};
 use parry3d_f64::transformation::try_convex_hull;
 
-use super::FractureError;
+use super::error::FractureError;
 use super::piece::Piece;
 use super::split::CrackFace;
 

@@ -22,7 +22,8 @@ use clangor_bake::mesh::tetrahedra::{EDGES, TetMesh};
 use clangor_core::glam::DVec3;
 use clangor_core::math::random::SplitMix;
 
-use super::FractureError;
+use super::error::FractureError;
+use super::tetrahedron::six_volumes;
 use super::tetrahedron_parts::{distinct, shares, wall};
 
 /// Least energy density in the weight of distances, as a share of the mean.
@@ -157,7 +158,7 @@ impl<'a> Body<'a> {
         let mut edges: Vec<[u32; 2]> = Vec::with_capacity(12 * mesh.elements.len());
         for element in &mesh.elements {
             let corners = [0, 1, 2, 3].map(|k| element[k]);
-            let volume = super::cells::six_volumes(corners.map(|n| mesh.nodes[n as usize])) / 6.0;
+            let volume = six_volumes(corners.map(|n| mesh.nodes[n as usize])) / 6.0;
             corners.iter().for_each(|n| nodal[*n as usize] += 0.25 * volume);
             volumes.push(volume);
             let both = |[i, j]: [usize; 2]| [[corners[i], corners[j]], [corners[j], corners[i]]];

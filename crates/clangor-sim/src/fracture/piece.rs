@@ -6,7 +6,7 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::topology::Topology;
 use clangor_core::geometry::tri_mesh::TriMesh;
 
-use super::FractureError;
+use super::error::FractureError;
 
 /// A body that may break, as [`whole`](Self::whole) makes it, or a piece of one.
 #[derive(Clone, Debug, PartialEq)]

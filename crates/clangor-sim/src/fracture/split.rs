@@ -20,9 +20,9 @@ use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_core::glam::DVec3;
 pub use clangor_core::scene::breaking::Score;
 
-use super::FractureError;
 use super::cells::{Cells, SharedFace};
 use super::coarsen::{Walls, coarsen};
+use super::error::FractureError;
 use super::piece::{Piece, check_manifold};
 
 /// How near a plane may cut an edge to its end, as a share of the edge: exactly where it runs, unless

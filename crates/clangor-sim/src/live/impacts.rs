@@ -7,6 +7,7 @@ use clangor_core::contact::chain_onset::delay_chains_after;
 use clangor_core::contact::{ContactError, ContactSettings, ImpactPulse, PoseHistory, impact_pulses};
 use clangor_core::timeline::{ContactRow, PoseRow, Timeline};
 
+use super::error::LiveError;
 use crate::SimulationError;
 use crate::record::{RecordSettings, Recorder, Suspended};
 
@@ -51,12 +52,7 @@ impl Impacts {
 
     /// Makes pulses of what can no longer change at a time of the solver's clock, which showed zero at
     /// `origin` \[s\].
-    pub(super) fn close(
-        &mut self,
-        bodies: &[Body],
-        time: f64,
-        origin: f64,
-    ) -> Result<(), crate::live::LiveError> {
+    pub(super) fn close(&mut self, bodies: &[Body], time: f64, origin: f64) -> Result<(), LiveError> {
         self.record(|recorder| Ok(recorder.advance(time)?))?;
         if self.over.contacts.is_empty() {
             return Ok(());

@@ -12,11 +12,11 @@
 use clangor_core::timeline::ContactKind;
 use glam::{DMat3, DVec3};
 
-use super::collision_phase::{MAX_HITS, bend, rest_speed};
+use super::impact_threshold::{MAX_HITS, bend, rest_speed};
 use super::manifold::tangents;
 use super::pair::{Pair, SLOP, Step};
 use super::state::{BodyState, Instant};
-use super::step_log::{Impulse, StepLog};
+use super::step_log::{ContactImpulse, Impulse, StepLog};
 
 /// Fraction of an overlap that is pushed out per step.
 const PUSH_FRACTION: f64 = 0.2;
@@ -74,6 +74,115 @@ struct Row {
     couple: DVec3,
     before: DVec3,
     gap: f64,
+}
+
+/// What the rows of one pair have in common.
+struct PairContext<'a> {
+    index: usize,
+    mover_a: &'a Mover,
+    mover_b: &'a Mover,
+    tangents: [DVec3; 2],
+    /// Half of the step \[s\].
+    half: f64,
+    /// Change of the normal velocity by gravity in the step \[m/s\].
+    fall: f64,
+    /// Approach below which contact is resting contact \[m/s\].
+    rest: f64,
+    /// Distance by which rotation may bend the path of a point in half a step \[m\].
+    bent: f64,
+    /// Sum of the norms of the columns of both inverse inertias \[1/(kg m²)\].
+    stiffest: f64,
+}
+
+impl<'a> PairContext<'a> {
+    fn new(
+        index: usize,
+        pair: &Pair,
+        (body_a, body_b): (&BodyState, &BodyState),
+        movers: &'a [Mover],
+        step: &Step,
+    ) -> Self {
+        let (mover_a, mover_b) = (&movers[pair.key.a as usize], &movers[pair.key.b as usize]);
+        let (t1, t2) = tangents(pair.normal);
+        let half = 0.5 * step.length;
+        let fall =
+            (body_a.gravity(step.gravity) - body_b.gravity(step.gravity)).dot(pair.normal) * step.length;
+        let spin = mover_a.inverse_inertia + mover_b.inverse_inertia;
+        PairContext {
+            index,
+            mover_a,
+            mover_b,
+            tangents: [t1, t2],
+            half,
+            fall,
+            rest: rest_speed(pair.coefficients.restitution, step),
+            bent: bend(body_a, body_b) * half * half,
+            stiffest: spin.x_axis.length() + spin.y_axis.length() + spin.z_axis.length(),
+        }
+    }
+
+    /// The row of a contact point; `None`, and its carried impulse is reset, if it cannot bear in this step.
+    fn row(&self, pair: &mut Pair, k: usize, step: &Step) -> Option<Row> {
+        let (mover_a, mover_b, normal) = (self.mover_a, self.mover_b, pair.normal);
+        let point = &mut pair.points[k];
+        let before = mover_a.velocity + mover_a.spin.cross(point.arm_a)
+            - mover_b.velocity
+            - mover_b.spin.cross(point.arm_b);
+        let speed = before.dot(normal);
+        // Gap at the middle of the step.
+        let gap = point.gap + (speed - self.fall) * (self.half - pair.reference);
+        let parts = gap > 0.0 && speed > PARTING - 2.0 * gap / step.length && point.impulse_n == 0.0;
+        // A fast approach that ends after this step is an impact of the next one.
+        let arrives =
+            speed < -2.0 * self.rest && gap + speed * self.half > -self.bent && pair.hits < MAX_HITS;
+        if parts || arrives {
+            point.impulse_n = 0.0;
+            point.impulse_t = DVec3::ZERO;
+            return None;
+        }
+        // Least normal velocity after the step.
+        let target = if gap > 0.0 {
+            // The rim ahead of the lowest point must not bear before the lowest point may be pushed out.
+            let ahead = if pair.rolls_on_rim && k > 0 { SLOP } else { 0.0 };
+            -2.0 * (gap + ahead) / step.length
+        } else {
+            let overlap = (-gap - SLOP).max(0.0);
+            let slow = (PUSH_FRACTION * overlap / step.length).min(PUSH_SPEED);
+            slow.max((FAST_PUSH_FRACTION * overlap / step.length).min(-FAST_PUSH * speed))
+        };
+        // The rim curves upwards from its lowest point, which would sink if it were not lifted as much.
+        let target =
+            if pair.rolls_on_rim && k == 0 && pair.hits == 0 { target + pair.rim_lift } else { target };
+        // Effective masses and coupling.
+        let point = &*point;
+        let inverse_mass = |along: DVec3, across: DVec3| {
+            (mover_a.inverse_mass + mover_b.inverse_mass) * along.dot(across)
+                + point.arm_a.cross(along).dot(mover_a.inverse_inertia * point.arm_a.cross(across))
+                + point.arm_b.cross(along).dot(mover_b.inverse_inertia * point.arm_b.cross(across))
+        };
+        let [t1, t2] = self.tangents;
+        let rolling_loss = pair.coefficients.rolling_loss;
+        Some(Row {
+            a: pair.key.a as usize,
+            b: pair.key.b as usize,
+            pair: self.index,
+            point: k,
+            normal,
+            tangents: [t1, t2],
+            arm_a: point.arm_a,
+            arm_b: point.arm_b,
+            mass: [normal, t1, t2].map(|d| inverse_mass(d, d).recip()),
+            coupling: [inverse_mass(normal, t1), inverse_mass(normal, t2)],
+            target,
+            friction: pair.coefficients.friction,
+            rolling_loss,
+            rolling_inertia: if rolling_loss > 0.0 { self.stiffest.recip() } else { 0.0 },
+            impulse: [point.impulse_n, point.impulse_t.dot(t1), point.impulse_t.dot(t2)],
+            couple: DVec3::ZERO,
+            before,
+            gap: point.gap,
+        })
+    }
 }
 
 /// Buffers of the phase.
@@ -147,6 +256,7 @@ impl ContactPhase {
         sweeps
     }
 
+    /// Sets up the bodies and one row for each point that may bear in this step.
     fn assemble(&mut self, bodies: &[BodyState], pairs: &mut [Pair], step: &Step) {
         self.movers.clear();
         self.movers.extend(bodies.iter().map(|body| Mover {
@@ -161,79 +271,13 @@ impl ContactPhase {
             if !pair.live {
                 continue;
             }
-            let (a, b) = (pair.key.a as usize, pair.key.b as usize);
-            let (body_a, body_b) = (&bodies[a], &bodies[b]);
+            let (body_a, body_b) = pair.bodies(bodies);
             if !body_a.is_awake() && !body_b.is_awake() {
                 continue;
             }
-            let (mover_a, mover_b) = (&self.movers[a], &self.movers[b]);
-            let normal = pair.normal;
-            let (t1, t2) = tangents(normal);
-            let half = 0.5 * step.length;
-            let fall =
-                (body_a.gravity(step.gravity) - body_b.gravity(step.gravity)).dot(normal) * step.length;
-            let rest = rest_speed(pair.coefficients.restitution, step);
-            let bent = bend(body_a, body_b) * half * half;
-            let spin = mover_a.inverse_inertia + mover_b.inverse_inertia;
-            let stiffest = spin.x_axis.length() + spin.y_axis.length() + spin.z_axis.length();
-            for (k, point) in pair.points.iter_mut().enumerate() {
-                let before = mover_a.velocity + mover_a.spin.cross(point.arm_a)
-                    - mover_b.velocity
-                    - mover_b.spin.cross(point.arm_b);
-                let speed = before.dot(normal);
-                let gap = point.gap + (speed - fall) * (half - pair.reference);
-                let parts = gap > 0.0 && speed > PARTING - 2.0 * gap / step.length && point.impulse_n == 0.0;
-                // What arrives fast but not within this step is an impact of the next one.
-                let arrives = speed < -2.0 * rest && gap + speed * half > -bent && pair.hits < MAX_HITS;
-                if parts || arrives {
-                    point.impulse_n = 0.0;
-                    point.impulse_t = DVec3::ZERO;
-                    continue;
-                }
-                let target = if gap > 0.0 {
-                    // The rim ahead of the lowest point must not bear before that one may be pushed out.
-                    let ahead = if pair.rolls_on_rim && k > 0 { SLOP } else { 0.0 };
-                    -2.0 * (gap + ahead) / step.length
-                } else {
-                    let overlap = (-gap - SLOP).max(0.0);
-                    let slow = (PUSH_FRACTION * overlap / step.length).min(PUSH_SPEED);
-                    slow.max((FAST_PUSH_FRACTION * overlap / step.length).min(-FAST_PUSH * speed))
-                };
-                let inverse_mass = |along: DVec3, across: DVec3| {
-                    (mover_a.inverse_mass + mover_b.inverse_mass) * along.dot(across)
-                        + point.arm_a.cross(along).dot(mover_a.inverse_inertia * point.arm_a.cross(across))
-                        + point.arm_b.cross(along).dot(mover_b.inverse_inertia * point.arm_b.cross(across))
-                };
-                // The rim curves up from its lowest point, which so sinks unless it is lifted by as much.
-                let target = if pair.rolls_on_rim && k == 0 && pair.hits == 0 {
-                    target + pair.rim_lift
-                } else {
-                    target
-                };
-                self.rows.push(Row {
-                    a,
-                    b,
-                    pair: index,
-                    point: k,
-                    normal,
-                    tangents: [t1, t2],
-                    arm_a: point.arm_a,
-                    arm_b: point.arm_b,
-                    mass: [normal, t1, t2].map(|d| inverse_mass(d, d).recip()),
-                    coupling: [inverse_mass(normal, t1), inverse_mass(normal, t2)],
-                    target,
-                    friction: pair.coefficients.friction,
-                    rolling_loss: pair.coefficients.rolling_loss,
-                    rolling_inertia: if pair.coefficients.rolling_loss > 0.0 {
-                        stiffest.recip()
-                    } else {
-                        0.0
-                    },
-                    impulse: [point.impulse_n, point.impulse_t.dot(t1), point.impulse_t.dot(t2)],
-                    couple: DVec3::ZERO,
-                    before,
-                    gap: point.gap,
-                });
+            let context = PairContext::new(index, pair, (body_a, body_b), &self.movers, step);
+            for k in 0..pair.points.len() {
+                self.rows.extend(context.row(pair, k, step));
             }
         }
     }
@@ -272,15 +316,18 @@ impl ContactPhase {
             }
             let point = bodies[row.a].mid_position + row.arm_a;
             let tangential = row.tangents[0] * row.impulse[1] + row.tangents[1] * row.impulse[2];
-            log.impulse(Impulse::between(
-                (pairs[row.pair].key.a, row.arm_a),
-                (pairs[row.pair].key.b, row.arm_b),
-                ContactKind::Contact,
-                time,
-                (point, row.normal, -row.gap),
-                (row.impulse[0], tangential, row.couple),
-                row.before,
-            ));
+            let impulse = ContactImpulse {
+                point,
+                normal: row.normal,
+                depth: -row.gap,
+                impulse_n: row.impulse[0],
+                impulse_t: tangential,
+                couple: row.couple,
+                velocity: row.before,
+            };
+            let key = pairs[row.pair].key;
+            let (a, b) = ((key.a, row.arm_a), (key.b, row.arm_b));
+            log.impulse(Impulse::between(a, b, ContactKind::Contact, time, impulse));
         }
         log.end();
     }

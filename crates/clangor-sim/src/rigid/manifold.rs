@@ -100,41 +100,53 @@ pub(super) fn tangents(normal: DVec3) -> (DVec3, DVec3) {
     (t1, normal.cross(t1))
 }
 
-/// Puts the points of A and B with a gap below `prediction` \[m\] into `points`.
-///
-/// `axis` is the normal found last time, or zero: where it still separates the parts, nothing else is done.
-/// Points are thinned unless the pair is `fast`. A half-space must be B.
+/// What a manifold is computed for.
+#[derive(Clone, Copy)]
+pub(super) struct ManifoldQuery {
+    /// Points with a larger gap than this are left out \[m\].
+    pub(super) prediction: f64,
+    /// Whether the pair is fast: all points are then kept, as any of them may strike next.
+    pub(super) fast: bool,
+    /// Normal of the last manifold, or zero. Where it still separates the parts no further test is made.
+    pub(super) axis: DVec3,
+}
+
+impl ManifoldQuery {
+    /// Angles from the lowest rim point of a cylinder at which further rim points are kept \[rad\].
+    fn rim_angles(&self) -> &'static [f64] {
+        if self.fast { FAST_RIM } else { SLOW_RIM }
+    }
+}
+
+/// Puts the points of A and B with a gap below `query.prediction` into `points`. A half-space must be B.
 pub(super) fn manifold(
     a: &Placed<'_>,
     b: &Placed<'_>,
-    prediction: f64,
-    fast: bool,
-    axis: DVec3,
+    query: ManifoldQuery,
     points: &mut Vec<ManifoldPoint>,
     scratch: &mut ManifoldScratch,
 ) -> Separation {
     points.clear();
     match (&a.part.shape, &b.part.shape) {
-        (_, PartShape::HalfSpace) => half_space(a, b, prediction, fast, points, scratch),
+        (_, PartShape::HalfSpace) => half_space(a, b, query, points, scratch),
         (PartShape::Ball { radius: ra }, PartShape::Ball { radius: rb }) => {
             let between = a.position - b.position;
             let normal = between.try_normalize().unwrap_or(DVec3::Y);
             let gap = between.length() - ra - rb;
-            if gap < prediction {
+            if gap < query.prediction {
                 let (on_a, on_b) = (a.position - normal * *ra, b.position + normal * *rb);
                 points.push(ManifoldPoint { on_a, on_b, gap });
             }
             Separation { gap, normal, normal_of_a: false }
         }
-        _ => convex(a, b, prediction, fast, axis, points, scratch),
+        _ => convex(a, b, query, points, scratch),
     }
 }
 
 fn half_space(
     a: &Placed<'_>,
     b: &Placed<'_>,
-    prediction: f64,
-    fast: bool,
+    query: ManifoldQuery,
     points: &mut Vec<ManifoldPoint>,
     scratch: &mut ManifoldScratch,
 ) -> Separation {
@@ -143,7 +155,7 @@ fn half_space(
     let mut meet = |on_a: DVec3| {
         let gap = normal.dot(on_a - b.position);
         least = least.min(gap);
-        if gap < prediction {
+        if gap < query.prediction {
             points.push(ManifoldPoint { on_a, on_b: on_a - normal * gap, gap });
         }
     };
@@ -151,8 +163,9 @@ fn half_space(
         PartShape::Ball { radius } => meet(a.position - normal * *radius),
         PartShape::Cylinder { radius, half_height } => {
             let down = a.orientation.inverse() * -normal;
-            let angles = if fast { FAST_RIM } else { SLOW_RIM };
-            rim_points(*radius, *half_height, down, angles, |p| meet(a.position + a.orientation * p));
+            rim_points(*radius, *half_height, down, query.rim_angles(), |p| {
+                meet(a.position + a.orientation * p)
+            });
         }
         PartShape::Hull(hull) => {
             for vertex in &hull.vertices {
@@ -161,7 +174,7 @@ fn half_space(
         }
         PartShape::HalfSpace => {}
     }
-    if !fast {
+    if !query.fast {
         reduce(points, normal, a.orientation, scratch);
     }
     Separation { gap: least, normal, normal_of_a: false }
@@ -185,12 +198,11 @@ fn rim_points(radius: f64, half_height: f64, direction: DVec3, angles: &[f64], m
 fn convex(
     a: &Placed<'_>,
     b: &Placed<'_>,
-    prediction: f64,
-    fast: bool,
-    axis: DVec3,
+    query: ManifoldQuery,
     points: &mut Vec<ManifoldPoint>,
     scratch: &mut ManifoldScratch,
 ) -> Separation {
+    let ManifoldQuery { prediction, fast, axis } = query;
     let (ra, rb) = (a.part.rounding(b.part), b.part.rounding(a.part));
     if axis != DVec3::ZERO {
         let gap = core_gap(a, b, axis) - ra - rb;
@@ -231,9 +243,8 @@ fn convex(
     if gap > prediction {
         return Separation { gap, normal, normal_of_a: false };
     }
-    let normal_of_a = face_points(a, b, normal, ra + rb, prediction, points, scratch);
-    let angles = if fast { FAST_RIM } else { SLOW_RIM };
-    rim_over_face(a, b, normal, angles, prediction, points, scratch);
+    let normal_of_a = face_points(a, b, normal, prediction, points, scratch);
+    rim_over_face(a, b, normal, query, points, scratch);
     for point in points.iter_mut() {
         point.on_a -= normal * ra;
         point.on_b += normal * rb;
@@ -286,7 +297,6 @@ fn face_points(
     a: &Placed<'_>,
     b: &Placed<'_>,
     normal: DVec3,
-    rounding: f64,
     prediction: f64,
     points: &mut Vec<ManifoldPoint>,
     scratch: &mut ManifoldScratch,
@@ -306,6 +316,7 @@ fn face_points(
         (false, _, Some(plane)) if count_b > 2 => (&scratch.face_b, &scratch.face_a, plane, normal),
         _ => return false,
     };
+    let rounding = a.part.rounding(b.part) + b.part.rounding(a.part);
     clip(incident, reference, outward, &mut scratch.clipped, &mut scratch.spare);
     let slope = plane.dot(outward);
     for &point in &scratch.clipped {
@@ -326,8 +337,7 @@ fn rim_over_face(
     a: &Placed<'_>,
     b: &Placed<'_>,
     normal: DVec3,
-    angles: &[f64],
-    prediction: f64,
+    query: ManifoldQuery,
     points: &mut Vec<ManifoldPoint>,
     scratch: &mut ManifoldScratch,
 ) {
@@ -351,11 +361,11 @@ fn rim_over_face(
     };
     let rounding = a.part.rounding(b.part) + b.part.rounding(a.part);
     let down = cylinder.orientation.inverse() * -plane;
-    rim_points(*radius, *half_height, down, angles, |p| {
+    rim_points(*radius, *half_height, down, query.rim_angles(), |p| {
         let rim = cylinder.position + cylinder.orientation * p;
         let height = (rim - face[0]).dot(plane) / plane.dot(up);
         let gap = height - rounding;
-        if gap < prediction && is_above(rim) {
+        if gap < query.prediction && is_above(rim) {
             let foot = rim - up * height;
             let (on_a, on_b) = if of_a { (rim, foot) } else { (foot, rim) };
             points.push(ManifoldPoint { on_a, on_b, gap });

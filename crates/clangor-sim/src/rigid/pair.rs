@@ -15,7 +15,7 @@
 use clangor_core::material::PairCoefficients;
 use glam::{DQuat, DVec3};
 
-use super::manifold::{ManifoldPoint, ManifoldScratch, Placed, Separation, manifold};
+use super::manifold::{ManifoldPoint, ManifoldQuery, ManifoldScratch, Placed, Separation, manifold};
 use super::shape::Shape;
 use super::state::BodyState;
 
@@ -228,8 +228,8 @@ impl Pair {
         let (xb, qb) = b.weightless_pose(step.time, step.length, 0.0);
         let (placed_a, placed_b) = self.placed(shapes, (a, xa, qa), (b, xb, qb));
         let PairScratch { found, manifold: buffers, .. } = scratch;
-        let Separation { gap, normal, .. } =
-            manifold(&placed_a, &placed_b, SLOP, true, self.axis, found, buffers);
+        let query = ManifoldQuery { prediction: SLOP, fast: true, axis: self.axis };
+        let Separation { gap, normal, .. } = manifold(&placed_a, &placed_b, query, found, buffers);
         if normal != DVec3::ZERO {
             self.allowance = self.allowance.min(-gap).max(0.0);
         }
@@ -296,9 +296,9 @@ impl Pair {
             reach > DRIFT
         };
         let found = &mut scratch.found;
-        let looked = foresight + 4.0 * DRIFT;
+        let query = ManifoldQuery { prediction: foresight + 4.0 * DRIFT, fast, axis: self.axis };
         let Separation { gap, normal, normal_of_a } =
-            manifold(&placed_a, &placed_b, looked, fast, self.axis, found, &mut scratch.manifold);
+            manifold(&placed_a, &placed_b, query, found, &mut scratch.manifold);
         self.axis = normal;
         self.travel = 0.0;
         if found.is_empty() {
@@ -366,15 +366,8 @@ impl Pair {
         let (xa, xb) = (xa + a.gravity(step.gravity) * fall, xb + b.gravity(step.gravity) * fall);
         let foresight = self.foresight(self.reach(a, b, step), step);
         let (placed_a, placed_b) = self.placed(shapes, (a, xa, qa), (b, xb, qb));
-        let found = manifold(
-            &placed_a,
-            &placed_b,
-            foresight,
-            true,
-            self.axis,
-            &mut scratch.found,
-            &mut scratch.manifold,
-        );
+        let query = ManifoldQuery { prediction: foresight, fast: true, axis: self.axis };
+        let found = manifold(&placed_a, &placed_b, query, &mut scratch.found, &mut scratch.manifold);
         self.exact.time = t;
         self.exact.normal = found.normal;
         self.exact.points.clone_from(&scratch.found);

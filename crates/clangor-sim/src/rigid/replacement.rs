@@ -13,9 +13,10 @@ use glam::DVec3;
 
 use super::pair::{Pair, Step};
 use super::shape::Shape;
+use super::sleep;
 use super::state::BodyState;
 use super::step_log::StepLog;
-use super::{RigidWorld, sleep};
+use super::world::RigidWorld;
 use crate::SimulationError;
 
 /// A body that breaks, and what becomes of it.

@@ -6,7 +6,8 @@ use clangor_core::body::{Body, BodyId, Life, World};
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow};
 
 use super::replacement::{Breaker, CrackImpulse, Replacement};
-use super::{RigidWorld, StepLog};
+use super::step_log::StepLog;
+use super::world::RigidWorld;
 use crate::record::Recorder;
 use crate::{SimulationError, SimulationSettings};
 

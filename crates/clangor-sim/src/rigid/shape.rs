@@ -63,6 +63,15 @@ pub(super) struct Shape {
     pub(super) half_space: bool,
 }
 
+/// Refuses surfaces that cannot collide.
+///
+/// # Errors
+/// What is wrong with it.
+#[cfg(feature = "fracture")]
+pub(crate) fn check_surface(surface: &Surface) -> Result<(), &'static str> {
+    Shape::try_new(surface).map(|_| ())
+}
+
 impl Shape {
     /// The parts of a surface; `Err` says what is wrong with it.
     pub(super) fn try_new(surface: &Surface) -> Result<Self, &'static str> {

@@ -22,18 +22,34 @@ pub struct Impulse {
     pub arm_b: DVec3,
 }
 
+/// An impulse on body A at one contact point.
+pub(super) struct ContactImpulse {
+    /// Contact point \[m\].
+    pub(super) point: DVec3,
+    /// Unit normal from B to A.
+    pub(super) normal: DVec3,
+    /// Overlap \[m\].
+    pub(super) depth: f64,
+    /// Normal impulse \[N s\].
+    pub(super) impulse_n: f64,
+    /// Tangential impulse \[N s\].
+    pub(super) impulse_t: DVec3,
+    /// Couple impulse \[N m s\].
+    pub(super) couple: DVec3,
+    /// Velocity of A relative to B at the point before the impulse \[m/s\].
+    pub(super) velocity: DVec3,
+}
+
 impl Impulse {
-    /// An impulse on A at a (point, normal, depth), as (normal, tangential, couple), with the velocity
-    /// before.
+    /// An impulse on body `a` and its opposite on body `b`, each body given with its arm \[m\].
     pub(super) fn between(
         (a, arm_a): (u32, DVec3),
         (b, arm_b): (u32, DVec3),
         kind: ContactKind,
         time: f64,
-        (point, normal, depth): (DVec3, DVec3, f64),
-        (impulse_n, impulse_t, couple): (f64, DVec3, DVec3),
-        velocity: DVec3,
+        impulse: ContactImpulse,
     ) -> Self {
+        let ContactImpulse { point, normal, depth, impulse_n, impulse_t, couple, velocity } = impulse;
         let row = ContactRow {
             time,
             body_a: BodyId(a),

@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 
-use super::{CONTACT_TIME, QUIET_ACCELERATION, QUIET_SPEED, TOUCH};
+use super::tolerances::{CONTACT_TIME, QUIET_ACCELERATION, QUIET_SPEED, TOUCH};
 
 /// Steps of the search before it is broken off and taken up again at that time.
 const MAX_STEPS: usize = 100;

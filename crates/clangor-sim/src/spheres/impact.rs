@@ -14,7 +14,7 @@
 use clangor_core::material::PairCoefficients;
 use glam::DVec3;
 
-use super::QUIET_SPEED;
+use super::tolerances::QUIET_SPEED;
 
 /// Rounds of reflections after which the cluster is stopped without restitution.
 const MAX_ROUNDS: usize = 500;
@@ -94,6 +94,17 @@ pub(super) struct ImpulsePair {
 }
 
 impl Member {
+    /// A body at rest that contacts do not move.
+    pub(super) const IMMOVABLE: Member = Member {
+        velocity: DVec3::ZERO,
+        omega: DVec3::ZERO,
+        inverse_mass: 0.0,
+        inverse_inertia: 0.0,
+        held: [DVec3::ZERO; 2],
+        rod_impulse: DVec3::ZERO,
+        moved: false,
+    };
+
     fn mobility(&self, impulse: DVec3) -> DVec3 {
         (impulse - self.along_rods(impulse)) * self.inverse_mass
     }

@@ -21,15 +21,16 @@ mod neighbours;
 mod resting;
 mod sleep;
 
-use clangor_core::body::{BodyId, Surface, World};
+use clangor_core::body::{BodyId, Motion, Surface, World};
 use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::{DQuat, DVec3};
 
-use super::pairs::Pairs;
-use super::setup::{self, Plane};
+use super::bodies::{Bodies, Plane, Sphere};
+use super::cells::Cells;
+use super::pair_coefficients::PairTable;
 use crate::SimulationError;
-use crate::live::BodyState;
+use crate::body_state::BodyState;
 use crate::record::Recorder;
 use flight::Flight;
 use neighbours::Neighbours;
@@ -123,6 +124,26 @@ impl Ball {
         }
     }
 
+    /// A ball of a world in its initial state.
+    fn from_body(world: &World, sphere: Sphere, material: u32) -> Self {
+        let body = &world.bodies[sphere.body];
+        let free = body.motion == Motion::Free;
+        let moving = |v: DVec3| if free { v } else { DVec3::ZERO };
+        Ball {
+            velocity: moving(body.velocity),
+            omega: moving(body.angular_velocity),
+            orientation: body.pose.orientation.normalize(),
+            radius: sphere.radius,
+            mass: body.mass,
+            inverse_mass: if free { 1.0 / body.mass } else { 0.0 },
+            inverse_inertia: if free { 1.0 / body.inertia.x_axis.x } else { 0.0 },
+            body: sphere.body as u32,
+            material,
+            free,
+            ..Ball::untouched(body.pose.position)
+        }
+    }
+
     /// Centre and velocity at a time into the step.
     fn at(&self, time: f64) -> (DVec3, DVec3) {
         if self.waits {
@@ -193,7 +214,7 @@ pub(crate) struct Stepped {
     /// Ball of each body.
     ball_of: Vec<Option<u32>>,
     planes: Vec<Plane>,
-    classes: Pairs,
+    classes: PairTable,
     neighbours: Neighbours,
     resting: Resting,
     flight: Flight,
@@ -203,25 +224,11 @@ impl Stepped {
     /// The balls of a world in their places. Steps are at most `longest_step` \[s\], and so short that
     /// whatever is faster than `v_min` is an impact.
     pub(crate) fn new(world: &World, longest_step: f64, v_min: f64) -> Result<Self, SimulationError> {
-        let setup::Start { balls, spins, traits, planes, pairs, .. } = setup::start(world)?;
-        let balls: Vec<Ball> = balls
-            .iter()
-            .zip(&spins)
-            .zip(&traits)
-            .map(|((ball, spin), traits)| Ball {
-                velocity: ball.velocity,
-                omega: spin.omega,
-                orientation: spin.orientation,
-                radius: ball.radius,
-                mass: traits.mass,
-                inverse_mass: traits.inverse_mass,
-                inverse_inertia: traits.inverse_inertia,
-                body: traits.body,
-                material: traits.material,
-                free: traits.free,
-                ..Ball::untouched(ball.position)
-            })
-            .collect();
+        let mut bodies = Bodies::from_world(world)?;
+        Cells::sort(world, &mut bodies.spheres);
+        let Bodies { spheres, planes, pairs, classes } = bodies;
+        let balls: Vec<Ball> =
+            spheres.iter().map(|sphere| Ball::from_body(world, *sphere, classes[sphere.body])).collect();
         let mut ball_of = vec![None; world.bodies.len()];
         for (at, ball) in balls.iter().enumerate() {
             ball_of[ball.body as usize] = Some(at as u32);

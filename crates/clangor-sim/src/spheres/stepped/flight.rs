@@ -15,11 +15,11 @@ use std::collections::BinaryHeap;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
-use super::super::approach::{Approach, fall, meet, meet_uniform};
-use super::super::impact::{self, ImpulsePair, Member, Slow, Touch};
-use super::{PLANE, Stepped};
+use super::{Ball, PLANE, Stepped};
 use crate::SimulationError;
 use crate::record::Recorder;
+use crate::spheres::approach::{Approach, fall, meet, meet_uniform};
+use crate::spheres::impact::{self, ImpulsePair, Member, Slow, Touch};
 
 /// Impacts of a ball in one step after which it waits.
 const MOST_HITS: u32 = 24;
@@ -89,7 +89,7 @@ impl Stepped {
         let a = &self.balls[pair.a as usize];
         let left = self.step - now;
         let slowest = self.impact_speed();
-        let state = |ball: &super::Ball| {
+        let state = |ball: &Ball| {
             let (position, velocity) = ball.at(now);
             if ball.waits || !ball.moves() {
                 (position, DVec3::ZERO, DVec3::ZERO)
@@ -148,7 +148,7 @@ impl Stepped {
         }
     }
 
-    /// Lets a pair collide at a time into the step.
+    /// Resolves the impact of a pair at a time into the step.
     fn collide(
         &mut self,
         index: usize,
@@ -156,47 +156,16 @@ impl Stepped {
         recorder: &mut Recorder<'_>,
     ) -> Result<(), SimulationError> {
         let pair = &self.neighbours.pairs[index];
-        let (a, b, coefficients) = (pair.a as usize, pair.b, pair.coefficients);
-        let other = (b & PLANE == 0).then_some(b as usize);
-        for ball in [Some(a), other].into_iter().flatten() {
+        let (a, b) = (pair.a as usize, pair.b);
+        let ends = [Some(a), (b & PLANE == 0).then_some(b as usize)];
+        for ball in ends.into_iter().flatten() {
             self.balls[ball].bring_forward(time);
         }
         let (normal, depth) = self.normal(a, b);
-        let member = |ball: Option<usize>| {
-            let still = Member {
-                velocity: DVec3::ZERO,
-                omega: DVec3::ZERO,
-                inverse_mass: 0.0,
-                inverse_inertia: 0.0,
-                held: [DVec3::ZERO; 2],
-                rod_impulse: DVec3::ZERO,
-                moved: false,
-            };
-            ball.map_or(still.clone(), |ball| {
-                let ball = &self.balls[ball];
-                let (inverse_mass, inverse_inertia) = (ball.inverse_mass, ball.inverse_inertia);
-                Member { velocity: ball.velocity, omega: ball.omega, inverse_mass, inverse_inertia, ..still }
-            })
-        };
-        let mut members = [member(Some(a)), member(other)];
-        let touch = Touch {
-            a: 0,
-            b: 1,
-            normal,
-            arm_a: normal * -self.balls[a].radius,
-            arm_b: normal * other.map_or(0.0, |ball| self.balls[ball].radius),
-            coefficients,
-            slow: 0.0,
-            when_slow: Slow::Stay,
-            lift: 0.0,
-        };
-        self.flight.impulse_pairs.clear();
-        impact::reflect(&mut members, &[touch], 0.0, &mut self.flight.impulse_pairs);
-        let Some(&ImpulsePair { normal: impulse_n, tangential: impulse_t, velocity, .. }) =
-            self.flight.impulse_pairs.first()
-        else {
-            // One of them waits, and they part: whoever ran into the other waits too.
-            for ball in [Some(a), other].into_iter().flatten() {
+        let (members, impulse) = self.reflect(index, ends, normal);
+        let Some(ImpulsePair { normal: impulse_n, tangential: impulse_t, velocity, .. }) = impulse else {
+            // One of the balls waits and they part: the ball that ran into it waits too.
+            for ball in ends.into_iter().flatten() {
                 self.halt(ball, time);
             }
             return Ok(());
@@ -216,28 +185,66 @@ impl Stepped {
             depth,
             impact_id: 0,
         };
-        let moving = [Some(a), other].map(|ball| ball.filter(|ball| self.balls[*ball].free));
+        let moving = ends.map(|ball| ball.filter(|ball| self.balls[*ball].free));
         let poses: Vec<PoseRow> = moving.into_iter().flatten().map(|ball| self.pose_row(ball, at)).collect();
         recorder.impact(&[row], &poses)?;
-        for (ball, member) in
-            moving.into_iter().zip(&members).filter_map(|(ball, member)| Some((ball?, member)))
-        {
-            self.wake(ball);
-            let record = &mut self.balls[ball];
-            record.since = time;
-            (record.velocity, record.omega) = (member.velocity, member.omega);
-            record.generation = record.generation.wrapping_add(1);
-            record.hits += 1;
-            if record.hits >= MOST_HITS {
-                self.halt(ball, time);
-            } else if !record.stays(self.step - time, self.gravity.length()) {
-                self.extend(ball);
+        for (ball, member) in moving.into_iter().zip(&members) {
+            if let Some(ball) = ball {
+                self.redirect(ball, member, time);
             }
         }
         for ball in moving.into_iter().flatten() {
             self.predict_all(ball, time);
         }
         Ok(())
+    }
+
+    /// Velocities of the two bodies of a pair after their impact, and its impulse; `None` if they do not
+    /// approach. `ends` are their balls, `normal` points from B to A.
+    fn reflect(
+        &mut self,
+        pair: usize,
+        ends: [Option<usize>; 2],
+        normal: DVec3,
+    ) -> ([Member; 2], Option<ImpulsePair>) {
+        let mut members = ends.map(|ball| match ball {
+            Some(ball) => {
+                let Ball { velocity, omega, inverse_mass, inverse_inertia, .. } = self.balls[ball];
+                Member { velocity, omega, inverse_mass, inverse_inertia, ..Member::IMMOVABLE }
+            }
+            None => Member::IMMOVABLE,
+        });
+        let [radius_a, radius_b] = ends.map(|ball| ball.map_or(0.0, |ball| self.balls[ball].radius));
+        let touch = Touch {
+            a: 0,
+            b: 1,
+            normal,
+            arm_a: normal * -radius_a,
+            arm_b: normal * radius_b,
+            coefficients: self.neighbours.pairs[pair].coefficients,
+            slow: 0.0,
+            when_slow: Slow::Stay,
+            lift: 0.0,
+        };
+        let impulse_pairs = &mut self.flight.impulse_pairs;
+        impulse_pairs.clear();
+        impact::reflect(&mut members, &[touch], 0.0, impulse_pairs);
+        (members, impulse_pairs.first().copied())
+    }
+
+    /// Gives a ball its velocities after an impact at a time into the step.
+    fn redirect(&mut self, ball: usize, after: &Member, time: f64) {
+        self.wake(ball);
+        let record = &mut self.balls[ball];
+        record.since = time;
+        (record.velocity, record.omega) = (after.velocity, after.omega);
+        record.generation = record.generation.wrapping_add(1);
+        record.hits += 1;
+        if record.hits >= MOST_HITS {
+            self.halt(ball, time);
+        } else if !record.stays(self.step - time, self.gravity.length()) {
+            self.extend(ball);
+        }
     }
 
     /// Lets a ball wait for the next step.

@@ -66,7 +66,7 @@ pub(super) struct Spin {
 pub(super) struct Traits {
     /// Index in the world's bodies.
     pub(super) body: u32,
-    /// Its class of materials, see [`super::pairs`].
+    /// Its class of materials, see [`PairTable`](crate::spheres::pair_coefficients::PairTable).
     pub(super) material: u32,
     /// Whether contacts move it.
     pub(super) free: bool,

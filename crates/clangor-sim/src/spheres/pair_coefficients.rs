@@ -12,12 +12,12 @@ use clangor_core::material::{Material, PairCoefficients};
 const MOST: usize = 256;
 
 /// Coefficients of pairs of classes of materials that dynamics cannot tell apart.
-pub(super) struct Pairs {
+pub(super) struct PairTable {
     materials: Vec<Material>,
     table: Vec<PairCoefficients>,
 }
 
-impl Pairs {
+impl PairTable {
     /// The classes of a world, and the class of each of its bodies.
     pub(super) fn new(world: &World) -> (Self, Vec<u32>) {
         let mut known = BTreeMap::new();
@@ -34,7 +34,7 @@ impl Pairs {
                 })
             })
             .collect();
-        (Pairs { table: table(&materials), materials }, classes)
+        (PairTable { table: table(&materials), materials }, classes)
     }
 
     /// The class of a material, which may be new.

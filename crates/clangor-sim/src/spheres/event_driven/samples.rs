@@ -8,30 +8,11 @@ use glam::DVec3;
 use super::arc::Far;
 use super::engine::Engine;
 use crate::SimulationError;
-use crate::live::BodyState;
+use crate::body_state::BodyState;
 use crate::record::Recorder;
-
-/// Impulses of a ball's lasting contacts since the last sample.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Pending {
-    /// Plane (or [`LINK`] + number of the link in the island) and row.
-    rows: Vec<(usize, ContactRow)>,
-    /// Until when they are summed [s].
-    until: f64,
-}
 
 /// Marks a row of a spring or rod.
 const LINK: usize = 1 << 31;
-
-impl Pending {
-    fn row(&mut self, key: usize, new: impl FnOnce() -> ContactRow) -> &mut ContactRow {
-        let at = self.rows.iter().position(|(k, _)| *k == key).unwrap_or_else(|| {
-            self.rows.push((key, new()));
-            self.rows.len() - 1
-        });
-        &mut self.rows[at].1
-    }
-}
 
 impl Engine {
     /// Adds the impulses of the present phase up to now.

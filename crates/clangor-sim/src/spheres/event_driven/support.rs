@@ -19,7 +19,7 @@
 
 use glam::DVec3;
 
-use super::{QUIET_ACCELERATION, QUIET_SPEED};
+use crate::spheres::tolerances::{QUIET_ACCELERATION, QUIET_SPEED};
 
 /// Relative change of speed over a piece of a turning motion.
 const PIECE: f64 = 0.02;

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::CONTACT_TIME;
-use super::approach::{Approach, fall, meet, meet_plane, meet_uniform};
 use super::ball::{Ball, MotionPhase};
 use super::engine::{Engine, NEVER, Next, PLANE, SEARCH};
 use super::grid::{NONE, NOWHERE};
+use crate::spheres::approach::{Approach, fall, meet, meet_plane, meet_uniform};
+use crate::spheres::tolerances::CONTACT_TIME;
 
 /// The ball whose next event is sought, at the present time.
 struct Seeker {

@@ -5,11 +5,15 @@ use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
 use super::ball::MotionPhase;
-use super::engine::{Engine, Partner};
+use super::cluster::{Cluster, Participant};
+use super::engine::Engine;
 use super::grid::NONE;
-use super::impact::{self, ImpulsePair, Member, Slow, Touch};
-use super::{CONTACT_TIME, QUICK_HITS, TIE, TOUCH};
 use crate::record::Recorder;
+use crate::spheres::impact::{self, Member, Slow, Touch};
+use crate::spheres::tolerances::{CONTACT_TIME, TIE, TOUCH};
+
+/// Hits in quick succession that mark an inelastic collapse or a pile.
+const QUICK_HITS: u32 = 32;
 
 /// In a pile, approaches up to so many times the slowest bounce are stopped: 1 cm/s on Earth, inaudible.
 const HUSH: f64 = 40.0;
@@ -17,45 +21,12 @@ const HUSH: f64 = 40.0;
 /// Square of the touches of a cluster whose resolution costs as much as another event.
 const COSTLY: u64 = 16;
 
-/// What is behind a member of a cluster.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Who {
-    Ball(usize),
-    Plane(usize),
-}
-
-/// A cluster of touching balls and planes at one instant.
-#[derive(Default)]
-pub(super) struct Cluster {
-    who: Vec<Who>,
-    members: Vec<Member>,
-    positions: Vec<DVec3>,
-    touches: Vec<Touch>,
-    impulse_pairs: Vec<ImpulsePair>,
-    /// Velocity and angular velocity of the members before the impact.
-    before: Vec<(DVec3, DVec3)>,
-    near: Vec<usize>,
-    rows: Vec<ContactRow>,
-    poses: Vec<PoseRow>,
-}
-
-impl Cluster {
-    fn clear(&mut self) {
-        self.who.clear();
-        self.members.clear();
-        self.positions.clear();
-        self.touches.clear();
-        self.impulse_pairs.clear();
-        self.before.clear();
-    }
-}
-
 impl Engine {
     /// Resolves the meeting of a ball with its partner and everything that they touch.
     pub(super) fn collide(
         &mut self,
         ball: usize,
-        partner: Partner,
+        partner: Participant,
         recorder: &mut Recorder<'_>,
     ) -> std::io::Result<()> {
         let mut cluster = std::mem::take(&mut self.cluster);
@@ -70,18 +41,18 @@ impl Engine {
         &mut self,
         cluster: &mut Cluster,
         ball: usize,
-        partner: Partner,
+        partner: Participant,
         recorder: &mut Recorder<'_>,
     ) -> std::io::Result<()> {
         self.join(cluster, ball);
         let other = match partner {
-            Partner::Ball(other) => self.join(cluster, other),
-            Partner::Plane(plane) => self.join_plane(cluster, plane),
+            Participant::Ball(other) => self.join(cluster, other),
+            Participant::Plane(plane) => self.join_plane(cluster, plane),
         };
         self.touch(cluster, 0, other);
         let mut grown = 0;
-        while grown < cluster.who.len() {
-            if let Who::Ball(ball) = cluster.who[grown]
+        while grown < cluster.participants.len() {
+            if let Participant::Ball(ball) = cluster.participants[grown]
                 && self.traits[ball].free
             {
                 self.grow(cluster, grown, ball);
@@ -89,18 +60,19 @@ impl Engine {
             grown += 1;
         }
         cluster.before.extend(cluster.members.iter().map(|m| (m.velocity, m.omega)));
-        let piled = |who: &Who| matches!(*who, Who::Ball(ball) if self.is_hit_incessantly(ball, 1.5));
+        let piled =
+            |who: &Participant| matches!(*who, Participant::Ball(ball) if self.is_hit_incessantly(ball, 1.5));
         let hush = match cluster.touches.len() {
             0 | 1 => 0.0,
-            _ if cluster.who.iter().any(piled) => HUSH * self.slow_speed(),
+            _ if cluster.participants.iter().any(piled) => HUSH * self.slow_speed(),
             _ => 0.0,
         };
         self.work += (cluster.touches.len() as u64).pow(2) / COSTLY;
         impact::reflect(&mut cluster.members, &cluster.touches, hush, &mut cluster.impulse_pairs);
         self.log_impulse_pairs(cluster, recorder)?;
         let mut shaken = Vec::new();
-        for (member, who) in cluster.members.iter().zip(&cluster.who) {
-            let &Who::Ball(ball) = who else { continue };
+        for (member, who) in cluster.members.iter().zip(&cluster.participants) {
+            let &Participant::Ball(ball) = who else { continue };
             self.traits[ball].member = NONE;
             if member.moved {
                 match self.seat(ball) {
@@ -128,8 +100,8 @@ impl Engine {
             self.launch(island);
         }
         let mut again = true;
-        for (member, who) in cluster.members.iter().zip(&cluster.who) {
-            let &Who::Ball(moved) = who else { continue };
+        for (member, who) in cluster.members.iter().zip(&cluster.participants) {
+            let &Participant::Ball(moved) = who else { continue };
             if member.moved {
                 match self.seat(moved) {
                     Some((island, _)) => self.predict_island(island),
@@ -159,8 +131,8 @@ impl Engine {
         let held =
             seat.map_or([DVec3::ZERO; 2], |(island, place)| self.islands[island].held(place, position));
         let traits = &mut self.traits[ball];
-        traits.member = cluster.who.len() as u32;
-        cluster.who.push(Who::Ball(ball));
+        traits.member = cluster.participants.len() as u32;
+        cluster.participants.push(Participant::Ball(ball));
         cluster.positions.push(position);
         cluster.members.push(Member {
             velocity,
@@ -171,36 +143,30 @@ impl Engine {
             rod_impulse: DVec3::ZERO,
             moved: false,
         });
-        cluster.who.len() - 1
+        cluster.participants.len() - 1
     }
 
     /// Makes a plane a member; each ball has its own copy of it.
     fn join_plane(&self, cluster: &mut Cluster, plane: usize) -> usize {
-        cluster.who.push(Who::Plane(plane));
+        cluster.participants.push(Participant::Plane(plane));
         cluster.positions.push(DVec3::ZERO);
-        cluster.members.push(Member {
-            velocity: DVec3::ZERO,
-            omega: DVec3::ZERO,
-            inverse_mass: 0.0,
-            inverse_inertia: 0.0,
-            held: [DVec3::ZERO; 2],
-            rod_impulse: DVec3::ZERO,
-            moved: false,
-        });
-        cluster.who.len() - 1
+        cluster.members.push(Member::IMMOVABLE);
+        cluster.participants.len() - 1
     }
 
     /// Adds what touches a member, or will within [`TIE`].
     fn grow(&mut self, cluster: &mut Cluster, member: usize, ball: usize) {
         let (x, v) = (cluster.positions[member], cluster.members[member].velocity);
         let radius = self.balls[ball].radius;
-        // Whoever is hit incessantly is in a pile, whose hops are then brought to one beat.
+        // Participantever is hit incessantly is in a pile, whose hops are then brought to one beat.
         let crowded = self.is_hit_incessantly(ball, 1.5);
         let touch = if crowded { TOUCH + self.slow_speed() * CONTACT_TIME } else { TOUCH };
         for plane in 0..self.planes.len() {
             let p = &self.planes[plane];
             let gap = p.normal.dot(x) - p.offset - radius;
-            let known = |t: &Touch| t.a == member && matches!(cluster.who[t.b], Who::Plane(q) if q == plane);
+            let known = |t: &Touch| {
+                t.a == member && matches!(cluster.participants[t.b], Participant::Plane(q) if q == plane)
+            };
             if gap <= touch + TIE * (-p.normal.dot(v)).max(0.0) && !cluster.touches.iter().any(known) {
                 let other = self.join_plane(cluster, plane);
                 self.touch(cluster, member, other);
@@ -240,13 +206,15 @@ impl Engine {
 
     /// Adds the touch of two members; the one with the lower body index is its first.
     fn touch(&self, cluster: &mut Cluster, one: usize, two: usize) {
-        let body = |member: usize| self.body_of(cluster.who[member]);
-        let plane_last = matches!(cluster.who[two], Who::Plane(_)) || body(one) < body(two);
+        let body = |member: usize| self.body_of(cluster.participants[member]);
+        let plane_last = matches!(cluster.participants[two], Participant::Plane(_)) || body(one) < body(two);
         let (a, b) = if plane_last { (one, two) } else { (two, one) };
-        let (Who::Ball(ball_a), who_b) = (cluster.who[a], cluster.who[b]) else { return };
+        let (Participant::Ball(ball_a), who_b) = (cluster.participants[a], cluster.participants[b]) else {
+            return;
+        };
         let mut depth = 0.0;
         let (normal, arm_b, pressing, when_slow) = match who_b {
-            Who::Plane(plane) => {
+            Participant::Plane(plane) => {
                 let normal = self.planes[plane].normal;
                 if self.balls[ball_a].motion_phase == MotionPhase::Arc {
                     (normal, DVec3::ZERO, -normal.dot(self.acceleration(ball_a)), Slow::Hop)
@@ -254,7 +222,7 @@ impl Engine {
                     (normal, DVec3::ZERO, -normal.dot(self.gravity), Slow::Stay)
                 }
             }
-            Who::Ball(ball_b) => {
+            Participant::Ball(ball_b) => {
                 let offset = cluster.positions[a] - cluster.positions[b];
                 let normal = offset.normalize_or(DVec3::Y);
                 depth = self.balls[ball_a].radius + self.balls[ball_b].radius - offset.length();
@@ -262,16 +230,20 @@ impl Engine {
                 (normal, normal * self.balls[ball_b].radius, -normal.dot(pull), Slow::Hop)
             }
         };
-        let material = |who: Who| match who {
-            Who::Ball(ball) => self.traits[ball].material,
-            Who::Plane(plane) => self.planes[plane].material,
+        let material = |who: Participant| match who {
+            Participant::Ball(ball) => self.traits[ball].material,
+            Participant::Plane(plane) => self.planes[plane].material,
         };
-        let mut coefficients = self.pairs.of(material(cluster.who[a]), material(cluster.who[b]));
-        let tireless = |who: Who| match who {
-            Who::Ball(ball) => !self.traits[ball].free || self.is_hit_incessantly(ball, 0.5),
-            Who::Plane(_) => true,
+        let mut coefficients =
+            self.pairs.of(material(cluster.participants[a]), material(cluster.participants[b]));
+        let tireless = |who: Participant| match who {
+            Participant::Ball(ball) => !self.traits[ball].free || self.is_hit_incessantly(ball, 0.5),
+            Participant::Plane(_) => true,
         };
-        if self.gravity == DVec3::ZERO && tireless(cluster.who[a]) && tireless(cluster.who[b]) {
+        if self.gravity == DVec3::ZERO
+            && tireless(cluster.participants[a])
+            && tireless(cluster.participants[b])
+        {
             coefficients.restitution = 1.0;
         }
         let slow = 0.5 * pressing.max(0.0) * CONTACT_TIME;
@@ -288,10 +260,10 @@ impl Engine {
         });
     }
 
-    fn body_of(&self, who: Who) -> BodyId {
+    fn body_of(&self, who: Participant) -> BodyId {
         BodyId(match who {
-            Who::Ball(ball) => self.traits[ball].body,
-            Who::Plane(plane) => self.planes[plane].body,
+            Participant::Ball(ball) => self.traits[ball].body,
+            Participant::Plane(plane) => self.planes[plane].body,
         })
     }
 
@@ -302,12 +274,12 @@ impl Engine {
             rows.clear();
             poses.clear();
             let radius_a = touch.arm_a.length();
-            let depth = match cluster.who[touch.b] {
-                Who::Plane(plane) => {
+            let depth = match cluster.participants[touch.b] {
+                Participant::Plane(plane) => {
                     let plane = &self.planes[plane];
                     radius_a - (plane.normal.dot(cluster.positions[touch.a]) - plane.offset)
                 }
-                Who::Ball(_) => {
+                Participant::Ball(_) => {
                     let distance = cluster.positions[touch.a].distance(cluster.positions[touch.b]);
                     radius_a + touch.arm_b.length() - distance
                 }
@@ -315,8 +287,8 @@ impl Engine {
             for impulse_pair in cluster.impulse_pairs.iter().filter(|b| b.touch == index) {
                 rows.push(ContactRow {
                     time: self.now,
-                    body_a: self.body_of(cluster.who[touch.a]),
-                    body_b: self.body_of(cluster.who[touch.b]),
+                    body_a: self.body_of(cluster.participants[touch.a]),
+                    body_b: self.body_of(cluster.participants[touch.b]),
                     kind: ContactKind::Impact,
                     point: cluster.positions[touch.a] + touch.arm_a,
                     normal: touch.normal,
@@ -332,7 +304,7 @@ impl Engine {
                 continue;
             }
             for member in [touch.a, touch.b] {
-                if let Who::Ball(ball) = cluster.who[member]
+                if let Participant::Ball(ball) = cluster.participants[member]
                     && self.traits[ball].free
                 {
                     let s = self.now - self.balls[ball].time;

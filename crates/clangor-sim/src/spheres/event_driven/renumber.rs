@@ -6,7 +6,7 @@
 
 use super::engine::{Engine, PLANE};
 use super::grid::NOWHERE;
-use super::setup::interleave;
+use crate::spheres::cells::interleave;
 
 /// Fewer balls fit the cache in any order.
 const FEW: usize = 2000;

@@ -14,9 +14,6 @@ use super::ball::Ball;
 pub(super) const NONE: u32 = u32::MAX;
 /// The bucket of a ball that is in no cell.
 pub(super) const NOWHERE: u32 = u32::MAX;
-/// Cells farther out than this are not told apart; far beyond any scene, it keeps the integers finite.
-const FARTHEST: f64 = 1e9;
-
 /// Cells per axis whose buckets share a cache line.
 const BLOCK: [u32; 3] = [4, 2, 2];
 
@@ -67,15 +64,6 @@ impl Grid {
     /// Width of a cell [m].
     pub(super) fn edge(&self) -> f64 {
         self.edge
-    }
-
-    /// The cell that holds a point.
-    pub(super) fn cell_of(&self, point: DVec3) -> [i32; 3] {
-        (point / self.edge)
-            .floor()
-            .clamp(DVec3::splat(-FARTHEST), DVec3::splat(FARTHEST))
-            .as_ivec3()
-            .to_array()
     }
 
     /// The bucket of a cell.

@@ -1,0 +1,87 @@
+//! Errors of a simulation.
+
+/// Why a simulation failed.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulationError {
+    /// The log could not be written.
+    #[error("the timeline cannot be written: {0}")]
+    Sink(#[from] std::io::Error),
+    /// The sphere solver met a body that it cannot move.
+    #[error(
+        "solver = \"spheres\" cannot move body \"{body}\": {reason}; use solver = \"rigid\", which moves \
+         all bodies but has no hung spheres"
+    )]
+    NotASphere {
+        /// The body.
+        body: String,
+        /// What it is.
+        reason: &'static str,
+    },
+    /// The time-stepped solver met something that it has not.
+    #[error(
+        "solver = \"rigid\" has no {what} (\"{name}\"); solver = \"spheres\" has, if all other bodies \
+         are spheres and planes too"
+    )]
+    Unsupported {
+        /// The feature.
+        what: &'static str,
+        /// The body or link.
+        name: String,
+    },
+    /// A body cannot be simulated.
+    #[error("body \"{body}\" {reason}")]
+    BadBody {
+        /// The body.
+        body: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A number of the settings makes no sense.
+    #[error("{setting} = {value:e} is not possible")]
+    BadSetting {
+        /// Which number.
+        setting: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Two bodies overlap at the start.
+    #[error("\"{a}\" and \"{b}\" overlap by {depth:.3e} m at t = 0; move them apart")]
+    StartOverlap {
+        /// First body.
+        a: String,
+        /// Second body.
+        b: String,
+        /// Overlap \[m\].
+        depth: f64,
+    },
+    /// A body cannot be replaced by pieces.
+    #[error("\"{body}\" breaks at t = {time:.6} s, but it {reason}")]
+    CannotBreak {
+        /// The body.
+        body: String,
+        /// Why not.
+        reason: &'static str,
+        /// When \[s\].
+        time: f64,
+    },
+    /// A body that may break cannot.
+    #[cfg(feature = "fracture")]
+    #[error("\"{body}\" cannot break: {source}")]
+    Fracture {
+        /// The body.
+        body: String,
+        /// Why.
+        source: crate::fracture::FractureError,
+    },
+    /// The state is no longer finite.
+    #[error("the motion of \"{body}\" diverged at t = {time:.6} s")]
+    Diverged {
+        /// The body.
+        body: String,
+        /// When \[s\].
+        time: f64,
+    },
+    /// Stopped by the caller.
+    #[error("interrupted")]
+    Interrupted,
+}

@@ -1,0 +1,95 @@
+//! Errors of a fracture.
+
+use clangor_bake::fem::ElasticError;
+use clangor_bake::mesh::tetrahedra::TetMeshError;
+use clangor_bake::stress::ElastostaticsError;
+use clangor_core::contact::ContactError;
+use clangor_core::geometry::solid::MeshError;
+use clangor_core::glam::DVec3;
+
+/// Why a body cannot be broken.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FractureError {
+    /// A number makes no sense.
+    #[error("{setting} = {value:e} is not possible for a fracture")]
+    Setting {
+        /// Which number.
+        setting: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Lists do not fit.
+    #[error("there are {got} {what}, but {wanted} are needed")]
+    Counts {
+        /// Of what.
+        what: &'static str,
+        /// How many there are.
+        got: usize,
+        /// How many there should be.
+        wanted: usize,
+    },
+    /// Its material does not say how strong or how tough it is.
+    #[error("material \"{material}\" has no {number}")]
+    Unknown {
+        /// The material.
+        material: String,
+        /// Which number.
+        number: &'static str,
+    },
+    /// Its material is not elastic.
+    #[error(transparent)]
+    Elastic(#[from] ElasticError),
+    /// Its stress cannot be computed.
+    #[error(transparent)]
+    Stress(#[from] ElastostaticsError),
+    /// The impact that breaks it makes no sense.
+    #[error(transparent)]
+    ContactLoad(#[from] ContactError),
+    /// A piece cannot collide.
+    #[error("one of its pieces {0}")]
+    Collision(&'static str),
+    /// The cracks give impulses that are no numbers.
+    #[error(transparent)]
+    Impulse(#[from] NoImpulse),
+    /// The body falls into parts that do not hang together before it breaks.
+    #[error("the body has {0} parts that do not hang together; only one body at a time can break")]
+    Parts(usize),
+    /// Tetrahedra without volume.
+    #[error("the body or its pieces have no valid tetrahedra: {0}")]
+    Mesh(#[from] TetMeshError),
+    /// A surface that is not closed.
+    #[error("the body or its pieces are not closed: {0}")]
+    Surface(#[from] MeshError),
+    /// A surface that touches itself at a vertex.
+    #[error(
+        "the surface touches itself at {position}, where two parts of it meet in one vertex; remesh the body"
+    )]
+    Pinched {
+        /// Where \[m\].
+        position: DVec3,
+    },
+}
+
+/// Why a crack gives no impulses.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoImpulse {
+    /// The crack took all energy.
+    #[error("the crack leaves {0:.3e} J for the motion of the pieces")]
+    NoSurplus(f64),
+    /// The faces of the crack carried no stress that could move a piece.
+    #[error("the crack runs where the body carries no load")]
+    NoTraction,
+    /// Lists do not fit.
+    #[error("a crack face names {what} {index}, but there are {count}")]
+    Missing {
+        /// What is named.
+        what: &'static str,
+        /// Its number.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A mass, an inertia or a stress is not finite, or an inertia cannot be inverted.
+    #[error("a stress, a mass or an inertia is not finite or zero")]
+    NotFinite,
+}

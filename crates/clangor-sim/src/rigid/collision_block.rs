@@ -1,0 +1,186 @@
+//! A block of simultaneous impacts: which points take part, and their impulses.
+//!
+//! Only the points that approach are solved together: `u⁺ ≥ −e u⁻` with `λ ≥ 0` and a round friction cone
+//! (generalized reflections, \[REFL\] §4), by projected Gauss-Seidel.
+
+use clangor_core::timeline::ContactKind;
+use glam::DVec3;
+
+use super::collision_scene::Scene;
+use super::impact_threshold::rest_speed;
+use super::state::Instant;
+use super::step_log::{ContactImpulse, Impulse};
+
+/// Points of a pair that touch within this time belong to the impact \[s\].
+const TOGETHER: f64 = 1e-7;
+/// Points of a pair within this distance belong to the impact \[m\].
+const TOUCHING: f64 = 1e-9;
+/// Impacts of one pair in one step, or rounds of one block, after which restitution is dropped.
+pub(super) const ELASTIC_HITS: u32 = 12;
+/// Gauss-Seidel sweeps at most.
+const MAX_SWEEPS: u32 = 400;
+/// Velocity correction, relative to the approach, that ends the sweeps.
+const CONVERGED: f64 = 1e-14;
+
+/// A body in a block.
+pub(super) struct Actor {
+    pub(super) body: usize,
+    pub(super) now: Instant,
+}
+
+/// A point in a block.
+pub(super) struct BlockPoint {
+    pair: usize,
+    a: usize,
+    b: usize,
+    normal: DVec3,
+    point: DVec3,
+    gap: f64,
+    arm_a: DVec3,
+    arm_b: DVec3,
+    inverse_mass: f64,
+    friction: f64,
+    target: f64,
+    before: DVec3,
+    impulse_n: f64,
+    impulse_t: DVec3,
+}
+
+/// The bodies and points of a block.
+#[derive(Default)]
+pub(super) struct Block {
+    pub(super) actors: Vec<Actor>,
+    points: Vec<BlockPoint>,
+}
+
+impl Block {
+    /// Whether no point approaches.
+    pub(super) fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Puts the points that approach now into the block.
+    pub(super) fn assemble(&mut self, scene: &Scene<'_>, group: &[usize], round: u32) {
+        self.points.clear();
+        for &index in group {
+            let pair = &scene.pairs[index];
+            let find = |body: u32| self.actors.iter().position(|actor| actor.body == body as usize);
+            let (Some(a), Some(b)) = (find(pair.key.a), find(pair.key.b)) else { continue };
+            let (now_a, now_b) = (&self.actors[a].now, &self.actors[b].now);
+            let normal = pair.exact.normal;
+            let rest = rest_speed(pair.coefficients.restitution, &scene.step);
+            for point in &pair.exact.points {
+                let middle = (point.on_a + point.on_b) * 0.5;
+                let (arm_a, arm_b) = (middle - now_a.position, middle - now_b.position);
+                let before = now_a.velocity_at(arm_a) - now_b.velocity_at(arm_b);
+                let approach = -before.dot(normal);
+                if approach <= rest || point.gap > TOUCHING + TOGETHER * approach {
+                    continue;
+                }
+                let spent = pair.hits >= ELASTIC_HITS || round >= ELASTIC_HITS;
+                let ramp = ((approach - rest) / rest).clamp(0.0, 1.0);
+                let restitution = if spent { 0.0 } else { pair.coefficients.restitution * ramp };
+                self.points.push(BlockPoint {
+                    pair: index,
+                    a,
+                    b,
+                    normal,
+                    point: middle,
+                    gap: point.gap,
+                    arm_a,
+                    arm_b,
+                    inverse_mass: now_a.inverse_mass_at(arm_a, normal) + now_b.inverse_mass_at(arm_b, normal),
+                    friction: pair.coefficients.friction,
+                    target: restitution * approach,
+                    before,
+                    impulse_n: 0.0,
+                    impulse_t: DVec3::ZERO,
+                });
+            }
+        }
+    }
+
+    /// Gauss-Seidel on the block. The actors are left as they were: [`Self::apply_and_log`] moves them.
+    pub(super) fn solve(&mut self) {
+        let mut moving: Vec<Instant> = self.actors.iter().map(|actor| actor.now).collect();
+        let scale = self.points.iter().map(|p| p.before.length()).fold(0.0, f64::max);
+        for _ in 0..MAX_SWEEPS {
+            let mut largest = 0.0_f64;
+            for point in &mut self.points {
+                let relative =
+                    |m: &[Instant]| m[point.a].velocity_at(point.arm_a) - m[point.b].velocity_at(point.arm_b);
+                let speed = relative(&moving).dot(point.normal);
+                let change = ((point.target - speed) / point.inverse_mass).max(-point.impulse_n);
+                point.impulse_n += change;
+                moving[point.a].push(point.arm_a, point.normal * change);
+                moving[point.b].push(point.arm_b, point.normal * -change);
+                largest = largest.max((change * point.inverse_mass).abs());
+                if point.friction <= 0.0 {
+                    continue;
+                }
+                let slip = relative(&moving).reject_from_normalized(point.normal);
+                let Some(direction) = slip.try_normalize() else { continue };
+                let inverse_mass = moving[point.a].inverse_mass_at(point.arm_a, direction)
+                    + moving[point.b].inverse_mass_at(point.arm_b, direction);
+                let limit = point.friction * point.impulse_n;
+                let wanted = (point.impulse_t - slip / inverse_mass).clamp_length_max(limit);
+                let change = wanted - point.impulse_t;
+                point.impulse_t = wanted;
+                moving[point.a].push(point.arm_a, change);
+                moving[point.b].push(point.arm_b, -change);
+                largest = largest.max(change.length() * inverse_mass);
+            }
+            if largest <= CONVERGED * scale {
+                break;
+            }
+        }
+    }
+
+    /// Gives the actors the sums of the impulses, so that the balance of momentum is exact, and logs them.
+    pub(super) fn apply_and_log(&mut self, scene: &mut Scene<'_>, time: f64) {
+        let block = &mut self.points;
+        block.retain(|p| p.impulse_n > 0.0);
+        block.sort_by_key(|p| (scene.pairs[p.pair].key.a, scene.pairs[p.pair].key.b));
+        let mut k = 0;
+        while k < block.len() {
+            let key = scene.pairs[block[k].pair].key;
+            scene.log.begin(ContactKind::Impact);
+            for actor in [block[k].a, block[k].b].map(|i| &self.actors[i]) {
+                if scene.bodies[actor.body].is_moving() {
+                    scene.log.pose(time, actor.body, &actor.now);
+                }
+            }
+            while let Some(p) = block.get(k).filter(|p| {
+                let other = scene.pairs[p.pair].key;
+                (other.a, other.b) == (key.a, key.b)
+            }) {
+                let impulse = ContactImpulse {
+                    point: p.point,
+                    normal: p.normal,
+                    depth: -p.gap,
+                    impulse_n: p.impulse_n,
+                    impulse_t: p.impulse_t,
+                    couple: DVec3::ZERO,
+                    velocity: p.before,
+                };
+                let (a, b) = ((key.a, p.arm_a), (key.b, p.arm_b));
+                scene.log.impulse(Impulse::between(a, b, ContactKind::Impact, time, impulse));
+                k += 1;
+            }
+            scene.log.end();
+        }
+        for p in block.iter() {
+            let impulse = p.normal * p.impulse_n + p.impulse_t;
+            for (actor, arm, impulse) in [(p.a, p.arm_a, impulse), (p.b, p.arm_b, -impulse)] {
+                let now = &mut self.actors[actor].now;
+                now.velocity += impulse * now.inverse_mass;
+                now.momentum += arm.cross(impulse);
+            }
+        }
+        for actor in &mut self.actors {
+            if scene.bodies[actor.body].is_awake() {
+                actor.now.angular_velocity = actor.now.inverse_inertia * actor.now.momentum;
+            }
+        }
+    }
+}

@@ -1,0 +1,18 @@
+//! The bodies and pairs that the collision phase works on.
+
+use super::broad_phase::Neighbours;
+use super::pair::{Pair, PairScratch, Step};
+use super::shape::Shape;
+use super::state::BodyState;
+use super::step_log::StepLog;
+
+/// What the phase works on.
+pub(super) struct Scene<'a> {
+    pub(super) bodies: &'a mut [BodyState],
+    pub(super) pairs: &'a mut [Pair],
+    pub(super) neighbours: &'a Neighbours,
+    pub(super) shapes: &'a [Shape],
+    pub(super) step: Step,
+    pub(super) scratch: &'a mut PairScratch,
+    pub(super) log: &'a mut StepLog,
+}

@@ -1,0 +1,291 @@
+//! A world of bodies of any shape that is advanced in steps of time.
+
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId, World};
+use clangor_core::material::PairCoefficients;
+use clangor_core::timeline::PoseRow;
+use glam::DVec3;
+
+use super::broad_phase::{self, Neighbours};
+use super::collision_phase::CollisionPhase;
+use super::collision_scene::Scene;
+use super::contact_phase::ContactPhase;
+use super::pair::{Pair, PairScratch, Step};
+use super::shape::Shape;
+use super::sleep;
+use super::spring::Spring;
+use super::state::BodyState;
+use super::step_log::StepLog;
+use crate::SimulationError;
+
+/// An overlap at the start beyond this is refused \[m\].
+const START_OVERLAP: f64 = 1e-4;
+/// Steps between two looks for islands that may sleep.
+const SLEEP_CHECK: u64 = 16;
+/// Steps between two bottom-up orderings.
+const ORDER_CHECK: u64 = 64;
+
+/// A world that is stepped.
+pub struct RigidWorld {
+    pub(super) names: Vec<String>,
+    pub(super) materials: Vec<clangor_core::material::Material>,
+    pub(super) bodies: Vec<BodyState>,
+    pub(super) shapes: Vec<Shape>,
+    pub(super) springs: Vec<Spring>,
+    pub(super) restless: Vec<bool>,
+    pub(super) gravity: DVec3,
+    pub(super) time_step: f64,
+    sleep: bool,
+    steps: u64,
+    sweeps: u64,
+    pub(super) pairs: Vec<Pair>,
+    /// How many bodies the pairs were found among; the others are newborn.
+    paired: usize,
+    pub(super) neighbours: Neighbours,
+    collision: CollisionPhase,
+    contact: ContactPhase,
+    scratch: PairScratch,
+}
+
+impl RigidWorld {
+    /// The world at t = 0, to be moved in steps of `time_step` \[s\]; with `sleep`, bodies at rest are put to
+    /// sleep.
+    ///
+    /// # Errors
+    /// [`SimulationError::BadBody`] for a body that cannot be simulated, [`SimulationError::Unsupported`] for
+    /// a link, [`SimulationError::StartOverlap`] where bodies overlap by more than 0.1 mm.
+    pub fn try_new(world: &World, time_step: f64, sleep: bool) -> Result<Self, SimulationError> {
+        if !(time_step > 0.0 && time_step.is_finite()) {
+            return Err(SimulationError::BadSetting { setting: "time_step", value: time_step });
+        }
+        if !world.gravity.is_finite() {
+            return Err(SimulationError::BadSetting { setting: "gravity", value: world.gravity.length() });
+        }
+        let mut shapes = Vec::new();
+        let mut bodies = Vec::new();
+        // Copies of a body share a surface, and here its parts.
+        let mut known: Vec<*const clangor_core::body::Surface> = Vec::new();
+        for body in &world.bodies {
+            let bad = |reason| SimulationError::BadBody { body: body.name.clone(), reason };
+            let surface = Arc::as_ptr(&body.surface);
+            let shape = match known.iter().position(|k| std::ptr::eq(*k, surface)) {
+                Some(shape) => shape,
+                None => {
+                    shapes.push(Shape::try_new(&body.surface).map_err(bad)?);
+                    known.push(surface);
+                    shapes.len() - 1
+                }
+            };
+            bodies.push(BodyState::try_new(body, shape, shapes[shape].radius).map_err(bad)?);
+        }
+        let mut restless = vec![false; bodies.len()];
+        let mut springs = Vec::new();
+        for link in &world.links {
+            let spring = Spring::try_new(link, &bodies, time_step).map_err(|(what, id)| {
+                let name = world.bodies.get(id.index()).map_or_else(String::new, |b| b.name.clone());
+                SimulationError::Unsupported { what, name }
+            })?;
+            spring.ends().for_each(|i| restless[i] = true);
+            springs.push(spring);
+        }
+        let mut rigid = RigidWorld {
+            names: world.bodies.iter().map(|b| b.name.clone()).collect(),
+            materials: world.bodies.iter().map(|b: &Body| b.material.clone()).collect(),
+            bodies,
+            shapes,
+            springs,
+            restless,
+            gravity: world.gravity,
+            time_step,
+            sleep,
+            steps: 0,
+            sweeps: 0,
+            pairs: Vec::new(),
+            paired: 0,
+            neighbours: Neighbours::default(),
+            collision: CollisionPhase::default(),
+            contact: ContactPhase::default(),
+            scratch: PairScratch::default(),
+        };
+        // What overlaps now was not born so.
+        rigid.paired = rigid.bodies.len();
+        rigid.find_pairs();
+        rigid.refuse_overlaps()?;
+        Ok(rigid)
+    }
+
+    /// Simulated time \[s\].
+    pub fn time(&self) -> f64 {
+        self.steps as f64 * self.time_step
+    }
+
+    /// State of a body now, or at its death.
+    pub fn pose(&self, body: BodyId) -> PoseRow {
+        let state = &self.bodies[body.index()];
+        PoseRow {
+            time: self.time(),
+            body,
+            position: state.position,
+            orientation: state.orientation,
+            velocity: state.velocity,
+            angular_velocity: state.start_angular_velocity(),
+        }
+    }
+
+    /// Momentum \[N s\] and angular momentum about the centre of mass \[N m s\] of a free body now, world
+    /// frame.
+    pub fn momentum(&self, body: BodyId) -> (DVec3, DVec3) {
+        let state = &self.bodies[body.index()];
+        (state.velocity * state.mass, state.momentum)
+    }
+
+    /// Kinetic energy of all free bodies \[J\].
+    pub fn kinetic_energy(&self) -> f64 {
+        self.bodies.iter().map(BodyState::kinetic_energy).sum()
+    }
+
+    /// Kinetic and potential energy of all free bodies \[J\], springs left out.
+    pub fn energy(&self) -> f64 {
+        let free = self.bodies.iter().filter(|b| b.is_free());
+        self.kinetic_energy() - free.map(|b| b.mass * self.gravity.dot(b.position)).sum::<f64>()
+    }
+
+    /// Bound on the speed of any point of a body \[m/s\].
+    pub fn surface_speed(&self, body: BodyId) -> f64 {
+        let state = &self.bodies[body.index()];
+        state.velocity.length() + state.start_angular_velocity().length() * state.radius
+    }
+
+    /// Whether a body is there and has not broken.
+    pub fn is_alive(&self, body: BodyId) -> bool {
+        self.bodies.get(body.index()).is_some_and(|state| !state.is_gone())
+    }
+
+    /// Number of bodies there ever were; the next one that is born has this id.
+    pub fn count(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Whether a body sleeps.
+    pub fn is_asleep(&self, body: BodyId) -> bool {
+        self.bodies[body.index()].asleep
+    }
+
+    /// Deepest overlap of any two bodies in the last step \[m\], beyond that with which one of them was born;
+    /// 0 if none.
+    pub fn deepest_overlap(&self) -> f64 {
+        let points = self.pairs.iter().filter(|p| p.live && p.hits == 0).flat_map(|p| &p.points);
+        points.map(|p| -p.gap).fold(0.0, f64::max)
+    }
+
+    /// Sweeps of the contact phase so far, a measure of the work.
+    pub fn sweeps(&self) -> u64 {
+        self.sweeps
+    }
+
+    /// Advances by one step and leaves its impulses in `log`.
+    ///
+    /// # Errors
+    /// [`SimulationError::Diverged`] if the state is no longer finite.
+    pub fn step(&mut self, log: &mut StepLog) -> Result<(), SimulationError> {
+        let step = Step { time: self.time(), length: self.time_step, gravity: self.gravity };
+        log.clear();
+        let mut rebuild = self.paired < self.bodies.len();
+        for body in &mut self.bodies {
+            body.begin_step(step.time, step.length);
+            rebuild |= body.moved > 0.5 * body.margin;
+        }
+        self.check_finite()?;
+        if rebuild {
+            self.find_pairs();
+        }
+        for pair in &mut self.pairs {
+            pair.begin_step(&self.bodies, &self.shapes, &step, &mut self.scratch);
+        }
+        if self.sleep {
+            sleep::wake_touched(&mut self.bodies, &mut self.pairs, &self.neighbours, &step);
+        }
+        self.collision.run(&mut Scene {
+            bodies: &mut self.bodies,
+            pairs: &mut self.pairs,
+            neighbours: &self.neighbours,
+            shapes: &self.shapes,
+            step,
+            scratch: &mut self.scratch,
+            log,
+        });
+        for body in self.bodies.iter_mut().filter(|b| b.is_awake()) {
+            body.velocity += self.gravity * step.length;
+        }
+        for spring in &self.springs {
+            spring.pull(&mut self.bodies, &step, log);
+        }
+        self.sweeps += u64::from(self.contact.run(&mut self.bodies, &mut self.pairs, &step, log));
+        self.steps += 1;
+        let end = self.time();
+        for body in &mut self.bodies {
+            body.end_step(end, step.length);
+        }
+        if self.sleep {
+            sleep::watch(&mut self.bodies, step.length);
+            if self.steps.is_multiple_of(SLEEP_CHECK) {
+                let next = Step { time: end, ..step };
+                sleep::settle(&mut self.bodies, &self.pairs, &self.restless, &next, log);
+            }
+        }
+        if self.steps.is_multiple_of(ORDER_CHECK) {
+            self.contact.sort(&self.bodies, &self.pairs, self.gravity);
+        }
+        self.check_finite()
+    }
+
+    fn check_finite(&self) -> Result<(), SimulationError> {
+        match self.bodies.iter().position(|b| !b.is_finite()) {
+            Some(i) => Err(SimulationError::Diverged { body: self.names[i].clone(), time: self.time() }),
+            None => Ok(()),
+        }
+    }
+
+    fn find_pairs(&mut self) {
+        let keys = broad_phase::pairs(&mut self.bodies, &self.shapes, self.time_step);
+        self.neighbours = Neighbours::new(&keys, &self.bodies);
+        let mut old = std::mem::take(&mut self.pairs).into_iter().peekable();
+        for key in keys {
+            while old.peek().is_some_and(|p| p.key < key) {
+                old.next();
+            }
+            let (a, b) = (key.a as usize, key.b as usize);
+            self.pairs.push(match old.next_if(|p| p.key == key) {
+                Some(pair) => pair,
+                None => {
+                    let coefficients = PairCoefficients::of(&self.materials[a], &self.materials[b]);
+                    let newborn = a.max(b) >= self.paired;
+                    Pair::new(key, coefficients, (&self.bodies[a], &self.bodies[b]), &self.shapes, newborn)
+                }
+            });
+        }
+        self.paired = self.bodies.len();
+        self.contact.sort(&self.bodies, &self.pairs, self.gravity);
+    }
+
+    fn refuse_overlaps(&mut self) -> Result<(), SimulationError> {
+        let still = Step { time: 0.0, length: 0.0, gravity: DVec3::ZERO };
+        let mut deepest = (START_OVERLAP, None);
+        for pair in &mut self.pairs {
+            pair.find_exactly(&self.bodies, &self.shapes, &still, 0.0, &mut self.scratch);
+            let depth = pair.exact.points.iter().map(|p| -p.gap).fold(0.0, f64::max);
+            if depth > deepest.0 {
+                deepest = (depth, Some(pair.key));
+            }
+        }
+        match deepest {
+            (depth, Some(key)) => Err(SimulationError::StartOverlap {
+                a: self.names[key.a as usize].clone(),
+                b: self.names[key.b as usize].clone(),
+                depth,
+            }),
+            _ => Ok(()),
+        }
+    }
+}

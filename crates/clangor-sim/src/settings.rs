@@ -1,0 +1,20 @@
+//! Settings of a simulation.
+
+use crate::record::RecordSettings;
+use crate::solver_choice::Solver;
+
+/// How to simulate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulationSettings {
+    /// Which solver.
+    pub solver: Solver,
+    /// Simulated time \[s\].
+    pub duration: f64,
+    /// Step of the time-stepped solver \[s\]. The sphere solver uses it only to sample lasting contacts for
+    /// the log.
+    pub time_step: f64,
+    /// What is logged.
+    pub record: RecordSettings,
+    /// Whether bodies at rest may sleep (time-stepped solver).
+    pub sleep: bool,
+}

@@ -1,0 +1,74 @@
+//! Runs of a whole simulation, streamed into a timeline.
+
+use std::ops::ControlFlow;
+
+#[cfg(not(feature = "rigid"))]
+use clangor_core::body::Surface;
+use clangor_core::body::World;
+use clangor_core::timeline::TimelineSink;
+
+use crate::error::SimulationError;
+use crate::record::Recorder;
+use crate::report::SimulationReport;
+use crate::settings::SimulationSettings;
+use crate::solver_choice::{Solver, choose_solver};
+#[cfg(not(feature = "rigid"))]
+use crate::spheres;
+#[cfg(feature = "rigid")]
+use crate::{rigid, spheres};
+
+/// Simulates a world and streams what happens into `sink`.
+///
+/// `progress` is told the simulated time \[s\] now and then; `Break` stops the run.
+///
+/// # Errors
+/// [`SimulationError`]; the sink has all rows until then.
+pub fn simulate(
+    world: &World,
+    settings: &SimulationSettings,
+    sink: &mut dyn TimelineSink,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<SimulationReport, SimulationError> {
+    let mut recorder = Recorder::new(settings.record, sink);
+    let outcome = match choose_solver(world, settings.solver) {
+        Solver::Spheres => spheres::simulate(world, settings, &mut recorder, progress),
+        #[cfg(feature = "rigid")]
+        _ => rigid::run(world, settings, &mut recorder, &mut |_, _| Ok(Vec::new()), progress),
+        #[cfg(not(feature = "rigid"))]
+        _ => {
+            let mesh = world.bodies.iter().find(|b| matches!(*b.surface, Surface::Mesh(_)));
+            let name = mesh.map_or_else(|| "world".into(), |b| b.name.clone());
+            Err(SimulationError::Unsupported { what: "time-stepped solver in this build", name })
+        }
+    };
+    ended(recorder, outcome, settings.duration)
+}
+
+/// Closes the impacts that are open, also those of a run that failed.
+fn ended(
+    recorder: Recorder<'_>,
+    outcome: Result<(), SimulationError>,
+    duration: f64,
+) -> Result<SimulationReport, SimulationError> {
+    let report = recorder.finish(duration);
+    outcome?;
+    Ok(report?)
+}
+
+/// Simulates a world whose bodies may break, in steps of time whatever the settings choose: `breaker` looks
+/// at each step, and the bodies that it names are replaced by its pieces at the end of that step.
+///
+/// # Errors
+/// [`SimulationError`], also those of `breaker`; the sink has all rows until then.
+#[cfg(feature = "rigid")]
+pub fn simulate_breaking(
+    world: &World,
+    settings: &SimulationSettings,
+    sink: &mut dyn TimelineSink,
+    breaker: rigid::Breaker<'_>,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<SimulationReport, SimulationError> {
+    let mut recorder = Recorder::new(settings.record, sink);
+    let outcome = rigid::run(world, settings, &mut recorder, breaker, progress);
+    ended(recorder, outcome, settings.duration)
+}

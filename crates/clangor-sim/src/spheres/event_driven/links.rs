@@ -1,0 +1,142 @@
+//! Rods and springs of a world: the islands of linked balls.
+
+use clangor_core::body::{BodyId, Link, SpringEnd, World};
+use glam::DVec3;
+
+use super::arc::{Far, Island, Rod, Spring};
+use super::ball::Traits;
+use crate::SimulationError;
+
+/// Most rods on one ball.
+const MOST_RODS: usize = 2;
+
+/// Island of a ball and its place there; `None` for a ball without links.
+type Seat = Option<(usize, usize)>;
+
+/// Gathers linked balls into islands: the connected components of the graph of springs, and single balls on
+/// rods. Returns the islands, and the island of each ball with its place there.
+///
+/// # Errors
+/// [`SimulationError::NotASphere`] for a link that cannot be simulated.
+pub(super) fn link_islands(
+    world: &World,
+    traits: &[Traits],
+) -> Result<(Vec<Island>, Vec<Seat>), SimulationError> {
+    let mut ball_of = vec![None; world.bodies.len()];
+    for (ball, traits) in traits.iter().enumerate().filter(|(_, t)| t.free) {
+        ball_of[traits.body as usize] = Some(ball);
+    }
+    let mut linked = Linked { world, ball_of, islands: Vec::new(), seats: vec![None; traits.len()] };
+    linked.find_islands(traits);
+    for link in &world.links {
+        match *link {
+            Link::Hang { body, anchor } => linked.add_rod(body, anchor)?,
+            Link::Spring { .. } => linked.add_spring(link)?,
+        }
+    }
+    Ok((linked.islands, linked.seats))
+}
+
+/// The linked balls of a world.
+struct Linked<'a> {
+    world: &'a World,
+    /// Free ball of each body.
+    ball_of: Vec<Option<usize>>,
+    islands: Vec<Island>,
+    seats: Vec<Seat>,
+}
+
+impl Linked<'_> {
+    /// Finds the connected components; the lowest ball represents its island.
+    fn find_islands(&mut self, traits: &[Traits]) {
+        let mut root: Vec<usize> = (0..traits.len()).collect();
+        let mut linked = vec![false; traits.len()];
+        for link in &self.world.links {
+            let (body, other) = match *link {
+                Link::Hang { body, .. } => (body, None),
+                Link::Spring { body, to: SpringEnd::Point(_), .. } => (body, None),
+                Link::Spring { body, to: SpringEnd::Body(other), .. } => (body, Some(other)),
+            };
+            let ends = [Some(body), other].into_iter().flatten();
+            let balls: Vec<usize> = ends.filter_map(|b| self.ball_of[b.index()]).collect();
+            for &ball in &balls {
+                linked[ball] = true;
+            }
+            if let [one, two] = balls[..] {
+                let (one, two) = (root_of(&root, one), root_of(&root, two));
+                root[one.max(two)] = one.min(two);
+            }
+        }
+        for ball in (0..traits.len()).filter(|&b| linked[b]) {
+            let island = match self.seats[root_of(&root, ball)] {
+                Some((island, _)) => island,
+                None => {
+                    self.islands.push(Island::new(Vec::new(), Vec::new(), self.world.gravity));
+                    self.islands.len() - 1
+                }
+            };
+            let members = &mut self.islands[island];
+            self.seats[ball] = Some((island, members.balls.len()));
+            members.balls.push(ball);
+            members.masses.push(traits[ball].mass);
+        }
+    }
+
+    fn seat(&self, body: BodyId) -> Seat {
+        self.ball_of[body.index()].and_then(|ball| self.seats[ball])
+    }
+
+    fn position(&self, body: BodyId) -> DVec3 {
+        self.world.bodies[body.index()].pose.position
+    }
+
+    fn refuse<T>(&self, body: BodyId, reason: &'static str) -> Result<T, SimulationError> {
+        let body = self.world.bodies[body.index()].name.clone();
+        Err(SimulationError::NotASphere { body, reason })
+    }
+
+    fn add_rod(&mut self, body: BodyId, anchor: DVec3) -> Result<(), SimulationError> {
+        let Some((island, ball)) = self.seat(body) else {
+            return self.refuse(body, "it hangs, but it is not a free sphere");
+        };
+        let length = self.position(body).distance(anchor);
+        if !(length > 0.0 && length.is_finite()) {
+            return self.refuse(body, "the rod on which it hangs has no length");
+        }
+        if self.islands[island].rods.iter().filter(|r| r.ball == ball).count() == MOST_RODS {
+            return self.refuse(body, "it hangs on more than two rods");
+        }
+        self.islands[island].rods.push(Rod { ball, anchor, length });
+        Ok(())
+    }
+
+    /// Adds a spring to the island of its free ends; a spring between two fixed bodies has no effect.
+    fn add_spring(&mut self, link: &Link) -> Result<(), SimulationError> {
+        let Link::Spring { body, to, rest_length, stiffness, damping } = *link else { return Ok(()) };
+        if ![rest_length, stiffness, damping].iter().all(|x| *x >= 0.0 && x.is_finite()) {
+            return self.refuse(body, "its spring has a negative or infinite coefficient");
+        }
+        let (far_seat, far_point, far_id) = match to {
+            SpringEnd::Point(point) => (None, point, BodyId::WORLD),
+            SpringEnd::Body(other) => (self.seat(other), self.position(other), other),
+        };
+        let (island, ball, to, far_body) = match (self.seat(body), far_seat) {
+            (Some((island, ball)), Some((_, other))) => (island, ball, Far::Ball(other), BodyId::WORLD),
+            (Some((island, ball)), None) => (island, ball, Far::Point(far_point), far_id),
+            // The free ball is at the far end.
+            (None, Some((island, ball))) => (island, ball, Far::Point(self.position(body)), body),
+            (None, None) => return Ok(()),
+        };
+        let spring = Spring { ball, to, far_body, rest_length, stiffness, damping };
+        self.islands[island].springs.push(spring);
+        Ok(())
+    }
+}
+
+/// Representative of the component that holds a ball.
+fn root_of(root: &[usize], mut ball: usize) -> usize {
+    while root[ball] != ball {
+        ball = root[ball];
+    }
+    ball
+}

@@ -1,0 +1,98 @@
+//! Phases of motion between events: bringing states forward, and starting the next phase.
+
+use glam::DVec3;
+
+use super::ball::MotionPhase;
+use super::engine::Engine;
+use super::support::{self, End, Ground};
+use crate::spheres::tolerances::TOUCH;
+
+impl Engine {
+    /// Takes the state of a ball at the present time as its new reference.
+    pub(super) fn bring_forward(&mut self, ball: usize) {
+        self.bank(ball);
+        let seat = self.seat(ball);
+        let record = &mut self.balls[ball];
+        if record.time == self.now {
+            return;
+        }
+        let spin = &mut self.spins[ball];
+        let (position, velocity) = match seat {
+            Some((island, place)) => self.islands[island].arcs[place].at(self.now),
+            None => record.at(self.now),
+        };
+        (spin.orientation, spin.omega) = spin.after(self.now - record.time);
+        (record.position, record.velocity, record.time) = (position, velocity, self.now);
+    }
+
+    /// Takes the states of the balls of an island at the present time as their new references.
+    pub(super) fn bring_island_forward(&mut self, island: usize) {
+        self.bank_links(island);
+        for place in 0..self.islands[island].balls.len() {
+            self.bring_forward(self.islands[island].balls[place]);
+        }
+    }
+
+    /// Starts a new segment of the arcs of an island, whose balls have been brought forward.
+    pub(super) fn launch(&mut self, island: usize) {
+        let Engine { islands, balls, spins, next, now, .. } = self;
+        let island = &mut islands[island];
+        let (mut x, mut v): (Vec<_>, Vec<_>) =
+            island.balls.iter().map(|&ball| (balls[ball].position, balls[ball].velocity)).unzip();
+        island.launch(*now, &mut x, &mut v);
+        for (place, &ball) in island.balls.iter().enumerate() {
+            let record = &mut balls[ball];
+            (record.position, record.velocity) = (x[place], v[place]);
+            record.motion_phase = MotionPhase::Arc;
+            record.generation = record.generation.wrapping_add(1);
+            spins[ball].alpha = DVec3::ZERO;
+            next[ball].phase_end = island.end();
+        }
+    }
+
+    /// Searches the next events of all balls of an island anew.
+    pub(super) fn predict_island(&mut self, island: usize) {
+        for place in 0..self.islands[island].balls.len() {
+            self.predict(self.islands[island].balls[place]);
+        }
+    }
+
+    /// Starts a new phase of motion at the present time, from a state that has been brought forward.
+    pub(super) fn settle(&mut self, ball: usize, ended: Option<(Ground, End)>) {
+        let (record, spin, traits) = (&mut self.balls[ball], &mut self.spins[ball], &self.traits[ball]);
+        let mut state = support::State {
+            radius: record.radius,
+            mass: traits.mass,
+            inertia: 1.0 / traits.inverse_inertia,
+            velocity: record.velocity,
+            omega: spin.omega,
+            gravity: self.gravity,
+        };
+        if let Some((ground, end)) = ended {
+            support::finish(&mut state, &ground, end);
+        }
+        let mut grounds = Vec::new();
+        for (index, plane) in self.planes.iter().enumerate() {
+            let gap = plane.normal.dot(record.position) - plane.offset - record.radius;
+            if gap <= TOUCH && support::in_touch(plane.normal.dot(record.velocity)) {
+                let pair = self.pairs.of(traits.material, plane.material);
+                grounds.push(Ground {
+                    plane: index,
+                    normal: plane.normal,
+                    friction: pair.friction,
+                    rolling_loss: pair.rolling_loss,
+                });
+            }
+        }
+        let phase = support::phase(&mut state, &grounds);
+        (record.velocity, spin.omega) = (state.velocity, state.omega);
+        (record.acceleration, spin.alpha) = (phase.acceleration, phase.alpha);
+        record.generation = record.generation.wrapping_add(1);
+        self.next[ball].phase_end = self.now + phase.duration;
+        let (flew, flies) = (record.motion_phase == MotionPhase::Ballistic, phase.reactions.is_empty());
+        record.motion_phase = if flies { MotionPhase::Ballistic } else { MotionPhase::Steady };
+        if !(flew && flies) {
+            self.phases[ball] = (!flies).then(|| Box::new(phase));
+        }
+    }
+}

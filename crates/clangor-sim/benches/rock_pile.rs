@@ -48,8 +48,8 @@ fn main() {
         if k % per_interval == 0 {
             let asleep = (first..world.bodies.len()).filter(|&i| rigid.is_asleep(BodyId(i as u32))).count();
             println!(
-                "t {:.1} s: {loud} impulses > 5 cm/s, kinetic energy {:.2e} J, asleep {asleep}, overlap {:.1} um, \
-                 {:.1} sweeps/step, CPU {:.2} s ({:.2} ms/step)",
+                "t {:.1} s: {loud} impulses > 5 cm/s, kinetic energy {:.2e} J, asleep {asleep}, \
+                 overlap {:.1} um, {:.1} sweeps/step, CPU {:.2} s ({:.2} ms/step)",
                 rigid.time(),
                 rigid.kinetic_energy(),
                 deepest * 1e6,

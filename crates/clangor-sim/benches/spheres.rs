@@ -82,15 +82,15 @@ impl TimelineSink for Counter {
     }
 }
 
-/// Seconds that this thread has run; on systems that do not tell, the clock on the wall.
+/// CPU time of this thread \[s\]; wall-clock time on systems without `schedstat`.
 fn cpu_seconds() -> f64 {
     static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds: Option<f64> = told.split(' ').next().and_then(|n| n.parse().ok());
+    let schedstat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds: Option<f64> = schedstat.split(' ').next().and_then(|n| n.parse().ok());
     nanoseconds.map_or_else(|| BEGIN.elapsed().as_secs_f64(), |n| 1e-9 * n)
 }
 
-/// Memory that the process holds [B]; none on systems that do not tell.
+/// Resident memory of the process \[B\]; `None` on systems without `/proc`.
 fn held_bytes() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmRSS:"))?;

@@ -172,7 +172,8 @@ fn a_stack_of_twenty_boxes_stands() {
         let top = BodyId(count);
         let sink = world.bodies[count as usize].pose.position.y - rigid.pose(top).position.y;
         println!(
-            "{count} boxes, load {load}: {loud} loud, sink {:.1} um, overlap {:.1} um, kinetic energy {:.1e} J",
+            "{count} boxes, load {load}: {loud} loud, sink {:.1} um, overlap {:.1} um, \
+             kinetic energy {:.1e} J",
             sink * 1e6,
             overlap * 1e6,
             rigid.kinetic_energy()

@@ -75,7 +75,7 @@ impl Engine {
             let &Participant::Ball(ball) = who else { continue };
             self.traits[ball].member = NONE;
             if member.moved {
-                match self.seat(ball) {
+                match self.island_place(ball) {
                     Some((island, _)) => self.bring_island_forward(island),
                     None => self.bring_forward(ball),
                 }
@@ -85,7 +85,7 @@ impl Engine {
                 let in_a_row = self.now - traits.last_hit < 1.5 * CONTACT_TIME;
                 traits.quick_hits = if in_a_row { traits.quick_hits + 1 } else { 0 };
                 traits.last_hit = self.now;
-                match self.seat(ball) {
+                match self.island_place(ball) {
                     None => self.settle(ball, None),
                     Some((island, place)) => {
                         self.log_rods(island, place, member.rod_impulse, recorder)?;
@@ -103,7 +103,7 @@ impl Engine {
         for (member, who) in cluster.members.iter().zip(&cluster.participants) {
             let &Participant::Ball(moved) = who else { continue };
             if member.moved {
-                match self.seat(moved) {
+                match self.island_place(moved) {
                     Some((island, _)) => self.predict_island(island),
                     None => self.predict(moved),
                 }
@@ -127,9 +127,9 @@ impl Engine {
     fn join(&mut self, cluster: &mut Cluster, ball: usize) -> usize {
         let (position, velocity) = self.state(ball, self.now);
         let spin = &self.spins[ball];
-        let seat = self.seat(ball);
-        let held =
-            seat.map_or([DVec3::ZERO; 2], |(island, place)| self.islands[island].held(place, position));
+        let island_place = self.island_place(ball);
+        let held = island_place
+            .map_or([DVec3::ZERO; 2], |(island, place)| self.islands[island].held(place, position));
         let traits = &mut self.traits[ball];
         traits.member = cluster.participants.len() as u32;
         cluster.participants.push(Participant::Ball(ball));

@@ -71,7 +71,7 @@ pub(crate) struct Engine {
     /// Balls on rods and springs.
     pub(super) islands: Vec<Island>,
     /// Island of each ball and its place there.
-    pub(super) seats: Vec<Option<(usize, usize)>>,
+    pub(super) island_places: Vec<Option<(usize, usize)>>,
     /// Largest radius [m].
     pub(super) broadest: f64,
     /// Buffers of the cluster at hand.
@@ -114,7 +114,7 @@ impl Engine {
             broadest,
             cluster: Cluster::default(),
             impacts: 0,
-            seats: start.seats,
+            island_places: start.island_places,
             next: vec![NEVER; count],
             schedule: Schedule::new(count),
             stalled: 0,
@@ -157,14 +157,14 @@ impl Engine {
 
     /// Island of a ball that is on its way on an arc, and its place there.
     #[inline]
-    pub(super) fn seat(&self, ball: usize) -> Option<(usize, usize)> {
-        // The motion_phase is at hand wherever this is asked; the seats of all others need not be read.
-        if self.balls[ball].motion_phase == MotionPhase::Arc { self.seats[ball] } else { None }
+    pub(super) fn island_place(&self, ball: usize) -> Option<(usize, usize)> {
+        // The motion_phase is at hand wherever this is asked; the island_places of all others need not be read.
+        if self.balls[ball].motion_phase == MotionPhase::Arc { self.island_places[ball] } else { None }
     }
 
     /// Centre and velocity of a ball.
     pub(super) fn state(&self, ball: usize, time: f64) -> (DVec3, DVec3) {
-        match self.seat(ball) {
+        match self.island_place(ball) {
             Some((island, place)) => self.islands[island].arcs[place].at(time),
             None => self.balls[ball].at(time),
         }
@@ -188,7 +188,7 @@ impl Engine {
 
     /// Acceleration of a ball at the present time [m/s²].
     pub(super) fn acceleration(&self, ball: usize) -> DVec3 {
-        match self.seat(ball) {
+        match self.island_place(ball) {
             Some((island, place)) => self.islands[island].arcs[place].acceleration(self.now),
             None => self.balls[ball].acceleration,
         }

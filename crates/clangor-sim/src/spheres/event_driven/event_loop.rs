@@ -21,7 +21,7 @@ impl Engine {
     pub(crate) fn begin(&mut self) {
         let count = self.balls.len();
         for ball in 0..count {
-            if self.traits[ball].free && self.seats[ball].is_none() {
+            if self.traits[ball].free && self.island_places[ball].is_none() {
                 self.settle(ball, None);
             }
         }
@@ -108,7 +108,7 @@ impl Engine {
     fn happen(&mut self, ball: usize, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
         let next = self.next[ball];
         if next.phase_end <= next.contact && next.phase_end <= next.crossing {
-            if let Some((island, _)) = self.seat(ball) {
+            if let Some((island, _)) = self.island_place(ball) {
                 self.bring_island_forward(island);
                 self.launch(island);
                 self.predict_island(island);

@@ -11,7 +11,7 @@ use crate::SimulationError;
 const MOST_RODS: usize = 2;
 
 /// Island of a ball and its place there; `None` for a ball without links.
-type Seat = Option<(usize, usize)>;
+type IslandPlace = Option<(usize, usize)>;
 
 /// Gathers linked balls into islands: the connected components of the graph of springs, and single balls on
 /// rods. Returns the islands, and the island of each ball with its place there.
@@ -21,12 +21,12 @@ type Seat = Option<(usize, usize)>;
 pub(super) fn link_islands(
     world: &World,
     traits: &[Traits],
-) -> Result<(Vec<Island>, Vec<Seat>), SimulationError> {
+) -> Result<(Vec<Island>, Vec<IslandPlace>), SimulationError> {
     let mut ball_of = vec![None; world.bodies.len()];
     for (ball, traits) in traits.iter().enumerate().filter(|(_, t)| t.free) {
         ball_of[traits.body as usize] = Some(ball);
     }
-    let mut linked = Linked { world, ball_of, islands: Vec::new(), seats: vec![None; traits.len()] };
+    let mut linked = Linked { world, ball_of, islands: Vec::new(), island_places: vec![None; traits.len()] };
     linked.find_islands(traits);
     for link in &world.links {
         match *link {
@@ -34,7 +34,7 @@ pub(super) fn link_islands(
             Link::Spring { .. } => linked.add_spring(link)?,
         }
     }
-    Ok((linked.islands, linked.seats))
+    Ok((linked.islands, linked.island_places))
 }
 
 /// The linked balls of a world.
@@ -43,7 +43,7 @@ struct Linked<'a> {
     /// Free ball of each body.
     ball_of: Vec<Option<usize>>,
     islands: Vec<Island>,
-    seats: Vec<Seat>,
+    island_places: Vec<IslandPlace>,
 }
 
 impl Linked<'_> {
@@ -68,7 +68,7 @@ impl Linked<'_> {
             }
         }
         for ball in (0..traits.len()).filter(|&b| linked[b]) {
-            let island = match self.seats[root_of(&root, ball)] {
+            let island = match self.island_places[root_of(&root, ball)] {
                 Some((island, _)) => island,
                 None => {
                     self.islands.push(Island::new(Vec::new(), Vec::new(), self.world.gravity));
@@ -76,14 +76,14 @@ impl Linked<'_> {
                 }
             };
             let members = &mut self.islands[island];
-            self.seats[ball] = Some((island, members.balls.len()));
+            self.island_places[ball] = Some((island, members.balls.len()));
             members.balls.push(ball);
             members.masses.push(traits[ball].mass);
         }
     }
 
-    fn seat(&self, body: BodyId) -> Seat {
-        self.ball_of[body.index()].and_then(|ball| self.seats[ball])
+    fn island_place(&self, body: BodyId) -> IslandPlace {
+        self.ball_of[body.index()].and_then(|ball| self.island_places[ball])
     }
 
     fn position(&self, body: BodyId) -> DVec3 {
@@ -96,7 +96,7 @@ impl Linked<'_> {
     }
 
     fn add_rod(&mut self, body: BodyId, anchor: DVec3) -> Result<(), SimulationError> {
-        let Some((island, ball)) = self.seat(body) else {
+        let Some((island, ball)) = self.island_place(body) else {
             return self.refuse(body, "it hangs, but it is not a free sphere");
         };
         let length = self.position(body).distance(anchor);
@@ -116,11 +116,11 @@ impl Linked<'_> {
         if ![rest_length, stiffness, damping].iter().all(|x| *x >= 0.0 && x.is_finite()) {
             return self.refuse(body, "its spring has a negative or infinite coefficient");
         }
-        let (far_seat, far_point, far_id) = match to {
+        let (far_place, far_point, far_id) = match to {
             SpringEnd::Point(point) => (None, point, BodyId::WORLD),
-            SpringEnd::Body(other) => (self.seat(other), self.position(other), other),
+            SpringEnd::Body(other) => (self.island_place(other), self.position(other), other),
         };
-        let (island, ball, to, far_body) = match (self.seat(body), far_seat) {
+        let (island, ball, to, far_body) = match (self.island_place(body), far_place) {
             (Some((island, ball)), Some((_, other))) => (island, ball, Far::Ball(other), BodyId::WORLD),
             (Some((island, ball)), None) => (island, ball, Far::Point(far_point), far_id),
             // The free ball is at the far end.

@@ -11,13 +11,13 @@ impl Engine {
     /// Takes the state of a ball at the present time as its new reference.
     pub(super) fn bring_forward(&mut self, ball: usize) {
         self.bank(ball);
-        let seat = self.seat(ball);
+        let island_place = self.island_place(ball);
         let record = &mut self.balls[ball];
         if record.time == self.now {
             return;
         }
         let spin = &mut self.spins[ball];
-        let (position, velocity) = match seat {
+        let (position, velocity) = match island_place {
             Some((island, place)) => self.islands[island].arcs[place].at(self.now),
             None => record.at(self.now),
         };

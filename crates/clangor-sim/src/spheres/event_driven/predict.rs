@@ -33,7 +33,7 @@ impl Engine {
                 continue;
             }
             let height = |x: DVec3| plane.normal.dot(x) - plane.offset - radius;
-            let (met, partner) = match self.seat(ball) {
+            let (met, partner) = match self.island_place(ball) {
                 None => {
                     let (v, a) = (plane.normal.dot(velocity), plane.normal.dot(acceleration));
                     (meet_plane(height(position), v, a), PLANE | index as u32)
@@ -127,7 +127,8 @@ impl Engine {
 
     /// No relative acceleration of two balls exceeds this before one of them changes its motion [m/s²].
     fn relative_bound(&self, one: usize, two: usize) -> f64 {
-        let arc = |ball: usize| self.seat(ball).map(|(island, place)| &self.islands[island].arcs[place]);
+        let arc =
+            |ball: usize| self.island_place(ball).map(|(island, place)| &self.islands[island].arcs[place]);
         match (arc(one), arc(two)) {
             (Some(a), Some(b)) => a.relative_bound(b),
             (Some(a), None) => a.bound() + self.balls[two].acceleration.length(),
@@ -139,7 +140,7 @@ impl Engine {
     /// Finds when a ball leaves its cell, and enters its next event into the schedule.
     fn watch_cell(&mut self, seeker: &Seeker) {
         let Seeker { ball, position, velocity, acceleration, .. } = *seeker;
-        let (seat, record) = (self.seat(ball), &self.balls[ball]);
+        let (island_place, record) = (self.island_place(ball), &self.balls[ball]);
         let mut exit = record.exit;
         let edge = self.grid.edge();
         let mut leaves = f64::INFINITY;
@@ -148,7 +149,7 @@ impl Engine {
                 let (x, v, a) = (position[axis], velocity[axis], acceleration[axis]);
                 let low = f64::from(record.cell[axis]) * edge;
                 for (side, gap, v, a) in [(0, x - low, v, a), (1, low + edge - x, -v, -a)] {
-                    let reached = match seat {
+                    let reached = match island_place {
                         None => fall(gap.max(0.0), v, a),
                         Some((island, place)) => {
                             let arc = &self.islands[island].arcs[place];

@@ -40,7 +40,7 @@ impl Engine {
         permute(&mut self.spins, &order);
         permute(&mut self.traits, &order);
         permute(&mut self.phases, &order);
-        permute(&mut self.seats, &order);
+        permute(&mut self.island_places, &order);
         permute(&mut self.next, &order);
         if let Some(pending) = &mut self.pending {
             permute(pending, &order);

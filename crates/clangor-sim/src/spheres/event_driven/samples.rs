@@ -17,7 +17,7 @@ const LINK: usize = 1 << 31;
 impl Engine {
     /// Adds the impulses of the present phase up to now.
     pub(super) fn bank(&mut self, ball: usize) {
-        if self.pending.is_none() || self.seat(ball).is_some() {
+        if self.pending.is_none() || self.island_place(ball).is_some() {
             return;
         }
         let Some(pending) = self.pending.as_mut().map(|all| &mut all[ball]) else { return };

@@ -25,7 +25,7 @@ pub(super) struct Start {
     /// Balls on rods and springs, together with those that springs join to them.
     pub(super) islands: Vec<Island>,
     /// Island of each ball and its place there.
-    pub(super) seats: Vec<Option<(usize, usize)>>,
+    pub(super) island_places: Vec<Option<(usize, usize)>>,
 }
 
 impl Start {
@@ -37,7 +37,7 @@ impl Start {
         let mut bodies = Bodies::from_world(world)?;
         let cells = Cells::sort(world, &mut bodies.spheres);
         let mut start = records(world, bodies, &cells);
-        (start.islands, start.seats) = link_islands(world, &start.traits)?;
+        (start.islands, start.island_places) = link_islands(world, &start.traits)?;
         Ok(start)
     }
 }
@@ -89,6 +89,6 @@ fn records(world: &World, bodies: Bodies, cells: &Cells) -> Start {
             wide.push(ball as u32);
         }
     }
-    let seats = vec![None; balls.len()];
-    Start { balls, spins, traits, planes, pairs, grid, wide, islands: Vec::new(), seats }
+    let island_places = vec![None; balls.len()];
+    Start { balls, spins, traits, planes, pairs, grid, wide, islands: Vec::new(), island_places }
 }

@@ -6,7 +6,7 @@
 
 The last number is how many modes to ask for at first, rigid motions included; while they end below the limit it is
 doubled. Needs SciPy. Prints the processor time of shift-invert Lanczos (ARPACK, factors by SuperLU), to be put beside
-`cargo bench --profile release -p clangor-bake --bench modes`.
+`cargo bench --profile release -p clangor-bake --bench eigensolver`.
 """
 
 import sys

@@ -71,8 +71,8 @@ fn main() {
         let bound =
             mean(start, 4000, |k| sink += body.tension_bound(&loads(k)).ok().flatten().unwrap_or(0.0));
         println!(
-            "{name}: {nodes} nodes, {:.0} M numbers; CPU / 2: factor {:.2} s, solve {:.1} ms, four new contacts {:.0} ms, \
-             stored: four {:.3} ms, one {:.3} ms, bound {:.2} us ({sink:.1e})",
+            "{name}: {nodes} nodes, {:.0} M numbers; CPU / 2: factor {:.2} s, solve {:.1} ms, \
+             four new contacts {:.0} ms, stored: four {:.3} ms, one {:.3} ms, bound {:.2} us ({sink:.1e})",
             1e-6 * body.factor_entries() as f64,
             0.5 * factor,
             0.5e3 * solve,

@@ -1,7 +1,7 @@
 //! How fine the panels of vibrating bodies of revolution have to be: radiated power against a finer run.
 //!
 //! The shapes bend as modes do, with as many waves on the surface as in the air or more. For true modes:
-//! `cargo bench --profile release -p clangor-bake --bench modal_round -- finer`.
+//! `cargo bench --profile release -p clangor-bake --bench modal_axisymmetric -- finer`.
 
 use std::ops::ControlFlow;
 

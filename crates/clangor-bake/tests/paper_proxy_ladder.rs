@@ -1,7 +1,7 @@
 //! \[PROXY\] §5: storage against the tolerance ε of the wavelets, and what it costs in accuracy.
 //!
 //! The fields here are known in closed form at every frequency; the ladder over ellipsoids of the published
-//! bank is printed by `cargo bench -p clangor-bake --bench published`.
+//! bank is printed by `cargo run --release -p clangor-validation --bin pan_representation_ladder`.
 
 mod exact_fields;
 

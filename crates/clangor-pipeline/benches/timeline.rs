@@ -6,6 +6,7 @@
 //! pile is imitated. Bars: 16 bytes a row, 10 s of processor time each way, memory independent of the number
 //! of rows.
 
+#[path = "../../clangor-bake/benches/cpu_time/mod.rs"]
 mod cpu_time;
 #[path = "timeline/pile.rs"]
 mod pile;

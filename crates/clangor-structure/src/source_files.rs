@@ -1,13 +1,14 @@
 //! Finds and reads the Rust and JavaScript files of the repository.
 //!
-//! The folders are `crates` and `integrations` (Rust), and `web/src`, `web/tests` and `web/scripts`
+//! The folders are `crates`, `integrations` and `validation` (Rust), and `web/src`, `web/tests` and `web/scripts`
 //! (JavaScript). Build outputs and installed packages are skipped.
 
 use std::path::Path;
 use std::{fs, io};
 
 /// Folders of the repository that hold sources.
-const SOURCE_FOLDERS: &[&str] = &["crates", "integrations", "web/src", "web/tests", "web/scripts"];
+const SOURCE_FOLDERS: &[&str] =
+    &["crates", "integrations", "validation", "web/src", "web/tests", "web/scripts"];
 
 /// Folders that hold no sources of ours.
 const SKIPPED_FOLDERS: &[&str] = &["target", "node_modules", "dist", "public"];
@@ -48,11 +49,14 @@ impl SourceFile {
         self.path.split('/').rev().skip(1).any(|folder| folder == "tests")
     }
 
-    /// Returns the crate's folder, such as `crates/clangor`, or `None` outside of `crates` and
-    /// `integrations`.
+    /// Returns the crate's folder, such as `crates/clangor` or `validation`, or `None` of a file of no
+    /// crate.
     pub fn crate_folder(&self) -> Option<&str> {
         let (first, rest) = self.path.split_once('/')?;
         let (name, _) = rest.split_once('/')?;
+        if first == "validation" {
+            return Some(first);
+        }
         matches!(first, "crates" | "integrations").then(|| &self.path[..first.len() + 1 + name.len()])
     }
 }

@@ -1,4 +1,4 @@
-//! Throughput of the time-domain solver: `cargo bench -p clangor-bake --bench wave`, with `--features gpu`
+//! Throughput of the time-domain solver: `cargo bench -p clangor-bake --bench fdtd`, with `--features gpu`
 //! also on a graphics processor.
 //!
 //! Cell updates per second and core of six runs around a sphere, absorbing layers, recording and all, on
@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use clangor_bake::fdtd::{Boundary, WaveOptions, WaveSolver};
 #[cfg(feature = "gpu")]
-use clangor_bake::{gpu::Gpu, wave::WaveDevice};
+use clangor_bake::{fdtd::WaveDevice, gpu::Gpu};
 use clangor_core::shape::Shape;
 use cpu_time::cpu_time;
 

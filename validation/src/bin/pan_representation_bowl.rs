@@ -1,16 +1,18 @@
 //! \[PAN\] figs. 8 and 9: a bowl pushed along a half-sine of τ = 0.1 ms that begins τ/4 after the first
 //! pulse, heard at 8 R between the stored directions.
+//!
+//! `cargo run --release -p clangor-validation --bin pan_representation_bowl`
 
 use std::f64::consts::TAU;
 
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use clangor_bake::reference::{Fit, PanOptions, fit};
+use clangor_core::glam::DVec3;
 use clangor_core::reference::pan_representation::directions::Directions;
 use clangor_core::shape::Shape;
-use glam::DVec3;
 
-use crate::measure::{Push, directions, errors, worst};
-use crate::solved_field::SolvedField;
+use clangor_validation::pan_representation::errors::{Push, directions, errors, worst};
+use clangor_validation::pan_representation::solved_field::SolvedField;
 
 const SOUND_SPEED: f64 = 343.2;
 /// h \[s\] of the bowl in \[PAN\] table 1, and its simulated time \[s\].
@@ -21,8 +23,7 @@ const CONTACT: f64 = 1e-4;
 const LENGTH: usize = 1024;
 const TRUNCATION: f64 = 1e-3;
 
-/// Prints the errors.
-pub(crate) fn print() {
+fn main() {
     let Some(meridian) = Shape::parse("bowl").ok().and_then(|shape| shape.meridian()) else { return };
     let meridian = meridian.about_centre_of_mass();
     let radius = meridian.bounding_radius();

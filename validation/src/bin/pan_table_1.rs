@@ -1,11 +1,9 @@
 //! \[PAN\] Table 1: the time to bake each of its nine models, and the size of the result.
 //!
-//! `cargo bench -p clangor-pipeline --bench pan_table_1 [-- NAME …] [--frequency HZ]`
+//! `cargo run --release -p clangor-validation --bin pan_table_1 [-- NAME …] [--frequency HZ]`
 //!
 //! Times are CPU time of the process over two cores; the paper's are hours of eight cores for the simulation
 //! and the fit.
-
-mod cpu_time;
 
 use std::ops::ControlFlow;
 
@@ -13,7 +11,7 @@ use clangor_bake::acceleration::BakeOptions;
 use clangor_core::medium::Medium;
 use clangor_core::shape::Shape;
 use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model};
-use cpu_time::cpu_time;
+use clangor_validation::cpu_time::cpu_time;
 
 /// Name, shape, accuracy, and what \[PAN\] prints: minutes of simulation and fit, megabytes at 40 × 80 and 5
 /// × 10.
@@ -30,14 +28,15 @@ const MODELS: &[(&str, &str, f64, f64, f64, f64)] = &[
 ];
 
 fn main() {
-    let mut wanted: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let mut wanted: Vec<String> = std::env::args().skip(1).collect();
     let mut frequency = 20_000.0;
     if let Some(at) = wanted.iter().position(|a| a == "--frequency") {
         frequency = wanted[at + 1].parse().expect("a frequency in hertz");
         wanted.drain(at..at + 2);
     }
     println!(
-        "| model | accuracy | CPU / 2 | solver | unknowns | solves | held-out error | size | PAN: time · 40 × 80 · 5 × 10 |"
+        "| model | accuracy | CPU / 2 | solver | unknowns | solves | held-out error | size | \
+         PAN: time · 40 × 80 · 5 × 10 |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for &(name, text, accuracy, minutes, fine, coarse) in MODELS {
@@ -54,7 +53,8 @@ fn main() {
                 let bytes = model.encode().expect("a sound model").len();
                 let origin = &model.origin;
                 println!(
-                    "| {name} `{text}` | {accuracy:.0e} | {seconds:.2} s | {} | {} | {} | {:.1e} | {:.0} kB | {minutes:.0} min · {fine} MB · {coarse} MB |",
+                    "| {name} `{text}` | {accuracy:.0e} | {seconds:.2} s | {} | {} | {} | {:.1e} | {:.0} kB | \
+                     {minutes:.0} min · {fine} MB · {coarse} MB |",
                     origin.method,
                     origin.unknowns,
                     origin.solves,

@@ -1,4 +1,4 @@
-//! Time per mode: `cargo bench --profile release -p clangor-bake --bench modes`.
+//! Time per mode: `cargo bench --profile release -p clangor-bake --bench eigensolver`.
 //!
 //! All modes of square plates and a block, thin and solid, at about 12 000 and 30 000 nodes. Processor time
 //! of assembly, ordering, factors and iteration, so that other work on the machine does not count. Last, the
@@ -36,8 +36,8 @@ fn main() {
         let spent = cpu_time() - before;
         let count = modes.modes.len();
         println!(
-            "{name}: {} nodes, {count} modes to {:.1} kHz, {} solves, {spent:.2} CPU-s, {:.1} ms of CPU time per mode (CPU / 2: \
-             {:.1} ms), residual {:.0e}",
+            "{name}: {} nodes, {count} modes to {:.1} kHz, {} solves, {spent:.2} CPU-s, \
+             {:.1} ms of CPU time per mode (CPU / 2: {:.1} ms), residual {:.0e}",
             system.node_count(),
             1e-3 * limit,
             modes.solves,

@@ -1,11 +1,11 @@
 //! \[FRAC\] Figs. 4 and 5 for a tile of 12 × 12 × 0.6 cm that hits stone at 4 m/s, with ten patterns of
 //! cracks each.
 //!
-//! `cargo bench -p clangor-pipeline --bench fracture_figures -- toughness FILE.svg|FILE.png` draws number,
+//! `cargo run --release -p clangor-validation --bin fracture_figures -- toughness FILE.svg|FILE.png` draws number,
 //! mass and pitch of the pieces against the toughness, `-- onset FILE.svg|FILE.png` the level with and
 //! without the impulses of cracks.
 
-#[path = "../tests/broken_tile/mod.rs"]
+#[path = "../../../crates/clangor-pipeline/tests/broken_tile/mod.rs"]
 mod broken_tile;
 
 use clangor_core::glam::DVec2;
@@ -195,7 +195,7 @@ const WIDTH: usize = 1280;
 const HEIGHT: usize = 450;
 
 fn main() {
-    let words: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let words: Vec<String> = std::env::args().skip(1).collect();
     let [what, path] = &words[..] else {
         println!("fracture_figures -- toughness|onset FILE.svg|FILE.png");
         return;

@@ -1,7 +1,7 @@
 //! What a program has used of the processor.
 
 /// CPU time of the process, all threads together \[s\]; NaN on systems that do not tell.
-pub(crate) fn cpu_time() -> f64 {
+pub fn cpu_time() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     // The name of the program, in brackets, may hold spaces.
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split_whitespace().collect();

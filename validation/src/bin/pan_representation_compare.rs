@@ -1,4 +1,7 @@
-//! Published against ours on the same bodies: errors, bytes, time of a contact.
+//! The published representation of acceleration noise against multipoles on the same bodies: errors at 2, 8
+//! and 100 R, bytes, time of a contact.
+//!
+//! `cargo run --release -p clangor-validation --bin pan_representation_compare`
 //!
 //! A body is known to κ = 20, 20 kHz for R = 55 mm. The published pulse h = 0.25 R/c is at 1 % of its peak
 //! there; a contact lasts five of them. Errors are relative L2 of the sound of the half-sine over 40
@@ -16,6 +19,7 @@ use clangor_core::body::{BodyId, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::glam::DQuat;
+use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::reference::pan_representation::directions::Directions;
 use clangor_core::reference::pan_representation::{HeardContact, PanField, PanModel};
@@ -24,10 +28,9 @@ use clangor_core::sound_model::acceleration::field_evaluator::FieldEvaluator;
 use clangor_core::synthesis::{
     AccelerationPulse, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
 };
-use glam::DVec3;
 use num_complex::Complex64;
 
-use crate::measure::{Push, directions, errors, worst};
+use clangor_validation::pan_representation::errors::{Push, directions, errors, worst};
 
 const HIGHEST: f64 = 20.0;
 const PULSE: f64 = 0.25;
@@ -41,8 +44,7 @@ fn options(directions: Directions, fit: Fit) -> PanOptions {
     PanOptions { pulse: PULSE, step: 0.02, length: 1024, terms: 2, radii: 5, directions, fit }
 }
 
-/// Prints the table.
-pub(crate) fn print() {
+fn main() {
     println!("published against ours, κ ≤ {HIGHEST}, contacts of {CONTACT} R/c, N = 2, 1024 samples");
     for (name, across, along) in
         [("disc 20 : 20 : 1", 1.0, 0.05), ("spheroid 2 : 2 : 1", 1.0, 0.5), ("needle 1 : 1 : 4", 0.25, 1.0)]

@@ -1,6 +1,8 @@
 //! \[PROXY\] §5: storage of the ellipsoid bank against the tolerance ε, and what limits the error at ε =
 //! 0.01.
 //!
+//! `cargo run --release -p clangor-validation --bin pan_representation_ladder -- [bank] [only=ACROSS:ALONG …]`
+//!
 //! The paper's pulse needs kA = 80, which is solved for eight bodies of revolution; to kA = 20, where the
 //! pulse is four times as long for the same body, the bank that comes with the program has all 66, and shows
 //! how well the eight stand for them.
@@ -10,16 +12,16 @@ use std::collections::BTreeMap;
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use clangor_bake::reference::{FieldSampler, Fit, PanOptions, fit, fit_at, fit_radii};
 use clangor_core::geometry::meridian::Meridian;
+use clangor_core::glam::DVec3;
 use clangor_core::reference::pan_representation::PanField;
 use clangor_core::reference::pan_representation::directions::Directions;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use clangor_core::sound_model::files::ellipsoid_bank_file::BankFile;
-use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::measure::{Push, directions, errors, pulse_errors, worst};
-use crate::solved_field::SolvedField;
+use clangor_validation::pan_representation::errors::{Push, directions, errors, pulse_errors, worst};
+use clangor_validation::pan_representation::solved_field::SolvedField;
 
 /// A = 0.5 m over the speed of sound \[s\].
 const UNIT: f64 = 0.5 / 343.2;
@@ -90,8 +92,16 @@ fn key(x: DVec3) -> [u64; 3] {
     x.to_array().map(f64::to_bits)
 }
 
-/// Prints the ladder; with `only=ACROSS:ALONG` among the arguments, of these bodies only.
-pub(crate) fn print() {
+fn main() {
+    if std::env::args().any(|a| a == "bank") {
+        print_bank();
+    } else {
+        print_spheroids();
+    }
+}
+
+/// Prints the ladder of the spheroids; with `only=ACROSS:ALONG` among the arguments, of these bodies only.
+fn print_spheroids() {
     println!("PROXY ladder: A = 0.5 m, h = 0.1 ms, 96 kHz, 2048 samples, 45 directions, N = 2, M = 5");
     let only: Vec<String> =
         std::env::args().filter_map(|a| a.strip_prefix("only=").map(str::to_owned)).collect();
@@ -145,7 +155,8 @@ fn body(field: &Remembered) -> Vec<usize> {
                 .collect();
             let between = worst(&errors(&fitted, &spectra, Push::Pulse, &directions(40), 2.0));
             println!(
-                "  ε = 0.01, 2 R: six motions, error of size (1 is the loudest): {}; between directions {:.1} %",
+                "  ε = 0.01, 2 R: six motions, error of size (1 is the loudest): {}; between directions \
+                 {:.1} %",
                 each.join(", "),
                 100.0 * between
             );
@@ -199,9 +210,9 @@ fn table(totals: &[f64]) {
     }
 }
 
-/// Prints the same ladder for all 66 to kA = 20, by themselves and by the eight.
-pub(crate) fn print_bank() {
-    let decoded = BankFile::decode(include_bytes!("../../../../data/ellipsoid_bank.safetensors"));
+/// Prints the ladder for all 66 ellipsoids to kA = 20, once from all and once from the eight spheroids.
+fn print_bank() {
+    let decoded = BankFile::decode(include_bytes!("../../../data/ellipsoid_bank.safetensors"));
     let Ok(file) = decoded else { return };
     let (mut all, mut eight) = ([0.0; PRINTED.len()], [0.0; PRINTED.len()]);
     for entry in file.bank.entries() {

@@ -1,5 +1,5 @@
-//! Radiation of all modes of bodies of revolution: `cargo bench --profile release -p clangor-bake --bench
-//! modal_round`.
+//! Radiation of all modes of axisymmetric bodies:
+//! `cargo bench --profile release -p clangor-bake --bench modal_axisymmetric`.
 //!
 //! Processor time of the radiation alone, and the power of each mode against that of a finer run with `--
 //! finer`. Names of shapes choose some of them.

@@ -1,16 +1,12 @@
 //! \[PROXY\] Table 1: size and time of synthesis of the published representations and of ours, on the papers'
 //! models.
 //!
-//! `cargo bench -p clangor-pipeline --bench proxy_table_1 [-- NAME …]`
+//! `cargo run --release -p clangor-validation --bin proxy_table_1 [-- NAME …]`
 //!
 //! The published representation is fitted to our field of the same body, baked to where the spectrum of the
 //! pulse of \[PAN\] Table 1 ends, 0.8/h: 40 × 80 directions, two terms, ε = 0.04. Its time is that of one
 //! contact times the number of sounding bodies in the scene of \[PAN\] Table 2; ours is that of the whole
 //! rendering (`pan_table_2`). All times are CPU time.
-
-mod cpu_time;
-#[path = "paper_scenes/stage.rs"]
-mod stage;
 
 use std::ops::ControlFlow;
 
@@ -25,8 +21,8 @@ use clangor_core::synthesis::SoundRule;
 use clangor_pipeline::formats::soundbank::default_bank;
 use clangor_pipeline::stages::sound_models::{ModelRequest, obtain};
 
-use cpu_time::cpu_time;
-use stage::{Group, Stage, Uniform, cache};
+use clangor_validation::cpu_time::cpu_time;
+use clangor_validation::paper_scene::{Group, Stage, Uniform, cache};
 
 /// A model of the table.
 struct Model {

@@ -1,15 +1,15 @@
 //! Errors of a published field against the field it was fitted from.
 
 use clangor_bake::reference::{half_sine_spectrum, synthesize};
+use clangor_core::glam::DVec3;
 use clangor_core::reference::pan_representation::PanField;
 use clangor_core::reference::pan_representation::pulse::pulse_spectrum;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
-use glam::DVec3;
 use num_complex::Complex64;
 
 /// What the body is pushed by.
 #[derive(Clone, Copy)]
-pub(crate) enum Push {
+pub enum Push {
     /// One pulse ψ of the field.
     Pulse,
     /// A half-sine made of pulses.
@@ -22,7 +22,7 @@ pub(crate) enum Push {
 }
 
 /// Spread over the sphere by the golden angle, off every grid.
-pub(crate) fn directions(count: usize) -> Vec<DVec3> {
+pub fn directions(count: usize) -> Vec<DVec3> {
     let golden = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
     (0..count)
         .map(|i| {
@@ -34,7 +34,7 @@ pub(crate) fn directions(count: usize) -> Vec<DVec3> {
 }
 
 /// Pressures of one motion at a point, by the published field and exactly, at the samples of the field.
-pub(crate) fn signals(
+pub fn signals(
     field: &PanField,
     push: Push,
     exact: &[Complex64],
@@ -94,7 +94,7 @@ fn sums(
 
 /// Relative L2 error of each motion over directions at a distance; a motion below 1e-6 of the loudest counts
 /// as silent.
-pub(crate) fn errors(
+pub fn errors(
     field: &PanField,
     spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS],
     push: Push,
@@ -107,17 +107,17 @@ pub(crate) fn errors(
 }
 
 /// Errors of one pulse at the stored directions.
-pub(crate) struct PulseErrors {
+pub struct PulseErrors {
     /// Of each motion against itself.
-    pub(crate) own: [Option<f64>; RIGID_DOFS],
+    pub own: [Option<f64>; RIGID_DOFS],
     /// Of each motion against the loudest, rotations at equal surface speed.
-    pub(crate) level: [f64; RIGID_DOFS],
+    pub level: [f64; RIGID_DOFS],
     /// Size of each motion over that of the loudest.
-    pub(crate) loudness: [f64; RIGID_DOFS],
+    pub loudness: [f64; RIGID_DOFS],
 }
 
 /// Errors of the pulse of a field at a distance.
-pub(crate) fn pulse_errors(
+pub fn pulse_errors(
     field: &PanField,
     spectra: &dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS],
     directions: &[DVec3],
@@ -133,6 +133,6 @@ pub(crate) fn pulse_errors(
 }
 
 /// The worst of some motions.
-pub(crate) fn worst(errors: &[Option<f64>]) -> f64 {
+pub fn worst(errors: &[Option<f64>]) -> f64 {
     errors.iter().flatten().copied().fold(0.0, f64::max)
 }

@@ -6,15 +6,15 @@
 
 use clangor_bake::radiation::{RadiationError, RadiationSolver};
 use clangor_bake::reference::{PanOptions, synthesize};
+use clangor_core::glam::DVec3;
 use clangor_core::math::radial::outgoing;
 use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
-use glam::DVec3;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
 /// Multipoles of a body of bounding radius 1 at κ = mΔκ − iσ.
-pub(crate) struct SolvedField {
+pub struct SolvedField {
     /// For each degree: n, m and the values.
     terms: Vec<Vec<(usize, isize, Vec<Complex64>)>>,
     /// ik.
@@ -31,7 +31,7 @@ pub(crate) struct SolvedField {
 impl SolvedField {
     /// Solves for what `options` need, up to `highest` κ; the response fades in the time of the signals over
     /// `ratio`.
-    pub(crate) fn new(
+    pub fn new(
         solver: &dyn RadiationSolver,
         options: &PanOptions,
         highest: f64,
@@ -78,12 +78,12 @@ impl SolvedField {
     }
 
     /// Solves.
-    pub(crate) fn solves(&self) -> usize {
+    pub fn solves(&self) -> usize {
         self.s.len()
     }
 
     /// p e^{iκ|x|}/(ρR) of the six motions at the wavenumbers of the options.
-    pub(crate) fn spectra(&self, x: DVec3) -> [Vec<Complex64>; RIGID_DOFS] {
+    pub fn spectra(&self, x: DVec3) -> [Vec<Complex64>; RIGID_DOFS] {
         let distance = x.length();
         let mut harmonics = Vec::new();
         solid_harmonics(x / distance, self.order, &mut harmonics);

@@ -1,7 +1,7 @@
 //! \[PAN\] Table 2 and \[PROXY\] Table 2: the time to synthesise the sound of every scene of the papers, on
 //! generated timelines of the printed numbers of impulses.
 //!
-//! `cargo bench -p clangor-pipeline --bench pan_table_2 [-- NAME …]`; a name is any part of that of a scene.
+//! `cargo run --release -p clangor-validation --bin pan_table_2 [-- NAME …]`; a name is any part of that of a scene.
 //!
 //! The papers' scenes are not published, only their numbers of impulses faster than v_min. Here each is an
 //! impulse between two bodies of the scene, both of which sound; with a table, one of them is the table,
@@ -9,14 +9,10 @@
 //! writing), for one microphone; the papers' are of 8 cores. Fields are baked first, to 20 kHz at 1 % (with
 //! the mug to 6 kHz), and kept in the system's temporary folder.
 
-mod cpu_time;
-#[path = "paper_scenes/stage.rs"]
-mod stage;
-
 use clangor_core::synthesis::SoundRule;
 use clangor_pipeline::formats::soundbank::default_bank;
 
-use stage::{Group, Stage, cache};
+use clangor_validation::paper_scene::{Group, Stage, cache};
 
 /// A scene: name, seconds, impulses, printed time of synthesis \[s\], band of the fields \[Hz\], groups,
 /// table.
@@ -30,9 +26,12 @@ const fn proxy(shape: &'static str, material: &'static str, count: usize) -> Gro
     Group { shape, material, count, rule: SoundRule::Proxy }
 }
 
-fn scenes() -> Vec<Scene> {
-    const BAND: f64 = 20_000.0;
-    const MUG: f64 = 6_000.0;
+/// Band of the fields, and that of scenes with the mug \[Hz\].
+const BAND: f64 = 20_000.0;
+const MUG: f64 = 6_000.0;
+
+/// Scenes of \[PAN\] Table 2.
+fn pan_scenes() -> Vec<Scene> {
     let ball = || Group { rule: SoundRule::Auto, ..own("sphere:0.0075", "steel", 50) };
     let coins = |count| own("coin", "copper", count);
     let dice = || vec![own("die:0.015x0.0005", "plastic", 5), own("die", "plastic", 5)];
@@ -73,6 +72,12 @@ fn scenes() -> Vec<Scene> {
             vec![proxy("shard:{n}x0.04", "glass", 71)],
             false,
         ),
+    ]
+}
+
+/// Scenes of \[PROXY\] Table 2.
+fn proxy_scenes() -> Vec<Scene> {
+    vec![
         Scene(
             "PROXY plate fracture",
             5.0,
@@ -133,7 +138,9 @@ fn main() {
     let cache = cache();
     println!("| scene | seconds | impulses | bodies that sound | CPU time | per impulse | printed |");
     println!("|---|---|---|---|---|---|---|");
-    for Scene(name, seconds, impulses, printed, band, groups, table) in scenes() {
+    for Scene(name, seconds, impulses, printed, band, groups, table) in
+        pan_scenes().into_iter().chain(proxy_scenes())
+    {
         if !wanted.is_empty() && !wanted.iter().any(|w| name.contains(w.as_str())) {
             continue;
         }

@@ -2,8 +2,8 @@
 //! proportions and as the nearest of a bank, stage by stage.
 //!
 //! `cargo bench -p clangor-bake --bench modal_soundbank -- samples [SPACING] [THINNEST]` | `-- entry A B C
-//! [ACCURACY]` | `-- build BANK.safetensors` | `-- beside BANK.safetensors A B C [m]`; pieces: `-p
-//! clangor-pipeline --bench piece_proxies`
+//! [ACCURACY]` | `-- build BANK.safetensors` | `-- beside BANK.safetensors A B C [m]`; of fragments: the
+//! program `piece_proxies` of `clangor-validation`
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
@@ -188,7 +188,8 @@ fn beside(bank: &ModalSoundbank, semi_axes: DVec3, options: &BankOptions) {
     });
     let [own, alone, near] = [&own, &sources[0], &sources[1]].map(|source| stages(source, semi_axes));
     println!(
-        "third octave: modes own/entry/bank; entry, bank over own [dB]: drive, transfer, heard; own of the loudest"
+        "third octave: modes own/entry/bank; entry, bank over own [dB]: drive, transfer, heard; \
+         own of the loudest"
     );
     let loudest = own.iter().map(|b| b[3]).fold(0.0, f64::max);
     for band in 0..BANDS {

@@ -1,7 +1,7 @@
 //! \[PROXY\] Fig. 4: the pulse p_3 (translation along the shortest semi-axis) of ellipsoids along three edges
 //! of the bank, as a picture and in numbers.
 //!
-//! `cargo bench -p clangor-pipeline --bench proxy_figure_4 -- FILE.svg|FILE.png`
+//! `cargo run --release -p clangor-validation --bin proxy_figure_4 -- FILE.svg|FILE.png`
 //!
 //! From the bank that comes with the program, known to kA = 20: the pulse ψ is h = 0.25 A/c wide, 0.36 ms for
 //! the paper's A = 0.5 m, whose h = 0.1 ms would need kA = 80. Heard at 3 A in the direction (1, 1, 1).
@@ -60,6 +60,65 @@ fn colour(step: usize) -> Colour {
     [33.0 + 180.0 * part, 70.0 + 60.0 * (part * (1.0 - part) * 4.0), 190.0 - 160.0 * part].map(|c| c as u8)
 }
 
+/// A panel of the picture: its upper left corner and size in pixels, and the pressure at the top, over ρA and
+/// 1.05.
+struct Plot {
+    corner: DVec2,
+    extent: DVec2,
+    largest: f64,
+}
+
+impl Plot {
+    /// Vertical position of a pressure.
+    fn height(&self, p: f64) -> f64 {
+        self.corner.y + 0.5 * self.extent.y * (1.0 - p / (1.05 * self.largest))
+    }
+
+    /// Horizontal position of a sample.
+    fn across(&self, sample: usize) -> f64 {
+        self.corner.x + self.extent.x * sample as f64 / (DRAWN - 1) as f64
+    }
+
+    /// Draws the colours of three values of the semi-axis that varies.
+    fn legend(&self, varied: &str, canvas: &mut dyn Canvas) {
+        for (step, part) in [(0, 0.0), (STEPS / 2, 0.09), (STEPS - 1, 0.18)] {
+            let place = self.corner + DVec2::new(self.extent.x - 12.0, 16.0 + part * 200.0);
+            let text = format!("{varied} = {:.4} m", LONGEST * value(step));
+            canvas.text(place, Align::Right, TextStyle::Label, &text);
+            canvas.line(&[place + DVec2::new(3.0, 0.0), place + DVec2::new(9.0, 0.0)], 3.0, colour(step));
+        }
+    }
+
+    /// Draws the ticks of pressure and time and their names.
+    fn axes(&self, canvas: &mut dyn Canvas) {
+        // ρ A for A = 0.5 m and 1 m/s² at the peak of the pulse's samples.
+        let pascals = Medium::AIR.density * LONGEST;
+        let milliseconds = 1e3 * LONGEST / Medium::AIR.sound_speed;
+        for part in [-1.0, 0.0, 1.0] {
+            let place = DVec2::new(self.corner.x - 6.0, self.height(part * self.largest));
+            let text =
+                if part == 0.0 { "0".into() } else { format!("{:.0}", 1e3 * pascals * part * self.largest) };
+            canvas.text(place, Align::Right, TextStyle::Label, &text);
+        }
+        canvas.text(self.corner + DVec2::new(-8.0, -22.0), Align::Right, TextStyle::Label, "p [mPa]");
+        for time in [-2, 0, 2, 4] {
+            let sample = ((f64::from(time) / milliseconds - START) / STEP).round();
+            if (0.0..DRAWN as f64).contains(&sample) {
+                let place = DVec2::new(self.across(sample as usize), self.corner.y + self.extent.y);
+                canvas.line(&[place, place + DVec2::new(0.0, 4.0)], 1.0, BLACK);
+                canvas.text(
+                    place + DVec2::new(0.0, 14.0),
+                    Align::Middle,
+                    TextStyle::Label,
+                    &time.to_string(),
+                );
+            }
+        }
+        let below = self.corner + DVec2::new(0.5 * self.extent.x, self.extent.y + 38.0);
+        canvas.text(below, Align::Middle, TextStyle::Label, "t - r/c [ms]");
+    }
+}
+
 fn main() {
     let path = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or("proxy_figure_4.svg".into());
     let size = DVec2::new(1280.0, 470.0);
@@ -77,9 +136,6 @@ fn main() {
     let wavenumbers: Vec<f64> = (0..=LENGTH / 2).map(|m| m as f64 * spacing).collect();
     let gains: Vec<f64> = wavenumbers.iter().map(|k| pulse_spectrum(*k, PULSE)).collect();
     let listener = DVec3::splat(DISTANCE / 3.0_f64.sqrt());
-    // ρ A for A = 0.5 m and 1 m/s² at the peak of the pulse's samples.
-    let pascals = Medium::AIR.density * LONGEST;
-    let milliseconds = 1e3 * LONGEST / Medium::AIR.sound_speed;
 
     type Family = (&'static str, &'static str, fn(f64) -> (f64, f64));
     let families: [Family; 3] = [
@@ -111,48 +167,24 @@ fn main() {
         );
 
         let largest = heard.iter().flatten().fold(0.0_f64, |m, p| m.max(p.abs()));
-        let height = |p: f64| corner.y + 0.5 * extent.y * (1.0 - p / (1.05 * largest));
-        let across = |sample: usize| corner.x + extent.x * sample as f64 / (DRAWN - 1) as f64;
+        let plot = Plot { corner, extent, largest };
         canvas.line(
-            &[DVec2::new(corner.x, height(0.0)), DVec2::new(corner.x + extent.x, height(0.0))],
+            &[DVec2::new(corner.x, plot.height(0.0)), DVec2::new(corner.x + extent.x, plot.height(0.0))],
             1.0,
             GREY,
         );
         for (step, pulse) in heard.iter().enumerate() {
-            let points: Vec<DVec2> =
-                pulse[..DRAWN].iter().enumerate().map(|(i, p)| DVec2::new(across(i), height(*p))).collect();
+            let points: Vec<DVec2> = pulse[..DRAWN]
+                .iter()
+                .enumerate()
+                .map(|(i, p)| DVec2::new(plot.across(i), plot.height(*p)))
+                .collect();
             canvas.line(&points, 1.3, colour(step));
         }
         canvas.line(&rectangle(corner, extent), 1.0, BLACK);
         canvas.text(corner + DVec2::new(0.5 * extent.x, -22.0), Align::Middle, TextStyle::Label, title);
-        for (step, part) in [(0, 0.0), (STEPS / 2, 0.09), (STEPS - 1, 0.18)] {
-            let place = corner + DVec2::new(extent.x - 12.0, 16.0 + part * 200.0);
-            let text = format!("{varied} = {:.4} m", LONGEST * value(step));
-            canvas.text(place, Align::Right, TextStyle::Label, &text);
-            canvas.line(&[place + DVec2::new(3.0, 0.0), place + DVec2::new(9.0, 0.0)], 3.0, colour(step));
-        }
-        for part in [-1.0, 0.0, 1.0] {
-            let place = DVec2::new(corner.x - 6.0, height(part * largest));
-            let text =
-                if part == 0.0 { "0".into() } else { format!("{:.0}", 1e3 * pascals * part * largest) };
-            canvas.text(place, Align::Right, TextStyle::Label, &text);
-        }
-        canvas.text(corner + DVec2::new(-8.0, -22.0), Align::Right, TextStyle::Label, "p [mPa]");
-        for time in [-2, 0, 2, 4] {
-            let sample = ((f64::from(time) / milliseconds - START) / STEP).round();
-            if (0.0..DRAWN as f64).contains(&sample) {
-                let place = DVec2::new(across(sample as usize), corner.y + extent.y);
-                canvas.line(&[place, place + DVec2::new(0.0, 4.0)], 1.0, BLACK);
-                canvas.text(
-                    place + DVec2::new(0.0, 14.0),
-                    Align::Middle,
-                    TextStyle::Label,
-                    &time.to_string(),
-                );
-            }
-        }
-        let below = corner + DVec2::new(0.5 * extent.x, extent.y + 38.0);
-        canvas.text(below, Align::Middle, TextStyle::Label, "t - r/c [ms]");
+        plot.legend(varied, &mut *canvas);
+        plot.axes(&mut *canvas);
     }
     std::fs::write(&path, canvas.encode().expect("a picture")).expect("a file that can be written");
     println!("{path}");

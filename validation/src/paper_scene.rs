@@ -1,4 +1,4 @@
-//! Bodies on a stage, and impulses between them at random: timelines that are as dense as the papers' scenes.
+//! Bodies and random impulses between them: timelines as dense as those of the papers' scenes.
 //!
 //! An impulse is one row between two bodies that touch at a point, with random places above a table, random
 //! turns and 0.1 to 2 m/s of approach. Both bodies sound if both are free.
@@ -32,11 +32,15 @@ use clangor_pipeline::stages::sound_models::sources::{SourceSettings, sources};
 use crate::cpu_time::cpu_time;
 
 /// Some equal bodies, or some of one kind: `{n}` in the shape is their number.
-pub(crate) struct Group {
-    pub(crate) shape: &'static str,
-    pub(crate) material: &'static str,
-    pub(crate) count: usize,
-    pub(crate) rule: SoundRule,
+pub struct Group {
+    /// Shape, as `Shape::parse` reads it.
+    pub shape: &'static str,
+    /// Name of a preset.
+    pub material: &'static str,
+    /// Number of bodies.
+    pub count: usize,
+    /// Which sound model they get.
+    pub rule: SoundRule,
 }
 
 /// The microphone of \[PAN\] §5; the table is centred at x = z = 0, 0.4 m high, 1.8 m long, 0.8 m wide.
@@ -45,10 +49,11 @@ const MICROPHONE: DVec3 = DVec3::new(1.0, 1.8, 1.0);
 const ACCURACY: f64 = 1e-2;
 
 /// Uniform numbers in [0, 1): the multiplicative congruential generator of Park and Miller.
-pub(crate) struct Uniform(pub(crate) u64);
+pub struct Uniform(pub u64);
 
 impl Uniform {
-    pub(crate) fn next(&mut self) -> f64 {
+    /// The next number.
+    pub fn next(&mut self) -> f64 {
         self.0 = self.0 * 48_271 % 2_147_483_647;
         self.0 as f64 / 2_147_483_647.0
     }
@@ -57,7 +62,8 @@ impl Uniform {
         low + (high - low) * DVec3::new(self.next(), self.next(), self.next())
     }
 
-    pub(crate) fn direction(&mut self) -> DVec3 {
+    /// A random unit vector.
+    pub fn direction(&mut self) -> DVec3 {
         let z = 2.0 * self.next() - 1.0;
         let (sin, cos) = (std::f64::consts::TAU * self.next()).sin_cos();
         let ring = (1.0 - z * z).sqrt();
@@ -65,15 +71,16 @@ impl Uniform {
     }
 }
 
-/// What plays.
-pub(crate) struct Stage {
-    pub(crate) bodies: Vec<Body>,
+/// Bodies of a scene and their sound rules.
+pub struct Stage {
+    /// Bodies in the order of the groups; the table last.
+    pub bodies: Vec<Body>,
     rules: Vec<SoundRule>,
 }
 
 impl Stage {
     /// With as many bodies as the groups say, and a table if `table`.
-    pub(crate) fn new(groups: &[Group], table: bool) -> Self {
+    pub fn new(groups: &[Group], table: bool) -> Self {
         let mut stage = Stage { bodies: Vec::new(), rules: Vec::new() };
         for group in groups {
             let mut known: BTreeMap<String, (Arc<Surface>, MassProperties)> = BTreeMap::new();
@@ -123,7 +130,7 @@ impl Stage {
     }
 
     /// Fields for a band [Hz], from the cache or baked; prints what was baked and what is amiss.
-    pub(crate) fn sources(
+    pub fn sources(
         &self,
         frequency: f64,
         cache: &ModelCache,
@@ -145,7 +152,7 @@ impl Stage {
     }
 
     /// As many impulses as asked for, evenly over `seconds`. With a table, every other body is the table.
-    pub(crate) fn timeline(&self, impulses: usize, seconds: f64) -> Timeline {
+    pub fn timeline(&self, impulses: usize, seconds: f64) -> Timeline {
         let mut uniform = Uniform(11);
         let mut timeline = Timeline::default();
         let table = self.bodies.iter().position(|b| b.motion == Motion::Fixed);
@@ -202,7 +209,7 @@ impl Stage {
     }
 
     /// Renders for one microphone into a file.
-    pub(crate) fn render(
+    pub fn render(
         &self,
         sources: &[SoundSource],
         timeline: &Timeline,
@@ -246,14 +253,14 @@ impl Stage {
 }
 
 /// What a rendering cost.
-pub(crate) struct Rendered {
+pub struct Rendered {
     /// CPU time of all threads from the timeline to the file \[s\].
-    pub(crate) seconds: f64,
+    pub seconds: f64,
     /// Clicks: bodies that sounded, over all impulses.
-    pub(crate) clicks: u64,
+    pub clicks: u64,
 }
 
-/// Where fields are kept between runs of the benches.
-pub(crate) fn cache() -> ModelCache {
+/// Where fields are kept between runs of the programs.
+pub fn cache() -> ModelCache {
     ModelCache::new(std::env::temp_dir().join("clangor-paper-scenes"))
 }

@@ -1,13 +1,12 @@
-//! Pieces of broken bodies, rung by themselves and as ellipsoids of the bank: lowest frequencies, time, and
-//! how far the spectra are apart.
+//! Fragments with modes of their own and with those of ellipsoids of the bank: lowest frequencies, time, and
+//! differences of their spectra.
 //!
-//! `cargo bench -p clangor-pipeline --bench piece_proxies -- timeline FOLDER [COUNT]` for pieces of a
+//! `cargo run --release -p clangor-validation --bin piece_proxies -- timeline FOLDER [COUNT]` for pieces of a
 //! simulation with lowest frequencies below 20 kHz, evenly chosen | `-- prisms [COUNT] [SIZE in mm]
 //! [THICKNESS in mm]` for the cells of random points in a square plate of glass | `-- frequencies FOLDER
 //! [COUNT]` for the lowest frequencies alone
 
-mod cpu_time;
-#[path = "../../clangor-core/benches/thread_time/mod.rs"]
+#[path = "../../../crates/clangor-core/benches/thread_time/mod.rs"]
 mod thread_time;
 
 use std::f64::consts::{PI, TAU};
@@ -34,16 +33,16 @@ use clangor_core::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, T
 use clangor_pipeline::formats::modal_soundbank::{bank_material, default_modal_soundbank};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 
-use cpu_time::cpu_time;
+use clangor_validation::cpu_time::cpu_time;
 use thread_time::thread_time;
 
-/// Degrees that are compared; pieces are played by the last.
-const RIGID_DOFS: [usize; 3] = [4, 6, 8];
+/// Polynomial degrees that are compared; fragments are rendered with the last.
+const POLYNOMIAL_DEGREES: [usize; 3] = [4, 6, 8];
 /// Thresholds of \[FRAC\] Table 2, and one below all.
 const THRESHOLDS: [f64; 5] = [0.0, 600.0, 2000.0, 3400.0, 4000.0];
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |i: usize, default: f64| arguments.get(i).and_then(|a| a.parse().ok()).unwrap_or(default);
     match arguments.first().map(String::as_str) {
         Some("timeline") => compare(&chosen(of_timeline(&arguments[1]), number(2, 8.0) as usize)),
@@ -105,7 +104,7 @@ fn chosen(pieces: Vec<Piece>, count: usize) -> Vec<Piece> {
 /// Lowest frequencies alone, and what they take.
 fn frequencies(pieces: &[Piece]) {
     let options = ModalBakeOptions { mesh_error: 0.01, ..ModalBakeOptions::new(Medium::AIR) };
-    println!("triangles  extents mm  [Hz (over own), ms] by degree {RIGID_DOFS:?}  own Hz, CPU-s");
+    println!("triangles  extents mm  [Hz (over own), ms] by degree {POLYNOMIAL_DEGREES:?}  own Hz, CPU-s");
     for piece in pieces {
         let (low, high) = piece.surface.bounds();
         print!("{:5} {:.0}", piece.surface.triangles.len(), 1e3 * (high - low));
@@ -115,7 +114,7 @@ fn frequencies(pieces: &[Piece]) {
         let (model, evidence) = found.expect("modes");
         let own = model.modes.first().map(|m| m.frequency).or(evidence.first_frequency).unwrap_or(f64::NAN);
         let taken = cpu_time() - begun;
-        for degree in RIGID_DOFS {
+        for degree in POLYNOMIAL_DEGREES {
             let start = thread_time();
             let first = piece.first(degree);
             print!("  {first:6.0} ({:.3}) {:5.1}", first / own, 1e3 * (thread_time() - start));
@@ -200,11 +199,12 @@ fn compare(pieces: &[Piece]) {
     let mut all: Vec<(f64, [[f64; BANDS]; 3])> = Vec::new();
     let (mut proxy_time, mut own_time, mut longest) = (0.0, 0.0, 0.0_f64);
     println!(
-        "piece triangles  f0 Hz (over own)  proxy ms  own CPU-s  modes proxy/own  entry  mass ×  dB: by place (louder), by normal"
+        "piece triangles  f0 Hz (over own)  proxy ms  own CPU-s  modes proxy/own  entry  mass ×  \
+         dB: by place (louder), by normal"
     );
     for (at, piece) in pieces.iter().enumerate() {
         let start = thread_time();
-        let first = piece.first(RIGID_DOFS[2]);
+        let first = piece.first(POLYNOMIAL_DEGREES[2]);
         let ready = proxy(&bank, piece, first);
         let by_place = played(ready.clone(), ContactMapping::Position, &piece.material);
         let taken = thread_time() - start;
@@ -250,11 +250,23 @@ fn compare(pieces: &[Piece]) {
         println!("  {place:5.1} ({bias:+5.1})  {normal:5.1}");
         all.push((first, spectra));
     }
+    print_thresholds(&all);
+    println!(
+        "proxies {:.1} ms, the longest {:.1} ms; own {own_time:.1} s: ratio {:.0}",
+        1e3 * proxy_time,
+        1e3 * longest,
+        own_time / proxy_time
+    );
+}
+
+/// Prints how far the sum of all fragments is off when those above each threshold are proxies; of each
+/// fragment its first frequency \[Hz\] and the spectra of itself and of both proxies.
+fn print_thresholds(all: &[(f64, [[f64; BANDS]; 3])]) {
     for threshold in THRESHOLDS {
         let replaced = |first: f64| first > threshold;
         let mut sums = [[0.0; BANDS]; 3];
         let (mut single, mut single_normal, mut number) = (0.0, 0.0, 0);
-        for (first, spectra) in &all {
+        for (first, spectra) in all {
             let played = if replaced(*first) { [0, 1, 2] } else { [0; 3] };
             for (sum, k) in sums.iter_mut().zip(played) {
                 sum.iter_mut().zip(spectra[k]).for_each(|(s, e)| *s += e);
@@ -267,19 +279,13 @@ fn compare(pieces: &[Piece]) {
         }
         let ((place, bias), (normal, _)) = (distance(&sums[0], &sums[1]), distance(&sums[0], &sums[2]));
         println!(
-            "above {threshold:.0} Hz: {number} of {} replaced; all together {place:.1} dB ({bias:+.1}), by normal {normal:.1} dB; \
-             each by itself {:.1} dB, by normal {:.1} dB",
+            "above {threshold:.0} Hz: {number} of {} replaced; all together {place:.1} dB ({bias:+.1}), \
+             by normal {normal:.1} dB; each by itself {:.1} dB, by normal {:.1} dB",
             all.len(),
             single / f64::from(number.max(1)),
             single_normal / f64::from(number.max(1)),
         );
     }
-    println!(
-        "proxies {:.1} ms, the longest {:.1} ms; own {own_time:.1} s: ratio {:.0}",
-        1e3 * proxy_time,
-        1e3 * longest,
-        own_time / proxy_time
-    );
 }
 
 /// Voronoi cells of random points in a square plate.

@@ -1,5 +1,5 @@
-//! Processor time of the parts of a Galerkin solution on a sphere: `cargo bench -p clangor-bake --bench
-//! galerkin`.
+//! Processor time of the steps of a Galerkin solution on a sphere:
+//! `cargo bench -p clangor-bake --bench triangles`.
 
 use std::time::Instant;
 

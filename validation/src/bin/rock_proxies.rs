@@ -1,7 +1,7 @@
 //! What a stone loses by sounding as an ellipsoid, the mean of those of the bank around it or the nearest, or
 //! as a sphere: third-octave levels of twenty stones.
 //!
-//! `cargo bench -p clangor-pipeline --bench rock_proxies [-- ROCKS]`
+//! `cargo run --release -p clangor-validation --bin rock_proxies [-- ROCKS]`
 //!
 //! Each stone is struck at random points of its surface along the inward normal and heard from random
 //! directions at 1 m; the levels of the third-octave bands from 500 Hz to 16 kHz are compared with those of
@@ -103,7 +103,8 @@ fn main() {
     }
     println!("{rocks} rocks, {IMPACTS} impacts each, {} bands:", bands.len());
     println!(
-        "median difference of third-octave levels: ellipsoid {:.2} dB, nearest ellipsoid {:.2} dB, sphere {:.2} dB",
+        "median difference of third-octave levels: ellipsoid {:.2} dB, nearest ellipsoid {:.2} dB, \
+         sphere {:.2} dB",
         median(ellipsoid),
         median(nearest),
         median(ball)

@@ -53,19 +53,19 @@ pub struct Uniform(pub u64);
 
 impl Uniform {
     /// The next number.
-    pub fn next(&mut self) -> f64 {
+    pub fn sample(&mut self) -> f64 {
         self.0 = self.0 * 48_271 % 2_147_483_647;
         self.0 as f64 / 2_147_483_647.0
     }
 
     fn between(&mut self, low: DVec3, high: DVec3) -> DVec3 {
-        low + (high - low) * DVec3::new(self.next(), self.next(), self.next())
+        low + (high - low) * DVec3::new(self.sample(), self.sample(), self.sample())
     }
 
     /// A random unit vector.
     pub fn direction(&mut self) -> DVec3 {
-        let z = 2.0 * self.next() - 1.0;
-        let (sin, cos) = (std::f64::consts::TAU * self.next()).sin_cos();
+        let z = 2.0 * self.sample() - 1.0;
+        let (sin, cos) = (std::f64::consts::TAU * self.sample()).sin_cos();
         let ring = (1.0 - z * z).sqrt();
         DVec3::new(ring * cos, ring * sin, z)
     }
@@ -159,14 +159,14 @@ impl Stage {
         let free = self.bodies.len() - usize::from(table.is_some());
         for i in 0..impulses {
             let time = seconds * (i as f64 + 0.5) / impulses as f64;
-            let a = (uniform.next() * free as f64) as usize;
+            let a = (uniform.sample() * free as f64) as usize;
             let b = match table {
                 Some(table) => table,
-                None => (a + 1 + (uniform.next() * (free - 1) as f64) as usize) % free,
+                None => (a + 1 + (uniform.sample() * (free - 1) as f64) as usize) % free,
             };
             let point = uniform.between(DVec3::new(-0.7, 0.45, -0.3), DVec3::new(0.7, 0.9, 0.3));
             let normal = uniform.direction();
-            let speed = 0.1 + 1.9 * uniform.next();
+            let speed = 0.1 + 1.9 * uniform.sample();
             let mut mass = f64::INFINITY;
             for (body, side) in [(a, 1.0), (b, -1.0)] {
                 if Some(body) == table {
@@ -177,7 +177,7 @@ impl Stage {
                     time,
                     body: BodyId(body as u32),
                     position: point + normal * (side * 0.6 * self.radius(body)),
-                    orientation: DQuat::from_scaled_axis(uniform.direction() * 3.0 * uniform.next()),
+                    orientation: DQuat::from_scaled_axis(uniform.direction() * 3.0 * uniform.sample()),
                     velocity: DVec3::ZERO,
                     angular_velocity: DVec3::ZERO,
                 });

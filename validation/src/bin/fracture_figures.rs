@@ -1,9 +1,9 @@
 //! \[FRAC\] Figs. 4 and 5 for a tile of 12 × 12 × 0.6 cm that hits stone at 4 m/s, with ten patterns of
 //! cracks each.
 //!
-//! `cargo run --release -p clangor-validation --bin fracture_figures -- toughness FILE.svg|FILE.png` draws number,
-//! mass and pitch of the pieces against the toughness, `-- onset FILE.svg|FILE.png` the level with and
-//! without the impulses of cracks.
+//! `cargo run --release -p clangor-validation --bin fracture_figures -- toughness FILE.svg|FILE.png`
+//! draws number, mass and pitch of the fragments against the toughness, `-- onset FILE.svg|FILE.png` the
+//! level with and without the impulses of cracks.
 
 #[path = "../../../crates/clangor-pipeline/tests/broken_tile/mod.rs"]
 mod broken_tile;

@@ -1,7 +1,8 @@
 //! \[PROXY\] §5: storage of the ellipsoid bank against the tolerance ε, and what limits the error at ε =
 //! 0.01.
 //!
-//! `cargo run --release -p clangor-validation --bin pan_representation_ladder -- [bank] [only=ACROSS:ALONG …]`
+//! `cargo run --release -p clangor-validation --bin pan_representation_ladder -- [bank]`;
+//! `only=ACROSS:ALONG` chooses spheroids.
 //!
 //! The paper's pulse needs kA = 80, which is solved for eight bodies of revolution; to kA = 20, where the
 //! pulse is four times as long for the same body, the bank that comes with the program has all 66, and shows

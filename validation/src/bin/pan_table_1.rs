@@ -53,8 +53,8 @@ fn main() {
                 let bytes = model.encode().expect("a sound model").len();
                 let origin = &model.origin;
                 println!(
-                    "| {name} `{text}` | {accuracy:.0e} | {seconds:.2} s | {} | {} | {} | {:.1e} | {:.0} kB | \
-                     {minutes:.0} min · {fine} MB · {coarse} MB |",
+                    "| {name} `{text}` | {accuracy:.0e} | {seconds:.2} s | {} | {} | {} | {:.1e} | \
+                     {:.0} kB | {minutes:.0} min · {fine} MB · {coarse} MB |",
                     origin.method,
                     origin.unknowns,
                     origin.solves,

@@ -1,7 +1,8 @@
 //! \[PAN\] Table 2 and \[PROXY\] Table 2: the time to synthesise the sound of every scene of the papers, on
 //! generated timelines of the printed numbers of impulses.
 //!
-//! `cargo run --release -p clangor-validation --bin pan_table_2 [-- NAME …]`; a name is any part of that of a scene.
+//! `cargo run --release -p clangor-validation --bin pan_table_2 [-- NAME …]`;
+//! a name is any part of that of a scene.
 //!
 //! The papers' scenes are not published, only their numbers of impulses faster than v_min. Here each is an
 //! impulse between two bodies of the scene, both of which sound; with a table, one of them is the table,

@@ -116,7 +116,7 @@ fn published(model: &Model, (pulse, lasting, length): (f64, f64, usize)) -> (usi
     let begin = cpu_time();
     for i in 0..contacts {
         let contact = HeardContact {
-            peak: std::array::from_fn::<_, RIGID_DOFS, _>(|_| uniform.next() - 0.5),
+            peak: std::array::from_fn::<_, RIGID_DOFS, _>(|_| uniform.sample() - 0.5),
             onset: 1e-3 * f64::from(i),
             duration: 5.0 * pulse,
             listener: uniform.direction() * 1.5,

@@ -14,6 +14,7 @@ pub mod hull;
 pub mod icosahedron;
 pub mod mass_properties;
 pub mod meridian;
+mod mesh_error;
 pub mod parts_fit;
 pub mod principal_axes;
 pub mod refine;

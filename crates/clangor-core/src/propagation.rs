@@ -5,6 +5,7 @@ pub mod image_source;
 pub mod late_reverberation;
 pub mod path_loss;
 pub mod room;
+mod room_error;
 pub mod wall;
 
 pub use air::Air;

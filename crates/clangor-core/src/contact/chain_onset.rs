@@ -16,7 +16,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use super::pulses::ImpactPulse;
+use super::impact_pulse::ImpactPulse;
 use crate::body::BodyId;
 
 /// An impact that would approach at less than this share of its speed without those before it owes it to

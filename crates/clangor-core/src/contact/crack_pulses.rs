@@ -17,7 +17,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::effective_mass::body_inverse_effective_mass;
-use super::pulses::{body_pulse, check_row};
+use super::impact_pulse::body_pulse;
+use super::row_checks::check_row;
 use super::{BodyPulse, ContactError, ForceProfile, ImpactPulse, PoseHistory};
 use crate::body::{Body, BodyId};
 use crate::timeline::{ContactKind, ContactRow, FractureRow};

@@ -20,7 +20,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::effective_mass::inverse_mass;
-use super::pulses::{check_row, whole_impacts};
+use super::pulses::whole_impacts;
+use super::row_checks::check_row;
 use super::{ContactError, PoseHistory};
 use crate::body::{Body, BodyId};
 use crate::timeline::{ContactKind, ContactRow};

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::ContactError;
-use super::pulses::check_body;
+use super::row_checks::check_body;
 use crate::body::{Body, BodyId, Life, Motion};
 use crate::pose::{Pose, Track};
 use crate::timeline::PoseRow;

@@ -16,13 +16,14 @@ use glam::DVec3;
 
 use super::ContactError;
 use super::chain_onset::delay_chains;
-use super::effective_mass::{angular_velocity_change, body_inverse_effective_mass, inverse_mass};
+use super::effective_mass::{body_inverse_effective_mass, inverse_mass};
 use super::force_profile::ForceProfile;
 use super::hertz::{HertzContact, combined_curvature};
+use super::impact_pulse::{ImpactPulse, body_pulse};
 use super::local_curvature::mean_curvature;
 use super::pose_history::PoseHistory;
-use crate::body::{Body, BodyId, Life, Motion};
-use crate::material::Material;
+use super::row_checks::check_row;
+use crate::body::{Body, BodyId, Motion};
 use crate::pose::Pose;
 use crate::timeline::{ContactKind, ContactRow};
 
@@ -41,79 +42,6 @@ impl Default for ContactSettings {
     fn default() -> Self {
         ContactSettings { v_min: 0.05, profile: ForceProfile::HalfSine, chain_onset: true }
     }
-}
-
-/// The force of one impact over time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ImpactPulse {
-    /// Number of the impact in the timeline; 0 for a row that stands alone.
-    pub impact_id: u64,
-    /// First instant in the timeline \[s\].
-    pub time: f64,
-    /// When the force begins \[s\]: `time`, or later inside a chain.
-    pub onset: f64,
-    /// Duration τ \[s\].
-    pub duration: f64,
-    /// How the force runs.
-    pub profile: ForceProfile,
-    /// Approach speed V along the normal [m/s].
-    pub speed: f64,
-    /// Effective mass m \[kg\].
-    pub effective_mass: f64,
-    /// Combined radius r \[m\].
-    pub radius: f64,
-    /// Mean point [m, world].
-    pub point: DVec3,
-    /// Mean unit normal, from B to A.
-    pub normal: DVec3,
-    /// Velocity of A relative to B at the mean point before anything happened at that instant [m/s], where
-    /// the timeline has the poses of that instant. In a touching chain only the first contact approaches
-    /// then.
-    pub velocity_before: Option<DVec3>,
-    /// A and B.
-    pub pair: [BodyId; 2],
-    /// What it does to A and B; `None` for a body that it cannot move.
-    pub bodies: [Option<BodyPulse>; 2],
-    /// The points: place [m, world] and impulse on A [N s].
-    pub points: Vec<(DVec3, DVec3)>,
-}
-
-impl ImpactPulse {
-    /// Places \[m\] and impulses [N s] on a body in its frame, for each side of the impact that it is.
-    pub fn points_on(&self, body: BodyId) -> impl Iterator<Item = Vec<(DVec3, DVec3)>> {
-        let sides = self.bodies.iter().zip([1.0, -1.0]);
-        sides.filter_map(move |(share, sign)| {
-            let pose = share.filter(|share| share.body == body)?.pose;
-            let to_body = pose.orientation.inverse();
-            let local = |(x, j): &(DVec3, DVec3)| (pose.body_from_world(*x), to_body * *j * sign);
-            Some(self.points.iter().map(local).collect())
-        })
-    }
-
-    /// Whether it is the release of a crack, which has no curvature.
-    pub fn is_crack(&self) -> bool {
-        self.radius == f64::INFINITY
-    }
-}
-
-/// One body's share of an impact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyPulse {
-    /// The body.
-    pub body: BodyId,
-    /// Its pose at the impact.
-    pub pose: Pose,
-    /// Σj [N s], world.
-    pub impulse: DVec3,
-    /// Σj/M [m/s], world.
-    pub velocity_change: DVec3,
-    /// Σ (x − x_com) × j + couples [N m s], world, about the centre of mass.
-    pub angular_impulse: DVec3,
-    /// I⁻¹ of that [rad/s], world.
-    pub angular_velocity_change: DVec3,
-    /// τ c_R / L: duration over the time in which a Rayleigh wave crosses the body. Below 1 the body does not
-    /// move as a whole during the impact, and the click of a rigid body is an upper bound.
-    pub transit_ratio: f64,
 }
 
 /// What became of the impacts.
@@ -247,38 +175,6 @@ pub(super) fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
     impacts
 }
 
-/// Refuses rows of bodies that are unknown or not alive, and numbers that are not finite.
-pub(super) fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), ContactError> {
-    for id in [row.body_a, row.body_b].into_iter().filter(|id| *id != BodyId::WORLD) {
-        check_body(bodies, id, "contact", row.time)?;
-    }
-    let vectors = [row.point, row.normal, row.impulse_t, row.couple, row.velocity];
-    let finite = row.time.is_finite() && row.impulse_n.is_finite() && vectors.iter().all(|v| v.is_finite());
-    if finite {
-        Ok(())
-    } else {
-        Err(ContactError::NotFinite { what: "contact", body: row.body_a.0, time: row.time })
-    }
-}
-
-/// Refuses bodies that are unknown, or not alive at a time \[s\].
-pub(super) fn check_body(
-    bodies: &[Body],
-    id: BodyId,
-    what: &'static str,
-    time: f64,
-) -> Result<(), ContactError> {
-    let Some(body) = bodies.get(id.index()) else {
-        return Err(ContactError::UnknownBody { what, body: id.0, bodies: bodies.len(), time });
-    };
-    let Life { birth, death, .. } = body.life;
-    // A time that is not finite is refused as such.
-    if body.life.holds(time) || !time.is_finite() {
-        return Ok(());
-    }
-    Err(ContactError::NotAlive { what, body: id.0, time, birth, death })
-}
-
 /// The pulse of the rows of one impact, or why it is silent.
 fn pulse(
     bodies: &[Body],
@@ -302,35 +198,12 @@ fn pulse(
     let Some(normal) = normal.filter(|_| total > 0.0) else {
         return Ok(Err(Silence::WithoutImpulse));
     };
-    let weight = |row: &ContactRow| row.impulse_n / total;
-    let point: DVec3 = rows.iter().map(|r| r.point * weight(r)).sum();
-
+    let point: DVec3 = rows.iter().map(|r| r.point * (r.impulse_n / total)).sum();
     let body_poses = [0, 1].map(|i| match pair[i] {
         Some(_) => poses.at(ids[i], time),
         None => Pose::IDENTITY,
     });
-    let curvature_of = |i: usize| match pair[i] {
-        Some(body) => rows
-            .iter()
-            .map(|r| weight(r) * mean_curvature(&body.surface, body_poses[i].body_from_world(r.point)))
-            .sum(),
-        None => 0.0,
-    };
-    let size = pair.iter().flatten().map(|body| body.surface.bounding_radius()).fold(f64::INFINITY, f64::min);
-    let contact = HertzContact {
-        inverse_mass: (0..2)
-            .filter_map(|i| {
-                pair[i].map(|body| body_inverse_effective_mass(body, &body_poses[i], point, normal))
-            })
-            .sum(),
-        curvature: combined_curvature(
-            [curvature_of(0), curvature_of(1)],
-            pair.map(|body| body.map_or(0.0, |b| b.edge_radius)),
-            size,
-        ),
-        compliance: pair.iter().flatten().map(|body| body.material.contact_compliance()).sum(),
-        speed,
-    };
+    let contact = MeanContact { pair, poses: body_poses, point, normal }.hertz(rows, total, speed);
     let duration = contact.duration();
     if !(duration > 0.0 && duration.is_finite()) {
         return Err(ContactError::NoDuration { body: ids[0].0, time, duration });
@@ -364,32 +237,42 @@ fn pulse(
     }))
 }
 
-/// What the rows of an impact do to one body, which is A for a `sign` of 1 and B for −1.
-pub(super) fn body_pulse(
-    body: &Body,
-    id: BodyId,
-    pose: Pose,
-    rows: &[ContactRow],
-    sign: f64,
-    duration: f64,
-) -> BodyPulse {
-    let impulse: DVec3 = rows.iter().map(|r| sign * r.impulse()).sum();
-    let turn = |r: &ContactRow| sign * ((r.point - pose.position).cross(r.impulse()) + r.couple);
-    let angular_impulse = rows.iter().map(turn).sum();
-    BodyPulse {
-        body: id,
-        pose,
-        impulse,
-        velocity_change: impulse * inverse_mass(body),
-        angular_impulse,
-        angular_velocity_change: angular_velocity_change(body, &pose, angular_impulse),
-        transit_ratio: duration * rayleigh_speed(&body.material) / (2.0 * body.surface.bounding_radius()),
-    }
+/// Two bodies at the mean point and normal of the rows of an impact; `None` stands for the world.
+struct MeanContact<'a> {
+    pair: [Option<&'a Body>; 2],
+    poses: [Pose; 2],
+    point: DVec3,
+    normal: DVec3,
 }
 
-/// Speed of Rayleigh waves [m/s], Viktorov's approximation c_s (0.87 + 1.12 ν)/(1 + ν), good to 0.5 %.
-fn rayleigh_speed(material: &Material) -> f64 {
-    let nu = material.poisson_ratio;
-    let shear = (0.5 * material.youngs_modulus / (material.density * (1.0 + nu))).sqrt();
-    shear * (0.87 + 1.12 * nu) / (1.0 + nu)
+impl MeanContact<'_> {
+    /// The contact for Hertz's formula, its curvatures weighted by the normal impulses of the rows, which sum
+    /// to `total` [N s]; `speed` is that of the approach [m/s].
+    fn hertz(&self, rows: &[ContactRow], total: f64, speed: f64) -> HertzContact {
+        let MeanContact { pair, poses, point, normal } = self;
+        let weight = |row: &ContactRow| row.impulse_n / total;
+        let curvature_of = |i: usize| match pair[i] {
+            Some(body) => rows
+                .iter()
+                .map(|r| weight(r) * mean_curvature(&body.surface, poses[i].body_from_world(r.point)))
+                .sum(),
+            None => 0.0,
+        };
+        let bodies = || pair.iter().flatten();
+        let size = bodies().map(|body| body.surface.bounding_radius()).fold(f64::INFINITY, f64::min);
+        HertzContact {
+            inverse_mass: (0..2)
+                .filter_map(|i| {
+                    pair[i].map(|body| body_inverse_effective_mass(body, &poses[i], *point, *normal))
+                })
+                .sum(),
+            curvature: combined_curvature(
+                [curvature_of(0), curvature_of(1)],
+                pair.map(|body| body.map_or(0.0, |b| b.edge_radius)),
+                size,
+            ),
+            compliance: bodies().map(|body| body.material.contact_compliance()).sum(),
+            speed,
+        }
+    }
 }

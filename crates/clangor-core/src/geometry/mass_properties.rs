@@ -6,7 +6,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::solid::MeshError;
+use super::mesh_error::MeshError;
 use super::tri_mesh::TriMesh;
 
 /// Mass properties of a solid of unit density.
@@ -44,7 +44,7 @@ impl MassProperties {
     /// No triangles, an index out of range, a coordinate that is not finite, or a volume that is zero or
     /// negative.
     pub fn of(mesh: &TriMesh) -> Result<Self, MeshError> {
-        super::solid::check_numbers(mesh)?;
+        super::mesh_error::check_numbers(mesh)?;
         let (low, high) = mesh.bounds();
         let reference = low + 0.5 * (high - low);
         let mut volume = 0.0;

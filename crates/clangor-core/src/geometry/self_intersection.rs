@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::solid::MeshError;
+use super::mesh_error::MeshError;
 use super::surface_tree::SurfaceTree;
 use super::topology::Topology;
 use super::tri_mesh::TriMesh;

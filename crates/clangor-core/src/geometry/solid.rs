@@ -7,111 +7,12 @@
 use glam::DVec3;
 
 use super::mass_properties::MassProperties;
+pub use super::mesh_error::MeshError;
+use super::mesh_error::check_numbers;
 use super::self_intersection::first_self_intersection;
 use super::surface_tree::SurfaceTree;
 use super::topology::Topology;
 use super::tri_mesh::TriMesh;
-
-/// What is wrong with a mesh. Positions are in the frame of the mesh \[m\].
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MeshError {
-    /// Nothing to bound a solid.
-    #[error("the mesh has no triangles")]
-    Empty,
-    /// A triangle names a vertex that is not there.
-    #[error("triangle {triangle} names vertex {index}, but there are {vertices} vertices")]
-    IndexOutOfRange {
-        /// The triangle.
-        triangle: usize,
-        /// The index.
-        index: u32,
-        /// Number of vertices.
-        vertices: usize,
-    },
-    /// A coordinate is infinite or not a number.
-    #[error("vertex {vertex} is not finite")]
-    NotFinite {
-        /// The vertex.
-        vertex: usize,
-    },
-    /// A triangle has no area: corners coincide or lie on a line.
-    #[error(
-        "{count} triangles have no area, the first is triangle {triangle} near {position}; weld or remesh"
-    )]
-    Degenerate {
-        /// How many.
-        count: usize,
-        /// The first of them.
-        triangle: usize,
-        /// Where it is.
-        position: DVec3,
-    },
-    /// Vertices coincide.
-    #[error("{count} vertices coincide with another, the first at {position}; weld the mesh")]
-    Duplicate {
-        /// How many vertices could go.
-        count: usize,
-        /// Where the first is.
-        position: DVec3,
-    },
-    /// Edges with a triangle on one side only.
-    #[error(
-        "the surface is open: {edges} boundary edges, one near {position}; close the holes, weld the mesh, or \
-         give the shell a thickness"
-    )]
-    Open {
-        /// How many edges.
-        edges: usize,
-        /// Middle of the first.
-        position: DVec3,
-    },
-    /// Edges with more than two triangles.
-    #[error("{edges} edges have more than two triangles, one near {position}")]
-    NonManifold {
-        /// How many edges.
-        edges: usize,
-        /// Middle of the first.
-        position: DVec3,
-    },
-    /// Neighbouring triangles wind in opposite senses.
-    #[error("triangles wind inconsistently across {edges} edges, one near {position}; recompute the normals")]
-    Winding {
-        /// How many edges.
-        edges: usize,
-        /// Middle of the first.
-        position: DVec3,
-    },
-    /// The surface faces inwards.
-    #[error("the surface near {position} faces inwards (volume {volume:.3e} m³); flip the triangles")]
-    Inverted {
-        /// Signed volume \[m³\].
-        volume: f64,
-        /// Where.
-        position: DVec3,
-    },
-    /// The surface encloses nothing.
-    #[error("the mesh encloses no volume ({volume:.3e} m³)")]
-    NoVolume {
-        /// Signed volume \[m³\].
-        volume: f64,
-    },
-    /// A component lies inside another and is no cavity.
-    #[error("a component near {position} lies inside another, so that its volume would count twice")]
-    Nested {
-        /// A vertex of the inner component.
-        position: DVec3,
-    },
-    /// Two triangles cross.
-    #[error("the surface crosses itself: triangles {first} and {second}, near {position}")]
-    SelfIntersection {
-        /// One triangle.
-        first: usize,
-        /// The other.
-        second: usize,
-        /// Where.
-        position: DVec3,
-    },
-}
 
 /// What [`check_solid`] found out about a good mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,23 +23,6 @@ pub struct SolidReport {
     pub components: usize,
     /// Area \[m²\].
     pub area: f64,
-}
-
-/// Checks that indices are in range and coordinates finite.
-pub(super) fn check_numbers(mesh: &TriMesh) -> Result<(), MeshError> {
-    if mesh.triangles.is_empty() {
-        return Err(MeshError::Empty);
-    }
-    let vertices = mesh.vertices.len();
-    for (triangle, corners) in mesh.triangles.iter().enumerate() {
-        if let Some(index) = corners.iter().copied().find(|i| *i as usize >= vertices) {
-            return Err(MeshError::IndexOutOfRange { triangle, index, vertices });
-        }
-    }
-    match mesh.vertices.iter().position(|v| !v.is_finite()) {
-        Some(vertex) => Err(MeshError::NotFinite { vertex }),
-        None => Ok(()),
-    }
 }
 
 /// Checks that a mesh bounds a solid.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::solid::MeshError;
+use super::mesh_error::MeshError;
 use super::tri_mesh::TriMesh;
 
 /// The neighbours of each triangle of a closed, consistently wound surface.

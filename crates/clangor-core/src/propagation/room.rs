@@ -12,6 +12,7 @@
 use glam::DVec3;
 
 use super::WallAbsorption;
+pub use super::room_error::RoomError;
 
 /// A rectangular room with walls along the axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,33 +27,6 @@ pub struct Room {
     pub image_order: u32,
     /// Whether later ones sound as well.
     pub late: bool,
-}
-
-/// Why a room is none.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RoomError {
-    /// Walls that do not enclose anything.
-    #[error("a room from {lowest} m to {highest} m encloses nothing")]
-    Empty {
-        /// Its lowest corner \[m\].
-        lowest: DVec3,
-        /// Its highest corner \[m\].
-        highest: DVec3,
-    },
-    /// An absorption coefficient that is none.
-    #[error("a wall cannot absorb {value} of the energy at {octave} Hz: it is a share from 0 to 1")]
-    Absorption {
-        /// The coefficient \[-\].
-        value: f64,
-        /// The octave \[Hz\].
-        octave: f64,
-    },
-    /// A room that never falls silent, which late reverberation cannot follow.
-    #[error("the walls of the room absorb nothing at {octave} Hz, so that its reverberation never ends")]
-    Undamped {
-        /// The octave \[Hz\].
-        octave: f64,
-    },
 }
 
 impl Room {

@@ -5,7 +5,7 @@
 //! to be hard and its reflectance real and independent of the angle. A wall of felt, which turns the phase of
 //! low notes, is not here.
 
-use crate::propagation::room::RoomError;
+use super::room_error::RoomError;
 
 /// Middles of the octaves \[Hz\].
 pub const OCTAVES: [f64; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];

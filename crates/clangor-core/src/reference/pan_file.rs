@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::reference::pan_representation::directions::Directions;
 use crate::reference::pan_representation::signals::{Signals, SparseCoefficients};
 use crate::reference::pan_representation::{PanField, PanModel};
-use crate::sound_model::files::model_file::{Origin, Solid, SolidDescription, check_origin};
+use crate::sound_model::files::origin::{Origin, check_origin};
+use crate::sound_model::files::solid::{Solid, SolidDescription};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter};
 
 /// Version of the format.

@@ -10,7 +10,7 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
-use crate::sound_model::files::model_file::{check_field, term};
+use crate::sound_model::files::field_checks::{check_field, term};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
 use crate::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 

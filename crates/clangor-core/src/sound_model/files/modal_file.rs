@@ -14,7 +14,8 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::medium::Medium;
-use crate::sound_model::files::model_file::{RADII, Solid, SolidDescription, positive};
+use crate::sound_model::files::number_checks::{RADII, positive};
+use crate::sound_model::files::solid::{Solid, SolidDescription};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
 use crate::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use crate::sound_model::modal::surface::ModalSurface;
@@ -102,7 +103,8 @@ pub(super) struct ModalDescription {
 }
 
 const UNITS: &str = "SI; shapes in kg^-1/2 (integral of density U^2 = 1), transfers in kg^-1/2: pressure over \
-(density of the medium, radius_m, modal acceleration), each wave made 1 on the sphere of radius_m about the centre of mass";
+(density of the medium, radius_m, modal acceleration), each wave made 1 on the sphere of radius_m about \
+the centre of mass";
 
 impl ModalFile {
     /// The bytes of the file. The same model gives the same bytes.

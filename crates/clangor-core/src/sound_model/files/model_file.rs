@@ -9,29 +9,26 @@
 //!
 //! Reading never trusts: shapes, order and range of every number are checked, after the hash of the whole.
 
-use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::mass_properties::MassProperties;
-use crate::geometry::tri_mesh::TriMesh;
 use crate::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 use crate::sound_model::acceleration::model::AccelerationModel;
 use crate::sound_model::acceleration::near_field::NearField;
+use crate::sound_model::files::field_checks::{check_field, term};
 use crate::sound_model::files::modal_file::{ModalDescription, ModalPart};
+use crate::sound_model::files::number_checks::{RADII, check_count};
+pub use crate::sound_model::files::origin::Origin;
+use crate::sound_model::files::origin::check_origin;
+pub use crate::sound_model::files::solid::Solid;
+use crate::sound_model::files::solid::SolidDescription;
+use crate::sound_model::files::surface_mesh::{check_mesh, put_mesh, take_mesh};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
 
 /// Version of the format.
 pub const VERSION: u32 = 2;
 /// What the description calls the file.
 pub const KIND: &str = "sound model";
-
-/// Most nodes in frequency that a file may have.
-const MOST_NODES: usize = 1024;
-/// Highest n that a file may have: m must fit.
-const HIGHEST_ORDER: u8 = 127;
-/// Least and greatest bounding radius \[m\].
-pub(crate) const RADII: std::ops::RangeInclusive<f64> = 1e-7..=1e4;
 
 /// A sound model with its origin.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,38 +41,6 @@ pub struct ModelFile {
     pub solid: Solid,
     /// How it was baked, and how good it is.
     pub origin: Origin,
-}
-
-/// The solid that a model was baked from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Solid {
-    /// What was baked, as the person named it: a shape or a mesh file.
-    pub name: String,
-    /// Volume, centre of mass in the frame of the file, and inertia, all of unit density.
-    pub mass: MassProperties,
-    /// The surface, centre of mass at the origin; `None` for a sphere of the model's radius.
-    pub surface: Option<TriMesh>,
-}
-
-/// How a model was baked, and how good it is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Origin {
-    /// Program and version.
-    pub program: String,
-    /// Hash of geometry and options.
-    pub inputs: String,
-    /// Level error that was asked for.
-    pub asked_accuracy: f64,
-    /// Solver, in words.
-    pub method: String,
-    /// Unknowns of the largest system, or cells.
-    pub unknowns: u64,
-    /// Frequencies solved.
-    pub solves: u64,
-    /// Largest level error of the rational fit at frequencies that it had not seen.
-    pub held_out_error: f64,
-    /// What a user should know.
-    pub warnings: Vec<String>,
 }
 
 /// The description in the header.
@@ -96,15 +61,6 @@ struct AccelerationDescription {
     radius_m: f64,
     max_wavenumber: f64,
     ring_time: f64,
-}
-
-#[derive(Serialize, Deserialize)]
-pub(crate) struct SolidDescription {
-    name: String,
-    volume_m3: f64,
-    centre_of_mass_m: [f64; 3],
-    /// Rows of the inertia tensor.
-    inertia_per_density_m5: [[f64; 3]; 3],
 }
 
 const UNITS: &str = "lengths over the bounding radius R = radius_m about the centre of mass, s = i k R, pressures over \
@@ -224,57 +180,6 @@ impl ModelFile {
     }
 }
 
-impl Solid {
-    /// Adds the surface to a file, and describes the rest.
-    pub(crate) fn put(&self, file: &mut TensorWriter) -> SolidDescription {
-        if let Some(surface) = &self.surface {
-            put_mesh(file, "solid", surface);
-        }
-        SolidDescription {
-            name: self.name.clone(),
-            volume_m3: self.mass.volume,
-            centre_of_mass_m: self.mass.centre_of_mass.to_array(),
-            inertia_per_density_m5: self.mass.inertia.transpose().to_cols_array_2d(),
-        }
-    }
-
-    /// Takes it out of a file.
-    pub(crate) fn take(file: &TensorReader<'_>, solid: SolidDescription) -> Result<Self, TensorFileError> {
-        let mass = MassProperties {
-            volume: solid.volume_m3,
-            centre_of_mass: DVec3::from_array(solid.centre_of_mass_m),
-            inertia: DMat3::from_cols_array_2d(&solid.inertia_per_density_m5).transpose(),
-        };
-        Ok(Solid { name: solid.name, mass, surface: take_mesh(file, "solid")? })
-    }
-
-    /// Refuses what no solid of this bounding radius \[m\] is.
-    pub(crate) fn check(&self, radius: f64) -> Result<(), TensorFileError> {
-        if let Some(surface) = &self.surface {
-            check_mesh("solid", surface, radius)?;
-        }
-        let mass = &self.mass;
-        positive("the volume", mass.volume)?;
-        if !mass.centre_of_mass.is_finite() {
-            return Err(TensorFileError::value("the centre of mass", "is not finite"));
-        }
-        let symmetric = mass.inertia.abs_diff_eq(mass.inertia.transpose(), 1e-9 * mass.inertia.x_axis.x);
-        if !(symmetric && mass.inertia.determinant() > 0.0 && mass.inertia.is_finite()) {
-            return Err(TensorFileError::value("the inertia tensor", "is not that of a solid"));
-        }
-        Ok(())
-    }
-}
-
-/// Refuses evidence that is none.
-pub(crate) fn check_origin(origin: &Origin) -> Result<(), TensorFileError> {
-    positive("the accuracy asked for", origin.asked_accuracy)?;
-    if !(origin.held_out_error >= 0.0 && origin.held_out_error.is_finite()) {
-        return Err(TensorFileError::value("the held-out error", "is not a finite number from 0"));
-    }
-    Ok(())
-}
-
 /// Refuses a near field that names spectra that are not there.
 fn check_spectra(near: &NearField, nodes: usize) -> Result<(), TensorFileError> {
     let NearField { surface, spectra, scales, which, factors } = near;
@@ -301,121 +206,3 @@ fn check_spectra(near: &NearField, nodes: usize) -> Result<(), TensorFileError> 
         None => Ok(()),
     }
 }
-
-/// Refuses a field that could not be played.
-pub(crate) fn check_field(field: &AccelerationField) -> Result<(), TensorFileError> {
-    positive("the highest wavenumber", field.max_wavenumber)?;
-    if !(field.ring_time >= 0.0 && field.ring_time.is_finite()) {
-        return Err(TensorFileError::value("the ring time", "is not a finite number from 0"));
-    }
-    let nodes = field.nodes.len();
-    if !(1..=MOST_NODES).contains(&nodes) {
-        return Err(TensorFileError::value(
-            "the array \"acceleration.nodes\"",
-            format!("has {nodes} rows, not 1 to {MOST_NODES}"),
-        ));
-    }
-    for (at, node) in field.nodes.iter().enumerate() {
-        if !(node.s.is_finite() && node.weight.is_finite()) {
-            return Err(TensorFileError::value(format!("node {at}"), "is not finite"));
-        }
-        if field.nodes[..at].iter().any(|other| other.s == node.s) {
-            return Err(TensorFileError::value(format!("node {at}"), "repeats an earlier one"));
-        }
-    }
-    if field.nodes.iter().all(|n| n.weight == Complex64::ZERO) {
-        return Err(TensorFileError::value("every weight", "is zero"));
-    }
-    if let Some(at) = field.terms.iter().position(|t| !clamped(t)) {
-        return Err(TensorFileError::value(format!("term {at}"), "is no multipole of a rigid motion"));
-    }
-    if let Some(at) = field.terms.windows(2).position(|pair| pair[0] >= pair[1]) {
-        return Err(TensorFileError::value(format!("term {}", at + 1), "is not after the one before it"));
-    }
-    check_count("acceleration.real", &field.real, field.terms.len() * nodes)?;
-    check_count("acceleration.imaginary", &field.imaginary, field.terms.len() * nodes)
-}
-
-/// Whether n, m and the degree of freedom go together.
-fn clamped(term: &Term) -> bool {
-    term.n <= HIGHEST_ORDER && term.m.unsigned_abs() <= term.n && usize::from(term.degree) < RIGID_DOFS
-}
-
-pub(crate) fn term(numbers: &[i16]) -> Result<Term, TensorFileError> {
-    let impossible =
-        |_| TensorFileError::value(format!("the term {numbers:?}"), "is no multipole of a rigid motion");
-    Ok(Term {
-        n: numbers[0].try_into().map_err(impossible)?,
-        m: numbers[1].try_into().map_err(impossible)?,
-        degree: numbers[2].try_into().map_err(impossible)?,
-    })
-}
-
-pub(crate) fn positive(what: &str, number: f64) -> Result<(), TensorFileError> {
-    if number > 0.0 && number.is_finite() {
-        return Ok(());
-    }
-    Err(TensorFileError::value(what, format!("is {number}, not a finite number above 0")))
-}
-
-fn check_count(name: &str, numbers: &[f32], count: usize) -> Result<(), TensorFileError> {
-    if numbers.len() != count {
-        return Err(TensorFileError::Shape {
-            name: name.into(),
-            found: format!("of {} numbers", numbers.len()),
-            expected: format!("of {count}"),
-        });
-    }
-    check_finite(name, numbers)
-}
-
-fn put_mesh(file: &mut TensorWriter, name: &str, mesh: &TriMesh) {
-    file.add(
-        &format!("{name}.vertices"),
-        &[mesh.vertices.len(), 3],
-        mesh.vertices.iter().flat_map(|v| v.to_array()),
-    );
-    file.add(
-        &format!("{name}.triangles"),
-        &[mesh.triangles.len(), 3],
-        mesh.triangles.iter().flatten().copied(),
-    );
-}
-
-fn take_mesh(file: &TensorReader<'_>, name: &str) -> Result<Option<TriMesh>, TensorFileError> {
-    let (vertices, triangles) = (format!("{name}.vertices"), format!("{name}.triangles"));
-    if !file.has(&vertices) && !file.has(&triangles) {
-        return Ok(None);
-    }
-    let (_, positions) = file.rows::<f64>(&vertices, &[3])?;
-    let (_, corners) = file.rows::<u32>(&triangles, &[3])?;
-    Ok(Some(TriMesh {
-        vertices: positions.chunks_exact(3).map(DVec3::from_slice).collect(),
-        triangles: corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
-    }))
-}
-
-/// Refuses a mesh that names vertices that are not there, or that leaves the ball of this radius.
-fn check_mesh(name: &str, mesh: &TriMesh, radius: f64) -> Result<(), TensorFileError> {
-    let count = mesh.vertices.len();
-    if mesh.triangles.is_empty() {
-        return Err(TensorFileError::value(format!("the array \"{name}.triangles\""), "is empty"));
-    }
-    if let Some(at) = mesh.triangles.iter().position(|t| t.iter().any(|i| *i as usize >= count)) {
-        return Err(TensorFileError::value(
-            format!("row {at} of the array \"{name}.triangles\""),
-            format!("names a vertex that is not among the {count}"),
-        ));
-    }
-    // A remeshed or curved surface and the one that gave the radius are not quite the same.
-    if let Some(at) = mesh.vertices.iter().position(|v| !v.is_finite() || v.length() > OUTSIDE * radius) {
-        return Err(TensorFileError::value(
-            format!("row {at} of the array \"{name}.vertices\""),
-            "is outside the bounding sphere",
-        ));
-    }
-    Ok(())
-}
-
-/// How far outside the bounding sphere a vertex may be.
-const OUTSIDE: f64 = 1.1;

@@ -1,0 +1,37 @@
+//! Rejects rows of a timeline that name unknown or dead bodies, or hold numbers that are not finite.
+
+use super::ContactError;
+use crate::body::{Body, BodyId, Life};
+use crate::timeline::ContactRow;
+
+/// Refuses rows of bodies that are unknown or not alive, and numbers that are not finite.
+pub(super) fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), ContactError> {
+    for id in [row.body_a, row.body_b].into_iter().filter(|id| *id != BodyId::WORLD) {
+        check_body(bodies, id, "contact", row.time)?;
+    }
+    let vectors = [row.point, row.normal, row.impulse_t, row.couple, row.velocity];
+    let finite = row.time.is_finite() && row.impulse_n.is_finite() && vectors.iter().all(|v| v.is_finite());
+    if finite {
+        Ok(())
+    } else {
+        Err(ContactError::NotFinite { what: "contact", body: row.body_a.0, time: row.time })
+    }
+}
+
+/// Refuses bodies that are unknown, or not alive at a time \[s\].
+pub(super) fn check_body(
+    bodies: &[Body],
+    id: BodyId,
+    what: &'static str,
+    time: f64,
+) -> Result<(), ContactError> {
+    let Some(body) = bodies.get(id.index()) else {
+        return Err(ContactError::UnknownBody { what, body: id.0, bodies: bodies.len(), time });
+    };
+    let Life { birth, death, .. } = body.life;
+    // A time that is not finite is refused as such.
+    if body.life.holds(time) || !time.is_finite() {
+        return Ok(());
+    }
+    Err(ContactError::NotAlive { what, body: id.0, time, birth, death })
+}

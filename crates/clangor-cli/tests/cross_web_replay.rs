@@ -102,7 +102,7 @@ fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
         let vector = |at: usize| DVec3::new(e[at], e[at + 1], e[at + 2]);
         let pose = Pose { position: vector(4), orientation: DQuat::from_xyzw(e[7], e[8], e[9], e[10]) };
         let (time, slot) = (e[1], e[3] as usize);
-        let struck = match e[0] as u32 {
+        let target = match e[0] as u32 {
             0 => ImpactTarget::Sphere { radius: e[3] },
             1 => ImpactTarget::Object { slot },
             2 => {
@@ -114,7 +114,7 @@ fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
             other => panic!("nothing ends in this scene, but there is an event of kind {other}"),
         };
         let impact = ImpactEvent {
-            struck,
+            target,
             time,
             duration: e[2],
             pose,
@@ -123,7 +123,7 @@ fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
             point: vector(17),
             impulse: vector(20),
         };
-        controller.send(Event::ImpactEvent(impact)).expect("room");
+        controller.send(Event::Impact(impact)).expect("room");
     }
     let latency = (live.latency() * settings.sample_rate.as_f64()).round() as usize;
     let mut ears = [Vec::new(), Vec::new()];

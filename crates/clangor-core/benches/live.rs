@@ -90,8 +90,8 @@ fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
         if owed >= next_burst as f64 {
             owed -= next_burst as f64;
             for _ in 0..next_burst {
-                send(Event::ImpactEvent(ImpactEvent {
-                    struck: ImpactTarget::Sphere { radius: random.uniform(0.003, 0.03) },
+                send(Event::Impact(ImpactEvent {
+                    target: ImpactTarget::Sphere { radius: random.uniform(0.003, 0.03) },
                     time: time + random.uniform(0.0, BLOCK as f64 / RATE),
                     duration: random.uniform(30e-6, 200e-6),
                     pose: Pose::at(2.0 * random.direction()),
@@ -107,8 +107,8 @@ fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
         while owed_impacts >= 1.0 {
             owed_impacts -= 1.0;
             let slot = (random.uniform(0.0, 1.0) * OBJECTS as f64) as usize;
-            send(Event::ImpactEvent(ImpactEvent {
-                struck: ImpactTarget::Object { slot },
+            send(Event::Impact(ImpactEvent {
+                target: ImpactTarget::Object { slot },
                 time,
                 duration: random.uniform(30e-6, 500e-6),
                 pose: Pose::at(places[slot]),

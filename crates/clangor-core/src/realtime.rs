@@ -1,45 +1,73 @@
-//! Sound as it happens: events go in through a wait-free ring, blocks of samples come out.
+//! Sound in real time: events go in through a wait-free ring, blocks of samples come out.
 //!
 //! ```text
 //! any thread: Controller::send ─► ring ─► Engine::render, on the audio thread
-//!    impact ─► waves: direct and reflected, earliest first, as many as the budget allows ─► LivePulses ─┐
-//!        └─► force ─► LiveVoice of the object that is struck: modes, transfers, delays ───────────────┼─► pressure \[Pa\]
-//!    reflections in one wall ─► LateReverberation ────────────────────────────────────────────────────┘
+//!    Scheduler: events in the order of their times, within the Budget
+//!    ObjectTable: slots; voices of modal objects ────────────────────────────┐
+//!    BlockRenderer: impact ─► waves of the acceleration pulse by each path ──┼─► pressure \[Pa\]
+//!                   first reflections of the walls ─► late reverberation ────┘
 //! ```
 //!
-//! The same sources, forces and fields as offline. On the audio thread nothing is allocated, freed or waited
-//! for, and a block takes bounded time: the [`Budget`] says how many waves and modes it may compute. What
-//! goes beyond is left out, weakest first, and counted; a ringing body that is left out is faded within a
-//! block. An event of time t is heard, besides its way through the air, [`Engine::latency`] after t; one that
-//! comes too late is heard as soon as it can be.
+//! The sources, forces and fields are those of the offline renderer. On the audio thread nothing is allocated,
+//! freed or waited for, and the [`Budget`] bounds the waves and modes computed in a block. Beyond the budget,
+//! the weakest sounds are left out and counted; a modal object that is left out fades within a block. An event
+//! of time t is heard [`Engine::latency`] after t, plus its propagation delay. A late event is heard as soon
+//! as possible.
 //!
 //! # Use
 //!
-//! ```text
-//! let (mut controller, mut engine) = engine(&settings)?;
-//! controller.put(0, Some(SoundingObject::from_file(&bytes, None, &settings)?))?;       // a bowl, say
-//! controller.send(Event::ImpactEvent(impact))?;                                                 // from the physics
-//! let channels = engine.render(128);                                                   // in the audio callback
+//! Two steel spheres of 2 cm and 3 cm radius collide at 1 m/s:
+//!
+//! ```
+//! use clangor_core::glam::DVec3;
+//! use clangor_core::realtime::{EngineSettings, ImpactEvent, ImpactTarget, PlaybackLevel, SoundingObject, engine};
+//!
+//! let settings = EngineSettings::default();
+//! let (mut controller, mut engine) = engine(&settings)?; // the engine moves to the audio thread
+//! controller.put(0, Some(SoundingObject::sphere(0.02, &settings)))?; // or from_file, or with modes
+//! controller.put(1, Some(SoundingObject::sphere(0.03, &settings)))?;
+//! controller.place_listener(DVec3::new(0.0, 0.2, 0.5), DVec3::X)?;
+//! for (slot, centre, velocity_change) in [(0, -0.02, -1.5), (1, 0.03, 0.45)] {
+//!     let impact = ImpactEvent::new(ImpactTarget::Object { slot }, 0.001, 90e-6)
+//!         .at(centre * DVec3::X)
+//!         .with_velocity_change(velocity_change * DVec3::X);
+//!     controller.send(impact)?;
+//! }
+//! let (level, mut loudest) = (PlaybackLevel { full_scale: 20.0 }, 0.0_f32);
+//! for _block in 0..8 {
+//!     let channels = engine.render(128); // pressure [Pa] at the left and the right ear
+//!     loudest = channels.iter().flatten().map(|p| level.sample(*p).abs()).fold(loudest, f32::max);
+//! }
+//! assert!(loudest > 0.01);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Differs from the offline renderer: see [`live_clicks`](crate::synthesis::live_pulses),
-//! [`live_voice`](crate::synthesis::modal::live_voice). What late reverberation hears is what the first
-//! receiver hears of each wall, and nothing of what that one does not hear, being inside a body or out of
-//! reach; a click is heard where the receivers are when it happens. Asked for fewer than 32 samples at a
-//! time, what fades does so within them.
+//! Differs from the offline renderer: see [`live_pulses`](crate::synthesis::live_pulses) and
+//! [`live_voice`](crate::synthesis::modal::live_voice). The first receiver alone feeds the late reverberation,
+//! with the reflections that it receives: none from beyond the reach or while it is inside the body. An
+//! acceleration pulse is heard at the positions of the receivers at the time of the impact. In blocks of fewer
+//! than 32 samples, fades are as short as the block.
 
+mod block_renderer;
 mod budget;
+pub mod controller;
 pub mod engine;
+pub mod engine_settings;
 pub mod event;
-pub mod event_ring;
+mod object_table;
 pub mod playback_level;
+mod receivers;
+pub mod report;
 mod schedule;
+mod scheduler;
 pub mod sounding_object;
 mod wave_queue;
 
 pub use budget::Budget;
-pub use engine::{Engine, EngineSettings};
+pub use controller::{Controller, EAR_DISTANCE, SendError};
+pub use engine::{Engine, engine};
+pub use engine_settings::EngineSettings;
 pub use event::{Event, ImpactEvent, ImpactTarget, Part};
-pub use event_ring::{Controller, Report, SendError, engine};
 pub use playback_level::PlaybackLevel;
+pub use report::Report;
 pub use sounding_object::{ObjectError, SoundingObject};

@@ -74,7 +74,7 @@ fn plastered(image_order: u32, late: bool) -> Room {
 fn marble(k: u32) -> ImpactEvent {
     let spread = |step: f64| (f64::from(k) * step).fract() - 0.5;
     ImpactEvent {
-        struck: ImpactTarget::Sphere { radius: 0.004 + 0.01 * spread(0.57).abs() },
+        target: ImpactTarget::Sphere { radius: 0.004 + 0.01 * spread(0.57).abs() },
         time: 0.03 + 7e-4 * f64::from(k / 3) + 1e-6 * f64::from(k % 3),
         duration: 40e-6 + 1e-4 * spread(0.37).abs(),
         pose: Pose::at(DVec3::new(spread(0.618), 0.3 * spread(0.271), spread(0.113) - 0.4)),
@@ -88,7 +88,7 @@ fn marble(k: u32) -> ImpactEvent {
 /// An impact on the object in slot 0, at the origin or elsewhere.
 fn strike(time: f64, duration: f64, pose: Pose) -> ImpactEvent {
     ImpactEvent {
-        struck: ImpactTarget::Object { slot: 0 },
+        target: ImpactTarget::Object { slot: 0 },
         time,
         duration,
         pose,
@@ -146,7 +146,7 @@ impl Scenario<'_> {
         let settings = RenderSettings { floor, loss, max_frequency: BAND, ..RenderSettings::default() };
         let mut renderer = Renderer::new(listener, &settings).unwrap();
         for impact in self.marbles {
-            let ImpactTarget::Sphere { radius } = impact.struck else { panic!("a marble") };
+            let ImpactTarget::Sphere { radius } = impact.target else { panic!("a marble") };
             let click = AccelerationPulse {
                 body: BodyId(0),
                 time: impact.time + self.latency,
@@ -186,7 +186,7 @@ fn what_happens_live_sounds_as_it_does_offline() {
     let strikes = [strike(0.02, 61e-6, pose), strike(0.0503, 200e-6, pose), strike(0.0504, 30e-6, pose)];
     let still =
         Event::Pose { slot: 0, time: 0.0, pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO };
-    let impacts = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::ImpactEvent(*impact)));
+    let impacts = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::Impact(*impact)));
     let events = impacts.chain([(0.0, still)]).collect();
     let object = SoundingObject::new(None, Some(bell()), &settings);
     let (heard, engine) = play(&settings, Some(object), events, 9600);
@@ -216,7 +216,7 @@ fn a_body_that_moves_sounds_as_it_does_offline() {
         (time, Event::Pose { slot: 0, time, pose, velocity, angular_velocity: DVec3::ZERO })
     };
     let hit = strike(0.02, 61e-6, at(0.02));
-    let events = (0..60).map(live_pose).chain([(hit.time, Event::ImpactEvent(hit))]).collect();
+    let events = (0..60).map(live_pose).chain([(hit.time, Event::Impact(hit))]).collect();
     let object = SoundingObject::new(None, Some(bell()), &settings);
     let (heard, engine) = play(&settings, Some(object), events, 9600);
     // Only between keys that have neighbours is the motion as even as that of the live body.
@@ -243,8 +243,7 @@ fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
     let settings = EngineSettings { room: Some(room.clone()), floor: Floor::None, ..settings() };
     let marbles: Vec<ImpactEvent> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
-    let events =
-        marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::ImpactEvent(*impact))).collect();
+    let events = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::Impact(*impact))).collect();
     let object = SoundingObject::new(None, Some(bell()), &settings);
     let (heard, engine) = play(&settings, Some(object), events, 7200);
     let still = Motion::Keyframed(Track::fixed(Pose::IDENTITY));
@@ -276,8 +275,7 @@ fn late_reverberation_is_fed_as_offline() {
         EngineSettings { room: Some(room.clone()), floor: Floor::None, receivers: 1, ..settings() };
     let marbles: Vec<ImpactEvent> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
-    let events =
-        marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::ImpactEvent(*impact))).collect();
+    let events = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::Impact(*impact))).collect();
     let object = SoundingObject::new(None, Some(bell()), &settings);
     let (heard, engine) = play(&settings, Some(object), events, 7200);
     let still = Motion::Keyframed(Track::fixed(Pose::IDENTITY));
@@ -333,7 +331,7 @@ fn a_dipole_over_a_rigid_floor_is_the_sum_of_two_paths() {
         let hit = strike(onset, duration, Pose::at(place));
         let object = SoundingObject::new(None, Some(source), &settings);
         let (heard, engine) =
-            play(&settings, Some(object), vec![(0.0, still), (onset, Event::ImpactEvent(hit))], 7200);
+            play(&settings, Some(object), vec![(0.0, still), (onset, Event::Impact(hit))], 7200);
         let Medium { density, sound_speed, .. } = settings.medium;
         let decay = 3.0 * 10f64.ln() / t60;
         let pole = Complex64::new(-decay, ((TAU * frequency).powi(2) - decay * decay).sqrt());
@@ -391,16 +389,16 @@ fn the_audio_thread_allocates_nothing() {
         let time = engine.time();
         let pose = Pose::at(DVec3::X * (f64::from(k) * 1e-3));
         for j in 0..5 {
-            controller.send(Event::ImpactEvent(ImpactEvent { time, ..marble(5 * k + j) })).unwrap();
+            controller.send(Event::Impact(ImpactEvent { time, ..marble(5 * k + j) })).unwrap();
         }
         for slot in 0..3 {
             let velocity = DVec3::X * 0.4;
             controller.send(Event::Pose { slot, time, pose, velocity, angular_velocity: DVec3::Y }).unwrap();
             let hit = ImpactEvent {
-                struck: ImpactTarget::Object { slot },
+                target: ImpactTarget::Object { slot },
                 ..strike(time, 1e-4 + 3e-6 * f64::from(k), pose)
             };
-            controller.send(Event::ImpactEvent(hit)).unwrap();
+            controller.send(Event::Impact(hit)).unwrap();
         }
         if k % 50 == 7 {
             controller.send(Event::Receivers(EARS.map(|ear| ear + f64::from(k) * 0.01))).unwrap();

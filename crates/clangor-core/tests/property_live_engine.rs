@@ -28,7 +28,7 @@ fn hum() -> Arc<ModalSource> {
 
 fn marble(time: f64) -> ImpactEvent {
     ImpactEvent {
-        struck: ImpactTarget::Sphere { radius: 0.01 },
+        target: ImpactTarget::Sphere { radius: 0.01 },
         time,
         duration: 60e-6,
         pose: Pose::IDENTITY,
@@ -40,7 +40,7 @@ fn marble(time: f64) -> ImpactEvent {
 }
 
 fn bell(slot: usize, time: f64) -> ImpactEvent {
-    ImpactEvent { struck: ImpactTarget::Object { slot }, impulse: 0.01 * DVec3::Z, ..marble(time) }
+    ImpactEvent { target: ImpactTarget::Object { slot }, impulse: 0.01 * DVec3::Z, ..marble(time) }
 }
 
 fn both_ears(place: DVec3) -> Event {
@@ -79,7 +79,7 @@ fn a_million_impacts_a_second_are_borne_and_counted() {
         for k in 0..2667 {
             let time = engine.time() + 1e-6 * f64::from(k);
             let impact = if k % 3 == 0 { bell(k as usize % 8, time) } else { marble(time) };
-            match controller.send(Event::ImpactEvent(impact)) {
+            match controller.send(Event::Impact(impact)) {
                 Ok(()) => sent += 1,
                 Err(error) => {
                     assert_eq!(error, SendError::Full);
@@ -97,7 +97,7 @@ fn a_million_impacts_a_second_are_borne_and_counted() {
     // And afterwards it is as it was.
     listen(&mut engine, 200);
     let before = controller.report();
-    controller.send(Event::ImpactEvent(marble(engine.time()))).unwrap();
+    controller.send(Event::Impact(marble(engine.time()))).unwrap();
     assert!(loudest(&listen(&mut engine, 20)) > 0.0);
     let after = controller.report();
     assert_eq!((after.waves, after.shed), (before.waves + 2, before.shed));
@@ -112,20 +112,20 @@ fn nonsense_is_refused_and_counted() {
     let turned =
         Pose { orientation: clangor_core::glam::DQuat::from_xyzw(9.0, 0.0, 0.0, 1.0), ..Pose::IDENTITY };
     let nonsense = [
-        Event::ImpactEvent(ImpactEvent { time: f64::NAN, ..good }),
-        Event::ImpactEvent(ImpactEvent { time: f64::INFINITY, ..good }),
-        Event::ImpactEvent(ImpactEvent { time: 1e9, ..good }),
-        Event::ImpactEvent(ImpactEvent { duration: -1.0, ..good }),
-        Event::ImpactEvent(ImpactEvent { duration: 1e3, ..good }),
-        Event::ImpactEvent(ImpactEvent { duration: 1e306, ..good }),
-        Event::ImpactEvent(ImpactEvent { struck: ImpactTarget::Sphere { radius: 1e-160 }, ..good }),
-        Event::ImpactEvent(ImpactEvent { velocity_change: 1e300 * DVec3::Y, ..good }),
-        Event::ImpactEvent(ImpactEvent { velocity_change: DVec3::NAN, ..good }),
-        Event::ImpactEvent(ImpactEvent { pose: Pose::at(DVec3::INFINITY), ..good }),
-        Event::ImpactEvent(ImpactEvent { pose: turned, ..good }),
-        Event::ImpactEvent(ImpactEvent { struck: ImpactTarget::Sphere { radius: 0.0 }, ..good }),
-        Event::ImpactEvent(bell(3, 0.0)),
-        Event::ImpactEvent(bell(usize::MAX, 0.0)),
+        Event::Impact(ImpactEvent { time: f64::NAN, ..good }),
+        Event::Impact(ImpactEvent { time: f64::INFINITY, ..good }),
+        Event::Impact(ImpactEvent { time: 1e9, ..good }),
+        Event::Impact(ImpactEvent { duration: -1.0, ..good }),
+        Event::Impact(ImpactEvent { duration: 1e3, ..good }),
+        Event::Impact(ImpactEvent { duration: 1e306, ..good }),
+        Event::Impact(ImpactEvent { target: ImpactTarget::Sphere { radius: 1e-160 }, ..good }),
+        Event::Impact(ImpactEvent { velocity_change: 1e300 * DVec3::Y, ..good }),
+        Event::Impact(ImpactEvent { velocity_change: DVec3::NAN, ..good }),
+        Event::Impact(ImpactEvent { pose: Pose::at(DVec3::INFINITY), ..good }),
+        Event::Impact(ImpactEvent { pose: turned, ..good }),
+        Event::Impact(ImpactEvent { target: ImpactTarget::Sphere { radius: 0.0 }, ..good }),
+        Event::Impact(bell(3, 0.0)),
+        Event::Impact(bell(usize::MAX, 0.0)),
         pose(turned),
         pose(Pose::at(1e308 * DVec3::X)),
         Event::Pose {
@@ -144,8 +144,8 @@ fn nonsense_is_refused_and_counted() {
         controller.send(event).unwrap();
     }
     // What lasts too long for a wave is refused at both ears; what is too far is not waited for.
-    controller.send(Event::ImpactEvent(ImpactEvent { duration: 1.0, ..good })).unwrap();
-    controller.send(Event::ImpactEvent(ImpactEvent { pose: Pose::at(1e4 * DVec3::X), ..good })).unwrap();
+    controller.send(Event::Impact(ImpactEvent { duration: 1.0, ..good })).unwrap();
+    controller.send(Event::Impact(ImpactEvent { pose: Pose::at(1e4 * DVec3::X), ..good })).unwrap();
     assert!(listen(&mut engine, 40).iter().all(|p| !p.is_nan()));
     let report = controller.report();
     assert_eq!((report.refused, report.distant), (count + 2, 2), "{report:?}");
@@ -156,7 +156,7 @@ fn what_comes_too_late_is_heard_late_and_whole() {
     let wave = |time: f64, blocks: usize| {
         let (mut controller, mut engine) = start(&EngineSettings::default());
         listen(&mut engine, blocks);
-        controller.send(Event::ImpactEvent(marble(time))).unwrap();
+        controller.send(Event::Impact(marble(time))).unwrap();
         (listen(&mut engine, 12), controller.report().late)
     };
     let ((in_time, none), (late, one)) = (wave(0.0, 0), wave(-30.0, 3));
@@ -179,7 +179,7 @@ fn too_many_modes_fade_out_the_quietest() {
         for (slot, strength) in impacts {
             let impact = bell(*slot, 0.02 * *slot as f64);
             controller
-                .send(Event::ImpactEvent(ImpactEvent { impulse: *strength * impact.impulse, ..impact }))
+                .send(Event::Impact(ImpactEvent { impulse: *strength * impact.impulse, ..impact }))
                 .unwrap();
         }
         (listen(&mut engine, 100), controller.report())
@@ -216,7 +216,7 @@ fn what_changes_makes_no_click() {
         let settings = other();
         let (mut controller, mut engine) = start(&settings);
         controller.put(0, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
-        controller.send(Event::ImpactEvent(bell(0, 0.0))).unwrap();
+        controller.send(Event::Impact(bell(0, 0.0))).unwrap();
         let before = listen(&mut engine, 30);
         let level = loudest(&before[2560..]);
         events.into_iter().for_each(|event| controller.send(event).unwrap());
@@ -240,7 +240,7 @@ fn an_object_too_large_for_the_budget_rings_all_the_same() {
         let (mut controller, mut engine) = start(&settings);
         for slot in 0..2 {
             controller.put(slot, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
-            controller.send(Event::ImpactEvent(bell(slot, 0.01))).unwrap();
+            controller.send(Event::Impact(bell(slot, 0.01))).unwrap();
         }
         let heard: Vec<f64> = (0..60).flat_map(|_| engine.render(frames)[0].clone()).collect();
         // Two begin at once, and there is room for one: the other waits for a block.
@@ -256,8 +256,8 @@ fn an_ear_inside_what_rings_hears_no_nonsense() {
     let (mut controller, mut engine) = start(&settings);
     controller.put(0, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
     controller.send(both_ears(DVec3::ZERO)).unwrap();
-    controller.send(Event::ImpactEvent(bell(0, 0.0))).unwrap();
-    controller.send(Event::ImpactEvent(marble(0.0))).unwrap();
+    controller.send(Event::Impact(bell(0, 0.0))).unwrap();
+    controller.send(Event::Impact(marble(0.0))).unwrap();
     let heard = listen(&mut engine, 20);
     assert!(heard.iter().all(|p| p.is_finite()) && loudest(&heard) > 0.0);
     assert_eq!(controller.report().inside, 1);
@@ -269,8 +269,8 @@ fn blocks_of_any_length_sound_alike() {
         let settings = EngineSettings::default();
         let (mut controller, mut engine) = start(&settings);
         controller.put(0, Some(SoundingObject::new(None, Some(hum()), &settings))).unwrap();
-        controller.send(Event::ImpactEvent(marble(0.01))).unwrap();
-        controller.send(Event::ImpactEvent(bell(0, 0.012))).unwrap();
+        controller.send(Event::Impact(marble(0.01))).unwrap();
+        controller.send(Event::Impact(bell(0, 0.012))).unwrap();
         let mut heard = Vec::new();
         for length in lengths.iter().cycle() {
             if heard.len() >= 4800 {

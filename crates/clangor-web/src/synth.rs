@@ -208,9 +208,9 @@ fn event(row: &[f64; STRIDE]) -> Option<Event> {
     let slot = if row[3] >= 0.0 { row[3] as usize } else { usize::MAX };
     let orientation = DQuat::from_xyzw(row[7], row[8], row[9], row[10]);
     let pose = Pose { position: vector(4), orientation };
-    let impact = |struck| {
-        Event::ImpactEvent(ImpactEvent {
-            struck,
+    let impact = |target| {
+        Event::Impact(ImpactEvent {
+            target,
             time,
             duration: row[2],
             pose,

@@ -1,28 +1,28 @@
-//! How much a block may compute, so that it always ends in time.
+//! Limits of the work of a block, so that each block ends in time.
 
-/// Work allowed in 128 samples; longer blocks may do as much more.
+/// Largest work in 128 samples; in longer blocks, in proportion to the length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
-    /// Waves of clicks, of which each receiver and reflection is one. About 5 µs each on a desktop processor.
+    /// Waves of acceleration pulses: one for each receiver and path. About 5 µs each on a desktop processor.
     pub waves: usize,
-    /// Impacts on ringing objects, about 20 µs each. More wait for the next blocks, up to 30 ms.
+    /// Impacts on modal objects, about 20 µs each. Further impacts are delayed by up to 30 ms.
     pub impacts: usize,
-    /// Modes that ring, times the ways and receivers by which each is heard.
+    /// Vibrating modes, times the paths and receivers of each.
     pub mode_paths: usize,
-    /// Coefficients of transfers that follow the motion of bodies and receivers, about 1 ns each; objects
-    /// that begin to ring may take four times as many.
+    /// Coefficients of transfers recomputed because bodies or receivers moved, about 1 ns each. Objects that
+    /// start to vibrate may take four times as many.
     pub transfers: usize,
 }
 
 impl Default for Budget {
-    /// For one core of a desktop processor, little more than half busy at worst.
+    /// Little more than half of one core of a desktop processor, at worst.
     fn default() -> Self {
         Budget { waves: 100, impacts: 16, mode_paths: 12_000, transfers: 100_000 }
     }
 }
 
 impl Budget {
-    /// For so many samples.
+    /// The budget of a block of this length \[samples\].
     pub(super) fn of(&self, frames: usize) -> Budget {
         let share = |work: usize| work.saturating_mul(frames).div_ceil(128);
         Budget {

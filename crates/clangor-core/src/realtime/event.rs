@@ -1,57 +1,56 @@
-//! What a live engine is told.
+//! Events of a real-time engine: impacts, motion of objects and receivers, and changes of what is rendered.
 
 use glam::DVec3;
 
+use super::engine_settings::MOST_RECEIVERS;
 use super::sounding_object::SoundingObject;
+use crate::contact::{BodyPulse, ImpactPulse};
 use crate::pose::Pose;
 
-/// Receivers at most.
-pub const MOST_RECEIVERS: usize = 2;
-
-/// No number in SI units is larger: far beyond, products overflow.
+/// Bound of the components of vectors, in SI units: far beyond it, products overflow.
 const LARGEST: f64 = 1e9;
-/// Radii of spheres that click \[m\].
+/// Radii of spheres \[m\].
 const RADII: std::ops::Range<f64> = 1e-6..1e3;
 /// Durations of forces \[s\].
 const DURATIONS: std::ops::Range<f64> = 1e-9..10.0;
 
-/// Something that happens, or that somebody wants.
+/// An event in the world, or a change of what is rendered.
 pub enum Event {
-    /// A body is struck.
-    ImpactEvent(ImpactEvent),
-    /// An object is somewhere else.
+    /// An impact on a body.
+    Impact(ImpactEvent),
+    /// Motion of an object from a time on.
     Pose {
-        /// Which object.
+        /// Slot of the object.
         slot: usize,
-        /// When \[s\].
+        /// Time \[s\].
         time: f64,
-        /// Where then.
+        /// Pose at that time.
         pose: Pose,
-        /// How it goes on [m/s].
+        /// Velocity from then on [m/s].
         velocity: DVec3,
-        /// How it turns on [rad/s].
+        /// Angular velocity from then on [rad/s].
         angular_velocity: DVec3,
     },
-    /// An object is no more: it falls silent within a block; what it has sent arrives as ever.
+    /// End of an object: it fades out within a block. Sound on its path to the receivers still arrives.
     End {
-        /// Which object.
+        /// Slot of the object.
         slot: usize,
-        /// When \[s\].
+        /// Time \[s\].
         time: f64,
     },
-    /// The receivers are somewhere else [m, world].
+    /// New positions of the receivers [m, world].
     Receivers([DVec3; MOST_RECEIVERS]),
-    /// A part of the sound is to be heard, or not: of clicks those that come, of ringing and reflections at
-    /// once; late reverberation dies away.
+    /// Switches a part of the sound on or off: acceleration pulses from the next impact on, modes and
+    /// reflections at once. Late reverberation decays.
     Switch(Part, bool),
-    /// All that sounds or is to sound stops, within a millisecond.
+    /// Silences the engine within a millisecond and drops all impacts to come.
     Silence,
-    /// An object takes a slot, or nothing does, when what happened before has been heard; what was there ends
-    /// as by `End`, and goes back to the controller.
+    /// Puts an object into a slot, or empties it, after the events sent before. The previous object ends as
+    /// by `End` and is returned to the controller.
     Put {
-        /// Which slot.
+        /// The slot.
         slot: usize,
-        /// What is there from now on.
+        /// Its content from now on.
         object: Option<Box<SoundingObject>>,
     },
 }
@@ -59,55 +58,130 @@ pub enum Event {
 /// A part of the sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// What comes of sudden acceleration.
+    /// Acceleration noise.
     Acceleration,
-    /// What comes of vibration.
+    /// Sound of vibration modes.
     Modal,
     /// Reflections, early and late.
     Reflections,
 }
 
-/// What is struck.
+/// The body that an impact acts on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ImpactTarget {
-    /// A sphere that clicks.
+    /// A sphere without modes.
     Sphere {
         /// Radius \[m\].
         radius: f64,
     },
-    /// An object that was put somewhere.
+    /// An object in a slot.
     Object {
-        /// Where.
+        /// The slot.
         slot: usize,
     },
 }
 
-/// A body whose velocities change over a short time.
+/// An impact on a body: its velocities change over a short time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactEvent {
-    /// What is struck.
-    pub struck: ImpactTarget,
+    /// The body.
+    pub target: ImpactTarget,
     /// Onset of the force \[s\].
     pub time: f64,
     /// Duration τ of the force \[s\].
     pub duration: f64,
-    /// Pose at the onset.
+    /// Pose of the body at the onset.
     pub pose: Pose,
-    /// Σj/M [m/s], world.
+    /// Change of the velocity, Σj/M [m/s], world.
     pub velocity_change: DVec3,
     /// Change of the angular velocity [rad/s], world.
     pub angular_velocity_change: DVec3,
-    /// Where it is struck [m, world].
+    /// Point of the impact [m, world].
     pub point: DVec3,
-    /// Impulse on it [N s], world: what its modes feel.
+    /// Impulse on the body at the point [N s], world. It excites the modes.
     pub impulse: DVec3,
 }
 
+impl From<ImpactEvent> for Event {
+    fn from(impact: ImpactEvent) -> Self {
+        Event::Impact(impact)
+    }
+}
+
+impl Event {
+    /// Time of a timed event \[s\], NaN if it has numbers out of range; `None` for events that act at once.
+    pub(super) fn time(&self) -> Option<f64> {
+        match self {
+            Event::Impact(impact) => Some(if impact.is_within_limits() { impact.time } else { f64::NAN }),
+            Event::Pose { time, pose, velocity, angular_velocity, .. } => {
+                let good =
+                    is_pose(pose) && is_within_limits(*velocity) && is_within_limits(*angular_velocity);
+                Some(if good { *time } else { f64::NAN })
+            }
+            Event::End { time, .. } => Some(*time),
+            _ => None,
+        }
+    }
+}
+
 impl ImpactEvent {
-    /// Whether all numbers are such that sound can come of them.
-    pub(super) fn is_good(&self) -> bool {
+    /// An impact on a body at the origin, with a force from `time` \[s\] on over `duration` \[s\], without any
+    /// change of velocity or impulse yet.
+    pub fn new(target: ImpactTarget, time: f64, duration: f64) -> Self {
+        ImpactEvent {
+            target,
+            time,
+            duration,
+            pose: Pose::IDENTITY,
+            velocity_change: DVec3::ZERO,
+            angular_velocity_change: DVec3::ZERO,
+            point: DVec3::ZERO,
+            impulse: DVec3::ZERO,
+        }
+    }
+
+    /// The share of one body in a contact pulse.
+    pub fn from_pulse(target: ImpactTarget, pulse: &ImpactPulse, share: &BodyPulse) -> Self {
+        ImpactEvent::new(target, pulse.onset, pulse.duration)
+            .with_pose(share.pose)
+            .with_velocity_changes(share.velocity_change, share.angular_velocity_change)
+            .with_impulse(pulse.point, share.impulse)
+    }
+
+    /// Replaces the pose of the body by a position of its centre of mass [m, world] without rotation.
+    #[must_use]
+    pub fn at(self, centre: DVec3) -> Self {
+        self.with_pose(Pose::at(centre))
+    }
+
+    /// Replaces the pose of the body at the onset.
+    #[must_use]
+    pub fn with_pose(self, pose: Pose) -> Self {
+        ImpactEvent { pose, ..self }
+    }
+
+    /// Replaces the change of the velocity [m/s, world].
+    #[must_use]
+    pub fn with_velocity_change(self, velocity_change: DVec3) -> Self {
+        ImpactEvent { velocity_change, ..self }
+    }
+
+    /// Replaces the changes of the velocity [m/s, world] and of the angular velocity [rad/s, world].
+    #[must_use]
+    pub fn with_velocity_changes(self, velocity_change: DVec3, angular_velocity_change: DVec3) -> Self {
+        ImpactEvent { velocity_change, angular_velocity_change, ..self }
+    }
+
+    /// Replaces the point of the impact [m, world] and the impulse there [N s, world], which excites modes.
+    #[must_use]
+    pub fn with_impulse(self, point: DVec3, impulse: DVec3) -> Self {
+        ImpactEvent { point, impulse, ..self }
+    }
+
+    /// Whether all numbers are finite and in range.
+    pub(super) fn is_within_limits(&self) -> bool {
         let vectors = [self.velocity_change, self.angular_velocity_change, self.point, self.impulse];
-        let sized = match self.struck {
+        let sized = match self.target {
             ImpactTarget::Sphere { radius } => RADII.contains(&radius),
             ImpactTarget::Object { .. } => true,
         };
@@ -116,13 +190,13 @@ impl ImpactEvent {
     }
 }
 
-/// Whether a vector is one that anything can have.
+/// Whether a vector is finite and its components are below 1e9.
 pub(super) fn is_within_limits(vector: DVec3) -> bool {
     // Written so that NaN is refused too.
     vector.abs().max_element() < LARGEST && vector.is_finite()
 }
 
-/// Whether a pose is one.
-pub(super) fn is_pose(pose: &Pose) -> bool {
+/// Whether a pose has a position within limits and a unit quaternion.
+fn is_pose(pose: &Pose) -> bool {
     is_within_limits(pose.position) && (pose.orientation.length_squared() - 1.0).abs() < 1e-6
 }

@@ -1,15 +1,15 @@
-//! From pascals to the samples of a loudspeaker, which end at 1.
+//! From pressure to the samples of an output device, which end at 1.
 
-/// How loud is as loud as can be.
+/// The pressure of full scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaybackLevel {
-    /// Pressure that would be a sample of 1 \[Pa\].
+    /// Pressure of a sample of 1 \[Pa\].
     pub full_scale: f64,
 }
 
 impl PlaybackLevel {
-    /// The sample of a pressure \[Pa\]: in proportion up to one half, then bent so that it never reaches 1.
-    /// For ears: what is bent is no longer pressure.
+    /// The sample of a pressure \[Pa\]: proportional up to one half, then compressed so that it never exceeds 1.
+    /// For playback only: a compressed sample is no longer a pressure.
     pub fn sample(&self, pressure: f64) -> f32 {
         let x = pressure / self.full_scale;
         let size = x.abs();

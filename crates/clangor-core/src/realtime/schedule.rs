@@ -1,9 +1,9 @@
-//! Events that are to come, in the order of their times.
+//! Items in the order of their times.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Things with a time, of which the earliest comes first; of one time, the one that was added first.
+/// A queue of items with a time: the earliest first; at equal times, the one added first.
 pub(super) struct Schedule<T> {
     waiting: BinaryHeap<Waiting<T>>,
     most: usize,
@@ -17,12 +17,12 @@ struct Waiting<T> {
 }
 
 impl<T> Schedule<T> {
-    /// Room for so many.
+    /// An empty queue of this capacity.
     pub(super) fn new(most: usize) -> Self {
         Schedule { waiting: BinaryHeap::with_capacity(most), most, added: 0 }
     }
 
-    /// Adds something of this time \[samples\]; gives it back if there is no room.
+    /// Adds an item of this time \[samples\]; returns it if the queue is full.
     pub(super) fn add(&mut self, sample: i64, item: T) -> Result<(), T> {
         if self.is_full() {
             return Err(item);
@@ -32,23 +32,23 @@ impl<T> Schedule<T> {
         Ok(())
     }
 
-    /// Takes the first, if it comes before a time \[samples\].
+    /// Takes the first item, if it comes before a time \[samples\].
     pub(super) fn next_before(&mut self, sample: i64) -> Option<T> {
         self.waiting.peek().filter(|first| first.sample < sample)?;
         self.waiting.pop().map(|first| first.item)
     }
 
-    /// How many wait.
+    /// Number of items.
     pub(super) fn len(&self) -> usize {
         self.waiting.len()
     }
 
-    /// Whether there is no room for more.
+    /// Whether it is full.
     pub(super) fn is_full(&self) -> bool {
         self.len() == self.most
     }
 
-    /// Forgets all.
+    /// Drops all items.
     pub(super) fn clear(&mut self) {
         self.waiting.clear();
     }
@@ -56,7 +56,7 @@ impl<T> Schedule<T> {
 
 impl<T> Ord for Waiting<T> {
     fn cmp(&self, other: &Self) -> Ordering {
-        // The heap gives its largest first.
+        // The heap yields its largest item first.
         (other.sample, other.order).cmp(&(self.sample, self.order))
     }
 }

@@ -1,12 +1,12 @@
-//! What a live engine can let sound besides spheres: a body with a field, with modes, or with both.
+//! An object of a real-time engine: a body with acceleration noise, with modes, or with both.
 //!
-//! Made by whoever has time, on any thread; the engine gets it whole, with all memory that it will ever need.
+//! Made on any thread other than the audio thread, with all memory that the engine will need for it.
 
 use std::sync::Arc;
 
 use glam::DQuat;
 
-use super::engine::EngineSettings;
+use super::engine_settings::EngineSettings;
 use crate::body::{MeshSurface, Surface};
 use crate::material::{Damping, presets};
 use crate::sound_model::acceleration::field_evaluator::FieldError;
@@ -19,90 +19,97 @@ use crate::synthesis::modal::live_voice::LiveVoice;
 use crate::synthesis::modal::{ModalError, ModalSettings, ModalSource};
 use crate::synthesis::{FieldSource, SampleRate, SoundSource};
 
-/// Why bytes are no object that sounds.
+/// Why bytes are not a playable sound model.
 #[derive(Debug, thiserror::Error)]
 pub enum ObjectError {
-    /// Neither a sound model nor a modal model.
+    /// The bytes are neither a sound model nor a modal model.
     #[error("the sound model cannot be read: {0}")]
     File(#[from] TensorFileError),
-    /// A field that contradicts itself.
+    /// The field is inconsistent.
     #[error("the field of the sound model cannot be played: {0}")]
     Field(#[from] FieldError),
-    /// Modes that contradict themselves.
+    /// The modes are inconsistent.
     #[error("the modes of the sound model cannot be played: {0}")]
     Modes(#[from] ModalError),
-    /// A material of which only the name is known.
+    /// The damping of the material is not known.
     #[error(
         "the model rings as \"{material}\", which is no material of the library: its damping must be given"
     )]
     UnknownDamping {
-        /// The name.
+        /// Name of the material.
         material: String,
     },
 }
 
-/// See the module.
+/// A body that sounds: see the module.
 pub struct SoundingObject {
-    /// What clicks.
-    pub(super) click: Option<SoundSource>,
-    /// The same, for the engine to keep.
+    /// Source of acceleration noise.
+    pub(super) source: Option<SoundSource>,
+    /// Its field, with the memory of its pulses.
     pub(super) field: Option<LiveField>,
-    /// What rings.
+    /// Its modes.
     pub(super) voice: Option<Box<LiveVoice>>,
-    /// Work of setting the transfers of all modes anew.
+    /// Coefficients evaluated by an update of the transfers of all modes.
     pub(super) transfer_work: usize,
     /// Bounding radius \[m\].
     pub(super) radius: f64,
-    shape: Shape,
+    shape: ObjectShape,
 }
 
-/// What the memory of an object depends on.
+/// Settings that the memory of an object depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Shape {
+pub(super) struct ObjectShape {
     receivers: usize,
     paths: usize,
     block: usize,
     rate: SampleRate,
 }
 
-impl Shape {
-    fn new(settings: &EngineSettings, paths: usize) -> Self {
+impl ObjectShape {
+    pub(super) fn new(settings: &EngineSettings, paths: usize) -> Self {
         let EngineSettings { receivers, block, sample_rate: rate, .. } = *settings;
-        Shape { receivers, paths, block, rate }
+        ObjectShape { receivers, paths, block, rate }
     }
 }
 
 impl SoundingObject {
-    /// A body that clicks as a source does, if any, and rings as another does, if any.
+    /// A rigid sphere of this radius \[m\], with acceleration noise only.
+    pub fn sphere(radius: f64, settings: &EngineSettings) -> Self {
+        SoundingObject::new(Some(SoundSource::Sphere { radius }), None, settings)
+    }
+
+    /// A body with the acceleration noise of a source, if any, and with modes, if any, for an engine of these
+    /// settings.
     pub fn new(
-        click: Option<SoundSource>,
-        ringing: Option<Arc<ModalSource>>,
+        acceleration: Option<SoundSource>,
+        modal: Option<Arc<ModalSource>>,
         settings: &EngineSettings,
     ) -> Self {
         let settings = &settings.clamped();
         let rendering = settings.rendering();
-        let field = match &click {
+        let field = match &acceleration {
             Some(SoundSource::Field(field)) => Some(LiveField::new(field, &rendering)),
             _ => None,
         };
-        let radii = [click.as_ref().map(SoundSource::radius), ringing.as_ref().map(|r| r.radius())];
+        let radii =
+            [acceleration.as_ref().map(SoundSource::radius), modal.as_ref().map(|modal| modal.radius())];
         let radius = radii.into_iter().flatten().fold(0.0, f64::max);
         let paths = settings.paths();
-        let transfer_work = ringing
+        let transfer_work = modal
             .as_ref()
-            .map_or(0, |ringing| ringing.transfer_coefficients() * paths.count() * settings.receivers);
-        let voice = ringing.map(|source| {
+            .map_or(0, |modal| modal.transfer_coefficients() * paths.count() * settings.receivers);
+        let voice = modal.map(|source| {
             let (receivers, block) = (settings.receivers, settings.block);
             Box::new(LiveVoice::new(source, &rendering, &paths, receivers, block, settings.longest_delay()))
         });
-        // As the engine knows it.
-        let click = field.as_ref().map(LiveField::source).or(click);
-        let shape = Shape::new(settings, paths.count());
-        SoundingObject { click, field, voice, transfer_work, radius, shape }
+        // Pulses name the field as the engine holds it.
+        let source = field.as_ref().map(LiveField::source).or(acceleration);
+        let shape = ObjectShape::new(settings, paths.count());
+        SoundingObject { source, field, voice, transfer_work, radius, shape }
     }
 
-    /// A body as `clangor bake` or `clangor modes` writes it. How long modes ring is the material's; without
-    /// damping, that of the library's material of the same name.
+    /// A body from a file of `clangor bake` or `clangor modes`. Without damping, the modes have that of the
+    /// library's material that the file names.
     ///
     /// # Errors
     /// [`ObjectError`].
@@ -118,18 +125,18 @@ impl SoundingObject {
                 Err(_) => return Err(error.into()),
             },
         };
-        let click = acceleration.map(|model| {
+        let source = acceleration.map(|model| {
             let ModelEvaluator { radius, field, near } = model;
             let surface = Arc::new(surface_of(&solid, radius));
             SoundSource::Field(Arc::new(FieldSource::new(field, near, radius, DQuat::IDENTITY, surface)))
         });
-        let ringing = modal.map(|part| source_of(part, damping)).transpose()?;
-        Ok(SoundingObject::new(click, ringing, settings))
+        let modal = modal.map(|part| source_of(part, damping)).transpose()?;
+        Ok(SoundingObject::new(source, modal, settings))
     }
 
-    /// Whether it was made for an engine of these settings and so many paths.
-    pub(super) fn fits(&self, settings: &EngineSettings, paths: usize) -> bool {
-        self.shape == Shape::new(settings, paths)
+    /// Whether it was made for an engine of these settings.
+    pub(super) fn fits(&self, shape: &ObjectShape) -> bool {
+        self.shape == *shape
     }
 
     /// Bounding radius \[m\].

@@ -1,4 +1,4 @@
-//! Waves of clicks that are to be computed: those that are heard first come first, and if there are too many,
+//! Waves of acceleration pulses to be computed, in the order of their arrival. Beyond the budget of a block,
 //! the weakest are left out.
 
 use glam::DVec3;
@@ -8,14 +8,14 @@ use crate::medium::Medium;
 use crate::synthesis::SoundSource;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 
-/// What is this much weaker than the strongest wave of its block is masked by it: 80 dB.
+/// A wave this much weaker than the strongest wave of its block is masked by it: 80 dB.
 const MASKED: f64 = 1e-4;
 
-/// A wave of a click that runs towards a receiver.
+/// A wave of an acceleration pulse to a receiver.
 #[derive(Clone)]
 pub(super) struct QueuedWave {
-    pub(super) click: AccelerationPulse,
-    /// From the centre of the click \[m\].
+    pub(super) pulse: AccelerationPulse,
+    /// From the centre of the body \[m\].
     pub(super) towards: DVec3,
     pub(super) path: usize,
     pub(super) receiver: usize,
@@ -23,12 +23,12 @@ pub(super) struct QueuedWave {
     pub(super) strength: f64,
 }
 
-/// What became of the waves.
+/// Waves left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Shed {
-    /// Left out though they could have been heard.
+    /// By the budget, though audible.
     pub(super) audible: u64,
-    /// Left out under others.
+    /// Masked by others.
     pub(super) masked: u64,
 }
 
@@ -41,25 +41,25 @@ pub(super) struct WaveQueue {
 }
 
 impl WaveQueue {
-    /// Room for so many.
+    /// An empty queue of this capacity.
     pub(super) fn new(most: usize) -> Self {
         WaveQueue { waiting: Schedule::new(most), due: Vec::with_capacity(most), most, shed: Shed::default() }
     }
 
-    /// Whether there is no room for more.
+    /// Whether it is full.
     pub(super) fn is_full(&self) -> bool {
         self.waiting.is_full()
     }
 
-    /// Adds a wave of which the first sample is this.
+    /// Adds a wave that begins at a sample.
     pub(super) fn add(&mut self, first: i64, wave: QueuedWave) {
         if self.waiting.add(first, wave).is_err() {
             self.shed.audible += 1;
         }
     }
 
-    /// Plays all waves that begin before a sample, but at most `budget`, and then others as far as the budget
-    /// lasts.
+    /// Plays the waves that begin before a sample, at most `budget` of them, and then later ones as long as the
+    /// budget lasts.
     pub(super) fn play(&mut self, before: i64, budget: usize, mut play: impl FnMut(&QueuedWave)) {
         self.due.clear();
         while self.due.len() < self.most
@@ -78,7 +78,7 @@ impl WaveQueue {
         }
         self.due.iter().for_each(&mut play);
         let played = self.due.len();
-        // Nothing is kept that others may want to free.
+        // Sources must not be kept: their owners free them.
         self.due.clear();
         for _ in played..budget {
             let Some(wave) = self.waiting.next_before(i64::MAX) else { break };
@@ -86,26 +86,26 @@ impl WaveQueue {
         }
     }
 
-    /// Forgets all.
+    /// Drops all waves.
     pub(super) fn clear(&mut self) {
         self.waiting.clear();
     }
 }
 
-/// Peak pressure \[Pa\] of a click at a distance \[m\], as of a sphere of this radius \[m\] seen along its
-/// motion: an estimate for telling loud from soft.
+/// Estimate of the peak pressure \[Pa\] of an acceleration pulse at a distance \[m\]: that of a sphere of this
+/// radius \[m\] on the axis of its motion.
 ///
-/// A compact sphere that is accelerated by a half-sine, a = π Δv/(2τ), sounds as ρR³/2 (ȧ/(cr) + a/r²), and
-/// none louder than one that starts in no time, ρcΔv R/r.
-pub(super) fn strength(click: &AccelerationPulse, radius: f64, distance: f64, medium: &Medium) -> f64 {
+/// A compact sphere accelerated by a half-sine, a = π Δv/(2τ), radiates ρR³/2 (ȧ/(cr) + a/r²), and at most the
+/// pressure of an instantaneous start, ρcΔv R/r.
+pub(super) fn strength(pulse: &AccelerationPulse, radius: f64, distance: f64, medium: &Medium) -> f64 {
     let Medium { density, sound_speed } = *medium;
     let distance = distance.max(radius);
-    let turning = match click.source {
+    let turning = match pulse.source {
         SoundSource::Sphere { .. } => 0.0,
-        _ => radius * click.angular_velocity_change.length(),
+        _ => radius * pulse.angular_velocity_change.length(),
     };
-    let speed = click.velocity_change.length() + turning;
-    let rate = std::f64::consts::PI / click.duration;
+    let speed = pulse.velocity_change.length() + turning;
+    let rate = std::f64::consts::PI / pulse.duration;
     let acceleration = 0.5 * rate * speed;
     let compact = 0.5
         * density

@@ -37,6 +37,8 @@
 mod delay;
 mod drive;
 mod live_delay;
+pub mod live_forces;
+pub mod live_pose;
 mod live_trail;
 pub mod live_voice;
 pub mod modal_state_transfer;

@@ -96,7 +96,7 @@ impl EventSchedule {
             for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
                 let Some(share) = share else { continue };
                 let id = share.body;
-                let struck = match sources.get(id.index()) {
+                let target = match sources.get(id.index()) {
                     None => continue,
                     Some(SoundSource::Sphere { radius }) if !ringing.contains_key(&id) => {
                         ImpactTarget::Sphere { radius: *radius }
@@ -110,7 +110,7 @@ impl EventSchedule {
                 };
                 // The body moves as a whole by all points together, and vibrates by each.
                 let whole = ImpactEvent {
-                    struck,
+                    target,
                     time: pulse.onset,
                     duration: pulse.duration,
                     pose: share.pose,

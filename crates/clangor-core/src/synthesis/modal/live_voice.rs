@@ -1,150 +1,72 @@
-//! One ringing body as a live listener hears it: its modes, driven as impacts come, and a delay for each
-//! path_index and receiver.
+//! Modal sound of one body in real time: its modes, excited by impacts, and a delay line for each path and
+//! receiver.
 //!
-//! The same resonators, forces and transfers as in [`voice`](super::voice), in blocks as they are asked for.
-//! After [`LiveVoice::new`] nothing is allocated. What leaves the body is sent [`AHEAD`] samples before it
-//! could first be heard, so that an impact must be known [`LOOK_AHEAD`] samples before it begins.
+//! The same resonators, forces and transfers as in [`voice`](super::voice), in blocks of any length. After
+//! [`LiveVoice::new`] nothing is allocated. The body emits [`AHEAD`] samples before its sound can first be
+//! heard, so that an impact must be known [`LOOK_AHEAD`] samples before it begins.
 //!
-//! The pose comes from outside, as often as somebody wants, and goes on with its velocity in between.
-//! Transfers follow it when they may, from the end of one block to the next; modes that wake get theirs at
-//! once.
+//! The caller sets the pose at any time; in between, it continues with its velocity. Transfers follow the
+//! pose when the caller allows it, from the end of one block to the next. Modes that start to vibrate get
+//! their transfers at once.
 //!
-//! Differs from the offline voice: no force streams, no vibration that is taken over, and delays that are
-//! straight lines within a block, between samples a sinc of 16: 3e-4 below a third of the rate.
+//! Differs from the offline voice: no force streams, no inherited vibration, delays linear in time within a
+//! block, and a sinc of 16 samples between samples (error 3e-4 below a third of the sample rate).
 
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use num_complex::Complex64;
 
-use super::drive::{ForceSamples, Shaper};
 use super::live_delay::{self, HALF_TAPS, LiveDelay};
+use super::live_forces::LiveForce;
+use super::live_pose::LivePose;
 use super::live_trail::LiveTrail;
 use super::source::{ModalSource, StrikeMemory};
 use super::transfer::TransferMemory;
-use crate::contact::ForceProfile;
 use crate::pose::Pose;
-use crate::synthesis::lowpass::{self, REACH};
+use crate::synthesis::lowpass::REACH;
 use crate::synthesis::modal::resonator_bank::ResonatorBank;
 use crate::synthesis::propagation_paths::PropagationPaths;
 use crate::synthesis::render_settings::RenderSettings;
 
-/// Samples by which a body sends ahead of what is heard.
+/// Samples by which a body emits ahead of the receivers.
 pub const AHEAD: usize = HALF_TAPS;
-/// Samples before its beginning at which an impact must be known.
+/// Samples before its onset at which an impact must be known.
 pub const LOOK_AHEAD: usize = AHEAD + REACH + 1;
 
-/// By how much order × direction may turn before transfers are due [rad].
+/// Change of direction, times the order of the transfer, at which transfers are evaluated again [rad].
 const TURN: f64 = 0.01;
-/// Modes that cost as much as the delay of a path.
+/// Number of modes with the same cost as the delay line of a path.
 const LISTENING: usize = 8;
-/// Time for which a body goes on without news \[s\].
-const LONGEST_MOTION: f64 = 0.1;
 /// Forces in progress on one body; more are refused.
 const MOST_FORCES: usize = 64;
-/// Longest force of a force \[samples\]; longer ones are refused.
-const LONGEST_COURSE: usize = 4096;
 
-/// The forces of impacts, which bodies share.
-pub struct LiveForces {
-    shaper: Shaper,
-    rate: f64,
-    forces: Vec<Arc<ForceSamples>>,
-    next: usize,
-}
-
-/// One impact, ready to strike.
-#[derive(Clone, Debug)]
-pub struct LiveForce {
-    first: i64,
-    force: Arc<ForceSamples>,
-}
-
-impl LiveForces {
-    /// Memory for so many impacts in progress.
-    pub fn new(settings: &RenderSettings, impacts: usize) -> Self {
-        let rate = settings.sample_rate.as_f64();
-        let (low, high) = settings.band();
-        let mut shaper = Shaper::new(rate, 0.5 * (low + high), lowpass::HALF_WIDTH * rate);
-        shaper.reserve(LONGEST_COURSE);
-        let force = || {
-            Arc::new(ForceSamples {
-                values: Vec::with_capacity(LONGEST_COURSE),
-                terms: Vec::with_capacity(LONGEST_COURSE),
-            })
-        };
-        LiveForces { shaper, rate, forces: (0..impacts).map(|_| force()).collect(), next: 0 }
-    }
-
-    /// An impact of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\]; `None` if it
-    /// lasts too long or too many are in progress.
-    pub fn impact(&mut self, profile: ForceProfile, onset: f64, duration: f64) -> Option<LiveForce> {
-        let (begin, end) = profile.extent(duration);
-        let samples = (end - begin) * self.rate + 2.0 * self.shaper.reach() as f64 + 3.0;
-        if samples.is_nan() || samples > LONGEST_COURSE as f64 || !onset.is_finite() {
-            return None;
-        }
-        // The one that was given out first is the likeliest to be over.
-        let count = self.forces.len();
-        let free = (0..count).map(|k| (self.next + k) % count).find(|at| {
-            // Nobody else holds it.
-            Arc::strong_count(&self.forces[*at]) == 1
-        })?;
-        self.next = (free + 1) % count;
-        let first = self.shaper.pulse(profile, onset, duration, Arc::get_mut(&mut self.forces[free])?);
-        Some(LiveForce { first, force: Arc::clone(&self.forces[free]) })
-    }
-}
-
-/// Where a body is, and how it moves on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LivePose {
-    /// When \[samples\].
-    pub sample: f64,
-    /// Where then.
-    pub pose: Pose,
-    /// Velocity [m/s].
-    pub velocity: DVec3,
-    /// Angular velocity [rad/s].
-    pub angular_velocity: DVec3,
-}
-
-impl LivePose {
-    fn at(&self, sample: f64, rate: f64) -> Pose {
-        let time = ((sample - self.sample) / rate).clamp(-LONGEST_MOTION, LONGEST_MOTION);
-        Pose {
-            position: self.pose.position + self.velocity * time,
-            orientation: DQuat::from_scaled_axis(self.angular_velocity * time) * self.pose.orientation,
-        }
-    }
-}
-
-/// See the module.
+/// Modal sound of a body: see the module.
 pub struct LiveVoice {
     source: Arc<ModalSource>,
     bank: ResonatorBank,
     pose: LivePose,
-    /// Whether somebody told it.
+    /// Whether the pose has been set from outside.
     posed: bool,
     trail: LiveTrail,
     rate: f64,
     sound_speed: f64,
-    /// For each receiver all propagation.
+    /// For each receiver all paths.
     paths: Vec<Path>,
     path_count: usize,
-    /// What walls leave of each mode and its attenuation in air [1/m], for each path_index; empty where
-    /// nothing is lost.
+    /// Factor of the walls and attenuation in air [1/m] of each mode, for each path; empty for a path without
+    /// losses.
     losses: Vec<Vec<(f64, f64)>>,
-    /// What each path sends in a block.
+    /// Samples emitted along each path in a block.
     sent: Vec<Vec<f64>>,
-    /// What a path brings in a block.
+    /// Samples received along one path in a block.
     heard: Vec<f32>,
-    /// Samples since nothing moves.
+    /// Samples since the last vibration.
     quiet: usize,
-    /// Samples after which all that was sent has been heard.
+    /// Samples after which everything emitted has been received.
     longest: usize,
     ending: bool,
-    /// Mean square of what was sent to the first receiver in the last block \[Pa²\].
+    /// Mean square of the emission to the first receiver in the last block \[Pa²\].
     loudness: f64,
     amplitudes: Vec<f64>,
     striking: StrikeMemory,
@@ -155,22 +77,43 @@ pub struct LiveVoice {
 #[derive(Clone, Debug)]
 struct Path {
     line: LiveDelay,
-    /// For which the transfers are [m, frame of the body]; `None` where the path_index does not lead.
+    /// Place of the receiver for which the transfers are [m, frame of the body]; `None` where the path does
+    /// not lead.
     place: Option<DVec3>,
-    /// Whether they have ever been set.
+    /// Whether the transfers have been set.
     set: bool,
 }
 
-/// What a block is rendered into.
+/// A block to be rendered.
+#[derive(Clone, Copy)]
+pub struct LiveBlock<'a> {
+    /// Its first sample.
+    pub position: i64,
+    /// Its length \[samples\].
+    pub frames: usize,
+    /// Paths to each receiver.
+    pub propagation: &'a PropagationPaths,
+    /// Positions of the receivers at its end [m, world].
+    pub receivers: &'a [DVec3],
+}
+
+impl LiveBlock<'_> {
+    /// The sample after the last.
+    fn end(&self) -> i64 {
+        self.position + self.frames as i64
+    }
+}
+
+/// Signals that a block is added to.
 pub struct LiveOutputs<'a> {
-    /// Pressure \[Pa\] at each receiver, added to.
+    /// Pressure \[Pa\] at each receiver.
     pub channels: &'a mut [Vec<f64>],
-    /// What enters the late reverberation \[Pa m\], for each of its inputs, added to.
+    /// Signal of each input of the late reverberation \[Pa m\].
     pub entering: &'a mut [Vec<f64>],
 }
 
 impl LiveVoice {
-    /// A body at rest, for receivers that hear by these propagation over up to `seconds`, in blocks of up to
+    /// A body at rest, for so many receivers, each with these paths of up to `seconds`, in blocks of up to
     /// `block` samples.
     pub fn new(
         source: Arc<ModalSource>,
@@ -197,12 +140,7 @@ impl LiveVoice {
         });
         let mut voice = LiveVoice {
             bank,
-            pose: LivePose {
-                sample: 0.0,
-                pose: Pose::IDENTITY,
-                velocity: DVec3::ZERO,
-                angular_velocity: DVec3::ZERO,
-            },
+            pose: LivePose::at_rest(0.0, Pose::IDENTITY),
             posed: false,
             trail: LiveTrail::new(longest, block),
             rate,
@@ -222,14 +160,14 @@ impl LiveVoice {
             evaluation: TransferMemory::default(),
             source,
         };
-        // Lets memory grow to what it will ever need.
+        // Lets memory grow to its final size.
         let everything = |_: usize| true;
         voice.source.transfers_of(DVec3::X, everything, &mut voice.evaluation, &mut voice.transfers);
         voice.source.amplitudes(&[(DVec3::X, DVec3::X)], &mut voice.striking, &mut voice.amplitudes);
         voice
     }
 
-    /// Whether there is nothing to be heard.
+    /// Whether no sound is left, at the body or on its paths.
     pub fn is_silent(&self) -> bool {
         self.quiet >= self.longest
     }
@@ -239,39 +177,38 @@ impl LiveVoice {
         self.ending
     }
 
-    /// Modes that move, in units in which they are computed.
+    /// Number of vibrating modes, rounded up to the groups in which they are computed.
     pub fn awake_modes(&self) -> usize {
         self.bank.awake_modes()
     }
 
-    /// Work of a block that is spared if it ends: modes times propagation and receivers, of which listening
-    /// is worth some.
+    /// Work of a block: vibrating modes, and the equivalent of a delay line, times paths and receivers.
     pub fn load(&self) -> usize {
         let modes = self.awake_modes();
         if modes == 0 { 0 } else { (modes + LISTENING) * self.paths.len() }
     }
 
-    /// How loud it is: mean square of what left it for the first receiver in the last block \[Pa²\]. Infinite
-    /// while it is struck.
+    /// Mean square of the emission to the first receiver in the last block \[Pa²\]; infinite while a force
+    /// acts.
     pub fn loudness(&self) -> f64 {
         if self.bank.forces() > 0 { f64::INFINITY } else { self.loudness }
     }
 
-    /// Sets where the body is and how it moves on.
+    /// Sets the motion of the body.
     pub fn set_pose(&mut self, pose: LivePose) {
         (self.pose, self.posed) = (pose, true);
     }
 
-    /// Sets where it stands, unless that was told otherwise.
+    /// Sets a pose at rest, unless [`set_pose`](Self::set_pose) has set the motion.
     pub fn stand(&mut self, sample: f64, pose: Pose) {
         if !self.posed {
-            self.pose = LivePose { sample, pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO };
+            self.pose = LivePose::at_rest(sample, pose);
         }
     }
 
     /// Lets an impact act with these impulses [N s] at points \[m\], both in the frame of the body; whether
-    /// it could be taken. Of one that is known later than [`LOOK_AHEAD`] samples before it begins, what
-    /// should already be heard is missing.
+    /// there was room for it. If it is known later than [`LOOK_AHEAD`] samples before its onset, its beginning
+    /// is missing.
     pub fn strike(&mut self, force: &LiveForce, points: &[(DVec3, DVec3)], position: i64) -> bool {
         if self.bank.forces() >= MOST_FORCES || self.ending {
             return false;
@@ -288,7 +225,7 @@ impl LiveVoice {
         }
         self.quiet = 0;
         self.source.amplitudes(points, &mut self.striking, &mut self.amplitudes);
-        self.bank.add_force(force.first, Arc::clone(&force.force), &self.amplitudes);
+        self.bank.add_force(force.first, Arc::clone(&force.samples), &self.amplitudes);
         true
     }
 
@@ -297,31 +234,24 @@ impl LiveVoice {
         self.ending = !self.is_silent();
     }
 
-    /// Renders `frames` samples from `position` on, while receivers move to where they are now. Transfers
-    /// follow the motion if they `may`. Returns how many sets of transfers were computed.
-    pub fn render(
-        &mut self,
-        position: i64,
-        frames: usize,
-        propagation: &PropagationPaths,
-        receivers: &[DVec3],
-        may: bool,
-        outputs: &mut LiveOutputs<'_>,
-    ) -> usize {
+    /// Adds a block, at whose end the receivers are at their positions. Transfers follow the motion if they
+    /// `may`. Returns the number of sets of transfers evaluated.
+    pub fn render(&mut self, block: &LiveBlock<'_>, may: bool, outputs: &mut LiveOutputs<'_>) -> usize {
         if self.is_silent() {
             return 0;
         }
-        let end = position + frames as i64;
+        let LiveBlock { position, frames, propagation, receivers } = *block;
+        let end = block.end();
         let pose = self.pose.at(end as f64, self.rate);
         self.trail.push(end as f64, pose.position);
-        let computed = self.send(end, frames, propagation, receivers, may);
+        let computed = self.send(block, may);
         self.quiet = if self.bank.is_silent() { self.quiet + frames } else { 0 };
         for (p, path) in self.paths.iter_mut().enumerate() {
             let (receiver, path_index) = (p / self.path_count, p % self.path_count);
             let leaves =
                 |place: DVec3| propagation.towards(path_index, place, receivers[receiver]).map(DVec3::length);
             let distance = leaves(pose.position).map(|distance| {
-                // What is heard now left where the body was then.
+                // The sound received now left the body where it was then: three steps of the fixed point.
                 (0..3).fold(distance, |distance, _| {
                     let left = end as f64 - distance / self.sound_speed * self.rate;
                     leaves(self.trail.at(left)).unwrap_or(distance)
@@ -336,7 +266,7 @@ impl LiveVoice {
                 let channel = outputs.channels[receiver].iter_mut();
                 channel.zip(&*heard).for_each(|(sum, pressure)| *sum += f64::from(*pressure));
             }
-            // Late reverberation hears what the first receiver does.
+            // The first receiver feeds the late reverberation.
             if let Some(input) = propagation.reverberation_input(path_index).filter(|_| receiver == 0)
                 && let Some(distance) = distance
             {
@@ -351,7 +281,7 @@ impl LiveVoice {
         computed
     }
 
-    /// Rests at once, and forgets what is on its path_index.
+    /// Stops at once, and drops the sound on its paths.
     pub fn silence(&mut self) {
         if self.is_silent() {
             return;
@@ -361,22 +291,16 @@ impl LiveVoice {
         (self.ending, self.quiet) = (false, usize::MAX);
     }
 
-    /// Sends until [`AHEAD`] samples after `end`; returns how many sets of transfers were computed.
-    fn send(
-        &mut self,
-        end: i64,
-        frames: usize,
-        propagation: &PropagationPaths,
-        receivers: &[DVec3],
-        may: bool,
-    ) -> usize {
+    /// Emits until [`AHEAD`] samples after the block; returns the number of sets of transfers evaluated.
+    fn send(&mut self, block: &LiveBlock<'_>, may: bool) -> usize {
+        let (frames, ahead) = (block.frames, block.end() + AHEAD as i64);
         let mut computed = 0;
         if self.bank.take_woken() {
-            computed += self.set_transfers(propagation, receivers, end + AHEAD as i64, true);
+            computed += self.set_transfers(block, ahead, true);
             self.bank.jump_to_transfers();
         }
         if may && !self.bank.is_silent() {
-            computed += self.set_transfers(propagation, receivers, end + AHEAD as i64, false);
+            computed += self.set_transfers(block, ahead, false);
         }
         self.sent.iter_mut().for_each(Vec::clear);
         if self.bank.is_silent() {
@@ -398,15 +322,10 @@ impl LiveVoice {
         computed
     }
 
-    /// Sets the transfers where receivers are: of modes that `woke` for the place that their path has
-    /// already, so that those that ring do not jump.
-    fn set_transfers(
-        &mut self,
-        propagation: &PropagationPaths,
-        receivers: &[DVec3],
-        end: i64,
-        woke: bool,
-    ) -> usize {
+    /// Evaluates the transfers at the receivers at a sample. If modes `woke`: for the place that each path has
+    /// already, so that modes in progress do not jump.
+    fn set_transfers(&mut self, block: &LiveBlock<'_>, end: i64, woke: bool) -> usize {
+        let LiveBlock { propagation, receivers, .. } = *block;
         let mut computed = 0;
         let pose = self.pose.at(end as f64, self.rate);
         let from_world = pose.orientation.inverse();

@@ -75,11 +75,11 @@ impl<'a> EventFeeder<'a> {
         {
             let mut impact = *impact;
             // It moves otherwise from now on.
-            if let ImpactTarget::Object { slot } = impact.struck {
+            if let ImpactTarget::Object { slot } = impact.target {
                 taken(controller.send(self.pose(slot, *id, impact.time)))?;
             }
             impact.time += self.offset;
-            taken(controller.send(Event::ImpactEvent(impact)))?;
+            taken(controller.send(Event::Impact(impact)))?;
             self.next_impact += 1;
         }
         while let Some((time, slot)) = self.deaths.get(self.next_death).filter(|(time, _)| *time < until) {

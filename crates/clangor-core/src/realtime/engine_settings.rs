@@ -1,0 +1,187 @@
+//! Settings of a real-time engine: sample rate, acoustics, receivers, block length and limits of the work.
+
+use super::budget::Budget;
+use crate::contact::ForceProfile;
+use crate::medium::Medium;
+use crate::propagation::{Air, Room};
+use crate::scene::Scene;
+use crate::synthesis::listener::Floor;
+use crate::synthesis::propagation_paths::PropagationPaths;
+use crate::synthesis::{RenderSettings, SampleRate};
+
+/// Largest number of receivers.
+pub const MOST_RECEIVERS: usize = 2;
+/// Longest block \[samples\].
+pub const LONGEST_BLOCK: usize = 4096;
+/// Shortest block \[samples\].
+const SHORTEST_BLOCK: usize = 16;
+/// Largest reach \[m\].
+const FARTHEST: f64 = 1000.0;
+
+/// Settings of a real-time engine. The defaults: 48 kHz, two receivers in unbounded air, blocks of 128
+/// samples, 64 objects.
+///
+/// The `with_` methods replace one setting each:
+///
+/// ```
+/// use clangor_core::realtime::EngineSettings;
+/// use clangor_core::synthesis::listener::Floor;
+///
+/// let settings = EngineSettings::default().with_floor(Floor::Rigid { height: 0.0 }).with_objects(8);
+/// assert_eq!((settings.objects, settings.receivers), (8, 2));
+/// ```
+#[derive(Clone, Debug)]
+pub struct EngineSettings {
+    /// Samples per second.
+    pub sample_rate: SampleRate,
+    /// Highest frequency rendered without attenuation \[Hz\]; `None`: as high as the sample rate allows.
+    pub max_frequency: Option<f64>,
+    /// Medium around the bodies.
+    pub medium: Medium,
+    /// Reflecting floor, used when no room is set.
+    pub floor: Floor,
+    /// Room whose walls reflect.
+    pub room: Option<Room>,
+    /// Absorption by the air along each path; `None` for none.
+    pub air: Option<Air>,
+    /// Force of an impact over its duration.
+    pub profile: ForceProfile,
+    /// Number of receivers: 1, or 2 for two ears.
+    pub receivers: usize,
+    /// Longest block for which every event of the preceding block is in time \[samples\].
+    pub block: usize,
+    /// Longest path of a sound \[m\]; raised to include all reflections of the room.
+    pub reach: f64,
+    /// Number of object slots.
+    pub objects: usize,
+    /// Largest work of a block.
+    pub budget: Budget,
+}
+
+impl Default for EngineSettings {
+    fn default() -> Self {
+        EngineSettings {
+            sample_rate: SampleRate::default(),
+            max_frequency: None,
+            medium: Medium::default(),
+            floor: Floor::None,
+            room: None,
+            air: None,
+            profile: ForceProfile::HalfSine,
+            receivers: 2,
+            block: 128,
+            reach: 40.0,
+            objects: 64,
+            budget: Budget::default(),
+        }
+    }
+}
+
+impl EngineSettings {
+    /// The medium, floor, room, air, band and force profile of a scene.
+    pub fn from_scene(scene: &Scene) -> Self {
+        let render = &scene.render;
+        EngineSettings {
+            max_frequency: render.max_frequency,
+            medium: scene.medium,
+            floor: render.floor,
+            room: render.room.clone(),
+            air: render.air,
+            profile: render.pulse,
+            ..EngineSettings::default()
+        }
+    }
+
+    /// Replaces the sample rate.
+    #[must_use]
+    pub fn with_sample_rate(self, sample_rate: SampleRate) -> Self {
+        EngineSettings { sample_rate, ..self }
+    }
+
+    /// Replaces the force profile of impacts.
+    #[must_use]
+    pub fn with_profile(self, profile: ForceProfile) -> Self {
+        EngineSettings { profile, ..self }
+    }
+
+    /// Replaces the reflecting floor.
+    #[must_use]
+    pub fn with_floor(self, floor: Floor) -> Self {
+        EngineSettings { floor, ..self }
+    }
+
+    /// Replaces the room; `None` for none.
+    #[must_use]
+    pub fn with_room(self, room: Option<Room>) -> Self {
+        EngineSettings { room, ..self }
+    }
+
+    /// Replaces the absorption by the air; `None` for none.
+    #[must_use]
+    pub fn with_air(self, air: Option<Air>) -> Self {
+        EngineSettings { air, ..self }
+    }
+
+    /// Replaces the number of receivers: 1 or 2.
+    #[must_use]
+    pub fn with_receivers(self, receivers: usize) -> Self {
+        EngineSettings { receivers, ..self }
+    }
+
+    /// Replaces the block length \[samples\].
+    #[must_use]
+    pub fn with_block(self, block: usize) -> Self {
+        EngineSettings { block, ..self }
+    }
+
+    /// Replaces the longest path of a sound \[m\].
+    #[must_use]
+    pub fn with_reach(self, reach: f64) -> Self {
+        EngineSettings { reach, ..self }
+    }
+
+    /// Replaces the number of object slots.
+    #[must_use]
+    pub fn with_objects(self, objects: usize) -> Self {
+        EngineSettings { objects, ..self }
+    }
+
+    /// Replaces the largest work of a block.
+    #[must_use]
+    pub fn with_budget(self, budget: Budget) -> Self {
+        EngineSettings { budget, ..self }
+    }
+
+    /// The settings within their limits: 1 or 2 receivers, blocks of 16 to 4096 samples, a reach up to 1 km
+    /// that includes the reflections of the room.
+    #[must_use]
+    pub fn clamped(&self) -> Self {
+        let reflected = self
+            .room
+            .as_ref()
+            .map_or(0.0, |room| room.extent().length() * f64::from(room.image_order.max(1) + 1));
+        let reach = if self.reach > 0.0 { self.reach } else { EngineSettings::default().reach };
+        EngineSettings {
+            receivers: self.receivers.clamp(1, MOST_RECEIVERS),
+            block: self.block.clamp(SHORTEST_BLOCK, LONGEST_BLOCK),
+            reach: reach.max(reflected).min(FARTHEST),
+            ..self.clone()
+        }
+    }
+
+    /// Settings of the pulses and voices.
+    pub(super) fn rendering(&self) -> RenderSettings {
+        let EngineSettings { sample_rate, max_frequency, medium, .. } = *self;
+        RenderSettings { sample_rate, max_frequency, medium, ..RenderSettings::default() }
+    }
+
+    /// Propagation paths to each receiver.
+    pub(super) fn paths(&self) -> PropagationPaths {
+        PropagationPaths::new(self.floor, self.room.clone(), self.air)
+    }
+
+    /// Longest propagation delay \[s\].
+    pub(super) fn longest_delay(&self) -> f64 {
+        self.reach / self.medium.sound_speed
+    }
+}

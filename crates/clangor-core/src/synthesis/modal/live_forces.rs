@@ -1,0 +1,64 @@
+//! Band-limited forces of impacts, in memory that the bodies of a real-time engine share.
+
+use std::sync::Arc;
+
+use super::drive::{ForceSamples, Shaper};
+use crate::contact::ForceProfile;
+use crate::synthesis::lowpass;
+use crate::synthesis::renderer::RenderSettings;
+
+/// Longest force \[samples\]; longer ones are refused.
+const LONGEST_FORCE: usize = 4096;
+
+/// See the module.
+pub struct LiveForces {
+    shaper: Shaper,
+    rate: f64,
+    forces: Vec<Arc<ForceSamples>>,
+    next: usize,
+}
+
+/// The force of one impact of unit impulse.
+#[derive(Clone, Debug)]
+pub struct LiveForce {
+    /// Its first sample.
+    pub(super) first: i64,
+    /// Its samples.
+    pub(super) samples: Arc<ForceSamples>,
+}
+
+impl LiveForces {
+    /// Memory for so many impacts in progress.
+    pub fn new(settings: &RenderSettings, impacts: usize) -> Self {
+        let rate = settings.sample_rate.as_f64();
+        let (low, high) = settings.band();
+        let mut shaper = Shaper::new(rate, 0.5 * (low + high), lowpass::HALF_WIDTH * rate);
+        shaper.reserve(LONGEST_FORCE);
+        let force = || {
+            Arc::new(ForceSamples {
+                values: Vec::with_capacity(LONGEST_FORCE),
+                terms: Vec::with_capacity(LONGEST_FORCE),
+            })
+        };
+        LiveForces { shaper, rate, forces: (0..impacts).map(|_| force()).collect(), next: 0 }
+    }
+
+    /// The force of an impact of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\];
+    /// `None` if it lasts too long or too many are in progress.
+    pub fn impact(&mut self, profile: ForceProfile, onset: f64, duration: f64) -> Option<LiveForce> {
+        let (begin, end) = profile.extent(duration);
+        let samples = (end - begin) * self.rate + 2.0 * self.shaper.reach() as f64 + 3.0;
+        if samples.is_nan() || samples > LONGEST_FORCE as f64 || !onset.is_finite() {
+            return None;
+        }
+        // The oldest force is the most likely to be over.
+        let count = self.forces.len();
+        let free = (0..count).map(|k| (self.next + k) % count).find(|at| {
+            // No body holds it.
+            Arc::strong_count(&self.forces[*at]) == 1
+        })?;
+        self.next = (free + 1) % count;
+        let first = self.shaper.pulse(profile, onset, duration, Arc::get_mut(&mut self.forces[free])?);
+        Some(LiveForce { first, samples: Arc::clone(&self.forces[free]) })
+    }
+}

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::drive::{ForceSamples, Shaper};
 use crate::contact::ForceProfile;
 use crate::synthesis::lowpass;
-use crate::synthesis::renderer::RenderSettings;
+use crate::synthesis::render_settings::RenderSettings;
 
 /// Longest force \[samples\]; longer ones are refused.
 const LONGEST_FORCE: usize = 4096;

@@ -14,13 +14,18 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+use arguments::former_names::{Renewed, renew};
 use arguments::{Arguments, Command};
 use console::Console;
 use failure::Failure;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let Renewed { words, warnings } = renew(std::env::args_os());
+    let arguments = Arguments::parse_from(words);
     let console = Console::new(&arguments.global);
+    for warning in warnings {
+        console.warn(warning);
+    }
     let global = &arguments.global;
     let threads = global.threads.map_or(0, usize::from);
     let done = clangor_pipeline::with_threads(threads, || match &arguments.command {

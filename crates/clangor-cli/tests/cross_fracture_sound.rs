@@ -92,7 +92,7 @@ fn reports_and_pictures_tell_what_broke() {
     // Every body that broke but the tile was a piece.
     assert_eq!(totals["pieces"].as_u64().unwrap(), births + 1 - rows.len() as u64);
     assert!(
-        report["impacts"]["solved"].as_u64().unwrap() >= rows.len() as u64 && report["ringing"].is_null()
+        report["impacts"]["solved"].as_u64().unwrap() >= rows.len() as u64 && report["modal"].is_null()
     );
 
     let parts = ["--parts", "acceleration,modal", "--quality", "draft", "--max-frequency", "6000"];
@@ -100,7 +100,7 @@ fn reports_and_pictures_tell_what_broke() {
     clangor(folder.path(), &[&render[..], &parts].concat());
     let report = json(&folder.path().join("ringing.json"));
     assert_eq!(report["fractures"].as_array().unwrap().len(), rows.len());
-    let ringing = &report["ringing"];
+    let ringing = &report["modal"];
     let ellipsoids = ringing["ellipsoids"].as_array().unwrap();
     let used: usize = ellipsoids.iter().map(|e| e["masses_kg"].as_array().unwrap().len()).sum();
     assert!(used > 0 && used as u64 == ringing["proxy_pieces"].as_u64().unwrap(), "{ringing}");

@@ -99,7 +99,7 @@ fn a_rendered_disc_rings_at_its_modes_with_the_same_bits_on_any_threads() {
     let modes = body("disc")["modes"].as_u64().unwrap();
     assert!(modes >= 3, "{modes}");
     assert_eq!(body("ball")["modes"], 0);
-    assert!(body("ball")["rings"].as_str().unwrap().contains("no audible modes: first at"), "{report}");
+    assert!(body("ball")["modal"].as_str().unwrap().contains("no audible modes: first at"), "{report}");
     let energy = |part: &str| body("disc")[part].as_f64().unwrap();
     assert!(energy("modal_energy_pa2_s") > energy("acceleration_energy_pa2_s"), "{report}");
 

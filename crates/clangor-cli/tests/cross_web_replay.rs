@@ -38,7 +38,7 @@ orientation = { axis = [1.0, 0.0, 0.6], degrees = 20.0 }
 name = "die"
 shape = "die"
 material = "plastic"
-sound = "proxy"
+acceleration = "proxy"
 position = [0.2, 0.1, 0.1]
 orientation = { axis = [1.0, 0.3, 0.6], degrees = 40.0 }
 
@@ -46,8 +46,8 @@ orientation = { axis = [1.0, 0.3, 0.6], degrees = 40.0 }
 name = "bar"
 shape = "box:0.06x0.004x0.03"
 material = "glass"
-ringing = "proxy"
-sound = "proxy"
+modal = "proxy"
+acceleration = "proxy"
 position = [-0.2, 0.1, 0.1]
 orientation = { axis = [1.0, 0.5, 0.6], degrees = 30.0 }
 

@@ -41,7 +41,7 @@ fn a_run_that_fails_keeps_the_timeline_so_far() {
     assert!((0.001..0.01).contains(&duration), "{duration}");
     assert!(kept.rows().contacts > 0 && kept.rows().poses > 0, "{:?}", kept.rows());
     // It can be rendered as far as it goes.
-    let render = ["render", "tile.partial.timeline", "-o", "tile.wav", "--sound", "sphere"];
+    let render = ["render", "tile.partial.timeline", "-o", "tile.wav", "--acceleration", "sphere"];
     clangor(folder.path(), &[&render[..], &["--parts", "acceleration", "--listener", "0,1,1"]].concat());
 }
 

@@ -119,9 +119,9 @@ fn scenes_say_what_bodies_sound_as() {
         scene.sound_rules()
     };
     assert_eq!(text("", ""), [SoundRule::Auto; 2]);
-    assert_eq!(text("", "sound = \"sphere\""), [SoundRule::Sphere; 2]);
-    assert_eq!(text("sound = \"proxy\"", "sound = \"own\""), [SoundRule::Proxy; 2]);
-    let wrong = "version = 1\n[[body]]\nshape = \"die\"\nmaterial = \"steel\"\nsound = \"proxi\"\n";
+    assert_eq!(text("", "acceleration = \"sphere\""), [SoundRule::Sphere; 2]);
+    assert_eq!(text("acceleration = \"proxy\"", "acceleration = \"own\""), [SoundRule::Proxy; 2]);
+    let wrong = "version = 1\n[[body]]\nshape = \"die\"\nmaterial = \"steel\"\nacceleration = \"proxi\"\n";
     let errors = Scene::from_toml(wrong).unwrap_err().to_string();
     assert!(errors.contains("5:9") && errors.contains("`proxy`"), "{errors}");
 }

@@ -513,7 +513,7 @@ fn tampered_description_is_refused_by_field() {
     let file = path.join("timeline.json");
     let good = fs::read_to_string(&file).unwrap();
     let cases = [
-        ("\"version\": 1", "\"version\": 2", "has format version 2; this program reads version 1"),
+        ("\"version\": 2", "\"version\": 3", "has format version 3; this program reads versions 1 to 2"),
         ("clangor timeline", "other timeline", "format is \"other timeline\""),
         ("\"mass\": 0.1", "\"mass\": -0.1", "bodies[0].mass is -0.1, not positive"),
         ("\"mass\": 0.1", "\"mass\": null", "line 47, column 18: expected a number or \"infinity\""),
@@ -604,4 +604,14 @@ fn damage_target() -> &'static (PathBuf, Vec<u8>) {
         (folder, (path, good))
     };
     &TARGET.get_or_init(make).1
+}
+
+#[test]
+fn version_1_is_read() {
+    let (_folder, path, timeline) = broken();
+    let description = path.join("timeline.json");
+    let text = fs::read_to_string(&description).unwrap();
+    assert!(text.contains("\"version\": 2"));
+    fs::write(&description, text.replace("\"version\": 2", "\"version\": 1")).unwrap();
+    assert_eq!(TimelineReader::open(&path).unwrap().fractures(), timeline.fractures);
 }

@@ -20,12 +20,12 @@ pub(super) fn body_model(text: &str) -> Result<(String, PathBuf), String> {
     }
 }
 
-pub(crate) fn finite(text: &str) -> Result<f64, String> {
+pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number"))?;
     if number.is_finite() { Ok(number) } else { Err(format!("{text} is not a finite number")) }
 }
 
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be greater than 0".into()) })
 }
 
@@ -57,11 +57,11 @@ pub(super) fn contact_duration(text: &str) -> Result<f64, String> {
     between(text, 1e-9, 1.0, "s")
 }
 
-pub(crate) fn accuracy(text: &str) -> Result<f64, String> {
+pub(super) fn accuracy(text: &str) -> Result<f64, String> {
     between(text, 1e-6, 0.5, "")
 }
 
-pub(crate) fn band(text: &str) -> Result<f64, String> {
+pub(super) fn band(text: &str) -> Result<f64, String> {
     between(text, 100.0, 192_000.0, "Hz")
 }
 

@@ -358,7 +358,7 @@ fn scene_modes(
             "name": name,
             "bodies": count,
             "modes": found.modes(*body).map_or(0, |model| model.modes.len()),
-            "rings": ringing.to_string(),
+            "modal": ringing.to_string(),
             "cached": cached,
             "seconds": time.as_secs_f64(),
         }));

@@ -1,7 +1,7 @@
 //! `clangor modes`: at which frequencies a free body rings, for how long, and how sure that is.
 
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use clangor_bake::acceleration::BakeOptions;
@@ -13,45 +13,11 @@ use clangor_core::material::{Material, presets};
 use clangor_pipeline::formats::atomic_file::AtomicFile;
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
 use clangor_pipeline::stages::sound_models::ModelRequest;
-use clap::Args;
 use serde_json::json;
 
-use crate::arguments::{accuracy, band, finite, positive};
+use crate::arguments::Modes;
 use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
-
-#[derive(Args)]
-pub(crate) struct Modes {
-    /// A shape (bowl, coin, box:0.3x0.03x0.01 …) or a mesh file
-    body: String,
-    /// Material preset
-    #[arg(long, value_name = "NAME")]
-    material: String,
-    /// Highest frequency
-    #[arg(long, value_name = "HZ", default_value_t = 20_000.0, value_parser = band)]
-    max_frequency: f64,
-    /// Part of itself by which a finer mesh may change a frequency
-    #[arg(long, value_name = "E", default_value_t = 0.01, value_parser = accuracy)]
-    accuracy: f64,
-    /// Most nodes of a mesh
-    #[arg(long, value_name = "N", default_value_t = ModalAnalysisOptions::MOST_NODES)]
-    max_nodes: usize,
-    /// Scale of a mesh file to metres
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
-    scale: f64,
-    /// Density instead of the material's, in kg/m³
-    #[arg(long, value_name = "RHO", value_parser = finite)]
-    density: Option<f64>,
-    /// Young's modulus instead of the material's, in Pa
-    #[arg(long, value_name = "E", value_parser = finite)]
-    youngs_modulus: Option<f64>,
-    /// Poisson's ratio instead of the material's
-    #[arg(long, value_name = "NU", value_parser = finite, allow_hyphen_values = true)]
-    poisson_ratio: Option<f64>,
-    /// Write stiffness and mass there, as stiffness.mtx and mass.mtx for Matrix Market readers
-    #[arg(long, value_name = "DIR")]
-    export: Option<PathBuf>,
-}
 
 pub(crate) fn run(options: &Modes, console: &Console) -> Result<(), Failure> {
     let body = &options.body;

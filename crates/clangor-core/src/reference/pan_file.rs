@@ -1,8 +1,7 @@
-//! A published model as bytes: the signals of [`PanModel`] with the solid that
-//! they are of and where they come from; docs/format/model.md describes it.
+//! The file of a [`PanModel`]: its signals, the solid and the origin, as `docs/format/model.md` specifies.
 //!
-//! It is a file of its own kind beside the [sound model](crate::sound_model::files::model_file): what render
-//! plays by default is that one.
+//! Its kind differs from that of a [sound model](crate::sound_model::files::model_file), which rendering uses
+//! by default.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,14 +13,30 @@ use crate::sound_model::files::solid::{Solid, SolidDescription};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter};
 
 /// Version of the format.
-pub const VERSION: u32 = 1;
-/// What the description calls the file.
-pub const KIND: &str = "published sound model";
+pub const VERSION: u32 = 2;
+/// Kind of the file in its description.
+pub const KIND: &str = "PAN sound model";
+
+/// Kind, version and prefix of the names of arrays.
+struct Names {
+    kind: &'static str,
+    version: u32,
+    prefix: &'static str,
+}
+
+const NAMES: Names = Names { kind: KIND, version: VERSION, prefix: "pan" };
+/// Names of version 1, which is still read.
+const FORMER_NAMES: Names = Names { kind: "published sound model", version: 1, prefix: "published" };
+
+/// Whether a file of this kind holds a PAN model, of this version or the one before.
+pub fn is_kind(kind: &str) -> bool {
+    [NAMES.kind, FORMER_NAMES.kind].contains(&kind)
+}
 
 /// Most fields, of as many pulses.
 const MOST_FIELDS: usize = 16;
 
-/// A published model with its origin.
+/// A PAN model with its origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanFile {
     /// The signals.
@@ -72,12 +87,16 @@ impl PanFile {
     /// # Errors
     /// [`TensorFileError`] for a model that [`decode`](Self::decode) would refuse.
     pub fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
+        self.encode_as(&NAMES)
+    }
+
+    fn encode_as(&self, names: &Names) -> Result<Vec<u8>, TensorFileError> {
         let PanFile { model, solid, origin } = self;
         solid.check(model.radius())?;
         check_origin(origin)?;
         let mut file = TensorWriter::default();
         for (index, field) in model.fields().iter().enumerate() {
-            let name = |what: &str| format!("published.{index}.{what}");
+            let name = |what: &str| format!("{}.{index}.{what}", names.prefix);
             match &field.signals {
                 Signals::Samples(samples) => {
                     file.add(&name("samples"), &[samples.len()], samples.iter().copied());
@@ -101,8 +120,8 @@ impl PanFile {
             },
         });
         let description = Description {
-            kind: KIND.into(),
-            version: VERSION,
+            kind: names.kind.into(),
+            version: names.version,
             units: UNITS.into(),
             radius_m: model.radius(),
             fields: fields.collect(),
@@ -112,12 +131,21 @@ impl PanFile {
         file.finish(&description)
     }
 
-    /// Reads a file.
+    /// Reads a file of this version or of version 1.
     ///
     /// # Errors
     /// [`TensorFileError`] for anything that [`encode`](Self::encode) does not write.
     pub fn decode(bytes: &[u8]) -> Result<Self, TensorFileError> {
-        let file = TensorReader::open(bytes, KIND, VERSION)?;
+        match TensorReader::open(bytes, KIND, VERSION) {
+            Err(TensorFileError::Kind { found, .. }) if found == FORMER_NAMES.kind => {
+                let file = TensorReader::open(bytes, FORMER_NAMES.kind, FORMER_NAMES.version)?;
+                Self::read(&file, &FORMER_NAMES)
+            }
+            file => Self::read(&file?, &NAMES),
+        }
+    }
+
+    fn read(file: &TensorReader<'_>, names: &Names) -> Result<Self, TensorFileError> {
         let Description { radius_m, fields, solid, origin, .. } = file.describe()?;
         if fields.len() > MOST_FIELDS {
             return Err(TensorFileError::value(
@@ -128,11 +156,11 @@ impl PanFile {
         let fields = fields
             .into_iter()
             .enumerate()
-            .map(|(index, field)| read_field(&file, index, field))
+            .map(|(index, field)| read_field(file, index, field, names))
             .collect::<Result<_, _>>()?;
         let model = PanModel::new(radius_m, fields)
             .map_err(|e| TensorFileError::value("the model", format!("cannot be played: {e}")))?;
-        let solid = Solid::take(&file, solid)?;
+        let solid = Solid::take(file, solid)?;
         solid.check(model.radius())?;
         check_origin(&origin)?;
         Ok(PanFile { model, solid, origin })
@@ -143,6 +171,7 @@ fn read_field(
     file: &TensorReader<'_>,
     index: usize,
     field: FieldDescription,
+    names: &Names,
 ) -> Result<PanField, TensorFileError> {
     let FieldDescription { pulse, step, start, length, terms, directions } = field;
     let directions = match directions {
@@ -157,7 +186,7 @@ fn read_field(
     if !few || length > 1 << 24 || terms > 64 {
         return Err(TensorFileError::value(format!("field {index}"), "is larger than any that is written"));
     }
-    let name = |what: &str| format!("published.{index}.{what}");
+    let name = |what: &str| format!("{}.{index}.{what}", names.prefix);
     let signals = if file.has(&name("samples")) {
         Signals::Samples(file.rows(&name("samples"), &[])?.1)
     } else {
@@ -168,4 +197,38 @@ fn read_field(
         })
     };
     Ok(PanField { pulse, step, start, length, terms, directions, signals })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::mass_properties::MassProperties;
+    use crate::sound_model::acceleration::field::RIGID_DOFS;
+
+    #[test]
+    fn a_file_of_version_1_is_read() {
+        let directions = Directions::Angles { rows: 1, columns: 2 };
+        let samples = (0..2 * RIGID_DOFS * 2 * 8).map(|i| (0.7 * i as f32).sin()).collect();
+        let signals = Signals::Samples(samples);
+        let field =
+            PanField { pulse: 0.5, step: 0.1, start: -1.25, length: 8, terms: 2, directions, signals };
+        let file = PanFile {
+            model: PanModel::new(0.01, vec![field]).unwrap(),
+            solid: Solid { name: "ball".into(), mass: MassProperties::of_sphere(0.01), surface: None },
+            origin: Origin {
+                program: "clangor".into(),
+                inputs: "0123456789abcdef0123456789abcdef".into(),
+                asked_accuracy: 1e-3,
+                method: "by hand".into(),
+                unknowns: 12,
+                solves: 3,
+                held_out_error: 4.5e-4,
+                warnings: Vec::new(),
+            },
+        };
+        let former = file.encode_as(&FORMER_NAMES).unwrap();
+        assert_eq!(PanFile::decode(&former).unwrap(), file);
+        assert_ne!(former, file.encode().unwrap());
+        assert!(is_kind("published sound model") && is_kind(KIND) && !is_kind("sound model"));
+    }
 }

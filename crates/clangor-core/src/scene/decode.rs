@@ -5,6 +5,7 @@
 
 mod body;
 mod breaking;
+mod former_keys;
 mod geometry;
 mod links;
 mod listener;

@@ -445,6 +445,14 @@ pub enum Doubt {
         /// Half of the sample rate \[Hz\].
         nyquist: f64,
     },
+    /// A key under the name that it had before.
+    #[error("`{former}` is now `{key}`; the former name is accepted in this version only")]
+    FormerKey {
+        /// Its former name.
+        former: &'static str,
+        /// Its name.
+        key: &'static str,
+    },
     /// A warning from whoever built or read the geometry.
     #[error("{message}")]
     Geometry {

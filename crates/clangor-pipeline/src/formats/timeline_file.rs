@@ -38,8 +38,10 @@ use clangor_sim::{SimulationSettings, Solver};
 use crate::formats::atomic_file::OutputError;
 use crate::formats::mesh_reader::{MeshFault, MeshPlace};
 
-/// Version of the format that is written, and the only one that is read.
-pub const FORMAT_VERSION: u32 = 1;
+/// Version of the format that is written.
+pub const FORMAT_VERSION: u32 = 2;
+/// Oldest version that is read; it differs in the names of columns.
+const OLDEST_VERSION: u32 = 1;
 
 const DESCRIPTION_FILE: &str = "timeline.json";
 const CONTACTS_FILE: &str = "contacts.parquet";
@@ -156,7 +158,9 @@ pub enum TimelineError {
         problem: String,
     },
     /// The format is newer or older than this program.
-    #[error("{path} has format version {found}; this program reads version {FORMAT_VERSION}")]
+    #[error(
+        "{path} has format version {found}; this program reads versions {OLDEST_VERSION} to {FORMAT_VERSION}"
+    )]
     Version {
         /// The file.
         path: PathBuf,

@@ -27,10 +27,10 @@ pub struct FractureReport {
     /// Of all.
     pub totals: Totals,
     /// What became of the impacts; only of a simulation.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", alias = "blows")]
     pub impacts: Option<ImpactCounts>,
     /// As what the pieces ring; only of a sound.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "modal", alias = "ringing", default, skip_serializing_if = "Option::is_none")]
     pub ringing: Option<PiecesRinging>,
 }
 
@@ -49,7 +49,7 @@ pub struct Fracture {
     /// Into how many it broke.
     pub pieces: u32,
     /// ½ m V² of the impacts.
-    #[serde(rename = "impact_energy_j")]
+    #[serde(rename = "impact_energy_j", alias = "blow_energy_j")]
     pub impact_energy: f64,
     /// E_S.
     #[serde(rename = "strain_energy_j")]
@@ -79,7 +79,7 @@ pub struct Totals {
     /// Pieces that are whole at the end.
     pub pieces: usize,
     /// ½ m V².
-    #[serde(rename = "impact_energy_j")]
+    #[serde(rename = "impact_energy_j", alias = "blow_energy_j")]
     pub impact_energy: f64,
     /// E_S.
     #[serde(rename = "strain_energy_j")]

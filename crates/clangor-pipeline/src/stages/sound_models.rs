@@ -317,7 +317,7 @@ pub fn read_sound_file(path: &Path) -> Result<SoundFile, SoundFileError> {
         Err(TensorFileError::Kind { found, .. }) if found == modal_file::KIND => {
             ModalFile::decode(&bytes).map(Box::new).map(SoundFile::Modal).map_err(content)
         }
-        Err(TensorFileError::Kind { found, .. }) if found == pan_file::KIND => {
+        Err(TensorFileError::Kind { found, .. }) if pan_file::is_kind(&found) => {
             PanFile::decode(&bytes).map(Box::new).map(SoundFile::Pan).map_err(content)
         }
         decoded => decoded.map(Box::new).map(SoundFile::Model).map_err(content),

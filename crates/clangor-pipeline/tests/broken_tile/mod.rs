@@ -51,7 +51,7 @@ impl Tile {
             "version = 1\n[simulation]\nduration = {DURATION}\ntime_step = 0.0001\n[material.tough]\nbase = \"ceramic\"\n\
              fracture_energy = {toughness}\n[[body]]\nname = \"tile\"\nshape = \"box:0.12x0.006x0.12\"\nmaterial = \"tough\"\n\
              position = [0, 0.03, 0]\norientation = {{ axis = [0.3, 0, 1], degrees = 12 }}\nvelocity = [0, -4, 0]\n\
-             ringing = \"proxy\"\n\
+             modal = \"proxy\"\n\
              fracture = {{ edge = 0.01, seed = {seed}, crack_impulses = {crack_impulses} }}\n[[plane]]\nmaterial = \"granite\"\n\
              [[listener]]\nposition = [0, 0.4, 1]\n"
         )

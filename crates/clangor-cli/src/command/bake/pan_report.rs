@@ -14,7 +14,7 @@ pub(crate) fn say(console: &Console, path: &Path, file: &PanFile, bytes: u64) {
     let shortest = fields.first().map_or(0.0, |f| f.pulse * model.radius() / Medium::AIR.sound_speed);
     let directions = fields.first().map_or(0, |f| f.directions.count());
     console.say(format_args!(
-        "{}: published representation of \"{}\", {}, {} from {:.1} µs in air, {:.1} kB",
+        "{}: PAN representation of \"{}\", {}, {} from {:.1} µs in air, {:.1} kB",
         path.display(),
         file.solid.name,
         counted(directions, "direction", "directions"),
@@ -27,7 +27,7 @@ pub(crate) fn say(console: &Console, path: &Path, file: &PanFile, bytes: u64) {
     }
     console.json(&json!({
         "model": path,
-        "representation": "published",
+        "representation": "pan",
         "name": file.solid.name,
         "bytes": bytes,
         "radius_m": model.radius(),

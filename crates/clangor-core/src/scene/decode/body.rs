@@ -32,8 +32,8 @@ pub(super) const KEYS: &[&str] = &[
     "motion",
     "keyframes",
     "edge_radius",
-    "sound",
-    "ringing",
+    "acceleration",
+    "modal",
     "fracture",
     "positions",
     "count",
@@ -137,10 +137,10 @@ fn body(
     let motion = if preset.is_some() { Some(Motion::Fixed) } else { motion(d, section) };
     let velocity = velocity(d, section, "velocity", sound_speed);
     let angular_velocity = section.vector(d, "angular_velocity", "rad/s");
-    let sound = section.choice(d, "sound", SOUNDS);
-    let ringing = section.get("ringing").and_then(|node| match node.is_boolean() {
+    let sound = section.choice(d, "acceleration", SOUNDS);
+    let ringing = section.get("modal").and_then(|node| match node.is_boolean() {
         true => node.boolean(d).map(|rings| if rings { RingingRule::Own } else { RingingRule::Never }),
-        false => node.choice(d, "ringing", RINGING),
+        false => node.choice(d, "modal", RINGING),
     });
     let breaking =
         section.get("fracture").map(|node| breakable(d, section, &node, motion.as_ref(), material.as_ref()));

@@ -10,6 +10,7 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::former_keys::FormerKey;
 use crate::scene::diagnostic::{Doubt, Place, Problem, SceneError, SceneWarning, readable};
 use crate::scene::suggest::nearest;
 
@@ -322,6 +323,10 @@ impl<'t> Section<'t> {
             let name: &str = key.get_ref();
             if !keys.contains(&name) {
                 let place = d.place(key.span(), section.path(name));
+                if let Some(former) = FormerKey::of(name, keys) {
+                    section.note_former(d, place, former);
+                    continue;
+                }
                 let nearest = nearest(name, keys.iter().copied());
                 section.misspelt.extend(nearest.clone());
                 d.error(place, Problem::UnknownKey { key: name.to_owned(), nearest, accepted: keys });
@@ -340,17 +345,34 @@ impl<'t> Section<'t> {
         table.iter().filter_map(|(key, _)| Some((&**key.get_ref(), section.get(key.get_ref())?))).collect()
     }
 
+    /// Warns of a former key, or notes an error where its replacement is there too.
+    fn note_former(&self, d: &mut Decoder<'_>, place: Place, former: FormerKey) {
+        let FormerKey { name: key, replacement, conflict } = former;
+        if self.table.iter().any(|(k, _)| &**k.get_ref() == replacement) {
+            d.error(place, Problem::Conflict { key, other: conflict });
+        } else {
+            d.warn(place, Doubt::FormerKey { former: key, key: replacement });
+        }
+    }
+
+    /// The key and the value of a key, which may be there under its former name.
+    fn entry(&self, key: &str) -> Option<(&'t str, &'t Spanned<DeValue<'t>>)> {
+        let named = |name: &str| self.table.iter().find(|(k, _)| &**k.get_ref() == name);
+        let (key, value) = named(key).or_else(|| named(FormerKey::replaced_by(key)?.name))?;
+        Some((&**key.get_ref(), value))
+    }
+
     fn path(&self, key: &str) -> String {
         if self.place.field.is_empty() { key.to_owned() } else { format!("{}.{key}", self.place.field) }
     }
 
     pub(super) fn get(&self, key: &str) -> Option<Node<'t>> {
-        let (_, value) = self.table.iter().find(|(k, _)| &**k.get_ref() == key)?;
+        let (key, value) = self.entry(key)?;
         Some(Node { value: value.get_ref(), span: value.span(), field: self.path(key) })
     }
 
     pub(super) fn has(&self, key: &str) -> bool {
-        self.table.iter().any(|(k, _)| &**k.get_ref() == key)
+        self.entry(key).is_some()
     }
 
     /// Whether a key is there, if only misspelt.

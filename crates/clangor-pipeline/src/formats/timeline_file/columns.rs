@@ -12,6 +12,16 @@ pub(super) struct Column<R> {
     pub(super) field: Field<R>,
 }
 
+/// Columns of earlier versions of the format that have been renamed: the former name and the present one.
+const FORMER_NAMES: &[(&str, &str)] = &[("blow_energy", "impact_energy")];
+
+impl<R> Column<R> {
+    /// Whether a column of a file is this one, under its name or the one that it had before.
+    pub(super) fn is_named(&self, found: &str) -> bool {
+        found == self.name || FORMER_NAMES.contains(&(found, self.name))
+    }
+}
+
 /// How a column is stored, and the field behind it: how to get it from a row and how to set it.
 pub(super) enum Field<R> {
     F64(fn(&R) -> f64, fn(&mut R, f64)),
@@ -233,5 +243,52 @@ fn check_unit(column: &'static str, length_squared: f64) -> Result<(), RowProble
         Ok(())
     } else {
         Err(RowProblem::NotUnit { column, length: length_squared.sqrt() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table::{TableReader, TableWriter};
+    use super::*;
+
+    /// A time and the energy of impacts, the latter under the name of version 1 if `FORMER`.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    struct Row<const FORMER: bool> {
+        time: f64,
+        energy: f64,
+    }
+
+    impl<const FORMER: bool> TableRow for Row<FORMER> {
+        fn columns() -> Vec<Column<Self>> {
+            let name = if FORMER { "blow_energy" } else { "impact_energy" };
+            let energy = Column { name, field: Field::F64(|r| r.energy, |r: &mut Self, v| r.energy = v) };
+            vec![double!("t", time), energy]
+        }
+
+        const BLANK: Self = Row { time: 0.0, energy: 0.0 };
+
+        fn time(&self) -> f64 {
+            self.time
+        }
+
+        fn stored(&self) -> Self {
+            *self
+        }
+
+        fn check(&self, _: &[Life]) -> Result<(), RowProblem> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_column_is_found_under_its_former_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("fractures.parquet");
+        let mut table = TableWriter::<Row<true>>::create(&path, Vec::new(), 0.0).unwrap();
+        table.push(&Row { time: 0.5, energy: 1.25 }).unwrap();
+        table.finish().unwrap();
+        let mut table = TableReader::<Row<false>>::open(&path, 1, Vec::new(), 0.0).unwrap();
+        table.next_block().unwrap();
+        assert_eq!(table.block(), [Row { time: 0.5, energy: 1.25 }]);
     }
 }

@@ -14,7 +14,9 @@ use clangor_core::pose::{Keyframe, Pose, Track};
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::{FORMAT_VERSION, MESH_FOLDER, Origin, TimelineError, TimelineHeader, hash, surface_file};
+use super::{
+    FORMAT_VERSION, MESH_FOLDER, OLDEST_VERSION, Origin, TimelineError, TimelineHeader, hash, surface_file,
+};
 
 /// What the description of a timeline says, its meshes not yet read.
 #[derive(Serialize, Deserialize)]
@@ -477,7 +479,7 @@ fn check_version(path: &Path, text: &[u8]) -> Result<(), TimelineError> {
         let problem = format!("is \"{}\", not \"{FORMAT_NAME}\"", found.format);
         return Err(TimelineError::Field { path: path.into(), field: "format".into(), problem });
     }
-    if found.version != u64::from(FORMAT_VERSION) {
+    if !(u64::from(OLDEST_VERSION)..=u64::from(FORMAT_VERSION)).contains(&found.version) {
         return Err(TimelineError::Version { path: path.into(), found: found.version });
     }
     Ok(())

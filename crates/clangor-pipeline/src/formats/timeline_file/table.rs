@@ -319,7 +319,7 @@ impl<R: TableRow> TableReader<R> {
         let mut places = Vec::new();
         let columns = R::columns();
         for column in &columns {
-            let place = in_file.columns().iter().position(|c| c.path().string() == column.name);
+            let place = in_file.columns().iter().position(|c| column.is_named(&c.path().string()));
             let place =
                 place.ok_or(TimelineError::MissingColumn { path: path.into(), column: column.name })?;
             let found = in_file.column(place);

@@ -1,0 +1,103 @@
+//! Commands about files: `import`, `export`, `inspect`, `validate`, and the page: `serve`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use super::sound::Quality;
+use super::values::positive;
+
+#[derive(Args)]
+pub(crate) struct Import {
+    #[command(subcommand)]
+    pub(crate) format: ImportFormat,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum ImportFormat {
+    /// A list of contacts (.jsonl or .csv) between the bodies of a scene
+    Contacts {
+        /// The scene that names the bodies
+        scene: PathBuf,
+        /// The list
+        list: PathBuf,
+        /// The timeline folder to write
+        #[arg(short, long, value_name = "RUN.timeline")]
+        output: PathBuf,
+        /// Replace an existing timeline
+        #[arg(long)]
+        force: bool,
+    },
+}
+
+#[derive(Args)]
+pub(crate) struct Export {
+    #[command(subcommand)]
+    pub(crate) format: ExportFormat,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum ExportFormat {
+    /// Motion of the bodies as an animated binary glTF file
+    Gltf {
+        /// A scene (.toml) or a timeline folder (.timeline)
+        input: PathBuf,
+        /// The GLB file to write
+        #[arg(short, long, value_name = "OUT.glb")]
+        output: PathBuf,
+        /// Animation keys per second
+        #[arg(long, value_name = "HZ", default_value_t = 120.0, value_parser = positive)]
+        rate: f64,
+    },
+    /// A finished run for the web page, which plays it for a moving listener
+    Web {
+        /// A timeline folder (.timeline)
+        input: PathBuf,
+        /// The file to write (default: the timeline's name with .replay)
+        #[arg(short, long, value_name = "OUT.replay")]
+        output: Option<PathBuf>,
+        /// Effort for the sound fields of bodies
+        #[arg(long, value_enum, default_value = "normal")]
+        quality: Quality,
+        /// Highest frequency to bake, 100 Hz to 24 kHz
+        #[arg(long, value_name = "HZ", value_parser = positive)]
+        max_frequency: Option<f64>,
+    },
+    /// A baked body with its modes, material and mass as binary glTF with KHR_audio_rigid_bodies
+    Modal {
+        /// A model with a modal part (.safetensors)
+        model: PathBuf,
+        /// The GLB file to write
+        #[arg(short, long, value_name = "OUT.glb")]
+        output: PathBuf,
+        /// Material preset whose damping gives the decay times (default: the material of the model)
+        #[arg(long, value_name = "NAME")]
+        material: Option<String>,
+    },
+}
+
+#[derive(Args)]
+pub(crate) struct Inspect {
+    /// A timeline folder, a WAV file, a sound model, a soundbank, a mesh, a shape or a scene
+    pub(crate) file: String,
+}
+
+#[derive(Args)]
+pub(crate) struct Validate {
+    /// Run only the checks that take less than a minute (the default)
+    #[arg(long, conflicts_with = "full")]
+    pub(crate) quick: bool,
+    /// Run all checks
+    #[arg(long)]
+    pub(crate) full: bool,
+    /// The Markdown table to write
+    #[arg(short, long, value_name = "FILE.md")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(crate) struct Serve {
+    /// Port on this machine; 0 selects a free one
+    #[arg(long, value_name = "N", default_value_t = 8440)]
+    pub(crate) port: u16,
+}

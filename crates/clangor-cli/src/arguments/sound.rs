@@ -1,0 +1,244 @@
+//! Commands that compute or play sound: `render`, `play`, `strike`.
+
+use std::path::{Path, PathBuf};
+
+use clangor_core::glam::DVec3;
+use clap::{Args, ValueEnum};
+
+use super::bake::Part;
+use super::values::{body_model, contact_duration, duration, full_scale, instant, level, positive, vector};
+
+#[derive(Args)]
+pub(crate) struct Render {
+    /// A scene (.toml) or a timeline folder (.timeline)
+    pub(crate) input: PathBuf,
+    /// The WAV file to write; with several listeners one file NAME.LISTENER.wav each
+    #[arg(short, long, value_name = "OUT.wav")]
+    pub(crate) output: Option<PathBuf>,
+    /// Position of a listener in metres, instead of the scene's listeners; repeat for several
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) listener: Vec<DVec3>,
+    /// Also write the simulated timeline here
+    #[arg(long, value_name = "RUN.timeline")]
+    pub(crate) timeline: Option<PathBuf>,
+    /// Samples per second, 8000 to 384000
+    #[arg(long, value_name = "HZ")]
+    pub(crate) sample_rate: Option<u32>,
+    /// Highest frequency to compute, 100 Hz to half the sample rate
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub(crate) max_frequency: Option<f64>,
+    /// Accuracy of baked sound models
+    #[arg(long, value_enum, default_value = "normal")]
+    pub(crate) quality: Quality,
+    /// Acceleration model of all bodies, instead of the scene's
+    #[arg(long = "acceleration", value_enum)]
+    pub(crate) sound: Option<Sound>,
+    /// Parts of the sound to render, instead of the scene's
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "PARTS")]
+    pub(crate) parts: Vec<RenderedPart>,
+    /// Transfer from mode amplitudes to pressure; frac and unit are for comparison
+    #[arg(long, value_enum, default_value = "baked")]
+    pub(crate) transfer: Transfer,
+    /// A sound model (or a .glb with modes) for a body and its copies, instead of the scene's; repeat for
+    /// several
+    #[arg(long, value_name = "BODY=MODEL.safetensors", value_parser = body_model)]
+    pub(crate) model: Vec<(String, PathBuf)>,
+    /// Sample format
+    #[arg(long, value_enum)]
+    pub(crate) bits: Option<Bits>,
+    /// Simulated time in seconds, instead of the scene's
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub(crate) duration: Option<f64>,
+    /// Start of the written sound in seconds
+    #[arg(long, value_name = "S", value_parser = instant)]
+    pub(crate) from: Option<f64>,
+    /// End of the written sound in seconds
+    #[arg(long, value_name = "S", value_parser = instant)]
+    pub(crate) to: Option<f64>,
+    /// Pressure of a full-scale sample in pascals (default: 1 for float, 20 for 24-bit)
+    #[arg(long, value_name = "PA", value_parser = full_scale, conflicts_with = "normalize")]
+    pub(crate) full_scale: Option<f64>,
+    /// Normalise the loudest sample to this level, instead of --full-scale
+    #[arg(long, value_name = "DBFS", value_parser = level, allow_hyphen_values = true)]
+    pub(crate) normalize: Option<f64>,
+    /// Also write one WAV file for each body that sounds
+    #[arg(long)]
+    pub(crate) stems: bool,
+    /// Print the sound energy of each body by part, and why silent bodies are silent
+    #[arg(long)]
+    pub(crate) explain: bool,
+    /// Write a fracture report: energies, crack areas, and the modal models of the pieces
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
+    /// Replace an existing timeline
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+impl Render {
+    /// The options of `render` with defaults for all but the input.
+    pub(crate) fn of(input: &Path) -> Self {
+        Render {
+            input: input.into(),
+            output: None,
+            listener: Vec::new(),
+            timeline: None,
+            sample_rate: None,
+            max_frequency: None,
+            quality: Quality::Normal,
+            sound: None,
+            parts: Vec::new(),
+            transfer: Transfer::Baked,
+            model: Vec::new(),
+            bits: None,
+            duration: None,
+            from: None,
+            to: None,
+            full_scale: None,
+            normalize: None,
+            stems: false,
+            explain: false,
+            report: None,
+            force: false,
+        }
+    }
+}
+
+#[derive(Args)]
+pub(crate) struct Play {
+    /// A scene (.toml) or a timeline folder (.timeline)
+    #[arg(required_unless_present = "devices")]
+    pub(crate) input: Option<PathBuf>,
+    /// Position of the listener in metres, instead of the scene's first listener
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) listener: Option<DVec3>,
+    /// Accuracy of baked sound models
+    #[arg(long, value_enum, default_value = "normal")]
+    pub(crate) quality: Quality,
+    /// Simulated time in seconds, instead of the scene's
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub(crate) duration: Option<f64>,
+    /// Start of playback in seconds of the scene
+    #[arg(long, value_name = "S", value_parser = instant)]
+    pub(crate) from: Option<f64>,
+    /// End of playback in seconds of the scene
+    #[arg(long, value_name = "S", value_parser = instant)]
+    pub(crate) to: Option<f64>,
+    /// Pressure of a full-scale output sample in pascals (default: twice the peak)
+    #[arg(long, value_name = "PA", value_parser = full_scale)]
+    pub(crate) full_scale: Option<f64>,
+    /// Output device, by name or identifier (default: the system's)
+    #[arg(long, value_name = "NAME")]
+    pub(crate) device: Option<String>,
+    /// List the output devices and exit
+    #[arg(long)]
+    pub(crate) devices: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Strike {
+    /// A shape (sphere:0.0075, coin, mug …), a mesh file (of a glTF file with several bodies: FILE.glb#BODY)
+    /// or a sound model
+    pub(crate) body: String,
+    /// Material preset; not needed for a glTF file that gives the material in KHR_audio_rigid_bodies
+    #[arg(long, value_name = "NAME")]
+    pub(crate) material: Option<String>,
+    /// Impulse in N s
+    #[arg(long, value_name = "JX,JY,JZ", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) impulse: DVec3,
+    /// Point of impact on the surface in metres from the centre of mass
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) point: DVec3,
+    /// Listener in metres from the centre of mass
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub(crate) listener: DVec3,
+    /// The WAV or CSV file to write
+    #[arg(short, long, value_name = "OUT.wav|OUT.csv")]
+    pub(crate) output: PathBuf,
+    /// Duration of the contact in seconds (default: Hertz against a rigid plane at 1 m/s)
+    #[arg(long, value_name = "TAU", value_parser = contact_duration)]
+    pub(crate) duration: Option<f64>,
+    /// Samples per second, 8000 to 384000
+    #[arg(long, value_name = "HZ", default_value_t = 48_000)]
+    pub(crate) sample_rate: u32,
+    /// Length of the output in seconds (default: 0.1, or until the modes have decayed by 60 dB)
+    #[arg(long, value_name = "S", value_parser = duration)]
+    pub(crate) seconds: Option<f64>,
+    /// Acceleration model of the body
+    #[arg(long = "acceleration", value_enum, default_value = "auto")]
+    pub(crate) sound: Sound,
+    /// Parts of the sound to compute
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        value_name = "PARTS",
+        default_value = "acceleration,modal"
+    )]
+    pub(crate) parts: Vec<Part>,
+    /// Accuracy of its sound model
+    #[arg(long, value_enum, default_value = "normal")]
+    pub(crate) quality: Quality,
+    /// Scale of a mesh file to metres
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) scale: f64,
+}
+
+/// Parts of the sound of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RenderedPart {
+    /// Acceleration noise: the clicks of bodies whose velocity changes
+    Acceleration,
+    /// The sound of their vibration modes
+    Modal,
+    /// The sound of the ground that is hit
+    Ground,
+}
+
+/// Accuracy of acceleration fields and of modes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Quality {
+    /// No baked fields: bodies without a model in the cache click as an ellipsoid or a sphere; modes within 3 %
+    Draft,
+    /// Fields and modes within 1 %
+    Normal,
+    /// Fields within 0.2 %, modes within 0.5 %
+    High,
+}
+
+/// Acceleration models of bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Sound {
+    /// Chosen by size and convexity
+    Auto,
+    /// A field baked for each form
+    Own,
+    /// An ellipsoid, interpolated between those of the soundbank
+    Proxy,
+    /// The nearest ellipsoid of the soundbank
+    NearestProxy,
+    /// The sphere of equal volume
+    Sphere,
+}
+
+/// Transfer from mode amplitudes to pressure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Transfer {
+    /// The baked field of each mode, driven by its acceleration
+    Baked,
+    /// As in FRAC: the magnitude of the field, driven by the amplitude
+    Frac,
+    /// The same for all modes and directions
+    Unit,
+}
+
+/// Sample formats of a WAV file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Bits {
+    /// 24-bit integers
+    #[value(name = "24")]
+    Integer24,
+    /// 32-bit floating point
+    #[value(name = "32f")]
+    Float32,
+}

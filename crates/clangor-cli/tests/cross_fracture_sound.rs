@@ -91,9 +91,7 @@ fn reports_and_pictures_tell_what_broke() {
     let totals = &report["totals"];
     // Every body that broke but the tile was a piece.
     assert_eq!(totals["pieces"].as_u64().unwrap(), births + 1 - rows.len() as u64);
-    assert!(
-        report["impacts"]["solved"].as_u64().unwrap() >= rows.len() as u64 && report["modal"].is_null()
-    );
+    assert!(report["impacts"]["solved"].as_u64().unwrap() >= rows.len() as u64 && report["modal"].is_null());
 
     let parts = ["--parts", "acceleration,modal", "--quality", "draft", "--max-frequency", "6000"];
     let render = ["render", "tile.timeline", "-o", "tile.wav", "--report", "ringing.json"];

@@ -150,7 +150,7 @@ impl RenderReportView<'_> {
         }
         if many > 0 {
             console.say(format_args!(
-                "{many} bodies of more than {MOST_FORMS} different forms do not ring; ask for them with ringing = true"
+                "{many} bodies of more than {MOST_FORMS} different forms do not ring; ask for them with modal = true"
             ));
         }
         self.say_limits(console);

@@ -33,7 +33,6 @@ impl FormerKey {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::scene::Scene;
     use crate::scene::diagnostic::{Doubt, Problem};
 

@@ -261,7 +261,7 @@ mod tests {
     impl<const FORMER: bool> TableRow for Row<FORMER> {
         fn columns() -> Vec<Column<Self>> {
             let name = if FORMER { "blow_energy" } else { "impact_energy" };
-            let energy = Column { name, field: Field::F64(|r| r.energy, |r: &mut Self, v| r.energy = v) };
+            let energy = Column { name, field: Field::F64(|r: &Self| r.energy, |r, v| r.energy = v) };
             vec![double!("t", time), energy]
         }
 

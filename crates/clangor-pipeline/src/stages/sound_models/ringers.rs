@@ -73,7 +73,7 @@ impl std::fmt::Display for Ringing {
             Ringing::Unwanted => f.write_str("it is not to ring"),
             Ringing::Unstruck => f.write_str("nothing strikes it, or it cannot move"),
             Ringing::OneOfMany => {
-                write!(f, "one of more than {MOST_FORMS} forms: ask for its modes with ringing = true")
+                write!(f, "one of more than {MOST_FORMS} forms: ask for its modes with modal = true")
             }
             Ringing::Failed(why) => write!(f, "its modes cannot be baked: {why}"),
         }

@@ -16,7 +16,7 @@ use clangor_core::material::presets;
 use clangor_core::medium::Medium;
 use clangor_core::pose::Pose;
 use clangor_core::propagation::PathLoss;
-use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::model_evaluator::BankEvaluator;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;

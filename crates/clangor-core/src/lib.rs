@@ -15,6 +15,7 @@
 
 pub use glam;
 
+pub mod acoustics;
 pub mod body;
 pub mod contact;
 pub mod geometry;

@@ -16,22 +16,22 @@ pub mod diagnostic;
 pub mod instantiate;
 pub mod listener;
 mod placement;
-pub mod render_settings;
-pub mod simulation_settings;
+pub mod render_description;
+pub mod simulation_description;
 mod suggest;
 
 use glam::DVec3;
 
+use crate::acoustics::Acoustics;
 use crate::body::BodyId;
-use crate::medium::Medium;
 use crate::synthesis::SoundRule;
 use crate::synthesis::modal::RingingRule;
 use body_description::{BodyDescription, HangDescription, PlaneDescription, SpringDescription};
 use breaking::Breaking;
 use diagnostic::{SceneErrors, SceneWarning};
-use listener::Listener;
-use render_settings::RenderSettings;
-use simulation_settings::SimulationSettings;
+use listener::ListenerDescription;
+use render_description::RenderDescription;
+use simulation_description::SimulationDescription;
 
 pub use instantiate::instantiate;
 
@@ -47,8 +47,8 @@ pub const STANDARD_GRAVITY: DVec3 = DVec3::new(0.0, -9.80665, 0.0);
 /// A scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// The fluid.
-    pub medium: Medium,
+    /// Medium, air, room, floor and band limit.
+    pub acoustics: Acoustics,
     /// Gravity [m/s²].
     pub gravity: DVec3,
     /// Bodies, in the order of the file.
@@ -60,11 +60,11 @@ pub struct Scene {
     /// Springs.
     pub springs: Vec<SpringDescription>,
     /// Listeners.
-    pub listeners: Vec<Listener>,
+    pub listeners: Vec<ListenerDescription>,
     /// Dynamics.
-    pub simulation: SimulationSettings,
+    pub simulation: SimulationDescription,
     /// Sound.
-    pub render: RenderSettings,
+    pub render: RenderDescription,
     /// What is allowed but probably not meant.
     pub warnings: Vec<SceneWarning>,
 }

@@ -240,7 +240,7 @@ fn a_body_that_moves_sounds_as_it_does_offline() {
 #[test]
 fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
     let room = plastered(2, false);
-    let settings = EngineSettings { room: Some(room.clone()), floor: Floor::None, ..settings() };
+    let settings = EngineSettings { room: Some(room), floor: Floor::None, ..settings() };
     let marbles: Vec<ImpactEvent> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
     let events = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::Impact(*impact))).collect();
@@ -272,7 +272,7 @@ fn late_reverberation_is_fed_as_offline() {
     // Images of the first order are not heard themselves, but by the network.
     let room = plastered(0, true);
     let settings =
-        EngineSettings { room: Some(room.clone()), floor: Floor::None, receivers: 1, ..settings() };
+        EngineSettings { room: Some(room), floor: Floor::None, receivers: 1, ..settings() };
     let marbles: Vec<ImpactEvent> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
     let events = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::Impact(*impact))).collect();
@@ -283,7 +283,7 @@ fn late_reverberation_is_fed_as_offline() {
     let scenario = Scenario { motion: still, latency, marbles, strikes, samples: 7200 };
     let ear = Listener::fixed("ear", EARS[0]);
     let direct = scenario.heard(&ear, PathLoss::through(settings.air), Floor::None);
-    let images = clangor_core::propagation::image_sources(&Room { image_order: 1, ..room.clone() });
+    let images = clangor_core::propagation::image_sources(&Room { image_order: 1, ..room });
     let entering: Vec<Vec<f64>> = images
         .iter()
         .map(|image| {

@@ -9,7 +9,7 @@ use clangor_core::pose::{Pose, Track};
 use clangor_core::scene::body_description::{Geometry, GeometryReference};
 use clangor_core::scene::diagnostic::{Doubt, Place, SceneErrors};
 use clangor_core::scene::instantiate::{GeometryError, LoadedGeometry, load_shape, references};
-use clangor_core::scene::listener::Listener;
+use clangor_core::scene::listener::ListenerDescription;
 use clangor_core::scene::{Scene, instantiate};
 
 fn decode(text: &str) -> Scene {
@@ -266,7 +266,7 @@ fn bad_files_are_reported_beside_the_errors_of_the_text() {
 #[test]
 fn a_listener_that_is_added_later_is_checked_too() {
     let mut scene = decode(&format!("[render]\nfloor = \"rigid\"\n{BALL}position = [0, 1, 0]"));
-    scene.listeners.push(Listener {
+    scene.listeners.push(ListenerDescription {
         name: "added".into(),
         track: Track::fixed(Pose::at(DVec3::new(0.0, -1.0, 0.0))),
         spacing: None,

@@ -9,7 +9,7 @@ use std::path::Path;
 use clangor_core::contact::{ContactSettings, PoseHistory, impact_pulses};
 use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
-use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::synthesis::ground::HalfSpace;
 use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
 use clangor_core::timeline::Timeline;

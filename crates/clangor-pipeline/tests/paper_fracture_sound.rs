@@ -3,7 +3,7 @@
 
 mod broken_tile;
 
-use clangor_core::scene::render_settings::Parts;
+use clangor_core::scene::render_description::Parts;
 
 use broken_tile::{Tile, median, onset_energy};
 

@@ -12,7 +12,7 @@ use clangor_core::geometry::hull::convex_hull;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
 use clangor_core::pose::Pose;
-use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};

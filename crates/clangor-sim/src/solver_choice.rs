@@ -2,7 +2,7 @@
 
 use clangor_core::body::{Body, Link, Motion, Surface, World};
 use clangor_core::glam::DVec3;
-pub use clangor_core::scene::simulation_settings::SolverChoice as Solver;
+pub use clangor_core::scene::simulation_description::SolverChoice as Solver;
 
 /// More inelastic balls than this that fall freely may pile up, which the sphere solver can follow but
 /// slowly.

@@ -9,7 +9,7 @@
 mod broken_tile;
 
 use clangor_core::glam::DVec2;
-use clangor_core::scene::render_settings::Parts;
+use clangor_core::scene::render_description::Parts;
 use clangor_pipeline::plots::picture::{
     Align, BLACK, Canvas, Colour, GREY, Raster, Svg, TextStyle, circle, rectangle,
 };

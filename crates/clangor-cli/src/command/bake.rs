@@ -266,7 +266,7 @@ fn scene(
     let loaded = load(Path::new(&options.input), global, &|_| (), console)?;
     let (scene, bodies) = (&loaded.scene, &loaded.world.bodies);
     let highest = match options.max_frequency {
-        Some(hz) => TAU * hz / scene.medium.sound_speed,
+        Some(hz) => TAU * hz / scene.acoustics.medium.sound_speed,
         None => synthesis_settings(scene)?.max_wavenumber(),
     };
     let bank = default_bank();
@@ -336,7 +336,7 @@ fn scene_modes(
 ) -> Result<Vec<Value>, Failure> {
     let (scene, bodies) = (&loaded.scene, &loaded.world.bodies);
     let band = synthesis_settings(scene)?.band().0;
-    let mut bake = modal_options(options, scene.medium);
+    let mut bake = modal_options(options, scene.acoustics.medium);
     bake.max_frequency = options.max_frequency.unwrap_or(band).min(AUDIBLE);
     let plan = RingingPlan::new(bodies, &scene.ringing_rules(), bake);
     let all = plan.may_ring();
@@ -371,9 +371,9 @@ fn synthesis_settings(scene: &Scene) -> Result<RenderSettings, Failure> {
     Ok(RenderSettings {
         sample_rate: SampleRate::try_new(scene.render.sample_rate).map_err(Failure::new)?,
         start: 0.0,
-        medium: scene.medium,
-        floor: scene.render.floor,
-        max_frequency: scene.render.max_frequency,
+        medium: scene.acoustics.medium,
+        floor: scene.acoustics.floor,
+        max_frequency: scene.acoustics.max_frequency,
         sphere_model: scene.render.radiation,
         ..RenderSettings::default()
     })

@@ -3,16 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use clangor_core::acoustics::Acoustics;
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::ContactSettings;
 use clangor_core::glam::DVec3;
-use clangor_core::medium::Medium;
 use clangor_core::pose::{Pose, Track};
 use clangor_core::scene::Scene;
 use clangor_core::scene::diagnostic::Place;
-use clangor_core::scene::listener::Listener as SceneListener;
-use clangor_core::scene::render_settings as scene_render;
-use clangor_core::scene::simulation_settings::SolverChoice;
+use clangor_core::scene::listener::ListenerDescription;
+use clangor_core::scene::render_description as scene_render;
+use clangor_core::scene::simulation_description::SolverChoice;
 use clangor_core::synthesis::modal::RingingRule;
 use clangor_core::synthesis::source_rule::rules_with_pieces;
 use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
@@ -43,9 +43,9 @@ struct Source {
     motion: Recorded,
     /// Those that are there from the beginning, until it is known what broke.
     bodies: Vec<Body>,
-    medium: Medium,
+    acoustics: Acoustics,
     listeners: Vec<Listener>,
-    settings: scene_render::RenderSettings,
+    settings: scene_render::RenderDescription,
     /// What the scene says that its bodies sound as.
     rules: Vec<SoundRule>,
     /// Which of them the scene wants to ring, or not.
@@ -201,7 +201,7 @@ fn from_scene(options: &Render, global: &Global, console: &Console) -> Result<So
     let scene = &loaded.scene;
     Ok(Source {
         bodies: loaded.world.bodies.clone(),
-        medium: scene.medium,
+        acoustics: scene.acoustics,
         listeners: scene.listeners.iter().map(receivers).collect(),
         v_min: scene.simulation.v_min,
         time_step: Some(scene.simulation.time_step).filter(|_| solver(&loaded) == SolverChoice::Rigid),
@@ -244,7 +244,10 @@ fn from_timeline(options: &Render, global: &Global) -> Result<Source, Failure> {
     };
     Ok(Source {
         bodies: header.world.bodies.clone(),
-        medium: header.medium,
+        acoustics: Acoustics {
+            medium: header.medium,
+            ..scene.as_ref().map(|s| s.acoustics).unwrap_or_default()
+        },
         listeners: listeners.iter().map(receivers).collect(),
         v_min: header.origin.v_min,
         time_step: Some(header.origin.time_step).filter(|step| *step > 0.0 && header.origin.raw_log),
@@ -284,8 +287,8 @@ fn impacts(
 }
 
 /// The listeners of the command line.
-fn asked_listeners(options: &Render) -> Vec<SceneListener> {
-    let listener = |(index, position): (usize, &DVec3)| SceneListener {
+fn asked_listeners(options: &Render) -> Vec<ListenerDescription> {
+    let listener = |(index, position): (usize, &DVec3)| ListenerDescription {
         name: format!("listener-{}", index + 1),
         track: Track::fixed(Pose::at(*position)),
         spacing: None,
@@ -297,7 +300,7 @@ fn asked_listeners(options: &Render) -> Vec<SceneListener> {
     options.listener.iter().enumerate().map(listener).collect()
 }
 
-fn receivers(listener: &SceneListener) -> Listener {
+fn receivers(listener: &ListenerDescription) -> Listener {
     Listener { name: listener.name.clone(), track: listener.track.clone(), receivers: listener.receivers() }
 }
 
@@ -336,9 +339,9 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
         synthesis: RenderSettings {
             sample_rate,
             start: options.from.unwrap_or(0.0),
-            medium: source.medium,
-            floor: settings.floor,
-            max_frequency: options.max_frequency.or(settings.max_frequency),
+            medium: source.acoustics.medium,
+            floor: source.acoustics.floor,
+            max_frequency: options.max_frequency.or(source.acoustics.max_frequency),
             sphere_model: settings.radiation,
             ..RenderSettings::default()
         },
@@ -359,8 +362,8 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
             Transfer::Unit => Transfers::Unit,
         },
         ground: settings.ground,
-        air: settings.air,
-        room: settings.room.clone(),
+        air: source.acoustics.air,
+        room: source.acoustics.room,
         limit_energy: settings.limit_energy,
         inherit_vibration: settings.inherit_vibration,
         rolling: source.time_step.filter(|_| settings.rolling),

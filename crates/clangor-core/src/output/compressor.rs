@@ -5,12 +5,12 @@
 //! filter in decibels, with the attack time constant while gain must fall and the release time constant while
 //! it recovers. No look-ahead, so a click shorter than the attack passes; no knee.
 
-use crate::scene::render_settings;
+use crate::scene::render_description;
 
 /// A compressor at work: its gain carries over from one stretch of signal to the next.
 #[derive(Clone, Debug)]
 pub struct Compressor {
-    settings: render_settings::Compressor,
+    settings: render_description::Compressor,
     full_scale: f64,
     attack: f64,
     release: f64,
@@ -19,7 +19,7 @@ pub struct Compressor {
 
 impl Compressor {
     /// A compressor for a signal at `sample_rate` \[Hz\] whose full scale is `full_scale` \[Pa\].
-    pub fn new(settings: &render_settings::Compressor, sample_rate: f64, full_scale: f64) -> Self {
+    pub fn new(settings: &render_description::Compressor, sample_rate: f64, full_scale: f64) -> Self {
         // Share of the distance to the static gain that is left after one sample; a time of 0 leaves none.
         let left = |time: f64| (-1.0 / (time * sample_rate)).exp();
         Compressor {
@@ -43,7 +43,7 @@ impl Compressor {
 
     /// Gain factor for a frame whose largest magnitude is `peak` \[Pa\].
     fn next_gain(&mut self, peak: f64) -> f64 {
-        let render_settings::Compressor { threshold_db, ratio, makeup_db, .. } = self.settings;
+        let render_description::Compressor { threshold_db, ratio, makeup_db, .. } = self.settings;
         // Silence has no level; −∞ dB is below every threshold.
         let excess = (20.0 * (peak / self.full_scale).log10() - threshold_db).max(0.0);
         let target = -excess * (1.0 - 1.0 / ratio);
@@ -57,7 +57,7 @@ impl Compressor {
 mod tests {
     use super::*;
 
-    const SETTINGS: render_settings::Compressor = render_settings::Compressor {
+    const SETTINGS: render_description::Compressor = render_description::Compressor {
         threshold_db: -20.0,
         ratio: 4.0,
         attack: 0.001,

@@ -15,7 +15,7 @@ use super::WallAbsorption;
 pub use super::room_error::RoomError;
 
 /// A rectangular room with walls along the axes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Room {
     /// Its lowest corner \[m\].
     pub lowest: DVec3,

@@ -80,14 +80,13 @@ impl Default for EngineSettings {
 impl EngineSettings {
     /// The medium, floor, room, air, band and force profile of a scene.
     pub fn from_scene(scene: &Scene) -> Self {
-        let render = &scene.render;
         EngineSettings {
-            max_frequency: render.max_frequency,
-            medium: scene.medium,
-            floor: render.floor,
-            room: render.room.clone(),
-            air: render.air,
-            profile: render.pulse,
+            max_frequency: scene.acoustics.max_frequency,
+            medium: scene.acoustics.medium,
+            floor: scene.acoustics.floor,
+            room: scene.acoustics.room,
+            air: scene.acoustics.air,
+            profile: scene.render.pulse,
             ..EngineSettings::default()
         }
     }
@@ -177,7 +176,7 @@ impl EngineSettings {
 
     /// Propagation paths to each receiver.
     pub(super) fn paths(&self) -> PropagationPaths {
-        PropagationPaths::new(self.floor, self.room.clone(), self.air)
+        PropagationPaths::new(self.floor, self.room, self.air)
     }
 
     /// Longest propagation delay \[s\].

@@ -76,19 +76,19 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
     let start = d.place(0..0, "");
     let top = Section::new(d, tree, start, TOP_KEYS);
     check_version(d, &top);
-    let (medium, air) = settings::medium(d, &top);
+    let medium = settings::medium(d, &top);
     let gravity = top.vector(d, "gravity", "m/s²").unwrap_or(STANDARD_GRAVITY);
     let simulation = settings::simulation(d, &top);
-    let render = settings::render(d, &top, air);
+    let (render, acoustics) = settings::render(d, &top, medium);
     let materials = material::materials(d, &top);
     let mut names = Names::default();
-    let bodies = body::bodies(d, &top, &materials, medium.sound_speed, &mut names);
+    let bodies = body::bodies(d, &top, &materials, acoustics.medium.sound_speed, &mut names);
     let planes = body::planes(d, &top, &materials, &mut names);
     let hangs = links::hangs(d, &top, &bodies);
     let springs = links::springs(d, &top, &bodies);
     let listeners = listener::listeners(d, &top);
     let scene = Scene {
-        medium,
+        acoustics,
         gravity,
         bodies,
         planes,
@@ -99,8 +99,8 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
         render,
         warnings: Vec::new(),
     };
-    d.errors.extend(below_floor(&scene.listeners, scene.render.floor));
-    if let Some(room) = &scene.render.room {
+    d.errors.extend(below_floor(&scene.listeners, scene.acoustics.floor));
+    if let Some(room) = &scene.acoustics.room {
         d.errors.extend(outside(&scene.listeners, room));
     }
     check_silence(d, &scene, &top);

@@ -73,7 +73,7 @@ pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, Sce
         builder.error(place, Problem::TooManyBodies { count: total, limit: MAX_BODIES });
         return Err(SceneErrors(builder.errors));
     }
-    builder.errors.extend(below_floor(&scene.listeners, scene.render.floor));
+    builder.errors.extend(below_floor(&scene.listeners, scene.acoustics.floor));
     let drafts = copies::draft(scene, load, &mut builder);
     let planes: Vec<Body> = scene.planes.iter().map(plane).collect();
     let bodies = copies::place(scene, drafts, &planes, &mut builder);

@@ -11,7 +11,7 @@ use crate::synthesis::listener::Floor;
 
 /// One `[[listener]]`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Listener {
+pub struct ListenerDescription {
     /// Name.
     pub name: String,
     /// Position and orientation over time; `position` is the midpoint of a pair.
@@ -22,7 +22,7 @@ pub struct Listener {
     pub place: Place,
 }
 
-impl Listener {
+impl ListenerDescription {
     /// The receivers in the listener's frame \[m\]: one at the origin, or left and right.
     pub fn receivers(&self) -> Vec<DVec3> {
         match self.spacing {
@@ -33,7 +33,7 @@ impl Listener {
 }
 
 /// An error for each listener that is ever below the rigid floor.
-pub(super) fn below_floor(listeners: &[Listener], floor: Floor) -> Vec<SceneError> {
+pub(super) fn below_floor(listeners: &[ListenerDescription], floor: Floor) -> Vec<SceneError> {
     let Floor::Rigid { height: floor } = floor else { return Vec::new() };
     let mut errors = Vec::new();
     for listener in listeners {
@@ -47,8 +47,8 @@ pub(super) fn below_floor(listeners: &[Listener], floor: Floor) -> Vec<SceneErro
 }
 
 /// An error for each listener that ever leaves the room.
-pub(super) fn outside(listeners: &[Listener], room: &Room) -> Vec<SceneError> {
-    let leaves = |listener: &&Listener| {
+pub(super) fn outside(listeners: &[ListenerDescription], room: &Room) -> Vec<SceneError> {
+    let leaves = |listener: &&ListenerDescription| {
         listener.track.keys().iter().any(|key| {
             listener.receivers().iter().any(|receiver| !room.holds(key.pose.world_from_body(*receiver)))
         })

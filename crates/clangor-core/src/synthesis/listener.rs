@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::SynthesisError;
 use crate::pose::{Keyframe, Pose, Track};
+pub use crate::propagation::Floor;
 use crate::propagation::ImageSource;
 
 /// A group of receivers that move together; each receiver is a channel and hears pressure, equally from
@@ -105,31 +106,7 @@ impl Listener {
     }
 }
 
-/// What reflects sound.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Floor {
-    /// Free space.
-    #[default]
-    None,
-    /// The plane y = `height` \[m\] reflects everything.
-    ///
-    /// Exact for the wave of each body: a source mirrored in the plane, its acceleration mirrored with it.
-    /// The wave that returns from the floor is not scattered once more by the body.
-    Rigid {
-        /// Height of the plane \[m\].
-        height: f64,
-    },
-}
-
 impl Floor {
-    /// A point \[m\] mirrored in the floor.
-    pub(super) fn mirrored(self, point: DVec3) -> Option<DVec3> {
-        match self {
-            Floor::None => None,
-            Floor::Rigid { height } => Some(DVec3 { y: 2.0 * height - point.y, ..point }),
-        }
-    }
-
     /// Refuses a receiver \[m\] that is below the floor at a time \[s\].
     pub(super) fn check(self, listener: &Listener, position: DVec3, time: f64) -> Result<(), SynthesisError> {
         match self {

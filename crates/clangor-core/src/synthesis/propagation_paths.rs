@@ -30,7 +30,7 @@ impl PropagationPaths {
             (Some(room), _) => {
                 // Late reverberation hears what has met one wall.
                 let image_order = room.image_order.max(u32::from(room.late));
-                image_sources(&Room { image_order, ..room.clone() })
+                image_sources(&Room { image_order, ..*room })
             }
             (None, Floor::None) => Vec::new(),
             (None, Floor::Rigid { height }) => vec![ImageSource {

@@ -81,7 +81,7 @@ pub fn import_contacts(
     let simulation = &loaded.scene.simulation;
     let header = TimelineHeader {
         world: loaded.world.clone(),
-        medium: loaded.scene.medium,
+        medium: loaded.scene.acoustics.medium,
         origin: Origin {
             solver: "contact list".into(),
             time_step: 0.0,

@@ -169,7 +169,7 @@ impl EventSchedule {
             max_frequency: options.synthesis.max_frequency,
             medium: options.synthesis.medium,
             floor: options.synthesis.floor,
-            room: options.room.clone(),
+            room: options.room,
             air: options.air,
             profile: options.contact.profile,
             receivers: listener.receivers.len(),

@@ -25,7 +25,7 @@ use clangor_core::contact::{
 };
 use clangor_core::output::compressor::Compressor;
 use clangor_core::propagation::{Air, LateReverberation, Room, RoomError};
-use clangor_core::scene::render_settings::{Compressor as CompressorSettings, GroundSound, Parts};
+use clangor_core::scene::render_description::{Compressor as CompressorSettings, GroundSound, Parts};
 use clangor_core::synthesis::acceleration_pulse::clicks_of;
 use clangor_core::synthesis::ground::{GroundError, ground_clicks};
 use clangor_core::synthesis::{

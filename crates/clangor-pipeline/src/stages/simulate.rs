@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::scene::Scene;
-use clangor_core::scene::simulation_settings::SolverChoice;
+use clangor_core::scene::simulation_description::SolverChoice;
 use clangor_core::timeline::{ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
 use clangor_sim::fracture::BreakingBodies;
 use clangor_sim::record::RecordSettings;
@@ -207,7 +207,7 @@ pub fn simulate_and_keep(
 fn header(loaded: &LoadedScene, settings: &SimulationSettings) -> TimelineHeader {
     TimelineHeader {
         world: loaded.world.clone(),
-        medium: loaded.scene.medium,
+        medium: loaded.scene.acoustics.medium,
         origin: Origin::of_simulation(settings, solver(loaded), loaded.scene.simulation.seed),
         scene: Some(loaded.text.clone()),
     }

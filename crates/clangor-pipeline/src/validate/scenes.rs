@@ -9,7 +9,7 @@ use clangor_core::contact::ContactSettings;
 use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::propagation::PathLoss;
-use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};

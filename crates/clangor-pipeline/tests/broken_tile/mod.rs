@@ -8,7 +8,7 @@ use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::ContactSettings;
 use clangor_core::medium::Medium;
-use clangor_core::scene::render_settings::{GroundSound, Parts};
+use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::synthesis::source_rule::rules_with_pieces;
 use clangor_core::synthesis::{Listener, RenderSettings};
 use clangor_core::timeline::Timeline;

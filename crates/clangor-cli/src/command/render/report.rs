@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use clangor_core::body::{Body, BodyId, Motion, Surface};
-use clangor_core::scene::render_settings::GroundSound;
+use clangor_core::scene::render_description::GroundSound;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_pipeline::plots::levels::db_spl;
 use clangor_pipeline::stages::render::{

@@ -6,7 +6,7 @@ use super::reader::{Decoder, Node, Quantity, Section};
 use super::{Names, body, motion};
 use crate::pose::{Pose, Track};
 use crate::scene::diagnostic::Problem;
-use crate::scene::listener::{Listener, look_along};
+use crate::scene::listener::{ListenerDescription, look_along};
 
 pub(super) const KEYS: &[&str] = &["name", "preset", "position", "facing", "spacing", "keyframes"];
 pub(super) const KEYFRAME_KEYS: &[&str] = &["time", "position", "facing"];
@@ -16,7 +16,7 @@ const PAN_MICROPHONE: DVec3 = DVec3::new(1.0, 1.8, 1.0);
 
 const DEFAULT_FACING: DVec3 = DVec3::NEG_Z;
 
-pub(super) fn listeners(d: &mut Decoder<'_>, top: &Section<'_>) -> Vec<Listener> {
+pub(super) fn listeners(d: &mut Decoder<'_>, top: &Section<'_>) -> Vec<ListenerDescription> {
     let mut names = Names::default();
     let mut listeners = Vec::new();
     for (index, section) in top.list(d, "listener", KEYS).into_iter().enumerate() {
@@ -38,7 +38,7 @@ pub(super) fn listeners(d: &mut Decoder<'_>, top: &Section<'_>) -> Vec<Listener>
                 .map(|(orientation, position)| Track::fixed(Pose { position, orientation })),
         };
         if let Some(track) = track {
-            listeners.push(Listener { name, track, spacing, place: section.place.clone() });
+            listeners.push(ListenerDescription { name, track, spacing, place: section.place.clone() });
         }
     }
     listeners

@@ -2,15 +2,17 @@
 
 use super::reader::{Decoder, Quantity, Section};
 use super::room::room;
+use crate::acoustics::Acoustics;
 use crate::contact::ForceProfile;
 use crate::medium::Medium;
-use crate::propagation::Air;
+use crate::propagation::{Air, Floor};
 use crate::scene::diagnostic::{Doubt, Problem};
-use crate::scene::render_settings::{Compressor, GroundSound, Level, Parts, RenderSettings, SampleFormat};
-use crate::scene::simulation_settings::{SimulationSettings, SolverChoice};
+use crate::scene::render_description::{
+    Compressor, GroundSound, Level, Parts, RenderDescription, SampleFormat,
+};
+use crate::scene::simulation_description::{SimulationDescription, SolverChoice};
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::synthesis::SoundRule;
-use crate::synthesis::listener::Floor;
 use crate::synthesis::modal::RingingRule;
 
 pub(super) const MEDIUM_KEYS: &[&str] = &["density", "sound_speed", "temperature", "humidity"];
@@ -48,14 +50,14 @@ pub(super) fn medium(d: &mut Decoder<'_>, top: &Section<'_>) -> (Medium, Air) {
 pub(super) const SIMULATION_KEYS: &[&str] =
     &["solver", "duration", "time_step", "v_min", "pose_rate", "seed", "sleep"];
 
-pub(super) fn simulation(d: &mut Decoder<'_>, top: &Section<'_>) -> SimulationSettings {
-    let default = SimulationSettings::default();
+pub(super) fn simulation(d: &mut Decoder<'_>, top: &Section<'_>) -> SimulationDescription {
+    let default = SimulationDescription::default();
     let Some(section) = top.get("simulation").and_then(|node| node.section(d, SIMULATION_KEYS)) else {
         return default;
     };
     let solvers =
         [("auto", SolverChoice::Auto), ("spheres", SolverChoice::Spheres), ("rigid", SolverChoice::Rigid)];
-    let settings = SimulationSettings {
+    let settings = SimulationDescription {
         solver: section.choice(d, "solver", &solvers).unwrap_or(default.solver),
         duration: section
             .number(d, "duration", Quantity::between(1e-3, 3600.0, "s"))
@@ -121,10 +123,16 @@ pub(super) const RINGING: &[(&str, RingingRule)] = &[
 ];
 pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];
 
-pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>, air: Air) -> RenderSettings {
-    let default = RenderSettings { room: room(d, top), ..RenderSettings::default() };
+/// The section `[render]`, and the acoustics that it and `[room]` describe.
+pub(super) fn render(
+    d: &mut Decoder<'_>,
+    top: &Section<'_>,
+    (medium, air): (Medium, Air),
+) -> (RenderDescription, Acoustics) {
+    let default = RenderDescription::default();
+    let room = room(d, top);
     let Some(section) = top.get("render").and_then(|node| node.section(d, RENDER_KEYS)) else {
-        return default;
+        return (default, Acoustics { medium, room, ..Acoustics::default() });
     };
     let sample_rate =
         section.integer(d, "sample_rate", 8000, 384_000).map_or(default.sample_rate, |rate| rate as u32);
@@ -139,13 +147,17 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>, air: Air) -> Render
     let radiations = [("exact", SphereModel::Exact), ("compact", SphereModel::CompactDipole)];
     let grounds =
         [("half-space", GroundSound::HalfSpace), ("slab", GroundSound::Slab), ("none", GroundSound::None)];
-    RenderSettings {
+    let acoustics = Acoustics {
+        medium,
+        air: section.boolean(d, "air_absorption").unwrap_or(false).then_some(air),
+        room,
+        floor: floor(d, &section, room.is_some()),
+        max_frequency: section.number(d, "max_frequency", Quantity::between(100.0, nyquist, "Hz")),
+    };
+    let render = RenderDescription {
         sample_rate,
         bits: section.choice(d, "bits", &formats).unwrap_or(default.bits),
         level: level(d, &section),
-        floor: floor(d, &section, default.room.is_some()),
-        air: section.boolean(d, "air_absorption").unwrap_or(false).then_some(air),
-        room: default.room,
         pulse: section.choice(d, "pulse", &pulses).unwrap_or(default.pulse),
         parts: parts(d, &section).unwrap_or(default.parts),
         ground: section.choice(d, "ground", &grounds).unwrap_or(default.ground),
@@ -158,9 +170,9 @@ pub(super) fn render(d: &mut Decoder<'_>, top: &Section<'_>, air: Air) -> Render
         sound: section.choice(d, "acceleration", SOUNDS).unwrap_or(default.sound),
         radiation: section.choice(d, "radiation", &radiations).unwrap_or(default.radiation),
         chain_onset: section.boolean(d, "chain_onset").unwrap_or(default.chain_onset),
-        max_frequency: section.number(d, "max_frequency", Quantity::between(100.0, nyquist, "Hz")),
         compressor: compressor(d, &section),
-    }
+    };
+    (render, acoustics)
 }
 
 fn parts(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Parts> {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clangor_core::body::{Body, BodyId, Surface};
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
-use clangor_core::scene::render_settings::GroundSound;
+use clangor_core::scene::render_description::GroundSound;
 use clangor_core::synthesis::ground::{Ground, GroundError, GroundSource, SlabSource};
 
 use super::RenderOptions;

@@ -59,7 +59,7 @@ pub(super) fn paths_to(
     if room.late {
         let middle = listener.receivers.iter().sum::<DVec3>() / listener.receivers.len().max(1) as f64;
         let head = Listener { receivers: vec![middle], ..listener.clone() };
-        let single = image_sources(&Room { image_order: 1, ..room.clone() });
+        let single = image_sources(&Room { image_order: 1, ..*room });
         paths.extend(single.iter().map(|image| PropagationPath {
             listener: head.mirrored(image),
             settings: with(PathLoss::by(image, room, air).unspread()),

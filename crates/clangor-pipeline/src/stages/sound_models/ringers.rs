@@ -18,7 +18,7 @@ use clangor_bake::modal::{ModalBakeError, ModalBakeOptions};
 use clangor_bake::soundbank::modal::ModalSoundbankBakeError;
 use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::medium::Medium;
-use clangor_core::scene::render_settings::PROXY_FREQUENCY;
+use clangor_core::scene::render_description::PROXY_FREQUENCY;
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::soundbank::modal_soundbank::ModalProxy;
 use clangor_core::synthesis::modal::RingingRule;

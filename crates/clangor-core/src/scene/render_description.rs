@@ -1,29 +1,21 @@
 //! What a scene asks of the rendering: format of the file, reflection of the floor, sound model of a click.
 
 use crate::contact::ForceProfile;
-use crate::propagation::{Air, Room};
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::synthesis::SoundRule;
-use crate::synthesis::listener::Floor;
 
 /// All pieces ring as ellipsoids. \[FRAC\] Table 2 has thresholds from 0 to 4000 Hz.
 pub const PROXY_FREQUENCY: f64 = 0.0;
 
 /// The `[render]` section.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RenderSettings {
+pub struct RenderDescription {
     /// Sample rate \[Hz\], 8000 to 384 000.
     pub sample_rate: u32,
     /// Format of a sample.
     pub bits: SampleFormat,
     /// What full scale means.
     pub level: Level,
-    /// Reflecting floor.
-    pub floor: Floor,
-    /// What the air takes from the sound; `None`: nothing.
-    pub air: Option<Air>,
-    /// The room around everything.
-    pub room: Option<Room>,
     /// Time profile of a contact force.
     pub pulse: ForceProfile,
     /// What of the sound is rendered.
@@ -44,21 +36,16 @@ pub struct RenderSettings {
     pub radiation: SphereModel,
     /// Impulses that one instant sends through a chain of touching bodies sound one after the other.
     pub chain_onset: bool,
-    /// Highest frequency rendered \[Hz\]; `None`: what the sample rate holds.
-    pub max_frequency: Option<f64>,
     /// Dynamic range compression, after which the file is no longer pressure.
     pub compressor: Option<Compressor>,
 }
 
-impl Default for RenderSettings {
+impl Default for RenderDescription {
     fn default() -> Self {
-        RenderSettings {
+        RenderDescription {
             sample_rate: 48_000,
             bits: SampleFormat::Float32,
             level: Level::Default,
-            floor: Floor::None,
-            air: None,
-            room: None,
             pulse: ForceProfile::HalfSine,
             parts: Parts::default(),
             ground: GroundSound::default(),
@@ -69,7 +56,6 @@ impl Default for RenderSettings {
             sound: SoundRule::Auto,
             radiation: SphereModel::Exact,
             chain_onset: true,
-            max_frequency: None,
             compressor: None,
         }
     }

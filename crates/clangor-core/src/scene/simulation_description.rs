@@ -2,7 +2,7 @@
 
 /// The `\[simulation\]` section.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SimulationSettings {
+pub struct SimulationDescription {
     /// Which solver.
     pub solver: SolverChoice,
     /// Simulated time \[s\].
@@ -19,9 +19,9 @@ pub struct SimulationSettings {
     pub sleep: bool,
 }
 
-impl Default for SimulationSettings {
+impl Default for SimulationDescription {
     fn default() -> Self {
-        SimulationSettings {
+        SimulationDescription {
             solver: SolverChoice::Auto,
             duration: 2.0,
             time_step: 0.000_25,

@@ -8,13 +8,12 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Life, Motion, Surface};
+use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::contact::ContactSettings;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
-use clangor_core::pose::Pose;
 use clangor_core::propagation::PathLoss;
 use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::shape::Shape;
@@ -113,19 +112,11 @@ impl Stage {
         rule: SoundRule,
     ) {
         let material = presets::preset(material).expect("a preset");
-        self.bodies.push(Body {
-            name,
-            mass: mass.volume * material.density,
-            inertia: mass.inertia * material.density,
-            material,
-            surface,
-            pose: Pose::at(DVec3::Y * 0.38),
-            velocity: DVec3::ZERO,
-            angular_velocity: DVec3::ZERO,
-            motion,
-            edge_radius: 2e-4,
-            life: Life::LASTING,
-        });
+        let body = Body::solid(name, material, surface, mass)
+            .at(DVec3::Y * 0.38)
+            .with_motion(motion)
+            .with_edge_radius(2e-4);
+        self.bodies.push(body);
         self.rules.push(rule);
     }
 

@@ -17,7 +17,7 @@ mod thread_time;
 use std::hint::black_box;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Life, Motion, Surface};
+use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::contact::{BodyPulse, ForceProfile, ImpactPulse, PoseHistory};
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::material::presets;
@@ -121,19 +121,11 @@ fn voice() -> f64 {
         Keyframe { time, pose: Pose { position, orientation: DQuat::from_rotation_y(3.0 * time) } }
     };
     let track = Track::try_new((-1..13).map(|i| key(f64::from(i))).collect()).expect("ascending times");
-    let body = Body {
-        name: "plate".into(),
-        material: presets::CERAMIC.material(),
-        surface: Arc::new(Surface::Sphere { radius: 0.13 }),
-        mass: 0.5,
-        inertia: DMat3::IDENTITY,
-        pose: track.sample(0.0).0,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Keyframed(track.clone()),
-        edge_radius: 1e-3,
-        life: Life::LASTING,
-    };
+    let surface = Surface::Sphere { radius: 0.13 };
+    let body = Body::new("plate", presets::CERAMIC.material(), surface, 0.5, DMat3::IDENTITY)
+        .at(track.sample(0.0).0)
+        .with_motion(Motion::Keyframed(track.clone()))
+        .with_edge_radius(1e-3);
     let poses = PoseHistory::try_new(std::slice::from_ref(&body), &[]).expect("a history");
     let settings = RenderSettings { floor: Floor::Rigid { height: 0.0 }, ..RenderSettings::default() };
     let listener = Listener::spaced_pair("ears", Track::fixed(Pose::at(DVec3::new(1.0, 1.8, 1.0))), 0.2);

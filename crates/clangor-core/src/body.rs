@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::curvature::mean_curvature;
@@ -228,6 +228,110 @@ pub struct Body {
     pub edge_radius: f64,
     /// When it exists.
     pub life: Life,
+}
+
+/// Default edge radius as a fraction of the bounding radius.
+pub const EDGE_RADIUS_RATIO: f64 = 0.02;
+
+impl Body {
+    /// A free body at rest, with its centre of mass at the origin and the axes of the world.
+    ///
+    /// `mass` \[kg\] and `inertia` about the centre of mass in the body frame \[kg m²\] are taken as they are.
+    /// The edge radius is [`EDGE_RADIUS_RATIO`] of the bounding radius.
+    pub fn new(
+        name: impl Into<String>,
+        material: Material,
+        surface: impl Into<Arc<Surface>>,
+        mass: f64,
+        inertia: DMat3,
+    ) -> Self {
+        let surface = surface.into();
+        Body {
+            name: name.into(),
+            material,
+            edge_radius: EDGE_RADIUS_RATIO * surface.bounding_radius(),
+            surface,
+            mass,
+            inertia,
+            pose: Pose::IDENTITY,
+            velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+            motion: Motion::Free,
+            life: Life::LASTING,
+        }
+    }
+
+    /// A free, homogeneous solid at rest; `unit_density` are the mass properties of its surface at a density
+    /// of 1 kg/m³.
+    pub fn solid(
+        name: impl Into<String>,
+        material: Material,
+        surface: impl Into<Arc<Surface>>,
+        unit_density: &MassProperties,
+    ) -> Self {
+        let mass = material.density * unit_density.volume;
+        let inertia = unit_density.inertia * material.density;
+        Body::new(name, material, surface, mass, inertia)
+    }
+
+    /// A free, solid sphere of a `radius` \[m\], at rest at the origin.
+    pub fn sphere(name: impl Into<String>, material: Material, radius: f64) -> Self {
+        Body::solid(name, material, Surface::Sphere { radius }, &MassProperties::of_sphere(radius))
+    }
+
+    /// A fixed half-space through `point` \[m\] with the outward unit `normal`; mass and inertia are
+    /// infinite.
+    pub fn plane(name: impl Into<String>, material: Material, point: DVec3, normal: DVec3) -> Self {
+        Body {
+            name: name.into(),
+            material,
+            surface: Arc::new(Surface::HalfSpace),
+            mass: f64::INFINITY,
+            inertia: DMat3::from_diagonal(DVec3::INFINITY),
+            pose: Pose { position: point, orientation: DQuat::from_rotation_arc(DVec3::Y, normal) },
+            velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+            motion: Motion::Fixed,
+            edge_radius: 0.0,
+            life: Life::LASTING,
+        }
+    }
+
+    /// The same body at another pose; a point \[m\] is the pose there with the axes of the world.
+    #[must_use]
+    pub fn at(self, pose: impl Into<Pose>) -> Self {
+        Body { pose: pose.into(), ..self }
+    }
+
+    /// The same body with another velocity of its centre of mass \[m/s\].
+    #[must_use]
+    pub fn with_velocity(self, velocity: DVec3) -> Self {
+        Body { velocity, ..self }
+    }
+
+    /// The same body with another angular velocity \[rad/s\], world frame.
+    #[must_use]
+    pub fn with_angular_velocity(self, angular_velocity: DVec3) -> Self {
+        Body { angular_velocity, ..self }
+    }
+
+    /// The same body, moved by something else.
+    #[must_use]
+    pub fn with_motion(self, motion: Motion) -> Self {
+        Body { motion, ..self }
+    }
+
+    /// The same body with another edge radius \[m\].
+    #[must_use]
+    pub fn with_edge_radius(self, edge_radius: f64) -> Self {
+        Body { edge_radius, ..self }
+    }
+
+    /// The same body with another span of existence.
+    #[must_use]
+    pub fn with_life(self, life: Life) -> Self {
+        Body { life, ..self }
+    }
 }
 
 /// A force or constraint between two points.

@@ -33,6 +33,12 @@ impl Pose {
     }
 }
 
+impl From<DVec3> for Pose {
+    fn from(position: DVec3) -> Self {
+        Pose::at(position)
+    }
+}
+
 /// One key of a [`Track`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keyframe {

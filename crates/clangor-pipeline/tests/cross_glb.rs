@@ -16,31 +16,23 @@ use glam::{DMat3, DQuat, DVec3};
 use gltf::animation::util::ReadOutputs;
 
 fn body(name: &str, surface: &Arc<Surface>, position: DVec3, motion: Motion) -> Body {
-    Body {
-        name: name.into(),
-        material: Material {
-            name: "steel".into(),
-            density: 7850.0,
-            youngs_modulus: 200e9,
-            poisson_ratio: 0.29,
-            restitution: 0.5,
-            friction: 0.3,
-            rolling_loss: 0.0,
-            damping: Damping::LossFactor(1e-3),
-            tensile_strength: None,
-            fracture_energy: None,
-            source: String::new(),
-        },
-        surface: Arc::clone(surface),
-        mass: 1.0,
-        inertia: DMat3::IDENTITY,
-        pose: Pose::at(position),
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion,
-        edge_radius: 1e-4,
-        life: Life::LASTING,
-    }
+    let material = Material {
+        name: "steel".into(),
+        density: 7850.0,
+        youngs_modulus: 200e9,
+        poisson_ratio: 0.29,
+        restitution: 0.5,
+        friction: 0.3,
+        rolling_loss: 0.0,
+        damping: Damping::LossFactor(1e-3),
+        tensile_strength: None,
+        fracture_energy: None,
+        source: String::new(),
+    };
+    Body::new(name, material, Arc::clone(surface), 1.0, DMat3::IDENTITY)
+        .at(position)
+        .with_motion(motion)
+        .with_edge_radius(1e-4)
 }
 
 fn world() -> World {

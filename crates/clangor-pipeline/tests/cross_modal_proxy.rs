@@ -7,13 +7,12 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use clangor_bake::modal::ModalBakeOptions;
-use clangor_core::body::{Body, BodyId, Life, MeshSurface, Motion, Surface};
+use clangor_core::body::{Body, BodyId, Life, MeshSurface, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
-use clangor_core::pose::Pose;
 use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::sound_model::soundbank::modal_soundbank::ContactMapping;
@@ -30,19 +29,7 @@ fn body(shape: &str, material: &str, life: Life) -> Body {
     let mesh = mesh.relative_to(mass.centre_of_mass);
     let material = presets::preset(material).unwrap();
     let (surface, _) = MeshSurface::try_new(mesh, Vec::new()).unwrap();
-    Body {
-        name: shape.into(),
-        mass: material.density * mass.volume,
-        inertia: mass.inertia * material.density,
-        edge_radius: 1e-3,
-        surface: Arc::new(Surface::Mesh(surface)),
-        material,
-        pose: Pose::IDENTITY,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        life,
-    }
+    Body::solid(shape, material, Surface::Mesh(surface), &mass).with_edge_radius(1e-3).with_life(life)
 }
 
 fn ringing(bodies: &[Body], rules: &[RingingRule], struck: &[u32]) -> Vec<Ringing> {

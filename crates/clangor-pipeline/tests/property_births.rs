@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Life, MeshSurface, Motion, Surface, World};
+use clangor_core::body::{Body, BodyId, MeshSurface, Motion, Surface, World};
 use clangor_core::contact::ContactSettings;
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::geometry::hull::convex_hull;
@@ -44,19 +44,7 @@ fn cuboid(name: &str, half: DVec3) -> Body {
     let mesh = convex_hull(&corners).unwrap();
     let (surface, mass) = MeshSurface::try_new(mesh, vec![ConvexPart::Hull(corners)]).unwrap();
     let material = presets::GLASS.material();
-    Body {
-        name: name.into(),
-        mass: mass.volume * material.density,
-        inertia: mass.inertia * material.density,
-        material,
-        surface: Arc::new(Surface::Mesh(surface)),
-        pose: Pose::IDENTITY,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        edge_radius: 1e-4,
-        life: Life::LASTING,
-    }
+    Body::solid(name, material, Surface::Mesh(surface), &mass).with_edge_radius(1e-4)
 }
 
 fn world() -> World {

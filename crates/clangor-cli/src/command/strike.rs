@@ -6,14 +6,11 @@ use std::path::Path;
 use std::slice;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Life, MeshSurface, Motion, Surface};
+use clangor_core::body::{Body, BodyId, MeshSurface, Surface};
 use clangor_core::contact::force_profile::ForceProfile;
 use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::glam::DVec3;
 use clangor_core::material::Material;
 use clangor_core::medium::Medium;
-use clangor_core::pose::Pose;
-use clangor_core::scene::body_description::EDGE_RADIUS_RATIO;
 use clangor_core::scene::instantiate::LoadedGeometry;
 use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
@@ -322,18 +319,5 @@ fn body(options: &Strike, console: &Console) -> Result<StrikeTarget, Failure> {
 
 /// A body at the origin.
 fn at_rest(options: &Strike, surface: Arc<Surface>, mass: MassProperties, material: Material) -> Body {
-    let MassProperties { volume, inertia, .. } = mass;
-    Body {
-        name: options.body.clone(),
-        mass: material.density * volume,
-        inertia: inertia * material.density,
-        edge_radius: EDGE_RADIUS_RATIO * surface.bounding_radius(),
-        life: Life::LASTING,
-        material,
-        surface,
-        pose: Pose::IDENTITY,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-    }
+    Body::solid(&options.body, material, surface, &mass)
 }

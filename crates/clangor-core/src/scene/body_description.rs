@@ -33,7 +33,7 @@ pub struct BodyDescription {
     pub angular_velocity: DVec3,
     /// What moves it.
     pub motion: Motion,
-    /// Lower bound of the local contact radius \[m\]; `None`: [`EDGE_RADIUS_RATIO`] of its bounding radius.
+    /// Lower bound of the local contact radius \[m\]; `None`: [`EDGE_RADIUS_RATIO`](crate::body::EDGE_RADIUS_RATIO) of its bounding radius.
     pub edge_radius: Option<f64>,
     /// What it sounds as; `None`: what the `[render]` section says.
     pub sound: Option<SoundRule>,
@@ -57,9 +57,6 @@ pub enum PlacedBy {
     /// The origin of its shape or mesh file.
     Origin,
 }
-
-/// Default edge radius as a fraction of the bounding radius.
-pub const EDGE_RADIUS_RATIO: f64 = 0.02;
 
 impl BodyDescription {
     /// How many bodies this stands for.

@@ -10,7 +10,7 @@ mod listeners;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
 
 use super::body_description::{
     Anchor, BodyDescription, Copies, Geometry, GeometryReference, PlaneDescription, SpringTarget,
@@ -18,9 +18,8 @@ use super::body_description::{
 use super::diagnostic::{Doubt, Place, Problem, SceneError, SceneErrors, SceneWarning};
 use super::listener::below_floor;
 use super::{MAX_BODIES, Scene};
-use crate::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface, World};
+use crate::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use crate::geometry::mass_properties::MassProperties;
-use crate::pose::Pose;
 
 pub use geometry::{load_shape, references};
 
@@ -120,22 +119,8 @@ impl Builder {
 }
 
 fn plane(description: &PlaneDescription) -> Body {
-    Body {
-        name: description.name.clone(),
-        material: description.material.clone(),
-        surface: Arc::new(Surface::HalfSpace),
-        mass: f64::INFINITY,
-        inertia: DMat3::from_diagonal(DVec3::INFINITY),
-        pose: Pose {
-            position: description.point,
-            orientation: DQuat::from_rotation_arc(DVec3::Y, description.normal),
-        },
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Fixed,
-        edge_radius: 0.0,
-        life: Life::LASTING,
-    }
+    let PlaneDescription { name, point, normal, material, .. } = description;
+    Body::plane(name, material.clone(), *point, *normal)
 }
 
 /// Bodies of the world by name, and groups of copies by the name of their `[[body]]`.
@@ -216,9 +201,4 @@ fn refuse_hang(body: &Body, anchor: DVec3) -> Option<Problem> {
 
 fn bad_link(body: &Body, reason: &'static str, remedy: &'static str) -> Problem {
     Problem::BadLink { body: body.name.clone(), reason, remedy }
-}
-
-/// Edge radius of a body of this description.
-fn edge_radius(description: &BodyDescription, surface: &Surface) -> f64 {
-    description.edge_radius.unwrap_or(super::body_description::EDGE_RADIUS_RATIO * surface.bounding_radius())
 }

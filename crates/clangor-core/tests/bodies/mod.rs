@@ -3,11 +3,10 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, Life, MeshSurface, Motion, Surface};
+use clangor_core::body::{Body, MeshSurface, Surface};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::material::{Damping, Material};
-use clangor_core::pose::Pose;
 use clangor_core::synthesis::SoundSource;
 use clangor_core::synthesis::strike::{Strike, StrikeError, StrikeSound};
 
@@ -31,19 +30,8 @@ pub(crate) fn material(name: &str, density: f64, youngs_modulus: f64, poisson_ra
 /// A free ball at rest.
 pub(crate) fn ball(material: Material, radius: f64, position: DVec3) -> Body {
     let mass = material.density * 4.0 / 3.0 * PI * radius.powi(3);
-    Body {
-        name: "ball".into(),
-        material,
-        surface: Arc::new(Surface::Sphere { radius }),
-        mass,
-        inertia: DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius)),
-        pose: Pose::at(position),
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        edge_radius: 0.02 * radius,
-        life: Life::LASTING,
-    }
+    let inertia = DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius));
+    Body::new("ball", material, Surface::Sphere { radius }, mass, inertia).at(position)
 }
 
 /// A free ball of the material that \[PAN\] Table 1 prints for its ball bearing.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Life, Motion, Surface};
+use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::contact::{BodyPulse, ForceProfile, ImpactPulse, PoseHistory};
 use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::material::{Damping, presets};
@@ -47,19 +47,11 @@ pub(crate) fn body(motion: Motion) -> Body {
         Motion::Keyframed(track) => track.sample(0.0).0,
         _ => Pose::IDENTITY,
     };
-    Body {
-        name: "bell".into(),
-        material: presets::CERAMIC.material(),
-        surface: Arc::new(Surface::Sphere { radius: RADIUS }),
-        mass: 1.0,
-        inertia: DMat3::IDENTITY,
-        pose,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion,
-        edge_radius: 1e-3,
-        life: Life::LASTING,
-    }
+    let surface = Surface::Sphere { radius: RADIUS };
+    Body::new("bell", presets::CERAMIC.material(), surface, 1.0, DMat3::IDENTITY)
+        .at(pose)
+        .with_motion(motion)
+        .with_edge_radius(1e-3)
 }
 
 /// Where one body is, which moves as told.

@@ -1,10 +1,9 @@
 //! An imitated raw log of a settling rock pile: the same pairs of bodies touch step after step, at points
 //! that creep and with impulses that fluctuate about the load they carry.
 
-use clangor_core::body::{Body, BodyId, Life, Motion, Surface, World};
+use clangor_core::body::{Body, BodyId, Surface, World};
 use clangor_core::material::{Damping, Material};
 use clangor_core::medium::Medium;
-use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use clangor_pipeline::formats::timeline_file::{Origin, TimelineHeader};
 use glam::{DMat3, DVec3};
@@ -35,18 +34,9 @@ pub(crate) fn header() -> TimelineHeader {
         source: "imitation".into(),
     };
     let bodies = (0..BODIES)
-        .map(|i| Body {
-            name: format!("rock {i}"),
-            material: material.clone(),
-            surface: Arc::clone(&surface),
-            mass: 0.037,
-            inertia: DMat3::IDENTITY * 3.4e-6,
-            pose: Pose::IDENTITY,
-            velocity: DVec3::ZERO,
-            angular_velocity: DVec3::ZERO,
-            motion: Motion::Free,
-            edge_radius: 3e-4,
-            life: Life::LASTING,
+        .map(|i| {
+            let (surface, inertia) = (Arc::clone(&surface), DMat3::IDENTITY * 3.4e-6);
+            Body::new(format!("rock {i}"), material.clone(), surface, 0.037, inertia).with_edge_radius(3e-4)
         })
         .collect();
     TimelineHeader {

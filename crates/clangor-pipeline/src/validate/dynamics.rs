@@ -1,11 +1,9 @@
 //! Motion and impulses of both solvers against ballistics, momentum and symmetry.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Life, Motion, Surface, World};
-use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::glam::{DMat3, DQuat, DVec3};
+use clangor_core::body::{Body, BodyId, World};
+use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::{Material, presets};
 use clangor_core::pose::Pose;
 use clangor_core::shape::Shape;
@@ -43,37 +41,12 @@ pub(super) fn material(restitution: f64, friction: f64) -> Result<Material, Faul
 }
 
 pub(super) fn ball(name: &str, material: &Material, position: DVec3, velocity: DVec3) -> Body {
-    let MassProperties { volume, inertia, .. } = MassProperties::of_sphere(RADIUS);
-    Body {
-        name: name.into(),
-        mass: material.density * volume,
-        inertia: inertia * material.density,
-        material: material.clone(),
-        surface: Arc::new(Surface::Sphere { radius: RADIUS }),
-        pose: Pose::at(position),
-        velocity,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        edge_radius: 0.0,
-        life: Life::LASTING,
-    }
+    Body::sphere(name, material.clone(), RADIUS).at(position).with_velocity(velocity).with_edge_radius(0.0)
 }
 
 /// A half-space through `point` whose outward normal is `normal`.
 pub(super) fn plane(material: &Material, point: DVec3, normal: DVec3) -> Body {
-    Body {
-        name: format!("plane {point} {normal}"),
-        mass: f64::INFINITY,
-        inertia: DMat3::from_diagonal(DVec3::INFINITY),
-        material: material.clone(),
-        surface: Arc::new(Surface::HalfSpace),
-        pose: Pose { position: point, orientation: DQuat::from_rotation_arc(DVec3::Y, normal) },
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Fixed,
-        edge_radius: 0.0,
-        life: Life::LASTING,
-    }
+    Body::plane(format!("plane {point} {normal}"), material.clone(), point, normal)
 }
 
 fn run_world(world: &World, solver: Solver, time_step: f64, duration: f64) -> Result<Timeline, Fault> {
@@ -217,22 +190,13 @@ fn v_break(solver: Solver, time_step: f64, label: &str, table: &mut Validation) 
 fn first_impact(table: &mut Validation) -> Outcome {
     let material = material(0.5, 0.3)?;
     let (surface, mass) = Shape::parse("die:0.016x0")?.surface()?;
-    let die = Body {
-        name: "die".into(),
-        mass: material.density * mass.volume,
-        inertia: mass.inertia * material.density,
-        material: material.clone(),
-        surface: Arc::new(surface),
-        pose: Pose {
-            position: DVec3::Y * 0.2,
-            orientation: DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5)),
-        },
-        velocity: DVec3::new(0.3, 0.0, -0.1),
-        angular_velocity: DVec3::new(11.0, -7.0, 5.0),
-        motion: Motion::Free,
-        edge_radius: 0.0,
-        life: Life::LASTING,
-    };
+    let pose =
+        Pose { position: DVec3::Y * 0.2, orientation: DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5)) };
+    let die = Body::solid("die", material.clone(), surface, &mass)
+        .at(pose)
+        .with_velocity(DVec3::new(0.3, 0.0, -0.1))
+        .with_angular_velocity(DVec3::new(11.0, -7.0, 5.0))
+        .with_edge_radius(0.0);
     let floor = plane(&material, DVec3::ZERO, DVec3::Y);
     let world = World { bodies: vec![die, floor], links: Vec::new(), gravity: DVec3::NEG_Y * GRAVITY };
     let first = |time_step: f64| -> Result<ContactRow, Fault> {

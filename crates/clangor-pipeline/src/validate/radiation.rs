@@ -2,15 +2,12 @@
 //! the two-pole form, Gauss–Legendre quadrature instead of the half-sine's closed spectrum.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
 
-use clangor_core::body::{Body, Life, Motion, Surface};
+use clangor_core::body::Body;
 use clangor_core::contact::ForceProfile;
-use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
-use clangor_core::pose::Pose;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::strike::{Strike, strike};
 use clangor_core::synthesis::{SampleRate, SoundSource};
@@ -52,20 +49,7 @@ pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
 /// Relative L2 error over the band of one impact.
 fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, String> {
     let material = presets::preset("steel").ok_or("there is no preset steel")?;
-    let MassProperties { volume, inertia, .. } = MassProperties::of_sphere(radius);
-    let body = Body {
-        name: "ball".into(),
-        mass: material.density * volume,
-        inertia: inertia * material.density,
-        material,
-        surface: Arc::new(Surface::Sphere { radius }),
-        pose: Pose::IDENTITY,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        edge_radius: 0.0,
-        life: Life::LASTING,
-    };
+    let body = Body::sphere("ball", material, radius).with_edge_radius(0.0);
     let impulse = DVec3::new(0.0, body.mass, 0.0);
     let impact = Strike {
         impulse,

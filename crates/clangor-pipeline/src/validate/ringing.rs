@@ -19,16 +19,15 @@ use clangor_bake::modal_analysis::{ModalAnalysisOptions, modal_analysis};
 use clangor_bake::modal_radiation::axisymmetric::AxisymmetricModalSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_bake::radiation::RadiationSolver;
-use clangor_core::body::{Body, Life, Motion, Surface};
+use clangor_core::body::{Body, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::geometry::meridian::Meridian;
-use clangor_core::glam::DVec3;
+use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::material::presets::{CERAMIC, GLASS, STEEL};
 use clangor_core::material::{Damping, Material};
 use clangor_core::math::radial::outgoing;
 use clangor_core::math::spherical_harmonics::solid_harmonics;
 use clangor_core::medium::Medium;
-use clangor_core::pose::Pose;
 use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
@@ -240,19 +239,8 @@ fn powers(extent: Extent, table: &mut Validation) -> Outcome {
 fn struck(surface: Surface, material: Material, volume: f64) -> Body {
     let radius = surface.bounding_radius();
     let mass = material.density * volume;
-    Body {
-        name: "struck".into(),
-        mass,
-        inertia: clangor_core::glam::DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius)),
-        edge_radius: 0.05 * radius,
-        material,
-        surface: Arc::new(surface),
-        pose: Pose::IDENTITY,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        life: Life::LASTING,
-    }
+    let inertia = DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius));
+    Body::new("struck", material, surface, mass, inertia).with_edge_radius(0.05 * radius)
 }
 
 /// What an impact of 60 µs on the axis rings in so many seconds from its beginning, and its first sample's

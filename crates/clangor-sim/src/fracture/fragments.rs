@@ -14,12 +14,10 @@
 //! excite no modes.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use clangor_bake::stress::SymmetricTensor;
-use clangor_core::body::{Body, Life, MeshSurface, Motion as Moved, Surface};
+use clangor_core::body::{Body, MeshSurface, Surface};
 use clangor_core::pose::Pose;
-use clangor_core::scene::body_description::EDGE_RADIUS_RATIO;
 use clangor_core::timeline::{FractureRow, PoseRow};
 use glam::{DMat3, DVec3};
 
@@ -107,19 +105,12 @@ pub(super) fn fragments(
         let (surface, _) = MeshSurface::try_new(piece.surface(), hulls.parts)?;
         let surface = Surface::Mesh(surface);
         check_surface(&surface).map_err(FractureError::Collision)?;
-        bodies.push(Body {
-            name: name(k),
-            material: parent.body.material.clone(),
-            edge_radius: EDGE_RADIUS_RATIO * surface.bounding_radius(),
-            surface: Arc::new(surface),
-            mass: motion.mass,
-            inertia: motion.inertia,
-            pose: Pose { position: to_world(motion.centre), orientation: parent.state.orientation },
-            velocity: turn * motion.velocity,
-            angular_velocity: turn * motion.angular_velocity,
-            motion: Moved::Free,
-            life: Life::default(),
-        });
+        let pose = Pose { position: to_world(motion.centre), orientation: parent.state.orientation };
+        let piece = Body::new(name(k), parent.body.material.clone(), surface, motion.mass, motion.inertia)
+            .at(pose)
+            .with_velocity(turn * motion.velocity)
+            .with_angular_velocity(turn * motion.angular_velocity);
+        bodies.push(piece);
     }
     let row = FractureRow {
         impact_energy,

@@ -1,11 +1,7 @@
 //! Changes of a live world at its present instant: velocities, added and removed balls, gravity.
 
-use std::sync::Arc;
-
-use clangor_core::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface};
+use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface};
 use clangor_core::material::Material;
-use clangor_core::pose::Pose;
-use clangor_core::scene::body_description::EDGE_RADIUS_RATIO;
 use glam::{DMat3, DVec3};
 
 use super::check::{check, check_gravity, check_placed};
@@ -71,19 +67,11 @@ impl LiveWorld {
             self.release_state(self.solver())?;
         }
         let mass = material.density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
-        let body = Body {
-            name: format!("added-{place}"),
-            material: material.clone(),
-            surface: Arc::new(Surface::Sphere { radius }),
-            mass,
-            inertia: DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius)),
-            pose: Pose::at(position),
-            velocity,
-            angular_velocity: DVec3::ZERO,
-            motion: Motion::Free,
-            edge_radius: EDGE_RADIUS_RATIO * radius,
-            life: Life::LASTING,
-        };
+        let inertia = DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius));
+        let surface = Surface::Sphere { radius };
+        let body = Body::new(format!("added-{place}"), material.clone(), surface, mass, inertia)
+            .at(position)
+            .with_velocity(velocity);
         match self.world.bodies.get_mut(place) {
             Some(slot) => *slot = body,
             None => self.world.bodies.push(body),

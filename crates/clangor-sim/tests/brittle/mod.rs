@@ -1,10 +1,8 @@
 //! A brittle tile that hits a stone floor, and what a run of it sees.
 
-use std::sync::Arc;
-
 use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::stress::fracture_mesh;
-use clangor_core::body::{Body, BodyId, Life, Motion, Surface, World};
+use clangor_core::body::{Body, BodyId, World};
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::material::{Material, presets};
 use clangor_core::pose::Pose;
@@ -27,35 +25,15 @@ pub(crate) fn tile(
     let material = Material { fracture_energy: Some(toughness), ..presets::CERAMIC.material() };
     let shape = Shape::parse(&format!("box:{}x{}x{}", EDGES.x, EDGES.y, EDGES.z)).unwrap();
     let (surface, mass) = shape.surface().unwrap();
-    let tile = Body {
-        name: "tile".into(),
-        edge_radius: 0.02 * surface.bounding_radius(),
-        surface: Arc::new(surface),
-        mass: material.density * mass.volume,
-        inertia: mass.inertia * material.density,
-        material,
-        pose: Pose {
-            position: DVec3::Y * drop,
-            orientation: DQuat::from_axis_angle(DVec3::new(0.3, 0.0, 1.0).normalize(), degrees.to_radians()),
-        },
-        velocity: DVec3::NEG_Y * speed,
-        angular_velocity: DVec3::new(0.3, 1.0, 0.0),
-        motion: Motion::Free,
-        life: Life::default(),
+    let pose = Pose {
+        position: DVec3::Y * drop,
+        orientation: DQuat::from_axis_angle(DVec3::new(0.3, 0.0, 1.0).normalize(), degrees.to_radians()),
     };
-    let floor = Body {
-        name: "floor".into(),
-        material: presets::GRANITE.material(),
-        surface: Arc::new(Surface::HalfSpace),
-        mass: f64::INFINITY,
-        inertia: DMat3::from_diagonal(DVec3::INFINITY),
-        pose: Pose::IDENTITY,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Fixed,
-        edge_radius: 0.0,
-        life: Life::default(),
-    };
+    let tile = Body::solid("tile", material, surface, &mass)
+        .at(pose)
+        .with_velocity(DVec3::NEG_Y * speed)
+        .with_angular_velocity(DVec3::new(0.3, 1.0, 0.0));
+    let floor = Body::plane("floor", presets::GRANITE.material(), DVec3::ZERO, DVec3::Y);
     let mesh = fracture_mesh(&BakeGeometry::RoundedBox { edges: EDGES, round: 0.0 }, Some(0.01)).unwrap();
     let breakable = Breakable { body: BodyId(0), mesh, breaking, seed };
     let world = World { bodies: vec![tile, floor], links: Vec::new(), gravity: DVec3::NEG_Y * 9.80665 };

@@ -1,9 +1,8 @@
 //! Bodies and shapes for the tests of the time-stepped solver.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
-use clangor_core::body::{Body, Life, MeshSurface, Motion, Surface, World};
+use clangor_core::body::{Body, MeshSurface, Motion, Surface, World};
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::geometry::hull::convex_hull;
 use clangor_core::geometry::mass_properties::MassProperties;
@@ -65,19 +64,7 @@ pub(crate) fn material(density: f64, restitution: f64, friction: f64, rolling_lo
 
 /// A body with everything at rest at the origin.
 fn body(name: &str, material: &Material, surface: Surface, mass: f64, inertia: DMat3) -> Body {
-    Body {
-        name: name.into(),
-        material: material.clone(),
-        surface: Arc::new(surface),
-        mass,
-        inertia,
-        pose: Pose::IDENTITY,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        edge_radius: 1e-3,
-        life: Life::LASTING,
-    }
+    Body::new(name, material.clone(), surface, mass, inertia).with_edge_radius(1e-3)
 }
 
 /// A fixed plane through `point` with this outward normal.

@@ -6,7 +6,7 @@ pub(crate) mod live;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Life, Link, Motion, Surface, World};
+use clangor_core::body::{Body, BodyId, Link, Motion, Surface, World};
 use clangor_core::material::{Damping, Material};
 use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactRow, PoseRow, Timeline};
@@ -34,19 +34,11 @@ pub(crate) fn material(restitution: f64, friction: f64, rolling_loss: f64) -> Ma
 
 pub(crate) fn sphere(radius: f64, position: DVec3, velocity: DVec3, material: &Material) -> Body {
     let mass = material.density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
-    Body {
-        name: String::new(),
-        material: material.clone(),
-        surface: Arc::new(Surface::Sphere { radius }),
-        mass,
-        inertia: DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius)),
-        pose: Pose::at(position),
-        velocity,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        edge_radius: radius,
-        life: Life::LASTING,
-    }
+    let inertia = DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius));
+    Body::new("", material.clone(), Surface::Sphere { radius }, mass, inertia)
+        .at(position)
+        .with_velocity(velocity)
+        .with_edge_radius(radius)
 }
 
 pub(crate) fn plane(point: DVec3, normal: DVec3, material: &Material) -> Body {

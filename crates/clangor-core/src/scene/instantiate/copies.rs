@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::{Builder, GeometryError, LoadedGeometry, Loader, edge_radius};
-use crate::body::{Body, Life};
+use super::{Builder, GeometryError, LoadedGeometry, Loader};
+use crate::body::Body;
 use crate::math::random::SplitMix;
 use crate::scene::Scene;
 use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, PlacedBy};
@@ -78,20 +78,15 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, builder: &mut B
             if description.placed_by == PlacedBy::Origin {
                 pose.position += pose.orientation * geometry.mass.centre_of_mass;
             }
-            let density = description.material.density;
-            let body = Body {
-                name: description.copy_name(copy),
-                material: description.material.clone(),
-                surface: Arc::clone(&geometry.surface),
-                mass: density * geometry.mass.volume,
-                inertia: geometry.mass.inertia * density,
-                pose,
-                velocity: description.velocity,
-                angular_velocity: description.angular_velocity + spin,
-                motion: description.motion.clone(),
-                edge_radius: edge_radius(description, &geometry.surface),
-                life: Life::LASTING,
-            };
+            let (name, material) = (description.copy_name(copy), description.material.clone());
+            let mut body = Body::solid(name, material, Arc::clone(&geometry.surface), &geometry.mass)
+                .at(pose)
+                .with_velocity(description.velocity)
+                .with_angular_velocity(description.angular_velocity + spin)
+                .with_motion(description.motion.clone());
+            if let Some(edge_radius) = description.edge_radius {
+                body.edge_radius = edge_radius;
+            }
             drafts.push(Draft { description, body });
         }
     }

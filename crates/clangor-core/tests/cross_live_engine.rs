@@ -271,8 +271,7 @@ fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
 fn late_reverberation_is_fed_as_offline() {
     // Images of the first order are not heard themselves, but by the network.
     let room = plastered(0, true);
-    let settings =
-        EngineSettings { room: Some(room), floor: Floor::None, receivers: 1, ..settings() };
+    let settings = EngineSettings { room: Some(room), floor: Floor::None, receivers: 1, ..settings() };
     let marbles: Vec<ImpactEvent> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
     let events = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::Impact(*impact))).collect();

@@ -6,9 +6,9 @@ use glam::DVec3;
 /// State of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyState {
-    /// Where it is.
+    /// Position of the centre of mass and orientation.
     pub pose: Pose,
-    /// Velocity of the centre of mass [m/s].
+    /// Velocity of the centre of mass \[m/s\].
     pub velocity: DVec3,
     /// Angular velocity \[rad/s\], world.
     pub angular_velocity: DVec3,

@@ -19,10 +19,10 @@ use parry3d_f64::transformation::try_convex_hull;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
 use parry3d_f64::transformation::voxelization::FillMode;
 
-/// Where one hull adds more of the volume than this it is not even measured.
+/// A single hull that adds more than this share of the volume is rejected without measuring it.
 const MOST_ADDED_BY_ONE_HULL: f64 = 0.3;
 
-/// How fine to decompose.
+/// Resolution and limits of a decomposition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DecomposeSettings {
     /// Voxels along the longest side.
@@ -50,7 +50,7 @@ impl Default for DecomposeSettings {
     }
 }
 
-/// Convex parts and how well they stand for the mesh.
+/// Convex parts and their deviation from the mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decomposition {
     /// The parts, in the frame of the mesh.
@@ -80,11 +80,11 @@ pub enum DecomposeError {
 /// Convex parts of a closed mesh.
 ///
 /// # Errors
-/// [`DecomposeError`] if the mesh is not closed or nothing came of it.
+/// [`DecomposeError`] if the mesh is not closed or the decomposition is empty.
 pub fn convex_parts(mesh: &TriMesh, settings: DecomposeSettings) -> Result<Decomposition, DecomposeError> {
     let volume = MassProperties::of(mesh)?.volume;
     let hull = thin_out(&mesh.vertices, settings.most_points);
-    // Measuring is slow where the hull is far off, and that shows in its volume.
+    // Measuring is slow where the hull deviates much; its volume shows that first.
     let added = convex_hull(&hull).map_or(f64::INFINITY, |hull| union_volume(&[hull]) / volume - 1.0);
     if added < MOST_ADDED_BY_ONE_HULL
         && let Some(whole) = measured(mesh, volume, &[hull])?

@@ -17,7 +17,7 @@ pub enum SimulationError {
         /// What it is.
         reason: &'static str,
     },
-    /// The time-stepped solver met something that it has not.
+    /// The time-stepped solver does not support a feature of the world.
     #[error(
         "solver = \"rigid\" has no {what} (\"{name}\"); solver = \"spheres\" has, if all other bodies \
          are spheres and planes too"
@@ -33,10 +33,10 @@ pub enum SimulationError {
     BadBody {
         /// The body.
         body: String,
-        /// What is wrong with it.
+        /// What is wrong with the body.
         reason: &'static str,
     },
-    /// A number of the settings makes no sense.
+    /// A setting is out of range.
     #[error("{setting} = {value:e} is not possible")]
     BadSetting {
         /// Which number.
@@ -64,7 +64,7 @@ pub enum SimulationError {
         /// When \[s\].
         time: f64,
     },
-    /// A body that may break cannot.
+    /// A body that is set to break cannot be prepared or computed.
     #[cfg(feature = "fracture")]
     #[error("\"{body}\" cannot break: {source}")]
     Fracture {
@@ -81,7 +81,7 @@ pub enum SimulationError {
         /// When \[s\].
         time: f64,
     },
-    /// Stopped by the caller.
+    /// The caller stopped the run.
     #[error("interrupted")]
     Interrupted,
 }

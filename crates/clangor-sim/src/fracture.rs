@@ -1,4 +1,4 @@
-//! Brittle bodies that break: where, into which pieces, and with which impulses.
+//! Brittle fracture: where a body breaks, into which pieces, and with which impulses.
 //!
 //! ```text
 //! strain energy ──► pattern ──► split ──► pieces ──► crack_impulse ──► velocities
@@ -14,8 +14,8 @@
 //! | [`crack_impulse`] | how the released stress drives them apart |
 //! | [`hulls`] | what pieces collide with |
 //!
-//! Stresses and energies come from outside (`clangor_bake::stress`); what happens to the pieces afterwards is
-//! the solver's business.
+//! Stresses and energies are computed by `clangor_bake::stress`; the time-stepped solver moves the pieces
+//! afterwards.
 //!
 //! Source: \[FRAC\] §3.2 and §3.3.
 

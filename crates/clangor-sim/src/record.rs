@@ -1,9 +1,9 @@
 //! The log: raw solver rows become impacts and a force stream.
 //!
 //! An impact is all impulses of one pair of bodies within [`MERGE_WINDOW`] of its first instant. Its speed is
-//! the approach speed before that instant, the maximum over the instant's points. An impact slower than
-//! `v_min` is none: its rows belong to the force stream of resting, sliding and rolling contact, and it never
-//! swallows a faster one. A contact-phase row that approaches faster than `v_min` starts an impact too. The
+//! the approach speed before that instant, the maximum over the instant's points. Rows of impacts slower than
+//! `v_min` belong to the force stream of resting, sliding and rolling contact, and a slow impact never
+//! absorbs a faster one. A contact-phase row that approaches faster than `v_min` also starts an impact. The
 //! force stream is written only on request.
 
 use std::collections::BTreeMap;
@@ -16,12 +16,12 @@ use crate::SimulationReport;
 /// Impulses of a pair within this time of the first are one impact \[s\].
 pub const MERGE_WINDOW: f64 = 0.5e-3;
 
-/// What is logged.
+/// Which rows and poses are logged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordSettings {
     /// Impacts slower than this relative normal speed are dropped \[m/s\]; \[PAN\] §4.3 uses 5 cm/s.
     pub v_min: f64,
-    /// Poses per second and body \[Hz\]; 0 for none but those at impacts.
+    /// Poses per second and body \[Hz\]; with 0, poses are written only at impacts.
     pub pose_rate: f64,
     /// Every row of the solver is written, not only kept impacts.
     pub raw: bool,
@@ -33,7 +33,7 @@ impl Default for RecordSettings {
     }
 }
 
-/// Collects a solver's rows, merges impacts, and passes on what the settings ask for.
+/// Collects a solver's rows, merges impacts, and writes those that the settings select to the sink.
 pub struct Recorder<'a> {
     settings: RecordSettings,
     sink: &'a mut dyn TimelineSink,
@@ -64,13 +64,13 @@ impl<'a> Recorder<'a> {
         Recorder::resume(settings, Suspended::default(), sink)
     }
 
-    /// Goes on where another recorder was suspended, with a sink of its own.
+    /// Continues from a suspended recorder, with a new sink.
     pub fn resume(settings: RecordSettings, from: Suspended, sink: &'a mut dyn TimelineSink) -> Self {
         let Suspended { open, last_id, report } = from;
         Recorder { settings, sink, open, next_id: last_id + 1, report }
     }
 
-    /// Lets go of the sink; what is open stays open.
+    /// Releases the sink; open impacts stay open.
     pub fn suspend(self) -> Suspended {
         Suspended { open: self.open, last_id: self.next_id - 1, report: self.report }
     }
@@ -80,7 +80,7 @@ impl<'a> Recorder<'a> {
         &self.settings
     }
 
-    /// Takes the rows of one impact: one pair of bodies (A and B in the same order in every row), one
+    /// Records the rows of one impact: one pair of bodies (A and B in the same order in every row), one
     /// instant, one or more points. `poses` are the states of its moving bodies at that instant, before the
     /// impulse.
     ///
@@ -112,8 +112,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Takes the rows of one pair's lasting contact in one step. Rows that approach faster than `v_min` are
-    /// an impact.
+    /// Records the rows of one pair's lasting contact in one step. Rows that approach faster than `v_min`
+    /// become an impact.
     pub fn contact(&mut self, rows: &[ContactRow], poses: &[PoseRow]) -> std::io::Result<()> {
         if rows.iter().any(|r| r.kind == ContactKind::Contact && r.approach_speed() > self.settings.v_min) {
             return self.impact(rows, poses);
@@ -139,13 +139,13 @@ impl<'a> Recorder<'a> {
         if self.settings.pose_rate > 0.0 { 1.0 / self.settings.pose_rate } else { f64::INFINITY }
     }
 
-    /// Takes a pose at the pose rate.
+    /// Records a pose at the pose rate.
     pub fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
         self.sink.pose(row)
     }
 
-    /// Takes a fracture, its pieces, and the impulses of its cracks; those between the same two pieces are
-    /// one impact.
+    /// Records a fracture, its pieces, and the impulses of its cracks; the impulses between the same two
+    /// pieces form one impact.
     pub fn fracture(
         &mut self,
         row: &FractureRow,
@@ -165,7 +165,7 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Tells that no row before `time` will follow: closes the impacts that are over.
+    /// Closes the impacts that have ended; no row before `time` may follow.
     pub fn advance(&mut self, time: f64) -> std::io::Result<()> {
         let over: Vec<_> =
             self.open.iter().filter(|(_, o)| time - o.start > MERGE_WINDOW).map(|(k, _)| *k).collect();

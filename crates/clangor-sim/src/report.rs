@@ -2,25 +2,25 @@
 
 use std::collections::BTreeMap;
 
-/// What a simulation did.
+/// Counts and extreme values of a simulation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SimulationReport {
-    /// Impacts that were kept.
+    /// Impacts in the log.
     pub impacts: u64,
     /// Impacts dropped because they were slower than `v_min`.
     pub dropped_impacts: u64,
-    /// The same for each body, as far as one of them was dropped.
+    /// Dropped impacts of each body, up to the last body that has any.
     pub dropped_by_body: Vec<u64>,
     /// Contact rows written.
     pub rows: u64,
     /// Bodies that broke.
     pub fractures: u64,
-    /// Pieces that were born.
+    /// Pieces of broken bodies.
     pub births: u64,
-    /// What became of the impacts on bodies that may break.
+    /// Outcomes of the impacts on bodies that may break.
     pub breaking: BreakingReport,
-    /// Events of the sphere solver: impacts, cells left, phases ended, searches renewed; 0 where time is
-    /// stepped.
+    /// Events of the event-driven solver: impacts, cell crossings, ends of phases, renewed searches; 0 for
+    /// the time-stepped solver.
     pub events: u64,
     /// Largest overlap seen \[m\].
     pub deepest_overlap: f64,
@@ -28,17 +28,17 @@ pub struct SimulationReport {
     pub time: f64,
 }
 
-/// What became of the impacts on bodies that may break.
+/// Outcomes of the impacts on bodies that may break.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BreakingReport {
-    /// Impacts too weak for any stress to reach the strength.
+    /// Impacts too weak for any stress to reach the strength; nothing was solved.
     pub screened: u64,
     /// Impacts for which stress was computed.
     pub solved: u64,
-    /// Impacts beyond the strength that paid for no crack.
+    /// Impacts beyond the strength whose energy was too small for any crack.
     pub withstood: u64,
-    /// Impacts beyond the strength that found as many pieces as are allowed.
+    /// Impacts beyond the strength on bodies that already have the largest number of pieces.
     pub capped: u64,
-    /// Bodies that should have broken and could not, and why; each once.
+    /// Bodies that should have broken but could not, with the first reason.
     pub refused: BTreeMap<String, String>,
 }

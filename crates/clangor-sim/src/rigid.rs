@@ -7,16 +7,16 @@
 //!    poses of its instant, with restitution and friction (`collision_phase`);
 //! 3. gravity and springs act;
 //! 4. the *contact phase* solves resting, sliding and rolling contact without restitution (`contact_phase`);
-//! 5. every body flies to the end of the step, and what has lain still falls asleep (`sleep`).
+//! 5. every body flies to the end of the step, and bodies that have been at rest fall asleep (`sleep`).
 //!
 //! The two phases are those of Guendelman, Bridson and Fedkiw (2003, \[GUE\]), the midpoint geometry
-//! Moreau's, the reflections Smith et al.'s (2012, \[REFL\]). Every change of momentum but gravity's is a row
-//! of the [`StepLog`], so that `m Δv = m g Δt + Σ j` and `ΔL = Σ (r × j + c)` hold to rounding for every body
-//! that is awake, in every step.
+//! Moreau's, the reflections Smith et al.'s (2012, \[REFL\]). Every change of momentum except that by gravity
+//! is a row of the [`StepLog`], so that `m Δv = m g Δt + Σ j` and `ΔL = Σ (r × j + c)` hold to rounding for
+//! every body that is awake, in every step.
 //!
-//! A ball's flight and impacts are exact for any Δt, those of other shapes to the accuracy of `flight`.
+//! Flight and impacts of a ball are exact for any Δt; those of other shapes are as accurate as `flight`.
 //!
-//! Between two steps bodies may die and their pieces be born (`replacement`).
+//! Between two steps, bodies may be replaced by their pieces (`replacement`).
 //!
 //! Differs: \[GUE\] orders nothing inside a step and uses shock propagation; neither gives a logged balance.
 

@@ -3,7 +3,7 @@
 use crate::record::RecordSettings;
 use crate::solver_choice::Solver;
 
-/// How to simulate.
+/// Solver, duration, time step and log of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
     /// Which solver.
@@ -13,7 +13,7 @@ pub struct SimulationSettings {
     /// Step of the time-stepped solver \[s\]. The sphere solver uses it only to sample lasting contacts for
     /// the log.
     pub time_step: f64,
-    /// What is logged.
+    /// Which rows and poses are logged.
     pub record: RecordSettings,
     /// Whether bodies at rest may sleep (time-stepped solver).
     pub sleep: bool,

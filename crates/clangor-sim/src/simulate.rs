@@ -17,12 +17,12 @@ use crate::spheres;
 #[cfg(feature = "rigid")]
 use crate::{rigid, spheres};
 
-/// Simulates a world and streams what happens into `sink`.
+/// Simulates a world and streams contacts and poses into `sink`.
 ///
-/// `progress` is told the simulated time \[s\] now and then; `Break` stops the run.
+/// `progress` is called at intervals with the simulated time \[s\]; `Break` stops the run.
 ///
 /// # Errors
-/// [`SimulationError`]; the sink has all rows until then.
+/// [`SimulationError`]; the sink has received all rows up to the failure.
 pub fn simulate(
     world: &World,
     settings: &SimulationSettings,
@@ -44,7 +44,7 @@ pub fn simulate(
     ended(recorder, outcome, settings.duration)
 }
 
-/// Closes the impacts that are open, also those of a run that failed.
+/// Closes the open impacts, also after a failed run, and returns the report.
 fn ended(
     recorder: Recorder<'_>,
     outcome: Result<(), SimulationError>,
@@ -55,11 +55,11 @@ fn ended(
     Ok(report?)
 }
 
-/// Simulates a world whose bodies may break, in steps of time whatever the settings choose: `breaker` looks
-/// at each step, and the bodies that it names are replaced by its pieces at the end of that step.
+/// Simulates a world whose bodies may break, always with the time-stepped solver. `breaker` inspects each
+/// step; the bodies that it returns are replaced by their pieces at the end of that step.
 ///
 /// # Errors
-/// [`SimulationError`], also those of `breaker`; the sink has all rows until then.
+/// [`SimulationError`], including those of `breaker`; the sink has received all rows up to the failure.
 #[cfg(feature = "rigid")]
 pub fn simulate_breaking(
     world: &World,

@@ -4,13 +4,12 @@ use clangor_core::body::{Body, Link, Motion, Surface, World};
 use clangor_core::glam::DVec3;
 pub use clangor_core::scene::simulation_description::SolverChoice as Solver;
 
-/// More inelastic balls than this that fall freely may pile up, which the sphere solver can follow but
-/// slowly.
+/// Largest number of freely falling inelastic balls that is left to the sphere solver; more may pile up,
+/// which it computes only slowly.
 const FEW_FALLING: usize = 8;
 
-/// The solver that `Auto` stands for in a world: `Spheres` where all bodies are spheres and planes that
-/// forces alone move, unless so many inelastic balls fall that they may come to lie on each other; else
-/// `Rigid`.
+/// Resolves `Auto` for a world: `Spheres` if all bodies are spheres and planes without prescribed motion and
+/// at most [`FEW_FALLING`] inelastic balls fall; else `Rigid`. Worlds with rods always use `Spheres`.
 pub fn choose_solver(world: &World, solver: Solver) -> Solver {
     let suits_spheres = |b: &Body| {
         let prescribed = matches!(&b.motion, Motion::Keyframed(track) if !track.is_fixed());
@@ -26,7 +25,7 @@ pub fn choose_solver(world: &World, solver: Solver) -> Solver {
     }
 }
 
-/// Free inelastic balls that start above every plane, under gravity.
+/// Number of free inelastic balls that start above every plane; 0 without gravity.
 fn falling(world: &World) -> usize {
     let planes: Vec<&Body> =
         world.bodies.iter().filter(|b| matches!(*b.surface, Surface::HalfSpace)).collect();

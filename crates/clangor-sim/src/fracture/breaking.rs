@@ -1,16 +1,16 @@
-//! Which bodies break under the impacts of a step, and what they leave.
+//! Which bodies break under the impacts of a step, and into which pieces.
 //!
 //! ```text
 //! K u = F − reaction,    E_S = ½ uᵀF ≤ Σ ½ m V²,    largest σ₁ ≥ strength: it breaks
 //! ```
 //!
-//! Impacts that still last press together. No more energy than they carry is strained into the body: where
-//! the static answer asks for it, the forces are smaller, and so are stress and energy. Cracks and the motion
-//! of the pieces are paid with what the impacts took from the motion for good, so that the mechanical energy
-//! of all bodies never grows; the rest was given back as rebound.
+//! All impacts that still act load the body together. The strain energy is limited to the energy of the
+//! impacts: if the static solution exceeds it, forces, stress and energy are scaled down. Cracks and the
+//! motion of the pieces use only the energy that the impacts dissipated, so that the mechanical energy of all
+//! bodies never grows; the rest was returned as rebound.
 //!
-//! Nothing is solved where no stress can reach the strength σ_c, because a single element that held all the
-//! energy would not:
+//! Nothing is solved if no stress can reach the strength σ_c, because even a single element that held all the
+//! energy would stay below it:
 //!
 //! ```text
 //! Σ ½ m V² < V_least σ_c² (1 − 2ν²/(1 − ν))/(2 E)
@@ -31,7 +31,7 @@ use clangor_core::scene::breaking::{Breaking, Load, Score};
 use clangor_core::timeline::ContactKind;
 use glam::DVec3;
 
-use super::contact_loads::{ContactLoad, contact_load_on, impact};
+use super::contact_loads::{ContactLoad, contact_load_on, pair_pulse};
 use super::error::FractureError;
 use super::family::Family;
 use super::fragments::{Broken, Fragments, Parent, fragments};
@@ -48,7 +48,7 @@ pub struct Breakable {
     pub body: BodyId,
     /// Its tetrahedra, about its centre of mass, in its axes.
     pub mesh: TetMesh,
-    /// What the scene says.
+    /// Settings of the scene.
     pub breaking: Breaking,
     /// Seed of its cracks.
     pub seed: u64,
@@ -56,7 +56,7 @@ pub struct Breakable {
 
 /// The bodies of a world that may break, and their pieces.
 pub struct BreakingBodies {
-    /// All bodies, in the order of their ids, as they were born.
+    /// All bodies in the order of their ids, in their initial states.
     bodies: Vec<Body>,
     fragile: BTreeMap<BodyId, Fragile>,
     families: Vec<Family>,
@@ -69,7 +69,7 @@ pub struct BreakingBodies {
 struct Fragile {
     family: usize,
     piece: Piece,
-    /// Its centre of mass in the frame of `piece`.
+    /// Its centre of mass in the frame of `piece` \[m\].
     centre: DVec3,
     least_volume: f64,
     stress: Option<StressBody>,
@@ -78,11 +78,11 @@ struct Fragile {
 }
 
 impl BreakingBodies {
-    /// Prepares bodies of a world; impacts slower than `v_min` \[m/s\] break nothing.
+    /// Prepares the breakable bodies of a world; impacts slower than `v_min` \[m/s\] are ignored.
     ///
     /// # Errors
     /// [`SimulationError::Fracture`] for a body that cannot break: its material has no strength or toughness,
-    /// or its tetrahedra are no body.
+    /// or its tetrahedra are not a valid body.
     pub fn new(
         world: &World,
         breakables: Vec<Breakable>,
@@ -109,35 +109,35 @@ impl BreakingBodies {
         Ok(all)
     }
 
-    /// What happened so far.
+    /// Outcomes of the impacts so far.
     pub fn report(&self) -> &BreakingReport {
         &self.report
     }
 
-    /// Looks at a step that has been taken; says which bodies break, and into what.
+    /// Inspects a completed step. Returns the bodies that break, and their pieces.
     ///
     /// # Errors
     /// [`SimulationError::Fracture`] for numbers that are not finite.
     pub fn look(&mut self, rigid: &RigidWorld, log: &StepLog) -> Result<Vec<Replacement>, SimulationError> {
-        let struck = self.take_contact_loads(log)?;
+        let loaded = self.take_contact_loads(log)?;
         let mut replacements = Vec::new();
-        for id in struck {
+        for id in loaded {
             let next = BodyId((rigid.count() + self.pending(&replacements)) as u32);
-            if let Some(replacement) = self.strike(id, next, rigid) {
+            if let Some(replacement) = self.fracture_of(id, next, rigid) {
                 replacements.push(replacement);
             }
         }
         Ok(replacements)
     }
 
-    /// Pieces that are not in the world yet.
+    /// Number of pieces that are not in the world yet.
     fn pending(&self, replacements: &[Replacement]) -> usize {
         replacements.iter().map(|r| r.pieces.len()).sum()
     }
 
-    /// Adds the impacts of a step to the bodies that may break, and says which those are.
+    /// Adds the loads of a step's impacts to the breakable bodies. Returns the loaded bodies.
     fn take_contact_loads(&mut self, log: &StepLog) -> Result<BTreeSet<BodyId>, SimulationError> {
-        let mut struck = BTreeSet::new();
+        let mut loaded = BTreeSet::new();
         for (kind, rows, poses) in log.groups() {
             let Some(first) = rows.first() else { continue };
             let ids = [first.body_a, first.body_b];
@@ -147,34 +147,34 @@ impl BreakingBodies {
                 continue;
             }
             let pair = ids.map(|id| self.bodies.get(id.index()));
-            let name = || pair.iter().flatten().next().map_or_else(String::new, |b| b.name.clone());
+            let name = || pair.iter().flatten().next().map_or_else(String::new, |load| load.name.clone());
             let refuse = |source| SimulationError::Fracture {
                 body: name(),
                 source: FractureError::ContactLoad(source),
             };
-            let Some(pulse) = impact(pair, rows, poses, self.v_min).map_err(refuse)? else { continue };
+            let Some(pulse) = pair_pulse(pair, rows, poses, self.v_min).map_err(refuse)? else { continue };
             for id in ids {
                 let Some(fragile) = self.fragile.get_mut(&id) else { continue };
-                let load = self.families[fragile.family].breaking.load;
-                if let Some(contact_load) = contact_load_on(id, &pulse, rows, pair, load, self.time_step) {
-                    // What ended before this impact began presses no more.
+                let model = self.families[fragile.family].breaking.load;
+                if let Some(load) = contact_load_on(id, &pulse, rows, pair, model, self.time_step) {
+                    // Removes the loads that ended before this impact began.
                     fragile.contact_loads.retain(|earlier| earlier.end > pulse.time);
-                    fragile.contact_loads.push(contact_load);
-                    struck.insert(id);
+                    fragile.contact_loads.push(load);
+                    loaded.insert(id);
                 }
             }
         }
-        Ok(struck)
+        Ok(loaded)
     }
 
-    /// What the impacts on a body leave of it, if it breaks; pieces get ids from `next` on.
-    fn strike(&mut self, id: BodyId, next: BodyId, rigid: &RigidWorld) -> Option<Replacement> {
+    /// The pieces of a body if its loads break it; pieces get ids from `next` on.
+    fn fracture_of(&mut self, id: BodyId, next: BodyId, rigid: &RigidWorld) -> Option<Replacement> {
         let fragile = self.fragile.get_mut(&id)?;
         let family = &mut self.families[fragile.family];
         let body = &self.bodies[id.index()];
-        let energy: f64 = fragile.contact_loads.iter().map(|b| b.energy).sum();
-        let published = family.breaking.load == Load::Step;
-        if !published && energy < fragile.least_volume * family.critical_density {
+        let energy: f64 = fragile.contact_loads.iter().map(|load| load.energy).sum();
+        let unbounded = family.breaking.load == Load::Step;
+        if !unbounded && energy < fragile.least_volume * family.critical_density {
             self.report.screened += 1;
             return None;
         }
@@ -211,7 +211,7 @@ impl BreakingBodies {
         for (k, piece) in fragile_pieces.into_iter().enumerate() {
             self.fragile.insert(BodyId(next.0 + k as u32), piece);
         }
-        // Ids follow the order of births, and so does this list.
+        // Ids and this list both follow the order of births.
         self.bodies.extend(replacement.pieces.iter().cloned());
         Some(replacement)
     }
@@ -228,7 +228,7 @@ impl Fragile {
         Ok(Fragile { family, piece, centre, least_volume, stress: None, contact_loads: Vec::new(), seed })
     }
 
-    /// The pieces of this body under its impacts, which carry `energy` \[J\]; `None` if it stays whole.
+    /// The pieces of this body under its loads, whose impacts carry `energy` \[J\]; `None` if it stays whole.
     fn break_up(
         &mut self,
         family: &Family,
@@ -243,10 +243,12 @@ impl Fragile {
                 empty.insert(StressBody::new(self.piece.mesh.clone(), &family.constants, &options)?)
             }
         };
-        let forces = self.contact_loads.iter().flat_map(|contact_load| &contact_load.forces);
+        // Elastostatic solution under all present loads, limited to the energy of the impacts.
+        let forces = self.contact_loads.iter().flat_map(|load| &load.forces);
         let loads: Vec<PointLoad> =
             forces.map(|(point, force)| PointLoad { point: *point + self.centre, force: *force }).collect();
-        // Forces that the energy bounds are smaller, and so is their stress.
+        // The energy limit can only reduce forces and stress, so a body that withstands the full loads stays
+        // whole.
         if stress.tension_above(&loads, family.least_strength())?.is_none() {
             return Ok(None);
         }
@@ -255,6 +257,7 @@ impl Fragile {
             let factor = (energy / deformation.strain_energy).sqrt();
             deformation = deformation.scaled(factor);
         }
+        // Largest ratio of stress to strength.
         let scores = &family.breaking.scores;
         let utilisation = match scores.is_empty() {
             true => deformation.maximum_tension().stress / family.strength,
@@ -268,7 +271,8 @@ impl Fragile {
             report.capped += 1;
             return Ok(None);
         }
-        let lost: f64 = self.contact_loads.iter().map(|b| b.loss).sum();
+        // Cracks may use the dissipated energy only.
+        let lost: f64 = self.contact_loads.iter().map(|load| load.loss).sum();
         let strain = match family.breaking.load {
             Load::HalfSinePeak => deformation.strain_energy.min(lost),
             Load::Step => deformation.strain_energy,
@@ -294,7 +298,7 @@ impl Fragile {
     }
 }
 
-/// The largest tension across the planes of scores over what they bear there.
+/// The largest ratio of the tension across a scored plane to the strength there.
 fn across_scores(mesh: &TetMesh, stress: &[SymmetricTensor], scores: &[Score], family: &Family) -> f64 {
     let across = |score: &Score| {
         let normal = score.normal.normalize_or_zero();

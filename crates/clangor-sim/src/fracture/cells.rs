@@ -1,7 +1,7 @@
-//! Tetrahedra of several regions that fill a body together: what a mesh becomes when it is cut.
+//! Tetrahedra of several regions that together fill a body: a mesh after cutting.
 //!
 //! A wall between two regions is a set of faces that a tetrahedron of one shares with a tetrahedron of the
-//! other, so that pieces made of the regions fit without gaps, and their volumes add up.
+//! other, so that pieces made of the regions fit without gaps and their volumes sum to that of the body.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -15,9 +15,9 @@ use super::tetrahedron_parts::{PointMask, distinct, face_polygon, tetrahedra, tr
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cell {
     pub(super) corners: [u32; 4],
-    /// The region that it belongs to.
+    /// Its region.
     pub(super) region: u32,
-    /// The element of the body before the fracture that it is a part of.
+    /// The element of the unbroken body that contains it.
     pub(super) element: u32,
 }
 
@@ -25,11 +25,11 @@ pub(super) struct Cell {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct OuterFace {
     pub(super) corners: [u32; 3],
-    /// Whether an earlier crack made it.
+    /// Whether an earlier crack created it.
     pub(super) inside: bool,
 }
 
-/// Cells that share whole faces, and the surface of all of them together.
+/// Cells that share whole faces, and the surface of their union.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cells {
     pub(super) points: Vec<DVec3>,
@@ -58,15 +58,16 @@ impl Cells {
         corners.map(|n| self.points[n as usize])
     }
 
-    /// Cuts every cell whose corners have several labels; each part joins the region of its cell and its
-    /// label.
+    /// Cuts every cell whose corners have several labels. The region of a part is given by the region of its
+    /// cell and its label.
     ///
-    /// `cut` says where the edge between two corners of different labels is cut; anything but its middle is
-    /// for two labels only.
+    /// `cut` returns the point at which the edge between two corners of different labels is cut; points other
+    /// than its middle are valid for two labels only.
     pub(super) fn divide(&self, label: &[u32], cut: impl Fn(u32, u32) -> DVec3) -> Self {
         let mut divided = Cells { points: self.points.clone(), ..Cells::default() };
         let mut numbers: HashMap<[u32; 4], u32> = HashMap::new();
         let mut regions: HashMap<(u32, u32), u32> = HashMap::new();
+        // Divide the cells.
         for cell in &self.cells {
             let labels = cell.corners.map(|n| label[n as usize]);
             let number = |divided: &mut Cells, numbers: &mut HashMap<_, _>, mask: PointMask| {
@@ -91,8 +92,9 @@ impl Cells {
                 }
             }
         }
+        // Divide the outer surface alike.
         for face in &self.outer {
-            // A face is a tetrahedron whose fourth corner agrees with the first.
+            // A face is treated as a tetrahedron whose fourth corner equals the first.
             let [a, b, c] = face.corners;
             let corners = [a, b, c, a];
             let labels = corners.map(|n| label[n as usize]);
@@ -119,7 +121,7 @@ impl Cells {
         self.cells.iter().map(|c| shape(self.places(c.corners))).fold(f64::INFINITY, f64::min)
     }
 
-    /// The number of a point of a cell, which is made if it is new.
+    /// The number of a point of a cell; a new point is added.
     fn number(
         &mut self,
         numbers: &mut HashMap<[u32; 4], u32>,
@@ -143,8 +145,8 @@ impl Cells {
         })
     }
 
-    /// Gives every part of a region that hangs together by faces a region number of its own, in the order of
-    /// the cells; returns how many there are.
+    /// Gives every face-connected part of a region its own region number, in the order of the cells. Returns
+    /// the number of regions.
     pub(super) fn separate(&mut self) -> usize {
         let walls = self.shared_faces();
         let mut root: Vec<u32> = (0..self.cells.len() as u32).collect();
@@ -161,7 +163,7 @@ impl Cells {
                 root[a.max(b) as usize] = a.min(b);
             }
         }
-        // A root is the least of its cells, so that it comes first.
+        // A root is the lowest of its cells and therefore comes first.
         let mut count = 0;
         for k in 0..self.cells.len() {
             let first = find(&mut root, k as u32) as usize;
@@ -175,11 +177,12 @@ impl Cells {
         count as usize
     }
 
-    /// Lets every region have what only it is around: a body in the hollow of another could not come out, and
-    /// parts that stand for the other's collisions would fill the hollow. Regions are numbered as
-    /// [`separate`](Self::separate) does, which has made `count` of them; returns how many are left.
+    /// Merges every region that is enclosed by a single other region into that region: a body in the hollow
+    /// of another could not get out, and the convex parts of the outer body would fill the hollow. Regions
+    /// are numbered as by [`separate`](Self::separate), `count` of them. Returns the remaining number of
+    /// regions.
     pub(super) fn absorb_enclosed(&mut self, count: usize) -> usize {
-        // The last is what is around the body.
+        // The last index is the outside of the body.
         let outside = count;
         let mut beside = vec![BTreeSet::new(); count + 1];
         let sides = self.sides();
@@ -218,7 +221,7 @@ impl Cells {
         self.separate()
     }
 
-    /// The faces of all cells by their corners, which ascend, with the cell of each.
+    /// The faces of all cells by their ascending corners, each with its cell.
     fn sides(&self) -> Vec<([u32; 3], u32)> {
         let mut sides: Vec<([u32; 3], u32)> = Vec::with_capacity(4 * self.cells.len());
         for (k, cell) in self.cells.iter().enumerate() {
@@ -248,13 +251,13 @@ pub(super) struct SharedFace {
     pub(super) cells: [u32; 2],
 }
 
-/// Whether a division needs this point: a corner, or one where as many regions meet as it has corners.
+/// Whether a division needs this point: a corner, or a point at which as many regions meet as it has corners.
 fn is_needed(mask: PointMask, labels: [u32; 4]) -> bool {
     let own = (0..4).filter(|k| mask >> k & 1 == 1);
     own.clone().all(|k| own.clone().all(|j| j == k || labels[j] != labels[k])) && mask != 0
 }
 
-/// The corners of a point in ascending order, then places that no corner has.
+/// The corners of a point in ascending order, padded with `u32::MAX`.
 fn sorted_key(corners: &[u32; 4], mask: PointMask) -> [u32; 4] {
     let mut key: [u32; 4] = std::array::from_fn(|k| if mask >> k & 1 == 1 { corners[k] } else { u32::MAX });
     key.sort_unstable();

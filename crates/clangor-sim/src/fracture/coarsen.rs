@@ -1,20 +1,19 @@
-//! Merges the small and flat elements that cutting leaves, without moving the body's surface.
+//! Merges the small and flat elements that result from cutting, without moving the body's surface.
 //!
 //! An edge is contracted: one end moves onto the other, and the elements between them vanish; or a point
-//! moves towards the middle of its neighbours. Three conditions keep what must be kept.
+//! moves towards the middle of its neighbours. Three conditions apply.
 //!
-//! * Regions stay what they are, topologically: the link conditions of Dey, Edelsbrunner, Guha and Nekhayev,
+//! * The topology of regions does not change: the link conditions of Dey, Edelsbrunner, Guha and Nekhayev,
 //!   "Topology preserving edge contraction" (1999), for the whole complex with the outside, and for the
 //!   strata of surfaces, lines and points at which regions meet. Each side of the outer surface, old or made
 //!   by a crack, counts as a region.
-//! * The outer surface stays where it is: its triangles around the end that moves go on in their own planes.
-//!   The walls between regions may move, but their area does not grow, so that the energy that was counted
-//!   for the crack holds. Walls that scores ask for stay in their planes, and leave them only where a sliver
-//!   would stay otherwise.
-//! * Elements do not become worse: see [`GOOD`].
+//! * The outer surface does not move: its triangles around the moving end stay in their own planes. The walls
+//!   between regions may move, but their area does not grow, so that the energy of the crack stays valid.
+//!   Scored walls stay in their planes and leave them only to remove a sliver.
+//! * The shapes of elements do not become worse: see [`GOOD`].
 //!
-//! The size of an element is measured against that of the element of the first whole body that it came from,
-//! so that pieces of pieces do not fill up with ever smaller elements.
+//! The size of an element is compared with that of its original element in the first whole body, so that
+//! repeated fractures do not produce ever smaller elements.
 
 use clangor_core::glam::DVec3;
 
@@ -24,30 +23,30 @@ use super::tetrahedron::shape;
 
 /// Edges shorter than this share of the mean edge of the first element are contracted.
 const SHORT: f64 = 0.45;
-/// Elements of this shape, 1 for the regular one, are good enough to replace any other; else the worst must
-/// not become worse.
+/// Elements of this shape (1 for the regular tetrahedron) may replace any others; otherwise the worst shape
+/// must not become worse.
 const GOOD: f64 = 0.4;
-/// Elements below this are tried for improvement whatever their size.
+/// Elements of a worse shape are improved whatever their size.
 const POOR: f64 = 0.25;
 /// Rounds over all edges; few find anything after the third.
 const ROUNDS: usize = 5;
-/// A plane goes on if it is left by no more than this share of the way.
+/// A triangle stays in its plane if it leaves the plane by at most this share of the displacement.
 const FLAT: f64 = 1e-10;
-/// Flat walls may leave their planes by this share of an element anyway, and by that where it spares a poor
-/// element.
+/// Distance by which flat walls may leave their planes, as a share of an element: always, and to remove a
+/// poor element.
 pub(super) const ON_PLANE: f64 = 1e-6;
 const SNAP: f64 = 0.1;
 
-/// How walls may move.
+/// Constraint on the motion of walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Walls {
-    /// Anywhere, as long as their area does not grow.
+    /// Free, as long as their area does not grow.
     Free,
-    /// In their planes.
+    /// Within their planes.
     Flat,
 }
 
-/// Merges elements; those of the first body that were not cut keep all their corners that no cut element has.
+/// Merges small and poor elements. Uncut elements keep all corners that no cut element shares.
 pub(super) fn coarsen(cells: Cells, element_size: &[f64], walls: Walls) -> Cells {
     let mut merger = Merger::new(cells, element_size, walls);
     for _ in 0..ROUNDS {
@@ -64,7 +63,7 @@ pub(super) fn coarsen(cells: Cells, element_size: &[f64], walls: Walls) -> Cells
     merger.finish()
 }
 
-/// The outside, as a region: the old surface, and the surface that earlier cracks made.
+/// Region number of the outside beyond the original surface; plus 1 beyond the surface of earlier cracks.
 const OUTSIDE: u32 = u32::MAX - 1;
 
 struct Merger<'a> {
@@ -79,9 +78,9 @@ struct Merger<'a> {
     walls: Walls,
     /// How far flat walls may leave their planes, as a share of an element.
     leave: f64,
-    /// By how much the area of the walls may grow [m²]: what contractions have taken away so far.
+    /// Allowed growth of the area of the walls \[m²\]: the area removed by contractions so far.
     spare_area: f64,
-    /// Cells that cutting made, or that have changed since.
+    /// Whether a cell was made by cutting or has changed since.
     touched: Vec<bool>,
 }
 
@@ -132,7 +131,7 @@ impl<'a> Merger<'a> {
         self.element_size[self.cells[cell as usize].element as usize]
     }
 
-    /// Contracts short edges, the shortest first; returns how many.
+    /// Contracts short edges, the shortest first. Returns their number.
     fn contract_short(&mut self) -> usize {
         let mut short: Vec<(u64, [u32; 2])> = Vec::new();
         for k in (0..self.cells.len()).filter(|k| self.alive[*k] && self.touched[*k]) {
@@ -150,7 +149,7 @@ impl<'a> Merger<'a> {
         short.iter().filter(|(_, edge)| self.contract(*edge, 0.0)).count()
     }
 
-    /// Contracts an edge of each badly shaped cell if that helps; returns how many.
+    /// Contracts an edge of each badly shaped cell if that improves the shapes. Returns their number.
     fn mend_poor(&mut self) -> usize {
         let mut count = 0;
         for k in 0..self.cells.len() {
@@ -172,8 +171,8 @@ impl<'a> Merger<'a> {
         count
     }
 
-    /// Contracts an edge onto the end that leaves the better shapes, if any is allowed. With a positive
-    /// `gain` the worst shape must grow by that factor, even if it is good.
+    /// Contracts an edge onto the end that gives the better shapes, if allowed. With a positive `gain` the
+    /// worst shape must improve by that factor, even if it is good.
     fn contract(&mut self, [a, b]: [u32; 2], gain: f64) -> bool {
         let joined = self.cells_of[a as usize].iter().any(|k| self.cells[*k as usize].corners.contains(&b));
         if !joined {
@@ -193,7 +192,7 @@ impl<'a> Merger<'a> {
         true
     }
 
-    /// The worst shape and the growth of the walls' area if `from` moves onto `to`; `None` if geometry
+    /// The worst shape and the growth of the walls' area if `from` moves onto `to`; `None` if the geometry
     /// forbids it.
     fn rate(&self, from: u32, to: u32, gain: f64) -> Option<(f64, f64)> {
         let (source, target) = (self.place(from), self.place(to));
@@ -213,6 +212,7 @@ impl<'a> Merger<'a> {
                 return None;
             }
         }
+        // Worst shapes before and after.
         let (mut before, mut after) = (f64::INFINITY, f64::INFINITY);
         for k in &self.cells_of[from as usize] {
             let corners = self.cells[*k as usize].corners;
@@ -225,6 +225,7 @@ impl<'a> Merger<'a> {
         if !enough || after <= 0.0 {
             return None;
         }
+        // Area of the walls.
         let mut growth = 0.0;
         for [p, q] in self.crack_edges(from) {
             let old = (self.place(p) - source).cross(self.place(q) - source).length();
@@ -242,8 +243,8 @@ impl<'a> Merger<'a> {
         allowed.then_some((after, growth))
     }
 
-    /// Moves points of touched cells towards the middle of those neighbours that are on the same line, wall
-    /// or inside; returns how many moved.
+    /// Moves points of touched cells towards the mean of their neighbours on the same line, on the same wall
+    /// or inside. Returns the number of moved points.
     fn smooth(&mut self) -> usize {
         let touched = (0..self.cells.len()).filter(|k| self.alive[*k] && self.touched[*k]);
         let mut points: Vec<u32> = touched.flat_map(|k| self.cells[k].corners).collect();
@@ -270,6 +271,7 @@ impl<'a> Merger<'a> {
             let area = |[p, q]: &[u32; 2]| 0.5 * (self.place(*p) - at).cross(self.place(*q) - at).length();
             (shapes.fold(f64::INFINITY, f64::min), walls.iter().map(area).sum::<f64>())
         };
+        // Longest of three steps that improves the shapes or smooths the walls.
         let (worst, area) = rate(now);
         for step in [1.0, 0.5, 0.25] {
             let (shape, walls) = rate(now + step * way);
@@ -284,8 +286,8 @@ impl<'a> Merger<'a> {
         false
     }
 
-    /// The part of a way that does not leave the planes of the outer surface at a point, nor those of flat
-    /// walls; `None` if there is none.
+    /// The component of a displacement within the planes of the outer surface at a point, and of flat walls;
+    /// `None` if there is none.
     fn along_surfaces(&self, point: u32, way: DVec3) -> Option<DVec3> {
         let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
         let outer = self.outer_of[point as usize].iter().map(|k| self.outer[*k as usize]);
@@ -299,7 +301,7 @@ impl<'a> Merger<'a> {
             let walls = self.crack_edges(point).into_iter();
             normals.extend(walls.map(|[p, q]| normal([point, p, q].map(|n| self.place(n)))));
         }
-        // Planes that differ less than this are one.
+        // Normals that differ less than this are equal.
         const SAME: f64 = 1e-10;
         let Some(first) = normals.first().copied() else { return Some(way) };
         let other = normals.iter().map(|n| first.cross(*n)).find(|axis| axis.length() > SAME);
@@ -316,7 +318,7 @@ impl<'a> Merger<'a> {
         inner.map(|s| s[0].0).collect()
     }
 
-    /// For each triangle at a point its other edge and the region of one of its sides, in order.
+    /// For each triangle at a point its opposite edge and the region of one of its sides, sorted.
     fn sides(&self, point: u32) -> Vec<([u32; 2], u32)> {
         let mut sides = Vec::with_capacity(3 * self.cells_of[point as usize].len());
         for k in &self.cells_of[point as usize] {

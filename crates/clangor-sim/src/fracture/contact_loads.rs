@@ -1,13 +1,14 @@
-//! The impacts of a step as forces on the bodies that they may break.
+//! Contact loads: the impacts of a step as forces on breakable bodies.
 //!
 //! ```text
 //! F = (π/2) j/τ,    E = ½ m V²,    ΔE = ½ j V (1 − e)
 //! ```
 //!
 //! j is the impulse at each point, τ Hertz's duration, m the effective mass, V the approach speed, e the
-//! restitution. E is what the impact can strain into a body, ΔE what it takes from the motion for good.
+//! restitution. E is the largest strain energy that the impact can cause in a body, ΔE the kinetic energy
+//! that it dissipates.
 //!
-//! Differs: \[FRAC\] presses with j/Δt, which grows as steps shrink.
+//! Differs: \[FRAC\] uses the force j/Δt, which grows as steps shrink.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -20,33 +21,33 @@ use glam::DVec3;
 
 use crate::record::MERGE_WINDOW;
 
-/// What an impact does to one body.
+/// The load of one impact on one body.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ContactLoad {
-    /// Until when it counts \[s\]: while it lasts, and as long as the impacts of one impact follow each
-    /// other.
+    /// End of the load \[s\]: it acts for the duration of the pulse, and at least for the time within which
+    /// impulses are merged into one impact.
     pub(super) end: f64,
     /// Points \[m\] and forces \[N\] in the axes of the body, about its centre of mass.
     pub(super) forces: Vec<(DVec3, DVec3)>,
-    /// What it can strain into the body \[J\].
+    /// Largest strain energy that it can cause \[J\].
     pub(super) energy: f64,
-    /// What it takes from the motion \[J\].
+    /// Kinetic energy that it dissipates \[J\].
     pub(super) loss: f64,
 }
 
-/// The impact of two bodies: rows of one pair at one instant, and the poses before them. `None` if it is too
-/// slow to be one.
+/// The force pulse of an impact of two bodies, from the rows of the pair at one instant and the poses before.
+/// `None` if the approach is slower than `v_min` \[m/s\].
 ///
 /// # Errors
 /// [`ContactError`] for numbers that are not finite.
-pub(super) fn impact(
+pub(super) fn pair_pulse(
     pair: [Option<&Body>; 2],
     rows: &[ContactRow],
     poses: &[PoseRow],
     v_min: f64,
 ) -> Result<Option<ImpactPulse>, ContactError> {
     let Some(first) = rows.first() else { return Ok(None) };
-    // Hertz's formula asks for no body but these two.
+    // Hertz's formula needs only these two bodies, renumbered 0 and 1.
     let ids = [first.body_a, first.body_b];
     let pair: Vec<Body> = pair.into_iter().flatten().cloned().collect();
     let own = |id: BodyId| match ids.iter().position(|own| *own == id) {
@@ -64,7 +65,8 @@ pub(super) fn impact(
     Ok(pulses.into_iter().next())
 }
 
-/// What an impact does to a body of it: forces in the axes of the body.
+/// The load of an impact on one of its two bodies, as forces in the axes of that body. `None` if `body` is
+/// not part of the impact.
 pub(super) fn contact_load_on(
     body: BodyId,
     pulse: &ImpactPulse,

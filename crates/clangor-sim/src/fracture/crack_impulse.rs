@@ -1,7 +1,8 @@
-//! Impulses with which the stress that a crack releases drives the pieces apart: what makes a crack loud.
+//! Impulses with which the released stress of a crack drives the pieces apart; they determine the loudness of
+//! a crack.
 //!
 //! On a triangle of the crack with area a and normal n out of piece a the body transmitted the traction P n.
-//! With the crack it is gone; for a time τ the piece feels what it no longer holds against,
+//! The crack removes it. For a time τ the piece is subject to the unbalanced force, with the impulse
 //!
 //! ```text
 //! j = −τ a P n    on piece a at the centroid,   −j on piece b
@@ -9,15 +10,15 @@
 //! ```
 //!
 //! with S_d, J_d the sums of −a P n and of its moments over the triangles of piece d. P is the mean of the
-//! stresses of the elements on both sides, so that both pieces feel the same, and momentum and angular
-//! momentum stay what they were. τ is the smallest positive root; the first sum vanishes where the pieces
+//! stresses of the elements on both sides, so that impulses on both pieces are opposite, and momentum and
+//! angular momentum are conserved. τ is the smallest positive root; the first sum vanishes if the pieces
 //! still move as one body.
 //!
-//! Source: \[FRAC\] §3.3, eqs. (4), (5). Differs: the sign, with which eqs. (4) and (5) as printed pull the
-//! halves of a stretched bar into each other; and one traction for each pair of triangles.
+//! Source: \[FRAC\] §3.3, eqs. (4), (5). Differs: the sign (eqs. (4) and (5) as printed pull the halves of a
+//! stretched bar into each other), and one traction for each pair of triangles.
 //!
-//! Where the stress across the crack presses, the release pulls the pieces together, as an elastic body does;
-//! contact then holds them off.
+//! Where the stress across the crack is compressive, the release pulls the pieces together, as in an elastic
+//! body; contact then keeps them apart.
 
 use clangor_core::glam::{DMat3, DVec3};
 
@@ -25,19 +26,19 @@ pub use super::error::NoImpulse;
 use super::motion::Motion;
 use super::split::CrackFace;
 
-/// What a crack does to the pieces.
+/// Impulses of a crack, and the motion of the pieces after it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrackImpulses {
-    /// How long the tractions act, τ \[s\].
+    /// Duration τ of the tractions \[s\].
     pub duration: f64,
-    /// For each crack face the impulse on its piece a \[N s\], at the centroid; b gets the opposite.
+    /// For each crack face the impulse on its piece a \[N s\], at the centroid; piece b gets the opposite.
     pub impulses: Vec<DVec3>,
-    /// How the pieces move afterwards.
+    /// Motion of the pieces after the crack.
     pub motions: Vec<Motion>,
 }
 
-/// The impulses of a crack; `stress` \[Pa\] is that of each element of the body before it broke, `surplus`
-/// \[J\] what the crack left of the strain energy, E_S − E_F. Pieces, faces and stresses have the same axes.
+/// The impulses of a crack; `stress` \[Pa\] is the stress of each element of the unbroken body, `surplus`
+/// \[J\] the strain energy after the crack, E_S − E_F. Pieces, faces and stresses use the same axes.
 ///
 /// # Errors
 /// [`NoImpulse`].
@@ -60,6 +61,7 @@ pub fn crack_impulses(
             return Err(reason);
         }
     }
+    // Unbalanced force of each face.
     let release = |face: &CrackFace| {
         let [p, q] = face.elements.map(|e| stress[e as usize]);
         -(0.5 * (p + q) * face.area_vector())
@@ -74,6 +76,7 @@ pub fn crack_impulses(
             *moment += (face.centroid() - pieces[piece as usize].centre).cross(force);
         }
     }
+    // Coefficients of the energy balance.
     let (mut linear, mut square) = (0.0, 0.0);
     for (piece, (force, moment)) in pieces.iter().zip(&sums) {
         linear += piece.velocity.dot(*force) + piece.angular_velocity.dot(*moment);
@@ -82,7 +85,7 @@ pub fn crack_impulses(
     if !(linear.is_finite() && square.is_finite() && square >= 0.0) {
         return Err(NoImpulse::NotFinite);
     }
-    // square τ² + linear τ = surplus > 0 has one positive root; this form of it does not cancel.
+    // square τ² + linear τ = surplus > 0 has one positive root; this form is free of cancellation.
     let root = (linear * linear + 4.0 * square * surplus).sqrt();
     let duration =
         if linear > 0.0 { 2.0 * surplus / (linear + root) } else { (root - linear) / (2.0 * square) };

@@ -10,7 +10,7 @@ use clangor_core::glam::DVec3;
 /// Why a body cannot be broken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FractureError {
-    /// A number makes no sense.
+    /// A setting is out of range.
     #[error("{setting} = {value:e} is not possible for a fracture")]
     Setting {
         /// Which number.
@@ -18,17 +18,17 @@ pub enum FractureError {
         /// Its value.
         value: f64,
     },
-    /// Lists do not fit.
+    /// Lists have different lengths.
     #[error("there are {got} {what}, but {wanted} are needed")]
     Counts {
-        /// Of what.
+        /// What was counted.
         what: &'static str,
-        /// How many there are.
+        /// Number present.
         got: usize,
-        /// How many there should be.
+        /// Number needed.
         wanted: usize,
     },
-    /// Its material does not say how strong or how tough it is.
+    /// The material has no strength or no toughness.
     #[error("material \"{material}\" has no {number}")]
     Unknown {
         /// The material.
@@ -36,22 +36,22 @@ pub enum FractureError {
         /// Which number.
         number: &'static str,
     },
-    /// Its material is not elastic.
+    /// The material has no valid elastic constants.
     #[error(transparent)]
     Elastic(#[from] ElasticError),
-    /// Its stress cannot be computed.
+    /// The stress cannot be computed.
     #[error(transparent)]
     Stress(#[from] ElastostaticsError),
-    /// The impact that breaks it makes no sense.
+    /// The impact that loads the body is invalid.
     #[error(transparent)]
     ContactLoad(#[from] ContactError),
-    /// A piece cannot collide.
+    /// A piece has no valid collision shape.
     #[error("one of its pieces {0}")]
     Collision(&'static str),
-    /// The cracks give impulses that are no numbers.
+    /// The impulses of the cracks cannot be computed.
     #[error(transparent)]
     Impulse(#[from] NoImpulse),
-    /// The body falls into parts that do not hang together before it breaks.
+    /// The body is not connected before it breaks.
     #[error("the body has {0} parts that do not hang together; only one body at a time can break")]
     Parts(usize),
     /// Tetrahedra without volume.
@@ -70,23 +70,23 @@ pub enum FractureError {
     },
 }
 
-/// Why a crack gives no impulses.
+/// Why the impulses of a crack cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoImpulse {
-    /// The crack took all energy.
+    /// The crack consumed all energy.
     #[error("the crack leaves {0:.3e} J for the motion of the pieces")]
     NoSurplus(f64),
-    /// The faces of the crack carried no stress that could move a piece.
+    /// The faces of the crack carried no stress.
     #[error("the crack runs where the body carries no load")]
     NoTraction,
-    /// Lists do not fit.
+    /// Lists have different lengths.
     #[error("a crack face names {what} {index}, but there are {count}")]
     Missing {
-        /// What is named.
+        /// Kind of item.
         what: &'static str,
-        /// Its number.
+        /// Its index.
         index: usize,
-        /// How many there are.
+        /// Number present.
         count: usize,
     },
     /// A mass, an inertia or a stress is not finite, or an inertia cannot be inverted.

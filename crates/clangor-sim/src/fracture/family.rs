@@ -14,20 +14,20 @@ use super::error::FractureError;
 /// Factor of the stress intensity of a shallow crack in an edge (Irwin 1958).
 const EDGE_CRACK: f64 = 1.12;
 
-/// A body of the scene that may break, and all its pieces.
+/// A body of the scene that may break, with all its pieces.
 pub(super) struct Family {
     pub(super) breaking: Breaking,
     pub(super) constants: ElasticConstants,
     pub(super) strength: f64,
     pub(super) fracture_energy: f64,
-    /// σ_c² (1 − 2ν²/(1 − ν))/(2E): what an element must hold to reach the strength [J/m³].
+    /// σ_c² (1 − 2ν²/(1 − ν))/(2E): energy density at which an element reaches the strength \[J/m³\].
     pub(super) critical_density: f64,
     youngs_modulus: f64,
     poisson_ratio: f64,
     pub(super) smallest_piece: f64,
-    /// Name of the first.
+    /// Name of the body of the scene.
     pub(super) name: String,
-    /// Pieces that there are, and that there ever were.
+    /// Present number of pieces, and number of pieces ever made.
     pub(super) pieces: usize,
     pub(super) born: usize,
 }
@@ -59,15 +59,15 @@ impl Family {
         Ok(family)
     }
 
-    /// What the material bears beside a scratch \[Pa\], at most its strength.
+    /// Strength beside a scratch \[Pa\], at most that of the material.
     pub(super) fn strength_at(&self, score: &Score) -> f64 {
         let plane_strain = 1.0 - self.poisson_ratio * self.poisson_ratio;
         let toughness = (self.youngs_modulus * self.fracture_energy / plane_strain).sqrt();
-        // Without depth the quotient is infinite.
+        // At zero depth the quotient is infinite.
         self.strength.min(toughness / (EDGE_CRACK * (PI * score.depth).sqrt()))
     }
 
-    /// The least stress that breaks the body anywhere \[Pa\].
+    /// The least strength of the body \[Pa\], over all scratches.
     pub(super) fn least_strength(&self) -> f64 {
         self.breaking.scores.iter().map(|score| self.strength_at(score)).fold(self.strength, f64::min)
     }

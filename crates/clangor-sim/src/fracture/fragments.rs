@@ -1,16 +1,15 @@
-//! The pieces of a broken body as bodies of their own: where they are, how they move, and the impulses that
-//! parted them.
+//! The pieces of a broken body as bodies of the solver: poses, velocities, and the impulses of the cracks.
 //!
-//! A piece keeps the axes of its parent and the motion that it had as a part of it, so that momentum, angular
-//! momentum and energy are what they were. Then the cracks release what is left of the strain energy
-//! (`crack_impulse`). Between two pieces the triangles that were pulled act as one impulse, and those that
-//! were pressed as another, each at their middle and with the couple that is left:
+//! A piece keeps the axes of its parent and its motion as a part of the parent, which conserves momentum,
+//! angular momentum and energy. Then the cracks release the remaining strain energy (`crack_impulse`).
+//! Between two pieces, the triangles under tension act as one impulse and those under compression as another,
+//! each at its weighted centre and with the remaining couple:
 //!
 //! ```text
 //! j = Σ jᵢ,    x = Σ |jᵢ| xᵢ / Σ |jᵢ|,    c = Σ (xᵢ − x) × jᵢ
 //! ```
 //!
-//! Where a plate was bent the two cancel but for a couple across its thickness, which as one impulse would
+//! In a bent plate the two cancel except for a couple across the thickness; as a single impulse they would
 //! excite no modes.
 
 use std::collections::BTreeMap;
@@ -30,22 +29,22 @@ use super::shatter::Shatter;
 use super::split::CrackFace;
 use crate::rigid::{CrackImpulse, Replacement, check_surface};
 
-/// A body at the instant at which it breaks.
+/// A body at the instant of its fracture.
 pub(super) struct Parent<'a> {
-    /// As it was born.
+    /// The body in its initial state.
     pub(super) body: &'a Body,
-    /// Where it is, and how it moves.
+    /// Its pose and velocities at the fracture.
     pub(super) state: PoseRow,
     /// Its centre of mass in the frame of its tetrahedra \[m\].
     pub(super) centre: DVec3,
 }
 
-/// What has become of a body.
+/// The fracture of a body.
 pub(super) struct Broken {
     pub(super) shatter: Shatter,
-    /// Stress of each element before \[Pa\].
+    /// Stress of each element before the fracture \[Pa\].
     pub(super) stress: Vec<SymmetricTensor>,
-    /// With which the impacts came \[J\].
+    /// Energy of the impacts \[J\].
     pub(super) impact_energy: f64,
     /// Seed of the pattern.
     pub(super) seed: u64,
@@ -57,10 +56,11 @@ pub(super) struct Fragments {
     pub(super) pieces: Vec<Piece>,
 }
 
-/// Makes bodies of pieces; `name` names them by their number.
+/// Makes bodies of the pieces. `released`: the cracks exert impulses. `name` gives the name of a piece by its
+/// index.
 ///
 /// # Errors
-/// [`FractureError`] for a piece that is no body.
+/// [`FractureError`] for a piece that is not a valid body.
 pub(super) fn fragments(
     parent: &Parent<'_>,
     broken: Broken,
@@ -71,8 +71,9 @@ pub(super) fn fragments(
     let density = parent.body.material.density;
     let solids = shatter.pieces.iter().map(Piece::mass_properties).collect::<Result<Vec<_>, _>>()?;
     let mass: f64 = solids.iter().map(|s| s.volume).sum();
-    // The parent's mass is that of its exact form: its pieces share it.
+    // The pieces share the mass of the parent, which is that of its exact shape.
     let density = if mass > 0.0 { parent.body.mass / mass } else { density };
+    // Inherited motions of the pieces, in the axes of the parent.
     let turn = DMat3::from_quat(parent.state.orientation);
     let whole = Motion {
         mass: parent.body.mass,
@@ -82,12 +83,13 @@ pub(super) fn fragments(
         angular_velocity: turn.transpose() * parent.state.angular_velocity,
     };
     let mut motions: Vec<Motion> = solids.iter().map(|solid| whole.of_piece(solid, density)).collect();
+    // Impulses of the cracks.
     let surplus = shatter.surplus();
     let tensors: Vec<DMat3> = stress.iter().map(|s| s.matrix()).collect();
     let release = match released {
         true => match crack_impulses(&shatter.crack_faces, &tensors, &motions, surplus) {
             Ok(release) => Some(release),
-            // Then nothing drives the pieces apart.
+            // In these cases nothing drives the pieces apart.
             Err(NoImpulse::NoSurplus(_) | NoImpulse::NoTraction) => None,
             Err(error) => return Err(error.into()),
         },
@@ -98,6 +100,7 @@ pub(super) fn fragments(
         motions.clone_from(&release.motions);
     }
     let after: f64 = motions.iter().map(Motion::kinetic_energy).sum();
+    // Bodies of the solver.
     let to_world = |x: DVec3| parent.state.position + turn * (x - parent.centre);
     let mut bodies = Vec::with_capacity(motions.len());
     let hulls = piece_hulls(&shatter.pieces, &shatter.crack_faces, HullSettings::default())?;
@@ -127,7 +130,7 @@ pub(super) fn fragments(
     Ok(Fragments { replacement: Replacement { row, pieces: bodies, cracks }, pieces: shatter.pieces })
 }
 
-/// For each pair of pieces an impulse of what was pulled and one of what was pressed.
+/// For each pair of pieces one impulse of the faces under tension and one of those under compression.
 fn together(
     faces: &[CrackFace],
     release: &CrackImpulses,

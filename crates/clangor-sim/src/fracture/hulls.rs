@@ -1,27 +1,26 @@
-//! What pieces collide with: hulls of their convex regions, found in milliseconds.
+//! Collision shapes of pieces: hulls of their nearly convex parts, computed in milliseconds.
 //!
-//! The hull of a piece fills its hollows. Where it does so deeper than the tolerance, the piece is cut by a
-//! plane through the deepest point, the one of a few planes that leaves the least hulls, and both sides go on
-//! alike. Parts of a piece do not overlap, so that their volumes add up.
+//! The hull of a piece fills its hollows. Where a hollow is deeper than the tolerance, the piece is cut by a
+//! plane through the deepest point: the one of a few planes that gives the smallest hulls. Both sides are
+//! treated in the same way. Parts of a piece do not overlap, so their volumes can be summed.
 //!
-//! The pieces of one fracture fit together, but their hulls reach into each other as far as cracks are rough.
-//! For each pair of pieces the mean plane of the crack between them,
+//! The pieces of one fracture fit together, but their hulls overlap by the roughness of the cracks. For each
+//! pair of pieces the mean plane of the crack between them,
 //!
 //! ```text
 //! n ∝ Σ a_i n_i,    c = Σ a_i c_i / Σ a_i
 //! ```
 //!
-//! cuts off what the parts of either have beyond it, unless that is more than the tolerance: then the crack
-//! is too crooked for a plane, and the hulls overlap. The solver does not see an overlap that was there at
-//! birth until the pieces approach each other further.
+//! cuts off the portions of the parts beyond it, unless they exceed the tolerance: then the crack is too
+//! curved for a plane, and the hulls overlap. The solver ignores an initial overlap until the pieces approach
+//! each other further.
 //!
-//! How good that is, for blocks, plates, balls and rings in up to 16 pieces: the surface of the parts is at
-//! most 1.4 elements from that of the piece, their volume off by −12 % to +16 % (plates −5 % to +8 %), at
-//! most 3.3 % of the space that hulls claim is claimed twice, and a piece of 100 to 1500 elements takes 1 to
-//! 10 ms.
+//! Accuracy for blocks, plates, balls and rings in up to 16 pieces: the surface of the parts is at most 1.4
+//! elements from that of the piece, their volume error is −12 % to +16 % (plates −5 % to +8 %), hulls overlap
+//! by at most 3.3 % of their volume, and a piece of 100 to 1500 elements takes 1 to 10 ms.
 //!
-//! Differs from [`decompose`](crate::decompose): that is for meshes of any size and form before a simulation
-//! starts, takes voxels and seconds.
+//! Differs from [`decompose`](crate::decompose), which treats meshes of any size and shape before a
+//! simulation, with voxels, in seconds.
 
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::geometry::hull::convex_hull;
@@ -35,20 +34,20 @@ use super::error::FractureError;
 use super::piece::Piece;
 use super::split::CrackFace;
 
-/// Hulls that add more than this share of the volume are divided further, unless hollows are shallower than
-/// this share of what is allowed.
+/// Hulls that add more than the share ADDED of the volume are divided further, unless hollows are shallower
+/// than the share SHALLOW of the allowed depth.
 const ADDED: f64 = 0.1;
 const SHALLOW: f64 = 0.3;
 
 /// How closely hulls follow pieces. Hollows are filled up to the depth `tolerance` × the piece's diagonal +
-/// `roughness` × the mean size of its elements, and what lies beyond a crack's mean plane is cut off up to
-/// that height.
+/// `roughness` × the mean size of its elements, and parts beyond a crack's mean plane are cut off up to that
+/// height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HullSettings {
     /// Share of the piece's diagonal.
     pub tolerance: f64,
-    /// Share of an element: cracks are as rough as the elements that they run through, and that is no form to
-    /// follow.
+    /// Share of an element: cracks are as rough as the elements that they cross, and hulls should not follow
+    /// that roughness.
     pub roughness: f64,
     /// Most parts of a piece.
     pub most_parts: usize,
@@ -62,16 +61,16 @@ impl Default for HullSettings {
     }
 }
 
-/// Convex parts of a piece and how well they stand for it.
+/// Convex parts of a piece and their deviation from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PieceHulls {
     /// The parts, in the frame of the piece's mesh.
     pub parts: Vec<ConvexPart>,
     /// Volume of the parts over that of the piece, minus 1.
     pub volume_error: f64,
-    /// How far vertices of the piece lie below the surface of the parts \[m\]: hollows that are filled.
+    /// Largest depth of a vertex of the piece below the surface of the parts \[m\]: filled hollows.
     pub filled: f64,
-    /// How far vertices of the piece lie outside the parts \[m\]: what was cut off.
+    /// Largest height of a vertex of the piece outside the parts \[m\]: portions cut off.
     pub missing: f64,
 }
 
@@ -130,6 +129,7 @@ fn hulls_of(
     let soup: Vec<[DVec3; 3]> = (0..surface.triangles.len()).map(|t| surface.corners(t)).collect();
     let mut parts: Vec<Part> = hull_of(&soup).map(|hull| Part::of(soup, hull)).into_iter().collect();
     let trimmed = |part: &Part| planes.iter().fold(part.hull.clone(), |hull, p| trim(hull, *p, allowed));
+    // Divide the part with the deepest hollow until the hulls fit.
     while parts.len() < settings.most_parts {
         let depth = |k: &usize| parts[*k].deepest.1;
         let Some(worst) = (0..parts.len()).max_by(|i, j| depth(i).total_cmp(&depth(j))) else { break };
@@ -139,13 +139,14 @@ fn hulls_of(
             break;
         }
         let Some([above, below]) = parts[worst].cut() else {
-            // No plane helps; the part stays as it is.
+            // No plane helps; the part stays undivided.
             parts[worst].deepest.1 = 0.0;
             continue;
         };
         parts[worst] = above;
         parts.push(below);
     }
+    // Trim the hulls at the cracks and thin out their points.
     let solids: Vec<TriMesh> = parts
         .iter()
         .filter_map(|part| convex_hull(&thin_out(trimmed(part), settings.most_points)).ok())
@@ -163,7 +164,7 @@ fn hulls_of(
 struct Part {
     soup: Vec<[DVec3; 3]>,
     hull: TriMesh,
-    /// The vertex deepest below the hull, and its depth [m].
+    /// The vertex deepest below the hull, and its depth \[m\].
     deepest: (DVec3, f64),
     /// Normal of the face of the hull next to it.
     face: DVec3,
@@ -206,9 +207,10 @@ impl Part {
         Part { soup, hull, deepest, face }
     }
 
-    /// Both sides of the plane through the deepest vertex that leaves the least hulls.
+    /// Both sides of the plane through the deepest vertex that gives the smallest hulls.
     fn cut(&self) -> Option<[Part; 2]> {
-        // Planes that run across the hollow, from the face of the hull that covers it to its ground.
+        // Candidate planes across the hollow, perpendicular to the face of the hull that covers it, and along
+        // the principal axes.
         let (side, other) = self.face.any_orthonormal_pair();
         let across = (0..4).map(|k| {
             let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos();
@@ -227,7 +229,7 @@ impl Part {
     }
 }
 
-/// A cut that makes the hulls smaller by less than this share is not worth a part.
+/// Least relative reduction of the hulls' volume for which a cut is made.
 const LEAST_GAIN: f64 = 0.005;
 
 /// The triangles above and below a plane; those across it are cut.
@@ -254,12 +256,12 @@ fn divide(soup: &[[DVec3; 3]], point: DVec3, normal: DVec3) -> [Vec<[DVec3; 3]>;
     sides
 }
 
-/// Where an edge meets a plane, the same point from either end.
+/// Intersection of an edge with a plane; identical for both directions of the edge.
 fn crossing([a, b]: [DVec3; 2], [from, to]: [f64; 2]) -> DVec3 {
     if from > 0.0 { a.lerp(b, from / (from - to)) } else { b.lerp(a, to / (to - from)) }
 }
 
-/// A hull without what it has beyond a plane, if that is no higher than `allowed` [m].
+/// A hull without its portion beyond a plane, if that is no higher than `allowed` \[m\].
 fn trim(hull: TriMesh, (point, normal): (DVec3, DVec3), allowed: f64) -> TriMesh {
     let heights: Vec<f64> = hull.vertices.iter().map(|v| (*v - point).dot(normal)).collect();
     let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -282,8 +284,8 @@ fn trim(hull: TriMesh, (point, normal): (DVec3, DVec3), allowed: f64) -> TriMesh
     }
 }
 
-/// The points of a hull that are farthest in evenly spread directions, in a frame in which the hull is as
-/// wide in each direction, so that flat pieces keep their outline.
+/// The points of a hull that are farthest in evenly spread directions, in a frame in which the hull has equal
+/// width in all directions, so that flat pieces keep their outline.
 fn thin_out(hull: TriMesh, most: usize) -> Vec<DVec3> {
     if hull.vertices.len() <= most {
         return hull.vertices;
@@ -308,7 +310,7 @@ fn thin_out(hull: TriMesh, most: usize) -> Vec<DVec3> {
     kept.into_iter().map(|i| hull.vertices[i]).collect()
 }
 
-/// Second moments of the vertices about their mean [m²].
+/// Second moments of the vertices about their mean \[m²\].
 fn spread(hull: &TriMesh) -> DMat3 {
     let count = hull.vertices.len() as f64;
     let mean = hull.vertices.iter().sum::<DVec3>() / count;
@@ -332,7 +334,7 @@ fn signed_volume(mesh: &TriMesh) -> f64 {
     corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
 }
 
-/// How deep points lie in hulls, and how far outside all of them \[m\].
+/// Largest depth of a point in the hulls, and largest height outside all of them \[m\].
 fn compare(points: &[DVec3], hulls: &[TriMesh]) -> (f64, f64) {
     let planes: Vec<Vec<(DVec3, f64)>> = hulls.iter().map(planes_of).collect();
     let (mut filled, mut missing) = (0.0_f64, 0.0_f64);

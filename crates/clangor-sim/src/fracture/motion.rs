@@ -1,13 +1,13 @@
-//! The motion of a rigid body, and how the pieces of one inherit it.
+//! The motion of a rigid body, and the inherited motion of its pieces.
 //!
-//! A piece with centre c_d of a body that moves with v about its centre c and turns with ω starts as it moved
-//! while it was a part of it:
+//! A piece with centre c_d of a body with velocity v of its centre c and angular velocity ω starts with the
+//! motion that it had as a part of the body:
 //!
 //! ```text
 //! v_d = v + ω × (c_d − c),    ω_d = ω
 //! ```
 //!
-//! Momentum, angular momentum and kinetic energy of the pieces together are those of the body.
+//! Momentum, angular momentum and kinetic energy of all pieces together equal those of the body.
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::{DMat3, DVec3};
@@ -40,7 +40,7 @@ impl Motion {
         }
     }
 
-    /// A piece of this body, of uniform `density` \[kg/m³\], that has just come off.
+    /// A piece of this body, of uniform `density` \[kg/m³\], with its inherited motion.
     pub fn of_piece(&self, solid: &MassProperties, density: f64) -> Self {
         Motion {
             velocity: self.velocity_at(solid.centre_of_mass),

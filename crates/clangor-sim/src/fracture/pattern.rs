@@ -1,4 +1,4 @@
-//! Where a body breaks: regions around seeds, as many as the strain energy pays for.
+//! Fracture pattern: regions around seeds, as many as the strain energy allows.
 //!
 //! ```text
 //! P(seed at node i) ∝ w_i V_i,    w energy density, V_i volume of the node
@@ -6,14 +6,14 @@
 //! seeds are added while  G_c A_F ≤ η E_S
 //! ```
 //!
-//! d is the length of the shortest way along edges, found from all seeds at once, so that each region hangs
-//! together. A large k makes a small region: pieces are small where the energy was. A_F is the area of the
-//! walls that `split` will cut, each counted once, and pieces have the volumes that it will give them.
+//! d is the length of the shortest way along edges, found from all seeds at once, so that each region is
+//! connected. A large k makes a small region: pieces are small where the energy was high. A_F is the area of
+//! the walls that `split` will cut, each counted once; the volumes of pieces are those that it will produce.
 //!
 //! Source: \[FRAC\] §3.2. Differs: the energy density in k is divided by its mean w̄, so that k has no unit
-//! (regions do not change, as only ratios matter), and is at least 1e-6 of it, so that a seed where nothing
-//! is strained does not take all; a seed whose piece, or whose neighbours' pieces, would be too small is
-//! drawn again, and so is one that costs too much, a few times, since another may cost less.
+//! (only ratios affect the regions), and is limited to at least 1e-6 of it, so that an unstrained seed does
+//! not take the whole body. A seed is drawn again, a few times, if its piece or a neighbouring piece would be
+//! too small, or if its cracks would cost too much, since another may cost less.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -28,12 +28,12 @@ use super::tetrahedron_parts::{distinct, shares, wall};
 
 /// Least energy density in the weight of distances, as a share of the mean.
 const LEAST_DENSITY: f64 = 1e-6;
-/// Seeds that may be refused one after the other before the pattern is complete.
+/// Consecutive rejected seeds after which the pattern is complete.
 const TRIES: usize = 8;
-/// First seeds that may find no second one before the body is said to stay whole.
+/// First seeds without a second one after which the body stays whole.
 const FIRST_TRIES: usize = 4;
 
-/// What a material and a user say about fracture.
+/// Settings of a fracture pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PatternSettings {
     /// Energy per area of crack G_c \[J/m²\].
@@ -83,7 +83,7 @@ impl PatternSettings {
 pub struct Pattern {
     /// The region of each corner of the mesh.
     pub region: Vec<u32>,
-    /// The corner that each region grew from.
+    /// The seed corner of each region.
     pub seeds: Vec<u32>,
     /// Volume of each region \[m³\].
     pub volumes: Vec<f64>,
@@ -95,8 +95,8 @@ pub struct Pattern {
     pub fracture_energy: f64,
 }
 
-/// Draws a pattern; `energy_density` \[J/m³\] is that of each corner of the mesh. `None` if no crack is small
-/// enough for the energy, so that the body stays whole.
+/// Draws a pattern; `energy_density` \[J/m³\] is given for each corner of the mesh. `None` if no crack is
+/// small enough for the energy; the body then stays whole.
 ///
 /// # Errors
 /// [`FractureError::Setting`] or [`FractureError::Counts`].
@@ -137,14 +137,14 @@ pub fn draw_pattern(
     Ok(None)
 }
 
-/// A mesh, ready to be divided again and again.
+/// A mesh with the data for repeated division.
 struct Body<'a> {
     mesh: &'a TetMesh,
-    /// Where the neighbours of each corner start.
+    /// Index of the first neighbour of each corner.
     starts: Vec<u32>,
     neighbours: Vec<(u32, f64)>,
     volumes: Vec<f64>,
-    /// Sums of energy up to each corner, for drawing.
+    /// Cumulative energy up to each corner \[J\], for drawing seeds.
     sums: Vec<f64>,
     energy: f64,
     /// Energy density of each corner over the mean.
@@ -164,6 +164,7 @@ impl<'a> Body<'a> {
             let both = |[i, j]: [usize; 2]| [[corners[i], corners[j]], [corners[j], corners[i]]];
             edges.extend(EDGES.into_iter().flat_map(both));
         }
+        // Adjacency lists of the corners.
         edges.sort_unstable();
         edges.dedup();
         let mut starts = vec![0; mesh.corners + 1];
@@ -187,16 +188,15 @@ impl<'a> Body<'a> {
         Body { mesh, starts, neighbours, volumes, sums, energy, relative }
     }
 
-    /// A corner, as likely as it has energy.
+    /// Draws a corner with a probability proportional to its energy.
     fn draw(&self, random: &mut SplitMix) -> u32 {
         let level = random.uniform(0.0, self.energy);
-        // Corners without energy end where the one before them ends, so that they are never the first above
-        // the level.
+        // Corners without energy have the cumulative energy of their predecessor and are never drawn.
         self.sums.partition_point(|sum| *sum <= level).min(self.sums.len() - 1) as u32
     }
 
-    /// The regions with one more seed, if one is found that the energy pays for and that makes no piece too
-    /// small.
+    /// The regions with one more seed, if a seed is found whose cracks are affordable and whose pieces are
+    /// large enough.
     fn next(
         &self,
         seeds: &[u32],
@@ -224,12 +224,12 @@ impl<'a> Body<'a> {
         })
     }
 
-    /// The region that reaches each corner first.
+    /// The region of each corner, by Dijkstra's algorithm from all seeds.
     fn grow(&self, seeds: &[u32], exponent: f64) -> Vec<u32> {
         const NONE: u32 = u32::MAX;
         let mut region = vec![NONE; self.mesh.corners];
         let mut nearest = vec![f64::INFINITY; self.mesh.corners];
-        // Bits of positive numbers order like the numbers.
+        // The bit patterns of positive numbers have the order of the numbers.
         let mut front: BinaryHeap<Reverse<(u64, u32, u32)>> = BinaryHeap::new();
         let slowness: Vec<f64> = seeds.iter().map(|s| self.relative[*s as usize].powf(exponent)).collect();
         for (k, seed) in seeds.iter().enumerate() {
@@ -252,7 +252,7 @@ impl<'a> Body<'a> {
                 }
             }
         }
-        // Corners that no seed reaches are in a part of their own, which keeps to the first region.
+        // Corners that no seed reaches are in a disconnected part, which joins the first region.
         region.iter_mut().filter(|r| **r == NONE).for_each(|r| *r = 0);
         region
     }

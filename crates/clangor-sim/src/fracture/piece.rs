@@ -1,5 +1,4 @@
-//! A solid body of tetrahedra that knows which part of its surface a crack has made: what breaks, and what it
-//! breaks into.
+//! A solid body of tetrahedra that distinguishes crack surfaces from its original surface.
 
 use clangor_bake::mesh::tetrahedra::{EDGES, TetMesh};
 use clangor_core::geometry::mass_properties::MassProperties;
@@ -8,27 +7,27 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 
 use super::error::FractureError;
 
-/// A body that may break, as [`whole`](Self::whole) makes it, or a piece of one.
+/// An unbroken body, made by [`whole`](Self::whole), or a piece of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
     /// Tetrahedra with straight edges, in the frame of the first whole body.
     pub mesh: TetMesh,
-    /// Triangles of the surface, counter-clockwise seen from outside; they name corners of `mesh`.
+    /// Triangles of the surface, counter-clockwise seen from outside; indices refer to corners of `mesh`.
     pub faces: Vec<[u32; 3]>,
-    /// For each face whether a crack made it; the others belong to the surface of the first whole body.
+    /// For each face whether a crack created it; the others belong to the surface of the first whole body.
     pub inside: Vec<bool>,
-    /// For each element the mean edge \[m\] of the element of the first whole body that it came from: cracks
-    /// divide elements, and this says how small they may become.
+    /// For each element the mean edge \[m\] of its original element in the first whole body; it limits how
+    /// small the elements of pieces may become.
     pub element_size: Vec<f64>,
 }
 
 impl Piece {
-    /// A body that has no crack yet; edges that are curved become straight.
+    /// A body without cracks; curved edges become straight.
     ///
     /// # Errors
     /// [`FractureError::Mesh`] for tetrahedra without volume, [`FractureError::Surface`] if the surface of
     /// the tetrahedra is not closed, [`FractureError::Pinched`] if it touches itself,
-    /// [`FractureError::Parts`] if the tetrahedra do not hang together.
+    /// [`FractureError::Parts`] if the tetrahedra are not connected.
     pub fn whole(mesh: &TetMesh) -> Result<Self, FractureError> {
         let tetrahedra: Vec<[u32; 4]> = mesh.elements.iter().map(|e| [e[0], e[1], e[2], e[3]]).collect();
         let mesh = TetMesh::straight(mesh.nodes.iter().take(mesh.corners).copied().collect(), &tetrahedra)?;
@@ -47,8 +46,8 @@ impl Piece {
         Ok(piece)
     }
 
-    /// The surface, with the vertices that it uses in the order of the mesh's corners; its triangles are
-    /// those of `faces`, in that order.
+    /// The surface, with only its own vertices, in the order of the mesh's corners; its triangles have the
+    /// order of `faces`.
     pub fn surface(&self) -> TriMesh {
         let mut number = vec![u32::MAX; self.mesh.corners];
         self.faces.iter().flatten().for_each(|n| number[*n as usize] = 0);
@@ -70,8 +69,8 @@ impl Piece {
     }
 }
 
-/// Refuses surfaces that are not closed, or not manifold: an edge needs two triangles that run along it in
-/// opposite directions, a vertex one fan.
+/// Rejects surfaces that are not closed or not manifold: an edge needs two triangles with opposite
+/// orientations, a vertex a single fan.
 pub(super) fn check_manifold(surface: &TriMesh) -> Result<(), FractureError> {
     let topology = Topology::try_new(surface)?;
     let mut fans = vec![0_u32; surface.vertices.len()];

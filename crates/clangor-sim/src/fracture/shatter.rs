@@ -5,7 +5,7 @@ use super::pattern::{PatternSettings, draw_pattern};
 use super::piece::Piece;
 use super::split::{CrackFace, Score, Split, split_by_regions, split_by_scores};
 
-/// A body that has broken.
+/// The pieces and energies of a broken body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shatter {
     /// The pieces, in the frame of the body.
@@ -14,19 +14,19 @@ pub struct Shatter {
     pub crack_faces: Vec<CrackFace>,
     /// Strain energy E_S before the fracture \[J\].
     pub strain_energy: f64,
-    /// Energy E_F = G_c A_F that the cracks took \[J\]; at most η E_S.
+    /// Energy E_F = G_c A_F of the cracks \[J\]; at most η E_S.
     pub fracture_energy: f64,
 }
 
 impl Shatter {
-    /// What is left for the motion of the pieces, E_S − E_F \[J\].
+    /// Energy that remains for the motion of the pieces, E_S − E_F \[J\].
     pub fn surplus(&self) -> f64 {
         self.strain_energy - self.fracture_energy
     }
 }
 
-/// Breaks a body as far as its strain energy \[J\] goes; `energy_density` \[J/m³\] is that of each corner of
-/// its mesh. `None` if it does not go far enough for any crack.
+/// Breaks a body as far as its strain energy \[J\] allows; `energy_density` \[J/m³\] is given for each corner
+/// of its mesh. `None` if the energy is too small for any crack.
 ///
 /// # Errors
 /// [`FractureError`].
@@ -42,8 +42,8 @@ pub fn shatter(
     Ok(afforded(split_by_regions(body, &pattern.region)?, strain_energy, settings))
 }
 
-/// Breaks a body along the planes that it was scored with, all of them at once. `None` if they do not divide
-/// it, or cost more than the strain energy \[J\] pays for.
+/// Breaks a body along all its scored planes at once. `None` if they do not divide it, or if the cracks need
+/// more than the available strain energy \[J\].
 ///
 /// # Errors
 /// [`FractureError`].
@@ -64,7 +64,7 @@ fn afforded(split: Option<Split>, strain_energy: f64, settings: &PatternSettings
     let Split { pieces, crack_faces } = split?;
     let area: f64 = crack_faces.iter().map(|f| f.area_vector().length()).sum();
     let fracture_energy = settings.fracture_energy * area;
-    // The pattern has counted the same area in another order.
+    // The tolerance covers the other order of summation in the pattern.
     let affordable = settings.efficiency * strain_energy * (1.0 + 1e-12);
     (fracture_energy <= affordable).then_some(Shatter { pieces, crack_faces, strain_energy, fracture_energy })
 }

@@ -1,20 +1,18 @@
 //! Cuts a body into closed pieces that fit together.
 //!
 //! Elements whose corners belong to several regions are divided by the walls of `tetrahedron_parts`: through
-//! the middles of their edges, or along the planes of scores. Elements that come out smaller or flatter than
-//! need be are then merged with their neighbours (`coarsen`), which moves no point of the outer surface off
-//! it.
+//! the middles of their edges, or along the planes of scores. Elements that become unnecessarily small or
+//! flat are then merged with their neighbours (`coarsen`), which does not change the outer surface.
 //!
 //! Why pieces are closed and manifold: in the barycentric division of a tetrahedral mesh, the neighbourhood
 //! of the part that the corners of one region span is a manifold with boundary if the mesh is one (Rourke and
-//! Sanderson, *Introduction to piecewise-linear topology*, ch. 3), and merging keeps that by its own
-//! conditions. It is checked all the same, piece by piece, because everything after it (mass, contact, sound)
-//! relies on it.
+//! Sanderson, *Introduction to piecewise-linear topology*, ch. 3), and merging preserves this by its own
+//! conditions. Each piece is checked nevertheless, because mass, contact and sound rely on it.
 //!
 //! Worst shapes of elements, with 12 (3V)^(2/3) / Σ edge² = 1 for the regular one, where those of the whole
 //! body have 0.6 or better: above 0.2 after one fracture of blocks, plates, balls and rings, above 0.02 after
-//! five, each of all pieces. Scores leave 0.1 or better in blocks and plates, 0.02 in balls, whose surface
-//! lets no point move. A plate of 73 000 nodes breaks into 70 pieces in 1.3 s.
+//! five, each of all pieces. Scores give 0.1 or better in blocks and plates, 0.02 in balls, on whose surface
+//! no point can move. A plate of 73 000 nodes breaks into 70 pieces in 1.3 s.
 
 use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_core::glam::DVec3;
@@ -25,22 +23,22 @@ use super::coarsen::{Walls, coarsen};
 use super::error::FractureError;
 use super::piece::{Piece, check_manifold};
 
-/// How near a plane may cut an edge to its end, as a share of the edge: exactly where it runs, unless
-/// elements stay poor that way.
+/// Least distance of a cut from the ends of an edge, as a share of the edge: the smallest first, larger ones
+/// if elements stay poor.
 const MARGINS: [f64; 4] = [1e-7, 1e-3, 0.02, 0.1];
-/// The worst shape that needs no further try.
+/// Worst shape of an element that is accepted without a further try.
 const FAIR: f64 = 0.1;
 /// Ends of edges this near to a plane, as a share of the body's size, are on it.
 const ON_PLANE: f64 = 1e-9;
 
-/// One triangle of a crack, which bounds a piece on either side.
+/// One triangle of a crack, between two pieces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrackFace {
     /// The pieces a and b; a has the smaller number.
     pub pieces: [u32; 2],
-    /// Which triangle of `Piece::faces` it is in each.
+    /// Its index in `Piece::faces` of each piece.
     pub faces: [u32; 2],
-    /// The element of the body before the fracture, on either side; mostly the same.
+    /// The element of the unbroken body on either side; usually the same.
     pub elements: [u32; 2],
     /// Corners \[m\], counter-clockwise seen from outside a, that is from b.
     pub corners: [DVec3; 3],
@@ -60,7 +58,7 @@ impl CrackFace {
     }
 }
 
-/// What a body falls into.
+/// The pieces of a body, and the crack between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Split {
     /// The pieces, in the frame of the body.
@@ -76,13 +74,12 @@ impl Split {
     }
 }
 
-/// Cuts between corners of different regions; `None` if they are all of one. Parts of a region that do not
-/// hang together become pieces of their own, but for those that lie altogether within another piece, which
-/// keeps them.
+/// Cuts between corners of different regions; `None` if all belong to one region. Disconnected parts of a
+/// region become pieces of their own, except parts enclosed by another piece, which are merged with it.
 ///
 /// # Errors
 /// [`FractureError::Counts`]; and [`FractureError::Mesh`], [`FractureError::Surface`] or
-/// [`FractureError::Pinched`] for a body that has no valid pieces.
+/// [`FractureError::Pinched`] for a body without valid pieces.
 pub fn split_by_regions(piece: &Piece, region: &[u32]) -> Result<Option<Split>, FractureError> {
     if region.len() != piece.mesh.corners {
         return Err(FractureError::Counts { what: "regions", got: region.len(), wanted: piece.mesh.corners });
@@ -127,7 +124,7 @@ pub fn split_by_scores(piece: &Piece, scores: &[Score]) -> Result<Option<Split>,
     best.map(|(_, cells)| pieces_of(piece, cells)).transpose()
 }
 
-/// Cuts along one plane after the other, no nearer to the end of an edge than `margin` of its length.
+/// Cuts along one plane after the other, no nearer to the ends of an edge than `margin` times its length.
 fn cut_along(piece: &Piece, scores: &[Score], margin: f64) -> Cells {
     let mut cells = Cells::of(piece);
     let (low, high) = piece.surface().bounds();
@@ -147,14 +144,14 @@ fn cut_along(piece: &Piece, scores: &[Score], margin: f64) -> Cells {
     cells
 }
 
-/// The pieces that cells of several regions make.
+/// The pieces and crack faces of cells of several regions.
 fn pieces_of(parent: &Piece, cells: Cells) -> Result<Split, FractureError> {
     let count = cells.cells.iter().map(|c| c.region as usize + 1).max().unwrap_or(0);
     let mut outer: Vec<([u32; 3], bool)> =
         cells.outer.iter().map(|f| (ascending(f.corners), f.inside)).collect();
     outer.sort_unstable();
     let mut pieces = Vec::with_capacity(count);
-    // For each piece its corners' numbers among all points, ascending.
+    // For each piece the ascending indices of its corners among all points.
     let mut origins = Vec::with_capacity(count);
     for members in by_region(&cells, count) {
         let mut own: Vec<u32> = members.iter().flat_map(|k| cells.cells[*k as usize].corners).collect();
@@ -211,7 +208,7 @@ fn crack_face(
     for (side, region) in numbers.iter().enumerate() {
         let own = &origins[*region as usize];
         let key = shared.corners.map(|n| own.partition_point(|o| *o < n) as u32);
-        // Faces of a mesh come in the order of their corners.
+        // The faces of a mesh are sorted by their corners.
         let found = pieces[*region as usize].faces.binary_search_by(|f| ascending(*f).cmp(&key));
         faces[side] = found.ok()? as u32;
     }

@@ -1,6 +1,6 @@
 //! The neighbourhood of a point of a tetrahedral complex, and the link conditions of an edge contraction.
 
-/// What surrounds a point.
+/// The cells, faces and edges around a point.
 #[derive(Default)]
 pub(super) struct Star {
     /// Opposite faces of its cells.
@@ -23,7 +23,8 @@ impl Star {
     }
 }
 
-/// Whether contracting the edge between two points leaves every region, and how regions meet, as it was.
+/// Whether contracting the edge between two points preserves the topology of all regions and of their common
+/// walls and lines.
 pub(super) fn keeps_regions(a: &Star, b: &Star, to: u32) -> bool {
     let pair = |w: u32| [w.min(to), w.max(to)];
     let triple = |[w, x]: [u32; 2]| {
@@ -31,7 +32,8 @@ pub(super) fn keeps_regions(a: &Star, b: &Star, to: u32) -> bool {
         key.sort_unstable();
         key
     };
-    // The complex itself, then with the outside as a further point.
+    // Link conditions of the complex, of the complex with the outside as a further point, of walls and of
+    // lines.
     let whole = common(&a.points, &b.points).all(|w| a.edges.binary_search(&pair(w)).is_ok())
         && common(&a.edges, &b.edges).all(|e| a.triangles.binary_search(&triple(e)).is_ok())
         && common(&a.triangles, &b.triangles).next().is_none();
@@ -49,7 +51,7 @@ pub(super) fn keeps_regions(a: &Star, b: &Star, to: u32) -> bool {
     whole && outside && walls && lines
 }
 
-/// What two ascending lists share.
+/// Common items of two ascending lists.
 fn common<'l, T: Ord + Copy>(a: &'l [T], b: &'l [T]) -> impl Iterator<Item = T> + 'l {
     a.iter().copied().filter(|x| b.binary_search(x).is_ok())
 }

@@ -1,7 +1,7 @@
 //! The parts of one tetrahedron whose corners belong to several regions, and the walls between them.
 //!
-//! With barycentric coordinates λ the part of region A holds the points where its corners together weigh
-//! most:
+//! With barycentric coordinates λ the part of region A contains the points at which its corners have the
+//! largest total weight:
 //!
 //! ```text
 //! S_A(λ) = Σ_{k in A} λ_k,      part of A = { λ : S_A ≥ S_B for every other region B }
@@ -9,12 +9,12 @@
 //!
 //! Each part is a convex polyhedron. Its vertices are its own corners, the middles of edges between two
 //! regions, the centroids of faces between three, and the centroid of the tetrahedron between four; its faces
-//! are triangles and flat quadrangles. On a face that two tetrahedra share both see the same polygons. A
-//! convex polyhedron is divided by the fan from its vertex of least number, and each of its quadrangles by
-//! the diagonal from the quadrangle's vertex of least number: the fan does exactly that on its own faces, so
-//! that neighbours agree.
+//! are triangles and flat quadrangles. Two tetrahedra have the same polygons on a shared face. A convex
+//! polyhedron is divided by the fan from its vertex of lowest number, and each of its quadrangles by the
+//! diagonal from the quadrangle's vertex of lowest number. On its own faces the fan does the same, so
+//! neighbours agree.
 //!
-//! With two regions the middles of edges may lie anywhere on the edges, and the division stays valid.
+//! With two regions the cut points may lie anywhere on the edges, and the division stays valid.
 
 use clangor_bake::mesh::tetrahedra::FACES;
 
@@ -87,7 +87,7 @@ pub(super) fn wall(regions: [u32; 4], a: u32, b: u32) -> Polygon {
             polygon.push(p | q);
             if let (Some(r), Some(s)) = (others.next(), others.next()) {
                 polygon.push(p | q | r);
-                // The two others are one region or two; only between two is there a point inside.
+                // The other two corners belong to one region or two; only for two is there an inner point.
                 if regions[r.trailing_zeros() as usize] != regions[s.trailing_zeros() as usize] {
                     polygon.push(p | q | r | s);
                 }

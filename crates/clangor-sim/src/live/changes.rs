@@ -9,14 +9,15 @@ use super::error::LiveError;
 use super::limits::{MOST_BODIES, RADII};
 use super::world::{ActiveSolver, LiveWorld, is_there};
 
-/// Overlap of a new ball, relative to the smaller radius, that is rounding.
+/// Overlap of a new ball, relative to the smaller radius, that counts as rounding error.
 const TOLERATED_OVERLAP: f64 = 1e-6;
 
 impl LiveWorld {
-    /// Gives the centre of a ball another velocity [m/s]; its spin stays.
+    /// Sets the velocity of a ball's centre \[m/s\]; its spin stays.
     ///
     /// # Errors
-    /// A body that is not a free ball, a velocity that is none or beyond [`FASTEST`].
+    /// [`LiveError`] for a body that is not a free ball, or a velocity that is not finite or beyond
+    /// [`FASTEST`](super::FASTEST).
     pub fn set_velocity(&mut self, body: BodyId, velocity: DVec3) -> Result<(), LiveError> {
         check_placed(DVec3::ZERO, velocity)?;
         let known = self.body(body).ok_or(LiveError::UnknownBody { body: body.0 })?;
@@ -32,10 +33,10 @@ impl LiveWorld {
         Ok(())
     }
 
-    /// Adds a free ball. Returns its number, which may have been that of one that was removed.
+    /// Adds a free ball. Returns its index, which may be that of a removed ball.
     ///
     /// # Errors
-    /// Numbers out of range, a place that is taken, too many bodies.
+    /// [`LiveError`] for numbers out of range, an overlap with another body, or too many bodies.
     pub fn add(
         &mut self,
         material: &Material,
@@ -83,10 +84,10 @@ impl LiveWorld {
         Ok(id)
     }
 
-    /// Removes a ball, and the rods and springs on it.
+    /// Removes a ball and its rods and springs.
     ///
     /// # Errors
-    /// A body that is not a free ball.
+    /// [`LiveError`] for a body that is not a free ball.
     pub fn remove(&mut self, body: BodyId) -> Result<(), LiveError> {
         let known = self.body(body).ok_or(LiveError::UnknownBody { body: body.0 })?;
         if known.motion != Motion::Free {
@@ -107,10 +108,10 @@ impl LiveWorld {
         Ok(())
     }
 
-    /// Changes gravity [m/s²].
+    /// Changes gravity \[m/s²\].
     ///
     /// # Errors
-    /// An acceleration that is none, or beyond 1000 m/s².
+    /// [`LiveError`] for an acceleration that is not finite or beyond 1000 m/s².
     pub fn set_gravity(&mut self, gravity: DVec3) -> Result<(), LiveError> {
         check_gravity(gravity)?;
         match &mut self.motion {

@@ -11,7 +11,7 @@ pub(super) fn check(
     within: [f64; 2],
     range: &'static str,
 ) -> Result<(), LiveError> {
-    // Written so that NaN is refused too.
+    // This form also rejects NaN.
     if value >= within[0] && value <= within[1] {
         return Ok(());
     }

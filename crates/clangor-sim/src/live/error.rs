@@ -5,10 +5,10 @@ use clangor_core::contact::ContactError;
 use super::limits::MOST_BODIES;
 use crate::error::SimulationError;
 
-/// Why a live world refuses.
+/// Why a live world rejects a call.
 #[derive(Debug, thiserror::Error)]
 pub enum LiveError {
-    /// A number out of its range, or none.
+    /// A number out of its range, or NaN.
     #[error("{what} = {value} is not possible: it must be {range}")]
     BadNumber {
         /// Which number.
@@ -18,19 +18,19 @@ pub enum LiveError {
         /// What it must be.
         range: &'static str,
     },
-    /// A body that is not there.
+    /// A body index without a body.
     #[error("there is no body {body}")]
     UnknownBody {
         /// Its index.
         body: u32,
     },
-    /// A body that nothing moves.
+    /// A body that is not a free ball.
     #[error("\"{body}\" is not a ball that moves freely")]
     NotFree {
         /// Its name.
         body: String,
     },
-    /// A new ball where another body is.
+    /// A new ball that overlaps another body.
     #[error("the new ball overlaps \"{body}\" by {depth:.3e} m")]
     Overlap {
         /// The body in the way.
@@ -41,10 +41,10 @@ pub enum LiveError {
     /// Too many bodies.
     #[error("there are {MOST_BODIES} bodies; remove some first")]
     Full,
-    /// The solver's reason.
+    /// The solver failed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    /// An impact that has no force.
+    /// An impact whose force cannot be computed.
     #[error(transparent)]
     Contact(#[from] ContactError),
 }

@@ -1,4 +1,4 @@
-//! From the rows of a world that goes on to force pulses, handed out as soon as they are final.
+//! Force pulses of the impacts of a live world, returned as soon as they are final.
 
 use std::mem::take;
 
@@ -11,18 +11,19 @@ use super::error::LiveError;
 use crate::SimulationError;
 use crate::record::{RecordSettings, Recorder, Suspended};
 
-/// How long a pulse may still push on others \[s\]: longer than any impact of a sphere lasts.
+/// How long earlier pulses are kept for the delays of impact chains \[s\]: longer than any impact of a
+/// sphere.
 const MEMORY: f64 = 0.02;
 
-/// Impacts on their way.
+/// Impacts between the solver and the caller.
 pub(super) struct Impacts {
     settings: RecordSettings,
     open: Suspended,
-    /// Rows of impacts that are over, on the clock of the solver.
+    /// Rows of ended impacts; times are those of the solver's clock.
     over: Timeline,
-    /// Pulses that have been handed out a short while ago, then those that have not been fetched.
+    /// Recently fetched pulses, then pulses that have not been fetched.
     pulses: Vec<ImpactPulse>,
-    /// Number of the former.
+    /// Number of fetched pulses in `pulses`.
     fetched: usize,
     log: Vec<ContactRow>,
 }
@@ -39,7 +40,7 @@ impl Impacts {
         }
     }
 
-    /// Lets a solver record.
+    /// Runs a solver with a recorder.
     pub(super) fn record<T>(
         &mut self,
         run: impl FnOnce(&mut Recorder<'_>) -> Result<T, SimulationError>,
@@ -50,8 +51,8 @@ impl Impacts {
         outcome
     }
 
-    /// Makes pulses of what can no longer change at a time of the solver's clock, which showed zero at
-    /// `origin` \[s\].
+    /// Computes the pulses of all impacts that can no longer change at `time` on the solver's clock, which
+    /// started at `origin` \[s\].
     pub(super) fn close(&mut self, bodies: &[Body], time: f64, origin: f64) -> Result<(), LiveError> {
         self.record(|recorder| Ok(recorder.advance(time)?))?;
         if self.over.contacts.is_empty() {
@@ -62,25 +63,27 @@ impl Impacts {
             contacts.into_iter().map(|row| ContactRow { time: row.time + origin, ..row }).collect();
         let poses: Vec<PoseRow> =
             poses.into_iter().map(|row| PoseRow { time: row.time + origin, ..row }).collect();
-        Ok(self.sound(bodies, contacts, &poses)?)
+        Ok(self.append_pulses(bodies, contacts, &poses)?)
     }
 
-    fn sound(
+    /// Appends the force pulses of ended impacts, and their rows to the log.
+    fn append_pulses(
         &mut self,
         bodies: &[Body],
         rows: Vec<ContactRow>,
         poses: &[PoseRow],
     ) -> Result<(), ContactError> {
-        let heard: Vec<ContactRow> = rows.iter().filter(|row| row.impact_id > 0).copied().collect();
+        let audible: Vec<ContactRow> = rows.iter().filter(|row| row.impact_id > 0).copied().collect();
         if self.settings.raw {
             self.log.extend(rows);
         }
         let settings =
             ContactSettings { v_min: self.settings.v_min, chain_onset: false, ..ContactSettings::default() };
         let history = PoseHistory::try_new(bodies, poses)?;
-        let (mut pulses, _) = impact_pulses(bodies, &heard, &history, &settings)?;
-        // In what order impacts of one instant were closed depends on how time was cut.
+        let (mut pulses, _) = impact_pulses(bodies, &audible, &history, &settings)?;
+        // The order in which simultaneous impacts were closed depends on the division of time.
         pulses.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.pair.cmp(&b.pair)));
+        // Drop old pulses; delay the chains of the new ones.
         if let Some(first) = pulses.first() {
             let since = first.time - MEMORY;
             let old = self.pulses[..self.fetched].iter().take_while(|pulse| pulse.time < since).count();
@@ -98,7 +101,7 @@ impl Impacts {
         &self.pulses[self.fetched..]
     }
 
-    /// Takes them as fetched.
+    /// Marks all pulses as fetched.
     pub(super) fn clear(&mut self) {
         self.fetched = self.pulses.len();
     }

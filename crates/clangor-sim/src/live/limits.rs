@@ -1,12 +1,12 @@
 //! Limits of a live world.
 
-/// Most bodies, those that have been removed included.
+/// Largest number of bodies, including removed ones.
 pub const MOST_BODIES: usize = 20_000;
-/// Furthest that one advance goes \[s\].
+/// Longest time of one advance \[s\].
 pub const LONGEST_ADVANCE: f64 = 60.0;
-/// Fastest that a ball may be set to move [m/s].
+/// Largest speed that a ball may be given \[m/s\].
 pub const FASTEST: f64 = 200.0;
-/// Radii of balls \[m\].
+/// Smallest and largest radius of a ball \[m\].
 pub const RADII: [f64; 2] = [1e-4, 100.0];
-/// Farthest from the origin \[m\].
+/// Largest distance of a ball from the origin \[m\].
 pub(super) const FARTHEST: f64 = 1e5;

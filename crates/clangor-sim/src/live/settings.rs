@@ -2,18 +2,19 @@
 
 use crate::solver_choice::Solver;
 
-/// How a world lives.
+/// Solver and log of a live world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LiveSettings {
-    /// Which solver moves the world; `Auto` for the exact one where it suits, as long as it suits.
+    /// Which solver moves the world; `Auto` starts with the exact one where it is suitable and keeps it while
+    /// it is fast enough.
     pub solver: Solver,
-    /// Impacts slower than this are not handed out [m/s].
+    /// Impacts slower than this are not returned \[m/s\].
     pub v_min: f64,
     /// Events per second of simulated time that the exact solver may need.
     pub exact_events: f64,
     /// Time step of the stepped solver \[s\].
     pub time_step: f64,
-    /// Every impulse of the stepped solver is kept for [`LiveWorld::take_log`].
+    /// Whether every impulse of the stepped solver is kept for [`LiveWorld::take_log`].
     pub log: bool,
 }
 

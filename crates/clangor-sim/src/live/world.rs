@@ -15,33 +15,34 @@ use crate::error::SimulationError;
 use crate::solver_choice::{Solver, choose_solver};
 use crate::spheres::{Engine, Stepped};
 
-/// The exact solver's own clock never runs longer than this \[s\], so that its instants stay finer than its
-/// lengths.
+/// The exact solver is rebuilt when its clock has run this long \[s\], so that times keep a finer resolution
+/// than lengths.
 const LONGEST_CLOCK: f64 = 64.0;
-/// Slices of time in which the events of the exact solver are counted \[s\].
+/// Time slice in which the events of the exact solver are counted \[s\].
 const SLICE: f64 = 1.0 / 256.0;
-/// Events of the exact solver may run ahead of their rate by those of this time \[s\].
+/// Burst allowance: the exact solver may use the events of this time in advance \[s\].
 const BURST: f64 = 0.25;
-/// Pairs of touching balls beyond which the exact solver, which would solve them all at once, is not asked.
+/// Number of touching pairs beyond which the exact solver is not used, because it solves them all
+/// simultaneously.
 const MOST_TOUCHES: usize = 200;
 /// See the module.
 pub struct LiveWorld {
-    /// The present state while `motion` is to be built, else an earlier one.
+    /// The present state while `motion` has no solver, else an earlier one.
     pub(super) world: World,
     pub(super) motion: ActiveSolver,
     pub(super) settings: LiveSettings,
-    /// When the clock of the solver showed zero \[s\].
+    /// Time at which the solver's clock started \[s\].
     pub(super) origin: f64,
     pub(super) impacts: Impacts,
-    /// Events that the exact solver may still need.
+    /// Events that the exact solver may still use.
     credit: f64,
-    /// Slices of time that it has behind it.
+    /// Completed time slices of the exact solver.
     slices: u32,
 }
 
-/// What moves the world.
+/// The solver that moves the world.
 pub(super) enum ActiveSolver {
-    /// This solver will, once it is built from the present state.
+    /// No solver yet; this one will be built from the present state.
     ToBuild(Solver),
     Exact(Box<Engine>),
     Stepped(Box<Stepped>),
@@ -51,7 +52,8 @@ impl LiveWorld {
     /// A world at time 0.
     ///
     /// # Errors
-    /// Bodies that are neither spheres nor planes or that overlap, numbers out of range.
+    /// [`LiveError`] for bodies that are neither spheres nor planes, overlapping bodies, or numbers out of
+    /// range.
     pub fn new(world: &World, settings: LiveSettings) -> Result<Self, LiveError> {
         check("v_min", settings.v_min, [0.0, f64::MAX], "0 m/s or more")?;
         check("exact_events", settings.exact_events, [0.0, f64::MAX], "0 or more")?;
@@ -105,11 +107,12 @@ impl LiveWorld {
         }
     }
 
-    /// Goes on to a time \[s\], but not much further than `most` events: `false` if there is more to do. The
-    /// stepped solver goes up to one step further than asked.
+    /// Advances to the time `until` \[s\], with about `most` events at most; `false` if the time was not
+    /// reached. The stepped solver may overshoot by up to one step.
     ///
     /// # Errors
-    /// A time that is negative, none, or further than [`LONGEST_ADVANCE`] away; a world that diverges.
+    /// [`LiveError`] for a time that is negative, NaN, or more than [`LONGEST_ADVANCE`] ahead, and for a
+    /// world that diverges.
     pub fn advance(&mut self, until: f64, most: u64) -> Result<bool, LiveError> {
         let furthest = self.time() + LONGEST_ADVANCE;
         check("the time", until, [0.0, furthest], "not negative, and at most 60 s from now")?;
@@ -122,12 +125,12 @@ impl LiveWorld {
         Ok(self.clock() >= until - self.origin)
     }
 
-    /// Whether the exact solver moves the world however long it takes.
+    /// Whether the world stays with the exact solver at any cost.
     fn is_exact_for_good(&self) -> bool {
         !self.world.links.is_empty() || self.settings.solver == Solver::Spheres
     }
 
-    /// Builds the solver where there is none.
+    /// Builds the solver if there is none.
     fn build(&mut self) -> Result<(), LiveError> {
         let ActiveSolver::ToBuild(solver) = self.motion else { return Ok(()) };
         self.slices = 0;
@@ -144,7 +147,7 @@ impl LiveWorld {
         Ok(())
     }
 
-    /// Goes on by a slice or a step of time. Returns what it cost in events.
+    /// Advances by a time slice or a step. Returns its cost in events.
     fn go_on(&mut self, until: f64, most: u64) -> Result<u64, LiveError> {
         let free = self.is_exact_for_good();
         let LiveWorld { world, motion, impacts, .. } = self;
@@ -158,7 +161,7 @@ impl LiveWorld {
         let allowed = if free { most } else { most.min(self.credit.max(0.0) as u64 + 1) };
         let end = f64::from(self.slices + 1) * SLICE;
         let stop = end.min(until - self.origin);
-        let needed = match impacts.record(|recorder| engine.pass(world, stop, allowed, recorder)) {
+        let needed = match impacts.record(|recorder| engine.advance(world, stop, allowed, recorder)) {
             Err(SimulationError::Diverged { .. }) if !free => {
                 self.release_state(Solver::Rigid)?;
                 return Ok(1);
@@ -182,7 +185,8 @@ impl LiveWorld {
         Ok(needed)
     }
 
-    /// Takes the present state out of the solver, so that it can be changed; `solver` will be built from it.
+    /// Copies the present state from the solver into `world` and drops the solver; `solver` will be built
+    /// from that state.
     pub(super) fn release_state(&mut self, solver: Solver) -> Result<(), LiveError> {
         if let ActiveSolver::ToBuild(next) = &mut self.motion {
             *next = solver;
@@ -204,27 +208,28 @@ impl LiveWorld {
         self.impacts.ready()
     }
 
-    /// Forgets the impacts so far.
+    /// Discards the impacts so far.
     pub fn clear(&mut self) {
         self.impacts.clear();
     }
 
-    /// Every impulse so far, of lasting contacts too, if the settings ask for a log; empties it.
+    /// Every impulse since the last call, including lasting contacts; empty unless [`LiveSettings::log`] is
+    /// set.
     pub fn take_log(&mut self) -> Vec<ContactRow> {
         self.impacts.take_log()
     }
 
-    /// Number of bodies, those that have been removed included: their numbers are given to others later.
+    /// Number of bodies, including removed ones, whose indices are reused by later balls.
     pub fn count(&self) -> usize {
         self.world.bodies.len()
     }
 
-    /// What a body is; the state in it is an earlier one. `None` where one has been removed.
+    /// Description of a body, with an earlier state; `None` for a removed body.
     pub fn body(&self, body: BodyId) -> Option<&Body> {
         self.world.bodies.get(body.index()).filter(|body| is_there(body))
     }
 
-    /// Present states of all bodies; those that have been removed are where they were.
+    /// Present states of all bodies; removed bodies keep their last state.
     pub fn states(&self) -> Vec<BodyState> {
         let mut states: Vec<BodyState> = self.world.bodies.iter().map(state_of).collect();
         match &self.motion {
@@ -239,7 +244,8 @@ impl LiveWorld {
         states
     }
 
-    /// Kinetic and potential energy of the balls and springs \[J\]; gravity's is zero at the origin.
+    /// Kinetic and potential energy of the balls and springs \[J\]; the potential of gravity is zero at the
+    /// origin.
     pub fn energy(&self) -> f64 {
         let states = self.states();
         let mut energy = 0.0;
@@ -262,7 +268,7 @@ impl LiveWorld {
         energy
     }
 
-    /// Gravity [m/s²].
+    /// Gravity \[m/s²\].
     pub fn gravity(&self) -> DVec3 {
         self.world.gravity
     }

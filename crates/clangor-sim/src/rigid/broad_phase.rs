@@ -1,7 +1,7 @@
-//! Which parts may meet soon: bounding balls with a margin, swept along x.
+//! Candidate pairs of parts: bounding balls with a margin, by sweep and prune along x.
 //!
 //! The list of pairs stays valid until some body has used up half of its margin, so it is rebuilt rarely. The
-//! order of the list, and so of everything after it, follows from indices alone.
+//! order of the list, and of everything computed from it, depends on indices alone.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use super::state::{BodyState, Drive};
 
 /// Margin as a fraction of the radius.
 const MARGIN: f64 = 0.15;
-/// Steps of motion at the present speed that the margin holds at least.
+/// Least number of steps at the present speed that the margin covers.
 const MARGIN_STEPS: f64 = 4.0;
 
 /// Every pair of parts whose balls, grown by the margins, meet.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// Cuts `incident` (a convex polygon, or a segment of two points) by the prism over the convex polygon
-/// `reference` along `outward`, the direction out of the reference part. The rest is left in `clipped`.
+/// `reference` along `outward`, the direction out of the reference part. The result is written to `clipped`.
 pub(super) fn clip(
     incident: &[DVec3],
     reference: &[DVec3],

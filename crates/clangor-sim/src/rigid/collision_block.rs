@@ -59,7 +59,7 @@ impl Block {
         self.points.is_empty()
     }
 
-    /// Puts the points that approach now into the block.
+    /// Collects the approaching points of the group.
     pub(super) fn assemble(&mut self, scene: &Scene<'_>, group: &[usize], round: u32) {
         self.points.clear();
         for &index in group {
@@ -100,7 +100,8 @@ impl Block {
         }
     }
 
-    /// Gauss-Seidel on the block. The actors are left as they were: [`Self::apply_and_log`] moves them.
+    /// Computes the impulses of the points by projected Gauss-Seidel; [`Self::apply_and_log`] then applies
+    /// them to the actors.
     pub(super) fn solve(&mut self) {
         let mut moving: Vec<Instant> = self.actors.iter().map(|actor| actor.now).collect();
         let scale = self.points.iter().map(|p| p.before.length()).fold(0.0, f64::max);
@@ -109,12 +110,14 @@ impl Block {
             for point in &mut self.points {
                 let relative =
                     |m: &[Instant]| m[point.a].velocity_at(point.arm_a) - m[point.b].velocity_at(point.arm_b);
+                // Normal impulse.
                 let speed = relative(&moving).dot(point.normal);
                 let change = ((point.target - speed) / point.inverse_mass).max(-point.impulse_n);
                 point.impulse_n += change;
                 moving[point.a].push(point.arm_a, point.normal * change);
                 moving[point.b].push(point.arm_b, point.normal * -change);
                 largest = largest.max((change * point.inverse_mass).abs());
+                // Friction, projected onto the cone.
                 if point.friction <= 0.0 {
                     continue;
                 }
@@ -136,7 +139,7 @@ impl Block {
         }
     }
 
-    /// Gives the actors the sums of the impulses, so that the balance of momentum is exact, and logs them.
+    /// Applies the summed impulses to the actors, so that the balance of momentum is exact, and logs them.
     pub(super) fn apply_and_log(&mut self, scene: &mut Scene<'_>, time: f64) {
         let block = &mut self.points;
         block.retain(|p| p.impulse_n > 0.0);

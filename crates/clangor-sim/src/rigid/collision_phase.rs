@@ -1,18 +1,17 @@
-//! Impacts, one after the other in the order of time inside a step, before gravity acts in it.
+//! Impacts within a step, in the order of time, before gravity acts.
 //!
-//! For every contact point the first root t* of its gap is predicted; the earliest pair is brought to the
-//! exact poses of t* (a few Newton steps on the distance of the shapes) and then solved there. Pairs within
-//! [`TIE`] of each other form one block. In a block only the points that approach now are solved together,
-//! `u⁺ ≥ −e u⁻` with `λ ≥ 0` and a round friction cone, and this is repeated until none approaches
-//! (generalized reflections, \[REFL\] §4), so that a row of touching balls passes one impulse on and a ball
-//! between two is symmetric. After each impulse the predictions of all neighbours are renewed.
+//! For every contact point the first root t* of its gap is predicted (`prediction`). The earliest pair is
+//! moved to the exact poses of t* and solved there. Pairs within [`TIE`] of each other form one block
+//! (`collision_block`), which is solved repeatedly until none of its points approaches (generalized
+//! reflections, \[REFL\] §4). A row of touching balls therefore transmits a single impulse, and a ball
+//! between two others is treated symmetrically. After each impulse the predictions of all neighbours are
+//! renewed.
 //!
-//! Points slower than the rest speed are left to the contact phase; restitution grows from 0 there to e at
-//! twice that speed. Taking the impacts before gravity (\[GUE\] §7) keeps a resting body out of here
-//! altogether.
+//! Points slower than the rest speed are left to the contact phase; restitution grows from 0 at that speed to
+//! e at twice that speed. Because impacts precede gravity (\[GUE\] §7), a resting body has none.
 //!
-//! Differs: \[GUE\] steps all bodies to the end of the step and solves there; here every impulse has its own
-//! instant and pose.
+//! Differs: \[GUE\] moves all bodies to the end of the step and solves there; here every impulse acts at its
+//! own instant and pose.
 
 use super::collision_block::{Actor, Block, ELASTIC_HITS};
 use super::collision_scene::Scene;
@@ -21,9 +20,9 @@ use super::sleep;
 
 /// Impacts closer than this in time are solved together \[s\].
 const TIE: f64 = 1e-10;
-/// Rounds of reflections in one block; the last ones are without restitution.
+/// Rounds of reflections in one block; later rounds have no restitution.
 const MAX_ROUNDS: u32 = 2 * ELASTIC_HITS;
-/// Pairs in a block.
+/// Largest number of pairs in a block.
 const MAX_GROUP: usize = 256;
 /// Buffers of the phase.
 #[derive(Default)]
@@ -56,7 +55,7 @@ impl CollisionPhase {
         }
     }
 
-    /// Collects the pairs that collide at the same instant as `first`.
+    /// Collects the pairs that collide at the instant of `first`.
     fn gather(&mut self, scene: &mut Scene<'_>, first: &Candidate) {
         self.group.clear();
         self.group.push(first.pair);
@@ -74,7 +73,7 @@ impl CollisionPhase {
                 self.predictions.refine(scene, &next);
             }
         }
-        // The order of the list, not of discovery, decides the order of the solution.
+        // Pairs are solved in the order of their list, not of their discovery.
         self.group.sort_unstable();
     }
 
@@ -82,6 +81,7 @@ impl CollisionPhase {
     fn resolve(&mut self, scene: &mut Scene<'_>, t: f64) {
         let step = scene.step;
         self.wake(scene);
+        // Bodies of the block at the instant t.
         self.block.actors.clear();
         for &index in &self.group {
             let key = scene.pairs[index].key;
@@ -93,6 +93,7 @@ impl CollisionPhase {
                 }
             }
         }
+        // Rounds of reflections until no point approaches.
         for round in 0..MAX_ROUNDS {
             self.block.assemble(scene, &self.group, round);
             if self.block.is_empty() {
@@ -101,6 +102,7 @@ impl CollisionPhase {
             self.block.solve();
             self.block.apply_and_log(scene, step.time + t);
         }
+        // Continue the flight of the bodies from their new velocities.
         self.touched.clear();
         for actor in &self.block.actors {
             let state = &mut scene.bodies[actor.body];
@@ -113,6 +115,7 @@ impl CollisionPhase {
         for &index in &self.group {
             scene.pairs[index].hits += 1;
         }
+        // Renew the predictions of all neighbours.
         for k in 0..self.touched.len() {
             let body = self.touched[k];
             for &index in scene.neighbours.of(body) {
@@ -130,7 +133,7 @@ impl CollisionPhase {
         }
     }
 
-    /// A sleeping body that is hit wakes with all that fell asleep with it.
+    /// Wakes the sleeping bodies of the group and their islands.
     fn wake(&mut self, scene: &mut Scene<'_>) {
         for k in 0..self.group.len() {
             let key = scene.pairs[self.group[k]].key;

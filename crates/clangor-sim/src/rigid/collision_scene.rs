@@ -6,7 +6,7 @@ use super::shape::Shape;
 use super::state::BodyState;
 use super::step_log::StepLog;
 
-/// What the phase works on.
+/// State that the collision phase reads and changes.
 pub(super) struct Scene<'a> {
     pub(super) bodies: &'a mut [BodyState],
     pub(super) pairs: &'a mut [Pair],

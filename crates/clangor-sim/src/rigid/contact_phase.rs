@@ -1,13 +1,14 @@
 //! Resting, sliding and rolling contact: one non-restitutive solve per step, after gravity.
 //!
 //! Unknowns are impulses λ on A with `λ_n ≥ 0`, `|λ_t| ≤ μ λ_n`, and a couple of rolling and spinning loss
-//! `|c| ≤ ρ λ_n`; the normal velocity after it must not close the gap within the step, and tangential and
-//! relative angular velocities are driven to zero as far as the bounds let. Projected Gauss-Seidel, started
-//! from the impulses of the step before, pairs bottom-up, direction alternating. An overlap beyond [`SLOP`]
-//! is pushed out at no more than [`PUSH_SPEED`], far below what is heard.
+//! `|c| ≤ ρ λ_n`. The normal velocity after the solve must not close the gap within the step; tangential and
+//! relative angular velocities are driven to zero as far as the bounds allow. Solved by projected
+//! Gauss-Seidel, warm-started with the impulses of the step before, pairs ordered bottom-up, sweep direction
+//! alternating. An overlap beyond [`SLOP`] is pushed out at [`PUSH_SPEED`] at most, far below the audible
+//! speed.
 //!
-//! Not here: shock propagation (\[GUE\] §8), which holds the lower body and so breaks the balance of momentum
-//! by as much as the impulses themselves; the warm start and the order do its work.
+//! Not included: shock propagation (\[GUE\] §8), which holds the lower body fixed and so violates the balance
+//! of momentum; warm start and order replace it.
 
 use clangor_core::timeline::ContactKind;
 use glam::{DMat3, DVec3};
@@ -18,23 +19,24 @@ use super::pair::{Pair, SLOP, Step};
 use super::state::{BodyState, Instant};
 use super::step_log::{ContactImpulse, Impulse, StepLog};
 
-/// Fraction of an overlap that is pushed out per step.
+/// Fraction of an overlap that is removed per step.
 const PUSH_FRACTION: f64 = 0.2;
-/// Speed of that push at most \[m/s\].
+/// Largest speed of that correction \[m/s\].
 const PUSH_SPEED: f64 = 5e-3;
-/// The same for a contact that rolls or slides in fast: fractions of the overlap and of its approach speed.
+/// The same for a contact that arrives fast by rolling or sliding: fractions of the overlap and of its
+/// approach speed.
 const FAST_PUSH_FRACTION: f64 = 1.0;
 const FAST_PUSH: f64 = 0.2;
-/// Points that part faster than this are out of reach \[m/s\].
+/// Open points that separate faster than this take no part \[m/s\].
 const PARTING: f64 = 0.05;
 /// Sweeps end when no velocity changes by more than this fraction of g Δt.
 const TOLERANCE: f64 = 0.02;
-/// Stands for g where there is no gravity \[m/s²\].
+/// Least value of g in the tolerance, for worlds without gravity \[m/s²\].
 const LEAST_GRAVITY: f64 = 1.0;
 const MIN_SWEEPS: u32 = 4;
 const MAX_SWEEPS: u32 = 30;
 
-/// What the sweeps need of a body.
+/// Velocities and inertia of a body during the sweeps.
 #[derive(Clone, Copy)]
 struct Mover {
     velocity: DVec3,
@@ -68,7 +70,7 @@ struct Row {
     target: f64,
     friction: f64,
     rolling_loss: f64,
-    /// Moment of inertia of the couple, from below \[kg m²\].
+    /// Lower bound of the moment of inertia that resists the couple \[kg m²\].
     rolling_inertia: f64,
     impulse: [f64; 3],
     couple: DVec3,
@@ -197,7 +199,7 @@ impl ContactPhase {
     /// Orders the pairs bottom-up.
     pub(super) fn sort(&mut self, bodies: &[BodyState], pairs: &[Pair], gravity: DVec3) {
         let up = -gravity.normalize_or_zero();
-        // Fixed bodies are below everything.
+        // Fixed bodies count as the lowest.
         let height = |i: u32| {
             let body = &bodies[i as usize];
             if body.is_free() { body.mid_position.dot(up) } else { f64::NEG_INFINITY }
@@ -214,7 +216,7 @@ impl ContactPhase {
         });
     }
 
-    /// Solves the contacts of the step and changes velocities and momenta. Returns the sweeps it took.
+    /// Solves the contacts of the step and updates velocities and momenta. Returns the number of sweeps.
     pub(super) fn run(
         &mut self,
         bodies: &mut [BodyState],
@@ -226,6 +228,7 @@ impl ContactPhase {
         if self.rows.is_empty() {
             return 0;
         }
+        // Warm start.
         for row in &self.rows {
             let impulse = row.normal * row.impulse[0]
                 + row.tangents[0] * row.impulse[1]
@@ -233,6 +236,7 @@ impl ContactPhase {
             self.movers[row.a].push(impulse, row.arm_a.cross(impulse));
             self.movers[row.b].push(-impulse, -row.arm_b.cross(impulse));
         }
+        // Projected Gauss-Seidel sweeps in alternating direction.
         let tolerance = TOLERANCE * step.gravity.length().max(LEAST_GRAVITY) * step.length;
         let mut sweeps = 0;
         while sweeps < MAX_SWEEPS {
@@ -282,7 +286,7 @@ impl ContactPhase {
         }
     }
 
-    /// Logs every pair's rows, or only those of the pairs that approach fast.
+    /// Logs the rows of all pairs, or of the fast pairs only.
     fn log(&self, bodies: &[BodyState], pairs: &[Pair], step: &Step, log: &mut StepLog) {
         let time = step.time + 0.5 * step.length;
         let acts = |row: &Row| row.impulse[0] > 0.0 || row.couple != DVec3::ZERO;
@@ -332,7 +336,7 @@ impl ContactPhase {
         log.end();
     }
 
-    /// Gives the bodies the sums of the impulses, so that the balance of momentum is exact.
+    /// Applies the summed impulses to the bodies, so that the balance of momentum is exact.
     fn apply(&self, bodies: &mut [BodyState], pairs: &mut [Pair]) {
         for row in &self.rows {
             let tangential = row.tangents[0] * row.impulse[1] + row.tangents[1] * row.impulse[2];
@@ -369,13 +373,15 @@ fn middle(body: &BodyState) -> Instant {
 }
 
 impl Row {
-    /// Solves this point with all others held; the largest change of velocity \[m/s\].
+    /// Solves this point with all others held fixed. Returns the largest change of velocity \[m/s\].
     fn relax(&mut self, movers: &mut [Mover]) -> f64 {
         let (mut a, mut b) = (movers[self.a], movers[self.b]);
         let slip = a.velocity + a.spin.cross(self.arm_a) - b.velocity - b.spin.cross(self.arm_b);
         let [old_n, old_1, old_2] = self.impulse;
+        // Normal impulse.
         let new_n = (old_n + (self.target - slip.dot(self.normal)) * self.mass[0]).max(0.0);
         let change_n = new_n - old_n;
+        // Friction, projected onto the cone.
         let limit = self.friction * new_n;
         let mut new_1 = old_1 - (slip.dot(self.tangents[0]) + self.coupling[0] * change_n) * self.mass[1];
         let mut new_2 = old_2 - (slip.dot(self.tangents[1]) + self.coupling[1] * change_n) * self.mass[2];
@@ -390,6 +396,7 @@ impl Row {
         let impulse = self.normal * change_n + self.tangents[0] * change_1 + self.tangents[1] * change_2;
         a.push(impulse, self.arm_a.cross(impulse));
         b.push(-impulse, -self.arm_b.cross(impulse));
+        // Couple of rolling and spinning loss.
         if self.rolling_inertia > 0.0 && (new_n > 0.0 || self.couple != DVec3::ZERO) {
             let wanted = self.couple - (a.spin - b.spin) * self.rolling_inertia;
             let couple = wanted.clamp_length_max(self.rolling_loss * new_n);

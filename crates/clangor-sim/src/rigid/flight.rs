@@ -11,10 +11,10 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// Below this angle in one step \[rad\] the second-order rule is exact to 1e-13.
+/// Below this angle \[rad\] the second-order rule is accurate to 1e-13.
 const SMALL_ANGLE: f64 = 1e-4;
 
-/// A larger angle \[rad\] is taken in parts, so that a thin body's energy does not wander into its spin.
+/// A larger angle \[rad\] is integrated in parts, so that the energy of a thin body does not drift.
 const LARGE_ANGLE: f64 = 0.1;
 const MOST_PARTS: f64 = 1000.0;
 
@@ -47,7 +47,7 @@ pub(super) fn turn(
         return rotated(orientation, angular_velocity(middle, momentum, inverse_inertia) * duration);
     }
     if angle > LARGE_ANGLE * MOST_PARTS {
-        // Hundreds of radians: nothing could follow the axis, and a step of several would overflow.
+        // Hundreds of radians cannot be resolved, and Runge-Kutta stages would overflow.
         return rotated(orientation, omega * duration);
     }
     let parts = (angle / LARGE_ANGLE).ceil().max(1.0);

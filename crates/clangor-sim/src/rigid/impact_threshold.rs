@@ -7,9 +7,9 @@ use super::state::BodyState;
 pub(super) const MAX_HITS: u32 = 60;
 /// Approach below which contact is resting contact \[m/s\].
 const REST_SPEED: f64 = 0.02;
-/// The same, where restitution is 1 and nothing ever rests.
+/// The same for a restitution of 1, where bodies never come to rest \[m/s\].
 const REST_SPEED_ELASTIC: f64 = 1e-6;
-/// It is never below this many times the speed that gravity gives in a step.
+/// Least ratio of the rest speed to the speed that gravity adds in a step.
 const REST_STEPS: f64 = 4.0;
 
 /// Approach speed \[m/s\] below which a pair has no impacts.
@@ -20,7 +20,7 @@ pub(super) fn rest_speed(restitution: f64, step: &Step) -> f64 {
     REST_SPEED.max(REST_STEPS * step.gravity.length() * step.length)
 }
 
-/// Bound on the relative acceleration of two contact points due to rotation \[m/s²\], and a bit more.
+/// Upper bound on the relative acceleration of two contact points due to rotation \[m/s²\].
 pub(super) fn bend(a: &BodyState, b: &BodyState) -> f64 {
     let one = |body: &BodyState| body.spin_speed() * body.angular_velocity.length();
     2.0 * (one(a) + one(b))

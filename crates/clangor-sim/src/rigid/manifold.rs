@@ -1,11 +1,11 @@
-//! The contact manifold of two convex parts: where they touch, or will.
+//! The contact manifold of two convex parts: the points where they touch or will touch.
 //!
 //! A manifold has one unit normal n, from B to A, and points with their gaps measured along n. Against a
-//! half-space it is every vertex near the plane; for two balls the closed form; else the closest points of
-//! the cores (GJK, EPA where they overlap), to which the face of one part clipped by the prism of the other's
-//! is added. At most nine points are kept of a slow pair: the deepest and the extremes in eight directions
-//! that are fixed in the reference body, so that the choice does not flicker from step to step. A fast pair
-//! keeps all, as any of them may strike next.
+//! half-space the points are all vertices near the plane; for two balls they have a closed form. Otherwise
+//! they are the closest points of the cores (GJK, or EPA for overlapping cores) and the face of one part
+//! clipped by the prism of the other's face. A slow pair keeps at most nine points: the deepest and the
+//! extremes in eight directions that are fixed in the reference body, so that the choice is stable from step
+//! to step. A fast pair keeps all points, as any of them may strike next.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,24 +20,25 @@ use super::shape::{Part, PartShape};
 
 /// Directions in which extreme points are kept.
 const DIRECTIONS: usize = 8;
-/// Turns the directions off the symmetry axes of common shapes \[rad\].
+/// Rotates the directions away from the symmetry axes of common shapes \[rad\].
 const FIRST_DIRECTION: f64 = 0.1234;
-/// A face takes part in a manifold if its normal is within acos of this of the contact's.
+/// A face takes part in a manifold if the cosine between its normal and the contact normal is at least this.
 const FACING: f64 = 0.7;
-/// A cylinder's cap (or side) takes part if the normal is this near to (or perpendicular to) the axis.
+/// A cylinder's cap (side) takes part if the cosine between contact normal and axis exceeds (is below) this.
 const CAP_FACING: f64 = 0.98;
 const SIDE_FACING: f64 = 0.05;
-/// A face is what a cylinder touches if its normal is this near to the contact's.
+/// A cylinder's rim is tested against a face if the cosine between face normal and contact normal exceeds
+/// this.
 const FLAT_FACING: f64 = 0.999_99;
-/// Corners that stand for the rim of a cap against a hull.
+/// Corners of the polygon that replaces a cap against a hull.
 const CAP_CORNERS: usize = 16;
-/// Angles \[rad\] from the lowest rim point of the others that are kept, to both sides: of a slow cylinder,
-/// and of a fast one, whose lowest point may run round the rim within a step, most often a little way.
+/// Angles from the lowest rim point at which further rim points are kept, on both sides \[rad\]: of a slow
+/// cylinder, and of a fast one, whose lowest point may move along the rim within a step.
 const SLOW_RIM: &[f64] = &[0.5 * PI, PI];
 const FAST_RIM: &[f64] = &[0.04, 0.1, 0.18, 0.3, 0.45, 0.7, 1.1, 1.6, 2.3, PI];
-/// Cores that are nearer than this have no direction between them that rounding leaves alone \[m\].
+/// The direction between cores that are nearer than this is dominated by rounding errors \[m\].
 const IN_TOUCH: f64 = 1e-9;
-/// The distance query looks this much farther than asked \[m\].
+/// Margin of the distance query \[m\].
 const QUERY_MARGIN: f64 = 1e-4;
 
 /// A part in the world.
@@ -72,13 +73,13 @@ pub(super) struct ManifoldPoint {
     pub(super) gap: f64,
 }
 
-/// How far two parts are apart.
+/// Distance of two parts.
 pub(super) struct Separation {
-    /// Distance along `normal` \[m\]; a lower bound where there are no points.
+    /// Distance along `normal` \[m\]; a lower bound if there are no points.
     pub(super) gap: f64,
-    /// Unit vector from B to A; zero where the query failed far away.
+    /// Unit vector from B to A; zero if the query failed, far away.
     pub(super) normal: DVec3,
-    /// Whether the normal belongs to a face of A, and so turns with A.
+    /// Whether the normal belongs to a face of A and therefore rotates with A.
     pub(super) normal_of_a: bool,
 }
 
@@ -184,7 +185,7 @@ fn half_space(
 /// that rim at these angles to both sides.
 fn rim_points(radius: f64, half_height: f64, direction: DVec3, angles: &[f64], mut each: impl FnMut(DVec3)) {
     let across = direction.x.hypot(direction.y);
-    // Flat on its cap to 1e-5 every rim point is as good: a fixed choice does not wander.
+    // On a cap that is flat to 1e-5 all rim points are equivalent; a fixed choice is stable.
     let (c, s) = if across < 1e-5 { (1.0, 0.0) } else { (direction.x / across, direction.y / across) };
     let z = half_height.copysign(direction.z);
     each(DVec3::new(c * radius, s * radius, z));
@@ -210,6 +211,7 @@ fn convex(
             return Separation { gap, normal: axis, normal_of_a: false };
         }
     }
+    // Closest points of the cores by GJK, warm-started with the last normal.
     let far = prediction + QUERY_MARGIN;
     let to_a = a.orientation.inverse();
     let b_from_a =
@@ -226,7 +228,7 @@ fn convex(
             if core_gap(a, b, normal) > 0.0 {
                 return Separation { gap: far, normal, normal_of_a: false };
             }
-            // The expanding polytope gave up on faces that coincide.
+            // EPA fails on coincident faces.
             let deepest = a.support(-normal);
             (deepest, deepest - normal * core_gap(a, b, normal), normal)
         }
@@ -243,6 +245,7 @@ fn convex(
     if gap > prediction {
         return Separation { gap, normal, normal_of_a: false };
     }
+    // Face against face, and rim against face.
     let normal_of_a = face_points(a, b, normal, prediction, points, scratch);
     rim_over_face(a, b, normal, query, points, scratch);
     for point in points.iter_mut() {
@@ -252,7 +255,7 @@ fn convex(
     if !fast {
         reduce(points, normal, if normal_of_a { a.orientation } else { b.orientation }, scratch);
     }
-    // A clip that misses the closest points (an edge on an edge) must not hide them.
+    // Keeps the closest points where clipping misses them (an edge on an edge).
     if !points.iter().any(|p| p.gap < gap + 1e-6) {
         points.push(ManifoldPoint { on_a: on_a - normal * ra, on_b: on_b + normal * rb, gap });
     }
@@ -264,8 +267,8 @@ fn core_gap(a: &Placed<'_>, b: &Placed<'_>, normal: DVec3) -> f64 {
     (a.support(-normal) - b.support(normal)).dot(normal)
 }
 
-/// The direction of least overlap among the one found and the face normals. Where hulls lie parallel the
-/// expanding polytope may stop at a direction that is none.
+/// The direction of least overlap among `found` and the face normals, with its points. For parallel hulls EPA
+/// may stop at a wrong direction.
 fn least_overlap(
     a: &Placed<'_>,
     b: &Placed<'_>,
@@ -292,7 +295,7 @@ fn least_overlap(
     (best.1, deepest, deepest - best.1 * best.0)
 }
 
-/// Clips the faces that look at each other; true if the reference face is one of A.
+/// Clips the facing faces of both parts; true if the reference face belongs to A.
 fn face_points(
     a: &Placed<'_>,
     b: &Placed<'_>,
@@ -309,7 +312,7 @@ fn face_points(
     }
     let facing_a = plane_a.map_or(-1.0, |f| -f.dot(normal));
     let facing_b = plane_b.map_or(-1.0, |f| f.dot(normal));
-    // Near equals B wins, so that noise does not swap the reference.
+    // B wins near ties, so that rounding does not swap the reference.
     let of_a = count_a > 2 && (count_b == 2 || facing_a > facing_b + 1e-3);
     let (reference, incident, plane, outward) = match (of_a, plane_a, plane_b) {
         (true, Some(plane), _) => (&scratch.face_a, &scratch.face_b, plane, -normal),
@@ -331,8 +334,8 @@ fn face_points(
     of_a
 }
 
-/// Adds the rim of a cylinder where it is above a face of a hull: as on a half-space, the lowest point of a
-/// coin that wobbles runs round the rim faster than the closest points alone can tell.
+/// Adds the rim points of a cylinder above a face of a hull. As on a half-space, the lowest point of a
+/// wobbling coin moves along the rim faster than the closest points alone can follow.
 fn rim_over_face(
     a: &Placed<'_>,
     b: &Placed<'_>,
@@ -373,7 +376,7 @@ fn rim_over_face(
     });
 }
 
-/// The face (or the side line of a cylinder) that looks along a world direction, counter-clockwise from
+/// The face (or the side line of a cylinder) that faces a world direction, counter-clockwise seen from
 /// outside, and its normal.
 fn support_face(placed: &Placed<'_>, direction: DVec3, out: &mut Vec<DVec3>) -> Option<DVec3> {
     out.clear();
@@ -410,7 +413,7 @@ fn support_face(placed: &Placed<'_>, direction: DVec3, out: &mut Vec<DVec3>) -> 
     }
 }
 
-/// Keeps the deepest point and the extremes in directions fixed to `frame`.
+/// Keeps the deepest point and the extreme points in directions fixed to `frame`.
 fn reduce(points: &mut Vec<ManifoldPoint>, normal: DVec3, frame: DQuat, scratch: &mut ManifoldScratch) {
     if points.len() <= DIRECTIONS {
         return;

@@ -1,16 +1,16 @@
-//! A pair of parts that may touch, and how its contact points are kept from step to step.
+//! A pair of parts that may touch, and its contact points, which persist from step to step.
 //!
-//! A manifold is found once and then carried: its points are anchors in both bodies, re-measured every step,
-//! and found anew after [`DRIFT`] of relative travel (every step where a surface is curved, as the point of
-//! contact wanders). Impulses of the last step move to the nearest new anchors, which starts the contact
-//! phase near its answer. A pair that is farther apart than it can travel is skipped until it has travelled
-//! that far.
+//! A manifold is computed once and then carried: its points are anchors in both bodies, measured again in
+//! every step. It is recomputed after [`DRIFT`] of relative travel (in every step for curved surfaces, whose
+//! contact point moves). Impulses of the last step are inherited by the nearest new anchors, which
+//! warm-starts the contact phase. A pair farther apart than its possible travel is skipped until it has
+//! travelled that far.
 //!
-//! A piece of a broken body is born touching its siblings, and the convex parts that stand for it may overlap
-//! theirs, or those of other bodies. That overlap counts as touching, so that nothing is pushed out of
-//! anything and no energy comes of it; as the bodies part it is forgotten, and never counts again. Bodies so
-//! are born without impulses between them and stay without while they part or rest, but if they approach each
-//! other they are stopped where they are.
+//! A piece of a broken body starts in contact with its siblings, and its convex parts may overlap theirs or
+//! those of other bodies. That initial overlap counts as touching: it is not pushed out and adds no energy.
+//! The allowance shrinks as the bodies part and never grows again. Pieces therefore start without impulses
+//! between them and stay so while they part or rest; if they approach each other, they are stopped where they
+//! are.
 
 use clangor_core::material::PairCoefficients;
 use glam::{DQuat, DVec3};
@@ -19,16 +19,16 @@ use super::manifold::{ManifoldPoint, ManifoldQuery, ManifoldScratch, Placed, Sep
 use super::shape::Shape;
 use super::state::BodyState;
 
-/// Relative travel after which a manifold is found anew \[m\].
+/// Relative travel after which a manifold is recomputed \[m\].
 const DRIFT: f64 = 5e-6;
-/// Angle by which the lowest rim point of a cylinder may run round in a step before more of the rim is kept
+/// Angle by which the lowest rim point of a cylinder may move in a step before more rim points are kept
 /// \[rad\].
 const SWING: f64 = 0.025;
-/// A larger swing than this is no rolling \[rad\].
+/// Largest such angle used for rolling \[rad\].
 const MOST_SWING: f64 = 0.5;
-/// Overlap that is left alone \[m\].
+/// Overlap that is not corrected \[m\].
 pub(super) const SLOP: f64 = 2e-6;
-/// A manifold looks this many times farther than a pair can move in a step.
+/// Search distance of a manifold over the largest travel of the pair in a step.
 const FORESIGHT: f64 = 1.5;
 /// An anchor inherits the impulse of an old one within this fraction of the smaller radius.
 const INHERIT: f64 = 0.05;
@@ -70,25 +70,24 @@ pub(super) struct Pair {
     pub(super) live: bool,
     /// Impacts in this step.
     pub(super) hits: u32,
-    /// Counts the changes of its bodies' motion, so that predictions made before can be told.
+    /// Counts the changes of its bodies' motion; predictions with an older stamp are invalid.
     pub(super) stamp: u32,
     /// Refinements of the predicted impact since then.
     pub(super) refinements: u32,
     /// The exact manifold at the predicted impact.
     pub(super) exact: ExactManifold,
-    /// Whether the lowest point runs round a rim: a cylinder on a half-space, whose gap is concave in time.
+    /// Whether the lowest point moves along a rim: a cylinder on a half-space, whose gap is concave in time.
     pub(super) rolls_on_rim: bool,
-    /// Normal velocity \[m/s\] that the lowest rim point must have now for the lowest point to be as high in
-    /// a step.
+    /// Normal velocity \[m/s\] of the lowest rim point that keeps the height of the lowest point over a step.
     pub(super) rim_lift: f64,
     curved: bool,
     axis: DVec3,
     normal_in_owner: DVec3,
     normal_of_a: bool,
-    /// Overlap that counts as touching \[m\]: what was there when one of the bodies was born, as far as it
-    /// has not opened since; infinite until it has been measured.
+    /// Overlap that counts as touching \[m\]: the part of the overlap at birth that has not opened since;
+    /// infinite until measured.
     allowance: f64,
-    /// Distance that the pair is known to be apart beyond its foresight \[m\].
+    /// Known distance of the pair beyond its foresight \[m\].
     slack: f64,
     /// Travel since the manifold was found \[m\].
     travel: f64,
@@ -102,7 +101,7 @@ pub(super) struct ExactManifold {
     pub(super) points: Vec<ManifoldPoint>,
 }
 
-/// What the geometry needs to know of the step.
+/// Time, length and gravity of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
     /// Start \[s\].
@@ -114,7 +113,7 @@ pub(super) struct Step {
 }
 
 impl Pair {
-    /// A pair of which nothing is known; `newborn`: one of the bodies is in its first step.
+    /// A pair without contact points; `newborn`: one of the bodies is in its first step.
     pub(super) fn new(
         key: PairKey,
         coefficients: PairCoefficients,
@@ -162,12 +161,12 @@ impl Pair {
         ((a.velocity - b.velocity).length() + a.spin_speed() + b.spin_speed()) * step.length
     }
 
-    /// How far a manifold has to look \[m\].
+    /// Search distance of a manifold \[m\].
     fn foresight(&self, reach: f64, step: &Step) -> f64 {
         FORESIGHT * (reach + 2.0 * step.gravity.length() * step.length * step.length) + SLOP
     }
 
-    /// Brings the points to the middle of a new step.
+    /// Updates the points to the middle of a new step.
     pub(super) fn begin_step(
         &mut self,
         bodies: &[BodyState],
@@ -194,7 +193,7 @@ impl Pair {
         self.update(bodies, shapes, step, 0.5 * step.length, reach, scratch);
     }
 
-    /// Brings the points to time `t` of the step after an impulse on one of its bodies.
+    /// Updates the points to time `t` of the step after an impulse on one of its bodies.
     pub(super) fn after_impulse(
         &mut self,
         bodies: &[BodyState],
@@ -215,7 +214,7 @@ impl Pair {
         self.update(bodies, shapes, step, t, reach, scratch);
     }
 
-    /// Reduces the overlap that counts as touching to what is left of it at the start of the step.
+    /// Reduces the overlap that counts as touching to the present overlap at the start of the step.
     fn forget_opened(
         &mut self,
         bodies: &[BodyState],
@@ -308,7 +307,7 @@ impl Pair {
             return;
         }
         self.live = true;
-        // A slack left over from before would freeze the old gaps.
+        // An old slack would keep the old gaps.
         self.slack = -1.0;
         self.normal_of_a = normal_of_a;
         self.normal_in_owner = if normal_of_a { qa } else { qb }.inverse() * normal;
@@ -317,6 +316,7 @@ impl Pair {
             (true, false) => a.radius,
             _ => b.radius,
         };
+        // New anchors inherit the impulses of the nearest old ones.
         std::mem::swap(&mut self.points, &mut scratch.old);
         self.points.clear();
         let old = &scratch.old;
@@ -335,8 +335,8 @@ impl Pair {
                     (nearest, heir) = (distance, Some(i));
                 }
             }
-            // A point that rolls on stays the same contact however far its anchors moved: a lone one, and the
-            // first of a rim, which is the lowest.
+            // A rolling point stays the same contact, however far its anchors moved: a single point, and the
+            // first (lowest) point of a rim.
             let lone = old.len() == 1 && found.len() == 1;
             if lone || (self.rolls_on_rim && fast && self.points.is_empty() && !old.is_empty()) {
                 heir = Some(0);
@@ -386,8 +386,8 @@ impl Pair {
     }
 }
 
-/// How far the lowest rim point of a cylinder on a half-space runs round the rim in a step \[rad\], and the
-/// slope of the cylinder's axis to the normal.
+/// Angle by which the lowest rim point of a cylinder on a half-space moves along the rim in a step \[rad\],
+/// and the sine of the angle between the cylinder's axis and the normal.
 fn rim_swing(body: &BodyState, cylinder: &Placed<'_>, normal: DVec3, step: f64) -> (f64, f64) {
     let axis = cylinder.orientation * DVec3::Z;
     let across = axis.cross(normal);

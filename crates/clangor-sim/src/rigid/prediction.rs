@@ -68,7 +68,7 @@ impl Predictions {
         self.heap.peek()
     }
 
-    /// Predicts the first impact of a pair, a little early where rotation bends its path.
+    /// Predicts the first impact of a pair, slightly early where rotation bends the paths of its points.
     pub(super) fn predict(&mut self, scene: &Scene<'_>, index: usize) {
         let (pair, step) = (&scene.pairs[index], &scene.step);
         if pair.hits > MAX_HITS {
@@ -85,6 +85,7 @@ impl Predictions {
         let bend = bend(a, b);
         let (early, faster) = (bend * away * away, bend * away);
         let mut first: Option<(f64, f64)> = None;
+        // Earliest root over the points; simultaneous roots are ordered by approach speed.
         for point in &pair.points {
             let speed = (a.velocity + a.angular_velocity.cross(point.arm_a)
                 - b.velocity
@@ -120,15 +121,15 @@ impl Predictions {
         }
     }
 
-    /// Looks again from the end of the step. The lowest point of a tilting cylinder runs round its rim, which
-    /// no point known now foretells; but its height is concave in time, so the end tells whether there is a
-    /// root, and Newton's method finds it from there.
+    /// Starts a search from the end of the step. The lowest point of a tilting cylinder moves along its rim,
+    /// so the present points do not predict it. Its height is concave in time: the height at the end of the
+    /// step decides whether there is a root, and Newton's method finds the root from there.
     fn probe_end(&mut self, index: usize, pair: &Pair, step: &Step) {
         let end = Candidate { time: step.length, speed: 0.0, pair: index, stamp: pair.stamp, exact: false };
         self.heap.push(end);
     }
 
-    /// Finds the manifold at the predicted instant and predicts again from there.
+    /// Computes the manifold at the predicted instant and predicts again from there.
     pub(super) fn refine(&mut self, scene: &mut Scene<'_>, candidate: &Candidate) {
         let step = scene.step;
         let pair = &mut scene.pairs[candidate.pair];
@@ -142,7 +143,7 @@ impl Predictions {
         let now_a = a.at(step.time, step.length, candidate.time, a.gravity(step.gravity));
         let now_b = b.at(step.time, step.length, candidate.time, b.gravity(step.gravity));
         let mut first: Option<(f64, f64)> = None;
-        // On a rim only the lowest point, the first one, is on the curve whose root is sought.
+        // On a rim only the first point, the lowest, is on the curve whose root is sought.
         let relevant = if pair.rolls_on_rim { 1 } else { usize::MAX };
         for point in pair.exact.points.iter().take(relevant) {
             let middle = (point.on_a + point.on_b) * 0.5;
@@ -182,8 +183,8 @@ impl Predictions {
     }
 }
 
-/// The root of `a t² + b t + c` that a gap c > 0 closing at speed −b > 0 reaches first (the last one passed
-/// if c < 0).
+/// The root of `a t² + b t + c` that a gap c > 0 closing at speed −b > 0 reaches first (for c < 0, the last
+/// root passed).
 fn first_root(a: f64, b: f64, c: f64) -> Option<f64> {
     let discriminant = b * b - 4.0 * a * c;
     if discriminant < 0.0 {

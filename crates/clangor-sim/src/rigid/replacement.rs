@@ -1,11 +1,11 @@
-//! A body that breaks leaves the world, and its pieces enter it where they are.
+//! Replaces a body that breaks by its pieces.
 //!
-//! What decides that a body breaks, and into what, is not here: a run asks a [`Breaker`] after each step. The
-//! parent has by then the velocity that the impacts of the step gave it, so that pieces that move as it did
-//! keep its momentum and kinetic energy; what cracks add is in the velocities of the pieces too.
+//! A [`Breaker`], called after each step, decides which bodies break and into which pieces. The parent then
+//! already has the velocity after the impacts of the step. Pieces that move as the parent did keep its
+//! momentum and kinetic energy; impulses of cracks are included in the velocities of the pieces.
 //!
-//! No impulse is exchanged at the birth itself. Pieces touch, and the convex parts that stand for them may
-//! even overlap: `pair` says how that is forgotten as they part.
+//! The replacement itself exchanges no impulse. Pieces touch, and their convex parts may overlap: `pair`
+//! describes how that overlap is tolerated until the pieces part.
 
 use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::timeline::FractureRow;
@@ -19,24 +19,24 @@ use super::step_log::StepLog;
 use super::world::RigidWorld;
 use crate::SimulationError;
 
-/// A body that breaks, and what becomes of it.
+/// A body that breaks, and its pieces.
 #[derive(Clone, Debug)]
 pub struct Replacement {
-    /// What is known of the fracture. `parent` breaks; time and pieces are filled in.
+    /// The fracture. `parent` breaks; the run fills in the time and the ids of the pieces.
     pub row: FractureRow,
-    /// The pieces at the end of the step, with the velocities that cracks gave them; their lives are filled
-    /// in.
+    /// The pieces at the end of the step, with their velocities after the cracks; the run fills in their
+    /// lives.
     pub pieces: Vec<Body>,
-    /// The impulses of the cracks, which the velocities contain already.
+    /// The impulses of the cracks, already included in the velocities.
     pub cracks: Vec<CrackImpulse>,
 }
 
-/// What the release of a crack does to the pieces at its sides.
+/// Impulse of a released crack on the pieces at its two sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrackImpulse {
-    /// Place in [`Replacement::pieces`] of the piece on which the impulse acts as written.
+    /// Piece A: index in [`Replacement::pieces`].
     pub piece_a: usize,
-    /// And of that on which the opposite acts.
+    /// Piece B, on which the opposite impulse acts: index in [`Replacement::pieces`].
     pub piece_b: usize,
     /// Where \[m\], world.
     pub point: DVec3,
@@ -48,16 +48,17 @@ pub struct CrackImpulse {
     pub couple: DVec3,
 }
 
-/// Looks at a step that has been taken, and says which bodies break. The log has the impacts of the step;
-/// contacts slower than `v_min` are in it only if all rows are recorded.
+/// Inspects a completed step and returns the bodies that break. The log contains the impacts of the step, and
+/// contacts slower than `v_min` only if all rows are recorded.
 pub type Breaker<'a> = &'a mut dyn FnMut(&RigidWorld, &StepLog) -> Result<Vec<Replacement>, SimulationError>;
 
 impl RigidWorld {
-    /// Lets `parent` die and its pieces be born, now. Whatever it touched wakes.
+    /// Replaces `parent` by its pieces at the present time and wakes the bodies that it touched.
     ///
     /// # Errors
-    /// [`SimulationError::CannotBreak`] for a body that is not free or not there, has a spring, or has no
-    /// pieces; [`SimulationError::BadBody`] for a piece that cannot be simulated. Nothing has changed then.
+    /// [`SimulationError::CannotBreak`] for a body that is not free or does not exist, has a spring, or has
+    /// no pieces; [`SimulationError::BadBody`] for a piece that cannot be simulated. The world is unchanged
+    /// after an error.
     pub fn replace(&mut self, parent: BodyId, pieces: &[Body]) -> Result<Vec<BodyId>, SimulationError> {
         let broken = parent.index();
         let cannot = |reason| {
@@ -104,7 +105,7 @@ impl RigidWorld {
         Ok((first..self.bodies.len() as u32).map(BodyId).collect())
     }
 
-    /// Wakes a body and those that it touches.
+    /// Wakes a body and the bodies that it touches.
     fn wake_around(&mut self, body: usize) {
         let now = Step { time: self.time(), length: self.time_step, gravity: self.gravity };
         let touches = |pair: &&Pair| pair.live && pair.ends().contains(&body);

@@ -1,4 +1,4 @@
-//! A world is stepped to the end, recorded, and broken where somebody wants it to be.
+//! A whole run: steps, log, and replacement of the bodies that break.
 
 use std::ops::ControlFlow;
 
@@ -14,7 +14,7 @@ use crate::{SimulationError, SimulationSettings};
 /// Steps between two calls of the progress report.
 const PROGRESS_CHECK: u64 = 64;
 
-/// Simulates a world; after each step `breaker` says what breaks.
+/// Simulates a world; after each step `breaker` returns the bodies that break.
 pub(crate) fn run(
     world: &World,
     settings: &SimulationSettings,
@@ -48,7 +48,7 @@ pub(crate) fn run(
             }
         }
         recorder.advance(rigid.time())?;
-        // Half a step of tolerance keeps the rate where interval and step are commensurable.
+        // Half a step of tolerance keeps the rate if interval and step are commensurable.
         let pictured = rigid.time() + 0.5 * settings.time_step >= next_pose as f64 * interval;
         if pictured {
             for &body in &moving {
@@ -75,7 +75,7 @@ pub(crate) fn run(
     Ok(())
 }
 
-/// Replaces a body by its pieces, and records it.
+/// Replaces a body by its pieces and records the fracture.
 fn break_up(
     rigid: &mut RigidWorld,
     replacement: Replacement,

@@ -1,21 +1,21 @@
-//! What collides: the convex parts of a body with their full faces and support points.
+//! Collision shapes: the convex parts of a body with their full faces and support points.
 //!
-//! Hulls keep every vertex of a face, because a manifold cut down to four vertices lets a coin of 64 sides
-//! rock for ever. Balls, cylinders and half-spaces stay exact. Not here: mass and inertia, which come with
-//! the body.
+//! Hulls keep every vertex of a face, because with a manifold of four vertices a coin of 64 sides never stops
+//! rocking. Balls, cylinders and half-spaces are exact. Mass and inertia belong to the body, not to its
+//! shape.
 
 use clangor_core::body::Surface;
 use clangor_core::geometry::convex::ConvexPart;
 use glam::{DQuat, DVec3};
 use parry3d_f64::shape::{ConvexPolyhedron, SupportMap};
 
-/// Hulls and cylinders are rounded by this radius where they meet each other \[m\].
+/// Rounding radius of hulls and cylinders in contact with each other \[m\].
 ///
-/// It keeps the distance query away from overlap, where it is slower and less exact. Bodies so rest 10 µm
-/// apart.
+/// It keeps the distance query away from overlap, where it is slower and less accurate. Bodies therefore rest
+/// 10 µm apart.
 pub(super) const SKIN: f64 = 5e-6;
 
-/// A hull thinner than this fraction of its size has no usable inside.
+/// A hull thinner than this fraction of its size is rejected as flat.
 const FLAT: f64 = 1e-6;
 
 /// One convex piece in its own frame.
@@ -56,24 +56,24 @@ pub(super) struct Part {
     pub(super) radius: f64,
 }
 
-/// The parts of a body and the ball about its centre of mass that holds them.
+/// The parts of a body and the radius of their bounding ball about its centre of mass.
 pub(super) struct Shape {
     pub(super) parts: Vec<Part>,
     pub(super) radius: f64,
     pub(super) half_space: bool,
 }
 
-/// Refuses surfaces that cannot collide.
+/// Rejects surfaces that cannot collide.
 ///
 /// # Errors
-/// What is wrong with it.
+/// What is wrong with the surface or body.
 #[cfg(feature = "fracture")]
 pub(crate) fn check_surface(surface: &Surface) -> Result<(), &'static str> {
     Shape::try_new(surface).map(|_| ())
 }
 
 impl Shape {
-    /// The parts of a surface; `Err` says what is wrong with it.
+    /// The parts of a surface; `Err` states what is wrong with it.
     pub(super) fn try_new(surface: &Surface) -> Result<Self, &'static str> {
         let parts = match surface {
             Surface::Sphere { radius } => {
@@ -129,7 +129,7 @@ impl Part {
         }
     }
 
-    /// Whether the point of contact wanders over the surface while the body turns.
+    /// Whether the contact point moves over the surface while the body turns.
     pub(super) fn is_curved(&self) -> bool {
         matches!(self.shape, PartShape::Ball { .. } | PartShape::Cylinder { .. })
     }
@@ -139,7 +139,7 @@ impl Part {
         if let PartShape::Cylinder { radius, .. } = self.shape { radius } else { 0.0 }
     }
 
-    /// Radius \[m\] by which the core that the distance query sees is rounded when it meets `other`.
+    /// Rounding radius \[m\] of the core in the distance query, against `other`.
     pub(super) fn rounding(&self, other: &Part) -> f64 {
         match (&self.shape, &other.shape) {
             (PartShape::Ball { radius }, _) => *radius,
@@ -177,7 +177,7 @@ impl SupportMap for Part {
 }
 
 impl Hull {
-    /// The hull of points, about its centre; and that centre.
+    /// The hull of points relative to its centre, and that centre.
     fn try_new(points: &[DVec3]) -> Result<(Self, DVec3), &'static str> {
         if !points.iter().all(|p| p.is_finite()) {
             return Err("has a hull with a point that is not finite");
@@ -200,7 +200,7 @@ impl Hull {
                 })
                 .sum();
             let Some(outward) = area.try_normalize() else { continue };
-            // The winding of merged faces is not promised: the centre is inside, so it decides.
+            // The winding of merged faces is not guaranteed; the centre, which is inside, decides it.
             let outside = outward.dot(all[corners[0] as usize] - centre) > 0.0;
             if !outside {
                 corners.reverse();

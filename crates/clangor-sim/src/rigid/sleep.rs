@@ -1,8 +1,8 @@
-//! Sleep: bodies that have lain still together are not simulated until something touches them.
+//! Sleep: bodies that have been at rest together are not simulated until something touches them.
 //!
-//! Bodies that touch form an island. It falls asleep when every body of it has been slower than
-//! [`SLEEP_SPEED`] for [`SLEEP_TIME`]; the momentum that is left is taken away and logged, so that the
-//! balance holds. Touching one body of an island wakes all of it.
+//! Bodies that touch form an island. An island falls asleep when all its bodies have been slower than
+//! [`SLEEP_SPEED`] for [`SLEEP_TIME`]. Their remaining momentum is removed and logged, so that the balance
+//! holds. Contact with one body of an island wakes the whole island.
 
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow};
@@ -13,28 +13,28 @@ use super::pair::{Pair, SLOP, Step};
 use super::state::BodyState;
 use super::step_log::{Impulse, StepLog};
 
-/// Surface speed below which a body is still \[m/s\].
+/// Surface speed below which a body counts as at rest \[m/s\].
 const SLEEP_SPEED: f64 = 3e-3;
-/// How long an island has to be still \[s\].
+/// Time at rest after which an island falls asleep \[s\].
 const SLEEP_TIME: f64 = 0.1;
 
-/// Counts how long the bodies have been still.
-pub(super) fn watch(bodies: &mut [BodyState], step: f64) {
+/// Updates how long each body has been at rest.
+pub(super) fn update_quiet(bodies: &mut [BodyState], step: f64) {
     for body in bodies.iter_mut().filter(|b| b.is_awake()) {
         if body.surface_speed() < SLEEP_SPEED { body.quiet += step } else { body.quiet = 0.0 }
     }
 }
 
-/// Puts the islands to sleep that have been still long enough; `restless` bodies keep theirs awake.
-pub(super) fn settle(
+/// Puts islands to sleep that have been at rest long enough; `restless` bodies keep their island awake.
+pub(super) fn fall_asleep(
     bodies: &mut [BodyState],
     pairs: &[Pair],
     restless: &[bool],
     step: &Step,
     log: &mut StepLog,
 ) {
-    // Twice the distance at which slow bodies wake each other: else two islands could do so in turns for
-    // ever.
+    // Twice the distance at which slow bodies wake each other, so that two islands cannot wake each other in
+    // turns.
     let fall = step.gravity.length() * step.length * step.length;
     let near = 2.0 * (SLOP + 2.0 * SLEEP_SPEED * step.length + fall);
     let mut parent: Vec<usize> = (0..bodies.len()).collect();
@@ -88,7 +88,7 @@ fn root(parent: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-/// Wakes the sleepers that moving bodies are about to touch in this step.
+/// Wakes the sleeping bodies that moving bodies are about to touch in this step.
 pub(super) fn wake_touched(
     bodies: &mut [BodyState],
     pairs: &mut [Pair],
@@ -112,7 +112,7 @@ pub(super) fn wake_touched(
     }
 }
 
-/// Whether some point closes within the step.
+/// Whether some point of the pair closes within the step.
 fn meets(pair: &Pair, a: &BodyState, b: &BodyState, step: &Step) -> bool {
     let fall = step.gravity.length() * step.length * step.length;
     pair.points.iter().any(|point| {
@@ -124,7 +124,7 @@ fn meets(pair: &Pair, a: &BodyState, b: &BodyState, step: &Step) -> bool {
     })
 }
 
-/// Wakes a body and all that fell asleep with it, and measures their contacts in the present step.
+/// Wakes a body and its island, and measures their contacts in the present step.
 pub(super) fn wake(
     bodies: &mut [BodyState],
     body: usize,

@@ -21,7 +21,7 @@ pub(super) struct Spring {
 }
 
 impl Spring {
-    /// A spring; `Err` says what of the link is not supported.
+    /// A spring; `Err` states what is not supported, and the body.
     pub(super) fn try_new(
         link: &Link,
         bodies: &[BodyState],
@@ -52,7 +52,7 @@ impl Spring {
         Ok(Spring { body: body.index(), to: *to, rest_length, stiffness, damping })
     }
 
-    /// The bodies that it pulls.
+    /// Indices of the bodies at its ends.
     pub(super) fn ends(&self) -> impl Iterator<Item = usize> {
         let far = match self.to {
             SpringEnd::Body(other) => Some(other.index()),
@@ -61,7 +61,7 @@ impl Spring {
         [Some(self.body), far].into_iter().flatten()
     }
 
-    /// Pulls for one step.
+    /// Applies and logs the impulse of one step.
     pub(super) fn pull(&self, bodies: &mut [BodyState], step: &Step, log: &mut StepLog) {
         let near = &bodies[self.body];
         let (far, far_velocity, far_id) = match self.to {

@@ -6,8 +6,8 @@
 //! `x(t) = x_m + u (t − Δt/2) + g t²/2`, `v(t) = u + g t`, `q(t) =` torque-free rotation of q_m by `t −
 //! Δt/2`.
 //!
-//! Gravity is thus outside (x_m, u), so a resting body has x_m where it lies and u = 0. An impulse at t* is
-//! applied at the exact pose of t*, and the new flight is carried back to the middle:
+//! Gravity is thus excluded from (x_m, u): a resting body has its rest position as x_m, and u = 0. An impulse
+//! at t* is applied at the exact pose of t*, and the new flight is carried back to the middle:
 //! [`BodyState::redirect`]. After the collision phase u becomes the velocity at the end of the step by `u +=
 //! g Δt`, and the contact phase acts at (x_m, q_m).
 
@@ -25,7 +25,7 @@ pub(super) enum Drive {
     Free,
     Fixed,
     Keyframed(Track),
-    /// The body has died, and only its index is left.
+    /// The body has broken; only its index remains.
     Gone,
 }
 
@@ -33,7 +33,7 @@ pub(super) enum Drive {
 pub(super) struct BodyState {
     pub(super) drive: Drive,
     pub(super) shape: usize,
-    /// Radius of the ball about the centre of mass that holds the body \[m\].
+    /// Radius of the bounding ball about the centre of mass \[m\].
     pub(super) radius: f64,
     pub(super) mass: f64,
     inverse_inertia: DMat3,
@@ -46,7 +46,7 @@ pub(super) struct BodyState {
     pub(super) velocity: DVec3,
     /// About the centre of mass, world \[N m s\].
     pub(super) momentum: DVec3,
-    /// Pose at the middle of the step, and what follows from it.
+    /// Pose at the middle of the step, and derived quantities.
     pub(super) mid_position: DVec3,
     pub(super) mid_orientation: DQuat,
     pub(super) angular_velocity: DVec3,
@@ -54,9 +54,9 @@ pub(super) struct BodyState {
 
     /// Time of the last impulse in this step \[s\].
     pub(super) last_hit: f64,
-    /// Distance that its surface may have moved since the broad phase \[m\].
+    /// Bound on the travel of its surface since the broad phase \[m\].
     pub(super) moved: f64,
-    /// Distance that the broad phase allowed \[m\].
+    /// Travel that the broad phase allows \[m\].
     pub(super) margin: f64,
     pub(super) asleep: bool,
     /// How long it has been slow \[s\].
@@ -83,7 +83,7 @@ impl Instant {
         self.velocity + self.angular_velocity.cross(arm)
     }
 
-    /// 1/m felt along `direction` at `arm`.
+    /// Inverse effective mass along `direction` at `arm` \[1/kg\].
     pub(super) fn inverse_mass_at(&self, arm: DVec3, direction: DVec3) -> f64 {
         let lever = arm.cross(direction);
         self.inverse_mass + lever.dot(self.inverse_inertia * lever)
@@ -97,7 +97,7 @@ impl Instant {
 }
 
 impl BodyState {
-    /// A body at its birth; `Err` says what is wrong with it.
+    /// The initial state of a body; `Err` states what is wrong with it.
     pub(super) fn try_new(body: &Body, shape: usize, radius: f64) -> Result<Self, &'static str> {
         let drive = match &body.motion {
             Motion::Free => Drive::Free,
@@ -171,18 +171,18 @@ impl BodyState {
         }
     }
 
-    /// Whether it has died.
+    /// Whether it has broken.
     pub(super) fn is_gone(&self) -> bool {
         matches!(self.drive, Drive::Gone)
     }
 
-    /// Dies.
+    /// Removes the body; its index stays.
     pub(super) fn vanish(&mut self) {
         self.drive = Drive::Gone;
         self.asleep = false;
     }
 
-    /// Whether impulses and gravity move it now.
+    /// Whether impulses and gravity move it at present.
     pub(super) fn is_awake(&self) -> bool {
         self.is_free() && !self.asleep
     }
@@ -196,7 +196,7 @@ impl BodyState {
         if self.is_awake() { 1.0 / self.mass } else { 0.0 }
     }
 
-    /// `gravity` if it falls, else zero.
+    /// `gravity` if the body is awake, else zero.
     pub(super) fn gravity(&self, gravity: DVec3) -> DVec3 {
         if self.is_awake() { gravity } else { DVec3::ZERO }
     }
@@ -265,7 +265,7 @@ impl BodyState {
         }
     }
 
-    /// Recomputes what follows from the middle orientation and the angular momentum.
+    /// Recomputes inverse inertia and angular velocity at the middle of the step.
     pub(super) fn refresh_middle(&mut self) {
         let rotation = DMat3::from_quat(self.mid_orientation);
         self.world_inverse_inertia = rotation * self.inverse_inertia * rotation.transpose();
@@ -330,7 +330,7 @@ impl BodyState {
         self.last_hit = t;
     }
 
-    /// Falls asleep: whatever moved stops.
+    /// Stops the body when it falls asleep.
     pub(super) fn stop(&mut self) {
         self.velocity = DVec3::ZERO;
         self.momentum = DVec3::ZERO;

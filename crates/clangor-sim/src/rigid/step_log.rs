@@ -1,4 +1,4 @@
-//! What one step did: its impulses with their exact arms, in groups of one pair and one instant.
+//! The impulses of one step with their exact arms, in groups of one pair and one instant.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use super::state::Instant;
 /// `arm_a × row.impulse() + row.couple`; those of B by the opposite impulse and couple with `arm_b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impulse {
-    /// The row as the timeline gets it.
+    /// The row of the timeline.
     pub row: ContactRow,
     /// From the centre of mass of A to the point \[m\].
     pub arm_a: DVec3,
@@ -108,7 +108,7 @@ impl StepLog {
         self.groups.clear();
     }
 
-    /// The approach speed \[m/s\] below which contact rows are not wanted.
+    /// The approach speed \[m/s\] below which contact rows are skipped.
     pub(super) fn skips_slower(&self) -> Option<f64> {
         self.skip_slower
     }
@@ -144,8 +144,8 @@ impl StepLog {
         }
     }
 
-    /// Kind, rows and poses of each group of one pair at one instant, in the order in which they happened;
-    /// the poses are those of the moving bodies before the impulses.
+    /// Kind, rows and poses of each group of one pair at one instant, in the order of their times; the poses
+    /// are those of the moving bodies before the impulses.
     pub fn groups(&self) -> impl Iterator<Item = (ContactKind, &[ContactRow], &[PoseRow])> {
         self.groups.iter().map(|g| (g.kind, &self.rows[g.rows.clone()], &self.poses[g.poses.clone()]))
     }

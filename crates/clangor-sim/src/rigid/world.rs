@@ -19,14 +19,14 @@ use super::state::BodyState;
 use super::step_log::StepLog;
 use crate::SimulationError;
 
-/// An overlap at the start beyond this is refused \[m\].
+/// Largest overlap allowed at the start \[m\].
 const START_OVERLAP: f64 = 1e-4;
-/// Steps between two looks for islands that may sleep.
+/// Steps between two searches for islands that may sleep.
 const SLEEP_CHECK: u64 = 16;
 /// Steps between two bottom-up orderings.
 const ORDER_CHECK: u64 = 64;
 
-/// A world that is stepped.
+/// A world of bodies of any shape, advanced in steps of equal length.
 pub struct RigidWorld {
     pub(super) names: Vec<String>,
     pub(super) materials: Vec<clangor_core::material::Material>,
@@ -40,7 +40,7 @@ pub struct RigidWorld {
     steps: u64,
     sweeps: u64,
     pub(super) pairs: Vec<Pair>,
-    /// How many bodies the pairs were found among; the others are newborn.
+    /// Number of bodies at the last search for pairs; later bodies are newborn.
     paired: usize,
     pub(super) neighbours: Neighbours,
     collision: CollisionPhase,
@@ -49,8 +49,8 @@ pub struct RigidWorld {
 }
 
 impl RigidWorld {
-    /// The world at t = 0, to be moved in steps of `time_step` \[s\]; with `sleep`, bodies at rest are put to
-    /// sleep.
+    /// The world at t = 0, to be advanced in steps of `time_step` \[s\]. With `sleep`, bodies at rest are put
+    /// to sleep.
     ///
     /// # Errors
     /// [`SimulationError::BadBody`] for a body that cannot be simulated, [`SimulationError::Unsupported`] for
@@ -64,7 +64,7 @@ impl RigidWorld {
         }
         let mut shapes = Vec::new();
         let mut bodies = Vec::new();
-        // Copies of a body share a surface, and here its parts.
+        // Copies of a body share a surface, and therefore a shape.
         let mut known: Vec<*const clangor_core::body::Surface> = Vec::new();
         for body in &world.bodies {
             let bad = |reason| SimulationError::BadBody { body: body.name.clone(), reason };
@@ -108,7 +108,7 @@ impl RigidWorld {
             contact: ContactPhase::default(),
             scratch: PairScratch::default(),
         };
-        // What overlaps now was not born so.
+        // Overlaps at the start are errors, not overlaps at birth.
         rigid.paired = rigid.bodies.len();
         rigid.find_pairs();
         rigid.refuse_overlaps()?;
@@ -120,7 +120,7 @@ impl RigidWorld {
         self.steps as f64 * self.time_step
     }
 
-    /// State of a body now, or at its death.
+    /// Present state of a body, or its last state if it has broken.
     pub fn pose(&self, body: BodyId) -> PoseRow {
         let state = &self.bodies[body.index()];
         PoseRow {
@@ -145,7 +145,7 @@ impl RigidWorld {
         self.bodies.iter().map(BodyState::kinetic_energy).sum()
     }
 
-    /// Kinetic and potential energy of all free bodies \[J\], springs left out.
+    /// Kinetic and potential energy of all free bodies \[J\], without springs.
     pub fn energy(&self) -> f64 {
         let free = self.bodies.iter().filter(|b| b.is_free());
         self.kinetic_energy() - free.map(|b| b.mass * self.gravity.dot(b.position)).sum::<f64>()
@@ -157,12 +157,12 @@ impl RigidWorld {
         state.velocity.length() + state.start_angular_velocity().length() * state.radius
     }
 
-    /// Whether a body is there and has not broken.
+    /// Whether a body exists and has not broken.
     pub fn is_alive(&self, body: BodyId) -> bool {
         self.bodies.get(body.index()).is_some_and(|state| !state.is_gone())
     }
 
-    /// Number of bodies there ever were; the next one that is born has this id.
+    /// Number of bodies so far, including broken ones; the next new body gets this id.
     pub fn count(&self) -> usize {
         self.bodies.len()
     }
@@ -172,8 +172,7 @@ impl RigidWorld {
         self.bodies[body.index()].asleep
     }
 
-    /// Deepest overlap of any two bodies in the last step \[m\], beyond that with which one of them was born;
-    /// 0 if none.
+    /// Deepest overlap of any two bodies in the last step \[m\], beyond their overlap at birth; 0 if none.
     pub fn deepest_overlap(&self) -> f64 {
         let points = self.pairs.iter().filter(|p| p.live && p.hits == 0).flat_map(|p| &p.points);
         points.map(|p| -p.gap).fold(0.0, f64::max)
@@ -184,13 +183,14 @@ impl RigidWorld {
         self.sweeps
     }
 
-    /// Advances by one step and leaves its impulses in `log`.
+    /// Advances by one step and writes its impulses into `log`.
     ///
     /// # Errors
     /// [`SimulationError::Diverged`] if the state is no longer finite.
     pub fn step(&mut self, log: &mut StepLog) -> Result<(), SimulationError> {
         let step = Step { time: self.time(), length: self.time_step, gravity: self.gravity };
         log.clear();
+        // Fly to the middle of the step and update the contacts there.
         let mut rebuild = self.paired < self.bodies.len();
         for body in &mut self.bodies {
             body.begin_step(step.time, step.length);
@@ -206,6 +206,7 @@ impl RigidWorld {
         if self.sleep {
             sleep::wake_touched(&mut self.bodies, &mut self.pairs, &self.neighbours, &step);
         }
+        // Collision phase: impacts with restitution.
         self.collision.run(&mut Scene {
             bodies: &mut self.bodies,
             pairs: &mut self.pairs,
@@ -215,23 +216,26 @@ impl RigidWorld {
             scratch: &mut self.scratch,
             log,
         });
+        // Gravity and springs.
         for body in self.bodies.iter_mut().filter(|b| b.is_awake()) {
             body.velocity += self.gravity * step.length;
         }
         for spring in &self.springs {
             spring.pull(&mut self.bodies, &step, log);
         }
+        // Contact phase: resting, sliding and rolling contact.
         self.sweeps += u64::from(self.contact.run(&mut self.bodies, &mut self.pairs, &step, log));
+        // Fly to the end of the step; sleep.
         self.steps += 1;
         let end = self.time();
         for body in &mut self.bodies {
             body.end_step(end, step.length);
         }
         if self.sleep {
-            sleep::watch(&mut self.bodies, step.length);
+            sleep::update_quiet(&mut self.bodies, step.length);
             if self.steps.is_multiple_of(SLEEP_CHECK) {
                 let next = Step { time: end, ..step };
-                sleep::settle(&mut self.bodies, &self.pairs, &self.restless, &next, log);
+                sleep::fall_asleep(&mut self.bodies, &self.pairs, &self.restless, &next, log);
             }
         }
         if self.steps.is_multiple_of(ORDER_CHECK) {

@@ -1,22 +1,22 @@
-//! When two surfaces first meet: roots of the gap over time.
+//! Times at which two surfaces first meet: roots of the gap over time.
 //!
 //! * Two balls under the same acceleration move uniformly relative to each other; |d + w s| = R is quadratic.
-//!   The discriminant is taken as R²w² − |d × w|², which does not cancel for a grazing pass, and the root as
-//!   c/(−b + √disc), which does not cancel for a near contact.
+//!   The discriminant is computed as R²w² − |d × w|², without cancellation for a grazing pass, and the root
+//!   as c/(−b + √disc), without cancellation near contact.
 //! * A ball under constant acceleration meets a plane at a root of gap + v s + a s²/2.
 //! * Everything else (rolling against flying, swinging arcs): gap(s) = |d(s)| − R has gap″ ≥ −A with A the
 //!   largest relative acceleration, because the distance of two uniformly moving points is convex. So gap +
-//!   gap′ s − A s²/2 is a lower bound, its root never lies beyond the first contact, and advancing from root
-//!   to root is Newton's method that cannot step over a contact. No polynomial of degree four is solved.
+//!   gap′ s − A s²/2 is a lower bound whose root never lies beyond the first contact. Advancing from root to
+//!   root is a Newton iteration that cannot step over a contact. No quartic has to be solved.
 //!
-//! A contact that is not left faster than A·[`CONTACT_TIME`]/2 is lasting: the next search starts
+//! A contact that separates more slowly than A·[`CONTACT_TIME`]/2 is lasting: the next search starts
 //! [`CONTACT_TIME`] later.
 
 use glam::DVec3;
 
 use super::tolerances::{CONTACT_TIME, QUIET_ACCELERATION, QUIET_SPEED, TOUCH};
 
-/// Steps of the search before it is broken off and taken up again at that time.
+/// Most steps of a search; it is then resumed at the time reached.
 const MAX_STEPS: usize = 100;
 
 /// The outcome of a search over an interval.
@@ -24,13 +24,13 @@ const MAX_STEPS: usize = 100;
 pub(super) enum Approach {
     /// No contact.
     Never,
-    /// Contact after this time [s].
+    /// Contact after this time \[s\].
     At(f64),
-    /// None until then [s]; search on from there.
+    /// No contact up to this time \[s\]; the search must be resumed there.
     Unclear(f64),
 }
 
-/// Time [s] to the contact of two balls in uniform relative motion: offset `d`, relative velocity `w`, R =
+/// Time \[s\] to the contact of two balls in uniform relative motion: offset `d`, relative velocity `w`, R =
 /// `reach`.
 #[inline]
 pub(super) fn meet_uniform(d: DVec3, w: DVec3, reach: f64) -> Option<f64> {
@@ -49,15 +49,15 @@ pub(super) fn meet_uniform(d: DVec3, w: DVec3, reach: f64) -> Option<f64> {
     Some(c / (discriminant.sqrt() - b))
 }
 
-/// Time [s] to the next contact with a plane at distance `gap`, under constant normal velocity and
+/// Time \[s\] to the next contact with a plane at distance `gap`, under constant normal velocity and
 /// acceleration.
 #[inline]
 pub(super) fn meet_plane(gap: f64, v: f64, a: f64) -> Option<f64> {
     if gap <= TOUCH && v.abs() <= QUIET_SPEED {
-        // In touch and not leaving: lasting unless nothing presses.
+        // Touching and not separating: a lasting contact if something presses.
         return (a < -QUIET_ACCELERATION).then_some(CONTACT_TIME);
     }
-    // A tolerated overlap is not undone: the ball returns to the depth at which it starts.
+    // A tolerated overlap is not corrected: the ball returns to its initial depth.
     fall(gap.max(0.0), v, a)
 }
 
@@ -72,15 +72,15 @@ pub(super) fn fall(gap: f64, v: f64, a: f64) -> Option<f64> {
     (v < 0.0 && discriminant > 0.0).then(|| 2.0 * gap / (discriminant.sqrt() - v))
 }
 
-/// First contact in [0, horizon] of a gap given with its rate, where gap″ ≥ −`bound` [m/s²].
+/// First contact in [0, horizon] of a gap given with its rate, where gap″ ≥ −`bound` \[m/s²\].
 pub(super) fn meet(mut gap_at: impl FnMut(f64) -> (f64, f64), bound: f64, horizon: f64) -> Approach {
     let mut s = 0.0;
     for _ in 0..MAX_STEPS {
         let (gap, rate) = gap_at(s);
-        // The lower bound's root: never beyond the first contact.
+        // Root of the lower bound, never beyond the first contact.
         let step = 2.0 * gap.max(0.0) / ((rate * rate + 2.0 * bound * gap.max(0.0)).sqrt() - rate);
         if gap <= TOUCH {
-            // What is left of a lasting contact is not hit again at once.
+            // A residual approach in a lasting contact is not an impact.
             if rate < -QUIET_SPEED.max(0.5 * bound * CONTACT_TIME) || s > 0.0 && rate < -QUIET_SPEED {
                 return Approach::At(s + step);
             }

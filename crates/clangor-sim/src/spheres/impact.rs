@@ -1,15 +1,15 @@
-//! Impacts: everything that touches at one instant, by generalized reflections (Smith, Kaufman, Vouga,
-//! Tamstorf and Grinspun 2012, "Reflections on simultaneous impact").
+//! Simultaneous impacts of everything that touches at one instant, by generalized reflections (Smith,
+//! Kaufman, Vouga, Tamstorf and Grinspun 2012, "Reflections on simultaneous impact").
 //!
-//! Of all contacts of a touching cluster only those that approach now are solved together: λ ≥ 0 is the
+//! Of all contacts of a touching cluster only the approaching ones are solved together: λ ≥ 0 is the
 //! inelastic impulse of least kinetic energy, M Δv = Nᵀλ with 0 ≤ λ ⊥ N v ≥ 0, and each contact gets (1 + e)
-//! λ. Others may approach after that; the round is repeated until none does. One problem for the whole
-//! cluster would spread the energy over a Newton's cradle; pair by pair, the outcome would depend on the
-//! order of a symmetric break.
+//! λ. Other contacts may then approach; rounds are repeated until none does. A single problem for the whole
+//! cluster would spread the energy over a Newton's cradle. Solved pair by pair, the result of a symmetric
+//! billiard break would depend on the order.
 //!
 //! Friction follows in each round: the tangential impulse that would stop the slip (2/7 of the momentum of a
-//! sliding solid ball), cut to the Coulomb cone μ (1 + e) λ. Impulses act on hung balls through the mobility
-//! (1 − Σ d dᵀ)/m, d the directions of their rods, which take up the rest.
+//! sliding solid ball), limited to the Coulomb cone μ (1 + e) λ. Impulses act on hung balls through the
+//! mobility (1 − Σ d dᵀ)/m, with d the directions of their rods; the rods take up the rest.
 
 use clangor_core::material::PairCoefficients;
 use glam::DVec3;
@@ -18,30 +18,30 @@ use super::tolerances::QUIET_SPEED;
 
 /// Rounds of reflections after which the cluster is stopped without restitution.
 const MAX_ROUNDS: usize = 500;
-/// Approach, relative to that of the first round, that is stopped without restitution: the end of an infinite
-/// sequence of ever weaker rounds, as where three balls with e < 1 touch in a row.
+/// Approach, relative to that of the first round, that is stopped without restitution. It ends an infinite
+/// sequence of ever weaker rounds, as for three touching balls with e < 1 in a row.
 const FADED: f64 = 1e-8;
 /// Sweeps of the iterations inside a round.
 const MAX_SWEEPS: usize = 200;
-/// Sweeps for a crowd that is brought to a stop: what is left is stopped in its next beat.
-const HUSH_SWEEPS: usize = 30;
-/// Relative change at which they end.
+/// Sweeps for a cluster that is brought to a stop; the remaining velocities are stopped at the next impact.
+const STOP_SWEEPS: usize = 30;
+/// Relative change at which the sweeps end.
 const CONVERGED: f64 = 1e-14;
 
 /// A ball (or plane) of a cluster.
 #[derive(Clone, Debug)]
 pub(super) struct Member {
-    /// Velocity of the centre [m/s].
+    /// Velocity of the centre \[m/s\].
     pub(super) velocity: DVec3,
-    /// Angular velocity [rad/s].
+    /// Angular velocity \[rad/s\].
     pub(super) omega: DVec3,
-    /// 1/m [1/kg]; 0 for what contacts do not move.
+    /// 1/m \[1/kg\]; 0 for bodies that contacts do not move.
     pub(super) inverse_mass: f64,
-    /// 1/I [1/(kg m²)].
+    /// 1/I \[1/(kg m²)\].
     pub(super) inverse_inertia: f64,
     /// Orthonormal directions in which rods hold it; zero where there is none.
     pub(super) held: [DVec3; 2],
-    /// Impulse that the rods have added [N s].
+    /// Reaction impulse of the rods \[N s\].
     pub(super) rod_impulse: DVec3,
     /// Whether an impulse has acted on it.
     pub(super) moved: bool,
@@ -56,40 +56,40 @@ pub(super) struct Touch {
     pub(super) b: usize,
     /// From b to a.
     pub(super) normal: DVec3,
-    /// From the centre of a to the point [m].
+    /// From the centre of a to the point \[m\].
     pub(super) arm_a: DVec3,
-    /// From the centre of b to the point [m]; of no meaning if b does not move.
+    /// From the centre of b to the point \[m\]; unused if b does not move.
     pub(super) arm_b: DVec3,
     /// e, μ of the pair.
     pub(super) coefficients: PairCoefficients,
-    /// Rebounds slower than this [m/s] are lasting contact.
+    /// Rebounds slower than this \[m/s\] are lasting contact.
     pub(super) slow: f64,
-    /// What becomes of a slow rebound.
+    /// Treatment of a slow rebound.
     pub(super) when_slow: Slow,
-    /// Speed at which the two must part at least [m/s]: it makes good what a lasting contact has sunk.
+    /// Least separation speed \[m/s\]; it corrects the overlap of a lasting contact.
     pub(super) lift: f64,
 }
 
-/// The end of an inelastic sequence of bounces.
+/// How an inelastic sequence of bounces ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Slow {
-    /// The normal velocity becomes zero: a plane then supports the ball.
+    /// The normal velocity becomes zero; a plane then supports the ball.
     Stay,
-    /// The rebound is as fast as `slow`, if the approach was: contacts that cannot be supported follow each
-    /// other after CONTACT_TIME, not ever faster.
+    /// The rebound has the speed `slow`, if the approach was as fast: impacts without a support then follow
+    /// each other at intervals of CONTACT_TIME, not ever faster.
     Hop,
 }
 
-/// Impulse of one touch in one round.
+/// Impulse of one touch in one round, on a, and its opposite on b.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ImpulsePair {
     /// Index of the touch.
     pub(super) touch: usize,
-    /// Normal impulse on a [N s].
+    /// Normal impulse on a \[N s\].
     pub(super) normal: f64,
-    /// Tangential impulse on a [N s].
+    /// Tangential impulse on a \[N s\].
     pub(super) tangential: DVec3,
-    /// Velocity of a relative to b at the point before the round [m/s].
+    /// Velocity of a relative to b at the point before the round \[m/s\].
     pub(super) velocity: DVec3,
 }
 
@@ -159,19 +159,19 @@ impl Touch {
     }
 }
 
-/// Resolves a cluster: velocities of the members change, the impulses are returned in the order in which they
-/// act.
+/// Resolves a cluster: changes the velocities of the members and appends the impulses in the order in which
+/// they act.
 ///
-/// Where nothing approaches faster than `hush` [m/s], that speed is lost at once.
+/// If no contact approaches faster than `stop_below` \[m/s\], the cluster is stopped without restitution.
 pub(super) fn reflect(
     members: &mut [Member],
     touches: &[Touch],
-    hush: f64,
+    stop_below: f64,
     impulse_pairs: &mut Vec<ImpulsePair>,
 ) {
     match touches {
         [touch] if touch.lift == 0.0 => bounce(members, touch, impulse_pairs),
-        _ => reflect_cluster(members, touches, hush, impulse_pairs),
+        _ => reflect_cluster(members, touches, stop_below, impulse_pairs),
     }
     for impulse_pair in impulse_pairs {
         let touch = &touches[impulse_pair.touch];
@@ -195,17 +195,18 @@ fn bounce(members: &mut [Member], touch: &Touch, impulse_pairs: &mut Vec<Impulse
     let normal = (1.0 + touch.restitution(-speed)) * -speed / response;
     touch.push(members, touch.normal * normal);
     impulse_pairs.push(ImpulsePair { touch: 0, normal, tangential: DVec3::ZERO, velocity });
-    rub(impulse_pairs, std::slice::from_ref(touch), members);
+    apply_friction(impulse_pairs, std::slice::from_ref(touch), members);
 }
 
 fn reflect_cluster(
     members: &mut [Member],
     touches: &[Touch],
-    hush: f64,
+    stop_below: f64,
     impulse_pairs: &mut Vec<ImpulsePair>,
 ) {
     let (mut last, mut first_speed) = (false, 0.0);
     for round in 0..=MAX_ROUNDS {
+        // Active contacts: those that approach.
         let mut active: Vec<usize> = (0..touches.len())
             .filter(|&k| touches[k].normal_speed(members) < -0.5 * QUIET_SPEED)
             .filter(|&k| touches[k].coupling(&touches[k], members) > 0.0)
@@ -217,26 +218,29 @@ fn reflect_cluster(
         if round == 0 {
             first_speed = fastest;
         }
-        last |= round == MAX_ROUNDS || fastest <= FADED * first_speed || fastest <= hush;
+        // The last round stops all contacts without restitution.
+        last |= round == MAX_ROUNDS || fastest <= FADED * first_speed || fastest <= stop_below;
         if last {
             active =
                 (0..touches.len()).filter(|&k| touches[k].coupling(&touches[k], members) > 0.0).collect();
         }
+        // Inelastic impulses, then restitution.
         let speeds: Vec<f64> = active.iter().map(|&k| touches[k].normal_speed(members)).collect();
-        let sweeps = if last { HUSH_SWEEPS } else { MAX_SWEEPS };
+        let sweeps = if last { STOP_SWEEPS } else { MAX_SWEEPS };
         let lambda = least_energy(&active, &speeds, touches, members, sweeps);
         let mut restitution: Vec<f64> = active
             .iter()
             .zip(&speeds)
             .map(|(&k, v)| if last { 0.0 } else { touches[k].restitution(v.abs()) })
             .collect();
-        // Unequal e may feed energy from one contact into another; the smallest of them never does.
+        // Unequal e may increase the energy; the smallest e never does.
         let least = restitution.iter().copied().fold(1.0, f64::min);
         if restitution.iter().any(|&e| e != least)
             && gains_energy(&active, &lambda, &restitution, touches, members)
         {
             restitution.fill(least);
         }
+        // Apply normal impulses, then friction.
         let first = impulse_pairs.len();
         for (k, &touch) in active.iter().enumerate() {
             let normal = lambda[k] * (1.0 + restitution[k]);
@@ -247,9 +251,9 @@ fn reflect_cluster(
             let touch = &touches[impulse_pair.touch];
             touch.push(members, touch.normal * impulse_pair.normal);
         }
-        rub(&mut impulse_pairs[first..], touches, members);
-        let settled = impulse_pairs[first..].iter().all(|b| b.normal == 0.0);
-        impulse_pairs.retain(|b| b.normal > 0.0);
+        apply_friction(&mut impulse_pairs[first..], touches, members);
+        let settled = impulse_pairs[first..].iter().all(|pair| pair.normal == 0.0);
+        impulse_pairs.retain(|pair| pair.normal > 0.0);
         if settled || last {
             break;
         }
@@ -259,7 +263,7 @@ fn reflect_cluster(
     }
 }
 
-/// Parts what has sunk into each other while it was pressed together; nothing else may approach by that.
+/// Separates overlapping members at the speeds `lift`; no other contact may approach as a result.
 fn lift(members: &mut [Member], touches: &[Touch], impulse_pairs: &mut Vec<ImpulsePair>) {
     let active: Vec<usize> =
         (0..touches.len()).filter(|&k| touches[k].coupling(&touches[k], members) > 0.0).collect();
@@ -268,7 +272,7 @@ fn lift(members: &mut [Member], touches: &[Touch], impulse_pairs: &mut Vec<Impul
     if speeds.iter().all(|&v| v >= 0.0) {
         return;
     }
-    let lambda = least_energy(&active, &speeds, touches, members, HUSH_SWEEPS);
+    let lambda = least_energy(&active, &speeds, touches, members, STOP_SWEEPS);
     let first = impulse_pairs.len();
     for (&touch, &normal) in active.iter().zip(&lambda).filter(|(_, l)| **l > 0.0) {
         let velocity = touches[touch].velocity(members);
@@ -280,8 +284,8 @@ fn lift(members: &mut [Member], touches: &[Touch], impulse_pairs: &mut Vec<Impul
     }
 }
 
-/// λ ≥ 0 with 0 ≤ λ ⊥ v + A λ ≥ 0: Gauss–Seidel finds which contacts act, elimination makes their impulses
-/// exact.
+/// λ ≥ 0 with 0 ≤ λ ⊥ v + A λ ≥ 0. Gauss–Seidel finds the active contacts; elimination then gives their exact
+/// impulses.
 fn least_energy(
     active: &[usize],
     speeds: &[f64],
@@ -313,8 +317,8 @@ fn least_energy(
     polish(&matrix, speeds, &lambda).unwrap_or(lambda)
 }
 
-/// Solves the equations of the acting contacts directly; `None` if they are redundant or the set was not
-/// right yet.
+/// Solves the equations of the active contacts directly; `None` if they are redundant or the active set was
+/// wrong.
 fn polish(matrix: &[f64], speeds: &[f64], guess: &[f64]) -> Option<Vec<f64>> {
     let n = speeds.len();
     let acting: Vec<usize> = (0..n).filter(|&k| guess[k] > 0.0).collect();
@@ -361,8 +365,9 @@ fn gains_energy(active: &[usize], lambda: &[f64], e: &[f64], touches: &[Touch], 
     gain > 0.0
 }
 
-/// Friction of one round: least kinetic energy within the Coulomb cones of the normal impulses.
-fn rub(impulse_pairs: &mut [ImpulsePair], touches: &[Touch], members: &mut [Member]) {
+/// Friction of one round: least kinetic energy within the Coulomb cones of the normal impulses, by
+/// Gauss–Seidel.
+fn apply_friction(impulse_pairs: &mut [ImpulsePair], touches: &[Touch], members: &mut [Member]) {
     for _ in 0..MAX_SWEEPS {
         let (mut change, mut size) = (0.0_f64, 0.0_f64);
         for impulse_pair in impulse_pairs.iter_mut() {
@@ -384,7 +389,7 @@ fn rub(impulse_pairs: &mut [ImpulsePair], touches: &[Touch], members: &mut [Memb
             touch.push(members, step);
             impulse_pair.tangential = next;
             change = change.max(step.length());
-            // Impulses cannot be known better than the velocities that they change.
+            // The accuracy of impulses is limited by that of the velocities.
             size = size.max(limit).max(0.1 * velocity.length() / response);
         }
         if change <= CONVERGED * size || impulse_pairs.len() == 1 {

@@ -1,17 +1,16 @@
-//! Coefficients of pairs, looked up: a table over the distinct materials of a world.
+//! Contact coefficients of pairs of materials: a table over the distinct materials of a world.
 //!
-//! A body's record is large; reading two of them at each of a million impacts would cost more than the
-//! impact.
+//! Reading the large records of two bodies at each of a million impacts would cost more than the impacts.
 
 use std::collections::BTreeMap;
 
 use clangor_core::body::World;
 use clangor_core::material::{Material, PairCoefficients};
 
-/// Materials whose pairs fit a table.
+/// Largest number of materials whose pairs are tabulated.
 const MOST: usize = 256;
 
-/// Coefficients of pairs of classes of materials that dynamics cannot tell apart.
+/// Coefficients of pairs of material classes; materials of one class have the same contact coefficients.
 pub(super) struct PairTable {
     materials: Vec<Material>,
     table: Vec<PairCoefficients>,
@@ -37,7 +36,7 @@ impl PairTable {
         (PairTable { table: table(&materials), materials }, classes)
     }
 
-    /// The class of a material, which may be new.
+    /// The class of a material; a new material gets a new class.
     pub(super) fn class_of(&mut self, material: &Material) -> u32 {
         let key = |m: &Material| [m.restitution, m.friction, m.rolling_loss].map(f64::to_bits);
         let known = self.materials.iter().position(|m| key(m) == key(material));

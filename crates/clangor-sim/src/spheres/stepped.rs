@@ -1,20 +1,21 @@
-//! Piles: spheres and planes in steps of time, for worlds whose bodies come to lie on each other.
+//! Piles: spheres and planes in steps of time, for worlds whose bodies come to rest on each other.
 //!
 //! A step of h seconds has three parts.
-//! 1. Contacts that are touching and hardly approach are solved together (`resting`): their balls move
-//!    through the step at the velocities of its end. All others fly on their parabolas.
-//! 2. Whatever meets on these paths faster than g h collides at the very instant of the meeting (`flight`),
-//!    with Newton's restitution and Coulomb's friction, pair by pair in the order of time. So the instants
-//!    and speeds of impacts, which is what is heard, are those of the exact solver as long as a ball flies;
-//!    only bounces slower than g h, which is at most half of what is heard, are lost.
-//! 3. What overlaps is moved apart by a part of it; what has been at rest for a while falls asleep (`sleep`).
+//! 1. Contacts that touch and hardly approach are solved together (`resting`): their balls move through the
+//!    step at the velocities of its end. All other balls fly on their parabolas.
+//! 2. Bodies that meet on these paths faster than g h collide at the instant of the meeting (`flight`), with
+//!    Newton's restitution and Coulomb's friction, pair by pair in the order of time. The instants and speeds
+//!    of impacts, which determine the sound, are therefore those of the exact solver as long as a ball flies.
+//!    Only bounces slower than g h, which is at most half of the audible speed, are lost.
+//! 3. A part of each overlap is corrected, and balls that have been at rest for a while fall asleep
+//!    (`sleep`).
 //!
-//! Pairs that may meet come from lists with a margin (`neighbours`), which last as long as nothing leaves its
-//! margin.
+//! Candidate pairs come from neighbour lists with a margin (`neighbours`), valid as long as no ball leaves
+//! its margin.
 //!
-//! Differs from [`rigid`](crate::rigid), which is for all shapes: impacts at their instants instead of the
-//! step's, and per contact a tenth of its arithmetic, because the normal of a sphere has no arm. Not here:
-//! rods and springs.
+//! Differs from [`rigid`](crate::rigid), which is for all shapes: impacts occur at their own instants, and a
+//! contact needs a tenth of the arithmetic, because the normal of a sphere passes through its centre. Rods
+//! and springs are not supported.
 
 mod flight;
 mod neighbours;
@@ -38,13 +39,13 @@ use resting::Resting;
 
 /// Marks a partner that is a plane.
 const PLANE: u32 = 1 << 31;
-/// A ball that falls through this part of its radius in a step from rest is followed in shorter steps.
+/// Largest fall from rest in a step, as a part of the radius; smaller balls need shorter steps.
 const LONGEST_FALL: f64 = 0.002;
-/// Way of the balls in a step, in units of their radii: beyond it, too many may meet.
+/// Largest travel of the balls in a step, in units of their radii.
 const LONGEST_WAY: f64 = 2.0;
 /// Shortest step \[s\].
 const SHORTEST_STEP: f64 = 1e-4;
-/// Slowest approach that is an impact where gravity is weak [m/s].
+/// Slowest approach that is an impact under weak gravity \[m/s\].
 const LEAST_APPROACH: f64 = 1e-3;
 
 /// A ball at the beginning of a step, and its path through it.
@@ -52,9 +53,9 @@ const LEAST_APPROACH: f64 = 1e-3;
 struct Ball {
     /// Centre at `since` \[m\].
     position: DVec3,
-    /// Velocity at `since` [m/s].
+    /// Velocity at `since` \[m/s\].
     velocity: DVec3,
-    /// Acceleration of the path [m/s²].
+    /// Acceleration of the path \[m/s²\].
     acceleration: DVec3,
     /// Angular velocity \[rad/s\].
     omega: DVec3,
@@ -63,21 +64,21 @@ struct Ball {
     since: f64,
     radius: f64,
     mass: f64,
-    /// 0 where contacts do not move it.
+    /// 1/m \[1/kg\]; 0 if contacts do not move it.
     inverse_mass: f64,
     inverse_inertia: f64,
     /// Index in the world's bodies.
     body: u32,
     /// Class of its material.
     material: u32,
-    /// Whether it moves at all.
+    /// Whether it is free.
     free: bool,
     /// Whether it has not been removed.
     there: bool,
     asleep: bool,
-    /// Whether it stays where it is until the end of the step, because too much has happened to it.
+    /// Whether it stays in place until the end of the step, after too many impacts.
     waits: bool,
-    /// For how long it has waited in this step \[s\].
+    /// Time that it has waited in this step \[s\].
     waited: f64,
     /// Steps since it last moved fast.
     quiet: u32,
@@ -85,16 +86,16 @@ struct Ball {
     generation: u32,
     /// Impacts in this step.
     hits: u32,
-    /// When it was last struck \[s\], and its velocities before everything that happened at that instant.
+    /// Time of its last impact \[s\], and its velocities before all impacts of that instant.
     struck: f64,
     before: (DVec3, DVec3),
-    /// Where it was when its neighbours were sought, and how far it may go from there \[m\].
+    /// Position at the last search for its neighbours, and allowed distance from there \[m\].
     origin: DVec3,
     margin: f64,
 }
 
 impl Ball {
-    /// A ball there, of no size yet, to which nothing has happened.
+    /// A ball at rest with default values at a position.
     fn untouched(position: DVec3) -> Self {
         Ball {
             position,
@@ -161,8 +162,8 @@ impl Ball {
         self.free && self.there && !self.asleep
     }
 
-    /// What has kept a ball in its place while it waited in the step that ends at `time`: the opposite of its
-    /// weight.
+    /// Constraint impulse that held a ball in place while it waited in the step that ends at `time`: the
+    /// opposite of its weight.
     fn held(&self, time: f64) -> ContactRow {
         let impulse = self.acceleration * (-self.mass * self.waited);
         ContactRow {
@@ -181,7 +182,7 @@ impl Ball {
         }
     }
 
-    /// Takes the state at a time into the step as its new reference.
+    /// Makes the state at a time into the step its new reference state.
     fn bring_forward(&mut self, time: f64) {
         let s = time - self.since;
         if s == 0.0 || !self.moves() {
@@ -206,7 +207,7 @@ pub(crate) struct Stepped {
     longest_step: f64,
     /// The longest step for the present balls and gravity \[s\].
     usual_step: f64,
-    /// Half of the speed that is heard [m/s].
+    /// Half of the audible speed \[m/s\].
     quiet_speed: f64,
     step: f64,
     gravity: DVec3,
@@ -221,8 +222,8 @@ pub(crate) struct Stepped {
 }
 
 impl Stepped {
-    /// The balls of a world in their places. Steps are at most `longest_step` \[s\], and so short that
-    /// whatever is faster than `v_min` is an impact.
+    /// The balls of a world at t = 0. Steps are at most `longest_step` \[s\], and so short that every
+    /// approach faster than `v_min` \[m/s\] is an impact.
     pub(crate) fn new(world: &World, longest_step: f64, v_min: f64) -> Result<Self, SimulationError> {
         let mut bodies = Bodies::from_world(world)?;
         Cells::sort(world, &mut bodies.spheres);
@@ -252,7 +253,7 @@ impl Stepped {
         Ok(stepped)
     }
 
-    /// The step that gravity, the smallest ball and what is heard allow.
+    /// Chooses the step that gravity, the smallest ball and the audible speed allow.
     fn choose_step(&mut self) {
         let g = self.gravity.length();
         let there = self.balls.iter().filter(|ball| ball.there && ball.free);
@@ -260,17 +261,17 @@ impl Stepped {
         let step =
             self.longest_step.min((2.0 * LONGEST_FALL * smallest / g).sqrt()).min(self.quiet_speed / g);
         self.usual_step = step.max(SHORTEST_STEP);
-        self.neighbours.outdate();
+        self.neighbours.invalidate();
     }
 
-    /// Shortens the next step where most of the balls are fast.
+    /// Shortens the next step if most of the balls are fast.
     fn fit_step(&mut self) {
         let moving = self.balls.iter().filter(|ball| ball.moves());
         let (squares, radii) = moving.fold((0.0, 0.0), |(squares, radii), ball| {
             (squares + ball.velocity.length_squared(), radii + ball.radius * ball.radius)
         });
         let way = LONGEST_WAY * (radii / squares).sqrt();
-        // Also where nothing moves.
+        // The comparison also covers NaN, when nothing moves.
         self.step = if way < self.usual_step { way.max(SHORTEST_STEP) } else { self.usual_step };
     }
 
@@ -279,7 +280,7 @@ impl Stepped {
         self.now
     }
 
-    /// Slowest approach that is an impact [m/s].
+    /// Slowest approach that is an impact \[m/s\].
     fn impact_speed(&self) -> f64 {
         (self.gravity.length() * self.step).max(LEAST_APPROACH)
     }
@@ -290,10 +291,12 @@ impl Stepped {
         world: &World,
         recorder: &mut Recorder<'_>,
     ) -> Result<u64, SimulationError> {
+        // Lasting contacts set the paths, then impacts are resolved on them.
         self.fit_step();
         self.refresh_neighbours();
-        let sweeps = self.rest(recorder)?;
-        let impacts = self.fly(recorder)?;
+        let sweeps = self.solve_resting(recorder)?;
+        let impacts = self.resolve_impacts(recorder)?;
+        // Bring all balls to the end of the step.
         let mut awake = 0;
         for ball in self.balls.iter_mut().filter(|ball| ball.moves()) {
             ball.bring_forward(self.step);
@@ -307,7 +310,8 @@ impl Stepped {
                 return Err(SimulationError::Diverged { body, time: self.now });
             }
         }
-        self.part();
+        // Correct positions; put quiet balls to sleep.
+        self.correct_overlaps();
         self.now += self.step;
         self.fall_asleep(recorder)?;
         let pairs = (self.neighbours.pairs.len() / 64) as u64;
@@ -327,7 +331,7 @@ impl Stepped {
         self.ball_of.get(body.index()).copied().flatten().map(|ball| ball as usize)
     }
 
-    /// Gives a ball another velocity [m/s].
+    /// Gives a ball another velocity \[m/s\].
     pub(crate) fn set_velocity(&mut self, body: BodyId, velocity: DVec3) {
         if let Some(ball) = self.ball(body) {
             self.wake(ball);
@@ -335,14 +339,14 @@ impl Stepped {
         }
     }
 
-    /// Changes gravity [m/s²].
+    /// Changes gravity \[m/s²\].
     pub(crate) fn set_gravity(&mut self, gravity: DVec3) {
         self.gravity = gravity;
         (0..self.balls.len()).for_each(|ball| self.wake(ball));
         self.choose_step();
     }
 
-    /// Takes up a ball that has been added to the world.
+    /// Adds a ball that has been added to the world.
     pub(crate) fn add(&mut self, world: &World, body: BodyId) {
         let description = &world.bodies[body.index()];
         let Surface::Sphere { radius } = *description.surface else { return };
@@ -369,7 +373,7 @@ impl Stepped {
         self.choose_step();
     }
 
-    /// Forgets a ball; what lay on it wakes.
+    /// Removes a ball and wakes the balls that it touched.
     pub(crate) fn remove(&mut self, body: BodyId) {
         let Some(ball) = self.ball(body) else { return };
         for at in 0..self.neighbours.of(ball).len() {
@@ -384,7 +388,7 @@ impl Stepped {
         self.choose_step();
     }
 
-    /// State of a ball for the log, before everything that happens at this time \[s\].
+    /// State of a ball for the log, before all impacts at this time \[s\].
     fn pose_row(&mut self, ball: usize, time: f64) -> PoseRow {
         let ball = &mut self.balls[ball];
         if ball.struck != time {

@@ -1,14 +1,14 @@
-//! Motion without closed form: balls on rods and springs, as Chebyshev series in time.
+//! Balls on rods and springs, whose motion has no closed form, as Chebyshev series in time.
 //!
 //! A hung ball is a spherical pendulum: a = f + Σ λᵢ dᵢ with dᵢ the unit vectors from the anchors and dᵢ·a =
 //! −v²/Lᵢ. A spring pulls with k (ℓ − ℓ₀) + c ℓ̇ along itself. Balls that springs join are integrated
 //! together, as an island.
 //!
 //! Over a segment of h seconds the accelerations are interpolated at [`NODES`] Chebyshev points and
-//! integrated twice in closed form; the accelerations at the new positions give the next iterate until
-//! nothing changes (Picard–Chebyshev iteration: collocation of order [`NODES`]). The series is at once the
-//! dense output in which events are sought, to rounding, and the sum of its coefficients bounds the
-//! acceleration. A segment whose last coefficients are not negligible is halved.
+//! integrated twice in closed form; the accelerations at the new positions give the next iterate, until
+//! convergence (Picard–Chebyshev iteration: collocation of order [`NODES`]). The series also serves as dense
+//! output for the search of events, exact to rounding, and the sum of the norms of its coefficients bounds
+//! the acceleration. A segment whose last coefficients are not negligible is halved.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -22,7 +22,7 @@ const NODES: usize = 20;
 const TAIL: f64 = 1e-13;
 /// Iterations in which a segment must converge.
 const MAX_ITERATIONS: usize = 40;
-/// Longest and shortest segment [s]. The shortest is accepted as it is: it holds a jump of the force.
+/// Longest and shortest segment \[s\]. The shortest is always accepted: it contains a jump of the force.
 const LONGEST: f64 = 0.5;
 const SHORTEST: f64 = 1e-8;
 
@@ -35,11 +35,11 @@ pub(super) struct Spring {
     pub(super) to: Far,
     /// The body at the other end, or the world.
     pub(super) far_body: BodyId,
-    /// Length without force [m].
+    /// Length without force \[m\].
     pub(super) rest_length: f64,
-    /// Stiffness [N/m].
+    /// Stiffness \[N/m\].
     pub(super) stiffness: f64,
-    /// Damping [N s/m].
+    /// Damping \[N s/m\].
     pub(super) damping: f64,
 }
 
@@ -48,7 +48,7 @@ pub(super) struct Spring {
 pub(super) enum Far {
     /// Ball of the same island.
     Ball(usize),
-    /// A point [m].
+    /// A point \[m\].
     Point(DVec3),
 }
 
@@ -57,9 +57,9 @@ pub(super) enum Far {
 pub(super) struct Rod {
     /// Ball of the island.
     pub(super) ball: usize,
-    /// Where it ends [m].
+    /// Fixed end \[m\].
     pub(super) anchor: DVec3,
-    /// Length [m].
+    /// Length \[m\].
     pub(super) length: f64,
 }
 
@@ -68,13 +68,13 @@ pub(super) struct Rod {
 pub(super) struct Island {
     /// The balls.
     pub(super) balls: Vec<usize>,
-    /// Their masses [kg].
+    /// Their masses \[kg\].
     pub(super) masses: Vec<f64>,
     /// Springs on them.
     pub(super) springs: Vec<Spring>,
     /// Rods on them; at most two on each.
     pub(super) rods: Vec<Rod>,
-    /// Gravity [m/s²].
+    /// Gravity \[m/s²\].
     pub(super) gravity: DVec3,
     /// The present segment of each ball.
     pub(super) arcs: Vec<Arc>,
@@ -158,17 +158,17 @@ impl Arc {
         (series(&self.position, x), series(&self.velocity, x))
     }
 
-    /// Acceleration at a time of the segment [m/s²].
+    /// Acceleration at a time of the segment \[m/s²\].
     pub(super) fn acceleration(&self, time: f64) -> DVec3 {
         series(&self.acceleration, self.phase(time))
     }
 
-    /// No acceleration of the segment exceeds this [m/s²].
+    /// No acceleration of the segment exceeds this \[m/s²\].
     pub(super) fn bound(&self) -> f64 {
         self.acceleration.iter().map(|c| c.length()).sum()
     }
 
-    /// The same for the difference of two arcs.
+    /// The same for the relative acceleration of two arcs.
     pub(super) fn relative_bound(&self, other: &Arc) -> f64 {
         if (self.start, self.half) != (other.start, other.half) {
             return self.bound() + other.bound();
@@ -177,7 +177,7 @@ impl Arc {
     }
 }
 
-/// Unit vector and length of a spring, and its tension [N].
+/// Unit vector and length of a spring, and its tension \[N\].
 fn tension(spring: &Spring, x: &[DVec3], v: &[DVec3]) -> (DVec3, f64) {
     let (far, far_velocity) = match spring.to {
         Far::Ball(ball) => (x[ball], v[ball]),
@@ -191,14 +191,14 @@ fn tension(spring: &Spring, x: &[DVec3], v: &[DVec3]) -> (DVec3, f64) {
 }
 
 impl Island {
-    /// An island at rest in the place where its balls are; [`Island::launch`] sets it in motion.
+    /// An island without a segment; [`Island::launch`] starts its motion.
     pub(super) fn new(balls: Vec<usize>, masses: Vec<f64>, gravity: DVec3) -> Self {
         let arcs = balls.iter().map(|_| Arc::constant(DVec3::ZERO)).collect();
         let (springs, rods) = (Vec::new(), Vec::new());
         Island { balls, masses, springs, rods, gravity, arcs, start: 0.0, span: 0.0, pace: f64::NAN }
     }
 
-    /// When the present segment ends [s].
+    /// When the present segment ends \[s\].
     pub(super) fn end(&self) -> f64 {
         self.start + self.span
     }
@@ -219,7 +219,7 @@ impl Island {
         basis
     }
 
-    /// Begins a segment at `time` from the states of the balls, which it first puts back on their rods.
+    /// Starts a segment at `time` from the states of the balls, after projecting them onto their rods.
     pub(super) fn launch(&mut self, time: f64, x: &mut [DVec3], v: &mut [DVec3]) {
         self.restore(x, v);
         if self.pace.is_nan() {
@@ -238,7 +238,7 @@ impl Island {
         }
     }
 
-    /// An upper estimate of the rates of change [1/s].
+    /// An upper estimate of the rates of change \[1/s\].
     fn fastest(&self, v: &[DVec3]) -> f64 {
         let mut rate = 1e-3_f64;
         for rod in &self.rods {
@@ -255,7 +255,7 @@ impl Island {
         rate
     }
 
-    /// Takes rounding out of the lengths of the rods.
+    /// Removes rounding errors from the lengths of the rods: projects positions and velocities.
     fn restore(&self, x: &mut [DVec3], v: &mut [DVec3]) {
         // Twice, for balls on two rods.
         for rod in self.rods.iter().chain(&self.rods) {
@@ -272,10 +272,11 @@ impl Island {
         }
     }
 
-    /// One segment; whether it is exact to rounding, and the iterations it took.
+    /// Computes one segment. Returns whether it is exact to rounding, and the number of iterations.
     fn collocate(&mut self, time: f64, span: f64, x: &[DVec3], v: &[DVec3]) -> (bool, usize) {
         let table = &*TABLE;
         let (count, half) = (self.balls.len(), 0.5 * span);
+        // Initial guess: uniform motion.
         let mut arcs: Vec<Arc> = (0..count)
             .map(|ball| {
                 let mut arc = Arc::constant(x[ball] + v[ball] * half);
@@ -291,6 +292,7 @@ impl Island {
         let mut converged = false;
         while rounds < MAX_ITERATIONS && !converged {
             rounds += 1;
+            // Accelerations at the nodes of the present iterate.
             for (j, cosines) in table.cosines.iter().enumerate() {
                 for (ball, arc) in arcs.iter().enumerate() {
                     xs[ball] = arc.position.iter().zip(cosines).map(|(c, t)| *c * *t).sum();
@@ -300,6 +302,7 @@ impl Island {
                     accelerations[ball][j] = a;
                 }
             }
+            // Chebyshev coefficients of the accelerations, integrated twice.
             let (mut change, mut size) = (0.0_f64, self.gravity.length());
             for (ball, arc) in arcs.iter_mut().enumerate() {
                 for k in 0..NODES {
@@ -314,10 +317,11 @@ impl Island {
                 integrate(acceleration, half, v[ball], velocity);
                 integrate(velocity, half, x[ball], position);
             }
-            // Rounding keeps the last digits moving: the iteration is over when it no longer contracts.
+            // Rounding keeps changing the last digits: the iteration ends when it no longer contracts.
             converged = change <= 1e-15 * size || change <= 1e-13 * size && change >= 0.5 * last_change;
             last_change = change;
         }
+        // The segment is resolved if its last coefficients are negligible.
         let exact = arcs.iter().all(|arc| {
             let size = arc.bound() + self.gravity.length();
             arc.acceleration[NODES - 2..].iter().all(|c| c.length() <= TAIL * size)
@@ -334,7 +338,7 @@ impl Island {
         a
     }
 
-    /// Accelerations by gravity and springs alone.
+    /// Accelerations due to gravity and springs.
     fn driven(&self, x: &[DVec3], v: &[DVec3]) -> Vec<DVec3> {
         let mut a = vec![self.gravity; self.balls.len()];
         for spring in &self.springs {
@@ -347,7 +351,7 @@ impl Island {
         a
     }
 
-    /// Forces of the rods on their balls [N], given the accelerations by everything else.
+    /// Forces of the rods on their balls \[N\], given the accelerations `driven` due to everything else.
     fn rod_forces(&self, x: &[DVec3], v: &[DVec3], driven: &[DVec3]) -> Vec<DVec3> {
         let pull = |rod: &Rod| {
             let d = (x[rod.ball] - rod.anchor).normalize_or_zero();
@@ -379,7 +383,8 @@ impl Island {
         self.rods.iter().enumerate().map(force).collect()
     }
 
-    /// Impulses of springs on their first balls and of rods on theirs between two times of the segment [N s].
+    /// Impulses of the springs on their first balls and of the rods on their balls between two times of the
+    /// segment \[N s\].
     pub(super) fn impulses(&self, from: f64, to: f64) -> (Vec<DVec3>, Vec<DVec3>) {
         let table = &*TABLE;
         let mut by_springs = vec![DVec3::ZERO; self.springs.len()];

@@ -1,11 +1,11 @@
 //! The state of a ball between two events: x(t) = x₀ + v₀ s + a s²/2, ω(t) = ω₀ + α s, s = t − t₀.
 //!
 //! Flight, sliding, rolling and rest are all of this form, each with its own constant accelerations. Balls
-//! are brought forward lazily: a record keeps the state of the last event that changed its motion.
+//! are updated lazily: a record keeps the state at the last event that changed its motion.
 
 use glam::{DQuat, DVec3};
 
-/// What law a ball's centre follows.
+/// Law of motion of a ball's centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum MotionPhase {
@@ -17,29 +17,29 @@ pub(super) enum MotionPhase {
     Arc,
 }
 
-/// What the search for contacts reads of a ball: two cache lines, of which the first rules most meetings out.
+/// Data of a ball for the search of contacts: two cache lines, of which the first excludes most meetings.
 ///
-/// Aligned to both, because processors fetch lines in pairs.
+/// Aligned to two lines, because processors fetch them in pairs.
 #[derive(Clone, Debug)]
 #[repr(C, align(128))]
 pub(super) struct Ball {
-    /// Centre at `time` [m].
+    /// Centre at `time` \[m\].
     pub(super) position: DVec3,
-    /// Velocity at `time` [m/s].
+    /// Velocity at `time` \[m/s\].
     pub(super) velocity: DVec3,
-    /// When the state was taken [s].
+    /// Reference time of the state \[s\].
     pub(super) time: f64,
     /// Next ball of the same cell.
     pub(super) next: u32,
-    /// What law it follows.
+    /// Law of motion.
     pub(super) motion_phase: MotionPhase,
     /// Face through which it leaves its cell: 2·axis, plus 1 for the upper face.
     pub(super) exit: u8,
-    /// Radius [m].
+    /// Radius \[m\].
     pub(super) radius: f64,
-    /// Acceleration since `time` [m/s²].
+    /// Acceleration since `time` \[m/s²\].
     pub(super) acceleration: DVec3,
-    /// Counts the changes of motion: a prediction made for another generation is void.
+    /// Counts the changes of motion; a prediction made for another generation is invalid.
     pub(super) generation: u32,
     /// Previous ball of the same cell.
     pub(super) previous: u32,
@@ -49,43 +49,43 @@ pub(super) struct Ball {
     pub(super) cell: [i32; 3],
 }
 
-/// The rest of the state: how a ball turns, with the same reference time.
+/// Rotation of a ball, with the same reference time.
 #[derive(Clone, Debug)]
 pub(super) struct Spin {
     /// Orientation at the ball's time.
     pub(super) orientation: DQuat,
-    /// Angular velocity at the ball's time [rad/s].
+    /// Angular velocity at the ball's time \[rad/s\].
     pub(super) omega: DVec3,
-    /// Angular acceleration since then [rad/s²].
+    /// Angular acceleration since then \[rad/s²\].
     pub(super) alpha: DVec3,
 }
 
-/// What only impacts read of a ball: one cache line.
+/// Data of a ball that only impacts read: one cache line.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct Traits {
     /// Index in the world's bodies.
     pub(super) body: u32,
-    /// Its class of materials, see [`PairTable`](crate::spheres::pair_coefficients::PairTable).
+    /// Its material class, see [`PairTable`](crate::spheres::pair_coefficients::PairTable).
     pub(super) material: u32,
     /// Whether contacts move it.
     pub(super) free: bool,
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub(super) mass: f64,
-    /// 1/m [1/kg]; 0 if not free.
+    /// 1/m \[1/kg\]; 0 if not free.
     pub(super) inverse_mass: f64,
-    /// 1/I [1/(kg m²)]; 0 if not free.
+    /// 1/I \[1/(kg m²)\]; 0 if not free.
     pub(super) inverse_inertia: f64,
-    /// Time of the last hit [s].
+    /// Time of the last hit \[s\].
     pub(super) last_hit: f64,
-    /// How many hits have come in quick succession.
+    /// Number of hits in quick succession.
     pub(super) quick_hits: u32,
-    /// Its place among the members of the cluster at hand, or [`super::grid::NONE`].
+    /// Its place among the members of the present cluster, or [`super::grid::NONE`].
     pub(super) member: u32,
 }
 
 impl Ball {
-    /// Centre and velocity at a time, for a motion_phase of constant acceleration.
+    /// Centre and velocity at a time, for motion at constant acceleration.
     #[inline]
     pub(super) fn at(&self, time: f64) -> (DVec3, DVec3) {
         let s = time - self.time;
@@ -96,14 +96,14 @@ impl Ball {
     }
 }
 
-/// Largest turn [rad] in one step of the orientation where the axis of rotation itself turns.
+/// Largest rotation in one step of the orientation if the axis itself rotates \[rad\].
 const TURN_STEP: f64 = 0.05;
 
 impl Spin {
     /// Orientation and angular velocity `s` seconds after the ball's time.
     ///
-    /// Exact where the axis stays; otherwise the fourth-order Magnus expansion
-    /// θ = s (ω₀ + ω₁)/2 + s²/12 (ω₁ × ω₀), in steps of at most [`TURN_STEP`].
+    /// Exact for a fixed axis; otherwise the fourth-order Magnus expansion θ = s (ω₀ + ω₁)/2 + s²/12 (ω₁ ×
+    /// ω₀), in steps of at most [`TURN_STEP`].
     pub(super) fn after(&self, s: f64) -> (DQuat, DVec3) {
         let last = self.omega + self.alpha * s;
         if self.alpha.cross(self.omega) == DVec3::ZERO {
@@ -111,7 +111,7 @@ impl Spin {
             return (turned(self.orientation, turn), last);
         }
         let angle = self.omega.length().max(last.length()) * s;
-        // A bound on the work, far above what the pose rate leaves between two samples.
+        // Limits the work; far above the number of steps between two samples at any pose rate.
         let steps = (angle / TURN_STEP).ceil().clamp(1.0, 1e5);
         let h = s / steps;
         let mut orientation = self.orientation;

@@ -1,4 +1,4 @@
-//! From a meeting to impulses: the cluster of everything that touches, resolved and logged.
+//! Resolves and logs an impact with the cluster of everything that touches at that instant.
 
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
@@ -15,14 +15,14 @@ use crate::spheres::tolerances::{CONTACT_TIME, TIE, TOUCH};
 /// Hits in quick succession that mark an inelastic collapse or a pile.
 const QUICK_HITS: u32 = 32;
 
-/// In a pile, approaches up to so many times the slowest bounce are stopped: 1 cm/s on Earth, inaudible.
-const HUSH: f64 = 40.0;
+/// In a pile, approaches up to this multiple of the slowest bounce are stopped: 1 cm/s on Earth, inaudible.
+const PILE_STOP: f64 = 40.0;
 
-/// Square of the touches of a cluster whose resolution costs as much as another event.
+/// Squared number of touches that costs as much as one further event.
 const COSTLY: u64 = 16;
 
 impl Engine {
-    /// Resolves the meeting of a ball with its partner and everything that they touch.
+    /// Resolves the impact of a ball with its partner and everything that they touch.
     pub(super) fn collide(
         &mut self,
         ball: usize,
@@ -44,35 +44,41 @@ impl Engine {
         partner: Participant,
         recorder: &mut Recorder<'_>,
     ) -> std::io::Result<()> {
-        self.join(cluster, ball);
+        // Collect the cluster: everything that touches a member, transitively.
+        self.add_ball(cluster, ball);
         let other = match partner {
-            Participant::Ball(other) => self.join(cluster, other),
-            Participant::Plane(plane) => self.join_plane(cluster, plane),
+            Participant::Ball(other) => self.add_ball(cluster, other),
+            Participant::Plane(plane) => self.add_plane(cluster, plane),
         };
-        self.touch(cluster, 0, other);
+        self.add_touch(cluster, 0, other);
         let mut grown = 0;
         while grown < cluster.participants.len() {
             if let Participant::Ball(ball) = cluster.participants[grown]
                 && self.traits[ball].free
             {
-                self.grow(cluster, grown, ball);
+                self.add_touching(cluster, grown, ball);
             }
             grown += 1;
         }
         cluster.before.extend(cluster.members.iter().map(|m| (m.velocity, m.omega)));
-        let piled =
-            |who: &Participant| matches!(*who, Participant::Ball(ball) if self.is_hit_incessantly(ball, 1.5));
-        let hush = match cluster.touches.len() {
+        // In a pile, slow approaches are stopped without restitution.
+        let piled = |participant: &Participant| match *participant {
+            Participant::Ball(ball) => self.is_hit_incessantly(ball, 1.5),
+            Participant::Plane(_) => false,
+        };
+        let stop_below = match cluster.touches.len() {
             0 | 1 => 0.0,
-            _ if cluster.participants.iter().any(piled) => HUSH * self.slow_speed(),
+            _ if cluster.participants.iter().any(piled) => PILE_STOP * self.slow_speed(),
             _ => 0.0,
         };
+        // Compute and log the impulses.
         self.work += (cluster.touches.len() as u64).pow(2) / COSTLY;
-        impact::reflect(&mut cluster.members, &cluster.touches, hush, &mut cluster.impulse_pairs);
-        self.log_impulse_pairs(cluster, recorder)?;
-        let mut shaken = Vec::new();
-        for (member, who) in cluster.members.iter().zip(&cluster.participants) {
-            let &Participant::Ball(ball) = who else { continue };
+        impact::reflect(&mut cluster.members, &cluster.touches, stop_below, &mut cluster.impulse_pairs);
+        self.log_impulses(cluster, recorder)?;
+        // Apply the new velocities and start new phases of motion.
+        let mut moved_islands = Vec::new();
+        for (member, participant) in cluster.members.iter().zip(&cluster.participants) {
+            let &Participant::Ball(ball) = participant else { continue };
             self.traits[ball].member = NONE;
             if member.moved {
                 match self.island_place(ball) {
@@ -86,22 +92,23 @@ impl Engine {
                 traits.quick_hits = if in_a_row { traits.quick_hits + 1 } else { 0 };
                 traits.last_hit = self.now;
                 match self.island_place(ball) {
-                    None => self.settle(ball, None),
+                    None => self.start_phase(ball, None),
                     Some((island, place)) => {
                         self.log_rods(island, place, member.rod_impulse, recorder)?;
-                        shaken.push(island);
+                        moved_islands.push(island);
                     }
                 }
             }
         }
-        shaken.sort_unstable();
-        shaken.dedup();
-        for island in shaken {
+        moved_islands.sort_unstable();
+        moved_islands.dedup();
+        for island in moved_islands {
             self.launch(island);
         }
+        // Predict the next events of the balls that moved.
         let mut again = true;
-        for (member, who) in cluster.members.iter().zip(&cluster.participants) {
-            let &Participant::Ball(moved) = who else { continue };
+        for (member, participant) in cluster.members.iter().zip(&cluster.participants) {
+            let &Participant::Ball(moved) = participant else { continue };
             if member.moved {
                 match self.island_place(moved) {
                     Some((island, _)) => self.predict_island(island),
@@ -117,14 +124,14 @@ impl Engine {
     }
 
     /// Whether a ball has been hit [`QUICK_HITS`] times in a row at intervals of at most 1.5 CONTACT_TIME,
-    /// the last time not longer ago than a multiple of it.
+    /// the last time less than `within` times CONTACT_TIME ago.
     fn is_hit_incessantly(&self, ball: usize, within: f64) -> bool {
         let traits = &self.traits[ball];
         traits.quick_hits >= QUICK_HITS && self.now - traits.last_hit < within * CONTACT_TIME
     }
 
-    /// Makes a ball a member.
-    fn join(&mut self, cluster: &mut Cluster, ball: usize) -> usize {
+    /// Adds a ball to the cluster. Returns its place.
+    fn add_ball(&mut self, cluster: &mut Cluster, ball: usize) -> usize {
         let (position, velocity) = self.state(ball, self.now);
         let spin = &self.spins[ball];
         let island_place = self.island_place(ball);
@@ -146,19 +153,20 @@ impl Engine {
         cluster.participants.len() - 1
     }
 
-    /// Makes a plane a member; each ball has its own copy of it.
-    fn join_plane(&self, cluster: &mut Cluster, plane: usize) -> usize {
+    /// Adds a plane to the cluster, with its own copy for each ball. Returns its place.
+    fn add_plane(&self, cluster: &mut Cluster, plane: usize) -> usize {
         cluster.participants.push(Participant::Plane(plane));
         cluster.positions.push(DVec3::ZERO);
         cluster.members.push(Member::IMMOVABLE);
         cluster.participants.len() - 1
     }
 
-    /// Adds what touches a member, or will within [`TIE`].
-    fn grow(&mut self, cluster: &mut Cluster, member: usize, ball: usize) {
+    /// Adds everything that touches a member, or will within [`TIE`].
+    fn add_touching(&mut self, cluster: &mut Cluster, member: usize, ball: usize) {
         let (x, v) = (cluster.positions[member], cluster.members[member].velocity);
         let radius = self.balls[ball].radius;
-        // Participantever is hit incessantly is in a pile, whose hops are then brought to one beat.
+        // A ball that is hit incessantly is in a pile; a wider tolerance synchronises the impacts of the
+        // pile.
         let crowded = self.is_hit_incessantly(ball, 1.5);
         let touch = if crowded { TOUCH + self.slow_speed() * CONTACT_TIME } else { TOUCH };
         for plane in 0..self.planes.len() {
@@ -168,8 +176,8 @@ impl Engine {
                 t.a == member && matches!(cluster.participants[t.b], Participant::Plane(q) if q == plane)
             };
             if gap <= touch + TIE * (-p.normal.dot(v)).max(0.0) && !cluster.touches.iter().any(known) {
-                let other = self.join_plane(cluster, plane);
-                self.touch(cluster, member, other);
+                let other = self.add_plane(cluster, plane);
+                self.add_touch(cluster, member, other);
             }
         }
         let mut near = std::mem::take(&mut cluster.near);
@@ -183,7 +191,7 @@ impl Engine {
             let reach = radius + record.radius;
             let d = x - y;
             let distance_squared = d.length_squared();
-            // A first test without roots: nothing moves faster than 1e5 m/s here.
+            // Rough test without square roots; speeds stay below 1e5 m/s.
             let far = reach + touch + 1e5 * TIE;
             if distance_squared < far * far {
                 let distance = distance_squared.sqrt();
@@ -195,25 +203,25 @@ impl Engine {
         });
         for &other in &near {
             let known = self.traits[other].member;
-            let theirs = if known == NONE { self.join(cluster, other) } else { known as usize };
+            let theirs = if known == NONE { self.add_ball(cluster, other) } else { known as usize };
             let met = |t: &Touch| (t.a, t.b) == (member, theirs) || (t.a, t.b) == (theirs, member);
             if !cluster.touches.iter().any(met) {
-                self.touch(cluster, member, theirs);
+                self.add_touch(cluster, member, theirs);
             }
         }
         cluster.near = near;
     }
 
     /// Adds the touch of two members; the one with the lower body index is its first.
-    fn touch(&self, cluster: &mut Cluster, one: usize, two: usize) {
+    fn add_touch(&self, cluster: &mut Cluster, one: usize, two: usize) {
         let body = |member: usize| self.body_of(cluster.participants[member]);
         let plane_last = matches!(cluster.participants[two], Participant::Plane(_)) || body(one) < body(two);
         let (a, b) = if plane_last { (one, two) } else { (two, one) };
-        let (Participant::Ball(ball_a), who_b) = (cluster.participants[a], cluster.participants[b]) else {
+        let (Participant::Ball(ball_a), end_b) = (cluster.participants[a], cluster.participants[b]) else {
             return;
         };
         let mut depth = 0.0;
-        let (normal, arm_b, pressing, when_slow) = match who_b {
+        let (normal, arm_b, pressing, when_slow) = match end_b {
             Participant::Plane(plane) => {
                 let normal = self.planes[plane].normal;
                 if self.balls[ball_a].motion_phase == MotionPhase::Arc {
@@ -230,19 +238,19 @@ impl Engine {
                 (normal, normal * self.balls[ball_b].radius, -normal.dot(pull), Slow::Hop)
             }
         };
-        let material = |who: Participant| match who {
+        let material = |participant: Participant| match participant {
             Participant::Ball(ball) => self.traits[ball].material,
             Participant::Plane(plane) => self.planes[plane].material,
         };
         let mut coefficients =
             self.pairs.of(material(cluster.participants[a]), material(cluster.participants[b]));
-        let tireless = |who: Participant| match who {
+        let lossless = |participant: Participant| match participant {
             Participant::Ball(ball) => !self.traits[ball].free || self.is_hit_incessantly(ball, 0.5),
             Participant::Plane(_) => true,
         };
         if self.gravity == DVec3::ZERO
-            && tireless(cluster.participants[a])
-            && tireless(cluster.participants[b])
+            && lossless(cluster.participants[a])
+            && lossless(cluster.participants[b])
         {
             coefficients.restitution = 1.0;
         }
@@ -260,15 +268,15 @@ impl Engine {
         });
     }
 
-    fn body_of(&self, who: Participant) -> BodyId {
-        BodyId(match who {
+    fn body_of(&self, participant: Participant) -> BodyId {
+        BodyId(match participant {
             Participant::Ball(ball) => self.traits[ball].body,
             Participant::Plane(plane) => self.planes[plane].body,
         })
     }
 
-    /// Hands the rows of each touch to the recorder.
-    fn log_impulse_pairs(&self, cluster: &mut Cluster, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
+    /// Records the rows of each touch.
+    fn log_impulses(&self, cluster: &mut Cluster, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
         let (mut rows, mut poses) = (std::mem::take(&mut cluster.rows), std::mem::take(&mut cluster.poses));
         for (index, touch) in cluster.touches.iter().enumerate() {
             rows.clear();
@@ -284,7 +292,7 @@ impl Engine {
                     radius_a + touch.arm_b.length() - distance
                 }
             };
-            for impulse_pair in cluster.impulse_pairs.iter().filter(|b| b.touch == index) {
+            for impulse_pair in cluster.impulse_pairs.iter().filter(|pair| pair.touch == index) {
                 rows.push(ContactRow {
                     time: self.now,
                     body_a: self.body_of(cluster.participants[touch.a]),

@@ -20,22 +20,22 @@ use crate::spheres::tolerances::{CONTACT_TIME, TOUCH};
 
 /// Marks a partner that is a plane.
 pub(super) const PLANE: u32 = 1 << 31;
-/// Marks a search to be taken up again.
+/// Marks a search that must be resumed.
 pub(super) const SEARCH: u32 = u32::MAX - 1;
 
-/// What a ball will do next: never across two cache lines.
+/// The next event of a ball; aligned so that it never crosses a cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(super) struct Next {
-    /// When it meets its partner [s].
+    /// Time of the meeting with its partner \[s\].
     pub(super) contact: f64,
     /// Ball, or plane with [`PLANE`], or [`SEARCH`], or [`NONE`].
     pub(super) partner: u32,
-    /// Generation of the partner for which this holds.
+    /// Generation of the partner for which the prediction holds.
     pub(super) generation: u32,
-    /// When it leaves its cell [s].
+    /// Time at which it leaves its cell \[s\].
     pub(super) crossing: f64,
-    /// When its phase of motion ends [s].
+    /// Time at which its phase of motion ends \[s\].
     pub(super) phase_end: f64,
 }
 
@@ -50,9 +50,9 @@ pub(super) const NEVER: Next = Next {
 
 /// The state of a simulation.
 pub(crate) struct Engine {
-    /// Gravity [m/s²].
+    /// Gravity \[m/s²\].
     pub(super) gravity: DVec3,
-    /// The present time [s].
+    /// The present time \[s\].
     pub(crate) now: f64,
     pub(super) balls: Vec<Ball>,
     pub(super) spins: Vec<Spin>,
@@ -72,25 +72,25 @@ pub(crate) struct Engine {
     pub(super) islands: Vec<Island>,
     /// Island of each ball and its place there.
     pub(super) island_places: Vec<Option<(usize, usize)>>,
-    /// Largest radius [m].
+    /// Largest radius \[m\].
     pub(super) broadest: f64,
-    /// Buffers of the cluster at hand.
+    /// Buffers of the present cluster.
     pub(super) cluster: Cluster,
     /// Impacts since the balls were last renumbered.
     pub(super) impacts: usize,
-    /// What each ball will do next.
+    /// Next event of each ball.
     pub(super) next: Vec<Next>,
-    /// Which ball is first.
+    /// Order of the next events.
     pub(super) schedule: Schedule,
-    /// Events since time last went on.
+    /// Events since time last advanced.
     pub(super) stalled: u64,
-    /// Events so far, those of large clusters counted by their cost.
+    /// Cost so far in events; impacts of large clusters count for several.
     pub(super) work: u64,
 }
 
 impl Engine {
-    /// The balls of a world in their places, with or without the impulses of lasting contacts;
-    /// [`Engine::begin`] sets them in motion.
+    /// The balls of a world at t = 0, with or without a log of lasting contacts; [`Engine::begin`] starts
+    /// their motion.
     pub(crate) fn new(world: &World, logs_lasting: bool) -> Result<Self, SimulationError> {
         let start = Start::from_world(world)?;
         let count = start.balls.len();
@@ -135,7 +135,7 @@ impl Engine {
         count
     }
 
-    /// Refuses bodies that overlap by more than rounding.
+    /// Rejects bodies that overlap by more than rounding errors.
     pub(crate) fn check_overlaps(&self, world: &World) -> Result<(), SimulationError> {
         for (i, ball) in self.balls.iter().enumerate().filter(|(i, _)| self.traits[*i].free) {
             for plane in &self.planes {
@@ -155,10 +155,10 @@ impl Engine {
         Ok(())
     }
 
-    /// Island of a ball that is on its way on an arc, and its place there.
+    /// Island of a ball on an arc, and its place there.
     #[inline]
     pub(super) fn island_place(&self, ball: usize) -> Option<(usize, usize)> {
-        // The motion_phase is at hand wherever this is asked; the island_places of all others need not be read.
+        // The motion phase is in cache here; the island places of other balls need not be read.
         if self.balls[ball].motion_phase == MotionPhase::Arc { self.island_places[ball] } else { None }
     }
 
@@ -181,12 +181,12 @@ impl Engine {
         })
     }
 
-    /// Speed of the shortest bounces on a level plane [m/s].
+    /// Speed of the shortest bounces on a horizontal plane \[m/s\].
     pub(super) fn slow_speed(&self) -> f64 {
         0.5 * self.gravity.length() * CONTACT_TIME
     }
 
-    /// Acceleration of a ball at the present time [m/s²].
+    /// Acceleration of a ball at the present time \[m/s²\].
     pub(super) fn acceleration(&self, ball: usize) -> DVec3 {
         match self.island_place(ball) {
             Some((island, place)) => self.islands[island].arcs[place].acceleration(self.now),
@@ -194,7 +194,7 @@ impl Engine {
         }
     }
 
-    /// Whether a lasting contact holds a ball on a plane.
+    /// Whether a ball is in lasting contact with a plane.
     pub(super) fn rests_on(&self, ball: usize, plane: usize) -> bool {
         let phase = self.phases[ball].as_deref();
         phase.is_some_and(|p| p.reactions.iter().any(|r| r.ground.plane == plane))

@@ -17,12 +17,12 @@ const STALL: u64 = 10_000;
 const STALL_PER_BALL: u64 = 100;
 
 impl Engine {
-    /// Finds the first phase of motion and the first event of every ball.
+    /// Computes the first phase of motion and the first event of every ball.
     pub(crate) fn begin(&mut self) {
         let count = self.balls.len();
         for ball in 0..count {
             if self.traits[ball].free && self.island_places[ball].is_none() {
-                self.settle(ball, None);
+                self.start_phase(ball, None);
             }
         }
         for island in 0..self.islands.len() {
@@ -49,7 +49,7 @@ impl Engine {
         loop {
             let (pose_at, step_at, beat_at) = (pose_time(poses), sample(steps, step), sample(beats, BEAT));
             let stop = pose_at.min(step_at).min(beat_at).min(settings.duration);
-            self.pass(world, stop, u64::MAX, recorder)?;
+            self.advance(world, stop, u64::MAX, recorder)?;
             if stop >= pose_at {
                 self.write_poses(recorder)?;
                 poses += 1;
@@ -73,10 +73,10 @@ impl Engine {
         }
     }
 
-    /// Lets everything until `stop` \[s\] happen, but not much more than `most` events, of which large
-    /// clusters count for several. The present time is `stop` unless they were too many. Returns their
-    /// number.
-    pub(crate) fn pass(
+    /// Processes all events until `stop` \[s\], with a total cost of about `most` events at most; large
+    /// clusters count for several. The present time becomes `stop` unless the limit was reached. Returns the
+    /// cost.
+    pub(crate) fn advance(
         &mut self,
         world: &World,
         stop: f64,
@@ -99,13 +99,13 @@ impl Engine {
             self.now = self.now.max(time);
             self.work += 1;
             recorder.count_event();
-            self.happen(ball, recorder)?;
+            self.process_event(ball, recorder)?;
         }
         Ok(self.work - first)
     }
 
-    /// Lets the next event of a ball happen.
-    fn happen(&mut self, ball: usize, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
+    /// Processes the next event of a ball.
+    fn process_event(&mut self, ball: usize, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
         let next = self.next[ball];
         if next.phase_end <= next.contact && next.phase_end <= next.crossing {
             if let Some((island, _)) = self.island_place(ball) {
@@ -116,7 +116,7 @@ impl Engine {
             }
             self.bring_forward(ball);
             let ended = self.phases[ball].as_deref().and_then(|p| Some((p.reactions.first()?.ground, p.end)));
-            self.settle(ball, ended);
+            self.start_phase(ball, ended);
             self.predict(ball);
         } else if next.crossing < next.contact {
             self.cross(ball);

@@ -1,10 +1,10 @@
-//! Which balls are near: cells of a regular grid, wrapped around into a fixed number of buckets.
+//! Neighbour search: cells of a regular grid, wrapped periodically into a fixed number of buckets.
 //!
 //! Cells are at least as wide as the widest ball, so that whatever touches a ball is in its cell or in one of
 //! the 26 about it. The grid has no border: cell (i, j, k) lies in bucket (i mod X, j mod Y, k mod Z), and
-//! balls of distant cells that share a bucket cost a comparison, nothing else. Lists are linked through the
-//! balls themselves. Buckets of 4 × 2 × 2 cells share a cache line: the 27 about a ball lie in six lines on
-//! average, in rows it would be ten.
+//! balls of distant cells that share a bucket only cost a comparison. Lists are linked through the balls
+//! themselves. Buckets of 4 × 2 × 2 cells share a cache line: the 27 cells about a ball lie in six lines on
+//! average, against ten with rows.
 
 use glam::DVec3;
 
@@ -45,7 +45,7 @@ impl Heads {
 }
 
 impl Grid {
-    /// A grid of cells `edge` wide [m] (infinite: one cell) with buckets for cells between two corners.
+    /// A grid of cells `edge` wide \[m\] (infinite: one cell) with buckets for cells between two corners.
     pub(super) fn new(edge: f64, low: DVec3, high: DVec3, balls: usize) -> Self {
         // At least four per axis, so that the 27 cells about a ball are 27 buckets; one more than the balls
         // span, so that a box of balls does not wrap onto itself.
@@ -61,7 +61,7 @@ impl Grid {
         Grid { edge, size, heads: vec![Block([NONE; 16]); blocks] }
     }
 
-    /// Width of a cell [m].
+    /// Width of a cell \[m\].
     pub(super) fn edge(&self) -> f64 {
         self.edge
     }
@@ -98,7 +98,7 @@ impl Grid {
         self.heads.fill(Block([NONE; 16]));
     }
 
-    /// Puts a ball that is in no list into the list of its cell.
+    /// Inserts a ball that is in no list into the list of its cell.
     pub(super) fn insert(&mut self, balls: &mut [Ball], ball: usize) {
         let bucket = self.bucket(balls[ball].cell);
         let first = std::mem::replace(self.head_mut(bucket), ball as u32);
@@ -110,7 +110,7 @@ impl Grid {
         }
     }
 
-    /// Takes a ball out of its list.
+    /// Removes a ball from its list.
     pub(super) fn remove(&mut self, balls: &mut [Ball], ball: usize) {
         let (previous, next, bucket) = (balls[ball].previous, balls[ball].next, balls[ball].bucket);
         if previous == NONE {
@@ -158,8 +158,8 @@ impl Grid {
                 for &x in &near[0][first[0]..=last[0]] {
                     let bucket = (x + y + z) as usize;
                     let head = self.heads[bucket / 16].0[bucket % 16];
-                    // Most cells are empty, in no order that a processor could foresee: kept without a
-                    // branch. There are at most 27, and the mask spares the check.
+                    // Branch-free, because empty cells are unpredictable. There are at most 27 heads, and the
+                    // mask avoids the bounds check.
                     heads.balls[heads.count & 31] = head;
                     heads.count += usize::from(head != NONE);
                 }

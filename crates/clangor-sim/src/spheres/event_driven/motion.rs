@@ -8,9 +8,9 @@ use super::support::{self, End, Ground};
 use crate::spheres::tolerances::TOUCH;
 
 impl Engine {
-    /// Takes the state of a ball at the present time as its new reference.
+    /// Makes the present state of a ball its new reference state.
     pub(super) fn bring_forward(&mut self, ball: usize) {
-        self.bank(ball);
+        self.accumulate(ball);
         let island_place = self.island_place(ball);
         let record = &mut self.balls[ball];
         if record.time == self.now {
@@ -25,9 +25,9 @@ impl Engine {
         (record.position, record.velocity, record.time) = (position, velocity, self.now);
     }
 
-    /// Takes the states of the balls of an island at the present time as their new references.
+    /// Makes the present states of the balls of an island their new reference states.
     pub(super) fn bring_island_forward(&mut self, island: usize) {
-        self.bank_links(island);
+        self.accumulate_links(island);
         for place in 0..self.islands[island].balls.len() {
             self.bring_forward(self.islands[island].balls[place]);
         }
@@ -50,15 +50,15 @@ impl Engine {
         }
     }
 
-    /// Searches the next events of all balls of an island anew.
+    /// Predicts the next events of all balls of an island.
     pub(super) fn predict_island(&mut self, island: usize) {
         for place in 0..self.islands[island].balls.len() {
             self.predict(self.islands[island].balls[place]);
         }
     }
 
-    /// Starts a new phase of motion at the present time, from a state that has been brought forward.
-    pub(super) fn settle(&mut self, ball: usize, ended: Option<(Ground, End)>) {
+    /// Starts a new phase of motion at the present time, from an updated reference state.
+    pub(super) fn start_phase(&mut self, ball: usize, ended: Option<(Ground, End)>) {
         let (record, spin, traits) = (&mut self.balls[ball], &mut self.spins[ball], &self.traits[ball]);
         let mut state = support::State {
             radius: record.radius,

@@ -7,7 +7,7 @@ use clangor_core::timeline::ContactRow;
 pub(super) struct Pending {
     /// Plane (or `LINK` + number of the link in the island) and row.
     pub(super) rows: Vec<(usize, ContactRow)>,
-    /// Until when they are summed [s].
+    /// Time up to which they are summed \[s\].
     pub(super) until: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Predictions: the next event of a ball, among planes, neighbours and the faces of its cell.
+//! Predicts the next event of a ball, among planes, neighbours and the faces of its cell.
 
 use glam::DVec3;
 
@@ -19,7 +19,7 @@ struct Seeker {
 }
 
 impl Engine {
-    /// Searches the next event of a ball anew.
+    /// Predicts the next event of a ball.
     pub(super) fn predict(&mut self, ball: usize) {
         if !self.traits[ball].free {
             return;
@@ -28,6 +28,7 @@ impl Engine {
         let Seeker { position, velocity, acceleration, radius, .. } = seeker;
         let mut best = Next { phase_end: self.next[ball].phase_end, ..NEVER };
         let supported = seeker.motion_phase == MotionPhase::Steady;
+        // Planes.
         for (index, plane) in self.planes.iter().enumerate() {
             if supported && self.rests_on(ball, index) {
                 continue;
@@ -58,6 +59,7 @@ impl Engine {
                 best.partner = partner;
             }
         }
+        // Balls in the neighbouring cells.
         self.for_each_near(ball, |other, near| {
             self.consider(&seeker, other, near, &mut best);
         });
@@ -65,11 +67,11 @@ impl Engine {
         self.watch_cell(&seeker);
     }
 
-    /// Takes the meeting with another ball if it is the earliest so far.
+    /// Keeps the meeting with another ball if it is the earliest so far.
     #[inline]
     fn consider(&self, seeker: &Seeker, other: usize, near: &Ball, best: &mut Next) {
         if seeker.motion_phase == MotionPhase::Ballistic && near.motion_phase == MotionPhase::Ballistic {
-            // From the first cache line of the other ball alone: whether they close in, and pass near enough.
+            // Uses only the first cache line of the other ball: whether they approach, and pass near enough.
             let s = self.now - near.time;
             let w = near.velocity + self.gravity * s;
             let d = seeker.position - near.position - (near.velocity + w) * (0.5 * s);
@@ -83,7 +85,7 @@ impl Engine {
             if let Some(mut s) = meet_uniform(d, w, reach)
                 && self.now + s < best.contact
             {
-                // What a pile could not resolve just now is not tried again at once.
+                // An unresolved approach in a pile is retried only after CONTACT_TIME.
                 let just_hit = |ball: usize| self.traits[ball].last_hit == self.now;
                 if s == 0.0 && just_hit(seeker.ball) && just_hit(other) && w.length() < self.slow_speed() {
                     s = CONTACT_TIME;
@@ -94,6 +96,7 @@ impl Engine {
             }
             return;
         }
+        // All other pairs: safe Newton search with a bound on the relative acceleration.
         let reach = seeker.radius + near.radius;
         let horizon = best.contact.min(best.phase_end).min(self.next[other].phase_end) - self.now;
         let between = |d: DVec3, w: DVec3| {
@@ -125,7 +128,7 @@ impl Engine {
         }
     }
 
-    /// No relative acceleration of two balls exceeds this before one of them changes its motion [m/s²].
+    /// Bound on the relative acceleration of two balls until one of them changes its motion \[m/s²\].
     fn relative_bound(&self, one: usize, two: usize) -> f64 {
         let arc =
             |ball: usize| self.island_place(ball).map(|(island, place)| &self.islands[island].arcs[place]);
@@ -137,7 +140,7 @@ impl Engine {
         }
     }
 
-    /// Finds when a ball leaves its cell, and enters its next event into the schedule.
+    /// Computes when a ball leaves its cell, and schedules its next event.
     fn watch_cell(&mut self, seeker: &Seeker) {
         let Seeker { ball, position, velocity, acceleration, .. } = *seeker;
         let (island_place, record) = (self.island_place(ball), &self.balls[ball]);
@@ -192,7 +195,7 @@ impl Engine {
         Seeker { ball, position, velocity, radius, acceleration, motion_phase }
     }
 
-    /// Moves a ball to the neighbouring cell and looks at what has come near.
+    /// Moves a ball to the neighbouring cell and predicts meetings with the balls that have come near.
     pub(super) fn cross(&mut self, ball: usize) {
         let exit = self.balls[ball].exit;
         self.grid.remove(&mut self.balls, ball);

@@ -1,20 +1,20 @@
-//! Keeps neighbours in space neighbours in memory: balls are renumbered in the order of their cells now and
-//! then.
+//! Renumbers the balls in the order of their cells from time to time, so that neighbours in space stay
+//! neighbours in memory.
 //!
-//! A search reads the balls of 27 cells. In an order that collisions have long since mixed, each of them is a
-//! miss of the cache once the balls no longer fit it; in Z-order most of them share pages and lines.
+//! A search reads the balls of 27 cells. In an order mixed by collisions each of them is a cache miss once
+//! the balls exceed the cache; in Z-order most of them share pages and lines.
 
 use super::engine::{Engine, PLANE};
 use super::grid::NOWHERE;
 use crate::spheres::cells::interleave;
 
-/// Fewer balls fit the cache in any order.
+/// Fewer balls than this fit into the cache in any order.
 const FEW: usize = 2000;
-/// Impacts per ball after which the order has become bad enough.
+/// Impacts per ball after which the balls are renumbered.
 const MIXED: usize = 4;
 
 impl Engine {
-    /// Renumbers the balls if enough has happened since the last time.
+    /// Renumbers the balls if there have been enough impacts since the last time.
     pub(crate) fn renumber_if_mixed(&mut self) {
         let count = self.balls.len();
         if count < FEW || self.impacts < MIXED * count {
@@ -46,7 +46,7 @@ impl Engine {
             permute(pending, &order);
         }
         for next in &mut self.next {
-            // Planes, searches and nothing all carry the mark of planes.
+            // The marks of planes, searches and no partner all contain the plane bit.
             if next.partner & PLANE == 0 {
                 next.partner = new_of[next.partner as usize];
             }

@@ -1,5 +1,5 @@
-//! What is sampled: poses, and the impulses of lasting contacts, exact because forces are constant within a
-//! phase.
+//! Samples of the log: poses, and impulses of lasting contacts, which are exact because forces are constant
+//! within a phase.
 
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
@@ -16,7 +16,7 @@ const LINK: usize = 1 << 31;
 
 impl Engine {
     /// Adds the impulses of the present phase up to now.
-    pub(super) fn bank(&mut self, ball: usize) {
+    pub(super) fn accumulate(&mut self, ball: usize) {
         if self.pending.is_none() || self.island_place(ball).is_some() {
             return;
         }
@@ -45,8 +45,8 @@ impl Engine {
     /// Adds the impulses of the springs and rods of an island up to now.
     ///
     /// A spring between two balls becomes two rows against the world, each at the centre of its ball: a link
-    /// has no torque about it, and the far centre has moved in between.
-    pub(super) fn bank_links(&mut self, index: usize) {
+    /// exerts no torque about the centre, and the far centre has moved in between.
+    pub(super) fn accumulate_links(&mut self, index: usize) {
         let Some(pending) = self.pending.as_mut() else { return };
         let island = &self.islands[index];
         let since = island.balls.first().map_or(self.now, |&ball| pending[ball].until);
@@ -86,7 +86,7 @@ impl Engine {
         }
     }
 
-    /// Writes what the rods of a ball have added to an impact.
+    /// Logs the reaction impulses of the rods of a ball in an impact.
     pub(super) fn log_rods(
         &self,
         island: usize,
@@ -103,7 +103,7 @@ impl Engine {
         let rods: Vec<_> = island.rods.iter().filter(|r| r.ball == place).collect();
         for (k, rod) in rods.iter().enumerate() {
             let normal = (record.position - rod.anchor).normalize_or(DVec3::Y);
-            // The part that the other rod cannot take; the last one takes what is left.
+            // The part that the other rod cannot take; the last rod takes the remainder.
             let share = match rods.get(k + 1) {
                 Some(other) => {
                     let e = (record.position - other.anchor).normalize_or(DVec3::Y);
@@ -126,10 +126,10 @@ impl Engine {
     /// Writes the impulses of lasting contacts since the last sample.
     pub(super) fn write_lasting(&mut self, recorder: &mut Recorder<'_>) -> Result<(), SimulationError> {
         if self.pending.is_some() {
-            (0..self.islands.len()).for_each(|island| self.bank_links(island));
+            (0..self.islands.len()).for_each(|island| self.accumulate_links(island));
         }
         for ball in 0..self.balls.len() {
-            self.bank(ball);
+            self.accumulate(ball);
             let Some(pending) = self.pending.as_mut().map(|all| &mut all[ball]) else { return Ok(()) };
             for (_, row) in pending.rows.drain(..) {
                 recorder.contact(&[row], &[])?;

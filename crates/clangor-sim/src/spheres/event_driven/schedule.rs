@@ -1,14 +1,14 @@
-//! The next event of every ball, and which of them is first: a winner tree over groups.
+//! Schedule of the next events of all balls: a tournament (winner) tree over groups.
 //!
 //! The times of eight balls share a cache line. A static binary tree over these lines holds in each inner
 //! node the earlier of its two children, so that changing one time costs one line and at most log₂ N/8
-//! comparisons along one path. Nothing is ever searched for or thrown away: a ball has one entry however
-//! often it is predicted anew. Equal times are won by the lower index.
+//! comparisons along one path. A ball has a single entry, however often it is predicted anew, so there are no
+//! stale entries. Among equal times the lower index wins.
 
 /// Balls whose times share a cache line.
 const GROUP: usize = 8;
 
-/// Winner tree over event times [s].
+/// Winner tree over event times \[s\].
 pub(super) struct Schedule {
     times: Vec<Group>,
     leaves: usize,
@@ -61,7 +61,7 @@ impl Schedule {
         times[ball % GROUP] = time;
         let mut winner = Node { time, ball: ball as u32 };
         if held.ball == winner.ball {
-            // The first of the group has changed: another may be first now.
+            // The first of the group has changed, so another may now be first.
             for (place, &time) in times.iter().enumerate() {
                 let rival = (GROUP * group + place) as u32;
                 if time < winner.time || time == winner.time && rival < winner.ball {

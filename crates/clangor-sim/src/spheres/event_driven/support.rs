@@ -9,13 +9,13 @@
 //!   anything.
 //!
 //! These are solved in closed form where force and motion share a line (every horizontal plane, every slope
-//! without cross motion). Where the motion turns on a slope, the direction of the loss is held over pieces
-//! that end when the speed has changed by [`PIECE`], with the direction of the piece's middle, and the last
-//! piece ends exactly at zero. The loss couple is cut to what friction can turn into rolling.
+//! without cross motion). Where the direction of motion changes on a slope, the direction of the loss is held
+//! over pieces that end when the speed has changed by [`PIECE`], with the direction of the piece's middle,
+//! and the last piece ends exactly at zero. The loss couple is cut to what friction can turn into rolling.
 //!
 //! A ball pressed against two or three planes (a groove, a corner) has no closed form: it moves with constant
-//! forces over steps of [`WEDGE_STEP`], each solved so that it neither enters a plane nor leaves its friction
-//! cone. Whatever the phase, forces are constant in it and are kept, so the log's impulses are exact.
+//! forces over steps of [`WEDGE_STEP`], each solved so that the ball enters no plane and the forces stay in
+//! their friction cones. Forces are constant within every phase, so the impulses of the log are exact.
 
 use glam::DVec3;
 
@@ -23,11 +23,11 @@ use crate::spheres::tolerances::{QUIET_ACCELERATION, QUIET_SPEED};
 
 /// Relative change of speed over a piece of a turning motion.
 const PIECE: f64 = 0.02;
-/// A turning motion whose remaining direction differs by less than this [rad] ends in one last piece.
+/// A turning motion whose remaining change of direction is below this ends in one last piece \[rad\].
 const CLOSING: f64 = 1e-3;
-/// A slip or speed slower than this [m/s] is none.
+/// A slower slip or speed counts as zero \[m/s\].
 const STOPPED: f64 = 1e-13;
-/// Step of a ball wedged between planes [s].
+/// Step of a ball wedged between planes \[s\].
 const WEDGE_STEP: f64 = 1e-4;
 
 /// A plane that a ball touches.
@@ -39,7 +39,7 @@ pub(super) struct Ground {
     pub(super) normal: DVec3,
     /// Friction coefficient μ of the pair.
     pub(super) friction: f64,
-    /// Rolling loss length ρ of the pair [m].
+    /// Rolling loss length ρ of the pair \[m\].
     pub(super) rolling_loss: f64,
 }
 
@@ -48,15 +48,15 @@ pub(super) struct Ground {
 pub(super) struct Reaction {
     /// The plane.
     pub(super) ground: Ground,
-    /// Normal force [N].
+    /// Normal force \[N\].
     pub(super) normal: f64,
-    /// Friction [N].
+    /// Friction \[N\].
     pub(super) tangential: DVec3,
-    /// Rolling-loss couple [N m].
+    /// Rolling-loss couple \[N m\].
     pub(super) couple: DVec3,
 }
 
-/// What is exactly zero when a phase ends.
+/// Quantity that is exactly zero at the end of a phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
     /// Nothing in particular.
@@ -72,42 +72,42 @@ pub(super) enum End {
 /// A phase of lasting contact.
 #[derive(Clone, Debug)]
 pub(super) struct Phase {
-    /// Acceleration of the centre [m/s²].
+    /// Acceleration of the centre \[m/s²\].
     pub(super) acceleration: DVec3,
-    /// Angular acceleration [rad/s²].
+    /// Angular acceleration \[rad/s²\].
     pub(super) alpha: DVec3,
     /// Forces; none in flight.
     pub(super) reactions: Vec<Reaction>,
-    /// How long it lasts [s].
+    /// Duration \[s\].
     pub(super) duration: f64,
-    /// What ends it.
+    /// Condition at its end.
     pub(super) end: End,
 }
 
 /// The ball on the ground.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct State {
-    /// Radius [m].
+    /// Radius \[m\].
     pub(super) radius: f64,
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub(super) mass: f64,
-    /// Moment of inertia [kg m²].
+    /// Moment of inertia \[kg m²\].
     pub(super) inertia: f64,
-    /// Velocity of the centre [m/s].
+    /// Velocity of the centre \[m/s\].
     pub(super) velocity: DVec3,
-    /// Angular velocity [rad/s].
+    /// Angular velocity \[rad/s\].
     pub(super) omega: DVec3,
-    /// Gravity [m/s²].
+    /// Gravity \[m/s²\].
     pub(super) gravity: DVec3,
 }
 
-/// The phase that begins with a state in touch with `grounds`, none of which it approaches or leaves.
+/// The phase that starts from a state in contact with `grounds`, with zero normal velocity to each.
 ///
-/// The state is corrected by rounding errors: a slip or speed that is meant to be zero becomes zero.
+/// Rounding errors of the state are removed: a slip or speed that should be zero becomes zero.
 pub(super) fn phase(state: &mut State, grounds: &[Ground]) -> Phase {
     let pressing: Vec<Ground> =
         grounds.iter().copied().filter(|g| g.normal.dot(state.gravity) < -QUIET_ACCELERATION).collect();
-    // The plane that presses hardest; if it holds the ball off the others, it is alone.
+    // The plane that presses hardest is sufficient if it keeps the ball out of the others.
     let hardest =
         pressing.iter().min_by(|a, b| a.normal.dot(state.gravity).total_cmp(&b.normal.dot(state.gravity)));
     let Some(&ground) = hardest else { return flight(state.gravity) };
@@ -122,7 +122,7 @@ pub(super) fn phase(state: &mut State, grounds: &[Ground]) -> Phase {
     wedged(state, grounds)
 }
 
-/// The phase of a ball that touches nothing.
+/// The phase of a ball in free flight.
 pub(super) fn flight(gravity: DVec3) -> Phase {
     Phase {
         acceleration: gravity,
@@ -133,7 +133,7 @@ pub(super) fn flight(gravity: DVec3) -> Phase {
     }
 }
 
-/// Makes exactly zero what a phase has brought to zero up to rounding.
+/// Sets to zero the quantity that a phase has brought to zero up to rounding.
 pub(super) fn finish(state: &mut State, ground: &Ground, end: End) {
     let n = ground.normal;
     match end {
@@ -192,11 +192,13 @@ fn on_one(state: &mut State, ground: Ground) -> Phase {
     let g_t = state.gravity + n * g_n;
     let g_t = if g_t.length() <= 1e-14 * g_n { DVec3::ZERO } else { g_t };
     state.velocity -= n * state.velocity.dot(n);
+    // Slip at the contact point, and the largest deceleration by friction.
     let grip = ground.friction * g_n;
     let slip = state.velocity - state.omega.cross(n) * r;
     let reach = state.velocity.length() + state.omega.length() * r;
     let spin = state.omega.dot(n);
 
+    // Without friction, sliding, or rolling and spinning.
     let mut couple = DVec3::ZERO;
     let (acceleration, duration, end);
     if grip == 0.0 {
@@ -225,7 +227,7 @@ fn on_one(state: &mut State, ground: Ground) -> Phase {
                 pull = (g_t - g_t.normalize() * loss) / (1.0 + beta);
             }
         }
-        // Rolling needs this friction; where the cone does not hold it, the ball slips along the slope.
+        // Rolling needs this friction; if it exceeds the friction cone, the ball slips along the slope.
         if (pull - g_t).length() > grip * (1.0 + 1e-12) {
             let down = (g_t - pull).normalize();
             (acceleration, duration, end) = (g_t - down * grip, f64::INFINITY, End::Open);
@@ -244,6 +246,7 @@ fn on_one(state: &mut State, ground: Ground) -> Phase {
             (acceleration, duration, end) = (pull, lasts, then);
         }
     }
+    // Friction force and angular acceleration that belong to the motion.
     let tangential = (acceleration - g_t) * m;
     let alpha = (couple - n.cross(tangential) * r) / state.inertia;
     let reaction = Reaction { ground, normal: m * g_n, tangential, couple };
@@ -264,12 +267,14 @@ fn wedged(state: &mut State, grounds: &[Ground]) -> Phase {
     for _ in 0..200 {
         let mut change = 0.0_f64;
         for reaction in &mut reactions {
+            // Normal impulse: no approach.
             let n = reaction.ground.normal;
             let normal = (reaction.normal - m * velocity.dot(n)).max(0.0);
             velocity += n * ((normal - reaction.normal) / m);
             change = change.max((normal - reaction.normal).abs());
             reaction.normal = normal;
 
+            // Friction: no slip, within the cone.
             let slip = velocity - n * velocity.dot(n) - omega.cross(n) * r;
             let limit = reaction.ground.friction * normal;
             let tangential = (reaction.tangential - slip / response).clamp_length_max(limit);
@@ -279,6 +284,7 @@ fn wedged(state: &mut State, grounds: &[Ground]) -> Phase {
             change = change.max(step.length());
             reaction.tangential = tangential;
 
+            // Rolling loss: no rotation, within its bound.
             let limit = reaction.ground.rolling_loss * normal;
             let couple = (reaction.couple - omega * state.inertia).clamp_length_max(limit);
             omega += (couple - reaction.couple) / state.inertia;
@@ -289,7 +295,7 @@ fn wedged(state: &mut State, grounds: &[Ground]) -> Phase {
             break;
         }
     }
-    // What the iteration leaves is far below a step's change: at rest it is none, and the largest force takes
+    // The residual is far below the change of a step. At rest it is set to zero and the largest force takes
     // it up.
     let small = 1e-6 * state.gravity.length() * h;
     let still = |v: DVec3, w: DVec3| v.length() + w.length() * r <= small;
@@ -305,6 +311,7 @@ fn wedged(state: &mut State, grounds: &[Ground]) -> Phase {
         reaction.couple += (state.omega - omega) * state.inertia + n.cross(tangential) * r;
         (velocity, omega) = (state.velocity, state.omega);
     }
+    // Impulses become constant forces.
     for reaction in &mut reactions {
         reaction.normal /= h;
         reaction.tangential /= h;

@@ -1,13 +1,13 @@
-//! Impacts within a step: what meets on the paths of the balls collides at the instant of the meeting.
+//! Impacts within a step, at the instants at which balls meet on their paths.
 //!
 //! Meetings are found in closed form or by the search of [`approach`](super::super::approach), and resolved
-//! by [`impact`](super::super::impact) in the order of time, two bodies each; what an impact changes is
+//! by [`impact`](super::super::impact) in the order of time, two bodies each; the balls of an impact are then
 //! predicted anew. An approach slower than g h is left to the next step, where the two are in lasting
-//! contact: until then they sink into each other by at most 2 g h².
+//! contact; until then they overlap by at most 2 g h².
 //!
-//! A ball that has been hit [`MOST_HITS`] times waits where it is for the next step, and so does what runs
-//! into it without an impact: nothing gains energy or overlaps by that, but the waiting lose time. The log
-//! has what holds them up meanwhile.
+//! A ball that has been hit [`MOST_HITS`] times waits in place for the next step, and so does a ball that
+//! runs into it without an impact. This adds no energy and no overlap, but waiting balls lose time. The log
+//! contains the impulses that hold them meanwhile.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -24,12 +24,12 @@ use crate::spheres::impact::{self, ImpulsePair, Member, Slow, Touch};
 /// Impacts of a ball in one step after which it waits.
 const MOST_HITS: u32 = 24;
 
-/// Two balls that will meet, in the order of time.
+/// A predicted meeting, ordered by time.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     time: f64,
     pair: u32,
-    /// Sum of the generations of the balls for which this holds.
+    /// Sum of the generations of the balls for which the prediction holds.
     generation: u32,
 }
 
@@ -61,8 +61,8 @@ pub(super) struct Flight {
 }
 
 impl Stepped {
-    /// Lets all impacts of a step happen. Returns their number.
-    pub(super) fn fly(&mut self, recorder: &mut Recorder<'_>) -> Result<u64, SimulationError> {
+    /// Resolves all impacts of a step. Returns their number.
+    pub(super) fn resolve_impacts(&mut self, recorder: &mut Recorder<'_>) -> Result<u64, SimulationError> {
         self.flight.meetings.clear();
         for pair in 0..self.neighbours.pairs.len() {
             self.predict(pair, 0.0);
@@ -83,7 +83,7 @@ impl Stepped {
         of(pair.a).wrapping_add(of(pair.b))
     }
 
-    /// Foretells the meeting of a pair in what is left of the step after `now`.
+    /// Predicts the meeting of a pair in the rest of the step after `now`.
     fn predict(&mut self, index: usize, now: f64) {
         let pair = &self.neighbours.pairs[index];
         let a = &self.balls[pair.a as usize];
@@ -112,7 +112,7 @@ impl Stepped {
                 return;
             }
             let distance = d.length();
-            // The approach of a uniform motion only slows down.
+            // In uniform relative motion the approach speed only decreases.
             if -d.dot(w) + pull.length() * left * distance < slowest * distance {
                 return;
             }
@@ -161,6 +161,7 @@ impl Stepped {
         for ball in ends.into_iter().flatten() {
             self.balls[ball].bring_forward(time);
         }
+        // Impulse of the pair.
         let (normal, depth) = self.normal(a, b);
         let (members, impulse) = self.reflect(index, ends, normal);
         let Some(ImpulsePair { normal: impulse_n, tangential: impulse_t, velocity, .. }) = impulse else {
@@ -170,6 +171,7 @@ impl Stepped {
             }
             return Ok(());
         };
+        // Log the impact with the states before it.
         let at = self.now + time;
         let row = ContactRow {
             time: at,
@@ -188,6 +190,7 @@ impl Stepped {
         let moving = ends.map(|ball| ball.filter(|ball| self.balls[*ball].free));
         let poses: Vec<PoseRow> = moving.into_iter().flatten().map(|ball| self.pose_row(ball, at)).collect();
         recorder.impact(&[row], &poses)?;
+        // Apply the new velocities and predict anew.
         for (ball, member) in moving.into_iter().zip(&members) {
             if let Some(ball) = ball {
                 self.redirect(ball, member, time);
@@ -243,11 +246,11 @@ impl Stepped {
         if record.hits >= MOST_HITS {
             self.halt(ball, time);
         } else if !record.stays(self.step - time, self.gravity.length()) {
-            self.extend(ball);
+            self.search_neighbours(ball);
         }
     }
 
-    /// Lets a ball wait for the next step.
+    /// Holds a ball in place until the next step.
     fn halt(&mut self, ball: usize, time: f64) {
         let record = &mut self.balls[ball];
         if record.moves() && !record.waits {

@@ -1,9 +1,8 @@
-//! Which balls and planes may meet soon: pairs within a margin, kept until a ball has gone further than its
-//! own.
+//! Neighbour lists: pairs of balls and planes within a margin, kept until a ball leaves its margin.
 //!
-//! The margin of a ball is a part of its radius and the way of [`LOOK_AHEAD`] steps. A ball that leaves it is
-//! compared with all others; when that has happened often, all lists are made anew through a grid, whose
-//! cells are as wide as the widest ordinary ball with its margin. The few that are wider are compared with
+//! The margin of a ball is a part of its radius plus its travel in [`LOOK_AHEAD`] steps. A ball that leaves
+//! its margin is compared with all others. When that has happened often, all lists are rebuilt with a grid
+//! whose cells are as wide as the widest ordinary ball with its margin; the few wider balls are compared with
 //! all.
 
 use std::collections::BTreeMap;
@@ -15,11 +14,11 @@ use super::{Ball, PLANE, Stepped};
 
 /// Margin as a part of the radius.
 const MARGIN: f64 = 0.25;
-/// Steps for which the margin of a moving ball shall last.
+/// Number of steps that the margin of a moving ball covers.
 const LOOK_AHEAD: f64 = 2.0;
 /// Balls this much wider than the median one are kept out of the grid.
 const WIDE: f64 = 3.0;
-/// Searches for single balls, and their part of all balls, after which all lists are made anew.
+/// Number of searches for single balls, plus one per so many balls, after which all lists are rebuilt.
 const FEW: usize = 8;
 /// The end of a list.
 const NONE: u32 = u32::MAX;
@@ -27,11 +26,11 @@ const NONE: u32 = u32::MAX;
 /// Impulses of a lasting contact in one step; they start the solution of the next.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Hold {
-    /// Along the normal [N s].
+    /// Along the normal \[N s\].
     pub(super) normal: f64,
-    /// Friction [N s].
+    /// Friction \[N s\].
     pub(super) tangential: DVec3,
-    /// Couple of rolling and spinning loss [N m s].
+    /// Couple of rolling and spinning loss \[N m s\].
     pub(super) couple: DVec3,
 }
 
@@ -44,14 +43,14 @@ pub(super) struct Pair {
     pub(super) b: u32,
     /// e, μ, ρ of the pair.
     pub(super) coefficients: PairCoefficients,
-    /// What holds them apart.
+    /// Impulses of their lasting contact.
     pub(super) hold: Hold,
 }
 
 /// See the module.
 #[derive(Default)]
 pub(super) struct Neighbours {
-    /// The pairs, the lowest first when they were made.
+    /// The pairs, ordered bottom-up when the lists are rebuilt.
     pub(super) pairs: Vec<Pair>,
     of: Vec<Vec<u32>>,
     current: bool,
@@ -64,8 +63,8 @@ impl Neighbours {
         self.of.get(ball).map_or(&[], Vec::as_slice)
     }
 
-    /// Lets everything be sought anew before the next step.
-    pub(super) fn outdate(&mut self) {
+    /// Marks all lists for rebuilding before the next step.
+    pub(super) fn invalidate(&mut self) {
         self.current = false;
     }
 
@@ -79,14 +78,14 @@ impl Neighbours {
 }
 
 impl Ball {
-    /// Whether it will be within its margin after so much more of a step.
+    /// Whether the ball stays within its margin for the rest of a step.
     pub(super) fn stays(&self, step: f64, gravity: f64) -> bool {
         let way = (self.velocity.length() + gravity * step) * step;
         self.position.distance(self.origin) + way <= self.margin
     }
 
-    /// Chooses a margin for the way to come.
-    fn look_around(&mut self, step: f64, gravity: f64) {
+    /// Chooses a margin for the coming steps.
+    fn choose_margin(&mut self, step: f64, gravity: f64) {
         let speed = if self.moves() { self.velocity.length() + LOOK_AHEAD * gravity * step } else { 0.0 };
         self.origin = self.position;
         self.margin = MARGIN * self.radius + LOOK_AHEAD * speed * step;
@@ -94,7 +93,7 @@ impl Ball {
 }
 
 impl Stepped {
-    /// Makes sure that all pairs that may meet in this step are known.
+    /// Updates the lists so that they contain all pairs that may meet in this step.
     pub(super) fn refresh_neighbours(&mut self) {
         let (step, gravity) = (self.step, self.gravity.length());
         for ball in 0..self.balls.len() {
@@ -102,7 +101,7 @@ impl Stepped {
                 if !self.neighbours.current || self.neighbours.extended > FEW + self.balls.len() / FEW {
                     break;
                 }
-                self.extend(ball);
+                self.search_neighbours(ball);
             }
         }
         if !self.neighbours.current || self.neighbours.extended > FEW + self.balls.len() / FEW {
@@ -110,9 +109,9 @@ impl Stepped {
         }
     }
 
-    /// Looks for the neighbours of a ball that leaves its margin, at its present place.
-    pub(super) fn extend(&mut self, ball: usize) {
-        self.balls[ball].look_around(self.step, self.gravity.length());
+    /// Searches the neighbours of a ball that leaves its margin, at its present position.
+    pub(super) fn search_neighbours(&mut self, ball: usize) {
+        self.balls[ball].choose_margin(self.step, self.gravity.length());
         self.neighbours.extended += 1;
         for other in (0..self.balls.len()).filter(|other| *other != ball) {
             let (lower, upper) = self.ordered(ball, other);
@@ -134,14 +133,14 @@ impl Stepped {
         }
     }
 
-    /// Seeks all pairs anew; those that hold each other apart keep what they know.
+    /// Rebuilds all pairs; lasting contacts keep their impulses.
     fn find_neighbours(&mut self) {
         let (step, gravity) = (self.step, self.gravity.length());
         let held = |pair: &Pair| pair.hold.normal > 0.0;
         let old = std::mem::take(&mut self.neighbours.pairs);
         let holds: BTreeMap<(u32, u32), Hold> =
             old.iter().filter(|pair| held(pair)).map(|pair| ((pair.a, pair.b), pair.hold)).collect();
-        self.balls.iter_mut().for_each(|ball| ball.look_around(step, gravity));
+        self.balls.iter_mut().for_each(|ball| ball.choose_margin(step, gravity));
         let mut found: Vec<(u32, u32)> = Vec::with_capacity(old.len());
         self.find_balls(&mut found);
         for ball in (0..self.balls.len()).filter(|ball| self.balls[*ball].free && self.balls[*ball].there) {
@@ -168,7 +167,7 @@ impl Stepped {
         (self.neighbours.current, self.neighbours.extended) = (true, 0);
     }
 
-    /// Every pair of near balls, of which one at least is free.
+    /// Finds all pairs of near balls with at least one free ball.
     fn find_balls(&self, found: &mut Vec<(u32, u32)>) {
         let reach = |ball: &Ball| ball.radius + ball.margin;
         let mut reaches: Vec<f64> = self.balls.iter().filter(|ball| ball.there).map(reach).collect();
@@ -217,7 +216,7 @@ impl Stepped {
         let (one, two) = (&self.balls[one], &self.balls[two]);
         let reach = one.radius + one.margin + two.radius + two.margin;
         let there = one.there && two.there && (one.free || two.free);
-        // Of a ball that is under way in the step, its margin holds from where it is now.
+        // The margin of a ball counts from its position at the last search.
         there && one.origin.distance_squared(two.origin) <= reach * reach
     }
 
@@ -242,7 +241,7 @@ impl Stepped {
     }
 }
 
-/// A number that distant cells hardly share.
+/// Hash of a cell.
 fn bucket(cell: IVec3) -> usize {
     let [x, y, z] = cell.to_array().map(|k| k as u32);
     let mixed = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);

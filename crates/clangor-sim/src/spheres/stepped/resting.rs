@@ -1,5 +1,4 @@
-//! Lasting contacts of a step: impulses that keep bodies from sinking into each other, with friction and
-//! rolling loss.
+//! Lasting contacts of a step: impulses that prevent overlap, with friction and rolling loss.
 //!
 //! Unknown are the velocities v′ at the end of the step. With λ the impulse along the normal n of a contact
 //! and g h what gravity adds, M v′ = M (v + g h) + Σ impulses, where
@@ -8,11 +7,11 @@
 //!   spinning).
 //!
 //! Projected Gauss-Seidel finds them (sequential impulses: Moreau 1988, Catto 2005), from the impulses of the
-//! step before and from the ground upwards, until no velocity changes by more than [`TOLERANCE`] g h. Each
-//! sweep lowers the kinetic energy, whose least value under these bounds is the solution; the impulses of the
-//! step before might raise it, and are then forgotten.
+//! step before with pairs ordered bottom-up, until no velocity changes by more than [`TOLERANCE`] g h. Each
+//! sweep lowers the kinetic energy, whose minimum under these bounds is the solution. If the impulses of the
+//! step before raise it, they are discarded.
 //!
-//! What still overlaps is parted without any velocity: most of what is deeper than [`SLOP`] in each step.
+//! Remaining overlap is corrected in position only: most of the part beyond [`SLOP`] in each step.
 
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
@@ -26,11 +25,11 @@ use crate::record::Recorder;
 const TOLERANCE: f64 = 0.02;
 /// Fewest and most sweeps.
 const SWEEPS: [u64; 2] = [2, 12];
-/// Overlap that is left, in units of g h².
+/// Overlap that is not corrected, in units of g h².
 const SLOP: f64 = 0.1;
-/// Part of an overlap beyond it that is undone at a time, and how often in a step.
-const PARTING: f64 = 0.5;
-const PARTINGS: usize = 3;
+/// Part of the overlap beyond it that one pass corrects, and number of passes in a step.
+const CORRECTION: f64 = 0.5;
+const CORRECTION_PASSES: usize = 3;
 
 /// Velocities of a ball during the sweeps.
 #[derive(Clone, Copy, Default)]
@@ -46,7 +45,7 @@ pub(super) struct Contact {
     a: usize,
     b: usize,
     normal: DVec3,
-    /// Least normal velocity after the step [m/s].
+    /// Least normal velocity after the step \[m/s\].
     target: f64,
     friction: f64,
     rolling_loss: f64,
@@ -84,7 +83,7 @@ impl Contact {
         b.omega -= (couple + turn * self.radius[1]) * self.inverse_inertia[1];
     }
 
-    /// One round. Returns the largest change of a velocity [m/s].
+    /// One round. Returns the largest change of a velocity \[m/s\].
     fn relax(&mut self, movers: &mut [Mover]) -> f64 {
         let (a, b) = (movers[self.a], movers[self.b]);
         let approach = self.normal.dot(a.velocity - b.velocity);
@@ -103,7 +102,7 @@ impl Contact {
         let tangential = clamped(wanted, self.friction * normal);
         let along = tangential - self.hold.tangential;
         self.hold.tangential = tangential;
-        // The rotation that friction adds here is met in the next sweep.
+        // The rotation that friction adds here is corrected in the next sweep.
         let wanted = self.hold.couple - (a.omega - b.omega) * self.resists[2];
         let couple = clamped(wanted, self.rolling_loss * normal);
         let twist = couple - self.hold.couple;
@@ -119,10 +118,10 @@ fn clamped(vector: DVec3, most: f64) -> DVec3 {
 }
 
 impl Stepped {
-    /// Solves the lasting contacts and chooses the paths of all balls. Returns the number of sweeps.
-    pub(super) fn rest(&mut self, recorder: &mut Recorder<'_>) -> Result<u64, SimulationError> {
+    /// Solves the lasting contacts and sets the paths of all balls. Returns the number of sweeps.
+    pub(super) fn solve_resting(&mut self, recorder: &mut Recorder<'_>) -> Result<u64, SimulationError> {
         let fall = self.gravity * self.step;
-        self.touch();
+        self.collect_contacts();
         let mut resting = std::mem::take(&mut self.resting);
         let Resting { contacts, movers } = &mut resting;
         movers.clear();
@@ -132,6 +131,7 @@ impl Stepped {
             if moves { Mover { velocity: ball.velocity + fall, omega: ball.omega } } else { still }
         }));
         movers.push(Mover::default());
+        // Warm start with the impulses of the step before.
         let before = self.energy_of(contacts, movers);
         for contact in contacts.iter() {
             contact.push(
@@ -151,6 +151,7 @@ impl Stepped {
                 }
             }
         };
+        // Solve; without warm start if it raised the energy.
         if !contacts.is_empty() {
             solve(contacts, movers);
             if self.energy_of(contacts, movers) > before {
@@ -161,6 +162,7 @@ impl Stepped {
                 solve(contacts, movers);
             }
         }
+        // Balls without a loaded contact fly; the others move at their final velocities.
         for ball in self.balls.iter_mut().filter(|ball| ball.moves()) {
             ball.acceleration = self.gravity;
         }
@@ -183,8 +185,8 @@ impl Stepped {
         Ok(sweeps)
     }
 
-    /// Gathers the contacts: whatever touches or nearly does, and does not approach faster than an impact.
-    fn touch(&mut self) {
+    /// Collects the contacts: pairs that touch or nearly touch and approach more slowly than an impact.
+    fn collect_contacts(&mut self) {
         let slowest = self.impact_speed();
         let near = slowest * self.step;
         let mut contacts = std::mem::take(&mut self.resting.contacts);
@@ -283,18 +285,18 @@ impl Stepped {
         Ok(())
     }
 
-    /// Moves apart what overlaps at the end of a step.
-    pub(super) fn part(&mut self) {
+    /// Corrects the overlaps at the end of a step.
+    pub(super) fn correct_overlaps(&mut self) {
         let slop = SLOP * self.impact_speed() * self.step;
         let count = self.resting.contacts.len();
-        for index in (0..PARTINGS).flat_map(|_| 0..count) {
+        for index in (0..CORRECTION_PASSES).flat_map(|_| 0..count) {
             let contact = &self.resting.contacts[index];
             let pair = &self.neighbours.pairs[contact.pair as usize];
             let (normal, depth) = self.normal(contact.a, pair.b);
             if depth <= slop {
                 continue;
             }
-            let push = normal * (PARTING * (depth - slop) * contact.resists[0]);
+            let push = normal * (CORRECTION * (depth - slop) * contact.resists[0]);
             let (a, b, [ma, mb]) = (contact.a, contact.b, contact.inverse_mass);
             self.balls[a].position += push * ma;
             if let Some(ball) = self.balls.get_mut(b) {

@@ -1,9 +1,8 @@
-//! Sleep: a ball that has lain still for a while stands still until something moves it.
+//! Sleep: a ball that has been at rest for a while is held fixed until something moves it.
 //!
-//! A ball falls asleep when it has been slower than [`SLEEPY`] for [`QUIET_TIME`] while something holds it,
-//! and all that it touches is as quiet. A sleeper is as good as fixed for its lasting contacts. It wakes when
-//! it is struck, when what touches it moves faster than [`WAKING`], or when something that it touched is no
-//! longer there.
+//! A ball falls asleep when it has been slower than [`SLEEPY`] for [`QUIET_TIME`] in lasting contact, and
+//! everything that it touches is as quiet. A sleeping ball counts as fixed in lasting contacts. It wakes at
+//! an impact, when a touching ball moves faster than [`WAKING`], or when something that it touched is gone.
 
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow};
@@ -13,15 +12,15 @@ use super::{PLANE, Stepped};
 use crate::SimulationError;
 use crate::record::Recorder;
 
-/// Speeds of the centre and of the surface below which a ball is quiet [m/s].
+/// Speeds of the centre and of the surface below which a ball is quiet \[m/s\].
 const SLEEPY: f64 = 3e-3;
-/// How long it must have been so \[s\].
+/// Time below these speeds after which a ball falls asleep \[s\].
 const QUIET_TIME: f64 = 0.3;
-/// Speed at which a ball wakes what it touches [m/s].
+/// Speed at which a ball wakes what it touches \[m/s\].
 const WAKING: f64 = 1.5e-2;
 
 impl Stepped {
-    /// Wakes a ball, and gives it its time to become quiet.
+    /// Wakes a ball and restarts its time to fall asleep.
     pub(super) fn wake(&mut self, ball: usize) {
         let ball = &mut self.balls[ball];
         if std::mem::take(&mut ball.asleep) {
@@ -31,7 +30,7 @@ impl Stepped {
         ball.quiet = 0;
     }
 
-    /// Lets balls fall asleep and wake at the end of a step.
+    /// Puts balls to sleep and wakes them at the end of a step.
     pub(super) fn fall_asleep(&mut self, recorder: &mut Recorder<'_>) -> Result<(), SimulationError> {
         for ball in self.balls.iter_mut().filter(|ball| ball.moves()) {
             let speed = ball.velocity.length_squared();
@@ -65,7 +64,7 @@ impl Stepped {
         Ok(())
     }
 
-    /// Wakes the sleepers that are touched by something fast, and those that have lost what they touched.
+    /// Wakes the sleeping balls that a fast ball touches, and those that have lost a contact.
     fn wake_touched(&mut self) {
         let far = 2.0 * self.impact_speed() * self.step;
         for index in 0..self.neighbours.pairs.len() {
@@ -89,7 +88,7 @@ impl Stepped {
         }
     }
 
-    /// What a ball loses when it falls asleep.
+    /// Momentum that a ball loses when it falls asleep.
     fn last_impulse(&self, ball: usize) -> ContactRow {
         let ball = &self.balls[ball];
         ContactRow {

@@ -2,7 +2,7 @@
 //! [KEY=VALUE]..`
 //!
 //! Keys: `rocks` (1000), `seconds` (6), `step` (2.5e-4), `sleep` (1), `restitution` (0.4), `seed` (2024),
-//! `look` (200): steps between two looks at overlaps.
+//! `look` (200): steps between two measurements of overlap.
 
 #[path = "../tests/scenes/rigid.rs"]
 #[allow(dead_code)]

@@ -3,7 +3,7 @@
 //!
 //! `cargo bench -p clangor-sim --bench spheres [-- N ...]`: CPU seconds per simulated second, impacts, cost
 //! per impact and per event (impact, cell left, search renewed), memory per ball and the drift of the kinetic
-//! energy, for 1 000, 3 000, 10 000 and 30 000 balls. One thread, so that CPU time is time.
+//! energy, for 1 000, 3 000, 10 000 and 30 000 balls. One thread, so that CPU time equals elapsed time.
 //!
 //! The cost per impact also grows because the walls matter less in a larger box: impacts on walls, which are
 //! cheap and replace impacts between balls, become rare, and more cells are left per impact. An event is the

@@ -126,7 +126,7 @@ fn voxel_clusters(mesh: &TriMesh, settings: DecomposeSettings) -> Vec<Vec<DVec3>
     let surface_points = clusters.compute_primitive_intersections(&mesh.vertices, &mesh.triangles);
     let mut points_of = Vec::new();
     for (cluster, mut points) in clusters.voxel_parts().iter().zip(surface_points) {
-        // Where a cut runs through the inside, the part ends in whole voxels, so that parts meet.
+        // A cut through the interior ends in whole voxels, so that adjacent parts meet.
         let half = 0.5 * cluster.scale;
         for voxel in cluster.voxels().iter().filter(|v| v.is_on_surface) {
             let centre = cluster.get_voxel_point(voxel);
@@ -213,7 +213,7 @@ fn union_volume(solids: &[TriMesh]) -> f64 {
     sum * step.x * step.y
 }
 
-/// Where the line of given y and z runs inside a convex body.
+/// Interval of x in which the line of given y and z is inside a convex body.
 fn span_along_x(solid: &TriMesh, y: f64, z: f64) -> Option<(f64, f64)> {
     let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
     for t in 0..solid.triangles.len() {

@@ -14,7 +14,7 @@ pub enum SimulationError {
     NotASphere {
         /// The body.
         body: String,
-        /// What it is.
+        /// Why the solver cannot move it.
         reason: &'static str,
     },
     /// The time-stepped solver does not support a feature of the world.

@@ -9,7 +9,7 @@ pub use clangor_core::scene::simulation_description::SolverChoice as Solver;
 const FEW_FALLING: usize = 8;
 
 /// Resolves `Auto` for a world: `Spheres` if all bodies are spheres and planes without prescribed motion and
-/// at most [`FEW_FALLING`] inelastic balls fall; else `Rigid`. Worlds with rods always use `Spheres`.
+/// at most eight inelastic balls fall; else `Rigid`. Worlds with rods always use `Spheres`.
 pub fn choose_solver(world: &World, solver: Solver) -> Solver {
     let suits_spheres = |b: &Body| {
         let prescribed = matches!(&b.motion, Motion::Keyframed(track) if !track.is_fixed());

@@ -1,4 +1,4 @@
-//! Crack impulses against closed forms: a stretched bar, a bent one, and the balances of any crack.
+//! Crack impulses against closed forms: a stretched bar, a bent bar, and the balances of an arbitrary crack.
 
 use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_core::glam::{DMat3, DVec3};
@@ -51,8 +51,8 @@ fn halves_of_a_stretched_bar_separate_along_its_axis() {
     assert_eq!(impulses.len(), split.crack_faces.len());
 }
 
-/// A crack that runs crooked through the same bar: the force is that of the section, whatever the crack's
-/// form, so that the pieces still leave along the axis, though they turn.
+/// An irregular crack through the same bar: the force equals that of the cross-section whatever the shape of
+/// the crack, so the pieces still leave along the axis, though they rotate.
 #[test]
 fn pieces_of_a_stretched_bar_leave_along_its_axis_from_any_crack() {
     let bar = Piece::whole(&block(EDGES, [9, 2, 2]).unwrap()).unwrap();

@@ -47,7 +47,7 @@ fn start(tilt: f64, time_step: f64) -> (RigidWorld, f64) {
     (RigidWorld::try_new(&world(vec![floor(&material), disk]), time_step, true).unwrap(), precession)
 }
 
-/// Nothing takes energy from the disk, so its tilt stays.
+/// The disk loses no energy, so its tilt is constant.
 #[test]
 fn an_ideal_disk_does_not_decay() {
     for (time_step, allowed) in [(1e-4, 1.0), (2.5e-5, 0.25)] {

@@ -125,7 +125,7 @@ fn a_swinging_ball_strikes_at_the_exact_time() {
     println!("strike: {:.1e} s", rows[0].time - low);
     // Residual seen: 1e-16 s.
     assert!((rows[0].time - low).abs() < 1e-12, "{} {low}", rows[0].time);
-    // It swings back to where it came from and strikes again after the same time there and back.
+    // It swings back and hits again after the same time in each direction.
     assert!((rows[1].time - 3.0 * low).abs() < 1e-10, "{} {}", rows[1].time, 3.0 * low);
 }
 
@@ -204,7 +204,7 @@ fn two_balls_on_a_spring_beat_at_the_reduced_mass() {
     }
 }
 
-/// Five hung balls, the first `lifted` raised together; the speeds a quarter of a period after the strike.
+/// Five hung balls, the first `lifted` raised together; the speeds a quarter of a period after the impact.
 fn hung_cradle(gap: f64, lifted: usize) -> Vec<f64> {
     let (l, radius, start) = (0.4, 0.01, 0.3_f64);
     let steel = material(1.0, 0.0, 0.0);
@@ -234,9 +234,9 @@ fn a_hung_cradle_passes_the_energy_on() {
             let shares = hung_cradle(gap, lifted);
             let outgoing: f64 = shares[5 - lifted..].iter().sum();
             println!("hung cradle, gap {gap:e}, {lifted} lifted: 1 - share = {:.1e}", 1.0 - outgoing);
-            // Residuals seen: 0, 0, 1e-10, 1e-8. With a gap each struck ball has left the bottom when it
-            // strikes the next, and the lines of centres are no longer level: what stays behind is physics,
-            // of second order.
+            // Residuals seen: 0, 0, 1e-10, 1e-8. With a gap each ball has left the bottom when it hits the
+            // next, and the lines of centres are no longer horizontal: the remaining motion is a physical
+            // effect of second order.
             assert!(1.0 - outgoing < bar, "{gap:e} {lifted}: {shares:?}");
             let each = 1.0 / lifted as f64;
             assert!(shares[5 - lifted..].iter().all(|s| (s - each).abs() < bar.max(2e-3 * gap / 1e-4)));

@@ -77,7 +77,7 @@ fn a_ball_rolls_slides_or_rests_on_a_slope() {
     let normal = DVec3::new(angle.sin(), angle.cos(), 0.0);
     let down = DVec3::new(angle.cos(), -angle.sin(), 0.0);
     let tangent = angle.tan();
-    // It rolls while tan θ ≤ 3.5 μ, then it slips; rolling loss holds it where tan θ ≤ ρ/r.
+    // It rolls for tan θ ≤ 3.5 μ and slips beyond; rolling loss holds it for tan θ ≤ ρ/r.
     for (friction, loss, acceleration) in [
         (0.5, 0.0, 5.0 / 7.0 * G * angle.sin()),
         (tangent / 3.5 * 1.001, 0.0, 5.0 / 7.0 * G * angle.sin()),

@@ -11,7 +11,7 @@ use clangor_sim::rigid::{RigidWorld, StepLog};
 
 use scenes::{Random, cylinder, die, floor, material, rock, solid, world};
 
-/// Rows of the first instant at which something strikes.
+/// Rows of the first impact instant.
 fn first_impact(bodies: &[Body], time_step: f64) -> Vec<ContactRow> {
     let mut rigid = RigidWorld::try_new(&world(bodies.to_vec()), time_step, false).unwrap();
     let mut log = StepLog::new();

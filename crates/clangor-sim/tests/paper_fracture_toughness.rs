@@ -1,4 +1,4 @@
-//! \[FRAC\] Fig. 4: the less a crack costs, the more and the smaller the pieces.
+//! \[FRAC\] Fig. 4: a lower fracture energy gives more and smaller pieces.
 
 #![cfg(feature = "fracture")]
 

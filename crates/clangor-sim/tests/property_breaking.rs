@@ -1,5 +1,5 @@
-//! Brittle bodies that fall: what breaks keeps mass, momentum and angular momentum, energy never grows, and
-//! the outcome does not hang on the time step.
+//! Falling brittle bodies: fractures conserve mass, momentum and angular momentum, energy never grows, and
+//! the result hardly depends on the time step.
 
 #![cfg(feature = "fracture")]
 
@@ -23,7 +23,7 @@ fn fractures_keep_momentum_and_never_make_energy() {
             seen.jump
         );
         assert!(!seen.replacements.is_empty(), "{degrees}°");
-        // 1e-9 stands for rounding; 1.000000000 seen. Jumps of momentum 1e-14 seen.
+        // 1e-9 allows for rounding; 1.000000000 seen. Jumps of momentum 1e-14 seen.
         assert!(seen.most_energy <= 1.0 + 1e-9, "{degrees}°: energy grew to {}", seen.most_energy);
         assert!(seen.jump <= 1e-9, "{degrees}°: momentum jumped by {}", seen.jump);
         for (gain, surplus) in seen.gains {
@@ -47,7 +47,7 @@ fn a_scored_tile_breaks_in_two() {
     let pieces = &seen.replacements[0].pieces;
     assert_eq!(pieces.len(), 2);
     println!("halves {:.12}", pieces[0].mass / pieces[1].mass);
-    // Cut in the middle, but for small elements along the plane that are merged; 3.3e-4 seen.
+    // Cut in the middle, except for merged small elements along the plane; 3.3e-4 seen.
     assert!((pieces[0].mass / pieces[1].mass - 1.0).abs() < 1e-3);
 }
 
@@ -87,7 +87,7 @@ fn the_outcome_depends_little_on_the_time_step() {
     };
     let [slow, middle, fast] = [1.0 / 5e3, 1.0 / 1e4, 1.0 / 2e4].map(count);
     println!("medians {slow} {middle} {fast}");
-    // The bar of the method is a fifth.
+    // Tolerance of the method: a fifth.
     for other in [slow, fast] {
         assert!((other / middle - 1.0).abs() <= 0.2, "{slow} {middle} {fast}");
     }

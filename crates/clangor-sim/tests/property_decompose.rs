@@ -1,4 +1,4 @@
-//! Convex parts of meshes: exact where the mesh is convex, close and measured where it is not.
+//! Convex parts of meshes: exact for convex meshes, close and measured for others.
 #![cfg(feature = "rigid")]
 
 use clangor_core::geometry::convex::ConvexPart;

@@ -1,5 +1,4 @@
-//! Hulls of pieces: how much volume they add or miss, how far off they are, and how far siblings reach into
-//! each other.
+//! Hulls of pieces: added and missing volume, distance from the surface, and overlap of siblings.
 
 use clangor_bake::mesh::tetrahedra::TetMesh;
 use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
@@ -48,7 +47,7 @@ fn solids(hulls: &PieceHulls) -> Vec<Vec<(DVec3, f64)>> {
     hulls.parts.iter().map(planes).collect()
 }
 
-/// The share of the union of all hulls that more than one piece claims, from random points.
+/// The share of the union of all hulls that is covered by more than one piece, from random points.
 fn overlap(broken: &Shatter, hulls: &[PieceHulls]) -> f64 {
     let solids: Vec<_> = hulls.iter().map(solids).collect();
     let bounds = broken.pieces.iter().map(|p| p.surface().bounds());
@@ -100,7 +99,7 @@ fn hulls_stand_for_their_pieces() {
     }
 }
 
-/// A convex body broken by nothing is its own hull.
+/// An unbroken convex body is its own hull.
 #[test]
 fn a_whole_box_is_one_exact_part() {
     let body = Piece::whole(&block(DVec3::new(0.1, 0.08, 0.06), [3, 3, 3]).unwrap()).unwrap();

@@ -1,5 +1,5 @@
-//! Patterns: they cost no more than the energy pays for, seeds fall where the energy is, regions hang
-//! together, and the same seed gives the same pattern.
+//! Patterns: their cost does not exceed the energy, seeds follow the energy density, regions are connected,
+//! and the same seed gives the same pattern.
 
 use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_core::glam::DVec3;
@@ -38,14 +38,14 @@ fn cracks_cost_at_most_their_share_of_the_energy() {
             assert!((broken.fracture_energy / (50.0 * area) - 1.0).abs() < 1e-12);
             assert!((broken.surplus() + broken.fracture_energy - strain_energy).abs() < 1e-15);
             let smallest = broken.pieces.iter().map(|p| p.mass_properties().unwrap().volume);
-            // Smoothing the crack moves some volume after the pattern has weighed it.
+            // Smoothing the crack changes the volumes of the pattern slightly.
             assert!(smallest.fold(f64::INFINITY, f64::min) > 0.5 * settings.smallest_piece);
         }
     }
 }
 
-/// What the pattern predicts is what the cut gives, before small elements merge: volumes to rounding, the
-/// area no less.
+/// The cut gives the predicted volumes to rounding, before small elements are merged, and at least the
+/// predicted area.
 #[test]
 fn area_and_volumes_are_those_of_the_pieces() {
     let (plate, volume) = plate();

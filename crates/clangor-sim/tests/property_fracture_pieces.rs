@@ -1,4 +1,4 @@
-//! Pieces of random fractures are closed, manifold and positively oriented, and nothing is lost or gained.
+//! Pieces of random fractures are closed, manifold and positively oriented, and conserve volume and moments.
 //!
 //! All 10 000: `cargo test -p clangor-sim --release --test property_fracture_pieces -- --ignored`.
 
@@ -32,7 +32,7 @@ fn bodies() -> Vec<Piece> {
     meshes.iter().map(|m| Piece::whole(m).unwrap()).collect()
 }
 
-/// Smooth random numbers at the corners: how strained a body is, if impacts fell on some of its points.
+/// Smooth random energy densities at the corners, as after impacts on some points of a body.
 fn random_energy(piece: &Piece, random: &mut SplitMix) -> Vec<f64> {
     let nodes = &piece.mesh.nodes[..piece.mesh.corners];
     let size = piece.surface().diagonal();
@@ -42,7 +42,7 @@ fn random_energy(piece: &Piece, random: &mut SplitMix) -> Vec<f64> {
     nodes.iter().map(density).collect()
 }
 
-/// Regions from seeds, or without any order: every corner for itself.
+/// Regions from seeds, or random regions of single corners.
 fn random_regions(piece: &Piece, random: &mut SplitMix) -> Option<Vec<u32>> {
     let regions = 2 + random.uniform(0.0, 11.0) as usize;
     if random.uniform(0.0, 1.0) < 0.25 {
@@ -61,8 +61,8 @@ fn random_regions(piece: &Piece, random: &mut SplitMix) -> Option<Vec<u32>> {
     draw_pattern(&piece.mesh, &energy, 1e9, &settings).unwrap().map(|p| p.region)
 }
 
-/// Every edge has two triangles, in opposite directions; around every vertex they make one ring; and they
-/// hang together, so that no piece has another in its hollow. Written without the library's own topology.
+/// Every edge has two triangles, in opposite directions; around every vertex they form one ring; and they are
+/// connected, so that no piece contains another. Implemented without the library's own topology.
 fn assert_solid(surface: &TriMesh) {
     let mut edges: BTreeMap<(u32, u32), i32> = BTreeMap::new();
     let mut links: BTreeMap<u32, BTreeMap<u32, u32>> = BTreeMap::new();
@@ -93,8 +93,8 @@ fn assert_solid(surface: &TriMesh) {
     assert!(seen.iter().all(|s| *s), "a hollow");
 }
 
-/// What must not change when a body breaks: volume, first and second moments, and with them mass, centre,
-/// momentum and angular momentum of every rigid motion.
+/// Invariants of a fracture: volume, first and second moments, and with them mass, centre, momentum and
+/// angular momentum of every rigid motion.
 fn assert_balance(parent: &Piece, split: &Split) {
     let whole = parent.mass_properties().unwrap();
     let parts: Vec<MassProperties> = split.pieces.iter().map(|p| p.mass_properties().unwrap()).collect();
@@ -114,7 +114,7 @@ fn assert_balance(parent: &Piece, split: &Split) {
         .sum();
     let before = whole.inertia * w;
     assert!((spin - before).length() < 1e-11 * before.length(), "{:e}", (spin - before).length());
-    // The old surface is shared out, the crack comes twice.
+    // The original surface is divided among the pieces; the crack counts twice.
     let [outside, inside] = areas(parent);
     let sums = split.pieces.iter().map(areas).fold([0.0; 2], |s, a| [s[0] + a[0], s[1] + a[1]]);
     let all = outside + inside;
@@ -122,7 +122,7 @@ fn assert_balance(parent: &Piece, split: &Split) {
     assert!((sums[1] - inside - 2.0 * split.crack_area()).abs() < 1e-9 * all);
 }
 
-/// Area of the old surface, and of that which cracks have made.
+/// Area of the original surface, and of the surface created by cracks.
 fn areas(piece: &Piece) -> [f64; 2] {
     let surface = piece.surface();
     let mut sums = [0.0; 2];
@@ -132,7 +132,7 @@ fn areas(piece: &Piece) -> [f64; 2] {
     sums
 }
 
-/// Fractures bodies one after the other, and the largest piece of each again, until there were so many
+/// Fractures bodies one after the other, and the largest piece of each again, up to a given number of
 /// fractures.
 fn fracture_many(count: usize, seed: u64) {
     let bodies = bodies();
@@ -171,8 +171,8 @@ fn worst_shape(mesh: &TetMesh) -> f64 {
     (0..mesh.elements.len()).map(shape).fold(f64::INFINITY, f64::min)
 }
 
-/// Everything breaks in three, five times over. Elements do not collapse, and do not multiply without end:
-/// each generation has three times the pieces, and at most twice the elements at first, fewer later.
+/// Everything breaks in three, five times over. Elements do not collapse, and their number stays limited:
+/// each generation has three times the pieces, and at first at most twice the elements, later fewer.
 #[test]
 fn elements_stay_sound_over_generations() {
     let mut random = SplitMix::new(8);
@@ -204,7 +204,7 @@ fn elements_stay_sound_over_generations() {
     }
 }
 
-/// A seed in the middle of a cube makes no piece: it could not come out.
+/// A seed in the middle of a cube makes no piece, because an enclosed piece could not get out.
 #[test]
 fn what_lies_within_a_piece_stays_its_own() {
     let body = Piece::whole(&block(DVec3::splat(0.1), [4, 4, 4]).unwrap()).unwrap();
@@ -215,7 +215,7 @@ fn what_lies_within_a_piece_stays_its_own() {
     // Corners are 25 mm apart, and the middle is one of them.
     let middle = 0.5 * (body.surface().bounds().0 + body.surface().bounds().1);
     assert_eq!(split_by_regions(&body, &around(middle, 0.01)).unwrap(), None);
-    // Half of the cube, with something in the middle of the other: two pieces, not three.
+    // Half of the cube, with an enclosed region in the other half: two pieces, not three.
     let mut regions = around(middle + DVec3::X * 0.025, 0.01);
     for (region, p) in regions.iter_mut().zip(nodes) {
         *region += 2 * u32::from(p.x < middle.x - 0.01);

@@ -114,8 +114,8 @@ fn nonsense_is_refused_and_changes_nothing() {
 
 #[test]
 fn what_the_exact_solver_cannot_follow_is_stepped() {
-    // Few enough balls that they start in the exact solver, and so inelastic that they lie on each other at
-    // once.
+    // Few balls, so that they start in the exact solver, and inelastic, so that they come to rest on each
+    // other at once.
     let clay = material(0.3, 0.3, 2e-4);
     let mut bodies: Vec<_> = (0..8)
         .map(|k| {

@@ -36,7 +36,7 @@ fn a_pile_loses_energy_until_it_sleeps() {
     }
     assert_eq!(live.solver(), Solver::Rigid);
     println!("largest growth {growth:.1e} of the energy, deepest overlap {deepest:.1e} of a radius");
-    // What sinks is lifted again without having gained speed. Residual seen: 1e-6.
+    // Overlap is corrected without adding speed. Residual seen: 1e-6.
     assert!(growth < 1e-5);
     // Residual seen: 8e-3, while it falls together.
     assert!(deepest < 0.03);
@@ -63,8 +63,8 @@ fn ledger(world: &World, end: f64) -> (f64, f64) {
     for pair in moments[..moments.len() - 1].windows(2) {
         let [(from, before), (to, after)] = pair else { continue };
         let mut sums: BTreeMap<BodyId, (DVec3, DVec3, f64)> = BTreeMap::new();
-        // Impacts have their instants, also that of the beginning of a step; all else is told at the end of
-        // its step.
+        // Impacts have their own instants, which may be the start of a step; all other rows have the end of
+        // their step.
         let within = |row: &&ContactRow| match row.kind {
             ContactKind::Impact => row.time >= *from && row.time < *to,
             _ => row.time > *from && row.time <= *to,

@@ -1,5 +1,5 @@
-//! What the log of the time-stepped solver must balance: momentum in every step, energy where nothing is
-//! lost, and the same bits for the same input.
+//! Balances of the log of the time-stepped solver: momentum in every step, energy of lossless systems, and
+//! the same bits for the same input.
 
 #[path = "scenes/rigid.rs"]
 #[allow(dead_code)]

@@ -1,5 +1,5 @@
-//! Bodies that break: births take no energy from nowhere, pieces neither burst apart nor sink into each
-//! other, and what lies comes to rest.
+//! Bodies that break: replacement adds no energy, pieces neither burst apart nor sink into each other, and
+//! pieces on the floor come to rest.
 
 #[path = "scenes/pieces.rs"]
 mod cut;
@@ -22,7 +22,7 @@ use cut::{cells, pieces};
 use scenes::{cuboid, floor, material, solid, world};
 
 const HALF: DVec3 = DVec3::new(0.04, 0.02, 0.03);
-/// Approach that is not heard [m/s].
+/// Inaudible approach speed \[m/s\].
 const QUIET: f64 = 0.05;
 const STEPS: [f64; 3] = [2e-4, 1e-4, 5e-5];
 
@@ -30,7 +30,7 @@ fn brick() -> Body {
     solid("brick", &material(2500.0, 0.3, 0.4, 0.0), &[cuboid(HALF)])
 }
 
-/// What happened after a birth.
+/// Results after a replacement.
 #[derive(Debug, Default)]
 struct After {
     /// Largest rise of the mechanical energy above its value before the birth [J].
@@ -56,7 +56,7 @@ fn break_last(
     break_into(rigid, &|now| pieces(parent, now, &cells(half, count, seed)), times)
 }
 
-/// Breaks the last body of a world after so much time, and follows it for `duration` [s].
+/// Breaks the last body of a world after a given time, and follows it for `duration` \[s\].
 fn break_into(
     mut rigid: RigidWorld,
     break_up: &dyn Fn(&PoseRow) -> Vec<Body>,
@@ -104,7 +104,7 @@ fn free_fall_of_pieces_is_that_of_the_whole() {
             let after = break_last(rigid, (&brick, HALF), count, 5, (0.01, 0.3));
             // Residual seen: 8e-14 J, the rounding of 0.3 m of free fall.
             assert!(after.rise < 1e-12 * kinetic, "{time_step} {count} {spin}: {after:?}");
-            // Pieces that only fall part from each other by nothing; those that spin meet now and then.
+            // Pieces in free fall do not separate; rotating pieces meet occasionally.
             assert!(spin != DVec3::ZERO || after.impulses == 0, "{time_step} {count}: {after:?}");
             // Residual seen: 12 µm at 0.2 ms, of pieces that met at 1.6 m/s.
             assert!(after.overlap < 5e-5, "{time_step} {count} {spin}: {after:?}");
@@ -157,7 +157,7 @@ fn block(low: DVec3, high: DVec3) -> Vec<DVec3> {
     cuboid((high - low) * 0.5).iter().map(|p| *p + (low + high) * 0.5).collect()
 }
 
-/// A piece of the brick in the form of two blocks, for which one hull over both stands in collisions.
+/// A piece of the brick in the form of two blocks, with a single hull over both for collisions.
 fn bulging(name: &str, brick: &Body, now: &PoseRow, blocks: [Vec<DVec3>; 2]) -> Body {
     let solids = blocks.each_ref().map(|b| MassProperties::of(&convex_hull(b).unwrap()).unwrap());
     let volume: f64 = solids.iter().map(|s| s.volume).sum();
@@ -176,7 +176,7 @@ fn bulging(name: &str, brick: &Body, now: &PoseRow, blocks: [Vec<DVec3>; 2]) -> 
     piece
 }
 
-/// Two angles that hold each other: their hulls overlap by 6 mm from the beginning.
+/// Two interlocked angles: their hulls overlap by 6 mm from the start.
 fn angles(brick: &Body, now: &PoseRow) -> Vec<Body> {
     let (low, high, step) = (-HALF, HALF, DVec3::new(0.015, 0.0, 0.0));
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);

@@ -1,5 +1,4 @@
-//! What the time-stepped solver must stand or refuse: fast bodies, overlaps, nonsense, moving bodies,
-//! springs.
+//! Limits of the time-stepped solver: fast bodies, overlaps, invalid input, moving bodies, springs.
 
 #[path = "scenes/rigid.rs"]
 #[allow(dead_code)]
@@ -165,7 +164,8 @@ fn keyframed_bodies_follow_their_track_and_push() {
     assert!((rigid.pose(BodyId(1)).velocity.y - 2.0).abs() < 1e-9);
 }
 
-/// A box on a turntable rides along without slipping; on a tilted half-space it slides as Coulomb says.
+/// A box on a turntable moves with it without slipping; on a tilted half-space it slides according to
+/// Coulomb's law.
 #[test]
 fn friction_holds_on_a_turntable_and_slides_on_a_slope() {
     let material = material(2500.0, 0.0, 0.3, 0.0);
@@ -190,7 +190,7 @@ fn friction_holds_on_a_turntable_and_slides_on_a_slope() {
     }
     let expected = DQuat::from_rotation_y(2.0) * DVec3::new(0.1, 0.0, 0.0);
     let position = rigid.pose(BodyId(1)).position;
-    // Residual seen: 5e-5 m: within a step the rider flies straight on, a Δt²/8 of creep.
+    // Residual seen: 5e-5 m: within a step the box flies straight on, with a drift of a Δt²/8.
     let off = (position.x - expected.x).hypot(position.z - expected.z);
     assert!(off < 1e-4, "off by {off:e} m");
 
@@ -243,7 +243,7 @@ fn a_mass_on_a_spring_keeps_time() {
     assert!((pose.velocity * kilograms - pulled).length() < 1e-12);
 }
 
-/// The whole path: a world with a compound body goes in, merged impacts, poses and a report come out.
+/// The whole path from a world with a compound body to merged impacts, poses and a report.
 #[test]
 fn a_bowl_falls_through_the_public_entrance() {
     let material = material(2500.0, 0.3, 0.5, 2e-4);
@@ -270,8 +270,8 @@ fn a_bowl_falls_through_the_public_entrance() {
     assert!(matches!(stopped, Err(SimulationError::Interrupted)));
 }
 
-/// Random heaps of every kind of body, of sizes from 2 mm to 0.5 m, with any losses, gravity and step: an
-/// error is allowed; a panic, a number that is not finite or energy from nowhere is not.
+/// Random heaps of every kind of body, of sizes from 2 mm to 0.5 m, with any losses, gravity and step: errors
+/// are allowed; panics, numbers that are not finite and growing energy are not.
 #[test]
 fn wild_worlds_end_in_order() {
     let mut refused = 0;
@@ -325,7 +325,7 @@ fn wild_worlds_end_in_order() {
         assert!(gain < 1e-6, "seed {seed}: energy grew by {gain:e}");
         assert!((0..count).all(|i| rigid.pose(BodyId(i)).position.is_finite()), "seed {seed}");
     }
-    // None was refused.
+    // No world was rejected.
     assert_eq!(refused, 0);
 }
 
@@ -349,7 +349,7 @@ fn a_wobbling_coin_does_not_sink_into_a_box() {
             rigid.step(&mut log).unwrap();
             deepest = deepest.max(rigid.deepest_overlap());
         }
-        // Seen: 2.3 µm; 60 µm when only the closest points are taken.
+        // Seen: 2.3 µm; 60 µm with the closest points alone.
         assert!(deepest < 5e-6, "seed {seed}: {deepest:e} m");
     }
 }

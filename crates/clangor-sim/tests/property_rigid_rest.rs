@@ -1,7 +1,7 @@
 //! Dropped bodies come to rest and are silent from then on.
 //!
 //! A body rests once its surface has been slower than 2 cm/s for 50 ms. From 0.5 s after that no contact may
-//! approach faster than 5 cm/s, the threshold of what is heard.
+//! approach faster than 5 cm/s, the threshold of audible impacts.
 
 #[path = "scenes/rigid.rs"]
 #[allow(dead_code)]
@@ -19,7 +19,7 @@ const COIN_STEP: f64 = 1e-4;
 const RESTING: f64 = 0.02;
 const LOUD: f64 = 0.05;
 
-/// The ten shapes, and how long each may take to rest [s]: those with round edges roll.
+/// The ten shapes, with the time that each may take to come to rest \[s\]: shapes with round edges roll.
 fn shapes(material: &Material, seed: u64) -> Vec<(Body, f64)> {
     let rock = format!("rock:{seed}x0.0125");
     let shard = format!("shard:{seed}x0.04");
@@ -39,7 +39,7 @@ fn shapes(material: &Material, seed: u64) -> Vec<(Body, f64)> {
     .to_vec()
 }
 
-/// What a drop did.
+/// Results of a drop.
 struct Drop {
     rest: Option<f64>,
     loud_after: usize,
@@ -56,8 +56,8 @@ fn drop(body: &Body, material: &Material, seed: u64, limit: f64) -> Drop {
     body.pose.orientation = random.orientation();
     body.velocity = DVec3::new(random.signed(), 0.0, random.signed()) * 0.2;
     body.angular_velocity = DVec3::new(random.signed(), random.signed(), random.signed()) * 20.0;
-    // A smooth coin that falls flat runs round its rim at thousands of radians per second: [PAN] Table 2
-    // steps it finer.
+    // The contact point of a smooth coin that falls flat moves along its rim at thousands of radians per
+    // second; \[PAN\] Table 2 uses finer steps for it.
     let time_step = if body.name == "coin" { COIN_STEP } else { TIME_STEP };
     let mut rigid = RigidWorld::try_new(&world(vec![floor(material), body]), time_step, true).unwrap();
     let mut log = StepLog::new();
@@ -102,7 +102,7 @@ fn drop_all(seeds: std::ops::Range<u64>) {
                 d.speed
             );
             println!("{line}");
-            // Seen: rest after 1.9 s at most, 3.5 s for what rolls and 12 s for the bowl; overlap 3.1 um.
+            // Seen: rest after 1.9 s at most, 3.5 s for rolling shapes and 12 s for the bowl; overlap 3.1 um.
             if rest > limit || d.loud_after > 0 || d.overlap > 5e-6 {
                 failures.push(line);
             }
@@ -116,7 +116,7 @@ fn a_hundred_dropped_shapes_come_to_rest_and_stay_silent() {
     drop_all(0..10);
 }
 
-/// Impulses that are heard from `from` to `to` [s], and the deepest overlap after `from` [m].
+/// Number of audible impulses from `from` to `to` [s], and the deepest overlap after `from` [m].
 fn loud_between(world: &World, time_step: f64, sleep: bool, from: f64, to: f64) -> (usize, f64) {
     let mut rigid = RigidWorld::try_new(world, time_step, sleep).unwrap();
     let mut log = StepLog::new();
@@ -143,7 +143,7 @@ fn a_pile_of_a_hundred_rocks_falls_silent() {
     }
 }
 
-/// A tower of boxes neither sinks nor speaks, also under a heavy load.
+/// A tower of boxes neither sinks nor makes audible impacts, also under a heavy load.
 #[test]
 fn a_stack_of_twenty_boxes_stands() {
     for (count, load) in [(20, 1.0), (10, 100.0)] {

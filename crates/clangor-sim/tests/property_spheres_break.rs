@@ -1,4 +1,4 @@
-//! A pool break: a rack of 15 touching balls on a cloth, struck head on by a rolling ball.
+//! A pool break: a rack of 15 touching balls on a cloth, hit head-on by a rolling ball.
 
 mod sphere_worlds;
 
@@ -49,8 +49,7 @@ fn a_head_on_break_is_symmetric_and_gains_no_energy() {
         }
     }
     println!("asymmetry: {early:.1e} m 17 ms after the break, {late:.1e} m half a second after it");
-    // Residuals seen: 1e-16 m and 8e-11 m. What is left of symmetry later is rounding, multiplied at each
-    // further impact.
+    // Residuals seen: 1e-16 m and 8e-11 m. Later impacts amplify rounding errors, which destroy the symmetry.
     assert!(early < 1e-12 && late < 1e-9);
     let moving = samples[samples.len() - 16..].iter().filter(|p| p.velocity.length() > 0.05).count();
     assert!(moving >= 12, "{moving}");

@@ -1,4 +1,4 @@
-//! Degenerate worlds end, without panic, and the same world gives the same bits.
+//! Degenerate worlds finish without panic, and the same world gives the same bits.
 
 mod sphere_worlds;
 
@@ -7,8 +7,8 @@ use clangor_sim::SimulationError;
 use glam::DVec3;
 use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, run, settings, sphere, world};
 
-/// Runs and checks that energy (kinetic and of height) never grows by more than rounding and the hovering of
-/// piles.
+/// Runs a world and checks that kinetic plus potential energy never grows by more than rounding and the short
+/// flights in piles.
 fn ends(name: &str, world: &World, duration: f64) -> f64 {
     let (timeline, report) = run(world, &settings(duration, true, 256.0)).unwrap();
     let mut energies = Vec::new();
@@ -59,7 +59,7 @@ fn nothing_hangs_at_the_ends_of_the_coefficients() {
                 ends(&name, &box_of(row.collect(), 0.2, gravity), 0.5);
                 let tower = (0..3).map(|k| still(DVec3::new(0.1, r + 2.0 * r * f64::from(k), 0.1)));
                 ends(&name, &box_of(tower.collect(), 0.2, gravity), 0.5);
-                // One runs into a row.
+                // A ball hits a row of balls.
                 let mut struck: Vec<Body> =
                     (0..4).map(|k| still(DVec3::new(0.06 + 2.0 * r * f64::from(k), r, r))).collect();
                 struck[0].pose.position.x = r;

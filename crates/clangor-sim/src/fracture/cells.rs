@@ -92,7 +92,7 @@ impl Cells {
                 }
             }
         }
-        // Divide the outer surface alike.
+        // Divide the outer surface in the same way.
         for face in &self.outer {
             // A face is treated as a tetrahedron whose fourth corner equals the first.
             let [a, b, c] = face.corners;

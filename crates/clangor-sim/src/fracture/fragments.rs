@@ -56,8 +56,8 @@ pub(super) struct Fragments {
     pub(super) pieces: Vec<Piece>,
 }
 
-/// Makes bodies of the pieces. `released`: the cracks exert impulses. `name` gives the name of a piece by its
-/// index.
+/// Converts the pieces into bodies. `released`: the cracks exert impulses. `name` gives the name of a piece
+/// by its index.
 ///
 /// # Errors
 /// [`FractureError`] for a piece that is not a valid body.

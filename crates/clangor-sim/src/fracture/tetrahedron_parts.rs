@@ -21,7 +21,7 @@ use clangor_bake::mesh::tetrahedra::FACES;
 /// A point of a tetrahedron: bit k is set if corner k is one of those whose centroid it is.
 pub(super) type PointMask = u8;
 
-/// A triangle or quadrangle, its points in order around it; empty if there is none.
+/// A triangle or quadrangle, its points in order around it; empty if the part has no polygon there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Polygon {
     points: [PointMask; 4],

@@ -15,7 +15,7 @@ pub enum LiveError {
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Allowed range.
         range: &'static str,
     },
     /// A body index without a body.

@@ -25,7 +25,7 @@ const BURST: f64 = 0.25;
 /// Number of touching pairs beyond which the exact solver is not used, because it solves them all
 /// simultaneously.
 const MOST_TOUCHES: usize = 200;
-/// See the module.
+/// A world of spheres that runs without a fixed end and accepts changes.
 pub struct LiveWorld {
     /// The present state while `motion` has no solver, else an earlier one.
     pub(super) world: World,

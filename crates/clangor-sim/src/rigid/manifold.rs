@@ -101,7 +101,7 @@ pub(super) fn tangents(normal: DVec3) -> (DVec3, DVec3) {
     (t1, normal.cross(t1))
 }
 
-/// What a manifold is computed for.
+/// Distance, speed and last normal of a pair, for its manifold.
 #[derive(Clone, Copy)]
 pub(super) struct ManifoldQuery {
     /// Points with a larger gap than this are left out \[m\].

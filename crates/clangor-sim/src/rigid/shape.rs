@@ -66,7 +66,7 @@ pub(super) struct Shape {
 /// Rejects surfaces that cannot collide.
 ///
 /// # Errors
-/// What is wrong with the surface or body.
+/// The defect of the surface.
 #[cfg(feature = "fracture")]
 pub(crate) fn check_surface(surface: &Surface) -> Result<(), &'static str> {
     Shape::try_new(surface).map(|_| ())

@@ -20,7 +20,7 @@ use super::flight::{angular_velocity, turn};
 /// Inertias that differ by less than this fraction are equal.
 const ISOTROPY: f64 = 1e-12;
 
-/// What moves a body.
+/// Law of motion of a body.
 pub(super) enum Drive {
     Free,
     Fixed,
@@ -59,7 +59,7 @@ pub(super) struct BodyState {
     /// Travel that the broad phase allows \[m\].
     pub(super) margin: f64,
     pub(super) asleep: bool,
-    /// How long it has been slow \[s\].
+    /// Time for which it has been slow \[s\].
     pub(super) quiet: f64,
     /// Bodies that fell asleep together wake together.
     pub(super) island: usize,

@@ -201,7 +201,7 @@ impl Ball {
     }
 }
 
-/// See the module.
+/// The time-stepped sphere solver.
 pub(crate) struct Stepped {
     now: f64,
     longest_step: f64,
@@ -331,7 +331,7 @@ impl Stepped {
         self.ball_of.get(body.index()).copied().flatten().map(|ball| ball as usize)
     }
 
-    /// Gives a ball another velocity \[m/s\].
+    /// Sets the velocity of a ball \[m/s\].
     pub(crate) fn set_velocity(&mut self, body: BodyId, velocity: DVec3) {
         if let Some(ball) = self.ball(body) {
             self.wake(ball);

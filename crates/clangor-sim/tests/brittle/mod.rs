@@ -1,4 +1,4 @@
-//! A brittle tile that hits a stone floor, and what a run of it sees.
+//! A brittle tile that hits a stone floor, and the results of its run.
 
 use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::stress::fracture_mesh;
@@ -13,8 +13,8 @@ use clangor_sim::rigid::{Replacement, RigidWorld, StepLog};
 
 pub(crate) const EDGES: DVec3 = DVec3::new(0.12, 0.006, 0.12);
 
-/// A tile as hard to break as asked [J/m²] that falls at a speed [m/s] from a height [m] onto a plane, tilted
-/// by some degrees.
+/// A tile of given fracture energy \[J/m²\] that falls from a height \[m\] with a speed \[m/s\] onto a plane,
+/// tilted by an angle \[°\].
 pub(crate) fn tile(
     toughness: f64,
     (drop, speed): (f64, f64),
@@ -40,7 +40,7 @@ pub(crate) fn tile(
     (world, vec![breakable])
 }
 
-/// What one run saw.
+/// Results of one run.
 #[derive(Default)]
 pub(crate) struct Run {
     pub(crate) replacements: Vec<Replacement>,
@@ -48,7 +48,7 @@ pub(crate) struct Run {
     pub(crate) most_energy: f64,
     /// Largest jump of momentum and of angular momentum over a fracture, as parts of those of the pieces.
     pub(crate) jump: f64,
-    /// Energies that cracks gave and should have given.
+    /// Kinetic energy gained from cracks, and its expected value \[J\].
     pub(crate) gains: Vec<(f64, f64)>,
 }
 
@@ -94,7 +94,7 @@ impl Run {
             self.replacements.iter().map(|r| r.pieces.iter().map(|p| p.mass).sum()).collect();
         let mut masses: Vec<f64> =
             self.replacements.iter().flat_map(|r| r.pieces.iter().map(|p| p.mass)).collect();
-        // What broke again is no piece any more: its mass is the sum of its own pieces.
+        // Removes pieces that broke again; the mass of such a piece is the sum of its own pieces.
         for lost in broken.iter().filter(|m| (**m - whole).abs() > 1e-9 * whole) {
             let nearest =
                 |a: &usize, b: &usize| (masses[*a] - lost).abs().total_cmp(&(masses[*b] - lost).abs());

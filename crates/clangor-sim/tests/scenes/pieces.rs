@@ -43,7 +43,7 @@ fn cell(half: DVec3, seed: DVec3, seeds: &[DVec3]) -> Vec<DVec3> {
     points
 }
 
-/// What becomes of a box in the state `now` that breaks into these cells: pieces that move as it did.
+/// Pieces of a box in the state `now` that breaks into these cells; they move as the box did.
 pub(crate) fn pieces(parent: &Body, now: &PoseRow, cells: &[Vec<DVec3>]) -> Vec<Body> {
     let piece = |(k, points): (usize, &Vec<DVec3>)| {
         let hull = convex_hull(points).expect("a cell has volume");

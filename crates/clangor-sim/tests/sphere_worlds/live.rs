@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::{plane, sphere, world};
 
-/// Marbles in the air of a box without a lid, on a grid that is slightly disturbed.
+/// Marbles in an open box, on a slightly perturbed grid above its floor.
 pub(crate) fn marbles_in_a_box(count: usize, radius: f64, material: &Material) -> World {
     // About as wide as the pile is high.
     let side = ((1.2 * count as f64).cbrt() as usize).max(2);

@@ -77,7 +77,7 @@ pub(crate) fn run(
     Ok((timeline, report))
 }
 
-/// The rows of a body as A.
+/// The rows with a given body as A.
 pub(crate) fn rows_of(timeline: &Timeline, body: u32) -> Vec<ContactRow> {
     timeline.contacts.iter().filter(|r| r.body_a == BodyId(body)).copied().collect()
 }

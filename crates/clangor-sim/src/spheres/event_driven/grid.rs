@@ -72,7 +72,7 @@ impl Grid {
         (0..3).map(|axis| self.place(self.wrap(cell[axis], axis), axis)).sum()
     }
 
-    /// What one coordinate of a cell adds to the number of its bucket.
+    /// Contribution of one coordinate of a cell to the number of its bucket.
     #[inline]
     fn place(&self, at: u32, axis: usize) -> u32 {
         match axis {

@@ -47,7 +47,7 @@ pub(super) struct Pair {
     pub(super) hold: Hold,
 }
 
-/// See the module.
+/// Neighbour lists of all balls.
 #[derive(Default)]
 pub(super) struct Neighbours {
     /// The pairs, ordered bottom-up when the lists are rebuilt.

@@ -36,7 +36,7 @@ export async function openBrowser({ autoplay = true, context = {} } = {}) {
   return {
     browser,
     address: server.address,
-    /** A page, and what it complains of: errors, rejected promises, and requests that leave this machine or fail. */
+    /** A page, and its errors, rejected promises, and requests that leave this machine or fail. */
     async open(hash = '') {
       const page = await browser.newPage();
       /** @type {string[]} */

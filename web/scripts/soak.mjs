@@ -1,6 +1,6 @@
 // How the page bears 300 balls for a minute: frames per second, gaps in the sound, load of the audio thread,
 // how often the world fell behind. `npm run soak [-- SECONDS PRESET BALLS]`; 300 balls without gravity in the
-// sphere box unless told otherwise.
+// sphere box by default.
 
 import { openBrowser } from './browser.mjs';
 

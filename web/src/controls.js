@@ -50,7 +50,7 @@ export class Controls {
     this.wokenAt = -Infinity;
     this.bindScene();
     this.bindBalls();
-    this.bindHearing();
+    this.bindListening();
     this.bindTransport();
     for (const kind of ['pointerup', 'click']) addEventListener(kind, () => this.wake(false));
     addEventListener('keydown', () => this.wake(true));
@@ -151,7 +151,7 @@ export class Controls {
     showSpeed();
   }
 
-  bindHearing() {
+  bindListening() {
     const places = ['1', '2', '3', '4'].map(
       (name, index) => /** @type {[string, string]} */ ([String(index), name]),
     );
@@ -323,7 +323,7 @@ export class Controls {
   /** @param {boolean} on */
   setRoom(on) {
     this.roomOn = on;
-    this.sound.room(on);
+    this.sound.reflections(on);
     element('room').setAttribute('aria-pressed', String(on));
   }
 
@@ -397,7 +397,7 @@ export class Controls {
     const { load, synth } = this.report;
     const count = this.picture.balls.bodyOf.length;
     element('figures').textContent =
-      `${count} balls · ${synth[8]} modes ringing · audio thread ${(100 * load).toFixed(0)} % busy`;
+      `${count} balls · ${synth[8]} modes vibrating · audio thread ${(100 * load).toFixed(0)} % busy`;
   }
 
   /** What a pointer on the picture does. @returns {import('./gestures.js').Actions} */

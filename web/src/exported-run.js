@@ -62,7 +62,7 @@ export function readRun(file) {
     solids: readSolids(about, array, frames[0].poses),
     frames,
     events,
-    contacts: events.filter((row) => row[EVENT.kind] <= EVENT_KIND.impact).map(contactOf),
+    contacts: events.filter((row) => row[EVENT.kind] <= EVENT_KIND.objectImpact).map(contactOf),
     models,
     extent: extentOf(bodies, about, rows),
   };
@@ -164,7 +164,12 @@ function readSolids(about, array, poses) {
   return solids;
 }
 
-/** A box around all that moves, half as large again. @param {import('./world.js').Body[]} bodies @param {any} about @param {Float32Array} rows */
+/**
+ * A box around all that moves, half as large again.
+ * @param {import('./world.js').Body[]} bodies
+ * @param {any} about
+ * @param {Float32Array} rows
+ */
 function extentOf(bodies, about, rows) {
   const low = [Infinity, Infinity, Infinity];
   const high = [-Infinity, -Infinity, -Infinity];

@@ -14,12 +14,15 @@ const MOUSE_SLACK = 4;
 /** Radians per pixel of dragging the air. */
 const ORBIT_RATE = 0.006;
 
+/** @typedef {import('./strike.js').PlacedSolid} PlacedSolid */
+/** @typedef {{ object: PlacedSolid, point: number[], normal: number[] }} Hit */
+
 /**
  * @typedef {object} Actions
  * @property {() => void} wake any gesture at all
  * @property {(body: number, velocity: Vector3) => void} throwBall
  * @property {(place: Vector3) => void} drop
- * @property {(hit: { object: import('./strike.js').PlacedSolid, point: number[], normal: number[] }) => void} strike
+ * @property {(hit: Hit) => void} strike
  * @property {(index: number, place: Vector3) => void} moveListener
  * @property {() => number} throwRate metres per second per metre of dragging
  * @property {(text: string, x: number, y: number) => void} tell shows a few words beside the pointer
@@ -40,7 +43,8 @@ export class Gestures {
     /** @type {Map<number, { x: number, y: number }>} */
     this.pointers = new Map();
     /** What the first pointer holds.
-     * @type {{ kind: 'ball', body: number, place: Vector3 } | { kind: 'listener', index: number } | { kind: 'air' } | { kind: 'nothing' }} */
+     * @type {{ kind: 'ball', body: number, place: Vector3 }
+     *   | { kind: 'listener', index: number } | { kind: 'air' } | { kind: 'nothing' }} */
     this.held = { kind: 'nothing' };
     this.moved = 0;
     canvas.addEventListener('pointerdown', (event) => this.down(event));

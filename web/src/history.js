@@ -6,7 +6,7 @@ import { CONTACT, CONTACT_STRIDE, EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE }
 /** What is kept [s]. */
 export const KEPT = 30;
 
-/** Numbers in all poses that are kept, at most: 96 MB. With thousands of bodies that is less than half a minute. */
+/** Most numbers in the kept poses: 96 MB. With thousands of bodies that is less than half a minute. */
 const MOST_POSE_NUMBERS = 24e6;
 
 /**
@@ -132,7 +132,7 @@ export class History {
   }
 
   /**
-   * The events from a moment on, as rows in order of time; before them, where each object that rings was last.
+   * The events from a moment on, as rows in order of time; before them, the last pose of each loaded object.
    * @param {number} from [s]
    */
   eventsFrom(from) {

@@ -1,7 +1,7 @@
 // The page. Follows what happens from the scene to the ears and eyes:
 //
 //   preset ─► Stage ─► World (worker) ─ events ─► worklet (Sound) ─► ears
-//                        └─ poses, contacts ─► History ─► Transport says which moment ─► Picture, EventLog
+//                        └─ poses, contacts ─► History ─► Transport (which moment) ─► Picture, EventLog
 
 import { Controls } from './controls.js';
 import { EventLog } from './event-log.js';
@@ -92,7 +92,7 @@ async function open() {
       if (controls.logOpen) log.update(history, time, (body) => stage.nameOf(body));
     }
   };
-  // For tests, and for whoever opens the console.
+  // For tests, and for users who open the console.
   Object.assign(globalThis, {
     clangor: { world, sound, history, transport, stage, listeners, picture, controls },
   });

@@ -9,7 +9,7 @@
  * @property {Float32Array} vertices [m], from the centre of mass
  * @property {Uint32Array} triangles
  * @property {number} mass [kg]
- * @property {number[]} inertia about the axes of the body [kg m²]: its diagonal, as for all bodies of revolution
+ * @property {number[]} inertia diagonal of the inertia [kg m²] about the axes of the body: axisymmetric bodies
  * @property {number} lowest least y of the surface [m]
  * @property {number} radius bounding radius [m]
  */
@@ -17,7 +17,7 @@
 /**
  * Opens a safetensors file of Clangor.
  * @param {Uint8Array} bytes
- * @returns {{ about: any, array: (name: string) => ArrayBuffer }} the description, and the bytes of each array
+ * @returns {{ about: any, array: (name: string) => ArrayBuffer }} the description, the bytes of each array
  */
 export function openTensors(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);

@@ -2,7 +2,8 @@
 
 import { PerspectiveCamera, Vector3 } from 'three';
 
-/** @typedef {{ target: number[], distance: number, azimuth: number, elevation: number }} View angles in degrees */
+/** Angles in degrees.
+ * @typedef {{ target: number[], distance: number, azimuth: number, elevation: number }} View */
 
 export class OrbitCamera {
   constructor() {

@@ -41,7 +41,8 @@ const GROUND_FRAGMENT = /* glsl */ `
     float lit = exp(-1.7 * r * r);
     vec2 cell = vAt.xz / grid;
     vec2 width = fwidth(cell);
-    float lines = max(line(cell.x, width.x), line(cell.y, width.y)) * (1.0 - smoothstep(0.15, 0.5, max(width.x, width.y)));
+    float near = 1.0 - smoothstep(0.15, 0.5, max(width.x, width.y));
+    float lines = max(line(cell.x, width.x), line(cell.y, width.y)) * near;
     vec3 shade = colour * (0.18 + 0.62 * lit) + vec3(0.022) * lines * lit;
     gl_FragColor = vec4(shade, 1.0 - smoothstep(0.75, 1.0, r));
     #include <colorspace_fragment>

@@ -24,12 +24,20 @@ import { boxScene, halfEdge } from './sphere-box.js';
  * @property {Drop} drop what falls when one asks for a ball
  * @property {RainPlan} [rain]
  * @property {import('./exported-run.js').ExportedRun} [run] instead of a scene that is simulated
- * @property {{ model: string, position: number[] }[]} [objects] that can be struck: file, and where its lowest point stands [m]
+ * @property {{ model: string, position: number[] }[]} [objects] loaded objects: file, position of the lowest
+ *   point [m]
  */
 
 /** @typedef {{ material: string, radius: number, height: number }} Drop name, [m], [m] above the ground */
 
-/** @typedef {{ interval: number, most: number, materials: string[], radii: [number, number], region: [number[], number[]] }} RainPlan */
+/**
+ * @typedef {object} RainPlan
+ * @property {number} interval
+ * @property {number} most
+ * @property {string[]} materials
+ * @property {[number, number]} radii
+ * @property {[number[], number[]]} region
+ */
 
 /** @param {string} text */
 const fixed = (text) => () => text;
@@ -43,7 +51,8 @@ export const PRESETS = [
     id: 'drops',
     name: 'Drops',
     story:
-      'Balls of steel, glass, ceramic and plastic fall on granite. Each click is the ball being stopped within a ten-thousandth of a second.',
+      'Balls of steel, glass, ceramic and plastic fall on granite. ' +
+      'Each click is the ball being stopped within a ten-thousandth of a second.',
     how: 'Tap the air to drop a ball, drag a ball to throw it, drag the air to look around.',
     scene: fixed(drops),
     extent: within([-0.3, 0, -0.3], [0.3, 0.42, 0.3]),
@@ -72,7 +81,8 @@ export const PRESETS = [
     id: 'cradle',
     name: 'Newton’s cradle',
     story:
-      'Five hung steel balls. The impact runs through the middle ones; only the outer two move enough to be heard.',
+      'Five hung steel balls. The impact runs through the middle ones; ' +
+      'only the outer two move enough to be heard.',
     how: 'Drag an outer ball aside and let go to throw it. Space stops time: listen again in slow motion.',
     scene: fixed(newtonsCradle),
     extent: within([-0.2, 0, -0.12], [0.2, 0.26, 0.12]),
@@ -109,7 +119,8 @@ export const PRESETS = [
     id: 'trick',
     name: 'Trick shot',
     story:
-      'Nine gaps that shrink: every ball hands its motion to the next, and the clicks come faster and faster.',
+      'Nine gaps that shrink: every ball hands its motion to the next, ' +
+      'and the clicks come faster and faster.',
     how: 'Drag any ball to shoot it. N sets the row up again.',
     scene: fixed(trickShot),
     extent: within([-1.27, 0, -0.635], [1.27, 0.06, 0.635]),
@@ -145,7 +156,8 @@ export const PRESETS = [
     id: 'sculpture',
     name: 'Spring ring',
     story:
-      'Twelve brass balls on springs that get stiffer round the ring: together at first, then in ever new rhythms.',
+      'Twelve brass balls on springs that get stiffer round the ring: ' +
+      'together at first, then in ever new rhythms.',
     how: 'Drag a ball to set it going again; pull it down or aside.',
     scene: fixed(sculpture),
     extent: within([-0.3, 0, -0.3], [0.3, 0.5, 0.3]),
@@ -164,7 +176,8 @@ export const PRESETS = [
     id: 'objects',
     name: 'Bowl & glass',
     story:
-      'A bowl, a wine glass, a plate and a coin with the modes of their real shapes. Where you hit decides what rings.',
+      'A bowl, a wine glass, a plate and a coin with the modes of their real shapes. ' +
+      'Where you hit decides what rings.',
     how: 'Tap an object where you want to hit it: rim, wall or foot. Choose the mallet and its speed below.',
     scene: fixed(objects),
     extent: within([-0.34, 0, -0.3], [0.34, 0.3, 0.3]),
@@ -231,7 +244,9 @@ export function presetOfRun(run, name) {
   return {
     id: 'run',
     name,
-    story: `${run.bodies.length} bodies, ${run.contacts.length} impacts in ${run.about.duration_s.toFixed(1)} seconds: a finished run. Listen from wherever you like.`,
+    story:
+      `${run.bodies.length} bodies, ${run.contacts.length} impacts in ` +
+      `${run.about.duration_s.toFixed(1)} seconds: a finished run. Listen from wherever you like.`,
     how: 'Move the slider, choose a speed, drag a numbered head and play again.',
     scene: fixed(run.about.scene),
     extent: () => run.extent,

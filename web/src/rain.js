@@ -1,6 +1,7 @@
-// Balls that fall one by one into the scene, at regular times of the world, until there are enough of them;
-// then the oldest is thrown up again from where it lies. Deterministic: the same scene rains the same way
-// every time.
+// Balls that fall one by one into the scene, at regular times of the world, until there are enough of them.
+// Then the oldest ball is thrown up again. Deterministic: the same scene rains alike every time.
+
+import { addSphere } from './add-sphere.js';
 
 /**
  * @typedef {object} RainSettings
@@ -23,10 +24,11 @@ export class Rain {
   }
 
   /**
-   * @param {Record<string, any>} exports of the world
+   * @param {import('./wasm-instance.js').WasmInstance} world
    * @returns {boolean} whether a body was added
    */
-  fall(exports) {
+  fall(world) {
+    const { exports } = world;
     const now = exports.world_time();
     if (now < this.next) return false;
     const { interval, most, materials, radii, region } = this.settings;
@@ -41,8 +43,8 @@ export class Rain {
     const [low, high] = region;
     const position = low.map((least, axis) => between(least, high[axis]));
     const material = materials[this.bodies.length % materials.length];
-    // Negative where another ball is in the way: the next one comes soon enough.
-    const body = exports.world_add_sphere(material, between(...radii), ...position, 0, 0, 0);
+    // Negative where another ball occupies the place: the next one follows soon.
+    const body = addSphere(world, material, between(...radii), position, [0, 0, 0]);
     if (body < 0) return false;
     this.bodies.push(body);
     return true;

@@ -1,14 +1,14 @@
 // The room around every scene: a living room's size for small things, a hall for a table; plaster, a wooden
 // floor at the height of the ground, a carpet's worth of curtains on one side.
 
-/** Seats the scene in the room [m]: its middle stands here, as parts of width and depth. */
-const SEAT = [0.42, 0.45];
+/** Position of the middle of the scene in the room, as parts of its width and depth. */
+const SCENE_POSITION = [0.42, 0.45];
 
 /** Least size of the room [m]. */
 const SIZE = [4.2, 2.7, 5.1];
 
 /**
- * The text of a scene for the sound: with a room around it. It hears with the room switched on, or as outdoors without.
+ * The text of a scene for the sound, with a room around it. Without reflections it sounds as outdoors.
  * @param {string} scene
  * @param {import('./planes-picture.js').Extent} extent
  * @returns {string}
@@ -19,7 +19,7 @@ export function inRoom(scene, extent) {
     Math.max(least, extent.high[axis] - extent.low[axis] + 2),
   );
   const [x, z] = [0, 2].map((axis) => (extent.low[axis] + extent.high[axis]) / 2);
-  const lowest = [x - SEAT[0] * width, extent.low[1], z - SEAT[1] * depth];
+  const lowest = [x - SCENE_POSITION[0] * width, extent.low[1], z - SCENE_POSITION[1] * depth];
   const highest = [lowest[0] + width, lowest[1] + height, lowest[2] + depth];
   // A rigid floor and a room exclude each other: the room has a floor of its own.
   return `${scene.replace(/^floor = "rigid"$/m, '')}
@@ -27,6 +27,10 @@ export function inRoom(scene, extent) {
 lowest = [${lowest}]
 highest = [${highest}]
 images = 1
-absorption = { walls = [0.15, 0.1, 0.08, 0.07, 0.07, 0.08, 0.1], floor = [0.15, 0.12, 0.1, 0.08, 0.08, 0.09, 0.1], z_high = [0.1, 0.3, 0.4, 0.5, 0.5, 0.5, 0.5] }
+
+[room.absorption]
+walls = [0.15, 0.1, 0.08, 0.07, 0.07, 0.08, 0.1]
+floor = [0.15, 0.12, 0.1, 0.08, 0.08, 0.09, 0.1]
+z_high = [0.1, 0.3, 0.4, 0.5, 0.5, 0.5, 0.5]
 `;
 }

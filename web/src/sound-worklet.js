@@ -1,9 +1,9 @@
-// The audio thread: gives events to the synthesis when they are due, plays what comes out, and tells
-// everybody the time. All times are those of the AudioContext; the synthesis counts from its own start.
+// The audio thread: gives events to the synthesis when they are due, plays its samples, and sends the time
+// to the page and the world. All times are those of the AudioContext; the synthesis counts from its own start.
 
-import { EVENT, EVENT_STRIDE } from './event-layout.js';
+import { EVENT, EVENT_STRIDE, REPORT_STRIDE } from './event-layout.js';
 import { EventQueue } from './event-queue.js';
-import { ReplayFeed } from './replay-feed.js';
+import { ReplayFeeder } from './replay-feeder.js';
 import { WasmInstance } from './wasm-instance.js';
 
 /** Events are given to the synthesis so long before their time [s]. */
@@ -12,7 +12,7 @@ const HORIZON = 0.03;
 /** Events waiting for their time, at most. */
 const QUEUE_CAPACITY = 32768;
 
-/** Events given to the synthesis in one block, at most; the others follow in the next, a few milliseconds late. */
+/** Most events given to the synthesis in one block; the others follow in the next, a few milliseconds late. */
 const EVENTS_PER_BLOCK = 256;
 
 /** Blocks between two ticks: 10.7 ms at 48 kHz. */
@@ -33,14 +33,14 @@ class SoundProcessor extends AudioWorkletProcessor {
     super();
     this.synth = new WasmInstance(processorOptions.module);
     this.queue = new EventQueue(QUEUE_CAPACITY);
-    this.replay = new ReplayFeed();
+    this.replay = new ReplayFeeder();
     this.batch = new Float64Array(EVENTS_PER_BLOCK * EVENT_STRIDE);
     /** @type {MessagePort | null} */
     this.worldPort = null;
     this.originFrame = 0;
     /** @type {number[] | null} */
     this.ears = null;
-    this.room = true;
+    this.reflections = true;
     this.blocks = 0;
     this.squares = 0;
     this.peak = 0;
@@ -48,7 +48,7 @@ class SoundProcessor extends AudioWorkletProcessor {
     this.failures = 0;
     /** @type {{ left: Float32Array, right: Float32Array, filled: number } | null} */
     this.recording = null;
-    /** Frame of the first sound after it was asked for, for the measurement of latency; −1 while waiting. */
+    /** Frame of the first sound after a request, for the measurement of latency; −1 while waiting. */
     this.firstSound = null;
     this.port.onmessage = (message) => this.answer(message.data);
     for (const message of processorOptions.messages ?? []) this.answer(message);
@@ -65,9 +65,9 @@ class SoundProcessor extends AudioWorkletProcessor {
           // The text comes as bytes: there is no TextEncoder here.
           this.synth.check(exports.synth_start(sampleRate, 128, this.synth.writeBytes(message.bytes)));
           this.originFrame = currentFrame;
-          // It starts with ears and room as the scene has them.
+          // It starts with the receivers and reflections of the scene.
           if (this.ears) exports.synth_listener(...this.ears);
-          exports.synth_room(this.room ? 1 : 0);
+          exports.synth_reflections(this.reflections ? 1 : 0);
           this.port.postMessage({ kind: 'started', latency: exports.synth_latency() });
           break;
         case 'load': {
@@ -84,14 +84,14 @@ class SoundProcessor extends AudioWorkletProcessor {
         case 'events':
           this.queue.add(message.events);
           break;
-        // Impacts of the page itself: they happen as soon as they can, and the page learns when that was.
+        // Impacts of the page: they happen as soon as possible, and the page receives their time.
         case 'strike': {
           const { events } = message;
           for (let at = EVENT.time; at < events.length; at += EVENT_STRIDE) {
             events[at] = currentTime;
           }
           this.queue.add(events);
-          this.port.postMessage({ kind: 'struck', events });
+          this.port.postMessage({ kind: 'impacts', events });
           break;
         }
         case 'listener':
@@ -100,9 +100,9 @@ class SoundProcessor extends AudioWorkletProcessor {
         case 'gain':
           this.synth.check(exports.synth_gain(message.pascals));
           break;
-        case 'room':
-          this.room = message.on;
-          exports.synth_room(message.on ? 1 : 0);
+        case 'reflections':
+          this.reflections = message.on;
+          exports.synth_reflections(message.on ? 1 : 0);
           break;
         case 'silence':
           this.queue.clear();
@@ -205,7 +205,7 @@ class SoundProcessor extends AudioWorkletProcessor {
     const origin = this.originFrame / sampleRate;
     const events = this.batch.subarray(0, count * EVENT_STRIDE);
     for (let at = EVENT.time; at < events.length; at += EVENT_STRIDE) {
-      // What has always been so, such as where an object lies, is told with time 0.
+      // What was so before the start, such as the pose of an object, has time 0.
       events[at] = Math.max(0, events[at] - origin);
     }
     this.synth.writeNumbers(events);
@@ -251,7 +251,7 @@ class SoundProcessor extends AudioWorkletProcessor {
       load: this.busy / ((1000 * frames) / sampleRate),
       dropped: this.queue.dropped,
       failures: this.failures,
-      synth: this.synth.readNumbers(this.synth.exports.synth_report(), 12),
+      synth: this.synth.readNumbers(this.synth.exports.synth_report(), REPORT_STRIDE),
     });
     this.squares = 0;
     this.peak = 0;

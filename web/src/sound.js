@@ -17,7 +17,7 @@
 
 /** What is loaded into the synthesis: by slot. @typedef {Map<number, Uint8Array>} Models */
 
-/** Asked of the browser [s]: a busy computer keeps the beat with twice the shortest buffer, and nobody hears the difference. */
+/** Buffer asked of the browser [s]: twice the shortest, without gaps on a busy computer, and not audible. */
 const BUFFER = 0.02;
 
 export class Sound extends EventTarget {
@@ -36,7 +36,7 @@ export class Sound extends EventTarget {
     this.muted = false;
     /** From the time of an event to its first sample at the source [s]. */
     this.latency = 0;
-    /** What a worklet that starts later must be told first, by kind.
+    /** Messages that a worklet needs when it starts, by kind.
      * @type {Map<string, any>} */
     this.settings = new Map();
     /** @type {Float32Array[][]} */
@@ -49,7 +49,7 @@ export class Sound extends EventTarget {
 
   /**
    * To be called from a gesture: browsers allow no sound before.
-   * @param {(port: MessagePort, sampleRate: number) => void} connectWorld gets the port on which the worklet ticks
+   * @param {(port: MessagePort, sampleRate: number) => void} connectWorld gets the port of the worklet's ticks
    */
   async start(connectWorld) {
     if (this.context) {
@@ -128,7 +128,7 @@ export class Sound extends EventTarget {
   /**
    * @param {number} slot
    * @param {Uint8Array} bytes of a sound model
-   * @param {string} damping pairs of frequency [Hz] and T60 [s] as JSON; empty: that of the material by its name
+   * @param {string} damping pairs of frequency [Hz] and T60 [s] as JSON; empty: that of the named material
    */
   load(slot, bytes, damping = '') {
     const tail = new TextEncoder().encode(damping);
@@ -149,8 +149,8 @@ export class Sound extends EventTarget {
   }
 
   /** @param {boolean} on */
-  room(on) {
-    this.set({ kind: 'room', on });
+  reflections(on) {
+    this.set({ kind: 'reflections', on });
   }
 
   /**

@@ -76,12 +76,14 @@ duration = 3600.0
   kinds.forEach(({ name, velocity }, index) => {
     const share = Math.floor((count + kinds.length - 1 - index) / kinds.length);
     if (share === 0) return;
+    const lowest = [-inner, 1.05 * radius, -inner];
+    const highest = [inner, half + inner, inner];
     parts.push(`[[body]]
 name = "${name}-${index}"
 shape = "sphere:${radius}"
 material = "${name}"
 count = ${share}
-placement = { region = [[${-inner}, ${1.05 * radius}, ${-inner}], [${inner}, ${half + inner}, ${inner}]], seed = 5 }
+placement = { region = [[${lowest}], [${highest}]], seed = 5 }
 velocity = [${velocity}]
 `);
   });

@@ -39,7 +39,7 @@ export class Stage extends EventTarget {
     this.strikeSpeed = 0.5;
     /** @type {import('./strike.js').PlacedSolid[]} */
     this.objects = [];
-    /** Impacts whose time the worklet has not told yet.
+    /** Impacts whose time the worklet has not reported yet.
      * @type {{ duration: number, impulse: number, speed: number }[]} */
     this.impacts = [];
     /** @type {Map<string, Promise<Uint8Array>>} */
@@ -51,7 +51,7 @@ export class Stage extends EventTarget {
       transport.offset = frame.offset;
       history.add(frame);
     });
-    sound.addEventListener('struck', (event) => {
+    sound.addEventListener('impacts', (event) => {
       this.remember(/** @type {CustomEvent} */ (event).detail.events);
     });
   }
@@ -217,7 +217,8 @@ export class Stage extends EventTarget {
     this.strike(object, point, faceNormal(a, b, c));
   }
 
-  /** Keeps an impact of the page for replay and for the log. @param {Float64Array} event on the sound's clock */
+  /** Keeps an impact of the page for replay and for the log.
+   * @param {Float64Array} event on the sound's clock */
   remember(event) {
     const impact = this.impacts.shift();
     if (!impact || this.transport.offset === null) return;

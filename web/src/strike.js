@@ -9,7 +9,7 @@
 
 import { EVENT, EVENT_KIND, EVENT_STRIDE } from './event-layout.js';
 
-/** Elastic constants: Young's modulus [Pa], Poisson's ratio; density [kg/m³]. As in docs/format/materials.md. */
+/** Young's modulus [Pa], Poisson's ratio, density [kg/m³]; as in docs/format/materials.md. */
 const ELASTICITY = {
   steel: { modulus: 2.0e11, poisson: 0.29, density: 7850 },
   copper: { modulus: 1.234e11, poisson: 0.34, density: 8940 },
@@ -33,7 +33,7 @@ const RESTITUTION = 0.5;
  * @typedef {object} PlacedSolid
  * @property {import('./model-file.js').Solid} solid
  * @property {number} slot
- * @property {number} key its number among the bodies that contacts name; negative beside a world that counts its own
+ * @property {number} key its number in contacts; negative beside a world with bodies of its own
  * @property {number[]} position of the centre of mass [m]
  */
 
@@ -43,7 +43,7 @@ const RESTITUTION = 0.5;
  * @param {number[]} normal out of the surface, of length 1
  * @param {number} speed [m/s]
  * @param {keyof typeof MALLETS} malletName
- * @returns {{ event: Float64Array, impulse: number, duration: number }} [N s], [s]; the time of the event is not set
+ * @returns {{ event: Float64Array, impulse: number, duration: number }} [N s], [s]; without the event's time
  */
 export function strike(object, point, normal, speed, malletName) {
   const { solid } = object;
@@ -64,7 +64,7 @@ export function strike(object, point, normal, speed, malletName) {
   const duration = 2.87 * (compliance ** 2 / (mallet.radius * inverseMass ** 2 * speed)) ** 0.2;
 
   const event = new Float64Array(EVENT_STRIDE);
-  event[EVENT.kind] = EVENT_KIND.impact;
+  event[EVENT.kind] = EVENT_KIND.objectImpact;
   event[EVENT.duration] = duration;
   event[EVENT.slot] = object.slot;
   event.set(object.position, EVENT.centre);
@@ -75,7 +75,7 @@ export function strike(object, point, normal, speed, malletName) {
   );
   event.set(
     cross(arm, impulse).map((component, axis) => component / solid.inertia[axis]),
-    EVENT.spinChange,
+    EVENT.angularVelocityChange,
   );
   event.set(point, EVENT.point);
   event.set(impulse, EVENT.impulse);

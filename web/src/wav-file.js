@@ -1,6 +1,6 @@
 // A WAV file of 32-bit floats, two channels (docs/format/audio.md): the samples are the pressure in pascals.
 
-/** Bytes before the samples: RIFF header, fmt with the empty extension that floats need, fact, data header. */
+/** Bytes before the samples: RIFF header, fmt with the empty extension of floats, fact, data header. */
 const HEADER = 12 + 26 + 12 + 8;
 
 /** IEEE float. */

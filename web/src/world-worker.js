@@ -3,7 +3,16 @@
 // timers, so that a browser that slows down the timers of hidden tabs changes nothing.
 
 import { WorldClock } from './clock.js';
-import { CONTACT_STRIDE, EVENT, EVENT_STRIDE, POSE_STRIDE, shiftTimes } from './event-layout.js';
+import { addSphere } from './add-sphere.js';
+import {
+  BODY_STRIDE,
+  CONTACT_STRIDE,
+  EVENT,
+  EVENT_STRIDE,
+  LINK_STRIDE,
+  POSE_STRIDE,
+} from './event-layout.js';
+import { shiftTimes } from './shift-times.js';
 import { Rain } from './rain.js';
 import { WasmInstance } from './wasm-instance.js';
 
@@ -12,10 +21,6 @@ const POSE_INTERVAL = 1 / 75;
 
 /** Longest that one tick may be computed [s]; what is missing comes with the next. */
 const TICK_BUDGET = 0.012;
-
-/** Numbers per body and per link of the module (f64). */
-const BODY_STRIDE = 8;
-const LINK_STRIDE = 8;
 
 const clock = new WorldClock();
 
@@ -81,7 +86,7 @@ function tick(soundTime, from) {
   const until = clock.due(soundTime, exports.world_time());
   const start = performance.now();
   let added = false;
-  if (rain) added = rain.fall(exports);
+  if (rain) added = rain.fall(world);
   let status;
   do {
     status = exports.world_advance(until, TICK_BUDGET);
@@ -164,7 +169,7 @@ const answers = {
     world.check(world.exports.world_set_velocity(body, ...velocity));
   },
   add({ material, radius, position, velocity }) {
-    world.check(world.exports.world_add_sphere(material, radius, ...position, ...velocity));
+    world.check(addSphere(world, material, radius, position, velocity));
     describeBodies();
   },
   gravity({ vector }) {

@@ -82,7 +82,7 @@ export class World extends EventTarget {
   }
 
   /**
-   * Stops, and shows bodies that somebody else moves.
+   * Stops, and shows bodies that another part of the page moves.
    * @param {Body[]} bodies
    * @param {{ name: string }[]} materials
    */

@@ -27,7 +27,11 @@ async function opened(preset) {
   return { page, complaints };
 }
 
-/** Loudest report of the next while. @param {import('playwright-core').Page} page @param {number} milliseconds */
+/**
+ * Loudest report of the next while.
+ * @param {import('playwright-core').Page} page
+ * @param {number} milliseconds
+ */
 function loudestReport(page, milliseconds) {
   return page.evaluate(async (length) => {
     const { sound } = Reflect.get(globalThis, 'clangor');
@@ -44,7 +48,7 @@ function loudestReport(page, milliseconds) {
   }, milliseconds);
 }
 
-test('it opens on balls that fall already, silent until the first gesture, and then sounds at once', async () => {
+test('it opens on falling balls, silent until the first gesture, and then sounds at once', async () => {
   const { page, complaints } = await session.open();
   const start = Date.now();
   assert.equal(await page.isVisible('#wake'), true);
@@ -82,7 +86,7 @@ test('an impact is handed out, with the base latency of the context, within 60 m
     measured.push(
       await page.evaluate(async () => {
         const { sound, stage } = Reflect.get(globalThis, 'clangor');
-        sound.room(false);
+        sound.reflections(false);
         sound.post({ kind: 'silence' });
         await new Promise((done) => setTimeout(done, 400));
         const first = new Promise((resolve) =>
@@ -92,9 +96,9 @@ test('an impact is handed out, with the base latency of the context, within 60 m
         );
         sound.post({ kind: 'await-sound' });
         await new Promise((done) => setTimeout(done, 60));
-        const struck = sound.context.currentTime;
+        const start = sound.context.currentTime;
         stage.strikeSomething();
-        return { wait: (await first) - struck, base: sound.context.baseLatency, own: sound.latency };
+        return { wait: (await first) - start, base: sound.context.baseLatency, own: sound.latency };
       }),
     );
   }
@@ -102,7 +106,8 @@ test('an impact is handed out, with the base latency of the context, within 60 m
   const { base, own } = measured[0];
   console.log(`impact to first sample + base latency: ${total.map((t) => t.toFixed(1)).join(', ')} ms`);
   console.log(
-    `of which base latency ${(1000 * base).toFixed(1)} ms, latency of the synthesis ${(1000 * own).toFixed(1)} ms`,
+    `of which base latency ${(1000 * base).toFixed(1)} ms, ` +
+      `latency of the synthesis ${(1000 * own).toFixed(1)} ms`,
   );
   // On a machine that is busy with other things one of five may be late.
   total.sort((a, b) => a - b);
@@ -131,11 +136,11 @@ test('a tap strikes an object where it is tapped, a drag throws a ball the way i
   });
   const [{ peak }] = await Promise.all([loudestReport(page, 800), page.mouse.click(rim[0], rim[1])]);
   assert.ok(peak > 1e-3, `${peak} Pa from the bowl`);
-  const struck = await page.evaluate(() => {
+  const names = await page.evaluate(() => {
     const { history, stage } = Reflect.get(globalThis, 'clangor');
     return history.contacts.map((/** @type {any} */ contact) => stage.nameOf(contact.bodyA));
   });
-  assert.deepEqual(struck, ['bowl']);
+  assert.deepEqual(names, ['bowl']);
 
   await page.check('#presets input[value="trick"]', { force: true });
   await page.waitForTimeout(300);
@@ -191,7 +196,7 @@ function topOfParabola([[t0, v0], [t1, v1], [t2, v2]]) {
   return v0 + first * (t - t0) + curve * (t - t0) * (t - t1);
 }
 
-test('Newton’s cradle keeps the time of the elliptic integral, and clicks when the offline run does', async () => {
+test('Newton’s cradle keeps the period of the elliptic integral and the impacts of the run', async () => {
   const { page } = await opened('cradle');
   await page.waitForTimeout(3500);
   const { contacts, ends } = await page.evaluate(() => {
@@ -219,7 +224,8 @@ test('Newton’s cradle keeps the time of the elliptic integral, and clicks when
   const period = 4 * Math.sqrt(length / 9.80665) * ellipticK(Math.sin(widest / 2));
   const measured = 2 * (groups[1] - groups[0]);
   console.log(
-    `period ${measured.toFixed(6)} s, elliptic integral ${period.toFixed(6)} s at ${((widest * 180) / Math.PI).toFixed(2)}°`,
+    `period ${measured.toFixed(6)} s, elliptic integral ${period.toFixed(6)} s ` +
+      `at ${((widest * 180) / Math.PI).toFixed(2)}°`,
   );
   assert.ok(Math.abs(measured - period) < 1e-3 * period);
   OFFLINE_CLICKS.forEach((time, i) => {
@@ -229,7 +235,7 @@ test('Newton’s cradle keeps the time of the elliptic integral, and clicks when
   await page.close();
 });
 
-/** Onsets of the groups of clicks [s]: `clangor simulate scenes/newtons-cradle.toml`, contacts faster than 0.3 m/s. */
+/** Onsets of the groups of impacts [s]: `clangor simulate scenes/newtons-cradle.toml`, faster than 0.3 m/s. */
 const OFFLINE_CLICKS = [0.198914, 0.595773, 0.991797, 1.387093, 1.781753, 2.175858, 2.569476, 2.962669];
 
 test('a hidden tab goes on, and shows the present when it comes back', async () => {

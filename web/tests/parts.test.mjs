@@ -6,7 +6,7 @@ import { WorldClock, LEAD } from '../src/clock.js';
 import { EVENT, EVENT_KIND, EVENT_STRIDE } from '../src/event-layout.js';
 import { EventQueue } from '../src/event-queue.js';
 import { History } from '../src/history.js';
-import { ReplayFeed } from '../src/replay-feed.js';
+import { ReplayFeeder } from '../src/replay-feeder.js';
 import { randomNumbers } from '../src/rain.js';
 import { boxScene } from '../src/sphere-box.js';
 import { wavFile } from '../src/wav-file.js';
@@ -52,7 +52,7 @@ test('the queue drops and counts what has no time and what does not fit', () => 
   assert.equal(queue.take(8, new Float64Array(EVENT_STRIDE)), 1);
 });
 
-test('the world stays ahead of the sound by the lead, skips what is too far behind, and never goes back', () => {
+test('the world leads the sound, skips what is too far behind, and never goes back', () => {
   const clock = new WorldClock();
   assert.equal(clock.due(10, 0), 0);
   const offset = /** @type {number} */ (clock.offset);
@@ -70,15 +70,15 @@ test('the world stays ahead of the sound by the lead, skips what is too far behi
 });
 
 test('a replay shifts events by whole samples, and stretches time when it is slow', () => {
-  const feed = new ReplayFeed();
+  const feeder = new ReplayFeeder();
   const target = new Float64Array(8 * EVENT_STRIDE);
-  feed.start(eventsAt([2, 3, 4]), 1.5, 1, 100.00001, 48000);
-  assert.equal(feed.take(101.6, target), 2);
+  feeder.start(eventsAt([2, 3, 4]), 1.5, 1, 100.00001, 48000);
+  assert.equal(feeder.take(101.6, target), 2);
   const shift = target[EVENT.time] - 2;
   assert.ok(Math.abs(shift * 48000 - Math.round(shift * 48000)) < 1e-6);
   assert.ok(shift - (100.00001 - 1.5) < 1 / 48000);
-  feed.start(eventsAt([1, 2, 3, 4]), 1, 0.25, 100, 48000);
-  assert.equal(feed.take(1e9, target), 4);
+  feeder.start(eventsAt([1, 2, 3, 4]), 1, 0.25, 100, 48000);
+  assert.equal(feeder.take(1e9, target), 4);
   const spacing = target[EVENT_STRIDE + EVENT.time] - target[EVENT.time];
   assert.ok(Math.abs(spacing - 4) < 1e-9);
 });
@@ -111,9 +111,9 @@ test('from a moment on there are its events, and where what rings was last, unle
   add(EVENT_KIND.pose, 2, 0);
   add(EVENT_KIND.pose, 2, 1);
   add(EVENT_KIND.end, 2.5, 1);
-  add(EVENT_KIND.impact, 4, 0);
-  add(EVENT_KIND.click, 3.5, 0);
-  add(EVENT_KIND.click, 2.7, 0);
+  add(EVENT_KIND.objectImpact, 4, 0);
+  add(EVENT_KIND.sphereImpact, 3.5, 0);
+  add(EVENT_KIND.sphereImpact, 2.7, 0);
   const rows = history.eventsFrom(3);
   const times = [0, 1, 2].map((row) => rows[row * EVENT_STRIDE + EVENT.time]);
   assert.equal(rows.length, 3 * EVENT_STRIDE);

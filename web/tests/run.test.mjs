@@ -80,7 +80,7 @@ function example(version = 1) {
     [0, -1, 0, ...eighth],
   ];
   const impact = new Float64Array(EVENT_STRIDE);
-  impact.set([EVENT_KIND.impact, 0.06, 1e-4, 0]);
+  impact.set([EVENT_KIND.objectImpact, 0.06, 1e-4, 0]);
   impact.set([0.3, 0, 0.4], EVENT.impulse);
   impact[EVENT.body] = 1;
   return tensors(about, {
@@ -94,7 +94,7 @@ function example(version = 1) {
   });
 }
 
-test('bodies move through their rows, stand still before and after, and planes know which way they face', () => {
+test('bodies move through their rows, rest before and after, and planes face their side', () => {
   const run = readRun(example());
   assert.equal(run.frames.length, 13);
   const x = run.frames.map(({ poses }) => poses[0]);

@@ -3,13 +3,14 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { openBrowser } from '../scripts/browser.mjs';
+import { EVENT, EVENT_STRIDE } from '../src/event-layout.js';
 
 const RATE = 48000;
 
 /** Density [kg/m³] and speed of sound [m/s] of the air of a scene that says nothing. */
 const AIR = { density: 1.2041, speed: 343.2 };
 
-/** Two steel balls meet head on, far from everything, at (1 − 2·0.01)/2 seconds: centres 1 m apart, 1 m/s each. */
+/** Two steel balls meet head on at (1 − 2·0.01)/2 seconds, in free space: centres 1 m apart, 1 m/s each. */
 const COLLISION = `version = 1
 gravity = [0.0, 0.0, 0.0]
 [simulation]
@@ -80,7 +81,7 @@ function played(what) {
       const messages = [
         { kind: 'scene', bytes: new TextEncoder().encode(scene) },
         { kind: 'gain', pascals: 20 },
-        { kind: 'room', on: false },
+        { kind: 'reflections', on: false },
         { kind: 'listener', left, right },
         { kind: 'events', events: new Float64Array(events) },
       ];
@@ -120,22 +121,23 @@ function played(what) {
 }
 
 /**
- * The pressure of a sphere of radius a that is accelerated along a line, exactly: with T = a/c and the time t' since the
- * front of the wave has passed,
+ * The exact pressure of a sphere of radius a that is accelerated along a line: with T = a/c and the time t'
+ * since the arrival of the wave front,
  *
- *   p = ρ (a³ cos θ / r²) (y + (r/c) y'),    T² y'' + 2 T y' + 2 y = A(t'),    A = ΔV π/(2τ) sin(π t'/τ)
+ *   p = ρ (a³ cos θ / r²) (y + (r/c) y')
+ *   T² y'' + 2 T y' + 2 y = A(t'),    A = ΔV π/(2τ) sin(π t'/τ)
  *
- * (Chadwick and others 2012, section 4.1), summed over clicks of spheres and sampled.
+ * (Chadwick and others 2012, section 4.1), summed over impacts on spheres and sampled.
  * @param {number[]} events @param {number[]} ear @param {number} latency [s] @param {number} samples
  */
 function closedForm(events, ear, latency, samples) {
   const pressure = new Float64Array(samples);
-  for (let at = 0; at < events.length; at += 24) {
+  for (let at = 0; at < events.length; at += EVENT_STRIDE) {
     const [, time, duration, radius] = events.slice(at, at + 4);
-    const way = ear.map((x, axis) => x - events[at + 4 + axis]);
-    const change = events.slice(at + 11, at + 14);
-    const distance = Math.hypot(...way);
-    const along = way.reduce((sum, x, axis) => sum + x * change[axis], 0) / distance;
+    const towards = ear.map((x, axis) => x - events[at + EVENT.centre + axis]);
+    const change = events.slice(at + EVENT.velocityChange, at + EVENT.velocityChange + 3);
+    const distance = Math.hypot(...towards);
+    const along = towards.reduce((sum, x, axis) => sum + x * change[axis], 0) / distance;
     const T = radius / AIR.speed;
     const front = time + latency + (distance - radius) / AIR.speed;
     // Small steps of a stiff equation: a hundredth of its time constant.
@@ -193,7 +195,9 @@ function onset(samples) {
   return i;
 }
 
-/** By how many samples `b` is later than `a`, by their largest correlation. @param {number[]} a @param {number[]} b */
+/** By how many samples `b` is later than `a`, by their largest correlation.
+ * @param {number[]} a
+ * @param {number[]} b */
 function shiftBetween(a, b) {
   const centre = loudest(b) - loudest(a);
   let best = centre;
@@ -207,9 +211,9 @@ function shiftBetween(a, b) {
   return best;
 }
 
-test('two balls collide, and their click arrives at the sample of the closed form', async () => {
+test('two balls collide, and their sound arrives at the sample of the closed form', async () => {
   const events = await happens(COLLISION, 0.6);
-  assert.equal(events.length, 48, 'one click for each ball');
+  assert.equal(events.length, 2 * EVENT_STRIDE, 'one impact for each ball');
   assert.ok(Math.abs(events[1] - MEETING) < 1e-9, `met at ${events[1]}`);
   const ear = [0.9, 0.3, 0.2];
   const { left, latency } = await played({ scene: COLLISION, events, left: ear, right: ear, seconds: 0.6 });
@@ -227,7 +231,7 @@ test('two balls collide, and their click arrives at the sample of the closed for
   assert.ok(Math.abs(20 * Math.abs(left[loudest(left)]) - peak) < 0.01 * peak);
 });
 
-test('a listener further away hears the click later by the right number of samples, ears apart likewise', async () => {
+test('a listener further away hears the impact later by the right number of samples', async () => {
   const events = await happens(COLLISION, 0.6);
   const heard = async (/** @type {number} */ x) =>
     await played({ scene: COLLISION, events, left: [x, 0, 0], right: [x + 0.17, 0, 0], seconds: 0.6 });
@@ -238,7 +242,7 @@ test('a listener further away hears the click later by the right number of sampl
   assert.ok(Math.abs(shiftBetween(near.left, near.right) - 0.17 * expected) <= 1);
 });
 
-test('a replay from the same place gives the same samples, a slow one the same clicks further apart', async () => {
+test('a replay gives the same samples, a slow one the same impacts further apart', async () => {
   const events = await happens(COLLISION, 0.6);
   const ear = [0.7, 0.2, 0.1];
   const what = { scene: COLLISION, events, left: ear, right: ear, seconds: 1.4 };

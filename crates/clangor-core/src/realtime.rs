@@ -54,6 +54,7 @@ pub mod controller;
 pub mod engine;
 pub mod engine_settings;
 pub mod event;
+pub mod event_row;
 mod object_table;
 pub mod playback_level;
 mod receivers;

@@ -1,16 +1,16 @@
-//! The live engine as a WebAssembly module with a plain C interface, without glue.
+//! The real-time engine as a WebAssembly module with a plain C interface, without glue code.
 //!
-//! One file, instantiated twice: [`synth`] in an `AudioWorklet`, [`world`] in a worker; the instances share
-//! nothing. All numbers are SI. Pointers are byte offsets into the memory of the instance; whatever allocates
-//! may move it, so a page creates its views anew after such a call. What the functions mean is written at
-//! those of the same names in the modules, which native code calls as well.
+//! The page instantiates the module twice: [`synth`] in an `AudioWorklet`, [`world`] in a worker. The
+//! instances share nothing. All numbers are SI. Pointers are byte offsets into the memory of the instance; a
+//! call that allocates may move it, so the page renews its views after each call. The exported functions have
+//! the names of the functions in the modules, which document them and which native code can call.
 //!
-//! A page writes text, files and lists of f64 into [`wasm_buffer::buffer`]. Functions that return an `i32`
-//! return a negative number if they refuse, and [`wasm_buffer::message`] tells why.
+//! The page writes text, files and lists of f64 into [`wasm_buffer::buffer`]. Functions that return an `i32`
+//! return a negative number on failure, and [`wasm_buffer::message`] says why.
 //!
-//! The layout of an event, [`event::STRIDE`] numbers, is written in [`event`](mod@event).
+//! [`layout`] describes the rows of numbers.
 
-pub mod event;
+pub mod layout;
 pub mod synth;
 pub mod wasm_buffer;
 pub mod world;
@@ -25,7 +25,9 @@ macro_rules! export {
             use super::{wasm_buffer, synth, world};
 
             $(
-                #[doc = concat!("[`", stringify!($module), "::", stringify!($name), "`](super::", stringify!($module), "::", stringify!($name), ").")]
+                #[doc = concat!(
+                    "[`", stringify!($name), "`](super::", stringify!($module), "::", stringify!($name), ")."
+                )]
                 #[allow(unsafe_code, reason = "the attribute, not what is called")]
                 #[unsafe(no_mangle)]
                 extern "C" fn $name($($argument: $type),*) $(-> $result)? {
@@ -45,9 +47,9 @@ export! {
     synth::synth_listener(lx: f64, ly: f64, lz: f64, rx: f64, ry: f64, rz: f64) -> i32;
     synth::synth_push(count: u32) -> u32;
     synth::synth_gain(pascal_at_full_scale: f64) -> i32;
-    synth::synth_ringing(on: u32) -> i32;
-    synth::synth_room(on: u32) -> i32;
-    synth::synth_clicks(on: u32) -> i32;
+    synth::synth_acceleration(on: u32) -> i32;
+    synth::synth_modal(on: u32) -> i32;
+    synth::synth_reflections(on: u32) -> i32;
     synth::synth_silence() -> i32;
     synth::synth_render(frames: u32) -> *const f32;
     synth::synth_latency() -> f64;
@@ -69,7 +71,7 @@ export! {
     world::world_contacts() -> *const f64;
     world::world_clear();
     world::world_set_velocity(body: u32, x: f64, y: f64, z: f64) -> i32;
-    world::world_add_sphere(material: u32, radius: f64, x: f64, y: f64, z: f64, vx: f64, vy: f64, vz: f64) -> i32;
+    world::world_add_sphere(material: u32) -> i32;
     world::world_remove(body: u32) -> i32;
     world::world_gravity(x: f64, y: f64, z: f64) -> i32;
     world::world_energy() -> f64;

@@ -8,6 +8,7 @@ use std::cell::RefCell;
 use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use clangor_core::material::Material;
 use clangor_core::material::presets;
+use clangor_core::realtime::{Event, ImpactEvent, ImpactTarget, event_row};
 use clangor_core::scene::instantiate::load_shape;
 use clangor_core::scene::{Scene, instantiate};
 use clangor_sim::Solver;
@@ -15,16 +16,15 @@ use clangor_sim::live::{LiveError, LiveSettings, LiveWorld};
 use glam::DVec3;
 use serde_json::json;
 
-use crate::event::{self, STRIDE};
+use crate::layout::{
+    BODY_STRIDE, CONTACT_BODIES, CONTACT_DURATION, CONTACT_IMPULSE, CONTACT_MASS, CONTACT_POINT,
+    CONTACT_SPEED, CONTACT_STRIDE, CONTACT_TIME, EVENT_STRIDE, LINK_STRIDE,
+};
 use crate::wasm_buffer::{self, status};
 
-/// Numbers of a body in [`world_bodies`].
-pub const BODY_STRIDE: usize = 8;
-/// Numbers of a rod or a spring in [`world_links`].
-pub const LINK_STRIDE: usize = 8;
-/// Numbers of an impact in [`world_contacts`].
-pub const CONTACT_STRIDE: usize = 12;
-/// Events of the solvers that a second of computing does, with a margin: a processor of 2015 in a browser.
+/// Numbers of a ball to be added by [`world_add_sphere`].
+pub const SPHERE_NUMBERS: usize = 7;
+/// Events that the solvers compute in a second, with a margin: a processor of 2015 in a browser.
 const EVENTS_PER_SECOND: f64 = 2e5;
 /// Longest computation that may be asked for at once, and the one where none is asked for \[s\].
 const LONGEST_BUDGET: f64 = 2.0;
@@ -93,14 +93,17 @@ impl State {
             let body = |id: BodyId| if id == BodyId::WORLD { -1.0 } else { f64::from(id.0) };
             let impulse: f64 = pulse.points.iter().map(|(_, j)| j.dot(pulse.normal)).sum();
             let mut row = [0.0; CONTACT_STRIDE];
-            row[..3].copy_from_slice(&[pulse.onset, body(pulse.pair[0]), body(pulse.pair[1])]);
-            row[3..6].copy_from_slice(&[pulse.speed, impulse, pulse.duration]);
-            row[6..9].copy_from_slice(&pulse.point.to_array());
-            row[9] = pulse.effective_mass;
+            row[CONTACT_TIME] = pulse.onset;
+            row[CONTACT_BODIES..][..2].copy_from_slice(&pulse.pair.map(body));
+            (row[CONTACT_SPEED], row[CONTACT_IMPULSE]) = (pulse.speed, impulse);
+            (row[CONTACT_DURATION], row[CONTACT_MASS]) = (pulse.duration, pulse.effective_mass);
+            row[CONTACT_POINT..][..3].copy_from_slice(&pulse.point.to_array());
             contacts.extend(row);
             for share in pulse.bodies.iter().flatten() {
                 if let Some(Surface::Sphere { radius }) = world.body(share.body).map(|body| &*body.surface) {
-                    events.extend(event::click(pulse, share, *radius));
+                    let target = ImpactTarget::Sphere { radius: *radius };
+                    let impact = Event::Impact(ImpactEvent::from_pulse(target, pulse, share));
+                    events.extend(event_row::encode(&impact, share.body.0).into_iter().flatten());
                 }
             }
         }
@@ -246,7 +249,7 @@ pub fn world_velocities() -> *const f32 {
 
 /// Number of events since the last [`world_clear`].
 pub fn world_events_count() -> u32 {
-    STATE.with_borrow(|state| (state.events.len() / STRIDE) as u32)
+    STATE.with_borrow(|state| (state.events.len() / EVENT_STRIDE) as u32)
 }
 
 /// The events, on the clock of the world: a click for each ball that an impact moves.
@@ -291,19 +294,14 @@ pub fn world_set_velocity(body: u32, x: f64, y: f64, z: f64) -> i32 {
     change(|world| world.set_velocity(BodyId(body), DVec3::new(x, y, z)).map(|()| 0))
 }
 
-/// Adds a ball of a material of [`world_materials`]: radius and position \[m\], velocity [m/s]. Returns its
-/// number.
-#[expect(clippy::too_many_arguments, reason = "the interface has no vectors")]
-pub fn world_add_sphere(
-    material: u32,
-    radius: f64,
-    x: f64,
-    y: f64,
-    z: f64,
-    vx: f64,
-    vy: f64,
-    vz: f64,
-) -> i32 {
+/// Adds a ball of a material of [`world_materials`] with the [`SPHERE_NUMBERS`] numbers in the buffer: radius
+/// and position \[m\], velocity [m/s]. Returns its number.
+pub fn world_add_sphere(material: u32) -> i32 {
+    let numbers = wasm_buffer::with_words(|words| {
+        let first = words.first_chunk::<SPHERE_NUMBERS>().copied();
+        first.unwrap_or_default().map(f64::from_bits)
+    });
+    let [radius, x, y, z, vx, vy, vz] = numbers;
     STATE.with_borrow_mut(|state| {
         let count = state.materials.len();
         let known = state.materials.get(material as usize).cloned();

@@ -9,10 +9,9 @@ use clangor_core::scene::{Scene, instantiate};
 use clangor_core::timeline::Timeline;
 use clangor_sim::record::RecordSettings;
 use clangor_sim::{SimulationSettings, Solver, simulate};
+use clangor_web::layout::CONTACT_STRIDE;
 use clangor_web::wasm_buffer::{last_message, write};
-use clangor_web::world::{
-    CONTACT_STRIDE, with_events, world_advance, world_clear, world_load, world_solver, world_time,
-};
+use clangor_web::world::{with_events, world_advance, world_clear, world_load, world_solver, world_time};
 
 const LENGTH: f64 = 0.15;
 const G: f64 = 9.80665;

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use clangor_web::event::STRIDE;
+use clangor_web::layout::{CONTACT_STRIDE, EVENT_STRIDE};
 use clangor_web::wasm_buffer::{last_message, write};
 use clangor_web::{synth, world};
 
@@ -69,15 +69,15 @@ fn the_world_moves_alike() {
         let (_, native) = play(&std::fs::read_to_string(&path).unwrap(), 2.0);
         let output = folder("world").join(name);
         let wasm = numbers(&drive(&module, &["world", &path, "2"], &output));
-        assert!(native.len() >= 5 * world::CONTACT_STRIDE && native.len() == wasm.len(), "{name}");
-        let mut worst = [0.0_f64; world::CONTACT_STRIDE];
-        let rows = native.chunks(world::CONTACT_STRIDE).zip(wasm.chunks(world::CONTACT_STRIDE));
+        assert!(native.len() >= 5 * CONTACT_STRIDE && native.len() == wasm.len(), "{name}");
+        let mut worst = [0.0_f64; CONTACT_STRIDE];
+        let rows = native.chunks(CONTACT_STRIDE).zip(wasm.chunks(CONTACT_STRIDE));
         for (row, other) in rows {
             for ((worst, x), y) in worst.iter_mut().zip(row).zip(other) {
                 *worst = worst.max((x - y).abs());
             }
         }
-        println!("{name}: {} impacts, differences {worst:?}", native.len() / world::CONTACT_STRIDE);
+        println!("{name}: {} impacts, differences {worst:?}", native.len() / CONTACT_STRIDE);
         // Times, speeds, durations, points. Residual seen: 1e-15.
         assert!(worst.iter().all(|difference| *difference < 1e-9));
     }
@@ -96,8 +96,8 @@ fn the_same_events_sound_alike() {
         play(&std::fs::read_to_string(format!("{SCENES}/newtons-cradle.toml")).unwrap(), 0.9);
     let (dropped, _) = play(&scene, 0.9);
     events.extend(dropped);
-    let count = events.len() / STRIDE;
-    let mut order: Vec<&[f64]> = events.chunks(STRIDE).collect();
+    let count = events.len() / EVENT_STRIDE;
+    let mut order: Vec<&[f64]> = events.chunks(EVENT_STRIDE).collect();
     order.sort_by(|a, b| a[1].total_cmp(&b[1]));
     let bytes: Vec<u8> = order.concat().iter().flat_map(|x| x.to_le_bytes()).collect();
     let folder = folder("synth");

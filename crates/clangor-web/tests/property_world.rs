@@ -3,8 +3,8 @@
 
 use clangor_web::wasm_buffer::{last_message, write};
 use clangor_web::world::{
-    world_add_sphere, world_advance, world_body_count, world_energy, world_events_count, world_gravity,
-    world_load, world_materials, world_remove, world_set_velocity, world_solver, world_time,
+    SPHERE_NUMBERS, world_add_sphere, world_advance, world_body_count, world_energy, world_events_count,
+    world_gravity, world_load, world_materials, world_remove, world_set_velocity, world_solver, world_time,
 };
 
 const BOX: &str = r#"
@@ -22,6 +22,12 @@ thin = true
 
 fn load(text: &str) {
     assert_eq!(world_load(write(text.as_bytes())), 0, "{}", last_message());
+}
+
+/// Adds a ball with these numbers.
+fn add_sphere(material: u32, numbers: [f64; SPHERE_NUMBERS]) -> i32 {
+    write(&numbers.map(f64::to_le_bytes).concat());
+    world_add_sphere(material)
 }
 
 fn refused(status: i32) {
@@ -44,11 +50,11 @@ fn nonsense_is_refused_with_a_message() {
     for bad in [f64::NAN, f64::INFINITY, 1e300] {
         refused(world_set_velocity(0, bad, 0.0, 0.0));
         refused(world_gravity(0.0, bad, 0.0));
-        refused(world_add_sphere(0, bad, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0));
-        refused(world_add_sphere(0, 0.01, 0.0, bad, 0.0, 0.0, 0.0, 0.0));
-        refused(world_add_sphere(0, 0.01, 0.0, 5.0, 0.0, 0.0, bad, 0.0));
+        refused(add_sphere(0, [bad, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0]));
+        refused(add_sphere(0, [0.01, 0.0, bad, 0.0, 0.0, 0.0, 0.0]));
+        refused(add_sphere(0, [0.01, 0.0, 5.0, 0.0, 0.0, bad, 0.0]));
     }
-    refused(world_add_sphere(9999, 0.01, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0));
+    refused(add_sphere(9999, [0.01, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0]));
     refused(world_remove(40));
     refused(world_remove(u32::MAX));
     refused(world_set_velocity(1234, 0.0, 0.0, 0.0));
@@ -63,7 +69,7 @@ fn a_million_changes_are_taken() {
     for k in 0..1_000_000_u32 {
         match k % 4 {
             0 => assert_eq!(world_set_velocity(k % 40, 0.1, 0.5, 0.0), 0),
-            1 => assert_eq!(world_add_sphere(0, 0.01, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0), 41),
+            1 => assert_eq!(add_sphere(0, [0.01, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0]), 41),
             2 => assert_eq!(world_remove(41), 0),
             _ => refused(world_set_velocity(k, f64::NAN, 0.0, 0.0)),
         }

@@ -1,8 +1,9 @@
 // Drives the WebAssembly module as a page does, and writes what comes out as raw numbers.
 //   node drive.mjs MODULE world SCENE END OUTPUT             f64: the impacts, fetched every 20 ms
-//   node drive.mjs MODULE synth SCENE EVENTS FRAMES OUTPUT   f32: pressures in blocks of 128 frames, left then right
+//   node drive.mjs MODULE synth SCENE EVENTS FRAMES OUTPUT   f32: pressures in blocks of 128 frames, left, right
 //   node drive.mjs MODULE time SCENE END                     prints the processor time that the world took
 import { readFileSync, writeFileSync } from 'node:fs';
+import { CONTACT_STRIDE, EVENT_STRIDE } from '../../../../web/src/event-layout.js';
 
 const [file, mode, sceneFile, ...rest] = process.argv.slice(2);
 const { instance } = await WebAssembly.instantiate(readFileSync(file), {});
@@ -35,7 +36,8 @@ if (mode === 'world') {
   const impacts = [];
   for (const _ of worldUntil(Number(end))) {
     const at = wasm.world_contacts();
-    impacts.push(...new Float64Array(wasm.memory.buffer, at, 12 * wasm.world_contacts_count()));
+    const length = CONTACT_STRIDE * wasm.world_contacts_count();
+    impacts.push(...new Float64Array(wasm.memory.buffer, at, length));
   }
   writeFileSync(output, new Uint8Array(Float64Array.from(impacts).buffer));
 } else if (mode === 'synth') {
@@ -45,7 +47,7 @@ if (mode === 'world') {
   done(wasm.synth_listener(-0.1, 0.2, 0.5, 0.1, 0.2, 0.5));
   const bytes = readFileSync(events);
   put(bytes);
-  const count = bytes.length / (24 * 8);
+  const count = bytes.length / (EVENT_STRIDE * 8);
   if (wasm.synth_push(count) !== count) throw new Error('events were refused');
   const samples = [];
   for (let frame = 0; frame < Number(frames); frame += block) {

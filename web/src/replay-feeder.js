@@ -4,7 +4,7 @@
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
 
-export class ReplayFeed {
+export class ReplayFeeder {
   constructor() {
     this.stop();
   }
@@ -15,11 +15,11 @@ export class ReplayFeed {
   }
 
   /**
-   * @param {Float64Array} events in order of time, on the world's clock; what lies before `from` is told at once
+   * @param {Float64Array} events in order of time, on the world's clock; those before `from` are due at once
    * @param {number} from moment of the world [s] that is heard …
    * @param {number} rate seconds of the world per second of sound
-   * @param {number} earliest time of the sound [s] at which it is heard; up to one sample later, so that the shift is a
-   *   whole number of samples and the sound that of the first time
+   * @param {number} earliest time of the sound [s] at which it is heard; up to one sample later, so that the
+   *   shift is a whole number of samples and the samples are those of the first time
    * @param {number} samplesPerSecond
    */
   start(events, from, rate, earliest, samplesPerSecond) {

@@ -14,7 +14,8 @@ pub struct LiveSettings {
     pub exact_events: f64,
     /// Time step of the stepped solver \[s\].
     pub time_step: f64,
-    /// Whether every impulse of the stepped solver is kept for [`LiveWorld::take_log`](super::LiveWorld::take_log).
+    /// Whether every impulse of the stepped solver is kept for
+    /// [`LiveWorld::take_log`](super::LiveWorld::take_log).
     pub log: bool,
 }
 

@@ -75,7 +75,27 @@ impl Engine {
         self.work += (cluster.touches.len() as u64).pow(2) / COSTLY;
         impact::reflect(&mut cluster.members, &cluster.touches, stop_below, &mut cluster.impulse_pairs);
         self.log_impulses(cluster, recorder)?;
-        // Apply the new velocities and start new phases of motion.
+        self.apply_velocities(cluster, recorder)?;
+        // Predict the next events of the balls that moved.
+        let mut again = true;
+        for (member, participant) in cluster.members.iter().zip(&cluster.participants) {
+            let &Participant::Ball(moved) = participant else { continue };
+            if member.moved {
+                match self.island_place(moved) {
+                    Some((island, _)) => self.predict_island(island),
+                    None => self.predict(moved),
+                }
+                again &= moved != ball;
+            }
+        }
+        if again {
+            self.predict(ball);
+        }
+        Ok(())
+    }
+
+    /// Gives the balls their velocities after the impact, and starts their new phases of motion.
+    fn apply_velocities(&mut self, cluster: &Cluster, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
         let mut moved_islands = Vec::new();
         for (member, participant) in cluster.members.iter().zip(&cluster.participants) {
             let &Participant::Ball(ball) = participant else { continue };
@@ -104,21 +124,6 @@ impl Engine {
         moved_islands.dedup();
         for island in moved_islands {
             self.launch(island);
-        }
-        // Predict the next events of the balls that moved.
-        let mut again = true;
-        for (member, participant) in cluster.members.iter().zip(&cluster.participants) {
-            let &Participant::Ball(moved) = participant else { continue };
-            if member.moved {
-                match self.island_place(moved) {
-                    Some((island, _)) => self.predict_island(island),
-                    None => self.predict(moved),
-                }
-                again &= moved != ball;
-            }
-        }
-        if again {
-            self.predict(ball);
         }
         Ok(())
     }

@@ -8,8 +8,8 @@ mod cpu_time;
 
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::modal_analysis::{ModalAnalysisOptions, modal_analysis};

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
 use clangor_bake::soundbank::modal::ellipsoid_modes::BallPolynomials;
 use clangor_bake::soundbank::modal::{BankOptions, build_bank, ringing_ellipsoid, sampling};

@@ -5,7 +5,6 @@ mod solvers;
 
 use std::ops::ControlFlow;
 
-use clangor_core::geometry::meridian::Meridian;
 use clangor_core::geometry::solid::MeshError;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::math::spherical_harmonics::index;
@@ -13,13 +12,13 @@ use clangor_core::shape::ShapeError;
 use clangor_core::sound_model::acceleration::field::{AccelerationField, RIGID_DOFS, Term};
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::near_field::NearField;
-use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 
 use self::frequencies::{Band, FittedBand, solve_band};
 use self::solvers::{Prepared, prepare};
 pub(crate) use self::solvers::{has_cavities, watched};
 use crate::fdtd::{WaveDevice, WaveError};
+use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::mesh::remesh::RemeshError;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
@@ -57,27 +56,6 @@ impl BakeOptions {
         let (method, device) = (Method::Auto, WaveDevice::Cpu);
         BakeOptions { max_wavenumber, accuracy, method, device, near_field: false }
     }
-}
-
-/// What is accelerated, about its centre of mass \[m\].
-#[derive(Clone, Debug, PartialEq)]
-pub enum BakeGeometry {
-    /// An ellipsoid with these semi-axes along x, y, z; a sphere too.
-    Ellipsoid {
-        /// Semi-axes \[m\].
-        semi_axes: DVec3,
-    },
-    /// A box with rounded edges and corners.
-    RoundedBox {
-        /// Full edges along x, y, z \[m\].
-        edges: DVec3,
-        /// Radius of the rounding \[m\]; 0 for sharp edges.
-        round: f64,
-    },
-    /// A body of revolution about y.
-    Axisymmetric(Meridian),
-    /// Any closed surface.
-    Mesh(TriMesh),
 }
 
 /// How far a computation is.
@@ -166,7 +144,7 @@ pub struct SolvedFrequency {
 pub struct Resumption<'a> {
     /// What an earlier call with the same geometry and options has solved.
     pub solved: Vec<SolvedFrequency>,
-    /// RenderReportView all that is solved, whenever there is more of it.
+    /// Receives everything solved so far, whenever there is more of it.
     pub keep: &'a mut dyn FnMut(&[SolvedFrequency]),
 }
 
@@ -334,6 +312,8 @@ fn near_field_of(fitted: &FittedBand, surface: &TriMesh, radius: f64) -> NearFie
 #[cfg(test)]
 mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use glam::DVec3;
 
     use super::*;
     use crate::bem::symmetric_patches::SymmetricPatchSolver;

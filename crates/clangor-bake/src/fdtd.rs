@@ -30,6 +30,7 @@ mod field;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod grid;
+mod lattice;
 mod modal_bursts;
 mod pulse;
 mod recorder;
@@ -49,7 +50,8 @@ pub use boundary::Boundary;
 use boundary::Rows;
 use cut_cells::CutCells;
 pub use field::WaveField;
-use grid::{COURANT, Drive, Lattice, WaveGrid, phase_per_step};
+use grid::{Drive, WaveGrid};
+use lattice::{COURANT, Lattice, phase_per_step};
 pub use modal_bursts::{DrivenPlace, WaveMotion};
 use pulse::Pulse;
 use recorder::Recorder;

@@ -15,6 +15,7 @@ pub mod element;
 pub(crate) mod elimination;
 pub mod lamb_sphere;
 mod ordering;
+pub(crate) mod out_of_memory;
 mod products;
 mod rigid_motions;
 mod system;

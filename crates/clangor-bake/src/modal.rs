@@ -18,8 +18,9 @@ use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
-use crate::acceleration::{BakeError, BakeGeometry, BakeProgress};
+use crate::acceleration::{BakeError, BakeProgress};
 use crate::fem::{ElasticConstants, ElasticError};
+use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::modal_analysis::eigensolver::ModalError;
 use crate::modal_analysis::{
     ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, modal_analysis,

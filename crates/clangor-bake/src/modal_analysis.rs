@@ -23,8 +23,8 @@ use clangor_core::sound_model::modal::model::ModalMode;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
-use crate::acceleration::BakeGeometry;
 use crate::fem::{ElasticConstants, ElasticSystem};
+use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;

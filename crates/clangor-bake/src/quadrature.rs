@@ -1,4 +1,4 @@
-//! Rules of integration: Gauss and Legendre's on a line, Radon's on a triangle.
+//! Quadrature rules: Gauss–Legendre on a line, Radon's on a triangle, Walkington's on a tetrahedron.
 
 use std::f64::consts::PI;
 
@@ -20,6 +20,37 @@ pub(crate) const TRIANGLE_FIFTH_DEGREE: [([f64; 3], f64); 7] = {
         ([B1, B, B], WB),
         ([B, B1, B], WB),
         ([B, B, B1], WB),
+    ]
+};
+
+/// Fourteen points of a tetrahedron in barycentric coordinates, and weights, which sum to 1: exact for
+/// polynomials of degree 5. Source: Walkington (2000), "Quadrature on
+/// simplices of arbitrary dimension".
+pub(crate) const TETRAHEDRON_FIFTH_DEGREE: [([f64; 4], f64); 14] = {
+    const A: f64 = 0.310_885_919_263_300_6;
+    const B: f64 = 0.092_735_250_310_891_23;
+    const C: f64 = 0.045_503_704_125_649_65;
+    const WA: f64 = 0.112_687_925_718_015_85;
+    const WB: f64 = 0.073_493_043_116_361_95;
+    const WC: f64 = 0.042_546_020_777_081_47;
+    const A1: f64 = 1.0 - 3.0 * A;
+    const B1: f64 = 1.0 - 3.0 * B;
+    const C1: f64 = 0.5 - C;
+    [
+        ([A1, A, A, A], WA),
+        ([A, A1, A, A], WA),
+        ([A, A, A1, A], WA),
+        ([A, A, A, A1], WA),
+        ([B1, B, B, B], WB),
+        ([B, B1, B, B], WB),
+        ([B, B, B1, B], WB),
+        ([B, B, B, B1], WB),
+        ([C, C, C1, C1], WC),
+        ([C, C1, C, C1], WC),
+        ([C, C1, C1, C], WC),
+        ([C1, C, C, C1], WC),
+        ([C1, C, C1, C], WC),
+        ([C1, C1, C, C], WC),
     ]
 };
 
@@ -63,6 +94,23 @@ mod tests {
                 // Residual seen: 4e-15.
                 assert!((sum * (power + 1) as f64 - 1.0).abs() < 1e-12, "{n} {power} {sum}");
             }
+        }
+    }
+
+    #[test]
+    fn the_rule_of_a_tetrahedron_is_exact_to_the_fifth_degree() {
+        let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
+        for (a, b, c) in (0..216).map(|k| (k % 6, k / 6 % 6, k / 36)) {
+            if a + b + c > 5 {
+                continue;
+            }
+            let term = |(at, w): &([f64; 4], f64)| {
+                w * at[0].powi(a as i32) * at[1].powi(b as i32) * at[2].powi(c as i32)
+            };
+            let sum: f64 = TETRAHEDRON_FIFTH_DEGREE.iter().map(term).sum();
+            let exact = 6.0 * factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 3);
+            // Residual seen: 2e-16.
+            assert!((sum - exact).abs() < 1e-15, "{a} {b} {c}: {sum} {exact}");
         }
     }
 }

@@ -26,7 +26,7 @@ mod unit_loads;
 pub use clangor_core::scene::breaking::Reaction;
 use glam::{DMat3, DVec3};
 
-use crate::fem::elimination::OutOfMemory;
+use crate::fem::out_of_memory::OutOfMemory;
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::mesh::tetrahedra::TetMesh;
 use anchored_factor::AnchoredFactor;

@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::lamb_sphere::frequencies;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
 use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::modal_analysis::{ModalAnalysisOptions, modal_analysis};

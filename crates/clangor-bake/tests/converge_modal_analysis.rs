@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::ElasticConstants;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal_analysis::{ModalAnalysisError, ModalAnalysisOptions, modal_analysis};
 use clangor_core::material::presets::{GLASS, Preset, STEEL};
 use clangor_core::shape::Shape;

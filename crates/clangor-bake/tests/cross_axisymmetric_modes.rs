@@ -3,8 +3,8 @@
 
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::mesh::tetrahedra::shape_mesh;
 use clangor_bake::modal_analysis::eigensolver::{Modes, solve};
 use clangor_bake::modal_analysis::{ModalAnalysis, ModalAnalysisOptions, modal_analysis};

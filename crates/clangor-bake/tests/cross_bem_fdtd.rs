@@ -3,12 +3,13 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::{BakeGeometry, BakeOptions, Method, bake, bake_with};
+use clangor_bake::acceleration::{BakeOptions, Method, bake, bake_with};
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
 use clangor_bake::fdtd::{Boundary, WaveField, WaveOptions, WaveSolver};
 use clangor_bake::fitting::comparison::{FieldErrors, compare, directions, six_pressures};
 use clangor_bake::fitting::rational::poles;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::mesh::remesh::{RemeshOptions, remesh};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use clangor_core::body::Surface;

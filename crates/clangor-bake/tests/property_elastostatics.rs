@@ -1,8 +1,8 @@
 //! What must hold of the stress of any body: nothing from rigid motions, stored columns as good as a solve,
 //! bounds that hold, forces kept, bad input refused; and of the meshes that bodies break on.
 
-use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::mesh::tetrahedra::axisymmetric::sweep_section;
 use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_bake::mesh::tetrahedra::dish::Dish;

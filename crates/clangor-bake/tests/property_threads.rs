@@ -2,7 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::{BakeGeometry, BakeOptions, Evidence, Method, bake};
+use clangor_bake::acceleration::{BakeOptions, Evidence, Method, bake};
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_core::body::Surface;
 use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;

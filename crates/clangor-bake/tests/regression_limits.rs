@@ -3,8 +3,9 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::{BakeError, BakeGeometry, BakeOptions, Evidence, Method, bake};
+use clangor_bake::acceleration::{BakeError, BakeOptions, Evidence, Method, bake};
 use clangor_bake::fdtd::WaveError;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::radiation::RadiationError;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::meridian::Meridian;

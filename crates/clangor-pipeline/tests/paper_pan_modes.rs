@@ -8,8 +8,9 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor_bake::acceleration::{BakeGeometry, BakeOptions};
+use clangor_bake::acceleration::BakeOptions;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::mesh::tetrahedra::isosurface_stuffing::stuff;
 use clangor_bake::modal_analysis::eigensolver::solve;
 use clangor_bake::modal_analysis::{ModalAnalysisOptions, modal_analysis};

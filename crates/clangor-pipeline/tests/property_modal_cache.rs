@@ -4,7 +4,8 @@
 use std::fs;
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::{BakeGeometry, BakeProgress};
+use clangor_bake::acceleration::BakeProgress;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions};
 use clangor_core::body::Surface;
 use clangor_core::geometry::mass_properties::MassProperties;

@@ -7,7 +7,8 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use clangor_bake::acceleration::{BakeGeometry, BakeOptions, BakeProgress, Method};
+use clangor_bake::acceleration::{BakeOptions, BakeProgress, Method};
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_core::body::Surface;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;

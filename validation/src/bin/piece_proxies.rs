@@ -14,8 +14,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::fem::ElasticConstants;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
 use clangor_bake::soundbank::modal::solid_polynomials::lowest_by_polynomials;
 use clangor_core::body::Surface;

@@ -15,11 +15,12 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
 
-use super::{BakeError, BakeGeometry, BakeOptions, BakeProgress, Method, multipole_order};
+use super::{BakeError, BakeOptions, BakeProgress, Method, multipole_order};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::{Equation, GalerkinSolver, MOST_UNKNOWNS};
 use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
+use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::geometry_class::mirror_symmetry::mirror_planes;
 use crate::mesh::remesh::resolution::{Resolution, resolution};
 use crate::mesh::remesh::{RemeshOptions, remesh, remesh_symmetric};

@@ -12,7 +12,7 @@
 //! frequency, which does not propagate and which no layer absorbs, decays on the way to it. The memories
 //! exist in the layers only.
 
-use super::grid::{COURANT, Lattice};
+use super::lattice::{COURANT, Lattice, SQUARE};
 
 /// Thickness \[cells\].
 pub(super) const LAYER: usize = 8;
@@ -25,7 +25,6 @@ const SHIFT: f64 = 0.05;
 
 /// Faces of a layer, from the last cell outside of it to the rim.
 pub(super) const FACES: usize = LAYER + 1;
-pub(super) const SQUARE: f32 = (COURANT * COURANT) as f32;
 
 /// What the layers remember.
 #[derive(Clone, Debug)]
@@ -111,12 +110,14 @@ impl Absorber {
         if let Some((side, cell)) = layer_of(j, ny) {
             let first = ((2 * k + side) * FACES + cell) * nx;
             let rows = [&p[at - nx..at], row, &p[at + nx..at + 2 * nx]];
-            absorb_across(&self.profiles[side], cell, rows, new, &mut self.y, first, nx);
+            let memories = Memories { psi_zeta: &mut self.y, first, stride: nx };
+            absorb_across(&self.profiles[side], cell, rows, new, memories);
         }
         if let Some((side, cell)) = layer_of(k, nz) {
             let first = ((side * FACES + cell) * ny + j) * nx;
             let rows = [&p[at - plane..at - plane + nx], row, &p[at + plane..at + plane + nx]];
-            absorb_across(&self.profiles[side], cell, rows, new, &mut self.z, first, plane);
+            let memories = Memories { psi_zeta: &mut self.z, first, stride: plane };
+            absorb_across(&self.profiles[side], cell, rows, new, memories);
         }
     }
 }
@@ -157,6 +158,15 @@ fn absorb_block(
     }
 }
 
+/// ψ and ζ of a layer across y or z, and where those of one row are.
+struct Memories<'a> {
+    psi_zeta: &'a mut [Vec<f32>; 2],
+    /// Index of the row's first number.
+    first: usize,
+    /// Difference of the indices of one face and the next.
+    stride: usize,
+}
+
 /// A layer across y or z: a whole row of cells `cell` deep in the block, and the rows before and after it.
 #[inline(always)]
 fn absorb_across(
@@ -164,9 +174,7 @@ fn absorb_across(
     cell: usize,
     [below, here, above]: [&[f32]; 3],
     new: &mut [f32],
-    [psi, zeta]: &mut [Vec<f32>; 2],
-    first: usize,
-    stride: usize,
+    Memories { psi_zeta: [psi, zeta], first, stride }: Memories<'_>,
 ) {
     let n = here.len();
     let (before, after) = psi.split_at_mut(first);

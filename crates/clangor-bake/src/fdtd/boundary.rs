@@ -24,7 +24,7 @@ use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 
 use super::cut_cells::{CutCells, Pieces};
-use super::grid::{COURANT, Lattice};
+use super::lattice::{COURANT, Lattice};
 use crate::radiation::rigid_motions;
 
 /// Least volume of a cell per open face, with a little to spare.

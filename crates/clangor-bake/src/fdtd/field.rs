@@ -6,7 +6,7 @@ use clangor_core::math::spherical_harmonics::count;
 use num_complex::Complex64;
 
 use super::RECORDING;
-use super::grid::{phase_per_step, wavenumber_of};
+use super::lattice::{phase_per_step, wavenumber_of};
 use super::pulse::Pulse;
 use super::tail::Tail;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};

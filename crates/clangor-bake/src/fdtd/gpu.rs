@@ -18,9 +18,9 @@ use std::time::{Duration, Instant};
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 
 use super::WaveError;
-use super::absorber::{Absorber, FACES, LAYER, SQUARE};
+use super::absorber::{Absorber, FACES, LAYER};
 use super::boundary::Rows;
-use super::grid::{GROUND, Lattice};
+use super::lattice::{GROUND, Lattice, SQUARE};
 use super::pulse::Pulse;
 use super::recorder::{Recorder, TAPS};
 use crate::gpu::{Gpu, GpuBuffer, GpuError, GpuTask};

@@ -14,48 +14,9 @@
 
 use std::ops::Range;
 
-use num_complex::Complex64;
-
 use super::absorber::{Absorber, LAYER};
 use super::boundary::Rows;
-
-/// λ = c Δt/h. Below 1/√3, so that cells near a body have volume to spare.
-pub(super) const COURANT: f64 = 0.5;
-
-const SQUARE: f32 = (COURANT * COURANT) as f32;
-
-/// Pressure that everything starts from and the rim keeps: without it what remains of a wave that has left
-/// would sink into the numbers that processors are slow with.
-pub(super) const GROUND: f32 = 1e-20;
-
-/// Cells along each axis of a grid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Lattice(pub(super) [usize; 3]);
-
-impl Lattice {
-    pub(super) fn cells(&self) -> usize {
-        self.0.iter().product()
-    }
-
-    /// How far apart neighbours along each axis are.
-    pub(super) fn strides(&self) -> [usize; 3] {
-        [1, self.0[0], self.0[0] * self.0[1]]
-    }
-
-    pub(super) fn index(&self, [i, j, k]: [usize; 3]) -> usize {
-        (k * self.0[1] + j) * self.0[0] + i
-    }
-}
-
-/// ωΔt of a plane wave with kh = `wavenumber`.
-pub(super) fn phase_per_step(wavenumber: Complex64) -> Complex64 {
-    2.0 * (COURANT * (0.5 * wavenumber).sin()).asin()
-}
-
-/// kh of a plane wave with ωΔt = `phase`.
-pub(super) fn wavenumber_of(phase: Complex64) -> Complex64 {
-    2.0 * ((0.5 * phase).sin() / COURANT).asin()
-}
+use super::lattice::{GROUND, Lattice, SQUARE};
 
 /// The field of one motion.
 #[derive(Clone, Debug)]

@@ -24,7 +24,8 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::field::Reading;
-use super::grid::{COURANT, Drive, WaveGrid, phase_per_step};
+use super::grid::{Drive, WaveGrid};
+use super::lattice::{COURANT, phase_per_step};
 use super::recorder::Recorder;
 use super::tail::Tail;
 use super::{OVERSAMPLING, PASSED, RECORDING, WaveError, WaveSolver};

@@ -4,7 +4,7 @@
 
 use num_complex::Complex64;
 
-use super::grid::COURANT;
+use super::lattice::COURANT;
 
 /// Width times highest wavenumber: the spectrum has fallen by 20 dB at the end of the band, by 80 dB one
 /// octave on.

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use clangor_core::math::spherical_harmonics::{count, solid_harmonics};
 use glam::DVec3;
 
-use super::grid::Lattice;
+use super::lattice::Lattice;
 use crate::quadrature::gauss_legendre;
 
 /// Points of the interpolation along each axis.

@@ -16,36 +16,7 @@ use glam::{DMat3, DVec3};
 use super::ElasticConstants;
 use crate::mesh::tetrahedra::EDGES;
 use crate::mesh::tetrahedra::quality::{jacobian, shape_gradients};
-
-/// Points in barycentric coordinates and weights, which sum to 1. Source: Walkington (2000), "Quadrature on
-/// simplices of arbitrary dimension".
-pub(crate) const FIFTH_DEGREE: [([f64; 4], f64); 14] = {
-    const A: f64 = 0.310_885_919_263_300_6;
-    const B: f64 = 0.092_735_250_310_891_23;
-    const C: f64 = 0.045_503_704_125_649_65;
-    const WA: f64 = 0.112_687_925_718_015_85;
-    const WB: f64 = 0.073_493_043_116_361_95;
-    const WC: f64 = 0.042_546_020_777_081_47;
-    const A1: f64 = 1.0 - 3.0 * A;
-    const B1: f64 = 1.0 - 3.0 * B;
-    const C1: f64 = 0.5 - C;
-    [
-        ([A1, A, A, A], WA),
-        ([A, A1, A, A], WA),
-        ([A, A, A1, A], WA),
-        ([A, A, A, A1], WA),
-        ([B1, B, B, B], WB),
-        ([B, B1, B, B], WB),
-        ([B, B, B1, B], WB),
-        ([B, B, B, B1], WB),
-        ([C, C, C1, C1], WC),
-        ([C, C1, C, C1], WC),
-        ([C, C1, C1, C], WC),
-        ([C1, C, C, C1], WC),
-        ([C1, C, C1, C], WC),
-        ([C1, C1, C, C], WC),
-    ]
-};
+use crate::quadrature::TETRAHEDRON_FIFTH_DEGREE;
 
 /// Matrices of an element of N nodes: `stiffness[i][j]` and `mass[i][j]` for i ≥ j.
 #[derive(Clone, Debug)]
@@ -72,7 +43,7 @@ pub fn element_matrices(nodes: &[DVec3; 10], constants: &ElasticConstants) -> El
     let ElasticConstants { lame_lambda: lambda, shear_modulus: mu, density } = *constants;
     let mut stiffness = [[DMat3::ZERO; 10]; 10];
     let mut mass = [[0.0; 10]; 10];
-    for (at, weight) in FIFTH_DEGREE {
+    for (at, weight) in TETRAHEDRON_FIFTH_DEGREE {
         let by_reference = jacobian(nodes, at);
         let volume = weight * by_reference.determinant() / 6.0;
         let to_space = by_reference.inverse().transpose();
@@ -96,23 +67,6 @@ pub fn element_matrices(nodes: &[DVec3; 10], constants: &ElasticConstants) -> El
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_rule_is_exact_to_the_fifth_degree() {
-        let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
-        for (a, b, c) in (0..216).map(|k| (k % 6, k / 6 % 6, k / 36)) {
-            if a + b + c > 5 {
-                continue;
-            }
-            let term = |(at, w): &([f64; 4], f64)| {
-                w * at[0].powi(a as i32) * at[1].powi(b as i32) * at[2].powi(c as i32)
-            };
-            let sum: f64 = FIFTH_DEGREE.iter().map(term).sum();
-            let exact = 6.0 * factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 3);
-            // Residual seen: 2e-16.
-            assert!((sum - exact).abs() < 1e-15, "{a} {b} {c}: {sum} {exact}");
-        }
-    }
 
     #[test]
     fn a_curved_element_moves_rigidly_without_force() {

@@ -17,13 +17,7 @@ use glam::DMat3;
 
 use super::ElasticSystem;
 use super::ordering::{Ordering, best_ordering};
-
-/// No memory for the factors.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct OutOfMemory {
-    /// Number of unknowns.
-    pub(crate) unknowns: usize,
-}
+use super::out_of_memory::OutOfMemory;
 
 /// Order and pattern. The factor is supernodal: columns of the same pattern are one dense block.
 pub(crate) struct Elimination {

@@ -15,7 +15,7 @@ use faer::sparse::linalg::amd;
 use glam::DVec3;
 
 use super::ElasticSystem;
-use super::elimination::OutOfMemory;
+use super::out_of_memory::OutOfMemory;
 
 /// Sets of so few nodes are not cut further.
 const LEAF: usize = 12;

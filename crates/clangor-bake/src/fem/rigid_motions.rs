@@ -1,11 +1,9 @@
-//! The motions of a free body that cost no energy, in closed form: three translations and three turns.
+//! The motions of a free body that cost no energy, in closed form: three translations and three rotations.
 //!
-//! Their frequency is zero. A solver that has to find them itself finds them badly, and takes their errors
-//! for modes; so it is given them, orthonormal in the mass.
+//! Their frequency is zero. An eigensolver that computes them itself does so with large relative errors and
+//! mistakes these for modes; it therefore receives them, orthonormal in the mass.
 
 use glam::DVec3;
-
-use super::ElasticSystem;
 
 /// Six independent rigid motions at the nodes of a body.
 pub(super) fn rigid_motions(nodes: &[DVec3]) -> [Vec<DVec3>; 6] {
@@ -16,19 +14,22 @@ pub(super) fn rigid_motions(nodes: &[DVec3]) -> [Vec<DVec3>; 6] {
     })
 }
 
-/// Vectors R that span the same, with RᵀM R = 1.
-pub(super) fn normalised(system: &ElasticSystem, motions: &[Vec<DVec3>]) -> Vec<Vec<f64>> {
-    let mut heavy = vec![0.0; 3 * system.node_count()];
+/// Vectors R that span the same motions, with RᵀM R = 1 (Gram–Schmidt); `multiply_mass` writes M x for x.
+pub(super) fn orthonormal_in_mass(
+    motions: &[Vec<DVec3>],
+    multiply_mass: impl Fn(&[f64], &mut [f64]),
+) -> Vec<Vec<f64>> {
+    let mut heavy = vec![0.0; 3 * motions.first().map_or(0, Vec::len)];
     let mut done: Vec<Vec<f64>> = Vec::with_capacity(motions.len());
     for motion in motions {
         let mut own: Vec<f64> = motion.iter().flat_map(|u| u.to_array()).collect();
-        // Twice, so that rounding of the first pass is mended.
+        // Each projection twice: the second pass removes the rounding errors of the first.
         for other in done.iter().chain(&done) {
-            system.multiply_mass(&own, 1, &mut heavy);
+            multiply_mass(&own, &mut heavy);
             let overlap = dot(other, &heavy);
             own.iter_mut().zip(other).for_each(|(x, y)| *x -= overlap * y);
         }
-        system.multiply_mass(&own, 1, &mut heavy);
+        multiply_mass(&own, &mut heavy);
         let norm = dot(&own, &heavy).sqrt();
         own.iter_mut().for_each(|x| *x /= norm);
         done.push(own);

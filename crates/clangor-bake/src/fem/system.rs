@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 use super::ElasticConstants;
 use super::element::{ElementMatrices, element_matrices};
 use super::products::{LANES, Matrix, Product};
-use super::rigid_motions::{normalised, rigid_motions};
+use super::rigid_motions::{orthonormal_in_mass, rigid_motions};
 use crate::mesh::tetrahedra::TetMesh;
 
 /// K and M of a free body. Unknown 3n + c is the displacement of node n along axis c.
@@ -136,7 +136,7 @@ impl ElasticSystem {
 
     /// The motions that cost no energy, orthonormal in the mass: six of a volume.
     pub fn rigid_motions(&self) -> Vec<Vec<f64>> {
-        normalised(self, &self.rigid)
+        orthonormal_in_mass(&self.rigid, |x, y| self.multiply_mass(x, 1, y))
     }
 
     /// How many motions cost no energy.

@@ -21,8 +21,8 @@ use clangor_core::geometry::meridian::Meridian;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
-use crate::acceleration::BakeGeometry;
 use crate::fem::{ElasticConstants, ElasticSystem};
+use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::geometry_class::detect_axisymmetry::fitted_meridian;
 use crate::modal_analysis::eigensolver::ModalError;
 use crate::modal_analysis::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};

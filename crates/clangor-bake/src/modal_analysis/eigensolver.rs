@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::fem::elimination::OutOfMemory;
+use crate::fem::out_of_memory::OutOfMemory;
 pub(crate) use lanczos::eigenvectors as symmetric_eigenvectors;
 pub use lowest::lowest_frequency;
 pub use slices::solve;

@@ -18,9 +18,9 @@ use glam::DVec3;
 
 use super::mirrored_box::MirroredBox;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
-use crate::acceleration::BakeGeometry;
 use crate::fem::bricks::box_of_bricks;
 use crate::fem::{ElasticConstants, ElasticSystem};
+use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::mesh::tetrahedra::isosurface_stuffing::{GRID_PER_WALL, StuffingError, stuff, wall_thickness};
 use crate::mesh::tetrahedra::{TetMesh, ball, block};
 use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};

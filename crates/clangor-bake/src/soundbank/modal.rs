@@ -24,7 +24,8 @@ use clangor_core::sound_model::soundbank::modal_soundbank::{
 };
 use glam::DVec3;
 
-use crate::acceleration::{BakeGeometry, BakeProgress};
+use crate::acceleration::BakeProgress;
+use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, radiate};
 use ellipsoid_modes::BallPolynomials;
 pub use first_frequency::{FirstFrequencyError, first_frequency, first_frequency_of_surface};

@@ -16,7 +16,7 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::meridian::Meridian;
 use glam::DVec3;
 
-use crate::acceleration::BakeGeometry;
+use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::geometry_class::detect_axisymmetry::fitted_meridian;
 use crate::mesh::tetrahedra::dish::Dish;
 use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};

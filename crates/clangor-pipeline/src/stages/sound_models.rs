@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clangor_bake::acceleration::{
-    BakeError, BakeGeometry, BakeOptions, BakeProgress, Resumption, SolvedFrequency, resume_bake,
+    BakeError, BakeOptions, BakeProgress, Resumption, SolvedFrequency, resume_bake,
 };
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::reference::{PanForm, PanModelError, pan_model};
 use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::geometry::mass_properties::MassProperties;

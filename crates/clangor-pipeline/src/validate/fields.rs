@@ -12,12 +12,13 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::{BakeGeometry, BakeOptions, bake};
+use clangor_bake::acceleration::{BakeOptions, bake};
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use clangor_bake::bem::symmetric_patches::SymmetricPatchSolver;
 use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
 use clangor_bake::fdtd::{Boundary, WaveOptions, WaveSolver};
 use clangor_bake::fitting::comparison::directions;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::meridian::Meridian;

@@ -6,11 +6,11 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor_bake::acceleration::BakeGeometry;
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use clangor_bake::fem::lamb_sphere;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::fitting::comparison::directions;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::mesh::tetrahedra::ball::ellipsoid;
 use clangor_bake::mesh::tetrahedra::block::block;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};

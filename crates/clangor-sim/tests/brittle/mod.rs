@@ -1,6 +1,6 @@
 //! A brittle tile that hits a stone floor, and the results of its run.
 
-use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::stress::fracture_mesh;
 use clangor_core::body::{Body, BodyId, World};
 use clangor_core::glam::{DMat3, DQuat, DVec3};

@@ -9,6 +9,7 @@
 use glam::{DMat3, DVec3};
 
 use super::TetMesh;
+use crate::quadrature::TETRAHEDRON_FIFTH_DEGREE;
 
 /// What a mesh is like.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +86,7 @@ pub(super) fn shape_of(mesh: &TetMesh) -> Quality {
         let relative = least_jacobian(&nodes) / straight_jacobian(&nodes);
         quality.least_jacobian = quality.least_jacobian.min(relative);
         let volume = |(at, weight): &([f64; 4], f64)| weight * jacobian(&nodes, *at).determinant() / 6.0;
-        quality.volume += crate::fem::element::FIFTH_DEGREE.iter().map(volume).sum::<f64>();
+        quality.volume += TETRAHEDRON_FIFTH_DEGREE.iter().map(volume).sum::<f64>();
         for angle in dihedral_angles([nodes[0], nodes[1], nodes[2], nodes[3]]) {
             quality.smallest_angle = quality.smallest_angle.min(angle);
             quality.largest_angle = quality.largest_angle.max(angle);

@@ -1,6 +1,7 @@
 //! The name of an entry: a hash of everything that a model depends on.
 
-use clangor_bake::acceleration::{BakeGeometry, BakeOptions, Method};
+use clangor_bake::acceleration::{BakeOptions, Method};
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::soundbank::modal::BankOptions;
 use clangor_core::geometry::meridian::Piece;

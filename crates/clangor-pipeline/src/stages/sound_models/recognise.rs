@@ -11,7 +11,7 @@
 
 use std::f64::consts::TAU;
 
-use clangor_bake::acceleration::BakeGeometry;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::geometry_class::detect_axisymmetry::fitted_meridian;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::meridian::Piece;

@@ -3,7 +3,8 @@
 
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::{BakeGeometry, BakeProgress};
+use clangor_bake::acceleration::BakeProgress;
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_modes, radiate};
 use clangor_core::body::{Body, Surface};
 use clangor_core::geometry::mass_properties::MassProperties;

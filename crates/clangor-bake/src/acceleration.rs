@@ -102,7 +102,8 @@ pub enum BakeError {
     Shape(#[from] ShapeError),
     /// More multipoles than a model can hold.
     #[error(
-        "a body of {radius:.3} m needs multipoles to order {order} at {wavenumber:.4e} 1/m, more than the {most} that are kept; use a lower band"
+        "a body of {radius:.3} m needs multipoles to order {order} at {wavenumber:.4e} 1/m, more than the \
+         {most} that are kept; use a lower band"
     )]
     Multipoles {
         /// Bounding radius R \[m\].

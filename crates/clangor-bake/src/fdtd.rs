@@ -6,7 +6,7 @@
 //! boundary elements that shares nothing with them. One run per motion:
 //!
 //! ```text
-//! surface ─► cut cells ─► rows ─► leapfrog + absorbing layer ─► multipoles on r = 1.5 R ─► spectra ─► samples
+//! surface ─► cut cells ─► rows ─► leapfrog + absorber ─► multipoles on r = 1.5 R ─► spectra ─► samples
 //!            cut_cells    boundary  grid, absorber                recorder                   field, tail
 //! ```
 //!

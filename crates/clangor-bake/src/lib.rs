@@ -1,12 +1,25 @@
-//! Offline numerics: how a body of any shape radiates when it is accelerated.
+//! Offline numerics: the sound models of a body of any shape, from its acceleration and from its modes.
 //!
 //! ```text
-//! shape ─► RadiationSolver ─► multipoles at some frequencies ─► rational fit ─► AccelerationField
-//!          helmholtz, wave     radiation                        rational
+//! acceleration: shape ─► RadiationSolver ─► multipoles at some k ─► rational fit ─► AccelerationField
+//! modal:        shape ─► modal analysis ─► modes ─► radiation of each mode ─► ModalModel
 //! ```
 //!
-//! Everything here may be slow, threaded and heavy. What it makes is
-//! `clangor_core::sound_model::acceleration::field`, which the runtime library plays.
+//! | module | computes |
+//! |---|---|
+//! | [`acceleration`], [`modal`] | the two models of a body: choose the solvers, run them, give the evidence |
+//! | [`geometry_class`] | class and symmetries of a geometry |
+//! | [`mesh`] | triangles of a surface, tetrahedra of a volume |
+//! | [`fem`], [`modal_analysis`] | stiffness and mass; modes and frequencies |
+//! | [`bem`], [`fdtd`] | solvers of the exterior acoustic problem, in frequency and in time |
+//! | [`modal_radiation`] | transfers of modes, by each of these solvers |
+//! | [`fitting`] | multipoles, rational functions, comparison of fields |
+//! | [`soundbank`] | models of ellipsoids that stand in for other bodies |
+//! | [`stress`] | quasi-static stress under contact forces, for fracture |
+//! | [`reference`](mod@reference) | the representations that \[PAN\] and \[PROXY\] published |
+//!
+//! Everything here may be slow, threaded and heavy. The results are the types of
+//! `clangor_core::sound_model`, which the runtime library evaluates.
 
 pub mod acceleration;
 pub mod bem;

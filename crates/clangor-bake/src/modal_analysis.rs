@@ -90,7 +90,7 @@ pub enum ModalAnalysisError {
     /// The body cannot be filled with tetrahedra.
     #[error(transparent)]
     Mesh(#[from] StuffingError),
-    /// The curve that a body is turned from crosses itself.
+    /// The generating curve of an axisymmetric body intersects itself.
     #[error("the section of the body crosses itself")]
     Section,
     /// More bodies than one.
@@ -106,8 +106,8 @@ pub enum ModalAnalysisError {
     },
     /// Waves or walls are too short for the body's size.
     #[error(
-        "walls {wall:.3e} m thick want elements of {edge:.3e} m, {elements:.1e} of them on {nodes:.1e} nodes, more than the \
-         {most} allowed; ask for a lower band, or thicken the walls"
+        "walls {wall:.3e} m thick want elements of {edge:.3e} m, {elements:.1e} of them on {nodes:.1e} \
+         nodes, more than the {most} allowed; ask for a lower band, or thicken the walls"
     )]
     TooFine {
         /// Thickness \[m\].
@@ -146,13 +146,14 @@ pub fn modal_analysis(
     options: &ModalAnalysisOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
 ) -> Result<ModalAnalysis, ModalAnalysisError> {
-    modal_analysis_and_system(geometry, constants, options, progress).map(|(vibration, _)| vibration)
+    modal_analysis_and_system(geometry, constants, options, progress).map(|(analysis, _)| analysis)
 }
 
-/// The same with the matrices of the finest mesh; there are none of bodies that are solved by their section.
+/// As [`modal_analysis()`], with the matrices of the finest mesh: none for an axisymmetric body, which is
+/// solved on its section.
 ///
 /// # Errors
-/// As [`vibration`].
+/// As [`modal_analysis()`].
 pub fn modal_analysis_and_system(
     geometry: &BakeGeometry,
     constants: &ElasticConstants,
@@ -272,7 +273,7 @@ fn refined<B: RefinableDiscretization>(
         shape,
         transfer: None,
     };
-    let vibration = ModalAnalysis {
+    let analysis = ModalAnalysis {
         modes: shapes.into_iter().enumerate().map(mode).collect(),
         surface,
         density: constants.density,
@@ -282,7 +283,7 @@ fn refined<B: RefinableDiscretization>(
         residual: spectrum.residual,
         warnings: warnings(&errors, nodes, options),
     };
-    Ok((vibration, body.system(&mesh)))
+    Ok((analysis, body.system(&mesh)))
 }
 
 fn largest(errors: &[f64]) -> f64 {
@@ -304,8 +305,8 @@ fn warnings(errors: &[f64], nodes: usize, options: &ModalAnalysisOptions) -> Vec
     if errors.is_empty() {
         let most = options.most_nodes;
         return vec![format!(
-            "how accurate frequencies are is not known: a finer mesh than this of {nodes} nodes would have more than \
-             {most}"
+            "how accurate frequencies are is not known: a finer mesh than this of {nodes} nodes would have \
+             more than {most}"
         )];
     }
     if worst > asked {

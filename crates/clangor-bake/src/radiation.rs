@@ -15,7 +15,8 @@ use num_complex::Complex64;
 pub enum RadiationError {
     /// More unknowns than a dense solution can hold.
     #[error(
-        "the body needs {unknowns} unknowns at {wavenumber:.4e} 1/m, more than the {most} that fit; use another method or a lower band"
+        "the body needs {unknowns} unknowns at {wavenumber:.4e} 1/m, more than the {most} that fit; use \
+         another method or a lower band"
     )]
     TooLarge {
         /// Unknowns needed.
@@ -52,7 +53,8 @@ pub enum RadiationError {
     },
     /// More multipoles than are computed.
     #[error(
-        "a mode at {wavenumber:.4e} 1/m needs multipoles to order {order}, more than the {most} that are computed"
+        "a mode at {wavenumber:.4e} 1/m needs multipoles to order {order}, more than the {most} that are \
+         computed"
     )]
     Orders {
         /// Order needed, about kR.

@@ -86,8 +86,8 @@ pub enum ElastostaticsError {
     LooseParts(usize),
     /// The stiffness has more motions without force than six, or elements are too distorted.
     #[error(
-        "the stiffness cannot be inverted (relative error {error:.1e}): parts hang together by a point or an edge only, \
-         or elements are too distorted"
+        "the stiffness cannot be inverted (relative error {error:.1e}): parts hang together by a point or \
+         an edge only, or elements are too distorted"
     )]
     Singular {
         /// Relative error of the displacement under a known load.

@@ -94,12 +94,14 @@ fn integral(f: impl Fn(f64) -> f64) -> f64 {
     (-900..900).map(|k| (f64::from(k) * 0.05).exp()).map(|l| f(l) * l * 0.05).sum()
 }
 
-/// Lowest multipole of each motion of an ellipsoid with the longest semi-axis 1, at s = 0: \[Lamb\] §§114, 115.
+/// Lowest multipole of each motion of an ellipsoid with the longest semi-axis 1, at s = 0.
 ///
 /// Translation along x: with α = abc ∫ dλ/((a²+λ)Δ), Δ² = (a²+λ)(b²+λ)(c²+λ), the added mass is α/(2−α) of
 /// the displaced mass m, and p = (m + added mass) x/(4πr³). Rotation about x: p = C yz ∫_λ^∞
 /// dλ/((b²+λ)(c²+λ)Δ), far away C yz (2/5) r^{−5}; with χ that integral from 0, the condition ∂p/∂n = −a_n at
 /// λ = 0 gives C = (b² − c²)/(2/(abc) − (b² + c²) χ).
+///
+/// Source: \[Lamb\] §§114, 115.
 fn lamb(axes: DVec3) -> [f64; RIGID_DOFS] {
     let square = axes * axes;
     let abc = axes.element_product();

@@ -62,7 +62,8 @@ fn the_whole_bank() {
         numbers += entry.field.real.len();
         terms += entry.field.terms.len();
         println!(
-            "1 : {} : {}  {} unknowns, {} solves, {} nodes, {} terms of order {}, held out {:.1e}, ring {:.1}",
+            "1 : {} : {}  {} unknowns, {} solves, {} nodes, {} terms of order {}, held out {:.1e}, ring \
+             {:.1}",
             entry.b,
             entry.c,
             evidence.unknowns,
@@ -99,7 +100,8 @@ fn the_whole_bank() {
         println!();
     }
     println!(
-        "an ellipsoid between those of the bank: nearest with the same A, with the same volume; the mean of those around"
+        "an ellipsoid between those of the bank: nearest with the same A, with the same volume; the mean of \
+         those around"
     );
     for (i, j, fb, fc) in
         [(8, 5, 0.5, 0.5), (9, 0, 0.5, 0.5), (6, 1, 0.3, 0.5), (10, 2, 0.0, 0.4), (4, 2, 0.5, 0.2)]

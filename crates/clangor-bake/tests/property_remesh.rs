@@ -40,7 +40,8 @@ fn checked(name: &str, input: &TriMesh, options: &RemeshOptions) -> (TriMesh, Re
     };
     let apart = far(&mesh, &there, input).max(far(input, &here, &mesh));
     println!(
-        "{name}: {} unknowns, volume {:.1e} then {volume:.1e}, centre {centre:.1e}, angles {:.1}° {:.1}°, apart {apart:.3}",
+        "{name}: {} unknowns, volume {:.1e} then {volume:.1e}, centre {centre:.1e}, angles {:.1}° {:.1}°, \
+         apart {apart:.3}",
         report.unknowns,
         report.volume_error,
         report.smallest_angle.to_degrees(),
@@ -189,7 +190,8 @@ fn symmetric_bodies_get_symmetric_meshes() {
         let after = check_solid(&whole).unwrap();
         let volume = after.mass.volume / before.mass.volume - 1.0;
         println!(
-            "{name}: {} planes off by {residual:.1e}, {} unknowns in {} cells, volume {:.1e}, angles {:.1}° {:.1}°",
+            "{name}: {} planes off by {residual:.1e}, {} unknowns in {} cells, volume {:.1e}, angles {:.1}° \
+             {:.1}°",
             normals.len(),
             report.unknowns,
             symmetric.images().len(),

@@ -178,8 +178,8 @@ fn thin_walls(fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
     }
     let DVec3 { x, y, z } = fineness.thinnest;
     vec![format!(
-        "walls of {:.2e} m, thinnest at ({x:.4}, {y:.4}, {z:.4}) m, have edges of {:.2e} m: thin motions may be off by \
-         several per cent; ask for a finer accuracy",
+        "walls of {:.2e} m, thinnest at ({x:.4}, {y:.4}, {z:.4}) m, have edges of {:.2e} m: thin motions \
+         may be off by several per cent; ask for a finer accuracy",
         fineness.wall, used.min_edge
     )]
 }

@@ -1,7 +1,7 @@
 //! The time loop on a graphics processor: the same update as [`super::grid`], one invocation for each cell.
 //!
 //! ```text
-//! record (every few steps) ─► rows: cells near the body ─► sweep: all other cells, and the layers ─► the next step
+//! record (every few steps) ─► rows (cells near the body) ─► sweep (other cells, layers) ─► the next step
 //! ```
 //!
 //! Pressures stay on the device; only those at the points of the sphere come back, in blocks of steps, and

@@ -4,7 +4,9 @@
 //! taken one by one from the samples, each where the error is largest; the weights of
 //!
 //! ```text
-//! r(s) = Σ_j [ w_j f_j/(s − s_j) + conj(w_j f_j)/(s − conj s_j) ] / Σ_j [ w_j/(s − s_j) + conj(w_j)/(s − conj s_j) ]
+//! r(s) = N(s)/D(s)
+//! N(s) = Σ_j [ w_j f_j/(s − s_j) + conj(w_j f_j)/(s − conj s_j) ]
+//! D(s) = Σ_j [ w_j/(s − s_j) + conj(w_j)/(s − conj s_j) ]
 //! ```
 //!
 //! minimise the linearised residual over all samples and functions. The mirrored nodes make r(conj s) = conj

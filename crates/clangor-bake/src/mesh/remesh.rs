@@ -2,8 +2,8 @@
 //! turns.
 //!
 //! ```text
-//! input ─► sharp edges ─► target edge length h ─► split, collapse, flip, smooth ─► fit to the input ─► exact volume
-//!          crease         size_field              isotropic, editable_mesh         volume_fit
+//! input ─► sharp edges ─► edge length h ─► split, collapse, flip, smooth ─► fit to the input ─► exact volume
+//!          crease         size_field       isotropic, editable_mesh         volume_fit
 //! ```
 //!
 //! The accuracy of the solver is that of the geometry as long as edges are short against the wavelength: a
@@ -88,7 +88,8 @@ pub struct RemeshReport {
 pub enum RemeshError {
     /// Edge lengths that make no sense.
     #[error(
-        "edge lengths from {min_edge:.3e} m to {max_edge:.3e} m: the first must be positive, the second no less"
+        "edge lengths from {min_edge:.3e} m to {max_edge:.3e} m: the first must be positive, the second no \
+         less"
     )]
     Edges {
         /// Shortest \[m\].
@@ -101,7 +102,8 @@ pub enum RemeshError {
     Input(MeshError),
     /// The output bounds no solid: edges are too long for the shape.
     #[error(
-        "edges down to {min_edge:.3e} m are too long for this surface, which they make {error}; ask for shorter ones"
+        "edges down to {min_edge:.3e} m are too long for this surface, which they make {error}; ask for \
+         shorter ones"
     )]
     Tangled {
         /// Shortest target edge tried \[m\].

@@ -65,14 +65,19 @@ pub enum ModalError {
     },
     /// The modes are not accurate enough.
     #[error(
-        "the residual of a mode is {residual:.1e}: the limit is too far above the lowest mode, or elements are too distorted"
+        "the residual of a mode is {residual:.1e}: the limit is too far above the lowest mode, or elements \
+         are too distorted"
     )]
     Inaccurate {
         /// ‖K u − ω² M u‖ / ‖ω² M u‖.
         residual: f64,
     },
     /// No modes in the band.
-    #[error("no audible modes: the first is at {:.2} kHz, above the limit of {:.2} kHz", first * 1e-3, limit * 1e-3)]
+    #[error(
+        "no audible modes: the first is at {:.2} kHz, above the limit of {:.2} kHz",
+        first * 1e-3,
+        limit * 1e-3
+    )]
     Silent {
         /// The lowest mode \[Hz\].
         first: f64,
@@ -81,7 +86,8 @@ pub enum ModalError {
     },
     /// A factorisation met an eigenvalue.
     #[error(
-        "the factorisation at {:.6e} 1/s² is singular: the elements are too distorted, or the mesh has loose parts",
+        "the factorisation at {:.6e} 1/s² is singular: the elements are too distorted, or the mesh has \
+         loose parts",
         shift
     )]
     Singular {

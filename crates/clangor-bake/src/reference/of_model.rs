@@ -34,8 +34,8 @@ pub enum PanForm {
 pub enum PanModelError {
     /// It is not symmetric.
     #[error(
-        "the octant needs a body with three planes of symmetry along its axes, and {part:.1e} of this field is not \
-         symmetric; use a grid in angles"
+        "the octant needs a body with three planes of symmetry along its axes, and {part:.1e} of this field \
+         is not symmetric; use a grid in angles"
     )]
     Asymmetric {
         /// Part of the field, relative L2.

@@ -1,6 +1,6 @@
 //! The bank of ellipsoids that ring for small bodies without modes of their own, baked.
 //!
-//! \[FRAC\] §5. The modes of each ellipsoid are polynomials ([`ellipsoid_vibration`]), its sound is that of
+//! \[FRAC\] §5. The modes of each ellipsoid are polynomials ([`ellipsoid_modes`]), its sound is that of
 //! every body: the meridian where two axes are equal, triangles on an eighth where none are
 //! ([`modal::radiate`](crate::modal::radiate)).
 //!

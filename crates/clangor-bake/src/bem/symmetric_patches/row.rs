@@ -1,5 +1,5 @@
-//! One row of the boundary equation: all integrals over the octant, seen from one node and its seven mirror
-//! images.
+//! One row of the boundary equation: all integrals over one eighth of the surface, for one node and its seven
+//! mirror images as targets.
 //!
 //! Three cases, by how far a patch is from the target:
 //!
@@ -71,18 +71,19 @@ impl<const F: usize> RowBuilder<F> {
         let unknowns = of.nodes.len();
         for image in 0..IMAGES {
             let target = mirror(image, of.nodes[row].position);
+            let view = View { of, target, wavenumbers };
             let mut single = SingleLayer::ZERO;
             for (index, patch) in of.patches.iter().enumerate() {
                 let columns = image * unknowns + of.first_node[index];
                 let out = &mut self.double[columns..columns + patch.count()];
                 let extent = &of.extents[index];
                 if image == 0 && of.nodes[row].patch == index {
-                    own(of, row, target, wavenumbers, &mut self.scratch, &mut single, out);
+                    view.own(row, &mut self.scratch, &mut single, out);
                 } else if target.distance(extent.centre) > of.rules.far * extent.radius {
                     layers(target, &of.sources[index], wavenumbers, &mut self.scratch.values, &mut single);
                     out.copy_from_slice(&self.scratch.values[..patch.count()]);
                 } else {
-                    near(of, patch, target, wavenumbers, &mut self.scratch, &mut single, out);
+                    view.near(patch, &mut self.scratch, &mut single, out);
                 }
             }
             for f in 0..F {
@@ -94,160 +95,165 @@ impl<const F: usize> RowBuilder<F> {
     }
 }
 
-/// A patch close to the target.
-#[inline(always)]
-fn near<const F: usize>(
-    of: &Discretisation,
-    patch: &Patch,
+/// A target and all that its row depends on: the discretisation and the wavenumbers.
+struct View<'a, const F: usize> {
+    of: &'a Discretisation,
     target: DVec3,
-    wavenumbers: &Wavenumbers<F>,
-    scratch: &mut Scratch<F>,
-    single: &mut SingleLayer<F>,
-    out: &mut [Values<F>],
-) {
-    scratch.parts.clear();
-    scratch.parts.push((patch.u, patch.v, 0));
-    while let Some((u, v, depth)) = scratch.parts.pop() {
-        let extent = patch.extent(u, v);
-        if depth < MOST_HALVINGS && target.distance(extent.centre) < of.rules.near * extent.radius {
-            if extent.length_u > extent.length_v {
-                let middle = 0.5 * (u[0] + u[1]);
-                scratch.parts.push(([u[0], middle], v, depth + 1));
-                scratch.parts.push(([middle, u[1]], v, depth + 1));
-            } else {
-                let middle = 0.5 * (v[0] + v[1]);
-                scratch.parts.push((u, [v[0], middle], depth + 1));
-                scratch.parts.push((u, [middle, v[1]], depth + 1));
-            }
-            continue;
-        }
-        part(of, patch, [u, v], target, wavenumbers, scratch, single, out);
-    }
+    wavenumbers: &'a Wavenumbers<F>,
 }
 
-/// A part of a patch that a Gauss rule integrates: the products with the basis are sums first along u, then
-/// along v.
-#[expect(clippy::too_many_arguments, reason = "what is integrated, where to, and room to work in")]
-#[inline(always)]
-fn part<const F: usize>(
-    of: &Discretisation,
-    patch: &Patch,
-    range: [[f64; 2]; 2],
-    target: DVec3,
-    wavenumbers: &Wavenumbers<F>,
-    scratch: &mut Scratch<F>,
-    single: &mut SingleLayer<F>,
-    out: &mut [Values<F>],
-) {
-    let whole = [patch.u, patch.v];
-    let rule: [&Nodes; 2] = std::array::from_fn(|axis| {
-        let is_whole = range[axis] == whole[axis];
-        of.rules.gauss(of.rules.points(patch.nodes[axis], is_whole))
-    });
-    let width: [f64; 2] = range.map(|r| r[1] - r[0]);
-    scratch.lines.clear();
-    for axis in 0..2 {
-        let nodes = of.rules.gauss(patch.nodes[axis]);
-        let basis = &mut scratch.basis[axis];
-        basis.clear();
-        basis.resize(rule[axis].at.len() * patch.nodes[axis], 0.0);
-        for (t, values) in rule[axis].at.iter().zip(basis.chunks_exact_mut(patch.nodes[axis])) {
-            let at = range[axis][0] + t * width[axis];
-            nodes.basis((at - whole[axis][0]) / (whole[axis][1] - whole[axis][0]), values);
-            scratch.lines.push(if axis == 0 { patch.chart.line_u(at) } else { patch.chart.line_v(at) });
-        }
-    }
-    let (lines_u, lines_v) = scratch.lines.split_at(rule[0].at.len());
-    scratch.sources.clear();
-    for (line_v, weight_v) in lines_v.iter().zip(&rule[1].weight) {
-        for (line_u, weight_u) in lines_u.iter().zip(&rule[0].weight) {
-            let (x, area) = patch.chart.point(*line_u, *line_v);
-            scratch.sources.push(x, area * (weight_u * weight_v * width[0] * width[1]));
-        }
-    }
-    layers(target, &scratch.sources, wavenumbers, &mut scratch.values, single);
-    let along_u = patch.nodes[0];
-    for (line, basis_v) in scratch.basis[1].chunks_exact(patch.nodes[1]).enumerate() {
-        scratch.partial.clear();
-        scratch.partial.resize(along_u, [[0.0; F]; 2]);
-        let first = line * rule[0].at.len();
-        for (value, basis_u) in scratch.values[first..].iter().zip(scratch.basis[0].chunks_exact(along_u)) {
-            for (sum, factor) in scratch.partial.iter_mut().zip(basis_u) {
-                add(sum, value, *factor);
+impl<const F: usize> View<'_, F> {
+    /// Integrates a patch close to the target: halves it until every part is far enough.
+    #[inline(always)]
+    fn near(
+        &self,
+        patch: &Patch,
+        scratch: &mut Scratch<F>,
+        single: &mut SingleLayer<F>,
+        out: &mut [Values<F>],
+    ) {
+        scratch.parts.clear();
+        scratch.parts.push((patch.u, patch.v, 0));
+        while let Some((u, v, depth)) = scratch.parts.pop() {
+            let extent = patch.extent(u, v);
+            if depth < MOST_HALVINGS
+                && self.target.distance(extent.centre) < self.of.rules.near * extent.radius
+            {
+                if extent.length_u > extent.length_v {
+                    let middle = 0.5 * (u[0] + u[1]);
+                    scratch.parts.push(([u[0], middle], v, depth + 1));
+                    scratch.parts.push(([middle, u[1]], v, depth + 1));
+                } else {
+                    let middle = 0.5 * (v[0] + v[1]);
+                    scratch.parts.push((u, [v[0], middle], depth + 1));
+                    scratch.parts.push((u, [middle, v[1]], depth + 1));
+                }
+                continue;
             }
-        }
-        for (column, factor) in out.chunks_exact_mut(along_u).zip(basis_v) {
-            for (sum, value) in column.iter_mut().zip(&scratch.partial) {
-                add(sum, value, *factor);
-            }
+            self.part(patch, [u, v], scratch, single, out);
         }
     }
-}
 
-/// The patch that holds the target.
-#[inline(always)]
-fn own<const F: usize>(
-    of: &Discretisation,
-    row: usize,
-    target: DVec3,
-    wavenumbers: &Wavenumbers<F>,
-    scratch: &mut Scratch<F>,
-    single: &mut SingleLayer<F>,
-    out: &mut [Values<F>],
-) {
-    let node = &of.nodes[row];
-    let patch = &of.patches[node.patch];
-    let [radial, angular] = of.rules.own(patch.nodes[0].max(patch.nodes[1]));
-    let bases = [of.rules.gauss(patch.nodes[0]), of.rules.gauss(patch.nodes[1])];
-    let size = DVec2::new(patch.u[1] - patch.u[0], patch.v[1] - patch.v[0]);
-    // From the unit square of the patch to its tangent plane at the target.
-    let (along_u, along_v) = node.tangents;
-    let e1 = along_u.normalize_or_zero();
-    let e2 = (along_v - along_v.dot(e1) * e1).normalize_or_zero();
-    let to_plane = |p: DVec2| {
-        let (a, b) = (p.x * size.x, p.y * size.y);
-        DVec2::new(a * along_u.length() + b * along_v.dot(e1), b * along_v.dot(e2))
-    };
-    let here = node.local;
-    let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
-    for side in 0..4 {
-        let ends = [corners[side] - here, corners[(side + 1) % 4] - here];
-        let (a, b) = (to_plane(ends[0]), to_plane(ends[1]));
-        let length = (b - a).length();
-        let along = (b - a) / length;
-        // Foot of the perpendicular: the side is at distance h, its ends at t_a and t_b along it.
-        let height = a.perp_dot(along).abs();
-        let (from, to) = ((a.dot(along) / height).asinh(), (b.dot(along) / height).asinh());
-        let double_area = ends[0].perp_dot(ends[1]).abs();
+    /// Integrates a part of a patch by a Gauss rule: the products with the basis are sums first along u, then
+    /// along v.
+    #[inline(always)]
+    fn part(
+        &self,
+        patch: &Patch,
+        range: [[f64; 2]; 2],
+        scratch: &mut Scratch<F>,
+        single: &mut SingleLayer<F>,
+        out: &mut [Values<F>],
+    ) {
+        let whole = [patch.u, patch.v];
+        // Gauss rule and interpolation basis along u and v.
+        let rule: [&Nodes; 2] = std::array::from_fn(|axis| {
+            let is_whole = range[axis] == whole[axis];
+            self.of.rules.gauss(self.of.rules.points(patch.nodes[axis], is_whole))
+        });
+        let width: [f64; 2] = range.map(|r| r[1] - r[0]);
+        scratch.lines.clear();
+        for axis in 0..2 {
+            let nodes = self.of.rules.gauss(patch.nodes[axis]);
+            let basis = &mut scratch.basis[axis];
+            basis.clear();
+            basis.resize(rule[axis].at.len() * patch.nodes[axis], 0.0);
+            for (t, values) in rule[axis].at.iter().zip(basis.chunks_exact_mut(patch.nodes[axis])) {
+                let at = range[axis][0] + t * width[axis];
+                nodes.basis((at - whole[axis][0]) / (whole[axis][1] - whole[axis][0]), values);
+                scratch.lines.push(if axis == 0 { patch.chart.line_u(at) } else { patch.chart.line_v(at) });
+            }
+        }
+        // Points and weighted areas of the tensor-product rule.
+        let (lines_u, lines_v) = scratch.lines.split_at(rule[0].at.len());
         scratch.sources.clear();
-        scratch.basis[0].clear();
-        scratch.basis[1].clear();
-        for (t, weight_t) in angular.at.iter().zip(&angular.weight) {
-            let tau = from + t * (to - from);
-            let part = (height * tau.sinh() - a.dot(along)) / length;
-            let towards = ends[0] + part * (ends[1] - ends[0]);
-            let weight =
-                weight_t * (to - from) * height * tau.cosh() / length * double_area * size.x * size.y;
-            for (rho, weight_rho) in radial.at.iter().zip(&radial.weight) {
-                let local = here + *rho * towards;
-                let (u, v) = (patch.u[0] + local.x * size.x, patch.v[0] + local.y * size.y);
-                let (x, area) = patch.chart.point(patch.chart.line_u(u), patch.chart.line_v(v));
-                scratch.sources.push(x, area * (weight * weight_rho * rho));
-                for (axis, at) in [local.x, local.y].into_iter().enumerate() {
-                    let basis = &mut scratch.basis[axis];
-                    let start = basis.len();
-                    basis.resize(start + patch.nodes[axis], 0.0);
-                    bases[axis].basis(at, &mut basis[start..]);
+        for (line_v, weight_v) in lines_v.iter().zip(&rule[1].weight) {
+            for (line_u, weight_u) in lines_u.iter().zip(&rule[0].weight) {
+                let (x, area) = patch.chart.point(*line_u, *line_v);
+                scratch.sources.push(x, area * (weight_u * weight_v * width[0] * width[1]));
+            }
+        }
+        layers(self.target, &scratch.sources, self.wavenumbers, &mut scratch.values, single);
+        // Products with the basis: along u to partial sums, then along v to the columns.
+        let along_u = patch.nodes[0];
+        for (line, basis_v) in scratch.basis[1].chunks_exact(patch.nodes[1]).enumerate() {
+            scratch.partial.clear();
+            scratch.partial.resize(along_u, [[0.0; F]; 2]);
+            let first = line * rule[0].at.len();
+            for (value, basis_u) in scratch.values[first..].iter().zip(scratch.basis[0].chunks_exact(along_u))
+            {
+                for (sum, factor) in scratch.partial.iter_mut().zip(basis_u) {
+                    add(sum, value, *factor);
+                }
+            }
+            for (column, factor) in out.chunks_exact_mut(along_u).zip(basis_v) {
+                for (sum, value) in column.iter_mut().zip(&scratch.partial) {
+                    add(sum, value, *factor);
                 }
             }
         }
-        layers(target, &scratch.sources, wavenumbers, &mut scratch.values, single);
-        let products =
-            scratch.basis[0].chunks_exact(patch.nodes[0]).zip(scratch.basis[1].chunks_exact(patch.nodes[1]));
-        for (value, (basis_u, basis_v)) in scratch.values.iter().zip(products) {
-            for (column, factor_v) in out.chunks_exact_mut(patch.nodes[0]).zip(basis_v) {
-                for (sum, factor_u) in column.iter_mut().zip(basis_u) {
-                    add(sum, value, factor_u * factor_v);
+    }
+
+    /// Integrates the patch that holds the target, in polar coordinates.
+    #[inline(always)]
+    fn own(&self, row: usize, scratch: &mut Scratch<F>, single: &mut SingleLayer<F>, out: &mut [Values<F>]) {
+        let node = &self.of.nodes[row];
+        let patch = &self.of.patches[node.patch];
+        let [radial, angular] = self.of.rules.own(patch.nodes[0].max(patch.nodes[1]));
+        let bases = [self.of.rules.gauss(patch.nodes[0]), self.of.rules.gauss(patch.nodes[1])];
+        let size = DVec2::new(patch.u[1] - patch.u[0], patch.v[1] - patch.v[0]);
+        // From the unit square of the patch to its tangent plane at the target.
+        let (along_u, along_v) = node.tangents;
+        let e1 = along_u.normalize_or_zero();
+        let e2 = (along_v - along_v.dot(e1) * e1).normalize_or_zero();
+        let to_plane = |p: DVec2| {
+            let (a, b) = (p.x * size.x, p.y * size.y);
+            DVec2::new(a * along_u.length() + b * along_v.dot(e1), b * along_v.dot(e2))
+        };
+        let here = node.local;
+        let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+        for side in 0..4 {
+            let ends = [corners[side] - here, corners[(side + 1) % 4] - here];
+            let (a, b) = (to_plane(ends[0]), to_plane(ends[1]));
+            let length = (b - a).length();
+            let along = (b - a) / length;
+            // Foot of the perpendicular: the side is at distance h, its ends at t_a and t_b along it.
+            let height = a.perp_dot(along).abs();
+            let (from, to) = ((a.dot(along) / height).asinh(), (b.dot(along) / height).asinh());
+            // Points in polar coordinates about the target, angle by sinh⁻¹ of the position along the side.
+            let double_area = ends[0].perp_dot(ends[1]).abs();
+            scratch.sources.clear();
+            scratch.basis[0].clear();
+            scratch.basis[1].clear();
+            for (t, weight_t) in angular.at.iter().zip(&angular.weight) {
+                let tau = from + t * (to - from);
+                let part = (height * tau.sinh() - a.dot(along)) / length;
+                let towards = ends[0] + part * (ends[1] - ends[0]);
+                let weight =
+                    weight_t * (to - from) * height * tau.cosh() / length * double_area * size.x * size.y;
+                for (rho, weight_rho) in radial.at.iter().zip(&radial.weight) {
+                    let local = here + *rho * towards;
+                    let (u, v) = (patch.u[0] + local.x * size.x, patch.v[0] + local.y * size.y);
+                    let (x, area) = patch.chart.point(patch.chart.line_u(u), patch.chart.line_v(v));
+                    scratch.sources.push(x, area * (weight * weight_rho * rho));
+                    for (axis, at) in [local.x, local.y].into_iter().enumerate() {
+                        let basis = &mut scratch.basis[axis];
+                        let start = basis.len();
+                        basis.resize(start + patch.nodes[axis], 0.0);
+                        bases[axis].basis(at, &mut basis[start..]);
+                    }
+                }
+            }
+            layers(self.target, &scratch.sources, self.wavenumbers, &mut scratch.values, single);
+            // Products with the basis, point by point.
+            let products = scratch.basis[0]
+                .chunks_exact(patch.nodes[0])
+                .zip(scratch.basis[1].chunks_exact(patch.nodes[1]));
+            for (value, (basis_u, basis_v)) in scratch.values.iter().zip(products) {
+                for (column, factor_v) in out.chunks_exact_mut(patch.nodes[0]).zip(basis_v) {
+                    for (sum, factor_u) in column.iter_mut().zip(basis_u) {
+                        add(sum, value, factor_u * factor_v);
+                    }
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! The part of the system that couples triangles at a distance: three points on each, in single precision.
+//! Far pairs: couplings of triangles at a distance, by three points on each, in single precision.
 //!
 //! Each unordered pair is integrated once and serves both ways: the first triangle testing the second's field
 //! (entry ij) and the reverse (ji) share distance, phase and G. Source triangles run in vector lanes. Sums
@@ -6,7 +6,8 @@
 //! big matrices is touched once per block and vertex instead of once per pair of triangles.
 //!
 //! ```text
-//! A_ij = −⟨φ_i, K φ_j⟩ + γ (⟨curl φ_i, G curl φ_j⟩ − k² ⟨φ_i n, G φ_j n⟩),   b_i = ⟨φ_i, S a + γ K' a⟩,   γ = −iγ'
+//! A_ij = −⟨φ_i, K φ_j⟩ + γ (⟨curl φ_i, G curl φ_j⟩ − k² ⟨φ_i n, G φ_j n⟩)
+//! b_i = ⟨φ_i, S a + γ K' a⟩,    γ = −iγ'
 //! ```
 
 mod class_matrix;

@@ -48,7 +48,8 @@ pub enum StuffingError {
     Input(MeshError),
     /// The grid would be too large.
     #[error(
-        "a grid of {edge:.3e} m, which walls of {wall:.3e} m need, has {points:.1e} points, too many; thicken the walls"
+        "a grid of {edge:.3e} m, which walls of {wall:.3e} m need, has {points:.1e} points, too many; \
+         thicken the walls"
     )]
     TooFine {
         /// Edge \[m\].
@@ -60,8 +61,8 @@ pub enum StuffingError {
     },
     /// Walls were not resolved.
     #[error(
-        "a grid of {edge:.3e} m does not resolve the surface: volume off by {volume_error:.1e}, Euler characteristic \
-         {found} instead of {expected}; the thinnest walls are about {wall:.3e} m"
+        "a grid of {edge:.3e} m does not resolve the surface: volume off by {volume_error:.1e}, Euler \
+         characteristic {found} instead of {expected}; the thinnest walls are about {wall:.3e} m"
     )]
     Unresolved {
         /// Edge \[m\].

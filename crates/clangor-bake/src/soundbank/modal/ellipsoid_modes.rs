@@ -1,11 +1,12 @@
-//! The vibration of a free ellipsoid, by polynomials: the method of Ritz.
+//! Modes of a free ellipsoid by the Rayleigh–Ritz method with polynomials.
 //!
 //! With x = (a ξ, b η, c ζ) every ellipsoid is the unit ball, and polynomials on it that are orthonormal
 //! there make the mass matrix a number. The stiffness is a sum of integrals that belong to the ball alone,
 //! over products of semi-axes:
 //!
 //! ```text
-//! u_i = Σ q_ip φ_p(ξ),   K_ip,jq = λ ∫ ∂_iφ_p ∂_jφ_q /(a_i a_j) + μ ∫ ∂_jφ_p ∂_iφ_q /(a_i a_j) + δ_ij μ Σ_k ∫ ∂_kφ_p ∂_kφ_q /a_k²
+//! u_i = Σ q_ip φ_p(ξ)
+//! K_ip,jq = λ ∫ ∂_iφ_p ∂_jφ_q /(a_i a_j) + μ ∫ ∂_jφ_p ∂_iφ_q /(a_i a_j) + δ_ij μ Σ_k ∫ ∂_kφ_p ∂_kφ_q /a_k²
 //! ```
 //!
 //! so that the integrals are computed once and an ellipsoid is eight small symmetric eigenvalue problems, one

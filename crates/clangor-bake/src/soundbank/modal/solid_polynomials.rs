@@ -5,7 +5,8 @@
 //! φ_p(ξ) up to a degree,
 //!
 //! ```text
-//! u_i = Σ q_ip φ_p,   M_pq = ∫ φ_p φ_q dV,   K_ip,jq = ∫ λ ∂_iφ_p ∂_jφ_q + μ ∂_jφ_p ∂_iφ_q + δ_ij μ Σ_k ∂_kφ_p ∂_kφ_q dV
+//! u_i = Σ q_ip φ_p,    M_pq = ∫ φ_p φ_q dV
+//! K_ip,jq = ∫ λ ∂_iφ_p ∂_jφ_q + μ ∂_jφ_p ∂_iφ_q + δ_ij μ Σ_k ∂_kφ_p ∂_kφ_q dV
 //! ```
 //!
 //! are sums of the moments of the solid, and those are integrals over its closed surface: for f homogeneous

@@ -41,8 +41,8 @@ pub(super) struct Test {
 pub(super) struct FarImage {
     /// Groups × FIELDS × GROUP.
     pub(super) sources: Vec<f32>,
-    /// Bits of the lanes of a group that a test triangle leaves out: near it, before it, or past the end; test
-    /// × groups.
+    /// Bits of the lanes of a group that a test triangle leaves out (near, before, past the end): test ×
+    /// groups.
     pub(super) skip: Vec<u16>,
     /// Whether a triangle meets its own image here; such a pair counts half each way.
     pub(super) own: bool,

@@ -7,6 +7,11 @@
 //!
 //! Everything is inlined into the loop that `pulp` compiles for each instruction set.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "loops over lanes, several arrays at one index, that become vector instructions"
+)]
+
 use std::f32::consts::{PI, TAU};
 
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;

@@ -203,6 +203,18 @@ impl Default for Life {
 }
 
 /// A body at the beginning of its life.
+///
+/// ```
+/// use clangor_core::body::Body;
+/// use clangor_core::glam::DVec3;
+/// use clangor_core::material::presets;
+///
+/// let resting = Body::sphere("resting", presets::STEEL.material(), 0.01);
+/// let flying = Body::sphere("flying", presets::STEEL.material(), 0.01)
+///     .at(DVec3::X * 0.1)
+///     .with_velocity(DVec3::X * -1.0);
+/// assert_eq!(resting.mass, flying.mass);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Name, unique in the world.

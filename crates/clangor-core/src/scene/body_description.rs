@@ -59,6 +59,68 @@ pub enum PlacedBy {
 }
 
 impl BodyDescription {
+    /// One free body at rest, with its centre of mass at the origin.
+    pub fn new(name: impl Into<String>, material: Material, geometry: Geometry) -> Self {
+        BodyDescription {
+            name: name.into(),
+            geometry,
+            scale: [1.0, 1.0],
+            material,
+            pose: Pose::IDENTITY,
+            placed_by: PlacedBy::CentreOfMass,
+            velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+            motion: Motion::Free,
+            edge_radius: None,
+            sound: None,
+            ringing: RingingRule::default(),
+            breaking: None,
+            copies: Copies::One,
+            place: Place::default(),
+            geometry_place: Place::default(),
+        }
+    }
+
+    /// As [`new`](Self::new), of a shape of the library such as `sphere:0.01`, sizes in metres.
+    pub fn shape(name: impl Into<String>, material: Material, shape: impl Into<String>) -> Self {
+        BodyDescription::new(name, material, Geometry::Shape(shape.into()))
+    }
+
+    /// As [`new`](Self::new), of a mesh file whose path is relative to the scene file.
+    pub fn mesh(name: impl Into<String>, material: Material, path: impl Into<String>) -> Self {
+        BodyDescription::new(name, material, Geometry::File(path.into()))
+    }
+
+    /// The same body at another pose; a point \[m\] is the pose there with the axes of the world.
+    #[must_use]
+    pub fn at(self, pose: impl Into<Pose>) -> Self {
+        BodyDescription { pose: pose.into(), ..self }
+    }
+
+    /// The same body with another velocity of its centre of mass \[m/s\].
+    #[must_use]
+    pub fn with_velocity(self, velocity: DVec3) -> Self {
+        BodyDescription { velocity, ..self }
+    }
+
+    /// The same body with another angular velocity \[rad/s\], world frame.
+    #[must_use]
+    pub fn with_angular_velocity(self, angular_velocity: DVec3) -> Self {
+        BodyDescription { angular_velocity, ..self }
+    }
+
+    /// The same body, moved by something else.
+    #[must_use]
+    pub fn with_motion(self, motion: Motion) -> Self {
+        BodyDescription { motion, ..self }
+    }
+
+    /// The same body, several times or at another place.
+    #[must_use]
+    pub fn with_copies(self, copies: Copies) -> Self {
+        BodyDescription { copies, ..self }
+    }
+
     /// How many bodies this stands for.
     pub fn count(&self) -> usize {
         match &self.copies {
@@ -105,6 +167,13 @@ pub struct GeometryReference {
     pub geometry: Geometry,
     /// Factor on all lengths.
     pub scale: f64,
+}
+
+impl GeometryReference {
+    /// What tells geometries apart.
+    pub(super) fn key(&self) -> (Geometry, u64) {
+        (self.geometry.clone(), self.scale.to_bits())
+    }
 }
 
 impl std::fmt::Display for GeometryReference {
@@ -158,6 +227,13 @@ pub struct PlaneDescription {
     pub thin: bool,
     /// Where it is written.
     pub place: Place,
+}
+
+impl PlaneDescription {
+    /// A plane through `point` \[m\] with the outward unit `normal`.
+    pub fn new(name: impl Into<String>, material: Material, point: DVec3, normal: DVec3) -> Self {
+        PlaneDescription { name: name.into(), point, normal, material, thin: false, place: Place::default() }
+    }
 }
 
 /// A `[[hang]]`: every sphere of a `[[body]]` on a massless rod.

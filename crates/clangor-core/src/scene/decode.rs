@@ -11,18 +11,21 @@ mod links;
 mod listener;
 mod material;
 mod motion;
+mod names;
 mod reader;
 mod room;
 mod settings;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use toml::de::DeTable;
 
-use super::diagnostic::{Doubt, Place, Problem, SceneError};
+use super::diagnostic::{Doubt, Place, Problem, SceneError, SceneErrors};
+use super::instantiate::{Loader, file_errors};
 use super::listener::{below_floor, outside};
-use super::{STANDARD_GRAVITY, Scene, VERSION};
+use super::scene_description::{STANDARD_GRAVITY, Scene, VERSION};
 use crate::body::Motion;
+use names::Names;
 use reader::{Decoder, Section};
 
 const TOP_KEYS: &[&str] = &[
@@ -40,8 +43,37 @@ const TOP_KEYS: &[&str] = &[
     "room",
 ];
 
+impl Scene {
+    /// Reads a scene.
+    ///
+    /// # Errors
+    /// Every error of the text, in its order: TOML syntax, unknown keys, wrong types and ranges, names that
+    /// stand for nothing, settings that exclude each other.
+    pub fn from_toml(text: &str) -> Result<Scene, SceneErrors> {
+        match decode(text) {
+            (scene, errors) if errors.is_empty() => Ok(scene),
+            (_, errors) => Err(SceneErrors(errors)),
+        }
+    }
+
+    /// As [`from_toml`](Self::from_toml); if there are errors, the mesh files are loaded too, so that missing
+    /// and bad ones are reported with the rest.
+    ///
+    /// # Errors
+    /// As `from_toml`, and those of the files beside them.
+    pub fn from_toml_with_files(text: &str, load: &mut Loader<'_>) -> Result<Scene, SceneErrors> {
+        let (scene, mut errors) = decode(text);
+        if errors.is_empty() {
+            return Ok(scene);
+        }
+        errors.extend(file_errors(&scene, load));
+        errors.sort_by_key(|e| e.place.order());
+        Err(SceneErrors(errors))
+    }
+}
+
 /// What could be read of a scene, and every error.
-pub(super) fn decode(text: &str) -> (Scene, Vec<SceneError>) {
+fn decode(text: &str) -> (Scene, Vec<SceneError>) {
     let (tree, syntax_errors) = DeTable::parse_recoverable(text);
     let mut d = Decoder::new(text);
     let scene = decode_tree(&mut d, tree.get_ref());
@@ -139,21 +171,6 @@ fn check_silence(d: &mut Decoder<'_>, scene: &Scene, top: &Section<'_>) {
         d.warn(top.place.clone(), Doubt::NothingMoves);
     } else if bodies + scene.planes.len() < 2 {
         d.warn(top.place.clone(), Doubt::NothingToHit);
-    }
-}
-
-/// Names of bodies and planes, each with the line of its first use.
-#[derive(Default)]
-struct Names {
-    lines: BTreeMap<String, usize>,
-}
-
-impl Names {
-    /// Takes a name, noting an error if it is taken.
-    fn take(&mut self, d: &mut Decoder<'_>, name: &str, place: &Place) {
-        if let Some(first_line) = self.lines.insert(name.to_owned(), place.line) {
-            d.error(place.clone(), Problem::DuplicateName { name: name.to_owned(), first_line });
-        }
     }
 }
 

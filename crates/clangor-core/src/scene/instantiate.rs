@@ -17,7 +17,7 @@ use super::body_description::{
 };
 use super::diagnostic::{Doubt, Place, Problem, SceneError, SceneErrors, SceneWarning};
 use super::listener::below_floor;
-use super::{MAX_BODIES, Scene};
+use super::scene_description::{MAX_BODIES, Scene};
 use crate::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use crate::geometry::mass_properties::MassProperties;
 

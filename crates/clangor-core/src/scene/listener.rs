@@ -5,7 +5,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::diagnostic::{Place, Problem, SceneError};
-use crate::pose::Track;
+use crate::pose::{Pose, Track};
 use crate::propagation::room::Room;
 use crate::synthesis::listener::Floor;
 
@@ -23,6 +23,17 @@ pub struct ListenerDescription {
 }
 
 impl ListenerDescription {
+    /// One receiver at a fixed `position` \[m\].
+    pub fn mono(name: impl Into<String>, position: DVec3) -> Self {
+        let track = Track::fixed(Pose::at(position));
+        ListenerDescription { name: name.into(), track, spacing: None, place: Place::default() }
+    }
+
+    /// Two receivers `spacing` \[m\] apart along the x axis of a track, left on the negative side.
+    pub fn pair(name: impl Into<String>, track: Track, spacing: f64) -> Self {
+        ListenerDescription { name: name.into(), track, spacing: Some(spacing), place: Place::default() }
+    }
+
     /// The receivers in the listener's frame \[m\]: one at the origin, or left and right.
     pub fn receivers(&self) -> Vec<DVec3> {
         match self.spacing {

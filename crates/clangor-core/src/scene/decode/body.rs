@@ -3,18 +3,19 @@
 use glam::{DQuat, DVec3};
 
 use super::breaking::breaking;
+use super::geometry;
 use super::material::Materials;
 use super::motion::{body_track, orientation};
+use super::names::{Names, name};
 use super::reader::{Decoder, Node, Quantity, Section};
 use super::settings::{RINGING, SOUNDS};
-use super::{Names, geometry};
 use crate::body::Motion;
 use crate::material::{Material, presets};
 use crate::pose::Pose;
-use crate::scene::MAX_BODIES;
 use crate::scene::body_description::{BodyDescription, Copies, PlacedBy, PlaneDescription, RandomPlacement};
 use crate::scene::breaking::Breaking;
 use crate::scene::diagnostic::{Doubt, Problem};
+use crate::scene::scene_description::MAX_BODIES;
 use crate::synthesis::modal::RingingRule;
 
 pub(super) const KEYS: &[&str] = &[
@@ -42,6 +43,23 @@ pub(super) const KEYS: &[&str] = &[
 pub(super) const PLACEMENT_KEYS: &[&str] = &["region", "seed", "orientation", "max_spin"];
 pub(super) const PLANE_KEYS: &[&str] = &["name", "point", "normal", "material", "thin"];
 
+/// Keys that a preset sets.
+const PRESET_KEYS: &[&str] = &[
+    "shape",
+    "mesh",
+    "scale",
+    "position",
+    "origin",
+    "orientation",
+    "velocity",
+    "angular_velocity",
+    "motion",
+    "keyframes",
+    "positions",
+    "count",
+    "placement",
+];
+
 /// A body that a scene may ask for by name.
 #[derive(Clone, Copy)]
 struct BodyPreset {
@@ -54,19 +72,6 @@ struct BodyPreset {
 /// cm and the wood are ours.
 const PAN_TABLE: BodyPreset =
     BodyPreset { shape: "box:1.8x0.03x0.8", position: DVec3::new(0.0, 0.385, 0.0), material: &presets::WOOD };
-
-/// Reads `name`, or gives the default, and takes it.
-pub(super) fn name(d: &mut Decoder<'_>, section: &Section<'_>, default: &str, names: &mut Names) -> String {
-    let written = section.get("name");
-    let place = written.as_ref().map_or_else(|| section.place.clone(), |node| node.place(d));
-    let mut name = written.and_then(|node| node.text(d, "a name in quotes")).unwrap_or(default).to_owned();
-    if name.is_empty() {
-        d.error(place.clone(), Problem::EmptyName);
-        default.clone_into(&mut name);
-    }
-    names.take(d, &name, &place);
-    name
-}
 
 pub(super) fn bodies(
     d: &mut Decoder<'_>,
@@ -104,21 +109,7 @@ fn body(
     sound_speed: f64,
 ) -> Option<BodyDescription> {
     let preset = section.choice(d, "preset", &[("pan-table", PAN_TABLE)]);
-    for key in [
-        "shape",
-        "mesh",
-        "scale",
-        "position",
-        "origin",
-        "orientation",
-        "velocity",
-        "angular_velocity",
-        "motion",
-        "keyframes",
-        "positions",
-        "count",
-        "placement",
-    ] {
+    for key in PRESET_KEYS {
         section.exclude(d, key, "preset", "`preset`, which sets it");
     }
     let copies = copies(d, section);
@@ -146,11 +137,7 @@ fn body(
         section.get("fracture").map(|node| breakable(d, section, &node, motion.as_ref(), material.as_ref()));
     let edge_radius = section.number(d, "edge_radius", Quantity::between(1e-9, 1e3, "m"));
     if !matches!(motion, Some(Motion::Free) | None) {
-        for key in ["velocity", "angular_velocity"] {
-            if let Some(node) = section.get(key) {
-                d.error(node.place(d), Problem::Conflict { key, other: "a motion that is not \"free\"" });
-            }
-        }
+        refuse_velocities(d, section);
     }
     let (geometry, geometry_place) = geometry?;
     let mut pose = Pose { position: position.unwrap_or(DVec3::ZERO), orientation: orientation? };
@@ -159,10 +146,7 @@ fn body(
         pose = track.sample(0.0).0;
     }
     Some(BodyDescription {
-        name,
-        geometry,
         scale: scale?,
-        material: material?,
         pose,
         placed_by,
         velocity: velocity.unwrap_or(DVec3::ZERO),
@@ -175,7 +159,17 @@ fn body(
         copies: copies?,
         place: section.place.clone(),
         geometry_place,
+        ..BodyDescription::new(name, material?, geometry)
     })
+}
+
+/// An error for each velocity of a body that does not move freely.
+fn refuse_velocities(d: &mut Decoder<'_>, section: &Section<'_>) {
+    for key in ["velocity", "angular_velocity"] {
+        if let Some(node) = section.get(key) {
+            d.error(node.place(d), Problem::Conflict { key, other: "a motion that is not \"free\"" });
+        }
+    }
 }
 
 fn material(

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use super::motion;
+use super::names::{Names, name};
 use super::reader::{Decoder, Node, Quantity, Section};
-use super::{Names, body, motion};
 use crate::pose::{Pose, Track};
 use crate::scene::diagnostic::Problem;
 use crate::scene::listener::{ListenerDescription, look_along};
@@ -20,7 +21,7 @@ pub(super) fn listeners(d: &mut Decoder<'_>, top: &Section<'_>) -> Vec<ListenerD
     let mut names = Names::default();
     let mut listeners = Vec::new();
     for (index, section) in top.list(d, "listener", KEYS).into_iter().enumerate() {
-        let name = body::name(d, &section, &format!("listener-{}", index + 1), &mut names);
+        let name = name(d, &section, &format!("listener-{}", index + 1), &mut names);
         let spacing = section.number(d, "spacing", Quantity::between(1e-4, 100.0, "m"));
         section.exclude(d, "keyframes", "position", "`position`");
         section.exclude(d, "keyframes", "preset", "`preset`");

@@ -103,13 +103,12 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str) -> Option<Material
     let tensile_strength = section.number(d, "tensile_strength", Quantity::between(1.0, 1e13, "Pa"));
     let fracture_energy = section.number(d, "fracture_energy", Quantity::between(1e-6, 1e9, "J/m²"));
     let source = section.text(d, "source", "text in quotes");
-    doubt(d, &section, "density", "a density", "kg/m³", [1.0, 23_000.0], "1 to 23000");
+    doubt(d, &section, "density", ("a density", "kg/m³"), [1.0, 23_000.0], "1 to 23000");
     doubt(
         d,
         &section,
         "youngs_modulus",
-        "a Young's modulus",
-        "Pa",
+        ("a Young's modulus", "Pa"),
         [1e5, 1.3e12],
         "1e5 to 1.3e12; 1 GPa is 1e9 Pa",
     );
@@ -226,8 +225,7 @@ fn doubt(
     d: &mut Decoder<'_>,
     section: &Section<'_>,
     key: &'static str,
-    what: &'static str,
-    unit: &'static str,
+    (what, unit): (&'static str, &'static str),
     [low, high]: [f64; 2],
     usual: &'static str,
 ) {

@@ -8,10 +8,10 @@ use glam::{DQuat, DVec3};
 use super::{Builder, GeometryError, LoadedGeometry, Loader};
 use crate::body::Body;
 use crate::math::random::SplitMix;
-use crate::scene::Scene;
 use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, PlacedBy};
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::placement::{Obstacle, Packing, in_ball, rotation};
+use crate::scene::scene_description::Scene;
 
 /// A body that may still want a place.
 pub(super) struct Draft<'s> {

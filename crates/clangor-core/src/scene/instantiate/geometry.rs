@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::copies::variation;
 use super::{GeometryError, LoadedGeometry};
-use crate::scene::Scene;
 use crate::scene::body_description::{Geometry, GeometryReference};
+use crate::scene::scene_description::Scene;
 use crate::shape::Shape;
 
 /// Every distinct geometry of a scene, in the order of its bodies: what the loader of
@@ -23,13 +23,6 @@ pub fn references(scene: &Scene) -> Vec<GeometryReference> {
         }
     }
     references
-}
-
-impl GeometryReference {
-    /// What tells geometries apart.
-    pub(super) fn key(&self) -> (Geometry, u64) {
-        (self.geometry.clone(), self.scale.to_bits())
-    }
 }
 
 /// Loads a shape of the library, and refuses files: the loader of a scene without mesh files, and a part of

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::Builder;
 use crate::body::{Body, Surface, World};
-use crate::scene::Scene;
 use crate::scene::diagnostic::{Doubt, Problem};
+use crate::scene::scene_description::Scene;
 
 /// A listener further than this from every body is doubted [m]: a click of 1 Pa at 10 cm is 60 dB down.
 const EARSHOT: f64 = 100.0;

@@ -248,7 +248,8 @@ pub const EDGE_RADIUS_RATIO: f64 = 0.02;
 impl Body {
     /// A free body at rest, with its centre of mass at the origin and the axes of the world.
     ///
-    /// `mass` \[kg\] and `inertia` about the centre of mass in the body frame \[kg m²\] are taken as they are.
+    /// `mass` \[kg\] and `inertia` \[kg m²\], about the centre of mass in the body frame, are taken as they
+    /// are.
     /// The edge radius is [`EDGE_RADIUS_RATIO`] of the bounding radius.
     pub fn new(
         name: impl Into<String>,

@@ -33,7 +33,8 @@ pub struct BodyDescription {
     pub angular_velocity: DVec3,
     /// What moves it.
     pub motion: Motion,
-    /// Lower bound of the local contact radius \[m\]; `None`: [`EDGE_RADIUS_RATIO`](crate::body::EDGE_RADIUS_RATIO) of its bounding radius.
+    /// Lower bound of the local contact radius \[m\]; `None`:
+    /// [`EDGE_RADIUS_RATIO`](crate::body::EDGE_RADIUS_RATIO) of its bounding radius.
     pub edge_radius: Option<f64>,
     /// What it sounds as; `None`: what the `[render]` section says.
     pub sound: Option<SoundRule>,

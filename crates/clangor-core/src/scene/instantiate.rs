@@ -6,46 +6,21 @@
 mod copies;
 mod geometry;
 mod listeners;
+mod problems;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::body_description::{
-    Anchor, BodyDescription, Copies, Geometry, GeometryReference, PlaneDescription, SpringTarget,
-};
-use super::diagnostic::{Doubt, Place, Problem, SceneError, SceneErrors, SceneWarning};
+use super::body_description::{Anchor, BodyDescription, Copies, Geometry, PlaneDescription, SpringTarget};
+use super::diagnostic::{Problem, SceneError, SceneErrors, SceneWarning};
 use super::listener::below_floor;
 use super::scene_description::{MAX_BODIES, Scene};
 use crate::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
-use crate::geometry::mass_properties::MassProperties;
 
-pub use geometry::{load_shape, references};
-
-/// A body's geometry, as the loader returns it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoadedGeometry {
-    /// The surface, centre of mass at the origin, scaled.
-    pub surface: Arc<Surface>,
-    /// Mass properties of unit density, scaled, in the frame of the shape or file.
-    pub mass: MassProperties,
-    /// What the user should know about it.
-    pub warnings: Vec<String>,
-}
-
-/// Why geometry cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{reason}; {remedy}")]
-pub struct GeometryError {
-    /// Why.
-    pub reason: String,
-    /// What to do.
-    pub remedy: String,
-}
-
-/// Builds a shape or reads a mesh file.
-pub type Loader<'a> = dyn FnMut(&GeometryReference) -> Result<LoadedGeometry, GeometryError> + 'a;
+pub use copies::references;
+pub use geometry::{GeometryError, LoadedGeometry, Loader, load_shape};
+use problems::Problems;
 
 /// A world, and what is doubtful about it.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,57 +40,37 @@ pub struct Instance {
 /// Everything that is wrong with the geometry, the placement, the links and the listeners, in the order of
 /// the file.
 pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, SceneErrors> {
-    let mut builder = Builder::default();
+    let mut problems = Problems::default();
     let total = scene.bodies.iter().fold(0u64, |sum, b| sum.saturating_add(b.count() as u64));
     if total > MAX_BODIES {
         let place = scene.bodies.first().map(|b| b.place.clone()).unwrap_or_default();
-        builder.error(place, Problem::TooManyBodies { count: total, limit: MAX_BODIES });
-        return Err(SceneErrors(builder.errors));
+        problems.error(place, Problem::TooManyBodies { count: total, limit: MAX_BODIES });
+        return Err(SceneErrors(problems.errors));
     }
-    builder.errors.extend(below_floor(&scene.listeners, scene.acoustics.floor));
-    let drafts = copies::draft(scene, load, &mut builder);
+    problems.errors.extend(below_floor(&scene.listeners, scene.acoustics.floor));
+    let drafts = copies::draft(scene, load, &mut problems);
     let planes: Vec<Body> = scene.planes.iter().map(plane).collect();
-    let bodies = copies::place(scene, drafts, &planes, &mut builder);
-    if builder.errors.is_empty() {
+    let bodies = copies::place(scene, drafts, &planes, &mut problems);
+    if problems.errors.is_empty() {
         let mut world = World { bodies, links: Vec::new(), gravity: scene.gravity };
         world.bodies.extend(planes);
-        link(scene, &mut world, &mut builder);
-        listeners::check(scene, &world, &mut builder);
-        if builder.errors.is_empty() {
-            return Ok(Instance { world, warnings: builder.warnings });
+        link(scene, &mut world, &mut problems);
+        listeners::check(scene, &world, &mut problems);
+        if problems.errors.is_empty() {
+            return Ok(Instance { world, warnings: problems.warnings });
         }
     }
-    builder.errors.sort_by_key(|e| e.place.order());
-    Err(SceneErrors(builder.errors))
+    problems.errors.sort_by_key(|e| e.place.order());
+    Err(SceneErrors(problems.errors))
 }
 
 /// The errors of a scene's mesh files alone; its shapes were checked where they were read.
 pub(super) fn file_errors(scene: &Scene, load: &mut Loader<'_>) -> Vec<SceneError> {
-    let mut builder = Builder::default();
+    let mut problems = Problems::default();
     let is_file = |b: &&BodyDescription| matches!(b.geometry, Geometry::File(_));
     let bodies = scene.bodies.iter().filter(is_file).cloned().collect();
-    copies::draft(&Scene { bodies, ..scene.clone() }, load, &mut builder);
-    builder.errors
-}
-
-/// Collects errors and warnings.
-#[derive(Default)]
-struct Builder {
-    errors: Vec<SceneError>,
-    warnings: Vec<SceneWarning>,
-}
-
-impl Builder {
-    fn error(&mut self, place: Place, problem: Problem) {
-        self.errors.push(SceneError { place, problem });
-    }
-
-    fn warn(&mut self, place: Place, doubt: Doubt) {
-        let warning = SceneWarning { place, doubt };
-        if !self.warnings.contains(&warning) {
-            self.warnings.push(warning);
-        }
-    }
+    copies::draft(&Scene { bodies, ..scene.clone() }, load, &mut problems);
+    problems.errors
 }
 
 fn plane(description: &PlaneDescription) -> Body {
@@ -139,7 +94,7 @@ fn names(scene: &Scene) -> BTreeMap<String, Vec<BodyId>> {
     names
 }
 
-fn link(scene: &Scene, world: &mut World, builder: &mut Builder) {
+fn link(scene: &Scene, world: &mut World, problems: &mut Problems) {
     let names = names(scene);
     let none = Vec::new();
     for hang in &scene.hangs {
@@ -151,7 +106,7 @@ fn link(scene: &Scene, world: &mut World, builder: &mut Builder) {
                 Anchor::Offset(offset) => centre + offset,
             };
             match refuse_hang(body, anchor) {
-                Some(problem) => builder.error(hang.place.clone(), problem),
+                Some(problem) => problems.error(hang.place.clone(), problem),
                 None => world.links.push(Link::Hang { body: *id, anchor }),
             }
         }
@@ -169,7 +124,7 @@ fn link(scene: &Scene, world: &mut World, builder: &mut Builder) {
         if to == SpringEnd::Body(body) {
             let problem =
                 bad_link(&world.bodies[body.index()], "is at both ends of the spring", "name two bodies");
-            builder.error(spring.place.clone(), problem);
+            problems.error(spring.place.clone(), problem);
             continue;
         }
         world.links.push(Link::Spring {

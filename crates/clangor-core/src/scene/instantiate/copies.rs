@@ -1,11 +1,12 @@
 //! The bodies of a scene, copy by copy: loaded, weighed, checked for size, placed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::{Builder, GeometryError, LoadedGeometry, Loader};
+use super::geometry::{GeometryError, LoadedGeometry, Loader};
+use super::problems::Problems;
 use crate::body::Body;
 use crate::math::random::SplitMix;
 use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, PlacedBy};
@@ -46,6 +47,22 @@ pub(super) fn variation(scene: &Scene, description: &BodyDescription, copy: usiz
     }
 }
 
+/// Every distinct geometry of a scene, in the order of its bodies: what the loader of
+/// [`instantiate`](super::instantiate()) will be asked for.
+pub fn references(scene: &Scene) -> Vec<GeometryReference> {
+    let mut seen = BTreeSet::new();
+    let mut references = Vec::new();
+    for description in &scene.bodies {
+        for copy in 0..description.count() {
+            let reference = variation(scene, description, copy).reference;
+            if seen.insert(reference.key()) {
+                references.push(reference);
+            }
+        }
+    }
+    references
+}
+
 /// Seed of a `[[body]]`: its own or the scene's, with the name mixed in (FNV-1a), so that two do not draw
 /// alike.
 fn seed(scene: &Scene, description: &BodyDescription) -> u64 {
@@ -59,7 +76,7 @@ fn seed(scene: &Scene, description: &BodyDescription) -> u64 {
 }
 
 /// Loads every body; scattered ones are not placed yet.
-pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, builder: &mut Builder) -> Vec<Draft<'s>> {
+pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, problems: &mut Problems) -> Vec<Draft<'s>> {
     let mut loaded: BTreeMap<(Geometry, u64), Option<LoadedGeometry>> = BTreeMap::new();
     let mut drafts = Vec::new();
     for description in &scene.bodies {
@@ -67,7 +84,7 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, builder: &mut B
             let Variation { reference, orientation, spin } = variation(scene, description, copy);
             let geometry = loaded
                 .entry(reference.key())
-                .or_insert_with(|| geometry(description, &reference, load, builder));
+                .or_insert_with(|| geometry(description, &reference, load, problems));
             // One error for a file, however many copies or scales of it are asked for.
             let Some(geometry) = geometry else { break };
             let mut pose = description.pose;
@@ -98,27 +115,27 @@ fn geometry(
     description: &BodyDescription,
     reference: &GeometryReference,
     load: &mut Loader<'_>,
-    builder: &mut Builder,
+    problems: &mut Problems,
 ) -> Option<LoadedGeometry> {
     let place = || description.geometry_place.clone();
     let loaded = match load(reference) {
         Ok(loaded) => loaded,
         Err(GeometryError { reason, remedy }) => {
-            builder.error(place(), Problem::Geometry { reference: reference.to_string(), reason, remedy });
+            problems.error(place(), Problem::Geometry { reference: reference.to_string(), reason, remedy });
             return None;
         }
     };
     for message in &loaded.warnings {
-        builder.warn(place(), Doubt::Geometry { message: message.clone() });
+        problems.warn(place(), Doubt::Geometry { message: message.clone() });
     }
     let radius = loaded.surface.bounding_radius();
     if !(MIN_RADIUS..=MAX_RADIUS).contains(&radius) {
-        builder.error(place(), Problem::AbsurdSize { radius });
+        problems.error(place(), Problem::AbsurdSize { radius });
         return None;
     }
     if !(USUAL_MIN_RADIUS..=USUAL_MAX_RADIUS).contains(&radius) {
         let usual = "0.0005 m to 10 m; files in millimetres need scale = 0.001";
-        builder.warn(place(), Doubt::Unusual { what: "a bounding radius", value: radius, unit: "m", usual });
+        problems.warn(place(), Doubt::Unusual { what: "a bounding radius", value: radius, unit: "m", usual });
     }
     Some(loaded)
 }
@@ -136,7 +153,7 @@ pub(super) fn place(
     scene: &Scene,
     drafts: Vec<Draft<'_>>,
     planes: &[Body],
-    builder: &mut Builder,
+    problems: &mut Problems,
 ) -> Vec<Body> {
     let is_scattered = |d: &Draft<'_>| matches!(d.description.copies, Copies::Random(_));
     let standing = drafts.iter().filter(|d| !is_scattered(d)).map(|d| &d.body).chain(planes);
@@ -154,7 +171,7 @@ pub(super) fn place(
                 let radius = body.surface.bounding_radius();
                 let Some(centre) = packing.place(placement.region, radius, &mut random) else {
                     let problem = Problem::DoesNotFit { placed, count: placement.count };
-                    builder.error(placement.place.clone(), problem);
+                    problems.error(placement.place.clone(), problem);
                     while drafts.next_if(|d| std::ptr::eq(d.description, description)).is_some() {}
                     break;
                 };

@@ -1,29 +1,35 @@
-//! Geometry of bodies: which of it a scene needs, and the part that needs no files.
+//! Geometry of bodies: what a loader returns, and the loader that needs no files.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::copies::variation;
-use super::{GeometryError, LoadedGeometry};
+use crate::body::Surface;
+use crate::geometry::mass_properties::MassProperties;
 use crate::scene::body_description::{Geometry, GeometryReference};
-use crate::scene::scene_description::Scene;
 use crate::shape::Shape;
 
-/// Every distinct geometry of a scene, in the order of its bodies: what the loader of
-/// [`instantiate`](super::instantiate()) will be asked for.
-pub fn references(scene: &Scene) -> Vec<GeometryReference> {
-    let mut seen = BTreeSet::new();
-    let mut references = Vec::new();
-    for description in &scene.bodies {
-        for copy in 0..description.count() {
-            let reference = variation(scene, description, copy).reference;
-            if seen.insert(reference.key()) {
-                references.push(reference);
-            }
-        }
-    }
-    references
+/// A body's geometry, as the loader returns it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadedGeometry {
+    /// The surface, centre of mass at the origin, scaled.
+    pub surface: Arc<Surface>,
+    /// Mass properties of unit density, scaled, in the frame of the shape or file.
+    pub mass: MassProperties,
+    /// What the user should know about it.
+    pub warnings: Vec<String>,
 }
+
+/// Why geometry cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{reason}; {remedy}")]
+pub struct GeometryError {
+    /// Why.
+    pub reason: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// Builds a shape or reads a mesh file.
+pub type Loader<'a> = dyn FnMut(&GeometryReference) -> Result<LoadedGeometry, GeometryError> + 'a;
 
 /// Loads a shape of the library, and refuses files: the loader of a scene without mesh files, and a part of
 /// any other.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Builder;
+use super::problems::Problems;
 use crate::body::{Body, Surface, World};
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::scene_description::Scene;
@@ -11,7 +11,7 @@ use crate::scene::scene_description::Scene;
 const EARSHOT: f64 = 100.0;
 
 /// Checks every receiver at every keyframe against the bodies as they start.
-pub(super) fn check(scene: &Scene, world: &World, builder: &mut Builder) {
+pub(super) fn check(scene: &Scene, world: &World, problems: &mut Problems) {
     // The planes are the last bodies.
     let first_plane = world.bodies.len() - scene.planes.len();
     let is_thin = |body: usize| {
@@ -39,10 +39,10 @@ pub(super) fn check(scene: &Scene, world: &World, builder: &mut Builder) {
         }
         if let Some((body, depth)) = inside {
             let problem = Problem::ListenerInside { body: body.name.clone(), depth };
-            builder.error(listener.place.clone(), problem);
+            problems.error(listener.place.clone(), problem);
         }
         if nearest.is_finite() && nearest > EARSHOT {
-            builder.warn(listener.place.clone(), Doubt::FarListener { distance: nearest });
+            problems.warn(listener.place.clone(), Doubt::FarListener { distance: nearest });
         }
     }
 }

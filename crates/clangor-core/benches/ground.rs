@@ -11,7 +11,8 @@ use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::PairCoefficients;
 use clangor_core::material::presets::preset;
 use clangor_core::medium::Medium;
-use clangor_core::synthesis::ground::{Ground, GroundSource, SlabSource};
+use clangor_core::reference::SlabSource;
+use clangor_core::synthesis::ground::{Ground, GroundSource};
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
     AccelerationPulse, BlockMemory, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
@@ -92,7 +93,7 @@ fn main() {
                 && let SoundSource::Ground { ground, .. } = &mut one.source
             {
                 let concrete = preset("concrete").unwrap();
-                *ground = Ground::Slab(Arc::new(SlabSource::try_new(&concrete, &Medium::AIR).unwrap()));
+                *ground = Ground::Reference(Arc::new(SlabSource::try_new(&concrete, &Medium::AIR).unwrap()));
             }
             let place = DVec3::new(0.8, 0.6, 0.0) * distance;
             let begin = Instant::now();

@@ -191,7 +191,7 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
     let wanted = |name: &str| words.is_empty() || words.iter().any(|word| name == word);
     if wanted("transfer") {
-        for (name, orders) in [("baked", TransferOrder::Baked), ("FRAC", TransferOrder::Frac)] {
+        for (name, orders) in [("baked", TransferOrder::Baked), ("FRAC", TransferOrder::Reference)] {
             let (time, coefficients) = transfer(orders);
             println!("transfer, orders {name}: {coefficients} coefficients, {:.4} ms", 1e3 * time);
         }

@@ -1,10 +1,25 @@
-//! The representations of the papers, kept for comparison: \[PAN\] and \[PROXY\] fields, \[FRAC\]'s ground
-//! slab.
+//! The door to what the papers print, kept for comparison with the main path.
 //!
-//! Nothing here is on the main path. A field of ours is exact in distance and frequency; these are what was
-//! printed.
+//! * [`pan_representation`]: acceleration noise of a body as a series in 1/r along directions, \[PAN\] eqs.
+//!   (18)–(22), \[PROXY\] eqs. (8), (10), (15) and algorithm 1; [`pan_file`]: the same as bytes;
+//!   [`PanSource`]: the same as the source of a body's clicks, \[PAN\] §4.2–4.3;
+//! * [`slab`]: the ground as a ringing slab of concrete, \[FRAC\] §6 with eq. (8);
+//! * [`frac_transfer`]: modal pressure from magnitudes, transfers of reduced order and unit transfers,
+//!   \[FRAC\] eq. (8), §4 and §6.
+//!
+//! The main path reaches them through the re-exports of this module only, at one variant each:
+//! `SoundSource::Reference`, `Ground::Reference`, `ModalPressure::Reference`, `TransferOrder::Reference`. Its
+//! own fields and transfers are smaller, faster and right at every distance and frequency.
 
+pub mod frac_transfer;
 pub mod pan_file;
 pub mod pan_representation;
-pub mod pan_sound;
+mod pan_sound;
+mod pan_source;
 pub mod slab;
+
+pub(crate) use frac_transfer::{frac_coupling, frac_order};
+pub use pan_representation::{PanError, PanModel};
+pub use pan_source::PanSource;
+pub use slab::SlabSource;
+pub(crate) use slab::SlabTransfer;

@@ -9,7 +9,8 @@ use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::presets::preset;
 use clangor_core::medium::Medium;
-use clangor_core::synthesis::ground::{Ground, GroundSource, SlabSource};
+use clangor_core::reference::SlabSource;
+use clangor_core::synthesis::ground::{Ground, GroundSource};
 use clangor_core::synthesis::{
     AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
@@ -53,7 +54,7 @@ fn an_impact_on_the_slab_is_the_response_of_its_modes() {
     let slab = slab();
     let (duration, impulse) = (2e-4, 0.3);
     for place in [DVec3::new(0.5, 1.2, -0.3), DVec3::new(6.0, 4.0, 5.0)] {
-        let sound = heard(Ground::Slab(Arc::clone(&slab)), place, duration, impulse);
+        let sound = heard(Ground::Reference(Arc::clone(&slab)), place, duration, impulse);
         let distance = place.length();
         let (mut difference, mut largest): (f64, f64) = (0.0, 0.0);
         for k in 1..60 {
@@ -78,7 +79,7 @@ fn the_slab_is_about_as_loud_as_the_half_space_where_it_rings() {
     // Level between 700 Hz and 4 kHz, at the radius of the slab.
     let half_space = GroundSource::try_new(&preset("concrete").unwrap(), &Medium::AIR).unwrap();
     let place = DVec3::new(2.0, 5.5, 2.4);
-    let sounds = [Ground::Slab(slab()), Arc::new(half_space).into()].map(|g| heard(g, place, 2e-4, 0.3));
+    let sounds = [Ground::Reference(slab()), Arc::new(half_space).into()].map(|g| heard(g, place, 2e-4, 0.3));
     let [slab, half_space] = sounds.map(|sound| {
         let power = |k: i32| {
             let omega = TAU * 20.0 * f64::from(k);

@@ -9,12 +9,13 @@ use clangor_bake::reference::PanForm;
 use clangor_core::body::{BodyId, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::reference::PanSource;
 use clangor_core::reference::pan_file::PanFile;
 use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
-    AccelerationPulse, FieldSource, Listener, OverlapAdd, PanSource, RenderSettings, Renderer, SoundSource,
+    AccelerationPulse, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
 use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model, publish};
 
@@ -70,7 +71,7 @@ fn both_published_forms_sound_as_ours() {
     {
         let file = PanFile::decode(&publish(&model, form).unwrap().encode().unwrap()).unwrap();
         let published = PanSource::new(Arc::new(file.model), Arc::clone(&surface));
-        let published = SoundSource::Pan(Arc::new(published));
+        let published = SoundSource::Reference(Arc::new(published));
         for (profile, floor) in
             [(ForceProfile::HalfSine, Floor::None), (ForceProfile::Gaussian, Floor::Rigid { height: 0.0 })]
         {

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::{Body, BodyId};
 use clangor_core::material::Material;
+use clangor_core::reference::PanSource;
 use clangor_core::reference::pan_file::PanFile;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
@@ -15,7 +16,7 @@ use clangor_core::sound_model::files::modal_file::{ModalOrigin, ModalPart};
 use clangor_core::sound_model::files::model_file::Solid;
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor_core::synthesis::{PanSource, RenderSettings, SoundRule, SoundSource};
+use clangor_core::synthesis::{RenderSettings, SoundRule, SoundSource};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::soundbank::default_bank;
 use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing, RingingPlan};
@@ -181,7 +182,7 @@ pub(super) fn given_models(
                 let model = Arc::new(model);
                 let play = move |body: &Body| {
                     let source = PanSource::new(Arc::clone(&model), Arc::clone(&body.surface));
-                    SoundSource::Pan(Arc::new(source))
+                    SoundSource::Reference(Arc::new(source))
                 };
                 (Some(Box::new(play)), None, solid)
             }

@@ -11,6 +11,7 @@ use clangor_core::contact::force_profile::ForceProfile;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 use clangor_core::medium::Medium;
+use clangor_core::reference::PanSource;
 use clangor_core::scene::instantiate::LoadedGeometry;
 use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
@@ -18,7 +19,7 @@ use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, Resonance};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor_core::synthesis::strike::{LEAD, Strike as StrikeSpec, StrikeSound, strike, struck_ringing};
-use clangor_core::synthesis::{PanSource, RenderSettings, SampleRate, SoundSource};
+use clangor_core::synthesis::{RenderSettings, SampleRate, SoundSource};
 use clangor_pipeline::formats::atomic_file::write_atomically;
 use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use clangor_pipeline::plots::levels::db_spl;
@@ -225,7 +226,7 @@ fn source(
         Some(SoundFile::Pan(file)) => {
             let model = Arc::new(file.model.clone());
             let source = PanSource::new(model, Arc::clone(&body.surface));
-            return Ok(SoundSource::Pan(Arc::new(source)));
+            return Ok(SoundSource::Reference(Arc::new(source)));
         }
         Some(SoundFile::Model(file)) => {
             let own = ModelEvaluator::try_new(&file.acceleration)

@@ -27,7 +27,7 @@ use num_complex::Complex64;
 use crate::material::Material;
 use crate::medium::Medium;
 use crate::synthesis::ground::half_space::{GroundError, HalfSpace};
-use crate::synthesis::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
+use crate::synthesis::spectrum::{ArrivingForce, Grid, LANES, Rotation, Spectrum};
 
 /// Length of the edges \[m\].
 const EDGE: f64 = 9.0;
@@ -156,47 +156,48 @@ impl SlabSource {
     }
 }
 
-/// A slab struck by an impact, as it is heard somewhere.
+/// A slab under an impact, as it is received at a distance.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SlabTransfer {
-    /// The slab.
-    pub(crate) source: Arc<SlabSource>,
+    source: Arc<SlabSource>,
     /// Impulse into it over max(r, R) [N s/m].
-    pub(crate) strength: f64,
+    strength: f64,
 }
 
-/// Adds an impact, with times counted from `origin` \[s\].
-#[inline(always)]
-pub(crate) fn add(
-    spectrum: &mut Spectrum,
-    grid: &Grid,
-    wave: &Wave,
-    SlabTransfer { source, strength }: &SlabTransfer,
-    origin: f64,
-) {
-    let response = || {
-        let values = grid.omega.iter().map(|omega| source.response(*omega)).collect();
-        Response { spacing_hz: grid.spacing_hz, values }
-    };
-    let slot = grid.omega.len().next_power_of_two().trailing_zeros() as usize;
-    let own: Response;
-    let kept = match source.responses.get(slot).map(|slot| slot.get_or_init(response)) {
-        Some(kept) if kept.spacing_hz == grid.spacing_hz && kept.values.len() == grid.omega.len() => kept,
-        _ => {
-            own = response();
-            &own
+impl SlabTransfer {
+    /// Of an impulse [N s], received at a distance \[m\].
+    pub(crate) fn new(source: &Arc<SlabSource>, impulse: f64, distance: f64) -> Self {
+        SlabTransfer { source: Arc::clone(source), strength: impulse / distance.max(SlabSource::radius()) }
+    }
+
+    /// Adds an impact to a spectrum.
+    #[inline(always)]
+    pub(crate) fn add(&self, spectrum: &mut Spectrum, grid: &Grid, force: &ArrivingForce) {
+        let SlabTransfer { source, strength } = self;
+        let response = || {
+            let values = grid.omega.iter().map(|omega| source.response(*omega)).collect();
+            Response { spacing_hz: grid.spacing_hz, values }
+        };
+        let slot = grid.omega.len().next_power_of_two().trailing_zeros() as usize;
+        let own: Response;
+        let kept = match source.responses.get(slot).map(|slot| slot.get_or_init(response)) {
+            Some(kept) if kept.spacing_hz == grid.spacing_hz && kept.values.len() == grid.omega.len() => kept,
+            _ => {
+                own = response();
+                &own
+            }
+        };
+        let mut delay = Rotation::<LANES>::new(-TAU * grid.spacing_hz * force.middle);
+        for first in (0..grid.omega.len()).step_by(LANES) {
+            for lane in 0..LANES {
+                let k = first + lane;
+                let pressed = strength * force.profile.centred_spectrum(grid.omega[k], force.duration);
+                let pressure = pressed * kept.values[k] * Complex64::new(delay.cos[lane], delay.sin[lane]);
+                spectrum.re[k] += pressure.re;
+                spectrum.im[k] += pressure.im;
+            }
+            delay.advance();
         }
-    };
-    let mut delay = Rotation::<LANES>::new(-TAU * grid.spacing_hz * (wave.middle - origin));
-    for first in (0..grid.omega.len()).step_by(LANES) {
-        for lane in 0..LANES {
-            let k = first + lane;
-            let force = strength * wave.profile.centred_spectrum(grid.omega[k], wave.duration);
-            let pressure = force * kept.values[k] * Complex64::new(delay.cos[lane], delay.sin[lane]);
-            spectrum.re[k] += pressure.re;
-            spectrum.im[k] += pressure.im;
-        }
-        delay.advance();
     }
 }
 

@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
-use super::SynthesisError;
 use super::source::SoundSource;
+use super::synthesis_error::SynthesisError;
 use crate::body::BodyId;
 use crate::contact::{ForceProfile, ImpactPulse};
 
@@ -55,7 +55,7 @@ impl AccelerationPulse {
             return bad("a coordinate", value);
         }
         let frames = match &self.source {
-            SoundSource::Sphere { .. } | SoundSource::Pan(_) | SoundSource::Ground { .. } => {
+            SoundSource::Sphere { .. } | SoundSource::Reference(_) | SoundSource::Ground { .. } => {
                 [self.orientation; 2]
             }
             SoundSource::Field(source) => [self.orientation, source.body_from_field],

@@ -15,9 +15,9 @@
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::field_spectrum::fade;
+use super::band_end_fade::fade;
+use super::field_source::FieldSource;
 use super::lowpass;
-use super::source::FieldSource;
 use super::spectrum::{Grid, LANES};
 use crate::sound_model::acceleration::field::Node;
 

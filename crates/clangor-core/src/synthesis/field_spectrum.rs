@@ -9,20 +9,16 @@
 //! more. What the output would carry beyond is missing.
 
 use super::field_interpolation::{Interpolation, LEAST_WAVENUMBER};
-use super::lowpass;
-use super::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
+use super::field_source::FieldSource;
+use super::spectrum::{ArrivingForce, Grid, LANES, Rotation, Spectrum};
 use crate::contact::ForceProfile;
 use crate::sound_model::acceleration::field::RIGID_DOFS;
 use crate::sound_model::acceleration::field_evaluator::{FieldScratch, GROUP, NodeGroup};
 use crate::sound_model::acceleration::near_field::{FAR, NEAR};
-use crate::synthesis::source::FieldSource;
 use glam::DVec3;
 use num_complex::Complex64;
 use pulp::Simd;
 use std::sync::Arc;
-
-/// Least half-width of the fade at the end of a field's band \[Hz\].
-const LEAST_FADE: f64 = 100.0;
 
 /// A field as it is heard at a point, per unit of force profile.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,20 +37,6 @@ pub(crate) struct FieldTransfer {
     /// From the nodes to the bins of the block in which it is heard, if that is kept.
     pub(super) table: Option<Arc<Interpolation>>,
 }
-
-/// Centre and half-width \[Hz\] of the fade at the end of a field's band that ends at this frequency \[Hz\].
-pub(super) fn fade(band_end: f64) -> (f64, f64) {
-    let half_width = (0.1 * band_end).max(LEAST_FADE);
-    (band_end + half_width, half_width)
-}
-
-/// Time \[s\] by which the fade blurs a click to both sides.
-pub(super) fn fade_reach(band_end: f64) -> f64 {
-    lowpass::REACH as f64 * lowpass::HALF_WIDTH / fade(band_end).1
-}
-
-/// Longest [`fade_reach`] \[s\].
-pub(super) const LONGEST_FADE_REACH: f64 = lowpass::REACH as f64 * lowpass::HALF_WIDTH / LEAST_FADE;
 
 /// Adds clicks that sound as fields to spectra; holds the memory that this takes.
 #[derive(Default)]
@@ -95,16 +77,15 @@ impl FieldPlayer {
         }
     }
 
-    /// Adds a wave, with times counted from `origin` \[s\].
+    /// Adds a wave to a spectrum.
     #[inline(always)]
     pub(super) fn add<S: Simd>(
         &mut self,
         simd: S,
         spectrum: &mut Spectrum,
         grid: &Grid,
-        wave: &Wave,
+        force: &ArrivingForce,
         transfer: &FieldTransfer,
-        origin: f64,
     ) {
         let source = &transfer.source;
         let field = &*source.field;
@@ -122,14 +103,19 @@ impl FieldPlayer {
         };
         let crossing = transfer.crossing;
         let (_, _, table) = self.last.insert((Arc::clone(source), crossing, table));
-        add_interpolated(simd, spectrum, grid, wave, (&self.weighted, crossing), table, origin);
+        add_interpolated(simd, spectrum, grid, force, (&self.weighted, crossing, table));
     }
 
     /// Estimate of the energy ∫ p² dt [Pa² s] that a click would have had above the band of its field.
     ///
     /// Far above, a rigid body's pressure follows its velocity, so that per acceleration it falls as 1/ω: so
     /// it is continued from the mean square of the last tenth of the band, `spectrum` over that of the force.
-    pub(super) fn missing_energy(&self, grid: &Grid, spectrum: &Spectrum, wave: &Wave) -> f64 {
+    pub(super) fn missing_energy(
+        &self,
+        grid: &Grid,
+        spectrum: &Spectrum,
+        (profile, duration): (ForceProfile, f64),
+    ) -> f64 {
         let Some((source, crossing, table)) = &self.last else { return 0.0 };
         if table.gains.is_empty() {
             return 0.0;
@@ -137,7 +123,7 @@ impl FieldPlayer {
         let band_end = source.max_frequency(source.radius / crossing);
         let bin = |hz: f64| ((hz / grid.spacing_hz) as usize).min(grid.bins.saturating_sub(1));
         let (first, last) = (bin(0.9 * band_end), bin(band_end));
-        let force = |k: usize| wave.profile.centred_spectrum(grid.omega[k], wave.duration).powi(2);
+        let force = |k: usize| profile.centred_spectrum(grid.omega[k], duration).powi(2);
         let (mut heard, mut pushed) = (0.0, 0.0);
         for k in first..=last {
             heard += spectrum.re[k].powi(2) + spectrum.im[k].powi(2);
@@ -159,15 +145,13 @@ fn add_interpolated<S: Simd>(
     simd: S,
     spectrum: &mut Spectrum,
     grid: &Grid,
-    wave: &Wave,
-    (weighted, crossing): (&[(f64, f64)], f64),
-    table: &Interpolation,
-    origin: f64,
+    force: &ArrivingForce,
+    (weighted, crossing, table): (&[(f64, f64)], f64, &Interpolation),
 ) {
     let step = std::f64::consts::TAU * grid.spacing_hz;
-    let mut delay = Rotation::<LANES>::new(-step * (wave.middle - origin));
-    let mut half_angle = Rotation::<LANES>::new(0.5 * step * wave.duration);
-    let pole = std::f64::consts::PI / wave.duration;
+    let mut delay = Rotation::<LANES>::new(-step * force.middle);
+    let mut half_angle = Rotation::<LANES>::new(0.5 * step * force.duration);
+    let pole = std::f64::consts::PI / force.duration;
     let inverse_pole_square = 1.0 / (pole * pole);
     // Where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, the formula that knows.
     let singular = (pole / step).round();
@@ -179,7 +163,7 @@ fn add_interpolated<S: Simd>(
     {
         let (slope, level) = table.sums(simd, weighted, group);
         let mut amplitude = [0.0; LANES];
-        match wave.profile {
+        match force.profile {
             ForceProfile::HalfSine => {
                 for lane in 0..LANES {
                     let w = omega[lane];
@@ -188,12 +172,12 @@ fn add_interpolated<S: Simd>(
                 let lane = singular - (group * LANES) as f64;
                 if lane >= 0.0 && lane < LANES as f64 {
                     let lane = lane as usize;
-                    amplitude[lane] = wave.profile.centred_spectrum(omega[lane], wave.duration);
+                    amplitude[lane] = force.profile.centred_spectrum(omega[lane], force.duration);
                 }
             }
             ForceProfile::Gaussian => {
                 for lane in 0..LANES {
-                    amplitude[lane] = wave.profile.centred_spectrum(omega[lane], wave.duration);
+                    amplitude[lane] = force.profile.centred_spectrum(omega[lane], force.duration);
                 }
             }
         }

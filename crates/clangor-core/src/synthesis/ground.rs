@@ -2,8 +2,8 @@
 //! radiates.
 //!
 //! ```text
-//! p(x, t) = ρ/2π ∫ a(y, t − |x−y|/c) / |x−y| dS          Rayleigh's integral of the surface's normal acceleration
-//! a: Lamb's problem, the half-space under a vertical point force F(t)
+//! p(x, t) = ρ/2π ∫ a(y, t − |x−y|/c) / |x−y| dS          Rayleigh's integral
+//! a: normal acceleration of the surface (Lamb's problem), the half-space under a vertical point force F(t)
 //! ```
 //!
 //! as in Qu and James, *On the Impact of Ground Sound*, DAFx 2019. By horizontal slowness P, in units of 1/c,
@@ -29,7 +29,7 @@
 //! Differs from Qu and James, who smooth the force in time and sum the integral over the surface: their sum
 //! is [`rayleigh_integral`](rayleigh_integral()), which the tests compare.
 //!
-//! [`slab`](crate::reference::slab) is the ground as \[FRAC\] has it, for comparison.
+//! The ground as a paper has it is reached through [`reference`](crate::reference).
 //!
 //! Not covered: horizontal forces; losses in the ground, its layers, roughness and edges; what the air does
 //! to the ground. The force acts at a point, which is right while the patch of contact is small against the
@@ -38,12 +38,15 @@
 pub mod direction;
 mod directions;
 pub mod half_space;
+pub mod model;
 pub mod poles;
+pub mod pulses;
 pub mod rayleigh_integral;
 pub mod source;
 pub(super) mod spectrum;
 
-pub use crate::reference::slab::SlabSource;
 pub use half_space::{GroundError, HalfSpace};
+pub use model::Ground;
+pub use pulses::ground_clicks;
 pub use rayleigh_integral::rayleigh_integral;
-pub use source::{Ground, GroundSource, ground_clicks};
+pub use source::GroundSource;

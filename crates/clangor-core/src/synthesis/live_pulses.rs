@@ -27,10 +27,11 @@ pub use self::live_field::LiveField;
 use super::SynthesisError;
 use super::field_spectrum::FieldPlayer;
 use super::lowpass::REACH;
+use super::offline::block_length::MIN_LENGTH;
 use super::render_settings::RenderSettings;
-use super::renderer::MIN_LENGTH;
 use super::source::SoundSource;
-use super::spectrum::{Grid, Losses, Spectrum, Transfer};
+use super::spectrum::{Grid, Losses, Spectrum};
+use super::wave::Transfer;
 use crate::propagation::PathLoss;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::received_wave::ReceivedWave;
@@ -279,7 +280,7 @@ impl WithSimd for Playing<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Playing { grid, losses, heard, origin, player, spectrum } = self;
         spectrum.clear(grid);
-        spectrum.add_wave(simd, grid, &heard.wave, origin, player);
+        heard.wave.add_to(simd, spectrum, grid, origin, player);
         if let Some(losses) = losses {
             losses.apply(spectrum, heard.distance);
         }

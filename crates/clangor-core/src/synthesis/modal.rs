@@ -18,21 +18,23 @@
 //! # Use
 //!
 //! ```text
-//! let source = Arc::new(ModalSource::new(model, &body.material.damping, &modal_settings)?);   // once per model
-//! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?;     // per body and listener
+//! let source = Arc::new(ModalSource::new(model, &body.material.damping, &modal_settings)?);   // per model
+//! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?;     // per listener
 //! voice.push_pulses(&pulses)?;                 // any order, pulses of other bodies are passed over
-//! voice.push_stream(&forces, time_step)?;      // if wanted: contact::force_stream, for rolling and contact damping
-//! voice.inherit_state(&state)?;                 // of a piece: what it takes over from what it was part of
+//! voice.push_stream(&forces, time_step)?;      // optional: contact::force_stream, for rolling
+//! voice.inherit_state(&state)?;                // of a piece: vibration of the body that broke
 //! let mut channels = vec![vec![0.0; count]; receivers];
-//! voice.render_block(first_sample, &mut channels)?;   // ADDS [Pa]; blocks ascend; sample 0 is RenderSettings::start
+//! voice.render_block(first_sample, &mut channels)?;   // ADDS [Pa]; blocks ascend
 //! ```
+//!
+//! Sample 0 is at `RenderSettings::start`.
 //!
 //! Voices are independent of each other: render them on any threads and add up in a fixed order. The samples
 //! have the same bits for any lengths of blocks. [`ModalVoice::first_sample`] and [`ModalVoice::is_finished`]
 //! tell when there is nothing to add.
 //!
 //! Differs from \[FRAC\] eq. (8), |p| q, which depends on how the modes of a degenerate pair are chosen and
-//! is too loud under soft contacts; [`ModalPressure::FracMagnitude`] plays it.
+//! is too loud under soft contacts.
 
 mod delay;
 mod drive;
@@ -41,16 +43,18 @@ pub mod live_forces;
 pub mod live_pose;
 mod live_trail;
 pub mod live_voice;
+pub mod modal_settings;
 pub mod modal_state_transfer;
 pub mod resonator_bank;
 pub mod source;
 pub mod transfer;
 pub mod voice;
 
+pub use modal_settings::{ModalPressure, ModalSettings, TransferOrder};
 pub use modal_state_transfer::ModalState;
 pub use resonator_bank::{Resonance, ResonatorBank};
 pub use source::{ModalError, ModalSource, StrikeMemory};
-pub use transfer::{TransferEvaluator, TransferMemory, TransferOrder};
+pub use transfer::{TransferEvaluator, TransferMemory};
 pub use voice::ModalVoice;
 
 /// Whether a body rings, and with whose modes.
@@ -65,38 +69,4 @@ pub enum RingingRule {
     Proxy,
     /// It does not.
     Never,
-}
-
-/// How a vibrating mode becomes pressure.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ModalPressure {
-    /// Re{H A}: the complex transfer of the modal acceleration.
-    #[default]
-    Acceleration,
-    /// \[FRAC\] eq. (8), |p| q with p the pressure per amplitude q, |p| = ω²|H|.
-    FracMagnitude,
-}
-
-/// How bodies ring.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ModalSettings {
-    /// How modes become pressure.
-    pub pressure: ModalPressure,
-    /// Orders of the transfers that are played.
-    pub orders: TransferOrder,
-    /// Whether what a mode radiates damps it, on top of its material.
-    pub radiation_damping: bool,
-    /// c [N s/m]: a touching point adds c (n·U)² to 2ξω of each mode; 0 for none.
-    pub contact_damping: f64,
-}
-
-impl Default for ModalSettings {
-    fn default() -> Self {
-        ModalSettings {
-            pressure: ModalPressure::default(),
-            orders: TransferOrder::default(),
-            radiation_damping: true,
-            contact_damping: 0.0,
-        }
-    }
 }

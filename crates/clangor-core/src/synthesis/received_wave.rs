@@ -4,14 +4,16 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::field_spectrum::{FieldTransfer, fade_reach};
+use super::band_end_fade::fade_reach;
+use super::field_source::FieldSource;
+use super::field_spectrum::FieldTransfer;
+use super::ground::Ground;
 use super::ground::spectrum::GroundTransfer;
-use super::ground::{Ground, SlabSource};
 use super::render_settings::RenderSettings;
-use super::source::{FieldSource, SoundSource};
-use super::spectrum::{Transfer, Wave};
+use super::source::SoundSource;
+use super::wave::{Transfer, Wave};
 use crate::medium::Medium;
-use crate::reference::slab::SlabTransfer;
+use crate::reference::SlabTransfer;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 
@@ -55,11 +57,10 @@ impl RenderSettings {
                 let blur = self.blur(source);
                 heard(Transfer::Field(transfer), delay, first - blur, delay + ringing + blur)
             }
-            SoundSource::Ground { ground: Ground::Slab(slab), impulse } => {
-                let strength = impulse / distance.max(SlabSource::radius());
-                let transfer = SlabTransfer { source: Arc::clone(slab), strength };
+            SoundSource::Ground { ground: Ground::Reference(slab), impulse } => {
+                let transfer = SlabTransfer::new(slab, *impulse, distance);
                 let delay = distance / medium.sound_speed;
-                heard(Transfer::Slab(transfer), delay, delay, delay + slab.ring_time())
+                heard(Transfer::Reference(transfer), delay, delay, delay + slab.ring_time())
             }
             SoundSource::Ground { ground: Ground::HalfSpace(ground), impulse } => {
                 let (first, last) = ground.heard_between(place);
@@ -67,8 +68,8 @@ impl RenderSettings {
                 let transfer = GroundTransfer { source, impulse: *impulse, place };
                 heard(Transfer::Ground(transfer), 0.0, first, last)
             }
-            // Is no wave: `Renderer::push_pan` computes it in time.
-            SoundSource::Pan(_) => None,
+            // No wave in closed form: the renderer takes its samples.
+            SoundSource::Reference(_) => None,
         }
     }
 

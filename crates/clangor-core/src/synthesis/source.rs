@@ -1,22 +1,18 @@
-//! What sounds when a body is accelerated: the sphere of its volume, or a field of its own or of an
-//! ellipsoid.
+//! What radiates when a body is accelerated or the ground is struck.
 //!
-//! A field is known outside its bounding sphere, of radius R about the centre of mass. The boundary integral
-//! of [`near_field`](crate::sound_model::acceleration::near_field), where there is one, takes over between
-//! 1.2 and 1.1 R. Without it, a listener in the bounding sphere hears the field on the sphere in its
-//! direction, which is finite, continuous, and too quiet close to the surface. A listener inside the body
-//! hears nothing, and is counted.
+//! A source is data: the sphere of a body's volume, a field ([`field_source`](super::field_source)), or the
+//! ground ([`ground`](super::ground)). Its waves are evaluated in [`received_wave`](super::received_wave). A
+//! receiver inside the body hears nothing, and is counted.
 
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
+use super::field_source::FieldSource;
 use super::ground::Ground;
 use crate::body::{Body, Surface};
 use crate::medium::Medium;
-use crate::reference::pan_sound::PanSource;
-use crate::sound_model::acceleration::field_evaluator::FieldEvaluator;
-use crate::sound_model::acceleration::near_field::NearField;
+use crate::reference::PanSource;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 
 /// Ringing of a sphere is followed until it has fallen by e^−23 = 1e-10.
@@ -32,32 +28,15 @@ pub enum SoundSource {
     },
     /// A field about the centre of mass.
     Field(Arc<FieldSource>),
-    /// The published representation of one.
-    Pan(Arc<PanSource>),
-    /// Not a body that moves, but the ground that it hits, pressed at the centre of the click, y its normal.
+    /// A field as a paper has it.
+    Reference(Arc<PanSource>),
+    /// The ground that a body hits, pressed at the centre of the click, y its normal.
     Ground {
         /// The ground.
         ground: Ground,
         /// Impulse into it [N s].
         impulse: f64,
     },
-}
-
-/// A field as a body uses it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FieldSource {
-    /// The field; bodies of the same shape share it.
-    pub field: Arc<FieldEvaluator>,
-    /// What takes over near the body.
-    pub near: Option<Arc<NearField>>,
-    /// Its unit of length R \[m\]: the bounding radius of the body, or of its proxy.
-    pub radius: f64,
-    /// Rotation from the axes of the field to those of the body.
-    pub body_from_field: DQuat,
-    /// The body, where no listener hears anything.
-    pub surface: Arc<Surface>,
-    /// Bounding radius of the body \[m\].
-    bounding_radius: f64,
 }
 
 impl SoundSource {
@@ -76,7 +55,7 @@ impl SoundSource {
         match self {
             SoundSource::Sphere { radius } => *radius,
             SoundSource::Field(source) => source.radius,
-            SoundSource::Pan(source) => source.model.radius(),
+            SoundSource::Reference(source) => source.model.radius(),
             SoundSource::Ground { .. } => 0.0,
         }
     }
@@ -87,7 +66,7 @@ impl SoundSource {
         match self {
             SoundSource::Sphere { radius } => SphereTransfer::decay_time(medium, *radius, DECAY_FOLDS),
             SoundSource::Field(source) => source.field.ring_time * source.radius / medium.sound_speed,
-            SoundSource::Pan(source) => source.ring_time(medium),
+            SoundSource::Reference(source) => source.ring_time(medium),
             // How long the surface is heard depends on where.
             SoundSource::Ground { .. } => 0.0,
         }
@@ -98,40 +77,8 @@ impl SoundSource {
         match self {
             SoundSource::Sphere { radius } => point_body.length() < *radius,
             SoundSource::Field(source) => source.contains(point_body),
-            SoundSource::Pan(source) => source.contains(point_body),
+            SoundSource::Reference(source) => source.contains(point_body),
             SoundSource::Ground { .. } => point_body.y <= 0.0,
         }
-    }
-}
-
-impl FieldSource {
-    /// A field of unit length `radius` R \[m\], turned by `body_from_field`, for a body with this surface.
-    pub fn new(
-        field: Arc<FieldEvaluator>,
-        near: Option<Arc<NearField>>,
-        radius: f64,
-        body_from_field: DQuat,
-        surface: Arc<Surface>,
-    ) -> Self {
-        let bounding_radius = surface.bounding_radius();
-        FieldSource { field, near, radius, body_from_field, surface, bounding_radius }
-    }
-
-    /// Highest frequency \[Hz\] at which the field is known, in a medium of this speed of sound [m/s].
-    pub fn max_frequency(&self, sound_speed: f64) -> f64 {
-        self.field.max_wavenumber * sound_speed / (std::f64::consts::TAU * self.radius)
-    }
-
-    fn contains(&self, point_body: DVec3) -> bool {
-        inside(&self.surface, self.bounding_radius, point_body)
-    }
-}
-
-/// Whether a point \[m\] is in a body of this bounding radius \[m\].
-pub(crate) fn inside(surface: &Surface, bounding_radius: f64, point_body: DVec3) -> bool {
-    match surface {
-        Surface::Sphere { radius } => point_body.length() < *radius,
-        Surface::HalfSpace => point_body.y < 0.0,
-        Surface::Mesh(mesh) => point_body.length() < bounding_radius && mesh.contains(point_body),
     }
 }

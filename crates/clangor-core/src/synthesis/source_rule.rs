@@ -11,7 +11,8 @@ use std::sync::Arc;
 
 use glam::DQuat;
 
-use super::source::{FieldSource, SoundSource};
+use super::field_source::FieldSource;
+use super::source::SoundSource;
 use crate::body::{Body, Motion, Surface};
 use crate::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
 use crate::sound_model::acceleration::proxy_field::ProxyFields;

@@ -1,51 +1,30 @@
-//! Spectra of clicks on an FFT grid.
+//! Spectra of sound pressure on an FFT grid, and what all sources need to add to them.
 //!
-//! P(ω_k) = (real transfer terms) · (force spectrum) · e^{−iω_k T}: the first two are rational in ω apart
-//! from one cosine, the last is a rotation. Both advance by a constant angle per bin, so neither needs a sine
-//! or cosine per bin; several bins advance together, which the compiler turns into vector instructions. The
-//! transfer terms here are those of spheres; those of fields are [`field_spectrum`](super::field_spectrum).
+//! P(ω_k) = (transfer) · (force spectrum) · gain · e^{−iω_k T}. The gain is that of the band limit
+//! ([`lowpass`]), the delay a [`Rotation`] that advances by a constant angle per bin, so that no bin needs a
+//! sine or cosine; [`LANES`] bins advance together, which the compiler turns into vector instructions. The
+//! transfers are those of [`wave`](super::wave).
 
-use pulp::Simd;
 use realfft::ComplexToReal;
 use realfft::num_complex::Complex;
 
-use super::field_spectrum::{FieldPlayer, FieldTransfer};
-use super::ground::spectrum::GroundTransfer;
-use super::{ground, lowpass};
+use super::lowpass;
 use crate::contact::force_profile::ForceProfile;
 use crate::propagation::PathLoss;
-use crate::reference::slab::SlabTransfer;
-use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 
-/// Bins of a field that advance together.
+/// Bins that advance together.
 pub(crate) const LANES: usize = 8;
-/// Bins of a sphere that advance together.
-const SPHERE_LANES: usize = 4;
 
-/// One wave that reaches a receiver: direct, or from the mirrored source.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Wave {
-    /// What sounds.
-    pub(crate) transfer: Transfer,
-    /// How the force runs.
+/// The force of a wave as it arrives in a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ArrivingForce {
+    /// Force over time, of unit impulse.
     pub(crate) profile: ForceProfile,
     /// Duration τ of the force \[s\].
     pub(crate) duration: f64,
-    /// When the middle of the collision is heard \[s\].
+    /// When its middle arrives, from the first sample of the block \[s\]; for a wave whose transfer has the
+    /// delay, when its middle acts.
     pub(crate) middle: f64,
-}
-
-/// From the profile of the force to the pressure, but for the delay.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Transfer {
-    /// Of a sphere, times the velocity change; its delay is not used.
-    Sphere(SphereTransfer),
-    /// Of a field.
-    Field(FieldTransfer),
-    /// Of the ground, with its delays.
-    Ground(GroundTransfer),
-    /// Of a slab.
-    Slab(SlabTransfer),
 }
 
 /// The frequencies of one block length with their gains, padded to whole lanes.
@@ -94,10 +73,10 @@ impl Grid {
     }
 }
 
-/// What is lost on the way at each frequency of a [`Grid`].
+/// Losses of a path at each frequency of a [`Grid`].
 pub(crate) struct Losses {
     loss: PathLoss,
-    /// What walls leave, and the attenuation in air [1/m].
+    /// Reflectance of the walls \[-\], and attenuation in air [1/m].
     bins: Vec<(f64, f64)>,
 }
 
@@ -108,7 +87,7 @@ impl Losses {
         (!loss.is_none()).then(|| Losses { loss, bins: grid.omega.iter().map(at).collect() })
     }
 
-    /// Takes it from a wave that has come `distance` \[m\].
+    /// Attenuates a wave that has travelled `distance` \[m\].
     pub(crate) fn apply(&self, spectrum: &mut Spectrum, distance: f64) {
         for ((re, im), bin) in spectrum.re.iter_mut().zip(&mut spectrum.im).zip(&self.bins) {
             let gain = self.loss.gain(*bin, distance);
@@ -160,114 +139,11 @@ impl Spectrum {
         scratch.resize(inverse.get_scratch_len(), Complex::ZERO);
         inverse.process_with_scratch(bins, samples, scratch).expect("buffers of the plan's own lengths");
     }
-
-    /// Adds a wave, with times counted from `origin` \[s\].
-    #[inline(always)]
-    pub(crate) fn add_wave<S: Simd>(
-        &mut self,
-        simd: S,
-        grid: &Grid,
-        wave: &Wave,
-        origin: f64,
-        player: &mut FieldPlayer,
-    ) {
-        let transfer = match &wave.transfer {
-            Transfer::Sphere(transfer) => transfer,
-            Transfer::Field(transfer) => return player.add(simd, self, grid, wave, transfer, origin),
-            Transfer::Ground(transfer) => return ground::spectrum::add(self, grid, wave, transfer, origin),
-            Transfer::Slab(transfer) => {
-                return crate::reference::slab::add(self, grid, wave, transfer, origin);
-            }
-        };
-        let step = std::f64::consts::TAU * grid.spacing_hz;
-        let delay = Rotation::new(-step * (wave.middle - origin));
-        match wave.profile {
-            ForceProfile::HalfSine => self.add_half_sine(grid, wave, transfer, delay),
-            ForceProfile::Gaussian => {
-                self.add_profile(grid, transfer, delay, |k| {
-                    wave.profile.centred_spectrum(grid.omega[k], wave.duration)
-                });
-            }
-        }
-    }
-
-    /// Any profile, its spectrum given bin by bin.
-    #[inline(always)]
-    fn add_profile(
-        &mut self,
-        grid: &Grid,
-        transfer: &SphereTransfer,
-        mut delay: Rotation<SPHERE_LANES>,
-        profile: impl Fn(usize) -> f64,
-    ) {
-        for first in (0..grid.omega.len()).step_by(SPHERE_LANES) {
-            for lane in 0..SPHERE_LANES {
-                let k = first + lane;
-                let (re, im) = transfer.undelayed(grid.omega[k]);
-                let amplitude = profile(k);
-                self.re[k] += amplitude * (re * delay.cos[lane] - im * delay.sin[lane]);
-                self.im[k] += amplitude * (re * delay.sin[lane] + im * delay.cos[lane]);
-            }
-            delay.advance();
-        }
-    }
-
-    /// The half-sine, its cosine by rotation and its denominator multiplied into that of the transfer, so
-    /// that a bin costs one division.
-    #[inline(always)]
-    fn add_half_sine(
-        &mut self,
-        grid: &Grid,
-        wave: &Wave,
-        transfer: &SphereTransfer,
-        mut delay: Rotation<SPHERE_LANES>,
-    ) {
-        let step = std::f64::consts::TAU * grid.spacing_hz;
-        let mut half_angle = Rotation::<SPHERE_LANES>::new(0.5 * step * wave.duration);
-        let pole = std::f64::consts::PI / wave.duration;
-        let inverse_pole_square = 1.0 / (pole * pole);
-        let SphereTransfer { real: [a0, a1], imaginary: [b0, b1], denominator: [d0, d1], .. } = *transfer;
-
-        // The bin next to ω = π/τ, where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, is computed by the formula that
-        // knows.
-        let singular = (pole / step).round();
-        let singular = (singular < grid.omega.len() as f64).then_some(singular as usize);
-        let kept = singular.map(|k| (self.re[k], self.im[k]));
-
-        let omega = grid.omega.as_chunks::<SPHERE_LANES>().0;
-        let re_out = self.re.as_chunks_mut::<SPHERE_LANES>().0;
-        let im_out = self.im.as_chunks_mut::<SPHERE_LANES>().0;
-        for ((omega, re_out), im_out) in omega.iter().zip(re_out).zip(im_out) {
-            // Sums first, stores after: only then does the compiler see that the lanes are independent.
-            let (mut re_sum, mut im_sum) = (*re_out, *im_out);
-            for lane in 0..SPHERE_LANES {
-                let w = omega[lane];
-                let square = w * w;
-                let denominator = (1.0 - square * inverse_pole_square) * (d0 + d1 * square * square);
-                let amplitude = half_angle.cos[lane] / denominator;
-                let re = amplitude * (a0 + a1 * square);
-                let im = amplitude * w * (b0 + b1 * square);
-                re_sum[lane] += re * delay.cos[lane] - im * delay.sin[lane];
-                im_sum[lane] += re * delay.sin[lane] + im * delay.cos[lane];
-            }
-            (*re_out, *im_out) = (re_sum, im_sum);
-            delay.advance();
-            half_angle.advance();
-        }
-
-        if let (Some(k), Some((re_before, im_before))) = (singular, kept) {
-            let amplitude = wave.profile.centred_spectrum(grid.omega[k], wave.duration);
-            let (re, im) = transfer.undelayed(grid.omega[k]);
-            let (sin, cos) = (delay.angle * k as f64).sin_cos();
-            self.re[k] = re_before + amplitude * (re * cos - im * sin);
-            self.im[k] = im_before + amplitude * (re * sin + im * cos);
-        }
-    }
 }
 
 /// e^{i k angle} for N consecutive k, advanced by a multiplication.
 pub(crate) struct Rotation<const N: usize> {
-    angle: f64,
+    pub(crate) angle: f64,
     pub(crate) cos: [f64; N],
     pub(crate) sin: [f64; N],
     step: (f64, f64),

@@ -10,9 +10,9 @@ use glam::{DQuat, DVec3};
 
 use super::listener::{Floor, Listener};
 use super::modal::{ModalSource, ModalVoice};
-use super::overlap_add::OverlapAdd;
+use super::offline::overlap_add::OverlapAdd;
+use super::offline::renderer::Renderer;
 use super::render_settings::RenderSettings;
-use super::renderer::Renderer;
 use super::source::SoundSource;
 use super::{SampleRate, SynthesisError};
 use crate::body::{Body, BodyId, Motion, Surface};

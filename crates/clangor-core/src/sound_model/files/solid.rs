@@ -1,5 +1,5 @@
-//! The solid that a sound model was baked from, as part of a file: mass properties and surface, so that it can
-//! be struck without its mesh.
+//! The solid that a sound model was baked from, as part of a file: mass properties and surface, so that it
+//! can be struck without its mesh.
 
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};

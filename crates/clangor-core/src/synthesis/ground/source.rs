@@ -1,8 +1,6 @@
-//! A half-space that sounds where it is struck.
+//! The sound of an elastic half-space under a medium, pressed at a point, at any place and frequency.
 
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -11,20 +9,13 @@ use super::direction::{Direction, Octaves};
 use super::directions::Directions;
 use super::half_space::{GroundError, HalfSpace};
 use super::poles::{Branch, Pole, poles};
-use crate::body::{Body, BodyId};
-use crate::contact::ImpactPulse;
 use crate::material::Material;
 use crate::medium::Medium;
-use crate::reference::slab::SlabSource;
-use crate::synthesis::acceleration_pulse::AccelerationPulse;
-use crate::synthesis::source::SoundSource;
 
-/// Points of an impact this near to each other are one \[m\]: a third of a wavelength at 20 kHz.
-const ONE_POINT: f64 = 5e-3;
 /// How long the surface is heard after all waves have passed, over R/c. The rest falls as t⁻³.
 const AFTERWARDS: f64 = 1.5;
 
-/// The sound of a solid under a medium, wherever it is struck and heard.
+/// Transfers of a solid under a medium, from the force at a point to the pressure at any place.
 #[derive(Clone, Debug)]
 pub struct GroundSource {
     /// The solid.
@@ -59,7 +50,7 @@ impl GroundSource {
     /// Pressure over force [Pa/N] at angular frequencies [rad/s], for a listener at `place` \[m\] from the
     /// point that is pressed, y up. It includes the delay. Zero below the surface and at ω ≤ 0.
     pub fn transfer(&self, place: DVec3, frequencies: &[f64]) -> Vec<Complex64> {
-        let heard = Heard::at(self, place);
+        let heard = ReceiverDirection::at(self, place);
         let positive = || frequencies.iter().copied().filter(|w| *w > 0.0);
         let (least, greatest) = (positive().fold(f64::INFINITY, f64::min), positive().fold(0.0, f64::max));
         let Some(heard) = heard.filter(|_| greatest > 0.0) else {
@@ -89,8 +80,8 @@ impl GroundSource {
 
     /// Between which times after the force \[s\] a listener at `place` \[m\] hears it.
     pub(crate) fn heard_between(&self, place: DVec3) -> (f64, f64) {
-        let Some(heard) = Heard::at(self, place) else { return (0.0, 0.0) };
-        let Heard { cos, sin, delay } = heard;
+        let Some(heard) = ReceiverDirection::at(self, place) else { return (0.0, 0.0) };
+        let ReceiverDirection { cos, sin, delay } = heard;
         let slowest = self.medium.sound_speed / self.solid.rayleigh_speed();
         // A wave along the ground that is faster than sound is heard before the one from the contact.
         let fastest = self.solid.pressure_square.sqrt();
@@ -101,38 +92,23 @@ impl GroundSource {
     }
 }
 
-/// What sounds where it is struck.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Ground {
-    /// An elastic half-space.
-    HalfSpace(Arc<GroundSource>),
-    /// \[FRAC\]'s slab.
-    Slab(Arc<SlabSource>),
-}
-
-impl From<Arc<GroundSource>> for Ground {
-    fn from(ground: Arc<GroundSource>) -> Self {
-        Ground::HalfSpace(ground)
-    }
-}
-
-/// Where a listener is, seen from the point that is pressed.
+/// Direction and delay of a receiver, seen from the point that is pressed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Heard {
+pub(super) struct ReceiverDirection {
     pub(super) cos: f64,
     pub(super) sin: f64,
     /// R/c \[s\].
     pub(super) delay: f64,
 }
 
-impl Heard {
+impl ReceiverDirection {
     /// `place` \[m\] with y up; `None` on the surface and below.
     pub(super) fn at(source: &GroundSource, place: DVec3) -> Option<Self> {
         let distance = place.length();
         let across = place.x.hypot(place.z);
         let above = place.y > 0.0 && distance.is_finite();
         let delay = distance / source.medium.sound_speed;
-        above.then(|| Heard { cos: place.y / distance, sin: across / distance, delay })
+        above.then(|| ReceiverDirection { cos: place.y / distance, sin: across / distance, delay })
     }
 
     /// The waves between two angular frequencies [rad/s].
@@ -148,52 +124,4 @@ impl Heard {
             .towards(poles, (self.cos, self.sin), source.squares(), greatest * self.delay)
             .unwrap_or_else(|| self.direction(source, least, greatest))
     }
-}
-
-/// What the grounds that an impact hits do: a click for each point where it presses one.
-///
-/// `grounds` are those among the `bodies` that sound. Only the force along the normal counts.
-pub fn ground_clicks(
-    pulse: &ImpactPulse,
-    bodies: &[Body],
-    grounds: &BTreeMap<BodyId, Ground>,
-) -> Vec<AccelerationPulse> {
-    let mut clicks = Vec::new();
-    for (side, id) in pulse.pair.into_iter().enumerate() {
-        let (Some(ground), Some(body)) = (grounds.get(&id), bodies.get(id.index())) else { continue };
-        let normal = body.pose.orientation * DVec3::Y;
-        let into = if side == 0 { -normal } else { normal };
-        // Points of one patch, their impulses into the ground [N s] and Σ impulse × place.
-        let mut patches: Vec<(DVec3, f64, DVec3)> = Vec::new();
-        for (point, impulse) in &pulse.points {
-            let pressed = impulse.dot(into);
-            if pressed <= 0.0 {
-                continue;
-            }
-            let near = |(first, ..): &&mut (DVec3, f64, DVec3)| first.distance(*point) < ONE_POINT;
-            match patches.iter_mut().find(near) {
-                Some((_, sum, moment)) => {
-                    *sum += pressed;
-                    *moment += pressed * *point;
-                }
-                None => patches.push((*point, pressed, pressed * *point)),
-            }
-        }
-        clicks.extend(patches.into_iter().map(|(_, impulse, moment)| {
-            let point = moment / impulse;
-            let depth = (point - body.pose.position).dot(normal);
-            AccelerationPulse {
-                body: id,
-                time: pulse.onset,
-                duration: pulse.duration,
-                profile: pulse.profile,
-                centre: point - depth * normal,
-                orientation: body.pose.orientation,
-                velocity_change: DVec3::ZERO,
-                angular_velocity_change: DVec3::ZERO,
-                source: SoundSource::Ground { ground: ground.clone(), impulse },
-            }
-        }));
-    }
-    clicks
 }

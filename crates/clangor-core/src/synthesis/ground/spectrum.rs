@@ -9,9 +9,9 @@ use glam::DVec3;
 use num_complex::Complex64;
 
 use super::direction::Direction;
-use super::source::{GroundSource, Heard};
+use super::source::{GroundSource, ReceiverDirection};
 use crate::contact::ForceProfile;
-use crate::synthesis::spectrum::{Grid, LANES, Rotation, Spectrum, Wave};
+use crate::synthesis::spectrum::{ArrivingForce, Grid, LANES, Rotation, Spectrum};
 
 /// From this bin on amplitudes are on parabolas over [`LANES`] bins.
 const SMOOTH_FROM: usize = 8 * LANES;
@@ -30,24 +30,25 @@ pub(crate) struct GroundTransfer {
 /// A number for each of the bins that advance together.
 type Lanes = [f64; LANES];
 
-/// Adds an impact, with times counted from `origin` \[s\]; `wave.middle` is that of the force, before any
-/// delay.
+/// Adds an impact; the middle of the `arriving` force is that at the ground, before any delay.
 #[inline(always)]
-pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, wave: &Wave, transfer: &GroundTransfer, origin: f64) {
+pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, arriving: &ArrivingForce, transfer: &GroundTransfer) {
     let GroundTransfer { source, impulse, place } = transfer;
-    let (Some(heard), Some(last)) = (Heard::at(source, *place), grid.bins.checked_sub(1)) else { return };
+    let (Some(heard), Some(last)) = (ReceiverDirection::at(source, *place), grid.bins.checked_sub(1)) else {
+        return;
+    };
     if last == 0 {
         return;
     }
     let direction = heard.kept_direction(source, grid.omega[1], grid.omega[last]);
     let step = TAU * grid.spacing_hz;
-    let late = wave.middle - origin;
+    let late = arriving.middle;
     let mut turns: Vec<Rotation<LANES>> = direction
         .trains
         .iter()
         .map(|train| Rotation::new(-step * (late + train.arrival * heard.delay)))
         .collect();
-    let mut force = Force::new(wave, step);
+    let mut force = Force::new(arriving, step);
     let mut amplitudes = Amplitudes::new(&direction);
     let scale = impulse * source.scale();
     let omegas = grid.omega.as_chunks::<LANES>().0;
@@ -121,9 +122,9 @@ struct Force {
 }
 
 impl Force {
-    fn new(wave: &Wave, step: f64) -> Self {
-        let half_angle = Rotation::new(0.5 * step * wave.duration);
-        Force { profile: wave.profile, duration: wave.duration, half_angle }
+    fn new(arriving: &ArrivingForce, step: f64) -> Self {
+        let ArrivingForce { profile, duration, .. } = *arriving;
+        Force { profile, duration, half_angle: Rotation::new(0.5 * step * duration) }
     }
 
     /// At the next bins.

@@ -9,10 +9,12 @@ use crate::body::BodyId;
 use crate::contact::ForceProfile;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::field_interpolation::Interpolation;
+use crate::synthesis::field_source::FieldSource;
 use crate::synthesis::field_spectrum::{FieldPlayer, FieldTransfer};
 use crate::synthesis::render_settings::RenderSettings;
-use crate::synthesis::source::{FieldSource, SoundSource};
-use crate::synthesis::spectrum::{Spectrum, Transfer};
+use crate::synthesis::source::SoundSource;
+use crate::synthesis::spectrum::Spectrum;
+use crate::synthesis::wave::Transfer;
 
 /// See the module.
 pub struct LiveField {

@@ -22,9 +22,10 @@ use num_complex::Complex64;
 use pulp::Arch;
 
 use self::passes::Passing;
-use super::ModalPressure;
 use super::drive::{ForceSamples, Shaper, TERMS, pulse_at_pole, term_weights};
+use super::modal_settings::ModalPressure;
 use crate::contact::ForceProfile;
+use crate::reference::frac_coupling;
 use crate::synthesis::{SampleRate, lowpass};
 
 /// Modes that sleep and wake together: a multiple of two of the widest vectors.
@@ -393,9 +394,7 @@ impl ResonatorBank {
                     let acceleration = transfer * Complex64::new(0.0, -1.0 / damped) * voice.pole;
                     (acceleration * voice.pole, acceleration.re)
                 }
-                ModalPressure::FracMagnitude => {
-                    (Complex64::new(0.0, -voice.omega.powi(2) * transfer.norm() / damped), 0.0)
-                }
+                ModalPressure::Reference => (frac_coupling(voice.omega, damped, transfer), 0.0),
             };
             heard.target.set(i, coupling.conj());
             heard.feed[i] = feed;

@@ -14,22 +14,13 @@ use glam::DVec3;
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
+use super::modal_settings::TransferOrder;
 use crate::math::spherical_harmonics::HarmonicTable;
+use crate::reference::frac_order;
 use crate::sound_model::modal::model::ModalTransfer;
 
 /// Rows of coefficients have a multiple of so many numbers.
 const LANES: usize = 8;
-
-/// How many orders of a transfer are played.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TransferOrder {
-    /// All that were baked.
-    #[default]
-    Baked,
-    /// \[FRAC\] §4: n̄ = max(kL/4, 4) with L = 2R. A level of detail, for speed: bodies of higher order lose
-    /// sound.
-    Frac,
-}
 
 /// The transfers of some modes.
 #[derive(Clone, Debug)]
@@ -76,7 +67,7 @@ impl TransferEvaluator {
             if let Some(transfer) = transfer {
                 let order = match orders {
                     TransferOrder::Baked => transfer.order,
-                    TransferOrder::Frac => transfer.order.min((0.5 * wavenumber).max(4.0).ceil() as usize),
+                    TransferOrder::Reference => transfer.order.min(frac_order(wavenumber)),
                 };
                 mode.order = Some(order);
                 max_order = max_order.max(order);
@@ -231,7 +222,7 @@ mod tests {
         }
         let given = modes.iter().map(|(t, k)| (Some(t), *k));
         // max(κ/2, 4) of 0, 1, 7, 40: orders 0, 1, 4, 17.
-        let coarse = TransferEvaluator::new(given, TransferOrder::Frac);
+        let coarse = TransferEvaluator::new(given, TransferOrder::Reference);
         assert_eq!(coarse.coefficients(), 1 + 4 + 25 + 18 * 18);
     }
 }

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use clangor_core::body::{Body, BodyId, Surface};
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
+use clangor_core::reference::SlabSource;
 use clangor_core::scene::render_description::GroundSound;
-use clangor_core::synthesis::ground::{Ground, GroundError, GroundSource, SlabSource};
+use clangor_core::synthesis::ground::{Ground, GroundError, GroundSource};
 
 use super::RenderOptions;
 
@@ -35,7 +36,7 @@ pub(super) fn grounds(
             Some((_, source)) => source.clone(),
             None => match options.ground {
                 GroundSound::Slab => {
-                    Ground::Slab(Arc::new(SlabSource::try_new(&presets::CONCRETE.material(), medium)?))
+                    Ground::Reference(Arc::new(SlabSource::try_new(&presets::CONCRETE.material(), medium)?))
                 }
                 _ => Ground::HalfSpace(Arc::new(GroundSource::try_new(&body.material, medium)?)),
             },

@@ -12,13 +12,11 @@ use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::force_stream::StreamedForce;
 use clangor_core::contact::{ImpactPulse, PoseHistory};
 use clangor_core::material::Damping;
+use clangor_core::reference::frac_transfer;
 use clangor_core::sound_model::modal::model::{ModalModel, ModalTransfer};
 use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
-use clangor_core::synthesis::modal::{
-    ModalError, ModalPressure, ModalSettings, ModalSource, ModalState, ModalVoice,
-};
+use clangor_core::synthesis::modal::{ModalError, ModalSettings, ModalSource, ModalState, ModalVoice};
 use clangor_core::synthesis::{Listener, RenderSettings, SynthesisError};
-use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::energy_limit::{EnergyLimits, impacts_on};
@@ -46,44 +44,10 @@ impl Transfers {
     fn settings(self) -> ModalSettings {
         match self {
             Transfers::Baked => ModalSettings::default(),
-            Transfers::Frac => {
-                ModalSettings { pressure: ModalPressure::FracMagnitude, ..ModalSettings::default() }
-            }
-            Transfers::Unit => ModalSettings {
-                pressure: ModalPressure::FracMagnitude,
-                radiation_damping: false,
-                ..ModalSettings::default()
-            },
+            Transfers::Frac => frac_transfer::magnitude_settings(),
+            Transfers::Unit => frac_transfer::unit_settings(),
         }
     }
-}
-
-/// Transfers with |p| the same for all modes of these frequencies \[Hz\]: |H| = C/ω²; `crossing` is κ per
-/// hertz.
-fn without_transfers(modes: &[(f64, Option<ModalTransfer>)], crossing: f64) -> Vec<ModalTransfer> {
-    let square = |frequency: f64| (TAU * frequency).powi(2);
-    let power = |(frequency, transfer): &(f64, Option<ModalTransfer>)| {
-        square(*frequency).powi(2) * transfer.as_ref().map_or(0.0, |t| t.power(crossing * frequency))
-    };
-    let count = modes.len().max(1) as f64;
-    // A monopole of coefficient 1 has the power ½.
-    let level = (2.0 * modes.iter().map(power).sum::<f64>() / count).sqrt();
-    let unit = |(frequency, _): &(f64, Option<ModalTransfer>)| ModalTransfer {
-        order: 0,
-        coefficients: vec![Complex64::new(level / square(*frequency), 0.0)],
-    };
-    modes.iter().map(unit).collect()
-}
-
-/// The model without its transfers.
-fn unit_model(model: &ModalModel) -> ModalModel {
-    let crossing = TAU * model.radius / model.medium.sound_speed;
-    let modes: Vec<_> = model.modes.iter().map(|mode| (mode.frequency, mode.transfer.clone())).collect();
-    let mut unit = model.clone();
-    for (mode, transfer) in unit.modes.iter_mut().zip(without_transfers(&modes, crossing)) {
-        mode.transfer = Some(transfer);
-    }
-    unit
 }
 
 /// An ellipsoid in place of a body of this damping.
@@ -98,7 +62,7 @@ fn proxy_source(
         let crossing = TAU * proxy.radius() / proxy.material().medium.sound_speed;
         let modes: Vec<_> =
             own.into_iter().enumerate().map(|(mode, t)| (proxy.frequency(mode), Some(t))).collect();
-        own = without_transfers(&modes, crossing);
+        own = frac_transfer::unit_transfers(&modes, crossing);
     }
     ModalSource::of_proxy(proxy.clone(), ContactMapping::default(), &own, damping, settings)
 }
@@ -157,7 +121,7 @@ pub fn modal_sources(
             Some((_, _, source)) => Arc::clone(source),
             None => {
                 let played = match transfers {
-                    Transfers::Unit => Arc::new(unit_model(model)),
+                    Transfers::Unit => Arc::new(frac_transfer::unit_model(model)),
                     Transfers::Baked | Transfers::Frac => Arc::clone(model),
                 };
                 let source = Arc::new(ModalSource::new(played, damping, &settings).map_err(unplayable)?);
@@ -302,33 +266,5 @@ impl Voices<'_> {
     /// ∫ p² dt [Pa² s] of each body so far, over all receivers.
     pub(super) fn energies(&self) -> &BTreeMap<BodyId, f64> {
         &self.energies
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use clangor_core::medium::Medium;
-
-    use super::*;
-
-    #[test]
-    fn without_transfers_the_same_power_is_shared_equally() {
-        let transfer = |order: usize| ModalTransfer {
-            order,
-            coefficients: (0..(order + 1).pow(2))
-                .map(|i| Complex64::cis(i as f64) * (1.0 + i as f64))
-                .collect(),
-        };
-        let crossing = TAU * 0.1 / Medium::AIR.sound_speed;
-        let modes = [(700.0, Some(transfer(2))), (1900.0, Some(transfer(3))), (2600.0, Some(transfer(0)))];
-        let powers = |transfers: &mut dyn Iterator<Item = ModalTransfer>| -> Vec<f64> {
-            let power = |(t, f): (ModalTransfer, &f64)| (TAU * f).powi(4) * t.power(crossing * f);
-            transfers.zip(&[700.0, 1900.0, 2600.0]).map(power).collect()
-        };
-        let given = powers(&mut modes.iter().filter_map(|(_, t)| t.clone()));
-        let unit = powers(&mut without_transfers(&modes, crossing).into_iter());
-        // Residual seen: 2e-16.
-        assert!((given.iter().sum::<f64>() / unit.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        assert!(unit.iter().all(|p| (p / unit[0] - 1.0).abs() < 1e-12), "{unit:?}");
     }
 }

@@ -9,49 +9,24 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
-use pulp::{Arch, Simd, WithSimd};
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner};
+use realfft::RealFftPlanner;
 
-use super::SynthesisError;
-use super::field_interpolation::Interpolation;
-use super::field_spectrum::{FieldPlayer, LONGEST_FADE_REACH};
-use super::listener::{Floor, Listener};
-use super::lowpass::REACH;
-use super::render_settings::RenderSettings;
-use super::source::{FieldSource, SoundSource};
-use super::spectrum::{Grid, Losses, Spectrum, Transfer, Wave};
-use crate::body::BodyId;
-use crate::reference::pan_sound::{PanSource, Samples};
+use super::block::{BlockJob, BlockKey, BlockTables, ReceivedPulse, ReceivedSound};
+use super::block_length::{SPAN, block_length, hop};
+use super::interpolation_cache::InterpolationCache;
+use super::render_report::RenderReport;
+use crate::reference::PanSource;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
+use crate::synthesis::band_end_fade::LONGEST_FADE_REACH;
+use crate::synthesis::listener::{Floor, Listener};
+use crate::synthesis::lowpass::REACH;
 use crate::synthesis::received_wave::ReceivedWave;
-
-/// Blocks are handed out in whole spans of this many samples, so that their order never depends on when.
-const SPAN: i64 = 1 << 16;
-/// Shortest block \[samples\].
-pub(super) const MIN_LENGTH: usize = 256;
-/// Longest block \[samples\]: 11 s at 384 kHz.
-const MAX_LENGTH: usize = 1 << 22;
-
-/// Memory for interpolations of fields that are kept from click to click; beyond, they are computed anew.
-const MAX_INTERPOLATION_BYTES: usize = 256 << 20;
-
-/// What was heard, and what could not be.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RenderReport {
-    /// Clicks taken.
-    pub clicks: u64,
-    /// Clicks left out at a receiver because it was inside the body, or the sphere that stands for it.
-    pub receiver_inside: u64,
-    /// The first of them: receiver, body, time of the click \[s\].
-    pub first_inside: Option<(usize, BodyId, f64)>,
-    /// Clicks left out because the body's centre was below the rigid floor.
-    pub below_floor: u64,
-    /// Where the field of a body ends \[Hz\], of those that end below the highest frequency that is rendered
-    /// in full. What is missing above is in
-    /// [`OverlapAdd::missing_energies`](super::OverlapAdd::missing_energies).
-    pub band_ends: BTreeMap<BodyId, f64>,
-}
+use crate::synthesis::render_settings::RenderSettings;
+use crate::synthesis::sampled_sound::SampledSound;
+use crate::synthesis::source::SoundSource;
+use crate::synthesis::spectrum::{Grid, Losses};
+use crate::synthesis::synthesis_error::SynthesisError;
+use crate::synthesis::wave::Transfer;
 
 /// Takes clicks, gives blocks.
 pub struct Renderer {
@@ -59,56 +34,10 @@ pub struct Renderer {
     settings: RenderSettings,
     pending: BTreeMap<BlockKey, Vec<ReceivedPulse>>,
     tables: BTreeMap<usize, Arc<BlockTables>>,
-    interpolations: BTreeMap<InterpolationKey, KeptInterpolation>,
-    interpolation_bytes: usize,
+    interpolations: InterpolationCache,
     planner: RealFftPlanner<f64>,
     handed_out: i64,
     report: RenderReport,
-}
-
-/// Address of a field, bits of R/c, and length of the block.
-type InterpolationKey = (usize, u64, usize);
-
-/// An interpolation that the next click of the body may use.
-struct KeptInterpolation {
-    table: Arc<Interpolation>,
-    /// Kept so that no other field gets its address.
-    _source: Arc<FieldSource>,
-}
-
-/// Place of a block; blocks are rendered and added in this order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct BlockKey {
-    first: i64,
-    length: usize,
-    receiver: usize,
-}
-
-/// A click as a receiver hears it.
-#[derive(Clone, Debug)]
-struct ReceivedPulse {
-    body: BodyId,
-    sound: HeardSound,
-}
-
-#[derive(Clone, Debug)]
-enum HeardSound {
-    /// To be computed in frequency.
-    Waves {
-        direct: Box<(Wave, f64)>,
-        /// The floor's reflection, where it overlaps the direct wave.
-        reflected: Option<Box<(Wave, f64)>>,
-    },
-    /// Computed in time.
-    Samples(Samples),
-}
-
-/// What all blocks of one length share.
-struct BlockTables {
-    grid: Grid,
-    /// Nothing where nothing is lost.
-    losses: Option<Losses>,
-    inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
 impl Renderer {
@@ -132,8 +61,7 @@ impl Renderer {
             settings: *settings,
             pending: BTreeMap::new(),
             tables: BTreeMap::new(),
-            interpolations: BTreeMap::new(),
-            interpolation_bytes: 0,
+            interpolations: InterpolationCache::default(),
             planner: RealFftPlanner::new(),
             handed_out: i64::MIN,
             report: RenderReport::default(),
@@ -164,8 +92,8 @@ impl Renderer {
             }
         }
         for receiver in 0..self.listener.receivers.len() {
-            if let SoundSource::Pan(source) = &click.source {
-                self.push_pan(click, source, receiver)?;
+            if let SoundSource::Reference(source) = &click.source {
+                self.push_samples(click, source, receiver)?;
                 continue;
             }
             let Some(direct) = self.wave(click, receiver, false)? else {
@@ -267,14 +195,14 @@ impl Renderer {
         Ok(towards.and_then(|towards| self.settings.wave(click, towards)))
     }
 
-    /// The sound of a published model at a receiver, with its reflection by the floor.
-    fn push_pan(
+    /// The sound of a source that gives samples at a receiver, with its reflection by the floor.
+    fn push_samples(
         &mut self,
         click: &AccelerationPulse,
         source: &PanSource,
         receiver: usize,
     ) -> Result<(), SynthesisError> {
-        let mut sound = Samples::default();
+        let mut sound = SampledSound::default();
         let reflections: &[bool] = if self.settings.floor == Floor::None { &[false] } else { &[false, true] };
         for &reflected in reflections {
             let Some(towards) = self.towards(click, receiver, reflected)? else { return Ok(()) };
@@ -285,28 +213,7 @@ impl Renderer {
             return Ok(());
         }
         let (first, count) = (sound.first, sound.pressures.len() as f64);
-        self.put(click, receiver, first, count, |_, _| HeardSound::Samples(sound))
-    }
-
-    /// The interpolation of a field in blocks of this length; nothing once too many are kept.
-    fn interpolation(
-        &mut self,
-        source: &Arc<FieldSource>,
-        crossing: f64,
-        length: usize,
-    ) -> Option<Arc<Interpolation>> {
-        let key = (Arc::as_ptr(&source.field) as usize, crossing.to_bits(), length);
-        if let Some(kept) = self.interpolations.get(&key) {
-            return Some(Arc::clone(&kept.table));
-        }
-        if self.interpolation_bytes > MAX_INTERPOLATION_BYTES {
-            return None;
-        }
-        let table = Arc::new(Interpolation::of(source, crossing, &self.tables.get(&length)?.grid));
-        self.interpolation_bytes += table.size();
-        let kept = KeptInterpolation { table: Arc::clone(&table), _source: Arc::clone(source) };
-        self.interpolations.insert(key, kept);
-        Some(table)
+        self.put(click, receiver, first, count, |_, _| ReceivedSound::Samples(sound))
     }
 
     /// Time between a wave and the floor's \[s\] below which they are one sound: that in which it falls by 50
@@ -319,7 +226,7 @@ impl Renderer {
             SoundSource::Sphere { .. } => 0.25 * ringing,
             // A field begins to be heard before the wave from its centre passes.
             SoundSource::Field(source) => source.radius / medium.sound_speed + 0.5 * ringing,
-            SoundSource::Pan(_) | SoundSource::Ground { .. } => ringing,
+            SoundSource::Reference(_) | SoundSource::Ground { .. } => ringing,
         };
         click.duration + until_quiet
     }
@@ -340,10 +247,12 @@ impl Renderer {
             let (mut direct, mut reflected) = (of_path(direct), reflected.map(of_path));
             for (wave, _) in std::iter::once(&mut *direct).chain(reflected.as_deref_mut()) {
                 if let Transfer::Field(transfer) = &mut wave.transfer {
-                    transfer.table = renderer.interpolation(&transfer.source, transfer.crossing, length);
+                    let Some(tables) = renderer.tables.get(&length) else { continue };
+                    let grid = (length, &tables.grid);
+                    transfer.table = renderer.interpolations.get(&transfer.source, transfer.crossing, grid);
                 }
             }
-            HeardSound::Waves { direct, reflected }
+            ReceivedSound::Waves { direct, reflected }
         })
     }
 
@@ -355,7 +264,7 @@ impl Renderer {
         receiver: usize,
         first: i64,
         samples: f64,
-        sound: impl FnOnce(&mut Self, usize) -> HeardSound,
+        sound: impl FnOnce(&mut Self, usize) -> ReceivedSound,
     ) -> Result<(), SynthesisError> {
         let rate = self.settings.sample_rate.as_f64();
         let Some(length) = block_length(samples) else {
@@ -380,129 +289,5 @@ impl Renderer {
         let sound = sound(self, length);
         self.pending.entry(key).or_default().push(ReceivedPulse { body: click.body, sound });
         Ok(())
-    }
-}
-
-/// Samples between the starts of neighbouring blocks.
-fn hop(length: usize) -> i64 {
-    (length as i64 / 8).min(SPAN)
-}
-
-/// Shortest block that holds a click of so many samples wherever it begins.
-fn block_length(samples: f64) -> Option<usize> {
-    let fits = |length: &usize| (*length as i64 - hop(*length)) as f64 - 2.0 * REACH as f64 >= samples;
-    std::iter::successors(Some(MIN_LENGTH), |length| Some(2 * length))
-        .take_while(|length| *length <= MAX_LENGTH)
-        .find(fits)
-}
-
-/// A block to be rendered: pure data.
-pub struct BlockJob {
-    key: BlockKey,
-    /// Time of the first sample of the buffer \[s\].
-    origin: f64,
-    clicks: Vec<ReceivedPulse>,
-    tables: Arc<BlockTables>,
-}
-
-/// Samples of one block.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RenderedBlock {
-    /// Which receiver.
-    pub receiver: usize,
-    /// Index of the first sample; may be negative.
-    pub first_sample: i64,
-    /// Pressure \[Pa\].
-    pub samples: Vec<f64>,
-    /// ∫ p² dt [Pa² s] of each click by itself, with the body that made it.
-    pub energies: Vec<(BodyId, f64)>,
-    /// Estimates of the same above the band of the fields, for clicks that lack some of it.
-    pub missing_energies: Vec<(BodyId, f64)>,
-}
-
-/// Memory for rendering, to be used again by the next block.
-#[derive(Default)]
-pub struct BlockMemory {
-    sum: Spectrum,
-    one: Spectrum,
-    reflection: Spectrum,
-    player: FieldPlayer,
-    bins: Vec<Complex<f64>>,
-    transform: Vec<Complex<f64>>,
-}
-
-impl BlockJob {
-    /// Renders the block. Depends on nothing but the block.
-    pub fn render(&self) -> RenderedBlock {
-        self.render_with(&mut BlockMemory::default())
-    }
-
-    /// Renders the block, in memory that another may have used.
-    pub fn render_with(&self, memory: &mut BlockMemory) -> RenderedBlock {
-        Arch::new().dispatch(Rendering { job: self, memory })
-    }
-}
-
-/// One copy of the loops for the widest vector instructions of this machine.
-struct Rendering<'a> {
-    job: &'a BlockJob,
-    memory: &'a mut BlockMemory,
-}
-
-impl WithSimd for Rendering<'_> {
-    type Output = RenderedBlock;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> RenderedBlock {
-        let Rendering { job: BlockJob { key, origin, clicks, tables }, memory } = self;
-        let BlockTables { grid, losses, inverse } = &**tables;
-        let BlockMemory { sum, one, reflection, player, bins, transform } = memory;
-        let mut energies = Vec::with_capacity(clicks.len());
-        let mut missing_energies = Vec::new();
-        sum.clear(grid);
-        let mut heard = Vec::new();
-        let rate = grid.spacing_hz * key.length as f64;
-        for ReceivedPulse { body, sound } in clicks {
-            let ((direct, distance), reflected) = match sound {
-                HeardSound::Waves { direct, reflected } => (&**direct, reflected.as_deref()),
-                HeardSound::Samples(samples) => {
-                    energies.push((*body, samples.energy(rate)));
-                    heard.push(samples);
-                    continue;
-                }
-            };
-            one.clear(grid);
-            one.add_wave(simd, grid, direct, *origin, player);
-            if let Some(losses) = losses {
-                losses.apply(one, *distance);
-            }
-            match (reflected, losses) {
-                (None, _) => {}
-                (Some((wave, _)), None) => one.add_wave(simd, grid, wave, *origin, player),
-                (Some((wave, distance)), Some(losses)) => {
-                    reflection.clear(grid);
-                    reflection.add_wave(simd, grid, wave, *origin, player);
-                    losses.apply(reflection, *distance);
-                    one.add(reflection);
-                }
-            }
-            energies.push((*body, grid.energy(one)));
-            if let Transfer::Field(_) = &direct.transfer {
-                let missing = player.missing_energy(grid, one, direct);
-                if missing > 0.0 {
-                    missing_energies.push((*body, missing));
-                }
-            }
-            if clicks.len() == 1 {
-                std::mem::swap(sum, one);
-            } else {
-                sum.add(one);
-            }
-        }
-        let mut samples = inverse.make_output_vec();
-        sum.transform(grid, &**inverse, (bins, transform), &mut samples);
-        let first_sample = key.first - REACH as i64;
-        heard.into_iter().for_each(|sound| sound.add_to(&mut samples, first_sample));
-        RenderedBlock { receiver: key.receiver, first_sample, samples, energies, missing_energies }
     }
 }

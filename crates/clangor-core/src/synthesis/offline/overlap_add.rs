@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::renderer::RenderedBlock;
+use super::block::RenderedBlock;
 use crate::body::BodyId;
 
 /// A signal under construction: samples from a first index on, as far as blocks reach.

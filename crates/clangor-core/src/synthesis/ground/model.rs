@@ -1,0 +1,21 @@
+//! The ground as a source: which model of it radiates.
+
+use std::sync::Arc;
+
+use super::source::GroundSource;
+use crate::reference::SlabSource;
+
+/// A model of the ground.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ground {
+    /// An elastic half-space.
+    HalfSpace(Arc<GroundSource>),
+    /// As a paper has it.
+    Reference(Arc<SlabSource>),
+}
+
+impl From<Arc<GroundSource>> for Ground {
+    fn from(ground: Arc<GroundSource>) -> Self {
+        Ground::HalfSpace(ground)
+    }
+}

@@ -1,0 +1,165 @@
+//! Blocks of time: the clicks that begin in one, and their samples by one inverse transform.
+//!
+//! A block depends on nothing but its clicks, so that blocks may be rendered on any threads.
+
+use std::sync::Arc;
+
+use pulp::{Arch, Simd, WithSimd};
+use realfft::ComplexToReal;
+use realfft::num_complex::Complex;
+
+use crate::body::BodyId;
+use crate::synthesis::field_spectrum::FieldPlayer;
+use crate::synthesis::lowpass::REACH;
+use crate::synthesis::sampled_sound::SampledSound;
+use crate::synthesis::spectrum::{Grid, Losses, Spectrum};
+use crate::synthesis::wave::{Transfer, Wave};
+
+/// Place of a block; blocks are rendered and added in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct BlockKey {
+    /// First sample of its span.
+    pub(super) first: i64,
+    /// Samples of its buffer.
+    pub(super) length: usize,
+    pub(super) receiver: usize,
+}
+
+/// A click as it reaches a receiver.
+#[derive(Clone, Debug)]
+pub(super) struct ReceivedPulse {
+    pub(super) body: BodyId,
+    pub(super) sound: ReceivedSound,
+}
+
+/// The sound of a click at a receiver, with distances \[m\].
+#[derive(Clone, Debug)]
+pub(super) enum ReceivedSound {
+    /// To be computed in frequency.
+    Waves {
+        direct: Box<(Wave, f64)>,
+        /// The floor's reflection, where it overlaps the direct wave.
+        reflected: Option<Box<(Wave, f64)>>,
+    },
+    /// Computed in time.
+    Samples(SampledSound),
+}
+
+/// Tables that all blocks of one length share.
+pub(super) struct BlockTables {
+    pub(super) grid: Grid,
+    /// Nothing where nothing is lost.
+    pub(super) losses: Option<Losses>,
+    pub(super) inverse: Arc<dyn ComplexToReal<f64>>,
+}
+
+/// A block to be rendered: pure data.
+pub struct BlockJob {
+    pub(super) key: BlockKey,
+    /// Time of the first sample of the buffer \[s\].
+    pub(super) origin: f64,
+    pub(super) clicks: Vec<ReceivedPulse>,
+    pub(super) tables: Arc<BlockTables>,
+}
+
+/// Samples of one block.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderedBlock {
+    /// Which receiver.
+    pub receiver: usize,
+    /// Index of the first sample; may be negative.
+    pub first_sample: i64,
+    /// Pressure \[Pa\].
+    pub samples: Vec<f64>,
+    /// ∫ p² dt [Pa² s] of each click by itself, with the body that made it.
+    pub energies: Vec<(BodyId, f64)>,
+    /// Estimates of the same above the band of the fields, for clicks that lack some of it.
+    pub missing_energies: Vec<(BodyId, f64)>,
+}
+
+/// Memory for rendering, to be used again by the next block.
+#[derive(Default)]
+pub struct BlockMemory {
+    sum: Spectrum,
+    one: Spectrum,
+    reflection: Spectrum,
+    player: FieldPlayer,
+    bins: Vec<Complex<f64>>,
+    transform: Vec<Complex<f64>>,
+}
+
+impl BlockJob {
+    /// Renders the block. Depends on nothing but the block.
+    pub fn render(&self) -> RenderedBlock {
+        self.render_with(&mut BlockMemory::default())
+    }
+
+    /// Renders the block, in memory that another may have used.
+    pub fn render_with(&self, memory: &mut BlockMemory) -> RenderedBlock {
+        Arch::new().dispatch(Rendering { job: self, memory })
+    }
+}
+
+/// One copy of the loops for the widest vector instructions of this machine.
+struct Rendering<'a> {
+    job: &'a BlockJob,
+    memory: &'a mut BlockMemory,
+}
+
+impl WithSimd for Rendering<'_> {
+    type Output = RenderedBlock;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> RenderedBlock {
+        let Rendering { job: BlockJob { key, origin, clicks, tables }, memory } = self;
+        let BlockTables { grid, losses, inverse } = &**tables;
+        let BlockMemory { sum, one, reflection, player, bins, transform } = memory;
+        let mut energies = Vec::with_capacity(clicks.len());
+        let mut missing_energies = Vec::new();
+        sum.clear(grid);
+        let mut sampled = Vec::new();
+        let rate = grid.spacing_hz * key.length as f64;
+        for ReceivedPulse { body, sound } in clicks {
+            let ((direct, distance), reflected) = match sound {
+                ReceivedSound::Waves { direct, reflected } => (&**direct, reflected.as_deref()),
+                ReceivedSound::Samples(samples) => {
+                    energies.push((*body, samples.energy(rate)));
+                    sampled.push(samples);
+                    continue;
+                }
+            };
+            one.clear(grid);
+            direct.add_to(simd, one, grid, *origin, player);
+            if let Some(losses) = losses {
+                losses.apply(one, *distance);
+            }
+            match (reflected, losses) {
+                (None, _) => {}
+                (Some((wave, _)), None) => wave.add_to(simd, one, grid, *origin, player),
+                (Some((wave, distance)), Some(losses)) => {
+                    reflection.clear(grid);
+                    wave.add_to(simd, reflection, grid, *origin, player);
+                    losses.apply(reflection, *distance);
+                    one.add(reflection);
+                }
+            }
+            energies.push((*body, grid.energy(one)));
+            if let Transfer::Field(_) = &direct.transfer {
+                let missing = player.missing_energy(grid, one, (direct.profile, direct.duration));
+                if missing > 0.0 {
+                    missing_energies.push((*body, missing));
+                }
+            }
+            if clicks.len() == 1 {
+                std::mem::swap(sum, one);
+            } else {
+                sum.add(one);
+            }
+        }
+        let mut samples = inverse.make_output_vec();
+        sum.transform(grid, &**inverse, (bins, transform), &mut samples);
+        let first_sample = key.first - REACH as i64;
+        sampled.into_iter().for_each(|sound| sound.add_to(&mut samples, first_sample));
+        RenderedBlock { receiver: key.receiver, first_sample, samples, energies, missing_energies }
+    }
+}

@@ -1,0 +1,66 @@
+//! A wave that reaches a receiver, in closed form: the transfer of what radiates, times the spectrum of the
+//! force, times a delay.
+
+use pulp::Simd;
+
+use super::field_spectrum::{FieldPlayer, FieldTransfer};
+use super::ground::spectrum::GroundTransfer;
+use super::spectrum::{ArrivingForce, Grid, Spectrum};
+use super::{ground, sphere_spectrum};
+use crate::contact::force_profile::ForceProfile;
+use crate::reference::SlabTransfer;
+use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
+
+/// One wave that reaches a receiver: direct, or from the mirrored source.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Wave {
+    /// From the force to the pressure.
+    pub(crate) transfer: Transfer,
+    /// Force over time, of unit impulse.
+    pub(crate) profile: ForceProfile,
+    /// Duration τ of the force \[s\].
+    pub(crate) duration: f64,
+    /// When the middle of the force arrives \[s\]; of the ground, whose transfer has the delays, when it
+    /// acts.
+    pub(crate) middle: f64,
+}
+
+/// From the profile of the force to the pressure, but for the delay.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Transfer {
+    /// Of a sphere, times the velocity change; its delay is not used.
+    Sphere(SphereTransfer),
+    /// Of a field.
+    Field(FieldTransfer),
+    /// Of the ground, with its delays.
+    Ground(GroundTransfer),
+    /// As a paper has it.
+    Reference(SlabTransfer),
+}
+
+impl Wave {
+    /// The force in a block whose first sample is at `origin` \[s\].
+    pub(super) fn force(&self, origin: f64) -> ArrivingForce {
+        let Wave { profile, duration, middle, .. } = *self;
+        ArrivingForce { profile, duration, middle: middle - origin }
+    }
+
+    /// Adds the wave to the spectrum of a block whose first sample is at `origin` \[s\].
+    #[inline(always)]
+    pub(super) fn add_to<S: Simd>(
+        &self,
+        simd: S,
+        spectrum: &mut Spectrum,
+        grid: &Grid,
+        origin: f64,
+        player: &mut FieldPlayer,
+    ) {
+        let force = &self.force(origin);
+        match &self.transfer {
+            Transfer::Sphere(transfer) => sphere_spectrum::add(spectrum, grid, force, transfer),
+            Transfer::Field(transfer) => player.add(simd, spectrum, grid, force, transfer),
+            Transfer::Ground(transfer) => ground::spectrum::add(spectrum, grid, force, transfer),
+            Transfer::Reference(transfer) => transfer.add(spectrum, grid, force),
+        }
+    }
+}

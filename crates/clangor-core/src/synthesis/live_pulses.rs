@@ -1,6 +1,6 @@
 //! Clicks as they happen: what a click will sound like is added at once to the samples to come.
 //!
-//! The same spectra as in [`renderer`](super::renderer), one inverse FFT for each wave, in blocks of 256 to
+//! The same spectra as in [`offline`](super::offline), one inverse FFT for each wave, in blocks of 256 to
 //! 4096 samples. After [`LivePulses::new`] nothing is allocated and nothing waits: a click takes
 //! microseconds, whatever came before.
 //!

@@ -1,4 +1,4 @@
-// Layout of the rows of numbers that the wasm module, the worker, the worklet and the page exchange.
+// Layout of the rows of numbers that wasm module, worker, worklet and page exchange.
 // SI units. Generated from crates/clangor-web/src/layout.rs; do not edit:
 //   cargo run -p clangor-web --example event-layout > web/src/event-layout.js
 

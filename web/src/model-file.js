@@ -9,7 +9,7 @@
  * @property {Float32Array} vertices [m], from the centre of mass
  * @property {Uint32Array} triangles
  * @property {number} mass [kg]
- * @property {number[]} inertia diagonal of the inertia [kg m²] about the axes of the body: axisymmetric bodies
+ * @property {number[]} inertia diagonal of the inertia [kg m²] about the body's axes: axisymmetric bodies
  * @property {number} lowest least y of the surface [m]
  * @property {number} radius bounding radius [m]
  */

@@ -1,5 +1,6 @@
-// The audio thread: gives events to the synthesis when they are due, plays its samples, and sends the time
-// to the page and the world. All times are those of the AudioContext; the synthesis counts from its own start.
+// The audio thread: gives events to the synthesis when they are due, plays its samples, and sends the
+// time to the page and the world. All times are those of the AudioContext; the synthesis counts from its
+// own start.
 
 import { EVENT, EVENT_STRIDE, REPORT_STRIDE } from './event-layout.js';
 import { EventQueue } from './event-queue.js';
@@ -12,7 +13,7 @@ const HORIZON = 0.03;
 /** Events waiting for their time, at most. */
 const QUEUE_CAPACITY = 32768;
 
-/** Most events given to the synthesis in one block; the others follow in the next, a few milliseconds late. */
+/** Most events given to the synthesis in one block; the others follow in the next, milliseconds late. */
 const EVENTS_PER_BLOCK = 256;
 
 /** Blocks between two ticks: 10.7 ms at 48 kHz. */

@@ -49,7 +49,7 @@ export class Sound extends EventTarget {
 
   /**
    * To be called from a gesture: browsers allow no sound before.
-   * @param {(port: MessagePort, sampleRate: number) => void} connectWorld gets the port of the worklet's ticks
+   * @param {(port: MessagePort, sampleRate: number) => void} connectWorld gets the port of the ticks
    */
   async start(connectWorld) {
     if (this.context) {

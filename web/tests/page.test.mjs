@@ -235,7 +235,7 @@ test('Newton’s cradle keeps the period of the elliptic integral and the impact
   await page.close();
 });
 
-/** Onsets of the groups of impacts [s]: `clangor simulate scenes/newtons-cradle.toml`, faster than 0.3 m/s. */
+/** Onsets of the groups of impacts above 0.3 m/s [s]: `clangor simulate scenes/newtons-cradle.toml`. */
 const OFFLINE_CLICKS = [0.198914, 0.595773, 0.991797, 1.387093, 1.781753, 2.175858, 2.569476, 2.962669];
 
 test('a hidden tab goes on, and shows the present when it comes back', async () => {

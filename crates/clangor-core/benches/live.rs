@@ -1,12 +1,12 @@
-//! What the live engine takes of one core: `cargo bench --profile release -p clangor-core --bench live --
+//! Processor time of the real-time engine on one core: `cargo bench --profile release -p clangor-core --bench live --
 //! soak 600`.
 //!
-//! A thousand clicks a second, which come in bursts of up to fifty in a block, and fifty objects of a hundred
-//! modes that ring all the time, in blocks of 128 samples at 48 kHz for two ears. The time of each block is
-//! that of the thread, so that other programs do not count but for what they take of the caches.
+//! A thousand impacts on spheres a second, in bursts of up to fifty in a block, and fifty objects of a hundred
+//! modes that vibrate all the time, in blocks of 128 samples at 48 kHz for two ears. Times are those of the
+//! thread, so that other programs count only by their use of the caches.
 //!
-//! * `soak SECONDS`: so long of sound, objects at rest. Share of real time; the block that one in ten
-//!   thousand exceeds, the longest.
+//! * `soak SECONDS`: so many seconds of sound, objects at rest. Prints the share of real time and the times
+//!   of blocks: median, 99 %, 99.99 %, longest.
 //! * `moving SECONDS`: the same while all objects and the ears move, and transfers follow.
 //! * `floor SECONDS`, `room SECONDS`: at rest over a rigid floor, and in a room with late reverberation.
 
@@ -18,7 +18,9 @@ use clangor_core::math::random::SplitMix;
 use clangor_core::medium::Medium;
 use clangor_core::pose::Pose;
 use clangor_core::propagation::{Air, Room, WallAbsorption};
-use clangor_core::realtime::{EngineSettings, Event, ImpactEvent, ImpactTarget, SoundingObject, engine};
+use clangor_core::realtime::{
+    Controller, EngineSettings, Event, ImpactEvent, ImpactTarget, SoundingObject, engine,
+};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::synthesis::listener::Floor;
@@ -30,19 +32,19 @@ const BLOCK: usize = 128;
 const RATE: f64 = 48_000.0;
 const OBJECTS: usize = 50;
 const MODES: usize = 100;
-/// Clicks in a second, and in the largest burst.
+/// Impacts on spheres in a second, and in the largest burst.
 const CLICKS: f64 = 1000.0;
 const BURST: usize = 50;
 /// Impacts on objects in a second.
 const IMPACTS: f64 = 100.0;
 
-/// What this thread has had of the processor [s].
+/// Processor time of this thread [s].
 fn thread_time() -> f64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// A hundred modes up to 18 kHz that ring for seconds, with transfers of the orders that their wavelengths
+/// A hundred modes up to 18 kHz that decay over seconds, with transfers of the orders that their wavelengths
 /// have on 10 cm.
 fn source(random: &mut SplitMix) -> Arc<ModalSource> {
     let radius = 0.1;
@@ -69,6 +71,71 @@ fn source(random: &mut SplitMix) -> Arc<ModalSource> {
     Arc::new(ModalSource::new(Arc::new(model), &Damping::T60(4.0), &settings).expect("a good model"))
 }
 
+/// The events of a soak: bursts of impacts on spheres, impacts on objects, and motion.
+struct Load {
+    random: SplitMix,
+    places: Vec<DVec3>,
+    moving: bool,
+    /// Impacts on spheres and on objects that are due.
+    due: [f64; 2],
+    /// Number of impacts on spheres in the next burst.
+    next_burst: usize,
+}
+
+impl Load {
+    /// Sends the events of a block that begins at `time` \[s\].
+    fn send(&mut self, controller: &mut Controller, block: usize, time: f64) {
+        self.due[0] += CLICKS * BLOCK as f64 / RATE;
+        self.due[1] += IMPACTS * BLOCK as f64 / RATE;
+        // Impacts on spheres wait until the burst is complete.
+        if self.due[0] >= self.next_burst as f64 {
+            self.due[0] -= self.next_burst as f64;
+            for _ in 0..self.next_burst {
+                controller.send(self.sphere_impact(time)).expect("room in the ring");
+            }
+            // Mostly a few, sometimes fifty.
+            self.next_burst = (1.0 + BURST as f64 * self.random.uniform(0.0, 1.0).powi(4)) as usize;
+        }
+        while self.due[1] >= 1.0 {
+            self.due[1] -= 1.0;
+            controller.send(self.object_impact(time)).expect("room in the ring");
+        }
+        // Poses come as often as a picture is drawn; at rest once is enough.
+        if if self.moving { block % 6 == 0 } else { block == 0 } {
+            self.send_motion(controller, time);
+        }
+    }
+
+    fn sphere_impact(&mut self, time: f64) -> ImpactEvent {
+        let random = &mut self.random;
+        let target = ImpactTarget::Sphere { radius: random.uniform(0.003, 0.03) };
+        let time = time + random.uniform(0.0, BLOCK as f64 / RATE);
+        ImpactEvent::new(target, time, random.uniform(30e-6, 200e-6))
+            .at(2.0 * random.direction())
+            .with_velocity_change(random.direction())
+    }
+
+    fn object_impact(&mut self, time: f64) -> ImpactEvent {
+        let slot = (self.random.uniform(0.0, 1.0) * OBJECTS as f64) as usize;
+        let place = self.places[slot];
+        ImpactEvent::new(ImpactTarget::Object { slot }, time, self.random.uniform(30e-6, 500e-6))
+            .at(place)
+            .with_impulse(place, 0.01 * self.random.direction())
+    }
+
+    fn send_motion(&self, controller: &mut Controller, time: f64) {
+        let turn = if self.moving { time } else { 0.0 };
+        for (slot, place) in self.places.iter().enumerate() {
+            let pose = Pose { position: *place, orientation: DQuat::from_rotation_y(3.0 * turn) };
+            let angular_velocity = if self.moving { 3.0 * DVec3::Y } else { DVec3::ZERO };
+            let motion = Event::Pose { slot, time, pose, velocity: DVec3::ZERO, angular_velocity };
+            controller.send(motion).expect("room in the ring");
+        }
+        let ear = DVec3::new(0.3 * turn.sin(), 0.2, 0.3 * turn.cos());
+        controller.send(Event::Receivers([ear, ear + 0.17 * DVec3::X])).expect("room in the ring");
+    }
+}
+
 fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
     let mut random = SplitMix::new(7);
     let (mut controller, mut engine) = engine(settings).expect("good settings");
@@ -79,56 +146,10 @@ fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
     }
     engine.render(BLOCK);
     let blocks = (seconds * RATE / BLOCK as f64) as usize;
-    let mut times = Vec::with_capacity(blocks);
-    let (mut owed, mut owed_impacts, mut next_burst, mut modes) = (0.0, 0.0, 1, 0);
+    let mut load = Load { random, places, moving, due: [0.0; 2], next_burst: 1 };
+    let (mut times, mut modes) = (Vec::with_capacity(blocks), 0);
     for block in 0..blocks {
-        let time = engine.time();
-        owed += CLICKS * BLOCK as f64 / RATE;
-        owed_impacts += IMPACTS * BLOCK as f64 / RATE;
-        let mut send = |event| controller.send(event).expect("room in the ring");
-        // Clicks wait until as many as are to come at once are there.
-        if owed >= next_burst as f64 {
-            owed -= next_burst as f64;
-            for _ in 0..next_burst {
-                send(Event::Impact(ImpactEvent {
-                    target: ImpactTarget::Sphere { radius: random.uniform(0.003, 0.03) },
-                    time: time + random.uniform(0.0, BLOCK as f64 / RATE),
-                    duration: random.uniform(30e-6, 200e-6),
-                    pose: Pose::at(2.0 * random.direction()),
-                    velocity_change: random.direction(),
-                    angular_velocity_change: DVec3::ZERO,
-                    point: DVec3::ZERO,
-                    impulse: DVec3::ZERO,
-                }));
-            }
-            // Mostly a few, sometimes fifty.
-            next_burst = (1.0 + BURST as f64 * random.uniform(0.0, 1.0).powi(4)) as usize;
-        }
-        while owed_impacts >= 1.0 {
-            owed_impacts -= 1.0;
-            let slot = (random.uniform(0.0, 1.0) * OBJECTS as f64) as usize;
-            send(Event::Impact(ImpactEvent {
-                target: ImpactTarget::Object { slot },
-                time,
-                duration: random.uniform(30e-6, 500e-6),
-                pose: Pose::at(places[slot]),
-                velocity_change: DVec3::ZERO,
-                angular_velocity_change: DVec3::ZERO,
-                point: places[slot],
-                impulse: 0.01 * random.direction(),
-            }));
-        }
-        // Poses come as often as a picture is drawn; at rest once is enough.
-        if if moving { block % 6 == 0 } else { block == 0 } {
-            let turn = if moving { time } else { 0.0 };
-            for (slot, place) in places.iter().enumerate() {
-                let pose = Pose { position: *place, orientation: DQuat::from_rotation_y(3.0 * turn) };
-                let angular_velocity = if moving { 3.0 * DVec3::Y } else { DVec3::ZERO };
-                send(Event::Pose { slot, time, pose, velocity: DVec3::ZERO, angular_velocity });
-            }
-            let ear = DVec3::new(0.3 * turn.sin(), 0.2, 0.3 * turn.cos());
-            send(Event::Receivers([ear, ear + 0.17 * DVec3::X]));
-        }
+        load.send(&mut controller, block, engine.time());
         let begin = thread_time();
         engine.render(BLOCK);
         times.push(thread_time() - begin);
@@ -140,8 +161,9 @@ fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
     let at = |part: f64| 100.0 * times[((part * blocks as f64) as usize).min(blocks - 1)] / period;
     let report = engine.report();
     println!(
-        "{name}: {seconds} s, {:.1} % of real time; of a block's period 50 %: {:.1} %, 99 %: {:.1} %, 99.99 %: {:.1} %, \
-         longest {:.1} %; {:.0} modes on average, {} waves, shed {} (masked {}), late {}, objects faded {}",
+        "{name}: {seconds} s, {:.1} % of real time; of a block's period 50 %: {:.1} %, 99 %: {:.1} %, \
+         99.99 %: {:.1} %, longest {:.1} %; {:.0} modes on average, {} waves, shed {} (masked {}), late {}, \
+         objects faded {}",
         100.0 * mean,
         at(0.5),
         at(0.99),

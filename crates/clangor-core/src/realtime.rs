@@ -8,11 +8,11 @@
 //!                   first reflections of the walls ─► late reverberation ────┘
 //! ```
 //!
-//! The sources, forces and fields are those of the offline renderer. On the audio thread nothing is allocated,
-//! freed or waited for, and the [`Budget`] bounds the waves and modes computed in a block. Beyond the budget,
-//! the weakest sounds are left out and counted; a modal object that is left out fades within a block. An event
-//! of time t is heard [`Engine::latency`] after t, plus its propagation delay. A late event is heard as soon
-//! as possible.
+//! The sources, forces and fields are those of the offline renderer. On the audio thread nothing is
+//! allocated, freed or waited for, and the [`Budget`] bounds the waves and modes computed in a block. Beyond
+//! the budget, the weakest sounds are left out and counted; a modal object that is left out fades within a
+//! block. An event of time t is heard [`Engine::latency`] after t, plus its propagation delay. A late event
+//! is heard as soon as possible.
 //!
 //! # Use
 //!
@@ -20,7 +20,7 @@
 //!
 //! ```
 //! use clangor_core::glam::DVec3;
-//! use clangor_core::realtime::{EngineSettings, ImpactEvent, ImpactTarget, PlaybackLevel, SoundingObject, engine};
+//! use clangor_core::realtime::*;
 //!
 //! let settings = EngineSettings::default();
 //! let (mut controller, mut engine) = engine(&settings)?; // the engine moves to the audio thread
@@ -43,10 +43,10 @@
 //! ```
 //!
 //! Differs from the offline renderer: see [`live_pulses`](crate::synthesis::live_pulses) and
-//! [`live_voice`](crate::synthesis::modal::live_voice). The first receiver alone feeds the late reverberation,
-//! with the reflections that it receives: none from beyond the reach or while it is inside the body. An
-//! acceleration pulse is heard at the positions of the receivers at the time of the impact. In blocks of fewer
-//! than 32 samples, fades are as short as the block.
+//! [`live_voice`](crate::synthesis::modal::live_voice). The first receiver alone feeds the late
+//! reverberation, with the reflections that it receives: none from beyond the reach or while it is inside the
+//! body. An acceleration pulse is heard at the positions of the receivers at the time of the impact. In
+//! blocks of fewer than 32 samples, fades are as short as the block.
 
 mod block_renderer;
 mod budget;

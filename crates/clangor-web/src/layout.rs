@@ -52,7 +52,7 @@ pub const CONTACT_FIELDS: [Field; 8] = [
 /// The text of `web/src/event-layout.js`.
 pub fn javascript() -> String {
     let mut text = String::from(
-        "// Layout of the rows of numbers that the wasm module, the worker, the worklet and the page exchange.\n\
+        "// Layout of the rows of numbers that wasm module, worker, worklet and page exchange.\n\
          // SI units. Generated from crates/clangor-web/src/layout.rs; do not edit:\n\
          //   cargo run -p clangor-web --example event-layout > web/src/event-layout.js\n",
     );

@@ -147,8 +147,8 @@ fn put(playing: Option<&mut Playing>, slot: u32, file: &File) -> Result<(), Synt
     Ok(controller.put(slot as usize, Some(object))?)
 }
 
-/// Starts at sample 0, with this sample rate \[Hz\], blocks of this length \[samples\], and the medium, floor,
-/// room and air of the scene in the buffer, TOML of so many bytes. Objects stay in their slots.
+/// Starts at sample 0, with this sample rate \[Hz\], blocks of this length \[samples\], and the medium,
+/// floor, room and air of the scene in the buffer, TOML of so many bytes. Objects stay in their slots.
 pub fn synth_start(sample_rate: f64, block: u32, scene_bytes: u32) -> i32 {
     let text = wasm_buffer::bytes(scene_bytes);
     STATE.with_borrow_mut(|state| status(state.start(sample_rate, block, &text)))

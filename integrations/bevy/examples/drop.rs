@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use avian3d::prelude::*;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
-use clangor_core::material::presets;
-use clangor_core::realtime::EngineSettings;
 use clangor_bevy::playback::{play, settings_for_device};
 use clangor_bevy::{ClangorPlugin, Ears, Ground, Sounding};
+use clangor_core::material::presets;
+use clangor_core::realtime::EngineSettings;
 
 const RADIUS: f32 = 0.02;
 

@@ -1,22 +1,22 @@
-//! Contacts of a running physics world in Bevy, heard through Clangor's live engine.
+//! Sound of the contacts of a physics world in Bevy, by Clangor's real-time engine.
 //!
 //! ```text
-//! avian3d: contacts of a step ─► approach speed ─► impulse, Hertz: duration τ ─► ImpactEvent ─► ring ─► Engine, on the audio thread
+//! avian3d: contacts of a step ─► approach speed ─► impulse, Hertz: duration τ ─► ImpactEvent ─► ring
+//!                                                              Engine, on the audio thread ◄──────┘
 //! ```
 //!
 //! [`ClangorPlugin`] looks at every contact after each step of avian3d. One that approached faster than
 //! [`V_MIN`] is an impact: its impulse is (1 + e) m V, of the approach, the effective mass and avian3d's
 //! restitution, its duration that of Hertz's theory for the masses, curvatures and materials of the two
 //! bodies. (The impulses that avian3d sums up over a step count some twice: 8.6 m/s for a ball that it turns
-//! by 5.5.) Each body with a [`Sounding`] is heard; the other one may be anything.
+//! by 5.5.) A body with a [`Sounding`] is heard; the other one may be anything.
 //!
-//! Who plays the sound takes the [`Engine`](clangor_core::realtime::Engine) that [`ClangorPlugin::new`]
-//! returns, and calls its `render` from an audio callback; with the feature `playback`, [`playback`] does. An
-//! event is heard a block and 97 samples after the step in which it happened, and as late as the step is long
-//! at most.
+//! The program calls `render` of the [`Engine`](clangor_core::realtime::Engine) that [`ClangorPlugin::new`]
+//! returns from an audio callback; with the feature `playback`, [`playback`] does. An event is heard a block
+//! and 97 samples after the step in which it happened, at most one step late.
 //!
-//! It is not a click for each manifold point: the points of one contact are one impact, at their mean.
-//! Impacts within a step are all at its end, since the physics does not say when in the step they were.
+//! The manifold points of one contact are one impact, at their mean. All impacts within a step are at its
+//! end, because the physics does not give their times within the step.
 
 #[cfg(feature = "playback")]
 pub mod playback;
@@ -29,48 +29,49 @@ use clangor_core::contact::hertz::HertzContact;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::Material;
 use clangor_core::pose::Pose;
-use clangor_core::realtime::{ImpactEvent, Controller, Engine, EngineSettings, Event as SoundEvent, ImpactTarget, engine};
+use clangor_core::realtime::{
+    Controller, Engine, EngineSettings, Event as SoundEvent, ImpactEvent, ImpactTarget, engine,
+};
 use clangor_core::synthesis::SynthesisError;
 
 /// Contacts that approach more slowly are silent [m/s].
 pub const V_MIN: f32 = 0.05;
 /// Distance of the two receivers of an [`Ears`] [m].
-pub const EAR_DISTANCE: f64 = 0.17;
-/// When the clocks of physics and sound are further apart than this, they are set anew [s].
+pub use clangor_core::realtime::EAR_DISTANCE;
+/// Difference of the clocks of physics and sound at which their offset is set again [s].
 const DRIFT: f64 = 0.1;
 
-/// A body that is heard when it is struck.
+/// A body whose impacts are heard.
 #[derive(Component, Clone, Debug)]
 pub struct Sounding {
-    /// What sounds: the sphere of its volume, or an object that was put into a slot by [`Sound::controller`].
-    pub struck: ImpactTarget,
-    /// Of what it is, for the time that contacts last.
+    /// The sphere of its volume, or an object put into a slot by [`Sound::controller`].
+    pub target: ImpactTarget,
+    /// Its material, for the duration of contacts.
     pub material: Material,
-    /// Mean curvature of its surface where it is struck [1/m].
+    /// Mean curvature of its surface at impacts [1/m].
     pub curvature: f64,
 }
 
 impl Sounding {
     /// A ball of this radius [m].
     pub fn ball(radius: f64, material: Material) -> Self {
-        Sounding { struck: ImpactTarget::Sphere { radius }, material, curvature: 1.0 / radius }
+        Sounding { target: ImpactTarget::Sphere { radius }, material, curvature: 1.0 / radius }
     }
 }
 
-/// A body that is not heard itself, but of which the impacts on others know the material: a floor, a wall.
-/// Flat.
+/// The material of a flat body that is not heard itself: a floor, a wall.
 #[derive(Component, Clone, Debug)]
 pub struct Ground(pub Material);
 
-/// Where the world is heard; the receivers are to the left and right of it.
+/// Position of the listener; the receivers are to the left and right of it.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(Transform)]
 pub struct Ears;
 
-/// The way to the engine.
+/// Connection to the engine.
 #[derive(Resource)]
 pub struct Sound {
-    // The ring has one end for one thread at a time.
+    // One thread at a time may send.
     controller: Mutex<Controller>,
     /// Time of sound minus time of physics [s].
     offset: Option<f64>,
@@ -78,16 +79,16 @@ pub struct Sound {
     pub impacts: u64,
 }
 
-/// See the crate.
+/// Plugin that sends the impacts of avian3d to an engine.
 pub struct ClangorPlugin {
     controller: Mutex<Option<Controller>>,
 }
 
 impl ClangorPlugin {
-    /// The plugin, and the engine that is to play for it.
+    /// The plugin, and the engine that it sends events to.
     ///
     /// # Errors
-    /// [`SynthesisError`] for settings that cannot be.
+    /// [`SynthesisError`] for settings out of range.
     pub fn new(settings: &EngineSettings) -> Result<(Self, Engine), SynthesisError> {
         let (controller, engine) = engine(settings)?;
         Ok((ClangorPlugin { controller: Mutex::new(Some(controller)) }, engine))
@@ -99,51 +100,52 @@ impl Plugin for ClangorPlugin {
         let mut held = self.controller.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(controller) = held.take() else { return };
         app.insert_resource(Sound { controller: Mutex::new(controller), offset: None, impacts: 0 });
-        let heard = (tell_clock, tell_ears, tell_poses, tell_impacts).chain();
-        app.add_systems(PhysicsSchedule, heard.in_set(PhysicsStepSystems::Last));
+        let systems = (follow_clock, send_receivers, send_poses, send_impacts).chain();
+        app.add_systems(PhysicsSchedule, systems.in_set(PhysicsStepSystems::Last));
     }
 }
 
 impl Sound {
-    /// Tells the engine what happens; puts objects into slots.
+    /// Sends events, and puts objects into slots.
     pub fn controller(&mut self) -> &mut Controller {
         self.controller.get_mut().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The time of sound that belongs to a time of physics [s].
+    /// The time of sound at a time of physics [s].
     fn time(&self, physics: f64) -> f64 {
         physics + self.offset.unwrap_or(0.0)
     }
 
-    /// An engine that is overrun says so in its report; a game goes on.
-    fn send(&mut self, event: SoundEvent) {
+    /// Sends an event. One for which there is no room is counted in the report of the engine.
+    fn send(&mut self, event: impl Into<SoundEvent>) {
         let _ = self.controller().send(event);
     }
 }
 
-/// Keeps the clocks together: what happens now is heard as soon as it can be.
-fn tell_clock(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>) {
+/// Keeps the clocks together: present impacts are heard as soon as possible.
+fn follow_clock(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>) {
     let now = sound.controller().report().time - clock.elapsed_secs_f64();
     if sound.offset.is_none_or(|offset| (offset - now).abs() > DRIFT) {
         sound.offset = Some(now);
     }
 }
 
-fn tell_ears(mut sound: ResMut<Sound>, ears: Query<&Transform, With<Ears>>) {
+/// Sends the positions of the receivers.
+fn send_receivers(mut sound: ResMut<Sound>, ears: Query<&Transform, With<Ears>>) {
     if let Some(ears) = ears.iter().next() {
         let middle = widened(ears.translation);
-        let right = widened(*ears.right()) * (0.5 * EAR_DISTANCE);
-        sound.send(SoundEvent::Receivers([middle - right, middle + right]));
+        // Without room in the ring, the next step sends again.
+        let _ = sound.controller().place_listener(middle, widened(*ears.right()));
     }
 }
 
 type Moving<'a> = (&'a Sounding, &'a Position, &'a Rotation, &'a LinearVelocity, &'a AngularVelocity);
 
-/// Objects that ring are heard from where they are.
-fn tell_poses(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>, bodies: Query<Moving>) {
+/// Sends the motion of modal objects.
+fn send_poses(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>, bodies: Query<Moving>) {
     let time = sound.time(clock.elapsed_secs_f64());
     for (sounding, position, rotation, velocity, spin) in &bodies {
-        if let ImpactTarget::Object { slot } = sounding.struck {
+        if let ImpactTarget::Object { slot } = sounding.target {
             let (velocity, angular_velocity) = (widened(velocity.0), widened(spin.0));
             let pose = pose_of(position, rotation);
             sound.send(SoundEvent::Pose { slot, time, pose, velocity, angular_velocity });
@@ -151,7 +153,7 @@ fn tell_poses(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>, bodies: Query
     }
 }
 
-/// Bevy and Clangor do not always have the same version of glam.
+/// A vector of Bevy's glam as one of Clangor's, which may be of another version.
 fn widened(vector: Vec3) -> DVec3 {
     DVec3::from_array(vector.to_array().map(f64::from))
 }
@@ -161,7 +163,7 @@ fn pose_of(position: &Position, rotation: &Rotation) -> Pose {
     Pose { position: widened(position.0), orientation }
 }
 
-type Struckable<'a> = (
+type ContactBody<'a> = (
     Option<&'a Sounding>,
     Option<&'a Ground>,
     &'a Position,
@@ -171,9 +173,9 @@ type Struckable<'a> = (
     Option<&'a ComputedCenterOfMass>,
 );
 
-/// What a contact asks of a body.
+/// Properties of a body in a contact.
 struct Side {
-    struck: Option<ImpactTarget>,
+    target: Option<ImpactTarget>,
     pose: Pose,
     inverse_mass: f64,
     inverse_inertia: Mat3,
@@ -182,7 +184,7 @@ struct Side {
 }
 
 impl Side {
-    fn of((sounding, ground, position, rotation, mass, inertia, centre): Struckable<'_>) -> Self {
+    fn of((sounding, ground, position, rotation, mass, inertia, centre): ContactBody<'_>) -> Self {
         let mut pose = pose_of(position, rotation);
         if let Some(centre) = centre {
             pose.position += pose.orientation * widened(centre.0);
@@ -191,7 +193,7 @@ impl Side {
         let turn = Mat3::from_quat(rotation.0);
         let inverse = inertia.map_or(Mat3::ZERO, |inertia| Mat3::from(inertia.inverse()));
         Side {
-            struck: sounding.map(|sounding| sounding.struck),
+            target: sounding.map(|sounding| sounding.target),
             pose,
             inverse_mass: mass.map_or(0.0, |mass| f64::from(mass.inverse())),
             inverse_inertia: turn * inverse * turn.transpose(),
@@ -200,7 +202,7 @@ impl Side {
         }
     }
 
-    /// 1/m that is felt at a point along a direction [1/kg].
+    /// Inverse effective mass at a point along a direction [1/kg].
     fn inverse_mass_at(&self, point: DVec3, normal: DVec3) -> f64 {
         let lever = (point - self.pose.position).cross(normal).as_vec3();
         let lever = Vec3::from_array(lever.to_array());
@@ -211,25 +213,21 @@ impl Side {
     fn impact(&self, time: f64, duration: f64, point: DVec3, impulse: DVec3) -> Option<ImpactEvent> {
         let twist = (point - self.pose.position).cross(impulse).as_vec3();
         let twist = Vec3::from_array(twist.to_array());
-        Some(ImpactEvent {
-            struck: self.struck?,
-            time,
-            duration,
-            pose: self.pose,
-            velocity_change: impulse * self.inverse_mass,
-            angular_velocity_change: widened(self.inverse_inertia * twist),
-            point,
-            impulse,
-        })
+        let angular_velocity_change = widened(self.inverse_inertia * twist);
+        let impact = ImpactEvent::new(self.target?, time, duration)
+            .with_pose(self.pose)
+            .with_velocity_changes(impulse * self.inverse_mass, angular_velocity_change)
+            .with_impulse(point, impulse);
+        Some(impact)
     }
 }
 
-/// Contacts that approached in this step become impacts.
-fn tell_impacts(
+/// Sends the contacts that approached in this step as impacts.
+fn send_impacts(
     mut sound: ResMut<Sound>,
     clock: Res<Time<Physics>>,
     contacts: Collisions,
-    bodies: Query<Struckable>,
+    bodies: Query<ContactBody>,
 ) {
     let time = sound.time(clock.elapsed_secs_f64());
     for pair in contacts.iter() {
@@ -242,7 +240,7 @@ fn tell_impacts(
         }
         let (Ok(one), Ok(two)) = (bodies.get(one), bodies.get(two)) else { continue };
         let sides = [Side::of(one), Side::of(two)];
-        // The mean of what was pressed.
+        // Mean over the points, weighted by their normal impulses.
         let total: f32 = points().map(|(_, p)| p.normal_impulse).sum();
         let share = |p: &ContactPoint| f64::from(p.normal_impulse / total);
         let point: DVec3 = points().map(|(_, p)| widened(p.point) * share(p)).sum();
@@ -260,7 +258,7 @@ fn tell_impacts(
         for (side, impulse) in sides.iter().zip([-impulse, impulse]) {
             if let Some(impact) = side.impact(time, duration, point, impulse) {
                 sound.impacts += 1;
-                sound.send(SoundEvent::ImpactEvent(impact));
+                sound.send(impact);
             }
         }
     }

@@ -1,10 +1,10 @@
-//! An engine played by the machine's own loudspeakers.
+//! Playback of an engine on the default output device.
 
 use clangor_core::realtime::{Engine, EngineSettings, PlaybackLevel};
 use clangor_core::synthesis::SampleRate;
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 
-/// Why there is no sound.
+/// Why there is no playback.
 #[derive(Debug)]
 pub enum PlaybackError {
     /// No device, or one that cannot play floating-point samples in stereo.

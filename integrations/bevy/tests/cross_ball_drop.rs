@@ -5,14 +5,16 @@ use std::time::Duration;
 use avian3d::prelude::*;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
+use clangor_bevy::{ClangorPlugin, EAR_DISTANCE, Ears, Ground, Sound, Sounding};
 use clangor_core::body::BodyId;
 use clangor_core::contact::ForceProfile;
 use clangor_core::contact::hertz::HertzContact;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::presets;
 use clangor_core::realtime::EngineSettings;
-use clangor_core::synthesis::{AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
-use clangor_bevy::{ClangorPlugin, EAR_DISTANCE, Ears, Ground, Sound, Sounding};
+use clangor_core::synthesis::{
+    AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
+};
 
 const STEP: f64 = 1.0 / 240.0;
 const RATE: f64 = 48_000.0;

@@ -211,7 +211,8 @@ impl Engine {
         }
     }
 
-    /// Lets the impulse act on the modes of the object in a slot, now or, beyond the budget, in a later block.
+    /// Lets the impulse act on the modes of the object in a slot, now or, beyond the budget, in a later
+    /// block.
     fn excite_modes(&mut self, slot: usize, impact: &ImpactEvent, onset: &Onset) {
         let Engine { scheduler, objects, renderer, .. } = self;
         let Some(object) = objects.object(slot) else { return };

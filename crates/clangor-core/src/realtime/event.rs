@@ -125,8 +125,8 @@ impl Event {
 }
 
 impl ImpactEvent {
-    /// An impact on a body at the origin, with a force from `time` \[s\] on over `duration` \[s\], without any
-    /// change of velocity or impulse yet.
+    /// An impact on a body at the origin, with a force from `time` \[s\] on over `duration` \[s\], without
+    /// any change of velocity or impulse yet.
     pub fn new(target: ImpactTarget, time: f64, duration: f64) -> Self {
         ImpactEvent {
             target,

@@ -168,8 +168,8 @@ impl ObjectTable {
         }
     }
 
-    /// Adds the sound of all objects in a block. Transfers follow the motion of objects as long as `transfers`
-    /// coefficients last; the first object that must wait is the first in the next block.
+    /// Adds the sound of all objects in a block. Transfers follow the motion of objects as long as
+    /// `transfers` coefficients last; the first object that must wait is the first in the next block.
     pub(super) fn render(&mut self, block: &LiveBlock<'_>, transfers: usize, outputs: &mut LiveOutputs<'_>) {
         let (mut work, count) = (transfers, self.slots.len());
         let mut next_first = None;

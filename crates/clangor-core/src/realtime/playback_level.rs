@@ -8,8 +8,8 @@ pub struct PlaybackLevel {
 }
 
 impl PlaybackLevel {
-    /// The sample of a pressure \[Pa\]: proportional up to one half, then compressed so that it never exceeds 1.
-    /// For playback only: a compressed sample is no longer a pressure.
+    /// The sample of a pressure \[Pa\]: proportional up to one half, then compressed so that it never exceeds
+    /// 1. For playback only: a compressed sample is no longer a pressure.
     pub fn sample(&self, pressure: f64) -> f32 {
         let x = pressure / self.full_scale;
         let size = x.abs();

@@ -58,8 +58,8 @@ impl WaveQueue {
         }
     }
 
-    /// Plays the waves that begin before a sample, at most `budget` of them, and then later ones as long as the
-    /// budget lasts.
+    /// Plays the waves that begin before a sample, at most `budget` of them, and then later ones as long as
+    /// the budget lasts.
     pub(super) fn play(&mut self, before: i64, budget: usize, mut play: impl FnMut(&QueuedWave)) {
         self.due.clear();
         while self.due.len() < self.most
@@ -92,11 +92,11 @@ impl WaveQueue {
     }
 }
 
-/// Estimate of the peak pressure \[Pa\] of an acceleration pulse at a distance \[m\]: that of a sphere of this
-/// radius \[m\] on the axis of its motion.
+/// Estimate of the peak pressure \[Pa\] of an acceleration pulse at a distance \[m\]: that of a sphere of
+/// this radius \[m\] on the axis of its motion.
 ///
-/// A compact sphere accelerated by a half-sine, a = π Δv/(2τ), radiates ρR³/2 (ȧ/(cr) + a/r²), and at most the
-/// pressure of an instantaneous start, ρcΔv R/r.
+/// A compact sphere accelerated by a half-sine, a = π Δv/(2τ), radiates ρR³/2 (ȧ/(cr) + a/r²), and at most
+/// the pressure of an instantaneous start, ρcΔv R/r.
 pub(super) fn strength(pulse: &AccelerationPulse, radius: f64, distance: f64, medium: &Medium) -> f64 {
     let Medium { density, sound_speed } = *medium;
     let distance = distance.max(radius);

@@ -207,8 +207,8 @@ impl LiveVoice {
     }
 
     /// Lets an impact act with these impulses [N s] at points \[m\], both in the frame of the body; whether
-    /// there was room for it. If it is known later than [`LOOK_AHEAD`] samples before its onset, its beginning
-    /// is missing.
+    /// there was room for it. If it is known later than [`LOOK_AHEAD`] samples before its onset, its
+    /// beginning is missing.
     pub fn strike(&mut self, force: &LiveForce, points: &[(DVec3, DVec3)], position: i64) -> bool {
         if self.bank.forces() >= MOST_FORCES || self.ending {
             return false;
@@ -322,8 +322,8 @@ impl LiveVoice {
         computed
     }
 
-    /// Evaluates the transfers at the receivers at a sample. If modes `woke`: for the place that each path has
-    /// already, so that modes in progress do not jump.
+    /// Evaluates the transfers at the receivers at a sample. If modes `woke`: for the place that each path
+    /// has already, so that modes in progress do not jump.
     fn set_transfers(&mut self, block: &LiveBlock<'_>, end: i64, woke: bool) -> usize {
         let LiveBlock { propagation, receivers, .. } = *block;
         let mut computed = 0;

@@ -1,6 +1,6 @@
 // Drives the WebAssembly module as a page does, and writes what comes out as raw numbers.
 //   node drive.mjs MODULE world SCENE END OUTPUT             f64: the impacts, fetched every 20 ms
-//   node drive.mjs MODULE synth SCENE EVENTS FRAMES OUTPUT   f32: pressures, blocks of 128 frames, left, right
+//   node drive.mjs MODULE synth SCENE EVENTS FRAMES OUTPUT   f32: pressures, blocks of 128, left, right
 //   node drive.mjs MODULE time SCENE END                     prints the processor time that the world took
 import { readFileSync, writeFileSync } from 'node:fs';
 import { CONTACT_STRIDE, EVENT_STRIDE } from '../../../../web/src/event-layout.js';

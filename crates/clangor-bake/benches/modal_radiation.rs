@@ -1,7 +1,7 @@
-//! Processor time and power of the modes of ceramic bodies that are not round, by boundary elements at two
-//! accuracies and by finite differences in time: `cargo bench -p clangor-bake --bench modal_radiation -- BODY
-//! [EDGE] [kHz] [ACCURACY]`, the longest edge of the tetrahedra in mm. Further arguments: `waves` adds the
-//! finite differences, `finer=PART` a run at that part of the error, of the waves as of the edges, `few`
+//! Processor time and power of the modes of ceramic bodies that are not axisymmetric, by boundary elements at
+//! two accuracies and by finite differences in time: `cargo bench -p clangor-bake --bench modal_radiation --
+//! BODY [EDGE] [kHz] [ACCURACY]`, the longest edge of the tetrahedra in mm. Further arguments: `waves` adds
+//! the finite differences, `finer=PART` a run at that part of the error, of the waves as of the edges, `few`
 //! leaves only every eighth mode.
 
 mod cpu_time;
@@ -13,8 +13,8 @@ use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::mesh::remesh::resolution::resolution;
 use clangor_bake::mesh::tetrahedra::shape_mesh;
 use clangor_bake::modal_analysis::eigensolver;
-use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
-use clangor_bake::modal_radiation::fdtd_transfer::WaveModes;
+use clangor_bake::modal_radiation::bem_transfer::BemModalSolver;
+use clangor_bake::modal_radiation::fdtd_transfer::FdtdModalSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::presets::CERAMIC;
@@ -65,7 +65,7 @@ fn main() {
         let start = cpu_time();
         // The error of waves is of second order in the edges.
         let solver =
-            TriangleModes::try_new(&surface, highest / part.sqrt(), part * accuracy).expect("a mesh");
+            BemModalSolver::try_new(&surface, highest / part.sqrt(), part * accuracy).expect("a mesh");
         let transfers = timed(&solver, &elements, &motions);
         println!(
             "elements for {:.4}: {} unknowns, {:.1} CPU-s in all",
@@ -96,7 +96,7 @@ fn main() {
     if has("waves") {
         let start = cpu_time();
         let wall = resolution(&surface, highest, accuracy).expect("a wall").wall;
-        let solver = WaveModes::try_new(&surface, highest, wall).expect("a grid");
+        let solver = FdtdModalSolver::try_new(&surface, highest, wall).expect("a grid");
         let transfers = timed(&solver, &elements, &motions);
         println!("waves: {} cells, {:.1} CPU-s in all", solver.cells(), cpu_time() - start);
         compare("waves", &transfers);

@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::triangles::{Equation, TriangleSolver};
 use clangor_bake::radiation::RadiationSolver;
 use clangor_core::shape::Shape;
 
@@ -18,7 +18,7 @@ fn main() {
         pool.install(|| {
             let k = 3.0;
             let (near, solver) =
-                best(|| GalerkinSolver::try_new(&mesh, 6.0, Equation::BurtonMiller).expect("small"));
+                best(|| TriangleSolver::try_new(&mesh, 6.0, Equation::BurtonMiller).expect("small"));
             let (assembly, system) = best(|| solver.assemble(k));
             let (both, _) = best(|| system.clone().solve());
             let (whole, _) = best(|| solver.solve(&[k], 10).expect("finite"));

@@ -39,12 +39,12 @@ pub enum Method {
 pub struct BakeOptions {
     /// Highest wavenumber k = 2πf/c [1/m].
     pub max_wavenumber: f64,
-    /// Level error asked for: of each motion against the loudest of the body, rotations at equal surface
+    /// Requested level error: of each motion against the loudest of the body, rotations at equal surface
     /// speed.
     pub accuracy: f64,
     /// Which solver.
     pub method: Method,
-    /// Where finite differences in time run; the other solvers know one place only.
+    /// Where finite differences in time run; the other solvers run on the processor only.
     pub device: WaveDevice,
     /// Whether to keep the surface pressure for listeners inside the bounding sphere.
     pub near_field: bool,
@@ -78,7 +78,7 @@ pub struct Evidence {
     pub solves: usize,
     /// Largest level error of the rational fit at frequencies that it has not seen.
     pub held_out_error: f64,
-    /// What a user should know: thin walls, lost volume, dropped band.
+    /// Warnings for the user: thin walls, lost volume, dropped band.
     pub warnings: Vec<String>,
 }
 
@@ -135,13 +135,13 @@ impl From<WaveError> for BakeError {
 /// A frequency that is solved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolvedFrequency {
-    /// Wavenumber k [1/m] that was asked for.
+    /// Requested wavenumber k [1/m].
     pub asked: f64,
     /// The solution.
     pub sample: RadiationSample,
 }
 
-/// From where a computation goes on, and what may be kept of it.
+/// Where an interrupted computation continues, and where its results are stored.
 pub struct Resumption<'a> {
     /// What an earlier call with the same geometry and options has solved.
     pub solved: Vec<SolvedFrequency>,
@@ -151,7 +151,7 @@ pub struct Resumption<'a> {
 
 /// Computes the field of a body's six rigid motions.
 ///
-/// `progress` is told how far the work is, and may stop it.
+/// `progress` receives the completed part of the work, and may stop it.
 ///
 /// # Errors
 /// [`BakeError`].

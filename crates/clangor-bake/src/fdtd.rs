@@ -213,7 +213,7 @@ impl WaveSolver {
         self.closed
     }
 
-    /// Runs the six motions on the processor. `progress` is told which part is done, and may stop the rest.
+    /// Runs the six motions on the processor. `progress` receives the completed part, and may stop the rest.
     ///
     /// # Errors
     /// [`WaveError::Interrupted`].

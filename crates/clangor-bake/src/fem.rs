@@ -25,7 +25,7 @@ use clangor_core::material::Material;
 pub use system::ElasticSystem;
 pub(crate) use system::Elements;
 
-/// What the equations need of a material.
+/// Elastic constants of a homogeneous isotropic material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElasticConstants {
     /// λ \[Pa\].
@@ -36,7 +36,7 @@ pub struct ElasticConstants {
     pub density: f64,
 }
 
-/// Why a material cannot vibrate.
+/// Material constants outside the physical range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ElasticError {
     /// Density out of range.

@@ -34,15 +34,15 @@ pub enum GpuError {
          (Debian, Ubuntu: `apt-get install mesa-vulkan-drivers`)"
     )]
     NoDevice,
-    /// No device of the name that the environment asks for.
+    /// No device has the name given in the environment.
     #[error("no device is called \"{wanted}\" ({NAME_VARIABLE}); there are: {found}")]
     NoSuchDevice {
-        /// Part of the name that was asked for.
+        /// Requested part of the name.
         wanted: String,
         /// Names of those that there are.
         found: String,
     },
-    /// A device that refuses to be opened.
+    /// A device cannot be opened.
     #[error("the device \"{name}\" cannot be opened: {why}")]
     Refused {
         /// Name of the device.
@@ -66,7 +66,7 @@ pub enum GpuError {
         /// Name of the device.
         name: String,
     },
-    /// The device is gone, or has refused a command.
+    /// The device is lost, or has rejected a command.
     #[error("\"{name}\" failed: {why}")]
     Failed {
         /// Name of the device.

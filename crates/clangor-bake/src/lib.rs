@@ -7,7 +7,7 @@
 //!
 //! | module | computes |
 //! |---|---|
-//! | [`acceleration`], [`modal`] | the two models of a body: choose the solvers, run them, give the evidence |
+//! | [`acceleration`], [`modal`] | the two models of a body: choice of the solvers, fit, evidence |
 //! | [`geometry_class`] | class and symmetries of a geometry |
 //! | [`mesh`] | triangles of a surface, tetrahedra of a volume |
 //! | [`fem`], [`modal_analysis`] | stiffness and mass; modes and frequencies |

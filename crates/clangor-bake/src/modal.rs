@@ -1,7 +1,7 @@
 //! Ringing of one body: its modes, and the sound of each at its own frequency.
 //!
 //! ```text
-//! geometry, material ─► vibration ─► modes ─► ModalSolver ─► transfers ─► ModalModel
+//! geometry, material ─► modal analysis ─► modes ─► ModalSolver ─► transfers ─► ModalModel
 //! ```
 //!
 //! A body whose lowest mode lies above the band is no error: its model has no modes, and the evidence says
@@ -71,7 +71,7 @@ pub struct ModalEvidence {
     pub first_frequency: Option<f64>,
     /// Solver of the transfers, in words; empty without transfers.
     pub method: String,
-    /// What a user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
@@ -204,7 +204,7 @@ fn solver(
     model: &ModalModel,
     options: &ModalBakeOptions,
 ) -> Result<(Box<dyn ModalSolver>, &'static str), ModalBakeError> {
-    if let Some((meridian, axis)) = round(geometry) {
+    if let Some((meridian, axis)) = axisymmetry(geometry) {
         return Ok((
             Box::new(AxisymmetricModalSolver::new(&meridian, axis)),
             "boundary elements on the meridian",
@@ -229,8 +229,8 @@ fn wavenumber(frequency: f64, options: &ModalBakeOptions) -> f64 {
     TAU * frequency / options.medium.sound_speed
 }
 
-/// The meridian of a body of revolution, and its axis.
-fn round(geometry: &BakeGeometry) -> Option<(Meridian, DVec3)> {
+/// The meridian of an axisymmetric body, and its axis.
+fn axisymmetry(geometry: &BakeGeometry) -> Option<(Meridian, DVec3)> {
     match geometry {
         BakeGeometry::Axisymmetric(meridian) => Some((meridian.clone(), DVec3::Y)),
         BakeGeometry::Ellipsoid { semi_axes } => {

@@ -1,4 +1,4 @@
-//! The vibration of a free body of any form: its modes up to a frequency, and how far each is from a finer
+//! Modes of a free body of any shape up to a frequency, and how far each is from a finer
 //! mesh.
 //!
 //! Frequencies fall as a mesh is refined, and the spectra of two meshes are complete, so that the k-th mode
@@ -68,7 +68,7 @@ pub struct ModalAnalysis {
     pub nodes: usize,
     /// Largest ‖K u − ω² M u‖ / ‖ω² M u‖.
     pub residual: f64,
-    /// What a user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 

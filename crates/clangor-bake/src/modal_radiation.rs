@@ -35,7 +35,7 @@ pub struct ModalMotion<'a> {
 /// A solver of the modes of one body, in the frame with the centre of mass at the origin.
 pub trait ModalSolver {
     /// The transfers of the modes, in the same order, for multipoles about the origin that are made 1 on the
-    /// sphere of `ModalSurface::radius`. `progress` is told how many modes are done.
+    /// sphere of `ModalSurface::radius`. `progress` receives the number of completed modes.
     ///
     /// # Errors
     /// [`RadiationError`].

@@ -78,7 +78,7 @@ pub enum RadiationError {
 /// The field of the six motions at one wavenumber.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadiationSample {
-    /// k [1/m] at which it was solved; near the one asked for, possibly with a negative imaginary part.
+    /// k [1/m] at which it was solved; near the requested one, possibly with a negative imaginary part.
     pub wavenumber: Complex64,
     /// Outgoing multipoles of each motion on the sphere of radius `reference_radius` \[m\] about the origin:
     /// p e^{ikr} = Σ c_nm x^{−(n+1)} θₙ(ikRx)/θₙ(ikR) Y_nm, x = r/R, without the special factor of the

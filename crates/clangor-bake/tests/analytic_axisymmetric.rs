@@ -1,4 +1,4 @@
-//! Bodies of revolution against closed forms: the sphere at any frequency, spheroids at low frequency.
+//! Axisymmetric bodies against closed forms: the sphere at any frequency, spheroids at low frequency.
 
 use std::f64::consts::PI;
 

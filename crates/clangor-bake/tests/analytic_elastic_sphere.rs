@@ -52,7 +52,7 @@ fn estimates(semi_axes: DVec3, accuracy: f64) -> (Vec<f64>, f64) {
 
 #[test]
 fn the_estimated_error_of_tetrahedra_is_the_true_one() {
-    // A hair from a body of revolution about y, which would not be filled with tetrahedra.
+    // Slightly off a body axisymmetric about y, which would not be filled with tetrahedra.
     let (ratios, worst) = estimates(DVec3::new(RADIUS, RADIUS, RADIUS * (1.0 + 1e-9)), 5e-3);
     // Seen: 0.72 to 0.91, 9e-4.
     assert!(ratios.iter().all(|r| *r > 0.5 && *r < 1.5), "{ratios:.2?}");

@@ -118,10 +118,10 @@ fn a_shell_of_half_a_cell_lets_nothing_through() {
     let mut shell = sphere(DVec3::ZERO);
     let first = shell.vertices.len() as u32;
     let inside: Vec<DVec3> = shell.vertices.iter().map(|v| 0.94 * *v).collect();
-    let turned: Vec<[u32; 3]> =
+    let flipped: Vec<[u32; 3]> =
         shell.triangles.iter().map(|[a, b, c]| [a + first, c + first, b + first]).collect();
     shell.vertices.extend(inside);
-    shell.triangles.extend(turned);
+    shell.triangles.extend(flipped);
     let spacing = 1.0 / 8.0;
     let options = WaveOptions {
         max_wavenumber: 2.75,

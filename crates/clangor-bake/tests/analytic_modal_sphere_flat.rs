@@ -4,9 +4,9 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::triangles::{Equation, TriangleSolver};
 use clangor_bake::mesh::remesh::SymmetricMesh;
-use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
+use clangor_bake::modal_radiation::bem_transfer::BemModalSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -73,7 +73,7 @@ const WAVENUMBERS: [f64; 5] = [0.1, 2.0, PI, 4.4934, 8.0];
 fn multipoles_of_modes_are_exact() {
     let (mesh, surface) = (sphere(), elements());
     let symmetric = SymmetricMesh { cell: mesh, mirrors: BVec3::FALSE, frame: DMat3::IDENTITY };
-    let solver = TriangleModes::on(symmetric);
+    let solver = BemModalSolver::on(symmetric);
     let shapes: Vec<Vec<DVec3>> = RIGID_DOFS
         .iter()
         .map(|(n, m)| surface.nodes.iter().map(|x| *x * harmonic(*x, *n, *m)).collect())
@@ -108,7 +108,7 @@ fn multipoles_of_modes_are_exact() {
 #[test]
 fn surface_pressures_of_modes_are_exact() {
     let mesh = sphere();
-    let solver = GalerkinSolver::try_new(&mesh, 8.0, Equation::BurtonMiller).expect("small");
+    let solver = TriangleSolver::try_new(&mesh, 8.0, Equation::BurtonMiller).expect("small");
     let mut worst = 0.0_f64;
     for wavenumber in WAVENUMBERS {
         for (n, m) in RIGID_DOFS {

@@ -1,5 +1,5 @@
-//! The octant solver against closed forms: the accelerated sphere at any frequency, ellipsoids at low
-//! frequency.
+//! The solver of symmetric patches against closed forms: the accelerated sphere at any frequency, ellipsoids
+//! at low frequency.
 
 use std::f64::consts::PI;
 

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::triangles::{Equation, TriangleSolver};
 use clangor_bake::quadrature::gauss_legendre;
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use clangor_core::geometry::mass_properties::MassProperties;
@@ -29,7 +29,7 @@ fn unit_sphere(edge: f64) -> TriMesh {
 
 fn solve(mesh: &TriMesh, wavenumbers: &[f64], equation: Equation) -> (f64, Vec<RadiationSample>) {
     let highest = wavenumbers.iter().copied().fold(0.0, f64::max);
-    let solver = GalerkinSolver::try_new(mesh, highest, equation).unwrap();
+    let solver = TriangleSolver::try_new(mesh, highest, equation).unwrap();
     (solver.reference_radius(), solver.solve(wavenumbers, 4).unwrap())
 }
 

@@ -29,7 +29,7 @@ fn finer_panels_agree_with_the_default_ones() {
         [("coin", 20e3, 1e-4), ("plate", 20e3, 1e-5), ("bowl", 20e3, 1e-4), ("torus:0.03x0.01", 8e3, 1e-6)]
     {
         let shape = Shape::parse(name).expect("a shape");
-        let meridian = shape.meridian().expect("a body of revolution").about_centre_of_mass();
+        let meridian = shape.meridian().expect("an axisymmetric body").about_centre_of_mass();
         let highest = TAU * frequency / 343.0;
         let order = (highest * meridian.bounding_radius()) as usize + 8;
         let wavenumbers = [0.4 * highest, highest];

@@ -1,4 +1,4 @@
-//! How fine the panels of vibrating bodies of revolution have to be: radiated power against a finer run.
+//! How fine the panels of vibrating axisymmetric bodies have to be: radiated power against a finer run.
 //!
 //! The shapes bend as modes do, with as many waves on the surface as in the air or more. For true modes:
 //! `cargo bench --profile release -p clangor-bake --bench modal_axisymmetric -- finer`.
@@ -20,7 +20,7 @@ fn the_default_panels_give_the_power() {
         ("plate", 8e-3, [(3.0, 2, 0.5), (20.0, 9, 2.0), (48.0, 0, 6.0), (48.0, 16, 3.0)]),
     ] {
         let shape = Shape::parse(name).expect("a shape").with_edge(edge).expect("an edge");
-        let meridian = shape.meridian().expect("a body of revolution");
+        let meridian = shape.meridian().expect("an axisymmetric body");
         let centre = DVec3::Y * meridian.centre_of_mass();
         let mesh = shape.mesh();
         let mut nodes: Vec<DVec3> = mesh.vertices.iter().map(|x| x - centre).collect();

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::triangles::{Equation, TriangleSolver};
 use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
 use clangor_bake::mesh::remesh::resolution::resolution;
 use clangor_bake::mesh::remesh::{RemeshOptions, remesh_symmetric};
@@ -28,7 +28,7 @@ fn solved(
     let radius = input.bounding_radius(DVec3::ZERO);
     let normals: Vec<DVec3> = mirror_planes(input, 1e-4 * radius).iter().map(|p| p.normal).collect();
     let (mesh, report) = remesh_symmetric(input, &normals, options).unwrap();
-    let solver = GalerkinSolver::try_symmetric(&mesh, wavenumber, Equation::BurtonMiller).unwrap();
+    let solver = TriangleSolver::try_symmetric(&mesh, wavenumber, Equation::BurtonMiller).unwrap();
     let RadiationSample { wavenumber, mut coefficients, .. } =
         solver.solve(&[wavenumber], 12).unwrap().remove(0);
     let own = solver.reference_radius();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::triangles::{Equation, TriangleSolver};
 use clangor_bake::radiation::RadiationSolver;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::medium::Medium;
@@ -15,7 +15,7 @@ fn surface_error(edge: f64, k: f64) -> (f64, f64) {
     let mut mesh = Shape::parse(&format!("sphere:1@{edge}")).unwrap().mesh();
     let scale = (4.0 / 3.0 * PI / MassProperties::of(&mesh).unwrap().volume).cbrt();
     mesh.vertices.iter_mut().for_each(|v| *v *= scale);
-    let solver = GalerkinSolver::try_new(&mesh, k, Equation::BurtonMiller).unwrap();
+    let solver = TriangleSolver::try_new(&mesh, k, Equation::BurtonMiller).unwrap();
     let sample = &solver.solve(&[k], 2).unwrap()[0];
     let air = Medium { density: 1.0, sound_speed: 1.0 };
     let (mut wrong, mut size) = (0.0, 0.0);

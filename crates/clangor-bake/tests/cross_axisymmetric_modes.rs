@@ -1,4 +1,4 @@
-//! Bodies of revolution: the section's modes against those of tetrahedra, frequencies and shapes; the surface
+//! Axisymmetric bodies: the section's modes against those of tetrahedra, frequencies and shapes; the surface
 //! they are given on against the exact volume.
 
 use std::ops::ControlFlow;
@@ -14,7 +14,7 @@ use clangor_core::shape::Shape;
 use clangor_core::sound_model::modal::surface::SurfaceLocator;
 use glam::{DMat3, DVec3};
 
-fn turned(shape: &str, constants: &ElasticConstants, limit: f64) -> ModalAnalysis {
+fn axisymmetric(shape: &str, constants: &ElasticConstants, limit: f64) -> ModalAnalysis {
     let meridian = Shape::parse(shape).expect("a shape").meridian().expect("a section");
     let geometry = BakeGeometry::Axisymmetric(meridian.about_centre_of_mass());
     let mut go_on = |_: &_| ControlFlow::Continue(());
@@ -31,12 +31,12 @@ fn size(m: DMat3) -> f64 {
 }
 
 /// Largest difference of frequencies, and of the products of shapes over the largest of them.
-fn differences(turned: &ModalAnalysis, filled: &Modes, nodes: &[DVec3], at: &[u32]) -> (f64, f64) {
-    let locator = SurfaceLocator::new(&turned.surface);
+fn differences(axisymmetric: &ModalAnalysis, filled: &Modes, nodes: &[DVec3], at: &[u32]) -> (f64, f64) {
+    let locator = SurfaceLocator::new(&axisymmetric.surface);
     let places: Vec<_> = at.iter().map(|n| locator.nearest(nodes[*n as usize]).expect("a place")).collect();
     let (mut by_frequency, mut by_shape) = (0.0_f64, 0.0_f64);
     let mut from = 0;
-    for group in turned.modes.chunk_by(|a, b| b.frequency < a.frequency * (1.0 + 1e-9)) {
+    for group in axisymmetric.modes.chunk_by(|a, b| b.frequency < a.frequency * (1.0 + 1e-9)) {
         let others = &filled.modes[from..from + group.len()];
         from += group.len();
         for (a, b) in group.iter().zip(others) {
@@ -61,13 +61,13 @@ fn sections_and_tetrahedra_agree() {
     // Shape, elements [m], limit [Hz].
     for (shape, edge, limit) in [("coin", 0.0013, 43e3), ("torus:0.05x0.01", 0.006, 17e3)] {
         let constants = ElasticConstants::of(&COPPER.material()).expect("an elastic material");
-        let turned = turned(shape, &constants, limit);
+        let axisymmetric = axisymmetric(shape, &constants, limit);
         let mesh = shape_mesh(&Shape::parse(shape).expect("a shape"), edge).expect("a mesh");
         let filled = solve(&ElasticSystem::new(&mesh, &constants), limit * 1.01).expect("modes");
         let mut on_surface: Vec<u32> = mesh.surface().into_iter().flatten().step_by(13).collect();
         on_surface.sort_unstable();
         on_surface.dedup();
-        let (frequency, shape_error) = differences(&turned, &filled, &mesh.nodes, &on_surface);
+        let (frequency, shape_error) = differences(&axisymmetric, &filled, &mesh.nodes, &on_surface);
         // Seen: 2.2e-3, 2.1e-2; 8.6e-4, 3.0e-2. Most of it is the tetrahedra's.
         assert!(frequency < 4e-3 && shape_error < 0.05, "{shape}: {frequency:.1e} {shape_error:.1e}");
     }
@@ -77,8 +77,8 @@ fn sections_and_tetrahedra_agree() {
 fn surfaces_are_closed_and_have_the_volume() {
     let constants = ElasticConstants::of(&CERAMIC.material()).expect("an elastic material");
     for (shape, limit) in [("bowl", 10e3), ("plate", 5e3), ("wineglass", 10e3), ("torus:0.02x0.006", 1e5)] {
-        let turned = turned(shape, &constants, limit);
-        let mass = MassProperties::of(&turned.surface.quarters()).expect("a closed surface");
+        let axisymmetric = axisymmetric(shape, &constants, limit);
+        let mass = MassProperties::of(&axisymmetric.surface.quarters()).expect("a closed surface");
         let exact = Shape::parse(shape).expect("a shape").meridian().expect("a section").volume();
         let error = mass.volume / exact - 1.0;
         // Seen: 2e-3, 1e-3, 4e-3, 2e-2, lost to the facets.

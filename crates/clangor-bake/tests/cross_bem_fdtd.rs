@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use clangor_bake::acceleration::{BakeOptions, Method, bake, bake_with};
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::triangles::{Equation, TriangleSolver};
 use clangor_bake::fdtd::{Boundary, WaveField, WaveOptions, WaveSolver};
 use clangor_bake::fitting::comparison::{FieldErrors, compare, directions, six_pressures};
 use clangor_bake::fitting::rational::poles;
@@ -80,7 +80,7 @@ fn a_rounded_die_sounds_alike() {
 #[test]
 fn a_coin_sounds_alike() {
     let shape = Shape::parse("coin").expect("a shape");
-    let meridian = shape.meridian().expect("a body of revolution");
+    let meridian = shape.meridian().expect("an axisymmetric body");
     let errors = difference(&BakeGeometry::Axisymmetric(meridian), &surface("coin"), 5e-4);
     // Residual seen: 0.34 % level, 1.3 % own.
     assert!(errors.worst_level() < 0.01, "{errors:?}");
@@ -130,10 +130,10 @@ fn an_open_cup_rings_alike() {
     let meridian = cup();
     let elements = by_elements(&BakeGeometry::Axisymmetric(meridian.clone()), 2e-3);
     let radius = elements.radius;
-    let turned =
+    let axisymmetric =
         AxisymmetricSolver::new(&meridian, DVec3::Y, AxisymmetricOptions::new(HIGHEST)).with_surface(30.0);
     // The slowest resonance needs 150 R/c to fall by 60 dB.
-    let field = run(turned.surface().expect("a surface"), 2.5e-3, 20.0, 12);
+    let field = run(axisymmetric.surface().expect("a surface"), 2.5e-3, 20.0, 12);
     let waves = by_waves(&field, 2e-3);
 
     let expected: Vec<Complex64> = poles(&elements.field.nodes)
@@ -226,7 +226,7 @@ fn a_key_sounds_alike_in_the_limit() {
     let stepped = |spacing: f64| run(&mesh, spacing, 5.0, 12).samples(&wavenumbers, 12);
     let solved = |min_edge: f64, max_edge: f64| {
         let (fine, _) = remesh(&mesh, &RemeshOptions { min_edge, max_edge }).expect("a mesh");
-        let solver = GalerkinSolver::try_new(&fine, HIGHEST, Equation::BurtonMiller).expect("a solver");
+        let solver = TriangleSolver::try_new(&fine, HIGHEST, Equation::BurtonMiller).expect("a solver");
         solver.solve(&wavenumbers, 12).expect("a solution")
     };
     let elements = [solved(0.7e-3, 2.5e-3), solved(0.4e-3, 1.8e-3)];

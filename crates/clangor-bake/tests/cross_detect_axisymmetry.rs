@@ -30,7 +30,7 @@ fn frequencies(geometry: &BakeGeometry) -> Vec<f64> {
 fn a_bowl_of_triangles_rings_as_the_exact_one() {
     let exact = Shape::parse("bowl").expect("a shape").meridian().expect("a section").about_centre_of_mass();
     let rough = mesh("bowl");
-    let fit = fitted_meridian(&rough).expect("a body of revolution");
+    let fit = fitted_meridian(&rough).expect("an axisymmetric body");
     // Seen: 1.3e-4 m; the facets cut some per mille of the volume off.
     let lost = fit.meridian.volume() / exact.volume() - 1.0;
     assert!(fit.deviation < 3e-4 && lost.abs() < 0.02, "{:.1e} {lost:.1e}", fit.deviation);

@@ -1,10 +1,10 @@
-//! Modes of bodies of revolution by their orders around the axis against triangles that know of no axis.
+//! Modes of axisymmetric bodies by their orders around the axis against triangles that know of no axis.
 
 use std::ops::ControlFlow;
 
 use clangor_bake::mesh::tetrahedra::shape_mesh;
 use clangor_bake::modal_radiation::axisymmetric::AxisymmetricModalSolver;
-use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
+use clangor_bake::modal_radiation::bem_transfer::BemModalSolver;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::shape::Shape;
@@ -15,7 +15,7 @@ use glam::DVec3;
 /// `highest` [1/m].
 fn compare(name: &str, edge: f64, highest: f64, accuracy: f64) -> (f64, f64) {
     let shape = Shape::parse(name).expect("a shape");
-    let meridian = shape.meridian().expect("a body of revolution");
+    let meridian = shape.meridian().expect("an axisymmetric body");
     let tetrahedra = shape_mesh(&shape, edge).expect("a mesh");
     let centre = DVec3::Y * meridian.centre_of_mass();
     let nodes = tetrahedra.nodes.iter().map(|x| *x - centre).collect();
@@ -41,10 +41,10 @@ fn compare(name: &str, edge: f64, highest: f64, accuracy: f64) -> (f64, f64) {
     let solve = |solver: &dyn ModalSolver| {
         solver.transfers(&surface, &motions, &mut |_| ControlFlow::Continue(())).expect("a solution")
     };
-    let round = solve(&AxisymmetricModalSolver::new(&meridian.about_centre_of_mass(), DVec3::Y));
-    let triangles = solve(&TriangleModes::try_new(&mesh, highest, accuracy).expect("a mesh"));
+    let axisymmetric = solve(&AxisymmetricModalSolver::new(&meridian.about_centre_of_mass(), DVec3::Y));
+    let triangles = solve(&BemModalSolver::try_new(&mesh, highest, accuracy).expect("a mesh"));
     let mut worst = (0.0_f64, 0.0_f64);
-    for ((a, b), motion) in round.iter().zip(&triangles).zip(&motions) {
+    for ((a, b), motion) in axisymmetric.iter().zip(&triangles).zip(&motions) {
         let kappa = motion.wavenumber * radius;
         let (mut wrong, mut size) = (0.0, 0.0);
         for k in 0..80 {

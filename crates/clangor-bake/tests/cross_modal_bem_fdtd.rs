@@ -4,8 +4,8 @@ mod solids;
 
 use std::ops::ControlFlow;
 
-use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
-use clangor_bake::modal_radiation::fdtd_transfer::WaveModes;
+use clangor_bake::modal_radiation::bem_transfer::BemModalSolver;
+use clangor_bake::modal_radiation::fdtd_transfer::FdtdModalSolver;
 use clangor_bake::modal_radiation::surface_modes::SurfaceModes;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -43,8 +43,8 @@ fn compare(name: &str, kappa: f64, spacing: f64, accuracy: f64) -> Vec<[f64; 2]>
     let motions: Vec<ModalMotion<'_>> =
         described.iter().map(|(wavenumber, shape)| ModalMotion { wavenumber: *wavenumber, shape }).collect();
     let highest = kappa / radius;
-    let elements = TriangleModes::try_new(&mesh, highest, accuracy).expect("a mesh");
-    let waves = WaveModes::with_spacing(&mesh, highest, spacing).expect("a grid");
+    let elements = BemModalSolver::try_new(&mesh, highest, accuracy).expect("a mesh");
+    let waves = FdtdModalSolver::with_spacing(&mesh, highest, spacing).expect("a grid");
     let (a, b) = (solve(&elements, &surface, &motions), solve(&waves, &surface, &motions));
     let mut errors = Vec::new();
     for ((a, b), motion) in a.iter().zip(&b).zip(&motions) {

@@ -57,7 +57,7 @@ fn scaled_against_baked(axes: DVec3, modes: f64, size: f64) -> Difference {
     let bank = bank(&polynomials, axes, modes);
     let limit = bank.entries()[0].max_frequency / size;
     // The same at another size, from the beginning. Equal axes are told apart by next to nothing, so that
-    // they are not turned.
+    // they are not rotated.
     let named = size * axes * DVec3::new(1.0, 1.0, 1.0 + 1e-7);
     let mut baked = modal_model(&polynomials, size * axes, bank.material(), limit).model;
     let options =
@@ -116,7 +116,7 @@ fn shape_error(proxy: &ModalProxy, mode: usize, baked: &ModalModel) -> f64 {
     baked.surface.nodes.iter().zip(shape).step_by(7).map(error).fold(0.0, f64::max)
 }
 
-/// Pairs of a round ellipsoid are the two of different parity, in the order of the parities.
+/// Pairs of an axisymmetric ellipsoid are the two of different parity, in the order of the parities.
 #[test]
 fn a_round_ellipsoid_of_another_size_is_the_scaled_one() {
     let worst = scaled_against_baked(DVec3::new(0.25, 1.0, 1.0), 2.5, 0.031);
@@ -133,7 +133,7 @@ fn a_triaxial_ellipsoid_of_another_size_is_the_scaled_one() {
     assert!(worst.frequency < 1e-4 && worst.shape < 1e-4 && worst.transfer < 1e-4, "{worst:?}");
 }
 
-/// The bank's ellipsoid, of polynomials and turned, against one of another method: the section, and the
+/// The bank's ellipsoid, of polynomials and rotated, against one of another method: the section, and the
 /// body's own frame.
 #[test]
 fn a_scaled_ellipsoid_is_the_body_baked_by_itself() {
@@ -178,8 +178,8 @@ fn a_scaled_ellipsoid_is_the_body_baked_by_itself() {
             let kappa = TAU * f * own.radius / Medium::AIR.sound_speed;
             let by_own =
                 square(&|k| own.modes[k].transfer.as_ref().map_or(0.0, |t| t.undelayed(x, kappa).norm_sqr()));
-            let turned = proxy.rotation() * x;
-            let by_proxy = square(&|k| proxy.transfer(k).undelayed(turned, kappa).norm_sqr());
+            let rotated = proxy.rotation() * x;
+            let by_proxy = square(&|k| proxy.transfer(k).undelayed(rotated, kappa).norm_sqr());
             loud = loud.max(by_own.sqrt());
             error = error.max((by_own.sqrt() - by_proxy.sqrt()).abs());
             // The motion of a place on the surface, along its normal.

@@ -10,7 +10,7 @@ use num_complex::Complex64;
 
 fn solve(name: &str, kr: f64, axis: glam::DVec3) -> (AxisymmetricSolver, RadiationSample) {
     let shape = Shape::parse(name).expect("a shape");
-    let meridian = shape.meridian().expect("a body of revolution").about_centre_of_mass();
+    let meridian = shape.meridian().expect("an axisymmetric body").about_centre_of_mass();
     let wavenumber = kr / meridian.bounding_radius();
     // 100 edges on a wave: the linear mesh is what limits the balance.
     let solver =

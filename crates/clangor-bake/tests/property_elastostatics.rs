@@ -170,8 +170,8 @@ fn bad_input_is_refused() {
     assert_eq!(body.solve(&[]).map(|d| d.strain_energy), Ok(0.0));
 }
 
-fn revolution(shape: &str) -> BakeGeometry {
-    let meridian = Shape::parse(shape).unwrap().meridian().expect("a body of revolution");
+fn axisymmetric(shape: &str) -> BakeGeometry {
+    let meridian = Shape::parse(shape).unwrap().meridian().expect("an axisymmetric body");
     BakeGeometry::Axisymmetric(meridian.about_centre_of_mass())
 }
 
@@ -268,11 +268,11 @@ fn every_body_gets_a_mesh_to_break() {
         ("round die", BakeGeometry::RoundedBox { edges: DVec3::splat(0.016), round: 0.004 }, 2),
         ("plate as triangles", surface("plate"), 2),
         ("ellipsoid", BakeGeometry::Ellipsoid { semi_axes: DVec3::new(0.03, 0.02, 0.01) }, 2),
-        ("plate", revolution("plate"), 2),
-        ("bowl", revolution("bowl"), 2),
-        ("wineglass", revolution("wineglass"), 2),
-        ("coin", revolution("coin"), 2),
-        ("torus", revolution("torus:0.02x0.005"), 0),
+        ("plate", axisymmetric("plate"), 2),
+        ("bowl", axisymmetric("bowl"), 2),
+        ("wineglass", axisymmetric("wineglass"), 2),
+        ("coin", axisymmetric("coin"), 2),
+        ("torus", axisymmetric("torus:0.02x0.005"), 0),
         ("rock", surface("rock:3x0.03"), 2),
     ];
     for (name, geometry, euler) in bodies {

@@ -1,4 +1,4 @@
-//! What has to hold for the modes of any body of revolution.
+//! What has to hold for the modes of any axisymmetric body.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -21,7 +21,7 @@ use num_complex::Complex64;
 /// A body about its centre of mass: its meridian and the surface of tetrahedra in it.
 fn body(name: &str, edge: f64) -> (Meridian, ModalSurface) {
     let shape = Shape::parse(name).expect("a shape");
-    let meridian = shape.meridian().expect("a body of revolution");
+    let meridian = shape.meridian().expect("an axisymmetric body");
     let centre = DVec3::Y * meridian.centre_of_mass();
     let mesh = shape_mesh(&shape, edge).expect("a mesh");
     let nodes = mesh.nodes.iter().map(|x| x - centre).collect();
@@ -126,20 +126,20 @@ fn a_pair_may_have_any_basis() {
     let mix = |a: f64, b: f64| first.iter().zip(&second).map(|(u, v)| *u * a + *v * b).collect();
     let shapes = [first.clone(), second.clone(), mix(cos, sin), mix(-sin, cos)];
     let plain = transfers(&meridian, &surface, 250.0, &shapes[..2]);
-    let turned = transfers(&meridian, &surface, 250.0, &shapes[2..]);
+    let rotated = transfers(&meridian, &surface, 250.0, &shapes[2..]);
     let size: f64 = plain.iter().flat_map(|t| &t.coefficients).map(|c| c.norm_sqr()).sum();
     let gap: f64 = (0..plain[0].coefficients.len())
         .map(|i| {
             let [a, b] = [0, 1].map(|k| plain[k].coefficients[i]);
-            let [c, d] = [0, 1].map(|k| turned[k].coefficients[i]);
+            let [c, d] = [0, 1].map(|k| rotated[k].coefficients[i]);
             (a * cos + b * sin - c).norm_sqr() + (b * cos - a * sin - d).norm_sqr()
         })
         .sum();
-    println!("turned basis: {:.1e}, order {}", (gap / size).sqrt(), plain[0].order);
-    assert_eq!(plain[0].order, turned[1].order);
+    println!("rotated basis: {:.1e}, order {}", (gap / size).sqrt(), plain[0].order);
+    assert_eq!(plain[0].order, rotated[1].order);
     assert!((gap / size).sqrt() < 1e-9, "{gap:e} {size:e}");
     let squares = |of: &[ModalTransfer]| of.iter().map(|t| t.power(250.0 * radius)).sum::<f64>();
-    assert!((squares(&plain) / squares(&turned) - 1.0).abs() < 1e-9);
+    assert!((squares(&plain) / squares(&rotated) - 1.0).abs() < 1e-9);
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn power_leaves_the_surface_as_it_arrives_far_away() {
         ("torus:0.03x0.01", 6.0, 4),
     ] {
         let shape = Shape::parse(name).expect("a shape");
-        let meridian = shape.meridian().expect("a body of revolution").about_centre_of_mass();
+        let meridian = shape.meridian().expect("an axisymmetric body").about_centre_of_mass();
         let radius = meridian.bounding_radius();
         let solver = AzimuthalSolver::new(&meridian, radius, AxisymmetricOptions::new(0.0));
         let wavenumber = kr / radius;
@@ -168,7 +168,7 @@ fn resonances_inside_a_thick_body_are_not_heard() {
     // one.
     let zeros = [(0, 2.404_825_557_695_773), (1, 3.831_705_970_207_512), (2, 5.135_622_301_840_683)];
     let shape = Shape::parse("cylinder:1x1").expect("a shape");
-    let meridian = shape.meridian().expect("a body of revolution").about_centre_of_mass();
+    let meridian = shape.meridian().expect("an axisymmetric body").about_centre_of_mass();
     let radius = meridian.bounding_radius();
     let solver = AzimuthalSolver::new(&meridian, radius, AxisymmetricOptions::new(0.0));
     for ((m, zero), level) in zeros.into_iter().flat_map(|z| [(z, 1.0), (z, 2.0), (z, 5.0)]) {

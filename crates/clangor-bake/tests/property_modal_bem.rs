@@ -7,10 +7,10 @@ mod solids;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::triangles::{Equation, TriangleSolver};
 use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
 use clangor_bake::mesh::remesh::{RemeshOptions, SymmetricMesh, remesh_symmetric};
-use clangor_bake::modal_radiation::bem_transfer::TriangleModes;
+use clangor_bake::modal_radiation::bem_transfer::BemModalSolver;
 use clangor_bake::modal_radiation::normal_velocity_projection::NormalVelocityProjection;
 use clangor_bake::modal_radiation::{ModalMotion, ModalSolver};
 use clangor_bake::radiation::{RadiationError, RadiationSolver};
@@ -26,7 +26,7 @@ fn symmetric(mesh: &TriMesh, min_edge: f64, max_edge: f64) -> SymmetricMesh {
     remesh_symmetric(mesh, &planes, &RemeshOptions { min_edge, max_edge }).expect("a mesh").0
 }
 
-fn solve(solver: &TriangleModes, surface: &ModalSurface, motions: &[ModalMotion<'_>]) -> Vec<ModalTransfer> {
+fn solve(solver: &BemModalSolver, surface: &ModalSurface, motions: &[ModalMotion<'_>]) -> Vec<ModalTransfer> {
     solver.transfers(surface, motions, &mut |_| ControlFlow::Continue(())).expect("a solution")
 }
 
@@ -48,10 +48,10 @@ fn rigid_translations_sound_as_acceleration_noise() {
         let radius = surface.radius();
         let wavenumber = reach / radius;
         let rigid =
-            GalerkinSolver::try_symmetric(&acoustic, wavenumber, Equation::BurtonMiller).expect("small");
+            TriangleSolver::try_symmetric(&acoustic, wavenumber, Equation::BurtonMiller).expect("small");
         let sample = rigid.solve(&[wavenumber], 12).expect("a solution").remove(0);
         let own = rigid.reference_radius();
-        let solver = TriangleModes::on(acoustic);
+        let solver = BemModalSolver::on(acoustic);
         for (axis, direction) in DVec3::AXES.into_iter().enumerate() {
             let shape = vec![direction; surface.nodes.len()];
             let transfer = solve(&solver, &surface, &[ModalMotion { wavenumber, shape: &shape }]).remove(0);
@@ -90,10 +90,10 @@ fn power_leaves_the_surface_as_it_arrives() {
     let motion =
         |x: DVec3| (40.0 * x.x + 0.7).sin() * DVec3::Z + DVec3::new(0.3, 0.2 * (150.0 * x.z).cos(), 0.0);
     let shape: Vec<DVec3> = surface.nodes.iter().map(|x| motion(*x)).collect();
-    let solver = TriangleModes::on(acoustic);
+    let solver = BemModalSolver::on(acoustic);
     let transfer = solve(&solver, &surface, &[ModalMotion { wavenumber, shape: &shape }]).remove(0);
     let far = transfer.power(wavenumber * radius) * radius.powi(4);
-    let direct = GalerkinSolver::try_new(&whole, wavenumber, Equation::BurtonMiller).expect("small");
+    let direct = TriangleSolver::try_new(&whole, wavenumber, Equation::BurtonMiller).expect("small");
     let accelerations: Vec<[f64; 3]> = (0..whole.triangles.len())
         .map(|t| whole.corners(t).map(|x| motion(x).dot(whole.area_vector(t).normalize())))
         .collect();
@@ -128,7 +128,7 @@ fn a_ladder_gives_what_the_wavenumbers_of_the_modes_do() {
         wavenumber: (0.6 + 7.4 * i as f64 / f64::from(count)) / radius,
         shape: &shapes[i],
     };
-    let solver = TriangleModes::on(acoustic);
+    let solver = BemModalSolver::on(acoustic);
     let motions: Vec<ModalMotion<'_>> = (0..shapes.len()).map(motion).collect();
     let together = solve(&solver, &surface, &motions);
     let mut worst = 0.0_f64;
@@ -152,12 +152,12 @@ fn false_flux_is_not_heard() {
         *x = moved.normalize();
     });
     let surface = faces(&coarse);
-    let turned = DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5));
-    let stretch = |x: DVec3| turned * (DVec3::new(1.0, -1.0, 0.0) * (turned.inverse() * x));
+    let rotation = DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5));
+    let stretch = |x: DVec3| rotation * (DVec3::new(1.0, -1.0, 0.0) * (rotation.inverse() * x));
     let shape: Vec<DVec3> = surface.nodes.iter().map(|x| stretch(*x)).collect();
     let operator = NormalVelocityProjection::new(&surface, &sphere).expect("loads");
     let kappa = 0.05;
-    let solver = GalerkinSolver::try_new(&sphere, kappa, Equation::BurtonMiller).expect("small");
+    let solver = TriangleSolver::try_new(&sphere, kappa, Equation::BurtonMiller).expect("small");
     let power = |loads: Vec<f64>| {
         let coefficients = solver.radiate(kappa, 4, 1.0, &[loads]).expect("a solution").remove(0);
         ModalTransfer { order: 4, coefficients }.power(kappa)
@@ -176,7 +176,7 @@ fn false_flux_is_not_heard() {
 #[test]
 fn bad_input_and_interruption_are_errors() {
     let sphere = shape("sphere:1@0.5");
-    let solver = TriangleModes::try_new(&sphere, 1.0, 0.05).expect("a mesh");
+    let solver = BemModalSolver::try_new(&sphere, 1.0, 0.05).expect("a mesh");
     let surface = faces(&sphere);
     let shape = vec![DVec3::X; surface.nodes.len()];
     let motions = [ModalMotion { wavenumber: 1.0, shape: &shape }];
@@ -191,7 +191,7 @@ fn bad_input_and_interruption_are_errors() {
     let refused = solver.transfers(&surface, &fast, &mut go_on);
     assert!(matches!(refused, Err(RadiationError::Orders { .. })));
     let open = TriMesh { vertices: sphere.vertices.clone(), triangles: sphere.triangles[1..].to_vec() };
-    assert!(TriangleModes::try_new(&open, 1.0, 0.05).is_err());
-    assert!(TriangleModes::try_new(&sphere, f64::NAN, 0.05).is_err());
+    assert!(BemModalSolver::try_new(&open, 1.0, 0.05).is_err());
+    assert!(BemModalSolver::try_new(&sphere, f64::NAN, 0.05).is_err());
     assert!(solve(&solver, &surface, &[]).is_empty());
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use clangor_bake::bem::triangles::field::field;
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver, MOST_UNKNOWNS};
+use clangor_bake::bem::triangles::{Equation, MOST_UNKNOWNS, TriangleSolver};
 use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
 use clangor_bake::mesh::remesh::{RemeshOptions, remesh_symmetric};
 use clangor_bake::quadrature::gauss_legendre;
@@ -27,7 +27,7 @@ fn lump() -> TriMesh {
 }
 
 fn solved(mesh: &TriMesh, k: f64) -> (f64, RadiationSample) {
-    let solver = GalerkinSolver::try_new(mesh, k, Equation::BurtonMiller).unwrap();
+    let solver = TriangleSolver::try_new(mesh, k, Equation::BurtonMiller).unwrap();
     (solver.reference_radius(), solver.solve(&[k], 12).unwrap().remove(0))
 }
 
@@ -143,7 +143,7 @@ fn the_field_meets_the_pressure_and_the_motion_on_the_surface() {
 #[test]
 fn a_solution_does_not_depend_on_what_was_prepared() {
     let mesh = Shape::parse("sphere:1@0.4").unwrap().mesh();
-    let solver = |highest| GalerkinSolver::try_new(&mesh, highest, Equation::BurtonMiller).unwrap();
+    let solver = |highest| TriangleSolver::try_new(&mesh, highest, Equation::BurtonMiller).unwrap();
     let sample = |highest: f64| solver(highest).solve(&[0.5, 3.0], 3).unwrap();
     let (narrow, wide, none) = (sample(3.0), sample(20.0), sample(0.0));
     for other in [&wide, &none] {
@@ -200,12 +200,12 @@ fn a_cell_and_its_images_are_the_whole_surface() {
         let (symmetric, report) = remesh_symmetric(&input, &normals, &options).unwrap();
         let (whole, _) = symmetric.whole();
         let k = 4.0 / whole.bounding_radius(DVec3::ZERO);
-        let folded = GalerkinSolver::try_symmetric(&symmetric, k, Equation::BurtonMiller).unwrap();
-        let full = GalerkinSolver::try_new(&whole, k, Equation::BurtonMiller).unwrap();
+        let folded = TriangleSolver::try_symmetric(&symmetric, k, Equation::BurtonMiller).unwrap();
+        let full = TriangleSolver::try_new(&whole, k, Equation::BurtonMiller).unwrap();
         assert_eq!(folded.surface().unwrap(), &whole);
         // Vertices on the planes do not get fewer.
         assert!(folded.unknowns() < (report.unknowns >> planes) * 7 / 4, "{name}");
-        let solve = |solver: &GalerkinSolver| solver.solve(&[k], 6).unwrap().remove(0);
+        let solve = |solver: &TriangleSolver| solver.solve(&[k], 6).unwrap().remove(0);
         let seen = difference(&solve(&folded), &solve(&full));
         println!("{name}: {} of {} unknowns, {seen:.1e}", folded.unknowns(), report.unknowns);
         // Residuals seen: 5e-4, 3e-4, 3e-4, 3e-5. Naming the corners of the triangles in another order makes
@@ -217,7 +217,7 @@ fn a_cell_and_its_images_are_the_whole_surface() {
 #[test]
 fn too_many_unknowns_are_refused() {
     let mesh = TriMesh { vertices: vec![DVec3::X; MOST_UNKNOWNS + 1], triangles: vec![[0, 1, 2]] };
-    let refused = GalerkinSolver::try_new(&mesh, PI, Equation::BurtonMiller).err();
+    let refused = TriangleSolver::try_new(&mesh, PI, Equation::BurtonMiller).err();
     let expected =
         RadiationError::TooLarge { unknowns: MOST_UNKNOWNS + 1, most: MOST_UNKNOWNS, wavenumber: PI };
     assert_eq!(refused, Some(expected));

@@ -212,7 +212,7 @@ fn renumbered(mut fit: RationalFit, order: &[usize]) -> RationalFit {
 pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSample {
     let s = Complex64::I * sample.wavenumber * radius;
     let order = (sample.coefficients[0].len() as f64).sqrt() as usize - 1;
-    let directions: Vec<Vec<f64>> = turned_directions()
+    let directions: Vec<Vec<f64>> = rotated_directions()
         .map(|direction| {
             let mut harmonics = Vec::new();
             solid_harmonics(direction, order, &mut harmonics);
@@ -246,7 +246,7 @@ pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSam
     FunctionSample { s, values, weights, group: DIRECTIONS }
 }
 
-/// Directions of the fit: turned, so that no axis of a body is the axis of the spiral.
-fn turned_directions() -> impl Iterator<Item = DVec3> {
+/// Directions of the fit: rotated, so that no axis of a body is the axis of the spiral.
+fn rotated_directions() -> impl Iterator<Item = DVec3> {
     directions(DIRECTIONS).map(|d| DVec3::new(0.6 * d.x - 0.8 * d.z, d.y, 0.8 * d.x + 0.6 * d.z))
 }

@@ -1,7 +1,7 @@
 //! Which solver computes a shape's field, and how fine.
 //!
 //! - Ellipsoids and rounded boxes: curved patches on an octant.
-//! - Bodies of revolution: the meridian alone.
+//! - Axisymmetric bodies: the meridian alone.
 //! - Other surfaces: triangles by the Galerkin method, on a mesh fine enough for the accuracy, as long as it
 //!   fits; beyond that finite differences in time.
 
@@ -18,7 +18,7 @@ use glam::DVec3;
 use super::{BakeError, BakeOptions, BakeProgress, Method, multipole_order};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
-use crate::bem::triangles::{Equation, GalerkinSolver, MOST_UNKNOWNS};
+use crate::bem::triangles::{Equation, MOST_UNKNOWNS, TriangleSolver};
 use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
 use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::geometry_class::mirror_symmetry::mirror_planes;
@@ -45,7 +45,7 @@ pub(super) struct Prepared {
     pub(super) method: &'static str,
     /// Unknowns, or cells.
     pub(super) unknowns: usize,
-    /// What a user should know.
+    /// Warnings for the user.
     pub(super) warnings: Vec<String>,
 }
 
@@ -61,11 +61,11 @@ pub(super) fn prepare(
     match (geometry, options.method) {
         (BakeGeometry::Ellipsoid { semi_axes }, Method::Auto | Method::Bem) => {
             let solver = SymmetricPatchSolver::ellipsoid(*semi_axes, max_wavenumber, fine)?;
-            Ok(octant(solver))
+            Ok(symmetric_patches(solver))
         }
         (BakeGeometry::RoundedBox { edges, round }, Method::Auto | Method::Bem) => {
             let solver = SymmetricPatchSolver::rounded_box(*edges, *round, max_wavenumber, fine)?;
-            Ok(octant(solver))
+            Ok(symmetric_patches(solver))
         }
         (BakeGeometry::Axisymmetric(meridian), Method::Auto | Method::Bem) => {
             let settings = AxisymmetricOptions::new(max_wavenumber);
@@ -94,7 +94,7 @@ pub(super) fn prepare(
 /// Edges of the mesh of surface pressures on the shortest wave.
 const NEAR_FIELD_EDGES: f64 = 5.0;
 
-fn octant(solver: SymmetricPatchSolver) -> Prepared {
+fn symmetric_patches(solver: SymmetricPatchSolver) -> Prepared {
     let unknowns = solver.unknowns();
     Prepared {
         solver: Box::new(solver),
@@ -130,12 +130,12 @@ fn triangles(
     let (solver, used) = match remesh_symmetric(mesh, &planes, &fineness.options) {
         Ok((symmetric, report)) if !planes.is_empty() => {
             let solver =
-                GalerkinSolver::try_symmetric(&symmetric, options.max_wavenumber, Equation::BurtonMiller)?;
+                TriangleSolver::try_symmetric(&symmetric, options.max_wavenumber, Equation::BurtonMiller)?;
             (solver, report.options)
         }
         _ => {
             let (remeshed, report) = remesh(mesh, &fineness.options)?;
-            let solver = GalerkinSolver::try_new(&remeshed, options.max_wavenumber, Equation::BurtonMiller)?;
+            let solver = TriangleSolver::try_new(&remeshed, options.max_wavenumber, Equation::BurtonMiller)?;
             (solver, report.options)
         }
     };
@@ -184,7 +184,7 @@ fn thin_walls(fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
     )]
 }
 
-/// An exact form as triangles, for the solver that knows nothing else.
+/// An exact shape as triangles, for the solver that takes nothing else.
 fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, BakeError> {
     let surface = match exact {
         BakeGeometry::Ellipsoid { semi_axes } => {

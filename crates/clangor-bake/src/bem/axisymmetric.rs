@@ -1,6 +1,6 @@
-//! Boundary elements on the meridian: the field of a body of revolution.
+//! Boundary elements on the meridian: the field of an axisymmetric body.
 //!
-//! Around the axis the pressure of a rigid motion is p₀(s) or p₁(s) cos φ, that of a vibration a sum of
+//! Around the axis the pressure of a rigid motion is p₀(s) or p₁(s) cos φ, that of a mode a sum of
 //! p_m(s) cos mφ and p_m(s) sin mφ, so that the integral equation for the pressure on the surface
 //!
 //! ```text
@@ -8,7 +8,7 @@
 //! ```
 //!
 //! is one over the meridian for each order m: 0 for moving along the axis and 1 for moving across it or
-//! turning about an axis across it (here), any for vibrations ([`azimuthal`]). Turning about the axis itself
+//! turning about an axis across it (here), any for modes ([`azimuthal`]). Turning about the axis itself
 //! moves no fluid. The directions cos mφ and sin mφ are one solution.
 //!
 //! Collocation at the Gauss–Legendre nodes of panels graded towards edges (`panels`), kernels integrated
@@ -20,7 +20,7 @@
 //! The equation has no unique solution at the resonances of an interior with p = 0 on its surface. The lowest
 //! is no lower than about π/2 over the largest inscribed radius ρ (exactly so for convex bodies: Hersch, Z.
 //! Angew. Math. Phys. 11, 1960). Bands that stay below are solved on the real axis. Others at k − 0.05i/R,
-//! where the equation is well-conditioned, and the sample says so; a vibration at its own real frequency with
+//! where the equation is well-conditioned, and the sample says so; a mode at its own real frequency with
 //! points inside the body where there is to be no pressure.
 
 mod axisymmetric_surface;
@@ -66,7 +66,7 @@ const BATCH_MEMORY: usize = 300 << 20;
 /// How fine to solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisymmetricOptions {
-    /// Highest wavenumber [1/m] that will be asked for.
+    /// Highest requested wavenumber [1/m].
     pub max_wavenumber: f64,
     /// Nodes on a panel: a multiple of 8.
     pub nodes_per_panel: usize,
@@ -83,7 +83,7 @@ impl AxisymmetricOptions {
     }
 }
 
-/// The solver of one body of revolution.
+/// The solver of one axisymmetric body.
 #[derive(Debug)]
 pub struct AxisymmetricSolver {
     meridian: Meridian,
@@ -96,7 +96,7 @@ pub struct AxisymmetricSolver {
 }
 
 impl AxisymmetricSolver {
-    /// For a meridian whose y = 0 is the centre of mass, turned about `axis` through the origin.
+    /// For a meridian whose y = 0 is the centre of mass, rotated about `axis` through the origin.
     pub fn new(meridian: &Meridian, axis: DVec3, options: AxisymmetricOptions) -> Self {
         let radius = meridian.bounding_radius();
         let resonance = inside::first_resonance(inscribed_radius(meridian));

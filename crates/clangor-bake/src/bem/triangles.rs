@@ -84,7 +84,7 @@ pub enum Equation {
 
 /// The six motions of a body by Galerkin boundary elements.
 #[derive(Clone, Debug)]
-pub struct GalerkinSolver {
+pub struct TriangleSolver {
     mesh: TriMesh,
     radius: f64,
     equation: Equation,
@@ -101,7 +101,7 @@ pub struct GalerkinSolver {
     far: FarSystem,
 }
 
-impl GalerkinSolver {
+impl TriangleSolver {
     /// Prepares a closed surface, its triangles counter-clockwise seen from outside, in the frame of the
     /// centre of mass of the body; `highest` is the largest wavenumber [1/m] that will be asked for.
     ///
@@ -295,7 +295,7 @@ struct ClassSystem {
     right: Vec<Complex32>,
 }
 
-impl RadiationSolver for GalerkinSolver {
+impl RadiationSolver for TriangleSolver {
     fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
         let entries: usize = self.classes.iter().map(|class| class.size * class.size).sum();
         let together = (MEMORY / (entries.max(1) * size_of::<Complex32>())).max(1);

@@ -1,4 +1,4 @@
-//! A layer at the rim of the grid that absorbs whatever arrives: a perfectly matched layer.
+//! Perfectly matched layer at the rim of the grid: absorbs outgoing waves.
 //!
 //! In the layer the coordinate across it is stretched by s(ω) = 1 + σ/(α + iω). Division by s is a
 //! convolution with a decaying exponential, which one number per cell remembers (Roden and Gedney 2000; for
@@ -26,7 +26,7 @@ const SHIFT: f64 = 0.05;
 /// Faces of a layer, from the last cell outside of it to the rim.
 pub(super) const FACES: usize = LAYER + 1;
 
-/// What the layers remember.
+/// Coefficients and memory variables of the layers.
 #[derive(Clone, Debug)]
 pub(super) struct Absorber {
     /// Coefficients of the lower and upper layer.
@@ -90,7 +90,7 @@ impl Absorber {
         }
     }
 
-    /// Adds to a row of new pressures what the layers do to it; rows come in ascending order.
+    /// Adds the terms of the layers to a row of new pressures; rows come in ascending order.
     #[inline(always)]
     pub(super) fn absorb_row(&mut self, lattice: &Lattice, p: &[f32], new: &mut [f32], j: usize, k: usize) {
         let [nx, ny, nz] = lattice.0;
@@ -183,7 +183,7 @@ fn absorb_across(
     let zeta = &mut zeta[first..first + n];
     let (below, above, new) = (&below[..n], &above[..n], &mut new[..n]);
     if cell == 1 {
-        // No row comes before this one that would have done it.
+        // No earlier row has updated the face below.
         let [a, b] = profile.face[0];
         for i in 1..n - 1 {
             lower[i] = b * lower[i] + a * (here[i] - below[i]);

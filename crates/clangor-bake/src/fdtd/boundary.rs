@@ -37,7 +37,7 @@ const OPPOSITE: f64 = -0.5;
 /// Area of the lesser side that may be overlooked.
 const SLIVER: f64 = 1e-4;
 
-/// How the grid sees a body.
+/// Representation of a body on the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Boundary {
     /// Cells and faces are cut where the surface cuts them: second order.

@@ -30,7 +30,7 @@ pub struct WaveField {
     pub(super) updates: f64,
     /// For each motion its samples, each with all harmonics.
     pub(super) signals: Vec<Vec<f64>>,
-    /// How they go on.
+    /// Their continuation after the run.
     pub(super) tail: Tail,
 }
 

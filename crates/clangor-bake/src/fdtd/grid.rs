@@ -1,4 +1,4 @@
-//! The wave equation on a regular grid, one time step after the other.
+//! Leapfrog time steps of the wave equation on a regular grid.
 //!
 //! Pressure at the cell centres and velocity at the faces, staggered in space and time, is the leapfrog of
 //! \[PAN\] §4. With the velocities eliminated it is the same numbers from two arrays instead of four:
@@ -32,7 +32,7 @@ pub(super) struct WaveGrid<'a> {
     arch: pulp::Arch,
 }
 
-/// How a motion of the body moves the air in each row.
+/// Source terms of a motion of the body in each row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Drive {
     /// By its acceleration.
@@ -196,7 +196,7 @@ fn advance_inner_row<'a>(
         let sum = across + SIXTH * (before - 2.0 * beside + after + around);
         new[i] = 2.0 * p1[i] - new[i] + SQUARE * sum;
     }
-    // The edges between the first cell and the layer are none, nor those after the last.
+    // No edges lie between the first cell and the layer, nor after the last cell.
     let sideways = |[a, b, c, d, p]: [f32; 5]| o0 * a + o1 * b + o2 * c + o3 * d - all * p;
     let last = n - 1;
     let outside =

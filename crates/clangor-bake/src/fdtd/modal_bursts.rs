@@ -1,4 +1,4 @@
-//! Several modes in one run, each a burst about its own frequency, told apart by frequency.
+//! Several modes in one run, each a burst about its own frequency, separated by frequency.
 //!
 //! Mode j accelerates the surface by a_j(t) = e^{−(t − t₀)²/2w²} cos ω_j(t − t₀). What is recorded is linear
 //! in the modes,
@@ -13,7 +13,7 @@
 //!
 //! The idea, several modes of different frequencies in one simulation, is that of KleinPAT (J.-H. Wang and D.
 //! L. James, ACM Trans. Graph. 38, 2019). Differs: bursts with known spectra instead of steady oscillations
-//! told apart by least squares in a window, so that nothing has to settle.
+//! separated by least squares in a window, so that nothing has to settle.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,5 +1,5 @@
-//! The structure that all sparse factors of a body share: in which order unknowns are eliminated, and where
-//! the entries of the factor are.
+//! Symbolic factorisation, shared by all sparse factors of a body: order of elimination and pattern of the
+//! factor.
 //!
 //! ```text
 //! P A Pᵀ = L Lᵀ or L D Lᵀ,    A any combination of K and M

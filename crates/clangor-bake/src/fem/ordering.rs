@@ -1,13 +1,13 @@
-//! In which order to eliminate the unknowns.
+//! Elimination order of the unknowns.
 //!
 //! Two orders are tried on the graph of the nodes, whose three unknowns stay together: approximate minimum
 //! degree, and nested dissection. The one whose factor is cheaper, counted from the elimination tree, is
 //! taken: minimum degree on thin shells, dissection on solids.
 //!
-//! Dissection knows where the nodes are: a set of nodes is cut across its longest extent, near the median and
-//! where the fewest nodes have neighbours beyond, and of the edges that cross the cut the fewest nodes that
-//! touch them all separate the halves. Those nodes are a smallest vertex cover of a bipartite graph: by
-//! König's theorem, as many as a largest matching has edges.
+//! Dissection uses the positions of the nodes: a set of nodes is cut across its longest extent, near the
+//! median and where the fewest nodes have neighbours beyond, and of the edges that cross the cut the fewest
+//! nodes that touch them all separate the halves. Those nodes are a smallest vertex cover of a bipartite
+//! graph: by König's theorem, as many as a largest matching has edges.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;

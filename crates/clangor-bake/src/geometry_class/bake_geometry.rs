@@ -19,7 +19,7 @@ pub enum BakeGeometry {
         /// Radius of the rounding \[m\]; 0 for sharp edges.
         round: f64,
     },
-    /// A body of revolution about y.
+    /// A body that is axisymmetric about y.
     Axisymmetric(Meridian),
     /// Any closed surface.
     Mesh(TriMesh),

@@ -1,4 +1,4 @@
-//! Whether a mesh is a body of revolution about y, but for the roughness of its triangles, and of which
+//! Whether a mesh is axisymmetric about y, but for the roughness of its triangles, and of which
 //! section.
 //!
 //! A scanned or voxelised bowl is one, though its vertices lie on no circles. Its section is where the signed
@@ -34,13 +34,13 @@ const LONGEST: f64 = 2.0;
 const SHORTEST: f64 = 0.2;
 /// Angles that are averaged; odd, so that they meet no pattern of a grid twice.
 const ANGLES: usize = 23;
-/// Vertices that are turned to see whether they stay on the surface, before anything else is done.
+/// Vertices that are rotated to test whether they stay on the surface, before anything else is done.
 const PROBES: usize = 100;
 
-/// The section of a mesh about its centre of mass; nothing if it is not a body of revolution about y.
+/// The section of a mesh about its centre of mass; `None` if it is not axisymmetric about y.
 pub fn fitted_meridian(mesh: &TriMesh) -> Option<MeridianFit> {
     let tree = SurfaceTree::new(mesh);
-    // No wall is thicker than the body, and most bodies are told apart before their walls are measured.
+    // No wall is thicker than the body, and most other bodies are rejected before their walls are measured.
     let mut surface = Surface { mesh, tree: &tree, wall: mesh.bounding_radius(DVec3::ZERO) };
     let step = (mesh.vertices.len() / PROBES).max(1);
     let mut spread = 0.0_f64;

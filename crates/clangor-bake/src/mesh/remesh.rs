@@ -1,4 +1,4 @@
-//! A surface as a boundary-element solver wants it: near-equilateral triangles, small where the surface
+//! Remeshing of a surface for boundary elements: near-equilateral triangles, small where the surface
 //! turns.
 //!
 //! ```text
@@ -9,7 +9,7 @@
 //! The accuracy of the solver is that of the geometry as long as edges are short against the wavelength: a
 //! lost 1 % of volume is 1 % of pressure. So the flat triangles are fitted to the input in the mean, and the
 //! volume is made exact. Handles, holes and cavities survive, because every operation keeps the topology; the
-//! two faces of a thin wall are told apart by their normals.
+//! two faces of a thin wall are distinguished by their normals.
 //!
 //! It does not repair: the input must bound a solid, see [`check_solid`].
 

@@ -1,4 +1,4 @@
-//! The vibration of bodies of revolution, by their section alone.
+//! Modes of axisymmetric bodies, from their section alone.
 //!
 //! A mode of such a body has an order m: it goes around the axis as cos mφ and, for m > 0, a second time as
 //! sin mφ, with the same frequency. What is left of the equations is two-dimensional,
@@ -40,7 +40,7 @@ const LEAST_INNER_EDGE: f64 = 0.2;
 /// Elements of the surface along the bounding radius at least.
 const LEAST_SURFACE_ELEMENTS: f64 = 6.0;
 
-/// A body of revolution about y.
+/// A body that is axisymmetric about y.
 pub(crate) struct AxisymmetricBody<'a> {
     meridian: Cow<'a, Meridian>,
     constants: &'a ElasticConstants,
@@ -58,7 +58,7 @@ pub(crate) struct AxisymmetricMesh {
 }
 
 impl<'a> AxisymmetricBody<'a> {
-    /// Nothing if the body is not one of revolution about y.
+    /// `None` unless the body is axisymmetric about y.
     pub(crate) fn of(geometry: &'a BakeGeometry, constants: &'a ElasticConstants) -> Option<Self> {
         let meridian = match geometry {
             BakeGeometry::Axisymmetric(meridian) => Cow::Borrowed(meridian),
@@ -132,14 +132,15 @@ impl RefinableDiscretization for AxisymmetricBody<'_> {
         modes: &Vec<SectionMode>,
         count: usize,
     ) -> (ModalSurface, Vec<Vec<DVec3>>) {
-        let turned = AxisymmetricSurface::new(&self.meridian, mesh.surface_edge);
-        let shape = |m: &SectionMode, across: bool| turned.shape(&mesh.section, &m.motion, m.order, across);
+        let axisymmetric = AxisymmetricSurface::new(&self.meridian, mesh.surface_edge);
+        let shape =
+            |m: &SectionMode, across: bool| axisymmetric.shape(&mesh.section, &m.motion, m.order, across);
         let both = |m: &SectionMode| {
             let second = (m.order > 0).then(|| shape(m, true));
             std::iter::once(shape(m, false)).chain(second)
         };
         let shapes = modes.iter().flat_map(both).take(count).collect();
-        (turned.surface, shapes)
+        (axisymmetric.surface, shapes)
     }
 }
 

@@ -77,7 +77,7 @@ pub(super) struct Filled {
 }
 
 impl<'a> VolumeFem<'a> {
-    /// Bodies of revolution, which have something better, are not for this.
+    /// Not for axisymmetric bodies, which are solved on their section.
     pub(super) fn of(
         geometry: &'a BakeGeometry,
         constants: &'a ElasticConstants,

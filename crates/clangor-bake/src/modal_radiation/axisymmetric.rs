@@ -1,4 +1,4 @@
-//! Ringing bodies of revolution: each mode by its orders around the axis.
+//! Radiation of the modes of axisymmetric bodies: each mode by its orders around the axis.
 //!
 //! The normal motion of the surface is sampled on rings of the meridian and split:
 //!
@@ -56,7 +56,7 @@ const FARTHEST: f64 = 0.05;
 const SAMPLES_PER_EDGE: f64 = 4.0;
 const SAMPLES: [usize; 2] = [64, 512];
 
-/// The solver of one body of revolution.
+/// The solver of one axisymmetric body.
 #[derive(Clone, Debug)]
 pub struct AxisymmetricModalSolver {
     meridian: Meridian,
@@ -66,7 +66,7 @@ pub struct AxisymmetricModalSolver {
 }
 
 impl AxisymmetricModalSolver {
-    /// For a meridian whose y = 0 is the centre of mass, turned about `axis` through the origin.
+    /// For a meridian whose y = 0 is the centre of mass, rotated about `axis` through the origin.
     pub fn new(meridian: &Meridian, axis: DVec3) -> Self {
         let axis = axis.normalize();
         let first = axis.any_orthonormal_vector();
@@ -188,7 +188,7 @@ impl ModalSolver for AxisymmetricModalSolver {
                 }
             }
         }
-        let transfers = self.turned(about_axis, &clusters, radius);
+        let transfers = self.rotated(about_axis, &clusters, radius);
         match progress(motions.len()) {
             ControlFlow::Continue(()) => Ok(transfers),
             ControlFlow::Break(()) => Err(RadiationError::Interrupted),
@@ -234,7 +234,7 @@ impl AxisymmetricModalSolver {
     }
 
     /// The coefficients in the axes of the body, with as many orders as count.
-    fn turned(
+    fn rotated(
         &self,
         about_axis: Vec<Vec<Complex64>>,
         clusters: &[Cluster],

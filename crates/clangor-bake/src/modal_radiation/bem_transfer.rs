@@ -1,6 +1,6 @@
 //! Radiation of the modes of any closed surface, by boundary elements on triangles.
 //!
-//! By reciprocity ([`GalerkinSolver::radiate`]) one factorisation serves all modes at its wavenumber. Hence
+//! By reciprocity ([`TriangleSolver::radiate`]) one factorisation serves all modes at its wavenumber. Hence
 //! two ways:
 //!
 //! * *direct*: one system for each mode, at its own wavenumber: where there are few, and in cavities, whose
@@ -36,7 +36,7 @@ use rayon::prelude::*;
 use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::has_cavities;
-use crate::bem::triangles::{Equation, GalerkinSolver, MOST_ORDER};
+use crate::bem::triangles::{Equation, MOST_ORDER, TriangleSolver};
 use crate::geometry_class::mirror_symmetry::mirror_planes;
 use crate::mesh::remesh::resolution::resolution;
 use crate::mesh::remesh::{RemeshError, SymmetricMesh, remesh, remesh_symmetric};
@@ -62,7 +62,7 @@ const DIGITS: f64 = (1_u64 << 32) as f64;
 
 /// The modes of a closed surface by boundary elements.
 #[derive(Clone, Debug)]
-pub struct TriangleModes {
+pub struct BemModalSolver {
     /// The finest first.
     bands: Vec<Band>,
     spacing: f64,
@@ -87,7 +87,7 @@ struct Rung {
     uses: Vec<(usize, [f64; 2])>,
 }
 
-impl TriangleModes {
+impl BemModalSolver {
     /// Prepares the surface of a body whose centre of mass is at the origin, for modes up to `highest` [1/m]
     /// and a level error of `accuracy`.
     ///
@@ -120,12 +120,12 @@ impl TriangleModes {
             };
             bands.push((Band { mesh, highest }, fineness.unknowns));
         }
-        Ok(TriangleModes { bands: bands.into_iter().map(|(band, _)| band).collect(), spacing, unit })
+        Ok(BemModalSolver { bands: bands.into_iter().map(|(band, _)| band).collect(), spacing, unit })
     }
 
     /// With triangles as they are, for all modes.
     pub fn on(mesh: SymmetricMesh) -> Self {
-        TriangleModes {
+        BemModalSolver {
             bands: vec![Band { mesh, highest: f64::INFINITY }],
             spacing: SOLID_SPACING,
             unit: 1.0,
@@ -148,7 +148,7 @@ impl TriangleModes {
     }
 }
 
-impl ModalSolver for TriangleModes {
+impl ModalSolver for BemModalSolver {
     fn transfers(
         &self,
         surface: &ModalSurface,
@@ -169,7 +169,7 @@ impl ModalSolver for TriangleModes {
             let wavenumbers: Vec<f64> = own.iter().map(|i| wavenumber(*i)).collect();
             let rungs = rungs(&wavenumbers, self.spacing / radius);
             let highest = rungs.iter().map(|rung| rung.wavenumber).fold(0.0, f64::max);
-            let solver = GalerkinSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?;
+            let solver = TriangleSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?;
             let mesh = band.mesh.whole().0;
             let operator = NormalVelocityProjection::new(surface, &mesh).ok_or(RadiationError::Empty)?;
             let loads: Vec<Vec<f64>> = own.iter().map(|i| operator.of(motions[*i].shape)).collect();

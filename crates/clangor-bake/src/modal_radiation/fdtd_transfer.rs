@@ -29,12 +29,12 @@ const LONGEST: [f64; 2] = [6.0, 30.0];
 
 /// The modes of a closed surface by finite differences.
 #[derive(Clone, Debug)]
-pub struct WaveModes {
+pub struct FdtdModalSolver {
     solver: WaveSolver,
     radius: f64,
 }
 
-impl WaveModes {
+impl FdtdModalSolver {
     /// Prepares the surface of a body whose centre of mass is at the origin, with walls of thickness `wall`
     /// \[m\], for modes up to `highest` [1/m].
     ///
@@ -61,7 +61,7 @@ impl WaveModes {
             boundary: Boundary::CutCells,
             longest: LONGEST[usize::from(cavity)],
         };
-        Ok(WaveModes { solver: WaveSolver::try_new(surface, options)?, radius })
+        Ok(FdtdModalSolver { solver: WaveSolver::try_new(surface, options)?, radius })
     }
 
     /// Cells of the grid.
@@ -75,7 +75,7 @@ impl WaveModes {
     }
 }
 
-impl ModalSolver for WaveModes {
+impl ModalSolver for FdtdModalSolver {
     fn transfers(
         &self,
         surface: &ModalSurface,

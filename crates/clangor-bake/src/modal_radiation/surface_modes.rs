@@ -26,8 +26,8 @@ use super::{ModalMotion, ModalSolver};
 use crate::acceleration::BakeError;
 use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::mesh::remesh::resolution::resolution;
-use crate::modal_radiation::bem_transfer::{TriangleModes, centred_mirrors};
-use crate::modal_radiation::fdtd_transfer::WaveModes;
+use crate::modal_radiation::bem_transfer::{BemModalSolver, centred_mirrors};
+use crate::modal_radiation::fdtd_transfer::FdtdModalSolver;
 use crate::radiation::RadiationError;
 
 /// CPU-s per square of the unknowns, and per cube of those of a system.
@@ -46,9 +46,9 @@ const PREFERENCE: f64 = 4.0;
 #[derive(Clone, Debug)]
 pub enum SurfaceModes {
     /// By boundary elements.
-    Triangles(TriangleModes),
+    Triangles(BemModalSolver),
     /// By finite differences in time.
-    Waves(Box<WaveModes>),
+    Fdtd(Box<FdtdModalSolver>),
 }
 
 impl SurfaceModes {
@@ -67,26 +67,26 @@ impl SurfaceModes {
         let elements = AVERAGE * modes as f64 * (ASSEMBLY * all * system + FACTORISATION * system.powi(3));
         let fits = system <= MOST_UNKNOWNS as f64;
         if !(fits && elements < CHEAP) {
-            match WaveModes::try_new(surface, highest, fineness.wall) {
-                Ok(waves) => {
+            match FdtdModalSolver::try_new(surface, highest, fineness.wall) {
+                Ok(fdtd) => {
                     let spread = |i: usize| (i as f64 + 0.5) / modes as f64 * highest;
                     let wavenumbers: Vec<f64> = (0..modes).map(spread).collect();
-                    if !fits || elements > PREFERENCE * waves.updates(&wavenumbers) / UPDATES {
-                        return Ok(SurfaceModes::Waves(Box::new(waves)));
+                    if !fits || elements > PREFERENCE * fdtd.updates(&wavenumbers) / UPDATES {
+                        return Ok(SurfaceModes::Fdtd(Box::new(fdtd)));
                     }
                 }
                 Err(error) if !fits => return Err(error.into()),
                 Err(_) => {}
             }
         }
-        Ok(SurfaceModes::Triangles(TriangleModes::try_new(surface, highest, accuracy)?))
+        Ok(SurfaceModes::Triangles(BemModalSolver::try_new(surface, highest, accuracy)?))
     }
 
     /// The method, in words.
     pub fn method(&self) -> &'static str {
         match self {
             SurfaceModes::Triangles(_) => "boundary elements on triangles",
-            SurfaceModes::Waves(_) => "finite differences in time",
+            SurfaceModes::Fdtd(_) => "finite differences in time",
         }
     }
 
@@ -94,7 +94,7 @@ impl SurfaceModes {
     pub fn size(&self) -> usize {
         match self {
             SurfaceModes::Triangles(triangles) => triangles.unknowns(),
-            SurfaceModes::Waves(waves) => waves.cells(),
+            SurfaceModes::Fdtd(fdtd) => fdtd.cells(),
         }
     }
 }
@@ -108,7 +108,7 @@ impl ModalSolver for SurfaceModes {
     ) -> Result<Vec<ModalTransfer>, RadiationError> {
         match self {
             SurfaceModes::Triangles(triangles) => triangles.transfers(surface, motions, progress),
-            SurfaceModes::Waves(waves) => waves.transfers(surface, motions, progress),
+            SurfaceModes::Fdtd(fdtd) => fdtd.transfers(surface, motions, progress),
         }
     }
 }

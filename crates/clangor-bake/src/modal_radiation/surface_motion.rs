@@ -1,4 +1,4 @@
-//! The motion of a mode at places that another mesh asks for, and the volume that it displaces.
+//! The motion of a mode at the points of another mesh, and the volume that it displaces.
 //!
 //! ```text
 //! U(x) = Σ Uᵢ Nᵢ(L),    V̇ = ∮ U·n dS = ∫∫ U·(∂x/∂L₁ × ∂x/∂L₂) dL₁ dL₂

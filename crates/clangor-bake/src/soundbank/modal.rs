@@ -95,7 +95,7 @@ pub enum ModalSoundbankBakeError {
     Interrupted,
 }
 
-/// Bakes a bank. `progress` is told which part is done.
+/// Bakes a bank. `progress` receives the completed part.
 ///
 /// # Errors
 /// [`ModalSoundbankBakeError`].

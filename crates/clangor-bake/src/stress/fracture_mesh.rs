@@ -3,8 +3,8 @@
 //! The edges of its elements bound the smallest pieces that make sense, and its nodes decide what a solve
 //! costs; so its size is chosen by nodes. Boxes, rounded ones too, are grids of cells, thin ones with two
 //! layers where nodes allow; ellipsoids are divided icosahedra; plates, bowls and coins are discs of cells;
-//! other bodies of revolution are turned triangles; anything else is filled with a grid that is cut at the
-//! surface.
+//! other axisymmetric bodies are rotated sections of triangles; anything else is filled with a grid that is
+//! cut at the surface.
 //!
 //! Straight edges cut corners off round bodies. The mesh is scaled to the volume of the body and moved to its
 //! centre of mass, so that mass is kept; its moments of inertia are then off by about the part of the volume
@@ -207,7 +207,7 @@ fn rounded_box_volume(edges: DVec3, round: f64) -> f64 {
         + 4.0 / 3.0 * PI * round.powi(3)
 }
 
-/// A grid on a thin wall, or a section filled with triangles and turned.
+/// A grid on a thin wall, or a section filled with triangles and rotated.
 fn axisymmetric_mesh(meridian: &Meridian, edge: Option<f64>) -> Result<TetMesh, FractureMeshError> {
     if let Some(dish) = Dish::of(meridian) {
         let sizes = DVec3::new(dish.width(), dish.width(), dish.thickness());

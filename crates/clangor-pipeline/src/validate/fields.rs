@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 use clangor_bake::acceleration::{BakeOptions, bake};
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use clangor_bake::bem::symmetric_patches::SymmetricPatchSolver;
-use clangor_bake::bem::triangles::{Equation, GalerkinSolver};
+use clangor_bake::bem::triangles::{Equation, TriangleSolver};
 use clangor_bake::fdtd::{Boundary, WaveOptions, WaveSolver};
 use clangor_bake::fitting::comparison::directions;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
@@ -75,7 +75,7 @@ fn spheres(table: &mut Validation) -> Outcome {
     let mut mesh = Shape::parse("sphere:1@0.23")?.mesh();
     let scale = (4.0 / 3.0 * PI / MassProperties::of(&mesh)?.volume).cbrt();
     mesh.vertices.iter_mut().for_each(|v| *v *= scale);
-    let triangles = GalerkinSolver::try_new(&mesh, 2.75, Equation::BurtonMiller)?.solve(&BALL, 4)?;
+    let triangles = TriangleSolver::try_new(&mesh, 2.75, Equation::BurtonMiller)?.solve(&BALL, 4)?;
     add(
         table,
         &format!(

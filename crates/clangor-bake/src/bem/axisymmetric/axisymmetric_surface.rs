@@ -15,7 +15,7 @@ use super::panels::Panels;
 /// Largest angle \[rad\] between neighbouring triangles on a curved surface.
 const BEND: f64 = 0.35;
 
-/// A meridian turned about an axis.
+/// A meridian rotated about an axis.
 #[derive(Debug)]
 pub(super) struct AxisymmetricSurface {
     pub(super) mesh: TriMesh,

@@ -72,11 +72,11 @@ pub struct RingWave {
     pub wavenumber: f64,
     /// m.
     pub order: usize,
-    /// Normal accelerations at the nodes, of any number of vibrations.
+    /// Normal accelerations at the nodes, of any number of surface motions.
     pub accelerations: Vec<Vec<f64>>,
 }
 
-/// The field of one vibration, for ρ = 1.
+/// The field of one surface motion, for ρ = 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingField {
     /// Pressure at the nodes.
@@ -161,7 +161,7 @@ impl AzimuthalSolver {
         (BATCH_MEMORY / (mesh.panels.nodes.len().pow(2) * size_of::<Complex64>())).clamp(1, MOST_WAVES)
     }
 
-    /// The fields of each wave's vibrations; no more waves than a [`batch`](Self::batch).
+    /// The fields of the surface motions of each wave; no more waves than a [`batch`](Self::batch).
     ///
     /// # Errors
     /// [`RadiationError`].

@@ -1,4 +1,4 @@
-//! The inside of a body of revolution: how thick it is, and points in it.
+//! The inside of an axisymmetric body: how thick it is, and points in it.
 //!
 //! The equation for the pressure on the surface has more than one solution where the inside resonates with p
 //! = 0 on the surface: the field of the others does not vanish inside. Points inside, where it has to, single

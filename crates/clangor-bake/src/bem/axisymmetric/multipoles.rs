@@ -175,12 +175,12 @@ impl AxisTurn {
         let order = about_axis[0].len() - 1;
         std::array::from_fn(|degree| {
             let (along, across) = decompose(self.axis, degree);
-            let turned = &about_axis[if degree < 3 { 1 } else { 2 }];
+            let rotated = &about_axis[if degree < 3 { 1 } else { 2 }];
             let mut out = Vec::with_capacity(count(order));
             for n in 0..=order {
                 for i in n * n..(n + 1) * (n + 1) {
                     out.push(
-                        about_axis[0][n] * (along * self.zonal[i]) + turned[n] * across.dot(self.tilted[i]),
+                        about_axis[0][n] * (along * self.zonal[i]) + rotated[n] * across.dot(self.tilted[i]),
                     );
                 }
             }

@@ -32,7 +32,7 @@ pub(super) struct Wave<const M: usize> {
     pub(super) sources: [Vec<usize>; M],
 }
 
-/// Where the equation is asked for.
+/// Collocation points of the equation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Observer {
     /// (r, y) \[m\], off the axis.
@@ -228,7 +228,7 @@ fn separated(position: DVec2, from: DVec2, to: DVec2, length: f64, ratio: f64) -
     [position, image].iter().all(|p| p.distance(from) + p.distance(to) >= ratio * length)
 }
 
-/// A row as `pulp` wants it, to be compiled for each instruction set.
+/// A row in the form that `pulp` compiles for each instruction set.
 struct RowTask<'a, const M: usize> {
     context: &'a RowContext<'a, M>,
     observer: Observer,

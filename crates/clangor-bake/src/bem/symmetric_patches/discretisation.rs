@@ -1,4 +1,4 @@
-//! Patches, their nodes, and the quadrature rules that an accuracy asks for.
+//! Patches, their nodes, and the quadrature rules for an accuracy.
 
 use glam::{DVec2, DVec3};
 

@@ -17,7 +17,7 @@ use super::pair_integrals::{Block, PairIntegrator};
 use super::pair_rules::{SEPARATION, TouchingRules};
 use super::panels::Panels;
 
-/// Bound asked of the interpolation in k.
+/// Required bound of the interpolation error in k.
 const INTERPOLATION: f64 = 1e-6;
 
 /// Values of an entry at one wavenumber: real part, and imaginary part over k, of the double layer and of the

@@ -15,7 +15,7 @@
 //! on a triangle, as bending below coincidence does, if ∫ φᵢ a_n dS is integrated well. A constant p̂, which
 //! it is at k = 0, gives the exact flux.
 //!
-//! Not for pressures on the surface: [`GalerkinSolver::surface_pressure`] solves for these.
+//! Not for pressures on the surface: [`TriangleSolver::surface_pressure`] solves for these.
 
 use clangor_core::math::radial::{regular, reverse_bessel};
 use clangor_core::math::spherical_harmonics::{count, solid_harmonics, solid_harmonics_with_gradient};
@@ -24,7 +24,7 @@ use num_complex::{Complex32, Complex64};
 
 use super::pair_rules::six_points;
 use super::parity_classes::ParityClass;
-use super::{ClassSystem, GalerkinSolver, narrow, widen};
+use super::{ClassSystem, TriangleSolver, narrow, widen};
 use crate::quadrature::gauss_legendre;
 use crate::radiation::RadiationError;
 
@@ -42,7 +42,7 @@ struct Folded {
     loads: Vec<f64>,
 }
 
-impl GalerkinSolver {
+impl TriangleSolver {
     /// Outgoing multipoles up to `order`, at most [`MOST_ORDER`], about the origin and of size 1 on the
     /// sphere of `radius` \[m\], as [`crate::radiation::RadiationSample`] has them, of motions given by their
     /// `loads` ∫ φᵢ a_n dS [m² times the unit of a_n] at the vertices of the surface; in metres times the
@@ -205,7 +205,7 @@ impl GalerkinSolver {
 /// Turns multipoles from the frame of the cell to that of the body: cₙₘ = Σ c'ₙₘ' ∫ Yₙₘ(d) Yₙₘ'(Fᵀd) dΩ.
 fn turn(frame: DMat3, order: usize, coefficients: &mut [Vec<Complex64>]) {
     let (mut there, mut here) = (Vec::new(), Vec::new());
-    let turned: Vec<Vec<Complex64>> = coefficients
+    let rotated: Vec<Vec<Complex64>> = coefficients
         .iter()
         .map(|of_cell| {
             let mut sums = vec![Complex64::ZERO; of_cell.len()];
@@ -232,5 +232,5 @@ fn turn(frame: DMat3, order: usize, coefficients: &mut [Vec<Complex64>]) {
             sums
         })
         .collect();
-    coefficients.clone_from_slice(&turned);
+    coefficients.clone_from_slice(&rotated);
 }

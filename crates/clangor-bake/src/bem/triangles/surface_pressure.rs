@@ -13,10 +13,10 @@ use rayon::prelude::*;
 use super::pair_integrals::PairIntegrator;
 use super::pair_rules::{THREE_POINTS, TouchingRules};
 use super::panels::along_curve;
-use super::{ClassSystem, GalerkinSolver, narrow, widen};
+use super::{ClassSystem, TriangleSolver, narrow, widen};
 use crate::radiation::RadiationError;
 
-impl GalerkinSolver {
+impl TriangleSolver {
     /// Pressures (ρ = 1) at the vertices of the surface, given the normal acceleration at the corners of each
     /// of its triangles; wavenumber [1/m]. Mirror planes are not made use of.
     ///

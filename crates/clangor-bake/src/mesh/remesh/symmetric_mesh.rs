@@ -73,10 +73,10 @@ impl SymmetricMesh {
                     }
                 });
             }
-            let turned = signs.x * signs.y * signs.z < 0.0;
+            let flipped = signs.x * signs.y * signs.z < 0.0;
             whole.triangles.extend(self.cell.triangles.iter().map(|t| {
                 let [a, b, c] = t.map(|v| number[v as usize]);
-                if turned { [a, c, b] } else { [a, b, c] }
+                if flipped { [a, c, b] } else { [a, b, c] }
             }));
             numbers.push(number);
         }

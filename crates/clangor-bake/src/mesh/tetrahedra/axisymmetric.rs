@@ -1,4 +1,4 @@
-//! Bodies of revolution about y: the triangles of a section, turned from sector to sector.
+//! Bodies that are axisymmetric about y: the triangles of a section, rotated from sector to sector.
 //!
 //! Each triangle sweeps a prism, cut into three tetrahedra along the order of its corners' numbers, so that
 //! neighbours agree; at the axis prisms are less, and so are their tetrahedra.
@@ -13,7 +13,7 @@ use super::{TetMesh, TetMeshError};
 /// Points of the section closer to the axis than this part of the widest are on it.
 const ON_AXIS: f64 = 1e-9;
 
-/// Triangles (r, y) \[m\], turned all around in `sectors` steps; edges are straight.
+/// Triangles (r, y) \[m\], rotated by a full turn in `sectors` steps; edges are straight.
 ///
 /// # Errors
 /// [`TetMeshError`] for no triangles or fewer than three sectors.

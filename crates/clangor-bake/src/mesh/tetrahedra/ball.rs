@@ -33,7 +33,7 @@ fn unit_ball(divisions: usize) -> (Vec<DVec3>, Vec<[u32; 4]>) {
     soup.welded(0.1 / divisions as f64)
 }
 
-/// Tetrahedra that do not know their neighbours yet.
+/// Tetrahedra without their neighbours.
 #[derive(Default)]
 pub(super) struct Soup {
     points: Vec<DVec3>,

@@ -1,4 +1,4 @@
-//! How well tetrahedra are shaped: dihedral angles of the corners, Jacobian of the curved element.
+//! Quality of tetrahedra: dihedral angles of the corners, Jacobian of the curved element.
 //!
 //! ```text
 //! J(L) = det ∂x/∂(L₁, L₂, L₃),    volume = ∫ J dL
@@ -11,7 +11,7 @@ use glam::{DMat3, DVec3};
 use super::TetMesh;
 use crate::quadrature::TETRAHEDRON_FIFTH_DEGREE;
 
-/// What a mesh is like.
+/// Measures of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
     /// Number of elements.

@@ -1,4 +1,4 @@
-//! The surface of a body of revolution as triangles of six nodes, and the motion there of what is known on
+//! The surface of an axisymmetric body as triangles of six nodes, and the motion there of what is known on
 //! the section.
 //!
 //! Points along the curve become rings, whose numbers of points follow their length; neighbouring rings are
@@ -27,7 +27,7 @@ struct Place {
     turn: f64,
 }
 
-/// A surface whose nodes know where they are on the section.
+/// A surface with the position on the section of each node.
 #[derive(Clone, Debug)]
 pub(super) struct AxisymmetricSurface {
     pub(super) surface: ModalSurface,

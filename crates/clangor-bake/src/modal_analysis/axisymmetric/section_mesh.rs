@@ -1,4 +1,4 @@
-//! The section of a body of revolution as quadratic triangles with edges along its curve.
+//! The section of an axisymmetric body as quadratic triangles with edges along its curve.
 //!
 //! Elements are as large as asked and no larger than the wall is thick there, so that one lies across it;
 //! sizes change slowly from place to place.

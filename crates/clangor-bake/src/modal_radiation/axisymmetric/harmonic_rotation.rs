@@ -122,7 +122,7 @@ mod tests {
         let rotation = HarmonicRotation::new(turn, order);
         let coefficients: Vec<Complex64> =
             (0..count(order)).map(|i| Complex64::new((i as f64).sin(), (1.3 * i as f64).cos())).collect();
-        let turned = rotation.turn(&coefficients);
+        let rotated = rotation.turn(&coefficients);
         let (mut own, mut body) = (Vec::new(), Vec::new());
         for x in [DVec3::X, DVec3::new(0.6, 0.0, -0.8), DVec3::new(-0.48, 0.64, 0.6)] {
             solid_harmonics(turn.transpose() * x, order, &mut own);
@@ -131,7 +131,7 @@ mod tests {
                 let of = |c: &[Complex64], y: &[f64]| -> Complex64 {
                     (n * n..(n + 1) * (n + 1)).map(|i| c[i] * y[i]).sum()
                 };
-                let (expected, found) = (of(&coefficients, &own), of(&turned, &body));
+                let (expected, found) = (of(&coefficients, &own), of(&rotated, &body));
                 // Residual seen: 4e-14.
                 let error = (expected - found).norm() / (n + 1) as f64;
                 assert!(error < 1e-11, "{n}: {expected} {found}");

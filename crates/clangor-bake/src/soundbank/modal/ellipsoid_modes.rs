@@ -27,7 +27,7 @@ use rayon::prelude::*;
 use crate::modal_analysis::eigensolver::symmetric_eigenvectors;
 use crate::quadrature::gauss_legendre;
 
-/// Part by which frequencies of one pair of a round ellipsoid may differ from rounding.
+/// Part by which frequencies of one pair of an axisymmetric ellipsoid may differ from rounding.
 const PAIR: f64 = 1e-7;
 /// Part of the largest coefficient from which another is as large.
 const AS_LARGE: f64 = 0.999;

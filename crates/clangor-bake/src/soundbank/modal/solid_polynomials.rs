@@ -90,8 +90,8 @@ pub fn lowest_by_polynomials(
     }
     let mass = MassProperties::of(surface)?;
     let (_, axes) = principal_axes(mass.inertia);
-    let turned = surface.vertices.iter().map(|x| axes.transpose() * (*x - mass.centre_of_mass));
-    let mut vertices: Vec<DVec3> = turned.collect();
+    let rotated = surface.vertices.iter().map(|x| axes.transpose() * (*x - mass.centre_of_mass));
+    let mut vertices: Vec<DVec3> = rotated.collect();
     let extents = vertices.iter().fold(DVec3::ZERO, |largest, x| largest.max(x.abs()));
     vertices.iter_mut().for_each(|x| *x /= extents);
     let moments = Moments::of(&vertices, &surface.triangles, 2 * degree);

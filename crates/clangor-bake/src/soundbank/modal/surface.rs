@@ -59,7 +59,7 @@ fn divided_octahedron(divisions: usize) -> (Vec<DVec3>, Vec<[u32; 6]>) {
     let mut triangles = Vec::new();
     for octant in 0..8 {
         let sign = [0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { -1 } else { 1 });
-        let turned = sign.iter().product::<i64>() < 0;
+        let flipped = sign.iter().product::<i64>() < 0;
         // Lattice points on the face |x| + |y| + |z| = `fine`.
         let mut node = |i: i64, j: i64| {
             let key = [sign[0] * (fine - i - j), sign[1] * i, sign[2] * j];
@@ -69,7 +69,7 @@ fn divided_octahedron(divisions: usize) -> (Vec<DVec3>, Vec<[u32; 6]>) {
             })
         };
         let mut add = |a: [i64; 2], b: [i64; 2], c: [i64; 2]| {
-            let (b, c) = if turned { (c, b) } else { (b, c) };
+            let (b, c) = if flipped { (c, b) } else { (b, c) };
             let middle = |p: [i64; 2], q: [i64; 2]| [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2];
             let six = [a, b, c, middle(a, b), middle(b, c), middle(c, a)];
             triangles.push(six.map(|[i, j]| node(i, j)));

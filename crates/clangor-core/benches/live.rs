@@ -1,10 +1,9 @@
 //! Processor time of the real-time engine on one core:
-//! `cargo bench --profile release -p clangor-core --bench live --
-//! soak 600`.
+//! `cargo bench --profile release -p clangor-core --bench live -- soak 600`.
 //!
 //! A thousand impacts on spheres a second, in bursts of up to fifty in a block, and fifty objects of a
-//! hundred modes that vibrate all the time, in blocks of 128 samples at 48 kHz for two ears. Times are those of the
-//! thread, so that other programs count only by their use of the caches.
+//! hundred modes that vibrate all the time, in blocks of 128 samples at 48 kHz for two ears. Times are those
+//! of the thread, so that other programs count only by their use of the caches.
 //!
 //! * `soak SECONDS`: so many seconds of sound, objects at rest. Prints the share of real time and the times
 //!   of blocks: median, 99 %, 99.99 %, longest.

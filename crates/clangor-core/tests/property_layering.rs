@@ -3,38 +3,82 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Each module of `clangor` and the modules it may import.
+/// Each module of `clangor-core` and the modules it may import.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("medium", &[]),
     ("material", &[]),
     ("pose", &[]),
     ("math", &[]),
-    ("room", &[]),
+    ("propagation", &[]),
+    ("acoustics", &["medium", "propagation"]),
     ("geometry", &["math"]),
     ("body", &["geometry", "material", "pose"]),
     ("shape", &["body", "geometry", "math"]),
     ("timeline", &["body"]),
-    ("model", &["geometry", "math", "medium"]),
+    ("sound_model", &["geometry", "math", "medium"]),
     ("contact", &["body", "geometry", "material", "math", "pose", "timeline"]),
-    ("synthesis", &["body", "contact", "material", "math", "medium", "model", "pose", "room", "timeline"]),
+    (
+        "synthesis",
+        &[
+            "acoustics",
+            "body",
+            "contact",
+            "material",
+            "math",
+            "medium",
+            "pose",
+            "propagation",
+            "reference",
+            "sound_model",
+            "timeline",
+        ],
+    ),
+    ("reference", &["body", "geometry", "material", "math", "medium", "sound_model", "synthesis"]),
     (
         "scene",
         &[
+            "acoustics",
             "body",
             "contact",
             "geometry",
             "material",
             "math",
             "medium",
-            "model",
             "pose",
-            "room",
+            "propagation",
             "shape",
+            "sound_model",
             "synthesis",
         ],
     ),
     ("output", &["math", "scene"]),
-    ("realtime", &["body", "contact", "material", "medium", "model", "pose", "room", "scene", "synthesis"]),
+    (
+        "realtime",
+        &[
+            "acoustics",
+            "body",
+            "contact",
+            "material",
+            "medium",
+            "pose",
+            "propagation",
+            "scene",
+            "sound_model",
+            "synthesis",
+        ],
+    ),
+];
+
+/// The files of the main path that name the papers' forms, each for one variant or its evaluation.
+const AT_THE_DOOR: &[&str] = &[
+    "synthesis/ground/model.rs",
+    "synthesis/modal/resonator_bank.rs",
+    "synthesis/modal/transfer.rs",
+    "synthesis/offline/renderer.rs",
+    "synthesis/received_wave.rs",
+    "synthesis/source.rs",
+    "synthesis/synthesis_error.rs",
+    "synthesis/wave.rs",
 ];
 
 /// What only the pipeline and the program may use.
@@ -94,6 +138,31 @@ fn modules_import_only_what_comes_before_them() {
         }
     }
     assert!(imports > 100, "only {imports} imports were found: does the scan still work?");
+}
+
+#[test]
+fn the_main_path_reaches_the_forms_of_the_papers_through_the_door_only() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let door = fs::read_to_string(root.join("reference.rs")).expect("the door");
+    let inside: Vec<&str> = door
+        .lines()
+        .filter_map(|line| line.trim_start_matches("pub ").strip_prefix("mod ")?.strip_suffix(';'))
+        .collect();
+    assert!(inside.len() > 3, "only {inside:?} are behind the door: does the scan still work?");
+    let mut named = Vec::new();
+    for path in sources(&root) {
+        let relative = path.strip_prefix(&root).unwrap().display().to_string().replace('\\', "/");
+        if relative.starts_with("reference") {
+            continue;
+        }
+        for (number, line) in code(&path).iter().enumerate() {
+            let Some((_, rest)) = line.split_once("crate::reference::") else { continue };
+            let passes = !inside.iter().any(|module| rest.starts_with(&format!("{module}::")));
+            assert!(passes, "{relative}:{}: name what reference.rs exports, not where it is", number + 1);
+            named.push(relative.clone());
+        }
+    }
+    assert_eq!(named, AT_THE_DOOR);
 }
 
 #[test]

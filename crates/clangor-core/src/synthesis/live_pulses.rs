@@ -12,7 +12,7 @@
 //! outputs at once.
 //!
 //! Differs from the offline renderer: a listener in the bounding sphere of a body hears the field on it; the
-//! ground and the published form of a field are not heard.
+//! ground and the papers' forms of a field are not rendered.
 
 mod live_field;
 

@@ -8,12 +8,12 @@
 //!
 //! A body that dies is no longer driven, and what leaves it fades within 1 ms after, as ½ (1 + cos): a step
 //! would click, and what it shook lives on in its pieces, in which it rises by the complement
-//! ([`handover`](crate::synthesis::modal::modal_state_transfer)): until then it is in a bank of its own. What
+//! ([`modal_state_transfer`](super::modal_state_transfer)): until then it is in a bank of its own. What
 //! has left it arrives as ever.
 
+mod input;
 mod stream;
 
-use std::cmp::Reverse;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -24,7 +24,7 @@ use super::delay::{DelayLine, HALF_TAPS};
 use super::source::{ModalSource, StrikeMemory};
 use super::transfer::TransferMemory;
 use crate::body::{BodyId, Life};
-use crate::contact::{ForceProfile, ImpactPulse, PoseHistory, StreamPoint, StreamedForce};
+use crate::contact::{ForceProfile, PoseHistory};
 use crate::synthesis::listener::{Floor, Listener};
 use crate::synthesis::modal::modal_state_transfer::ModalState;
 use crate::synthesis::modal::resonator_bank::ResonatorBank;
@@ -54,7 +54,7 @@ pub struct ModalVoice<'a> {
     /// By first sample, the next one last.
     forces: Vec<Force>,
     stream: Option<Stream>,
-    handed: Option<Handed>,
+    inherited: Option<Inherited>,
     paths: Vec<Path>,
     /// What each path sends.
     sent: Vec<Vec<f64>>,
@@ -84,8 +84,8 @@ struct Force {
     points: Vec<(DVec3, DVec3)>,
 }
 
-/// ModalAnalysis that is taken over.
-struct Handed {
+/// Vibration that a piece takes over from the body that broke.
+struct Inherited {
     /// What it is at the birth.
     state: ModalState,
     /// In which it rings until it has risen.
@@ -132,9 +132,9 @@ fn new_bank(source: &ModalSource, paths: usize, settings: &RenderSettings) -> Re
 /// The bank of a voice, and that of what it takes over.
 fn both<'b>(
     bank: &'b mut ResonatorBank,
-    handed: &'b mut Option<Handed>,
+    inherited: &'b mut Option<Inherited>,
 ) -> impl Iterator<Item = &'b mut ResonatorBank> {
-    std::iter::once(bank).chain(handed.as_mut().and_then(|handed| handed.bank.as_mut()))
+    std::iter::once(bank).chain(inherited.as_mut().and_then(|inherited| inherited.bank.as_mut()))
 }
 
 /// What is left of a sound that fades within `length` \[samples\], so many after it began to.
@@ -179,7 +179,7 @@ impl<'a> ModalVoice<'a> {
             bank,
             forces: Vec::new(),
             stream: None,
-            handed: None,
+            inherited: None,
             sent: vec![Vec::new(); paths.len()],
             paths,
             block: DELAYS * (rate / 1000.0).round() as i64,
@@ -190,92 +190,11 @@ impl<'a> ModalVoice<'a> {
         })
     }
 
-    /// Takes the impacts that strike this body; others are passed over.
-    ///
-    /// # Errors
-    /// Numbers that are not finite, impacts of a time that has been rendered.
-    pub fn push_pulses(&mut self, pulses: &[ImpactPulse]) -> Result<(), SynthesisError> {
-        let rate = self.settings.sample_rate.as_f64();
-        for pulse in pulses {
-            for points in pulse.points_on(self.body) {
-                let time = pulse.onset;
-                let bad = |what, value| SynthesisError::BadPulse { what, value, body: self.body, time };
-                if !time.is_finite() {
-                    return Err(bad("the onset", time));
-                }
-                if !(pulse.duration > 0.0 && pulse.duration.is_finite()) {
-                    return Err(bad("the duration", pulse.duration));
-                }
-                if let Some((_, impulse)) = points.iter().find(|(x, j)| !x.is_finite() || !j.is_finite()) {
-                    return Err(bad("a point or an impulse", impulse.length()));
-                }
-                let onset = (time - self.settings.start) * rate;
-                let (duration, profile) = (pulse.duration, pulse.profile);
-                let first = ResonatorBank::first_sample(onset, duration, profile, self.settings.sample_rate);
-                if self.begun && first < self.bank.position() {
-                    return Err(SynthesisError::Late { body: self.body, time });
-                }
-                self.forces.push(Force { first, onset, duration, profile, points });
-            }
-        }
-        self.forces.sort_by_key(|force| Reverse(force.first));
-        Ok(())
-    }
-
-    /// Takes forces too gentle to be impacts, limited to half the rate of their time step \[s\], and, if the
-    /// source has contact damping, damps while they last. Forces on other bodies are passed over.
-    ///
-    /// # Errors
-    /// A time step that is not positive, forces of a time that has been rendered, a second stream.
-    pub fn push_stream(&mut self, forces: &[StreamedForce], time_step: f64) -> Result<(), SynthesisError> {
-        let bad = |what, value, time| SynthesisError::BadPulse { what, value, body: self.body, time };
-        if !(time_step > 0.0 && time_step.is_finite()) || self.stream.is_some() {
-            return Err(bad("the time step of a stream", time_step, self.settings.start));
-        }
-        for force in forces.iter().filter(|force| force.body == self.body) {
-            let StreamedForce { time, points, .. } = force;
-            let good = |point: &StreamPoint| {
-                point.place.is_finite() && point.impulse.is_finite() && point.normal.is_finite()
-            };
-            if !(time.is_finite() && points.iter().all(good)) {
-                return Err(bad("a force of the stream", *time, *time));
-            }
-        }
-        let own = forces.iter().filter(|force| force.body == self.body);
-        let stream = Stream::new(own, time_step, &self.settings);
-        if self.begun && stream.next().is_some_and(|first| first < self.bank.position()) {
-            return Err(SynthesisError::Late { body: self.body, time: self.settings.start });
-        }
-        self.stream = Some(stream);
-        Ok(())
-    }
-
-    /// Takes over what a piece vibrates with when it is born.
-    ///
-    /// # Errors
-    /// Another number of modes, numbers that are not finite, a time that has been rendered, a second time.
-    pub fn inherit_state(&mut self, state: &ModalState) -> Result<(), SynthesisError> {
-        let time = self.poses.life(self.body).birth;
-        let bad = |what, value| SynthesisError::BadPulse { what, value, body: self.body, time };
-        if state.0.len() != self.source.resonances().len() || self.handed.is_some() {
-            return Err(bad("the number of modes that are taken over", state.0.len() as f64));
-        }
-        if let Some(w) = state.0.iter().find(|w| !w.is_finite()) {
-            return Err(bad("a vibration that is taken over", w.norm()));
-        }
-        if self.begun {
-            return Err(SynthesisError::Late { body: self.body, time });
-        }
-        self.handed =
-            Some(Handed { state: state.clone(), bank: None, sent: vec![Vec::new(); self.paths.len()] });
-        Ok(())
-    }
-
     /// The first sample at which a force to come, or vibration that is not all there, is felt.
     fn next_force(&self) -> Option<i64> {
         let streamed = self.stream.as_ref().and_then(Stream::next);
-        let handed = self.handed.as_ref().map(|_| self.life[0].floor() as i64);
-        self.forces.last().map(|force| force.first).into_iter().chain(streamed).chain(handed).min()
+        let inherited = self.inherited.as_ref().map(|_| self.life[0].floor() as i64);
+        self.forces.last().map(|force| force.first).into_iter().chain(streamed).chain(inherited).min()
     }
 
     /// A sample before which nothing is heard of the impacts pushed so far; `None` if nothing is to come.
@@ -358,7 +277,7 @@ impl<'a> ModalVoice<'a> {
             // How a mode is heard depends on its pole.
             self.paths.iter_mut().for_each(|path| path.fresh = false);
         }
-        self.begin_handed(start, end);
+        self.begin_inherited(start, end);
         if self.bank.take_woken() {
             // What is at rest has no transfers.
             self.paths.iter_mut().for_each(|path| path.set = false);
@@ -371,7 +290,7 @@ impl<'a> ModalVoice<'a> {
                 self.paths[p].line.push_delay(delay);
             }
         }
-        let rising = self.handed.as_ref().is_some_and(|handed| handed.bank.is_some());
+        let rising = self.inherited.as_ref().is_some_and(|inherited| inherited.bank.is_some());
         if self.bank.is_silent() && !rising {
             for sent in &mut self.sent {
                 sent.resize(sent.len() + self.block as usize, 0.0);
@@ -386,7 +305,7 @@ impl<'a> ModalVoice<'a> {
             self.set_transfers(next)?;
             let count = (next - self.bank.position()) as usize;
             self.bank.render(count, &mut self.sent);
-            if let Some(Handed { bank: Some(bank), sent, .. }) = &mut self.handed {
+            if let Some(Inherited { bank: Some(bank), sent, .. }) = &mut self.inherited {
                 bank.render(count, sent);
             }
         }
@@ -396,35 +315,35 @@ impl<'a> ModalVoice<'a> {
     }
 
     /// Lets what is taken over ring if it is felt before `end`.
-    fn begin_handed(&mut self, start: i64, end: i64) {
-        let Some(handed) = &mut self.handed else { return };
-        if handed.bank.is_some() || self.life[0] >= end as f64 {
+    fn begin_inherited(&mut self, start: i64, end: i64) {
+        let Some(inherited) = &mut self.inherited else { return };
+        if inherited.bank.is_some() || self.life[0] >= end as f64 {
             return;
         }
         let mut bank = new_bank(&self.source, self.paths.len(), &self.settings);
         bank.seek(start);
         // As if it had rung from the beginning of the block: what was before the birth is not heard.
         let since = (start as f64 - self.life[0]) / self.settings.sample_rate.as_f64();
-        let begun = handed.state.later_within(&self.source, since, MOST_GROWTH);
+        let begun = inherited.state.later_within(&self.source, since, MOST_GROWTH);
         bank.add_ringing(|mode| begun.0[mode]);
-        handed.bank = Some(bank);
+        inherited.bank = Some(bank);
         self.paths.iter_mut().for_each(|path| path.set = false);
     }
 
     /// Adds what is taken over to what was sent from `start` to `end`, and to the bank once it has risen.
     fn raise(&mut self, start: i64, end: i64) {
-        let Some(Handed { bank: Some(bank), sent: handed, .. }) = &mut self.handed else { return };
+        let Some(Inherited { bank: Some(bank), sent: inherited, .. }) = &mut self.inherited else { return };
         let length = FADE * self.settings.sample_rate.as_f64();
         let birth = self.life[0];
-        for (sent, handed) in self.sent.iter_mut().zip(handed) {
+        for (sent, inherited) in self.sent.iter_mut().zip(inherited) {
             let first = sent.len() - (end - start) as usize;
-            for ((pressure, own), sample) in sent[first..].iter_mut().zip(handed.drain(..)).zip(start..) {
+            for ((pressure, own), sample) in sent[first..].iter_mut().zip(inherited.drain(..)).zip(start..) {
                 *pressure += own * (1.0 - faded(sample as f64 - birth, length));
             }
         }
         if end as f64 >= birth + length {
             self.bank.take_over(bank);
-            self.handed = None;
+            self.inherited = None;
         }
     }
 
@@ -444,7 +363,7 @@ impl<'a> ModalVoice<'a> {
             self.bank.silence();
             self.forces.clear();
             self.stream = None;
-            self.handed = None;
+            self.inherited = None;
         }
     }
 
@@ -477,8 +396,8 @@ impl<'a> ModalVoice<'a> {
             let Memory { transfers, evaluation, .. } = &mut self.memory;
             match place {
                 Some(place) => {
-                    let handed = self.handed.as_ref().and_then(|handed| handed.bank.as_ref());
-                    let banks = [Some(&self.bank), handed];
+                    let inherited = self.inherited.as_ref().and_then(|inherited| inherited.bank.as_ref());
+                    let banks = [Some(&self.bank), inherited];
                     let rings = |mode: usize| banks.iter().flatten().any(|bank| bank.rings(mode));
                     self.source.transfers_of(place, rings, evaluation, transfers);
                     let (loss, distance) = (&self.settings.loss, place.length());
@@ -492,12 +411,12 @@ impl<'a> ModalVoice<'a> {
                     transfers.resize(self.source.resonances().len(), Complex64::ZERO);
                 }
             }
-            for bank in both(&mut self.bank, &mut self.handed) {
+            for bank in both(&mut self.bank, &mut self.inherited) {
                 bank.set_transfers(p, transfers);
             }
         }
         if jumped {
-            both(&mut self.bank, &mut self.handed).for_each(ResonatorBank::jump_to_transfers);
+            both(&mut self.bank, &mut self.inherited).for_each(ResonatorBank::jump_to_transfers);
         }
         Ok(())
     }

@@ -19,14 +19,16 @@ use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::model_evaluator::BankEvaluator;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
+use clangor_core::sound_model::{AccelerationRule, SoundModel, SoundRule};
 use clangor_core::synthesis::listener::Floor;
-use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundRule, SoundSource};
+use clangor_core::synthesis::{Listener, RenderSettings, SampleRate};
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow, Timeline};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::wav::SampleFormat;
-use clangor_pipeline::stages::render::{FullScale, RenderOptions, Sounds, Transfers, render};
-use clangor_pipeline::stages::sound_models::ringers::Ringers;
-use clangor_pipeline::stages::sound_models::sources::{SourceSettings, sources};
+use clangor_pipeline::stages::render::{FullScale, RenderOptions, Transfers, render};
+use clangor_pipeline::stages::sound_models::{
+    AccelerationSettings, SoundModelPlan, SoundModelSettings, SoundModelStore,
+};
 
 use crate::cpu_time::cpu_time;
 
@@ -39,7 +41,7 @@ pub struct Group {
     /// Number of bodies.
     pub count: usize,
     /// Which sound model they get.
-    pub rule: SoundRule,
+    pub rule: AccelerationRule,
 }
 
 /// The microphone of \[PAN\] §5; the table is centred at x = z = 0, 0.4 m high, 1.8 m long, 0.8 m wide.
@@ -74,7 +76,7 @@ impl Uniform {
 pub struct Stage {
     /// Bodies in the order of the groups; the table last.
     pub bodies: Vec<Body>,
-    rules: Vec<SoundRule>,
+    rules: Vec<AccelerationRule>,
 }
 
 impl Stage {
@@ -97,7 +99,14 @@ impl Stage {
         if table {
             let shape = Shape::parse("box:1.8x0.04x0.8").expect("a box");
             let (surface, mass) = shape.surface().expect("a solid");
-            stage.add("table".into(), "wood", Arc::new(surface), &mass, Motion::Fixed, SoundRule::Auto);
+            stage.add(
+                "table".into(),
+                "wood",
+                Arc::new(surface),
+                &mass,
+                Motion::Fixed,
+                AccelerationRule::Auto,
+            );
         }
         stage
     }
@@ -109,7 +118,7 @@ impl Stage {
         surface: Arc<Surface>,
         mass: &MassProperties,
         motion: Motion,
-        rule: SoundRule,
+        rule: AccelerationRule,
     ) {
         let material = presets::preset(material).expect("a preset");
         let body = Body::solid(name, material, surface, mass)
@@ -121,25 +130,27 @@ impl Stage {
     }
 
     /// Fields for a band [Hz], from the cache or baked; prints what was baked and what is amiss.
-    pub fn sources(
+    pub fn models(
         &self,
         frequency: f64,
         cache: &ModelCache,
         bank: Option<&BankEvaluator>,
-    ) -> Vec<SoundSource> {
-        let settings = SourceSettings {
-            rules: &self.rules,
-            max_wavenumber: std::f64::consts::TAU * frequency / Medium::AIR.sound_speed,
-            accuracy: ACCURACY,
-            cache: Some(cache),
-            bank,
-            bake: true,
+    ) -> Vec<SoundModel> {
+        let highest = std::f64::consts::TAU * frequency / Medium::AIR.sound_speed;
+        let settings = SoundModelSettings {
+            acceleration: AccelerationSettings::new(highest, ACCURACY, true),
+            wants_acceleration: true,
+            modal: None,
         };
+        let rules: Vec<SoundRule> = self.rules.iter().copied().map(SoundRule::from).collect();
+        let plan = SoundModelPlan::new(&self.bodies, &rules, settings);
+        let store = SoundModelStore { cache: Some(cache), bank };
         let sounding: BTreeSet<BodyId> = (0..self.bodies.len() as u32).map(BodyId).collect();
-        let found = sources(&self.bodies, &sounding, &settings, &mut |_| ControlFlow::Continue(()))
-            .expect("nobody interrupts");
+        let found = plan
+            .find(&self.bodies, &sounding, store, &mut |_| ControlFlow::Continue(()))
+            .expect("no interruption");
         found.remarks.iter().for_each(|remark| eprintln!("{remark}"));
-        found.sources
+        found.bodies
     }
 
     /// As many impulses as asked for, evenly over `seconds`. With a table, every other body is the table.
@@ -200,13 +211,7 @@ impl Stage {
     }
 
     /// Renders for one microphone into a file.
-    pub fn render(
-        &self,
-        sources: &[SoundSource],
-        timeline: &Timeline,
-        seconds: f64,
-        file: &Path,
-    ) -> Rendered {
+    pub fn render(&self, models: &[SoundModel], timeline: &Timeline, seconds: f64, file: &Path) -> Rendered {
         let options = RenderOptions {
             listeners: vec![Listener::fixed("microphone", MICROPHONE)],
             contact: ContactSettings::default(),
@@ -234,10 +239,9 @@ impl Stage {
             stems: false,
             note: String::new(),
         };
-        let sounds = Sounds { sources, ringers: &Ringers::none(self.bodies.len()) };
         let begin = cpu_time();
         let summary =
-            render(&self.bodies, &sounds, timeline, &options, file, &mut |_| ControlFlow::Continue(()))
+            render(&self.bodies, models, timeline, &options, file, &mut |_| ControlFlow::Continue(()))
                 .expect("a sound");
         Rendered { seconds: cpu_time() - begin, clicks: summary.listeners.iter().map(|l| l.clicks).sum() }
     }

@@ -2,12 +2,11 @@
 
 use std::fmt::Display;
 
-use clangor_bake::acceleration::BakeError;
-use clangor_bake::modal::ModalBakeError;
 use clangor_pipeline::interchange::body_files::InterchangeError;
 use clangor_pipeline::stages::load::LoadError;
 use clangor_pipeline::stages::render::RenderError;
 use clangor_pipeline::stages::simulate::SimulateError;
+use clangor_pipeline::stages::sound_models::SoundModelError;
 
 use crate::diagnostics::draw_errors;
 
@@ -61,14 +60,8 @@ impl From<InterchangeError> for Failure {
     }
 }
 
-impl From<BakeError> for Failure {
-    fn from(error: BakeError) -> Self {
-        if matches!(error, BakeError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
-    }
-}
-
-impl From<ModalBakeError> for Failure {
-    fn from(error: ModalBakeError) -> Self {
-        if matches!(error, ModalBakeError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
+impl From<SoundModelError> for Failure {
+    fn from(error: SoundModelError) -> Self {
+        if matches!(error, SoundModelError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
     }
 }

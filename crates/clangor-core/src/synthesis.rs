@@ -49,5 +49,4 @@ pub use offline::{BlockJob, BlockMemory, OverlapAdd, RenderReport, RenderedBlock
 pub use render_settings::RenderSettings;
 pub use sample_rate::SampleRate;
 pub use source::SoundSource;
-pub use source_rule::SoundRule;
 pub use synthesis_error::SynthesisError;

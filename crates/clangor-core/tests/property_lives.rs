@@ -13,9 +13,10 @@ use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::material::Damping;
 use clangor_core::medium::Medium;
 use clangor_core::pose::Pose;
+use clangor_core::sound_model::AccelerationRule;
+use clangor_core::sound_model::rule::{SoundRule, rules_with_pieces};
 use clangor_core::synthesis::modal::{ModalSettings, ModalVoice};
-use clangor_core::synthesis::source_rule::rules_with_pieces;
-use clangor_core::synthesis::{Listener, RenderSettings, SoundRule};
+use clangor_core::synthesis::{Listener, RenderSettings};
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, Timeline, TimelineSink};
 use num_complex::Complex64;
 use ringing::{body, impact, mode, source};
@@ -75,10 +76,11 @@ fn a_timeline_knows_all_bodies_and_their_lives() {
     let lasting = f64::INFINITY;
     let expected = [(0.0, BREAKS), (BREAKS, later), (BREAKS, lasting), (later, lasting), (later, lasting)];
     assert_eq!(lives, expected);
-    let rules = rules_with_pieces(&timeline.all_bodies(&start), &[SoundRule::Own]);
-    assert_eq!(rules, [SoundRule::Own; 5]);
-    let rules = rules_with_pieces(&timeline.all_bodies(&start), &[]);
-    assert_eq!(rules[..2], [SoundRule::Auto, SoundRule::Proxy]);
+    let rules = |of: &[SoundRule]| -> Vec<AccelerationRule> {
+        rules_with_pieces(&timeline.all_bodies(&start), of).iter().map(|rule| rule.acceleration).collect()
+    };
+    assert_eq!(rules(&[AccelerationRule::Own.into()]), [AccelerationRule::Own; 5]);
+    assert_eq!(rules(&[])[..2], [AccelerationRule::Auto, AccelerationRule::Proxy]);
 }
 
 #[test]

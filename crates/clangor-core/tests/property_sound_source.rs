@@ -4,13 +4,14 @@ use clangor_core::body::Body;
 use clangor_core::glam::DVec3;
 use clangor_core::scene::Scene;
 use clangor_core::scene::instantiate::{instantiate, load_shape};
+use clangor_core::sound_model::AccelerationRule;
 use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, Term};
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
 use clangor_core::sound_model::acceleration::proxy_field::ProxyFields;
 use clangor_core::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 use clangor_core::synthesis::source_rule::{Reason, SourceKind, decide, source_of};
-use clangor_core::synthesis::{RenderSettings, SoundRule, SoundSource};
+use clangor_core::synthesis::{RenderSettings, SoundSource};
 use realfft::num_complex::Complex64;
 
 /// A dipole that needs nothing to be true.
@@ -48,7 +49,7 @@ fn rule_goes_by_shape_size_and_hull() {
     let bank = bank();
     let k = RenderSettings::default().max_wavenumber();
     assert!((k - 2.0 * std::f64::consts::PI * 20_000.0 / 343.2).abs() < 1e-9);
-    let auto = |shape: &str, more: &str| decide(&body(shape, more), SoundRule::Auto, Some(&bank), k);
+    let auto = |shape: &str, more: &str| decide(&body(shape, more), AccelerationRule::Auto, Some(&bank), k);
     let rock = auto("rock:3x0.01", "");
     assert!(
         matches!((rock.kind, rock.reason), (SourceKind::Proxy(_), Reason::SmallAndConvex { .. })),
@@ -64,19 +65,21 @@ fn rule_goes_by_shape_size_and_hull() {
     assert_eq!((ball.kind, ball.reason), (SourceKind::Sphere, Reason::IsSphere));
     let fixed = auto("die", "motion = \"fixed\"");
     assert_eq!((fixed.kind, fixed.reason), (SourceKind::Sphere, Reason::Immovable));
-    let alone = decide(&body("die", ""), SoundRule::Auto, None, k);
+    let alone = decide(&body("die", ""), AccelerationRule::Auto, None, k);
     assert_eq!((alone.kind, alone.reason), (SourceKind::Own, Reason::NoEllipsoid));
     // What a person reads.
     assert_eq!(bowl.to_string().split(':').next(), Some("field of its own"), "{bowl}");
     assert!(rock.to_string().contains("convex hull"), "{rock}");
 
-    for (rule, kind) in [(SoundRule::Sphere, SourceKind::Sphere), (SoundRule::Own, SourceKind::Own)] {
+    for (rule, kind) in
+        [(AccelerationRule::Sphere, SourceKind::Sphere), (AccelerationRule::Own, SourceKind::Own)]
+    {
         let asked = decide(&body("die", ""), rule, Some(&bank), k);
         assert_eq!((asked.kind, asked.reason), (kind, Reason::Asked));
     }
-    let asked = decide(&body("bowl", ""), SoundRule::Proxy, Some(&bank), k);
+    let asked = decide(&body("bowl", ""), AccelerationRule::Proxy, Some(&bank), k);
     assert!(matches!((asked.kind, asked.reason), (SourceKind::Proxy(_), Reason::Asked)));
-    let refused = decide(&body("bowl", ""), SoundRule::Proxy, None, k);
+    let refused = decide(&body("bowl", ""), AccelerationRule::Proxy, None, k);
     assert_eq!((refused.kind, refused.reason), (SourceKind::Sphere, Reason::NoEllipsoid));
 }
 
@@ -84,7 +87,7 @@ fn rule_goes_by_shape_size_and_hull() {
 fn what_is_missing_is_replaced_and_said() {
     let bank = bank();
     let bowl = body("bowl", "");
-    let decision = decide(&bowl, SoundRule::Own, Some(&bank), 300.0);
+    let decision = decide(&bowl, AccelerationRule::Own, Some(&bank), 300.0);
     let radius = bowl.surface.bounding_radius();
     let mut proxies = ProxyFields::new(&bank, 300.0);
     let own = ModelEvaluator::try_new(&AccelerationModel { radius, field: field(), near: None }).unwrap();
@@ -99,7 +102,7 @@ fn what_is_missing_is_replaced_and_said() {
 #[test]
 fn an_ellipsoid_lies_as_its_body_does() {
     let body = body("box:0.01x0.03x0.02", "");
-    let decision = decide(&body, SoundRule::Proxy, Some(&bank()), 300.0);
+    let decision = decide(&body, AccelerationRule::Proxy, Some(&bank()), 300.0);
     let (SoundSource::Field(source), SourceKind::Proxy(proxy)) =
         source_of(&body, &decision, Some(&mut ProxyFields::new(&bank(), 300.0)), None)
     else {
@@ -116,11 +119,11 @@ fn scenes_say_what_bodies_sound_as() {
     let text = |body: &str, render: &str| {
         let copies = "positions = [[0, 1, 0], [0, 2, 0]]";
         let scene = scene("die", &format!("{copies}\n{body}\n[render]\n{render}"));
-        scene.sound_rules()
+        scene.sound_rules().into_iter().map(|rule| rule.acceleration).collect::<Vec<_>>()
     };
-    assert_eq!(text("", ""), [SoundRule::Auto; 2]);
-    assert_eq!(text("", "acceleration = \"sphere\""), [SoundRule::Sphere; 2]);
-    assert_eq!(text("acceleration = \"proxy\"", "acceleration = \"own\""), [SoundRule::Proxy; 2]);
+    assert_eq!(text("", ""), [AccelerationRule::Auto; 2]);
+    assert_eq!(text("", "acceleration = \"sphere\""), [AccelerationRule::Sphere; 2]);
+    assert_eq!(text("acceleration = \"proxy\"", "acceleration = \"own\""), [AccelerationRule::Proxy; 2]);
     let wrong = "version = 1\n[[body]]\nshape = \"die\"\nmaterial = \"steel\"\nacceleration = \"proxi\"\n";
     let errors = Scene::from_toml(wrong).unwrap_err().to_string();
     assert!(errors.contains("5:9") && errors.contains("`proxy`"), "{errors}");

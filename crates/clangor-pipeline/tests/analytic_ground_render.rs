@@ -10,16 +10,14 @@ use clangor_core::contact::{ContactSettings, PoseHistory, impact_pulses};
 use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::scene::render_description::{GroundSound, Parts};
+use clangor_core::sound_model::{SoundModel, SoundPart};
 use clangor_core::synthesis::ground::HalfSpace;
 use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 use clangor_pipeline::stages::load::{LoadedScene, scene_from_text};
-use clangor_pipeline::stages::render::{
-    FullScale, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, render,
-};
+use clangor_pipeline::stages::render::{FullScale, RenderOptions, RenderSummary, Transfers, render};
 use clangor_pipeline::stages::simulate::simulate_impacts;
-use clangor_pipeline::stages::sound_models::ringers::Ringers;
 
 const HEIGHT: f64 = 100.0;
 const SCENE: &str = r#"
@@ -78,9 +76,9 @@ fn hear(
         note: String::new(),
     };
     let bodies = &loaded.world.bodies;
-    let sources = SoundSource::spheres(bodies);
-    let sounds = Sounds { sources: &sources, ringers: &Ringers::none(bodies.len()) };
-    render(bodies, &sounds, timeline, &options, file, &mut |_| ControlFlow::Continue(())).unwrap()
+    let models: Vec<SoundModel> =
+        SoundSource::spheres(bodies).into_iter().map(SoundModel::without_modes).collect();
+    render(bodies, &models, timeline, &options, file, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 fn samples(path: &Path) -> Vec<f64> {
@@ -96,7 +94,7 @@ fn soil_sends_the_force_of_a_ball_straight_up() {
     let settings = &loaded.scene.render;
     let folder = tempfile::tempdir().unwrap();
     let summary = hear(&loaded, &timeline, settings.ground, settings.parts, &folder.path().join("a.wav"));
-    let stem = summary.files.iter().find(|f| f.stem.is_some_and(|s| s.part == StemPart::Ground)).unwrap();
+    let stem = summary.files.iter().find(|f| f.stem.is_some_and(|s| s.part == SoundPart::Ground)).unwrap();
     assert!(stem.path.ends_with("a.meadow.ground.wav"), "{:?}", stem.path);
     let heard = samples(&stem.path);
 

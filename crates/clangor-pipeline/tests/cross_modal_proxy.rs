@@ -13,13 +13,17 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
+use clangor_core::scene::render_description::PROXY_FREQUENCY;
 use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::sound_model::soundbank::modal_soundbank::ContactMapping;
+use clangor_core::sound_model::{BodyModes, ModalRule, NoModes, SoundRule};
 use clangor_core::synthesis::SampleRate;
-use clangor_core::synthesis::modal::{ModalSettings, ModalSource, RingingRule, StrikeMemory, TransferMemory};
+use clangor_core::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
 use clangor_core::synthesis::strike::{Strike, StrikeSound, struck_ringing};
-use clangor_pipeline::stages::sound_models::ringers::{Ringing, RingingPlan};
+use clangor_pipeline::stages::sound_models::{
+    AccelerationSettings, ModalPlanSettings, SoundModelPlan, SoundModelSettings, SoundModelStore,
+};
 
 const RATE: f64 = 48_000.0;
 
@@ -32,20 +36,27 @@ fn body(shape: &str, material: &str, life: Life) -> Body {
     Body::solid(shape, material, Surface::Mesh(surface), &mass).with_edge_radius(1e-3).with_life(life)
 }
 
-fn ringing(bodies: &[Body], rules: &[RingingRule], struck: &[u32]) -> Vec<Ringing> {
+fn ringing(bodies: &[Body], rules: &[ModalRule], struck: &[u32]) -> Vec<BodyModes> {
     let options = ModalBakeOptions { mesh_error: 0.02, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
-    let plan = RingingPlan::new(bodies, rules, options);
+    let settings = SoundModelSettings {
+        acceleration: AccelerationSettings::new(1.0, 0.01, false),
+        wants_acceleration: false,
+        modal: Some(ModalPlanSettings { options, proxy_frequency: PROXY_FREQUENCY }),
+    };
+    let rules: Vec<SoundRule> = rules.iter().copied().map(SoundRule::from).collect();
+    let plan = SoundModelPlan::new(bodies, &rules, settings);
     let struck: BTreeSet<BodyId> = struck.iter().map(|id| BodyId(*id)).collect();
-    let found = plan.find(&struck, None, &mut |_| ControlFlow::Continue(())).unwrap();
+    let found =
+        plan.find(bodies, &struck, SoundModelStore::default(), &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(found.remarks.is_empty(), "{:?}", found.remarks);
-    found.bodies
+    found.bodies.into_iter().map(|model| model.modal).collect()
 }
 
-fn source(ringing: &Ringing, body: &Body) -> Arc<ModalSource> {
+fn source(ringing: &BodyModes, body: &Body) -> Arc<ModalSource> {
     let (damping, settings) = (&body.material.damping, ModalSettings::default());
     Arc::new(match ringing {
-        Ringing::Modes(model) => ModalSource::new(Arc::clone(model), damping, &settings).unwrap(),
-        Ringing::Proxy(proxy) => {
+        BodyModes::Own(model) => ModalSource::new(Arc::clone(model), damping, &settings).unwrap(),
+        BodyModes::Proxy(proxy) => {
             let transfers: Vec<_> = (0..proxy.mode_count()).map(|k| proxy.transfer(k)).collect();
             let mapping = ContactMapping::default();
             ModalSource::of_proxy((**proxy).clone(), mapping, &transfers, damping, &settings).unwrap()
@@ -121,7 +132,7 @@ fn loudness(body: &Body, source: &Arc<ModalSource>, (point, impulse): (DVec3, DV
 fn an_ellipsoid_rings_like_its_proxy() {
     let body = body("ellipsoid:0.05x0.006x0.05", "glass", Life::LASTING);
     let bodies = [body.clone(), body];
-    let found = ringing(&bodies, &[RingingRule::Own, RingingRule::Proxy], &[0, 1]);
+    let found = ringing(&bodies, &[ModalRule::Own, ModalRule::Proxy], &[0, 1]);
     let [own, proxy] = [0, 1].map(|k| source(&found[k], &bodies[k]));
     let (first, second) = (own.resonances()[0].frequency, proxy.resonances()[0].frequency);
     println!(
@@ -163,11 +174,11 @@ fn pieces_ring_by_the_threshold_and_as_the_scene_says() {
     let piece = |shape: &str| body(shape, "glass", Life::of_piece(BodyId(0), 1.0));
     // 40 mm: 9 kHz; a cube of 8 mm: above the band.
     let bodies = [parent, piece("box:0.04x0.005x0.03"), piece("box:0.008x0.008x0.008")];
-    let found = ringing(&bodies[..], &[RingingRule::Auto], &[1, 2]).split_off(1);
-    let Ringing::Proxy(proxy) = &found[0] else { panic!("{}", found[0]) };
+    let found = ringing(&bodies[..], &[ModalRule::Auto], &[1, 2]).split_off(1);
+    let BodyModes::Proxy(proxy) = &found[0] else { panic!("{}", found[0]) };
     assert!(proxy.frequency(0) > 2000.0 && proxy.mode_count() > 0);
-    assert!(matches!(found[1], Ringing::Above { .. }), "{}", found[1]);
+    assert!(matches!(found[1], BodyModes::None(NoModes::AboveBand { .. })), "{}", found[1]);
     // A piece is as the body that it was part of.
-    let found = ringing(&bodies, &[RingingRule::Never], &[1, 2]);
-    assert!(found.iter().all(|r| *r == Ringing::Unwanted));
+    let found = ringing(&bodies, &[ModalRule::Never], &[1, 2]);
+    assert!(found.iter().all(|r| *r == BodyModes::None(NoModes::Unwanted)));
 }

@@ -17,7 +17,9 @@ use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
     AccelerationPulse, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
-use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model, publish};
+use clangor_pipeline::stages::sound_models::{
+    AccelerationBake, SoundModelRequest, bake_model, pan_representation,
+};
 
 /// Clicks in three directions, as two receivers hear them above a floor.
 fn render(source: &SoundSource, profile: ForceProfile, floor: Floor) -> (Vec<Vec<f64>>, f64) {
@@ -58,7 +60,7 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 fn both_published_forms_sound_as_ours() {
     let (surface, mass) = Shape::parse("die:0.03x0.004").unwrap().surface().unwrap();
     let options = BakeOptions::new(std::f64::consts::TAU * 20_000.0 / 343.2, 5e-3);
-    let request = ModelRequest::new("die", &surface, mass, options).unwrap();
+    let request = SoundModelRequest::new("die", &surface, mass, AccelerationBake(options)).unwrap();
     let model = bake_model(&request, &mut |_| ControlFlow::Continue(())).unwrap();
     let surface: Arc<Surface> = Arc::new(surface);
     let own = ModelEvaluator::try_new(&model.acceleration).unwrap();
@@ -69,7 +71,7 @@ fn both_published_forms_sound_as_ours() {
     for (form, most) in
         [(PanForm::Angles { rows: 5, columns: 10 }, 0.2), (PanForm::Octant { tolerance: 0.01 }, 0.1)]
     {
-        let file = PanFile::decode(&publish(&model, form).unwrap().encode().unwrap()).unwrap();
+        let file = PanFile::decode(&pan_representation(&model, form).unwrap().encode().unwrap()).unwrap();
         let published = PanSource::new(Arc::new(file.model), Arc::clone(&surface));
         let published = SoundSource::Reference(Arc::new(published));
         for (profile, floor) in
@@ -89,8 +91,8 @@ fn both_published_forms_sound_as_ours() {
 fn an_octant_is_not_enough_for_a_stone() {
     let (surface, mass) = Shape::parse("rock:3x0.01").unwrap().surface().unwrap();
     let options = BakeOptions::new(100.0, 0.05);
-    let request = ModelRequest::new("rock", &surface, mass, options).unwrap();
+    let request = SoundModelRequest::new("rock", &surface, mass, AccelerationBake(options)).unwrap();
     let model = bake_model(&request, &mut |_| ControlFlow::Continue(())).unwrap();
-    let error = publish(&model, PanForm::Octant { tolerance: 0.01 }).unwrap_err().to_string();
+    let error = pan_representation(&model, PanForm::Octant { tolerance: 0.01 }).unwrap_err().to_string();
     assert!(error.contains("three planes of symmetry"), "{error}");
 }

@@ -29,7 +29,7 @@ fn rise(seed: u64) -> f64 {
     let energies = [false, true].map(|crack_impulses| {
         let fallen = Tile { toughness: 150.0, crack_impulses, seed }.fall();
         let parts = Parts { acceleration: true, modal: true, ground: false };
-        onset_energy(&fallen.heard(&fallen.ringers(), parts), 5.0)
+        onset_energy(&fallen.heard(&fallen.models(), parts), 5.0)
     });
     10.0 * (energies[1] / energies[0]).log10()
 }

@@ -18,7 +18,7 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::presets::preset;
 use clangor_pipeline::formats::mesh_reader::read_mesh;
 use clangor_pipeline::stages::load::mesh_geometry;
-use clangor_pipeline::stages::sound_models::ModelRequest;
+use clangor_pipeline::stages::sound_models::{AccelerationBake, SoundModelRequest};
 
 #[test]
 #[ignore = "needs the authors' meshes, and 25 s of CPU time"]
@@ -85,7 +85,12 @@ fn the_bowl_sounds_as_a_body_of_revolution() {
     };
     let mesh = read_mesh(&Path::new(&shared).join("meshes/bowl.obj")).expect("a mesh file");
     let body = mesh_geometry(mesh, 1.0).expect("a solid");
-    let request = ModelRequest::new("bowl", &body.surface, body.mass, BakeOptions::new(100.0, 1e-2));
+    let request = SoundModelRequest::new(
+        "bowl",
+        &body.surface,
+        body.mass,
+        AccelerationBake(BakeOptions::new(100.0, 1e-2)),
+    );
     let request = request.expect("a body that sounds");
     let BakeGeometry::Axisymmetric(meridian) = request.geometry() else { panic!("not turned") };
     // Residual seen: 9e-5.

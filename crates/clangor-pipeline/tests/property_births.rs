@@ -15,15 +15,14 @@ use clangor_core::pose::Pose;
 use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_core::sound_model::{BodyModes, SoundModel, SoundPart};
 use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
 use clangor_pipeline::formats::timeline_file::{Origin, TimelineHeader, TimelineReader, TimelineWriter};
 use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 use clangor_pipeline::stages::render::{
-    FullScale, ModalStateTransfer, RenderOptions, RenderSummary, Sounds, StemPart, Transfers, read_impacts,
-    render,
+    FullScale, ModalStateTransfer, RenderOptions, RenderSummary, Transfers, read_impacts, render,
 };
-use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{CrackImpulse, Replacement, RigidWorld, StepLog};
 use clangor_sim::{SimulationError, SimulationSettings, Solver, simulate_breaking};
@@ -206,15 +205,19 @@ fn options() -> RenderOptions {
     }
 }
 
+/// Bodies that click as spheres.
+fn spheres(bodies: &[Body]) -> Vec<SoundModel> {
+    SoundSource::spheres(bodies).into_iter().map(SoundModel::without_modes).collect()
+}
+
 fn hear(bodies: &[Body], timeline: &Timeline, file: &Path) -> RenderSummary {
     let options = options();
-    let sources = SoundSource::spheres(bodies);
-    let sounds = Sounds { sources: &sources, ringers: &Ringers::none(bodies.len()) };
-    render(bodies, &sounds, timeline, &options, file, &mut |_| ControlFlow::Continue(())).unwrap()
+    let models = spheres(bodies);
+    render(bodies, &models, timeline, &options, file, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 /// Modes of a box with these half edges that bend it, the longest at `lowest` \[Hz\].
-fn modes(half: DVec3, lowest: f64) -> Ringing {
+fn modes(half: DVec3, lowest: f64) -> BodyModes {
     let steps = 6;
     let (mut nodes, mut triangles) = (Vec::new(), Vec::new());
     for side in [-1.0, 1.0] {
@@ -246,7 +249,7 @@ fn modes(half: DVec3, lowest: f64) -> Ringing {
             transfer: Some(ModalTransfer { order: 0, coefficients: vec![Complex64::ONE] }),
         }
     };
-    Ringing::Modes(Arc::new(ModalModel {
+    BodyModes::Own(Arc::new(ModalModel {
         radius: half.length(),
         medium: Medium::AIR,
         density: 2600.0,
@@ -262,16 +265,16 @@ fn halves_ring_on_with_what_the_tile_rang_with() {
     let recorded = simulate(&folder.path().join("a.timeline"), 1e-4);
     let bodies = recorded.all_bodies(&world().bodies);
     let half = || modes(HALF * DVec3::new(0.5, 1.0, 1.0), 900.0);
-    let ringers =
-        Ringers { bodies: vec![Ringing::Unstruck, modes(HALF, 900.0), half(), half()], ..Ringers::default() };
-    let sources = SoundSource::spheres(&bodies);
-    let sounds = Sounds { sources: &sources, ringers: &ringers };
+    let mut models = spheres(&bodies);
+    for (model, modal) in models[1..].iter_mut().zip([modes(HALF, 900.0), half(), half()]) {
+        model.modal = modal;
+    }
     let parts = Parts { acceleration: false, modal: true, ground: false };
     let [on, off] = [true, false].map(|inherit_vibration| {
         let options = RenderOptions { parts, inherit_vibration, ..options() };
         let file = folder.path().join(format!("{inherit_vibration}.wav"));
         let go_on = &mut |_| ControlFlow::Continue(());
-        render(&bodies, &sounds, &recorded, &options, &file, go_on).unwrap()
+        render(&bodies, &models, &recorded, &options, &file, go_on).unwrap()
     });
     let ModalStateTransfer { had, handed } = on.handovers[&BodyId(1)];
     println!("{handed:.1e} J of {had:.1e} J");
@@ -298,7 +301,7 @@ fn halves_ring_on_with_what_the_tile_rang_with() {
     let options = RenderOptions { parts, ..options() };
     let file = folder.path().join("c.wav");
     let summary =
-        render(&bodies, &sounds, &costly, &options, &file, &mut |_| ControlFlow::Continue(())).unwrap();
+        render(&bodies, &models, &costly, &options, &file, &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(summary.handovers.is_empty(), "{:?}", summary.handovers);
 }
 
@@ -322,7 +325,7 @@ fn the_halves_are_heard_from_their_birth_on() {
     let birth = timeline.fractures[0].time;
     let loudest = |body: u32| {
         let stem = |file: &&clangor_pipeline::stages::render::RenderedFile| {
-            file.stem.is_some_and(|s| s.body == BodyId(body) && s.part == StemPart::Acceleration)
+            file.stem.is_some_and(|s| s.body == BodyId(body) && s.part == SoundPart::Acceleration)
         };
         let file = summary.files.iter().find(stem).unwrap();
         let samples = samples(&file.path);

@@ -6,7 +6,7 @@ use clangor_core::scene::instantiate::{instantiate, load_shape};
 use clangor_core::synthesis::RenderSettings;
 use clangor_core::synthesis::source_rule::{Reason, SourceKind};
 use clangor_pipeline::formats::soundbank::default_bank;
-use clangor_pipeline::stages::sound_models::sources::SourceSettings;
+use clangor_pipeline::stages::sound_models::AccelerationSettings;
 
 fn bodies(shapes: &[String]) -> Vec<Body> {
     let mut text = String::from("version = 1\n");
@@ -22,15 +22,8 @@ fn bodies(shapes: &[String]) -> Vec<Body> {
 
 fn reasons(shapes: &[String], bake: bool) -> Vec<(bool, Reason)> {
     let bank = default_bank();
-    let settings = SourceSettings {
-        rules: &[],
-        max_wavenumber: RenderSettings::default().max_wavenumber(),
-        accuracy: 0.01,
-        cache: None,
-        bank: bank.as_ref(),
-        bake,
-    };
-    let all = settings.decide(&bodies(shapes));
+    let settings = AccelerationSettings::new(RenderSettings::default().max_wavenumber(), 0.01, bake);
+    let all = settings.decide(&bodies(shapes), &[], bank.as_ref());
     all[..shapes.len()].iter().map(|d| (d.kind == SourceKind::Own, d.reason)).collect()
 }
 

@@ -6,17 +6,18 @@ use std::ops::ControlFlow;
 
 use clangor_bake::acceleration::BakeProgress;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
-use clangor_bake::modal::{ModalBakeError, ModalBakeOptions};
+use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::Surface;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::material::{Material, presets};
 use clangor_core::medium::Medium;
+use clangor_core::sound_model::files::modal_file::ModalFile;
 use clangor_pipeline::formats::model_cache::{Lookup, ModelCache, modal_key};
-use clangor_pipeline::stages::sound_models::ringing::{ModalRequest, obtain_modes};
+use clangor_pipeline::stages::sound_models::{ModalBake, SoundModelError, SoundModelRequest, obtain};
 
 /// A ball of steel with a few modes in the band, on a coarse mesh.
-fn request(max_frequency: f64) -> ModalRequest {
+fn request(max_frequency: f64) -> SoundModelRequest<ModalBake> {
     let options = ModalBakeOptions {
         max_frequency,
         mesh_error: 0.1,
@@ -25,7 +26,8 @@ fn request(max_frequency: f64) -> ModalRequest {
     };
     let surface = Surface::Sphere { radius: 0.1 };
     let steel = presets::preset("steel").unwrap();
-    ModalRequest::new("ball", &surface, MassProperties::of_sphere(0.1), &steel, options).unwrap()
+    let part = ModalBake::new(&steel, options);
+    SoundModelRequest::new("ball", &surface, MassProperties::of_sphere(0.1), part).unwrap()
 }
 
 fn go_on(_: &BakeProgress) -> ControlFlow<()> {
@@ -41,31 +43,31 @@ fn modes_are_baked_once_and_go_on_after_an_interruption() {
         "radiating modes" => ControlFlow::Break(()),
         _ => ControlFlow::Continue(()),
     };
-    let stopped = obtain_modes(&request, Some(&cache), &mut until_radiation).unwrap_err();
-    assert!(matches!(stopped, ModalBakeError::Interrupted));
+    let stopped = obtain(&request, Some(&cache), &mut until_radiation).unwrap_err();
+    assert!(matches!(stopped, SoundModelError::Interrupted));
     let kept = cache.read_modes(request.key()).expect("the modes are kept");
     assert!(kept.modal.model.modes.len() >= 5 && kept.modal.model.modes.iter().all(|m| m.transfer.is_none()));
-    assert!(matches!(cache.read_modal(request.key()), Lookup::Missing));
+    assert!(matches!(cache.read::<ModalFile>(request.key()), Lookup::Missing));
 
     let mut finds_no_modes = |p: &BakeProgress| {
         assert_ne!(p.stage, "finding modes");
         ControlFlow::Continue(())
     };
-    let resumed = obtain_modes(&request, Some(&cache), &mut finds_no_modes).unwrap();
+    let resumed = obtain(&request, Some(&cache), &mut finds_no_modes).unwrap();
     assert!(!resumed.cached && resumed.remarks.is_empty(), "{:?}", resumed.remarks);
     assert!(cache.read_modes(request.key()).is_none());
-    let whole = obtain_modes(&request, None, &mut go_on).unwrap();
+    let whole = obtain(&request, None, &mut go_on).unwrap();
     assert!(whole.file == resumed.file);
-    let again = obtain_modes(&request, Some(&cache), &mut go_on).unwrap();
+    let again = obtain(&request, Some(&cache), &mut go_on).unwrap();
     assert!(again.cached && again.file == whole.file);
 
     // A damaged entry is told and baked again.
-    let path = cache.modal_path(request.key());
+    let path = cache.path::<ModalFile>(request.key());
     let mut bytes = fs::read(&path).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     fs::write(&path, bytes).unwrap();
-    let mended = obtain_modes(&request, Some(&cache), &mut go_on).unwrap();
+    let mended = obtain(&request, Some(&cache), &mut go_on).unwrap();
     assert!(!mended.cached && mended.file == whole.file);
     assert!(mended.remarks[0].contains("it is baked again"), "{:?}", mended.remarks);
 }
@@ -75,12 +77,12 @@ fn a_body_without_modes_in_the_band_is_remembered_with_where_they_begin() {
     let folder = tempfile::tempdir().unwrap();
     let cache = ModelCache::new(folder.path());
     let request = request(9000.0);
-    let silent = obtain_modes(&request, Some(&cache), &mut go_on).unwrap();
+    let silent = obtain(&request, Some(&cache), &mut go_on).unwrap();
     assert!(silent.file.modal.model.modes.is_empty());
     // The lowest of a ball is 2.501 c_s/(2πa), here 12 507 Hz.
     let first = silent.file.modal.origin.first_frequency.unwrap();
     assert!((first / 12_507.0 - 1.0).abs() < 0.1, "{first}");
-    assert!(obtain_modes(&request, Some(&cache), &mut go_on).unwrap().cached);
+    assert!(obtain(&request, Some(&cache), &mut go_on).unwrap().cached);
 }
 
 #[test]

@@ -16,7 +16,9 @@ use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, Te
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
 use clangor_pipeline::formats::model_cache::{Lookup, ModelCache, model_key};
-use clangor_pipeline::stages::sound_models::{ModelRequest, bake_and_keep, bake_model, obtain};
+use clangor_pipeline::stages::sound_models::{
+    AccelerationBake, SoundModelRequest, bake_and_keep, bake_model, obtain,
+};
 use num_complex::Complex64;
 
 /// A model of half a megabyte, so that writing it takes a while.
@@ -60,10 +62,11 @@ fn model(key: &str, version: f32) -> ModelFile {
 }
 
 /// A bake of several batches of frequencies.
-fn slow_request() -> ModelRequest {
+fn slow_request() -> SoundModelRequest<AccelerationBake> {
     let options = BakeOptions { method: Method::Bem, ..BakeOptions::new(900.0, 0.05) };
     let surface = Surface::Sphere { radius: 0.01 };
-    ModelRequest::new("ball", &surface, MassProperties::of_sphere(0.01), options).unwrap()
+    SoundModelRequest::new("ball", &surface, MassProperties::of_sphere(0.01), AccelerationBake(options))
+        .unwrap()
 }
 
 const KEY: &str = "00112233445566778899aabbccddeeff";
@@ -79,7 +82,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 /// A version of the model, whole, in the cache; or nothing.
 fn check_entry(cache: &ModelCache) -> bool {
-    match cache.read(KEY) {
+    match cache.read::<ModelFile>(KEY) {
         Lookup::Found(found) => {
             assert_eq!(*found, model(KEY, found.acceleration.field.real[0]));
             true
@@ -154,11 +157,11 @@ fn what_is_put_in_comes_out_and_what_is_damaged_does_not() {
     damaged[whole.len() / 2] ^= 4;
     for bad in [&damaged, &whole[..whole.len() - 1], &Vec::new()[..]] {
         fs::write(&path, bad).unwrap();
-        assert!(matches!(cache.read(KEY), Lookup::Invalid(_)));
+        assert!(matches!(cache.read::<ModelFile>(KEY), Lookup::Invalid(_)));
     }
     // A whole model under the name of another.
     fs::write(&path, model("another", 1.0).encode().unwrap()).unwrap();
-    assert!(matches!(cache.read(KEY), Lookup::Invalid(why) if why.contains("other inputs")));
+    assert!(matches!(cache.read::<ModelFile>(KEY), Lookup::Invalid(why) if why.contains("other inputs")));
     cache.write(&model(KEY, 2.0)).unwrap();
     assert!(check_entry(&cache));
 
@@ -209,7 +212,7 @@ fn a_bake_that_is_killed_goes_on_where_it_was() {
     }
     let obtained = obtain(&request, Some(&cache), &mut go_on).unwrap();
     assert!(!obtained.cached && obtained.remarks.is_empty(), "{:?}", obtained.remarks);
-    assert!(obtained.model == bake_model(&request, &mut go_on).unwrap());
+    assert!(obtained.file == bake_model(&request, &mut go_on).unwrap());
     assert!(cache.read_partial(request.key()).is_empty());
     assert!(obtain(&request, Some(&cache), &mut go_on).unwrap().cached);
 }

@@ -135,9 +135,9 @@ fn onset(canvas: &mut dyn Canvas) {
         let mut energies = [[0.0; 2]; 3];
         for (which, crack_impulses) in [false, true].into_iter().enumerate() {
             let fallen = Tile { toughness: ONSET_TOUGHNESS, crack_impulses, seed }.fall();
-            let ringers = fallen.ringers();
+            let models = fallen.models();
             for (k, (acceleration, modal)) in PARTS.into_iter().enumerate() {
-                let samples = fallen.heard(&ringers, Parts { acceleration, modal, ground: false });
+                let samples = fallen.heard(&models, Parts { acceleration, modal, ground: false });
                 energies[k][which] = onset_energy(&samples, ONSET);
                 if k == 2 {
                     envelopes[which].push(envelope(&samples));

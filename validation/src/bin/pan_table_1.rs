@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 use clangor_bake::acceleration::BakeOptions;
 use clangor_core::medium::Medium;
 use clangor_core::shape::Shape;
-use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model};
+use clangor_pipeline::stages::sound_models::{AccelerationBake, SoundModelRequest, bake_model};
 use clangor_validation::cpu_time::cpu_time;
 
 /// Name, shape, accuracy, and what \[PAN\] prints: minutes of simulation and fit, megabytes at 40 × 80 and 5
@@ -45,7 +45,8 @@ fn main() {
         }
         let (surface, mass) = Shape::parse(text).expect("a shape").surface().expect("a solid");
         let options = BakeOptions::new(std::f64::consts::TAU * frequency / Medium::AIR.sound_speed, accuracy);
-        let request = ModelRequest::new(text, &surface, mass, options).expect("a body");
+        let request =
+            SoundModelRequest::new(text, &surface, mass, AccelerationBake(options)).expect("a body");
         let start = cpu_time();
         match bake_model(&request, &mut |_| ControlFlow::Continue(())) {
             Ok(model) => {

@@ -10,7 +10,7 @@
 //! writing), for one microphone; the papers' are of 8 cores. Fields are baked first, to 20 kHz at 1 % (with
 //! the mug to 6 kHz), and kept in the system's temporary folder.
 
-use clangor_core::synthesis::SoundRule;
+use clangor_core::sound_model::AccelerationRule;
 use clangor_pipeline::formats::soundbank::default_bank;
 
 use clangor_validation::paper_scene::{Group, Stage, cache};
@@ -20,11 +20,11 @@ use clangor_validation::paper_scene::{Group, Stage, cache};
 struct Scene(&'static str, f64, usize, f64, f64, Vec<Group>, bool);
 
 const fn own(shape: &'static str, material: &'static str, count: usize) -> Group {
-    Group { shape, material, count, rule: SoundRule::Own }
+    Group { shape, material, count, rule: AccelerationRule::Own }
 }
 
 const fn proxy(shape: &'static str, material: &'static str, count: usize) -> Group {
-    Group { shape, material, count, rule: SoundRule::Proxy }
+    Group { shape, material, count, rule: AccelerationRule::Proxy }
 }
 
 /// Band of the fields, and that of scenes with the mug \[Hz\].
@@ -33,7 +33,7 @@ const MUG: f64 = 6_000.0;
 
 /// Scenes of \[PAN\] Table 2.
 fn pan_scenes() -> Vec<Scene> {
-    let ball = || Group { rule: SoundRule::Auto, ..own("sphere:0.0075", "steel", 50) };
+    let ball = || Group { rule: AccelerationRule::Auto, ..own("sphere:0.0075", "steel", 50) };
     let coins = |count| own("coin", "copper", count);
     let dice = || vec![own("die:0.015x0.0005", "plastic", 5), own("die", "plastic", 5)];
     vec![
@@ -146,11 +146,11 @@ fn main() {
             continue;
         }
         let stage = Stage::new(&groups, table);
-        let sources = stage.sources(band, &cache, bank.as_ref());
+        let models = stage.models(band, &cache, bank.as_ref());
         let timeline = stage.timeline(impulses, seconds);
         let file = folder.path().join("scene.wav");
         let best = (0..3)
-            .map(|_| stage.render(&sources, &timeline, seconds, &file))
+            .map(|_| stage.render(&models, &timeline, seconds, &file))
             .min_by(|a, b| a.seconds.total_cmp(&b.seconds))
             .expect("three runs");
         println!(

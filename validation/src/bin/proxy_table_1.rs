@@ -16,10 +16,10 @@ use clangor_core::medium::Medium;
 use clangor_core::reference::pan_representation::directions::Directions;
 use clangor_core::reference::pan_representation::{HeardContact, PanModel};
 use clangor_core::shape::Shape;
+use clangor_core::sound_model::AccelerationRule;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
-use clangor_core::synthesis::SoundRule;
 use clangor_pipeline::formats::soundbank::default_bank;
-use clangor_pipeline::stages::sound_models::{ModelRequest, obtain};
+use clangor_pipeline::stages::sound_models::{AccelerationBake, SoundModelRequest, obtain};
 
 use clangor_validation::cpu_time::cpu_time;
 use clangor_validation::paper_scene::{Group, Stage, Uniform, cache};
@@ -87,16 +87,16 @@ const MODELS: [Model; 5] = [
     },
 ];
 
-fn request(model: &Model, frequency: f64) -> ModelRequest {
+fn request(model: &Model, frequency: f64) -> SoundModelRequest<AccelerationBake> {
     let (surface, mass) = Shape::parse(model.shape).expect("a shape").surface().expect("a solid");
     let options = BakeOptions::new(std::f64::consts::TAU * frequency / Medium::AIR.sound_speed, 1e-2);
-    ModelRequest::new(model.shape, &surface, mass, options).expect("a body that moves")
+    SoundModelRequest::new(model.shape, &surface, mass, AccelerationBake(options)).expect("a body that moves")
 }
 
 /// Bytes of the published representation, and CPU time of a contact \[s\].
 fn published(model: &Model, (pulse, lasting, length): (f64, f64, usize)) -> (usize, f64) {
     let wanted = request(model, 0.8 / pulse);
-    let baked = obtain(&wanted, Some(&cache()), &mut |_| ControlFlow::Continue(())).expect("a field").model;
+    let baked = obtain(&wanted, Some(&cache()), &mut |_| ControlFlow::Continue(())).expect("a field").file;
     let unit = baked.acceleration.radius / Medium::AIR.sound_speed;
     let options = PanOptions {
         pulse: pulse / unit,
@@ -134,15 +134,15 @@ fn main() {
     println!("|---|---|---|---|---|---|");
     for model in MODELS.iter().filter(|m| wanted.is_empty() || wanted.iter().any(|w| w == m.name)) {
         let ours = obtain(&request(model, model.band), Some(&cache()), &mut |_| ControlFlow::Continue(()));
-        let size = ours.expect("a field").model.encode().expect("a sound model").len();
+        let size = ours.expect("a field").file.encode().expect("a sound model").len();
         let rendered = model.scene.map(|(seconds, impulses, table)| {
             let count = if table { 10 } else { 50 };
-            let rule = SoundRule::Own;
+            let rule = AccelerationRule::Own;
             let stage =
                 Stage::new(&[Group { shape: model.shape, material: model.material, count, rule }], table);
-            let sources = stage.sources(model.band, &cache(), bank.as_ref());
+            let models = stage.models(model.band, &cache(), bank.as_ref());
             let timeline = stage.timeline(impulses, seconds);
-            stage.render(&sources, &timeline, seconds, &folder.path().join("scene.wav"))
+            stage.render(&models, &timeline, seconds, &folder.path().join("scene.wav"))
         });
         let (bytes, time) = match model.pulse.map(|pulse| published(model, pulse)) {
             Some((bytes, each)) => {

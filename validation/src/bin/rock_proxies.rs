@@ -20,7 +20,7 @@ use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::field::AccelerationField;
 use clangor_core::sound_model::acceleration::proxy_field::mean_field;
 use clangor_pipeline::formats::soundbank::default_bank;
-use clangor_pipeline::stages::sound_models::{ModelRequest, bake_model};
+use clangor_pipeline::stages::sound_models::{AccelerationBake, SoundModelRequest, bake_model};
 
 const AIR: Medium = Medium::AIR;
 /// Impacts and listeners of each stone.
@@ -78,7 +78,8 @@ fn main() {
         let Surface::Mesh(mesh) = &surface else { panic!("a mesh") };
         let MassProperties { volume, inertia, .. } = mass;
         let options = BakeOptions::new(TAU * 20_000.0 / AIR.sound_speed, 1e-2);
-        let request = ModelRequest::new("rock", &surface, mass, options).expect("a body");
+        let request =
+            SoundModelRequest::new("rock", &surface, mass, AccelerationBake(options)).expect("a body");
         let own = bake_model(&request, &mut |_| ControlFlow::Continue(())).expect("a field").acceleration;
         let proxy = bank.bank().proxy_for(inertia, volume).expect("a proxy");
         let heard_own = Heard(&own.field, own.radius, DMat3::IDENTITY);

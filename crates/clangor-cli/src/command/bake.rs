@@ -4,7 +4,6 @@ pub(super) mod modal_report;
 pub(super) mod model_report;
 pub(super) mod pan_report;
 
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
@@ -16,6 +15,8 @@ use clangor_bake::reference::PanForm;
 use clangor_core::material::{Material, presets};
 use clangor_core::medium::Medium;
 use clangor_core::scene::Scene;
+use clangor_core::scene::render_description::PROXY_FREQUENCY;
+use clangor_core::sound_model::files::modal_file::ModalFile;
 use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::{RenderSettings, SampleRate};
@@ -23,16 +24,16 @@ use clangor_pipeline::formats::atomic_file::{check_folder, write_atomically};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::soundbank::default_bank;
 use clangor_pipeline::stages::load::{LoadedScene, geometry_reference, load_geometry};
-use clangor_pipeline::stages::sound_models::ringers::{FoundModes, RingingPlan};
-use clangor_pipeline::stages::sound_models::ringing::{ModalRequest, ObtainedModes, obtain_modes};
-use clangor_pipeline::stages::sound_models::sources::SourceSettings;
+use clangor_pipeline::stages::sound_models::acceleration_plan::shared_fields;
+use clangor_pipeline::stages::sound_models::obtain::BakedPart;
 use clangor_pipeline::stages::sound_models::{
-    ModelRequest, Obtained, RequestError, obtain, publish, shared_requests,
+    AccelerationBake, AccelerationSettings, ModalBake, ModalPlanSettings, Obtained, ObtainedModel,
+    RequestError, SoundModelPlan, SoundModelRequest, SoundModelSettings, obtain, pan_representation,
 };
 use serde_json::{Value, json};
 
 use super::audio_file::audio_input;
-use super::sound_sources::find_ringers;
+use super::sound_sources::find_models;
 use super::{check_ending, load};
 use crate::arguments::{Bake, Device, Global, Grid, Part, Representation, Solver};
 use crate::console::{Console, counted};
@@ -109,12 +110,12 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
         Some(material) => {
             let bake = modal_options(options, Medium::AIR);
             let (name, surface, mass) = (&options.input, &loaded.surface, loaded.mass);
-            let request = match given {
-                Some(modes) => ModalRequest::of_modes(name, surface, mass, &material, modes, bake),
-                None => ModalRequest::new(name, surface, mass, &material, bake),
+            let part = match given {
+                Some(modes) => ModalBake::of_known_modes(&material, modes, bake),
+                None => ModalBake::new(&material, bake),
             };
-            let request = request.map_err(refused)?;
-            Some(modes_with_progress(&request, cache, console)?)
+            let request = SoundModelRequest::new(name, surface, mass, part).map_err(refused)?;
+            Some(with_progress(&request, "modes", cache, console)?)
         }
         None => None,
     };
@@ -122,25 +123,25 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
         return modes.map_or(Ok(()), |modes| ringing_alone(modes, options, started, console));
     }
     let highest = TAU * options.max_frequency.unwrap_or(AUDIBLE) / Medium::AIR.sound_speed;
-    let bake_options = bake_options(options, highest);
+    let part = AccelerationBake(bake_options(options, highest));
     let request =
-        ModelRequest::new(&options.input, &loaded.surface, loaded.mass, bake_options).map_err(refused)?;
-    let mut obtained = obtain_with_progress(&request, cache, console)?;
+        SoundModelRequest::new(&options.input, &loaded.surface, loaded.mass, part).map_err(refused)?;
+    let mut obtained = with_progress(&request, "bake", cache, console)?;
     if options.representation == Representation::Pan {
         warn(&obtained, &options.input, console);
-        return published(&obtained.model, options, output, console);
+        return published(&obtained.file, options, output, console);
     }
     let cached = obtained.cached && modes.as_ref().is_none_or(|modes| modes.cached);
     if let Some(modes) = &modes {
         warn_of_modes(modes, &options.input, console);
     }
-    obtained.model.modal = modes.map(|modes| modes.file.modal);
+    obtained.file.modal = modes.map(|modes| modes.file.modal);
     let seconds = started.elapsed().as_secs_f64();
-    let bytes = obtained.model.encode().map_err(Failure::new)?;
+    let bytes = obtained.file.encode().map_err(Failure::new)?;
     write_atomically(output, &bytes).map_err(Failure::new)?;
 
     warn(&obtained, &options.input, console);
-    let file = &obtained.model;
+    let file = &obtained.file;
     model_report::say(console, output, file, bytes.len() as u64);
     let mut result = model_report::json(output, file, bytes.len() as u64);
     if let Some(part) = &file.modal {
@@ -175,14 +176,14 @@ fn modal_options(options: &Bake, medium: Medium) -> ModalBakeOptions {
 
 /// A file with nothing but modes.
 fn ringing_alone(
-    modes: ObtainedModes,
+    modes: Obtained<ModalFile>,
     options: &Bake,
     started: Instant,
     console: &Console,
 ) -> Result<(), Failure> {
     let Some(output) = &options.output else { return Ok(()) };
     warn_of_modes(&modes, &options.input, console);
-    let ObtainedModes { file, cached, .. } = modes;
+    let Obtained { file, cached, .. } = modes;
     let origin = &file.modal.origin;
     if let Some(first) = origin.first_frequency {
         let why = modal_report::no_modes(first, file.modal.model.max_frequency);
@@ -211,22 +212,8 @@ fn ringing_alone(
     Ok(())
 }
 
-/// Obtains modes under a progress bar.
-fn modes_with_progress(
-    request: &ModalRequest,
-    cache: Option<&ModelCache>,
-    console: &Console,
-) -> Result<ObtainedModes, Failure> {
-    let progress = console.progress("modes", 1.0);
-    let mut on_progress = |p: &BakeProgress| {
-        progress.stage(p.stage);
-        progress.reached(p.done)
-    };
-    Ok(obtain_modes(request, cache, &mut on_progress)?)
-}
-
 /// What a person should know of modes and of the cache.
-fn warn_of_modes(modes: &ObtainedModes, name: &str, console: &Console) {
+fn warn_of_modes(modes: &Obtained<ModalFile>, name: &str, console: &Console) {
     let warnings = modes.file.modal.origin.warnings.iter().map(|w| format!("\"{name}\": {w}"));
     modes.remarks.iter().cloned().chain(warnings).for_each(|remark| console.warn(remark));
 }
@@ -238,7 +225,7 @@ fn published(file: &ModelFile, options: &Bake, output: &Path, console: &Console)
         Grid::Fine => PanForm::Angles { rows: 40, columns: 80 },
         Grid::Octant => PanForm::Octant { tolerance: 0.01 },
     };
-    let file = publish(file, form).map_err(Failure::new)?;
+    let file = pan_representation(file, form).map_err(Failure::new)?;
     let bytes = file.encode().map_err(Failure::new)?;
     write_atomically(output, &bytes).map_err(Failure::new)?;
     pan_report::say(console, output, &file, bytes.len() as u64);
@@ -271,16 +258,9 @@ fn scene(
     };
     let bank = default_bank();
     let rules = scene.sound_rules();
-    let decisions = SourceSettings {
-        rules: &rules,
-        max_wavenumber: highest,
-        accuracy: options.accuracy,
-        cache: Some(cache),
-        bank: bank.as_ref(),
-        bake: true,
-    }
-    .decide(bodies);
-    let requests = shared_requests(bodies, bake_options(options, highest), &|id| {
+    let settings = AccelerationSettings::new(highest, options.accuracy, true);
+    let decisions = settings.decide(bodies, &rules, bank.as_ref());
+    let requests = shared_fields(bodies, bake_options(options, highest), &|id| {
         decisions[id.index()].kind == SourceKind::Own
     });
     let wants = |part| options.parts.is_empty() || options.parts.contains(&part);
@@ -289,11 +269,11 @@ fn scene(
     for shared in &requests {
         let name = &bodies[shared.bodies[0].index()].name;
         let started = Instant::now();
-        let obtained = obtain_with_progress(&shared.request, Some(cache), console)?;
+        let obtained = with_progress(&shared.request, "bake", Some(cache), console)?;
         let seconds = started.elapsed().as_secs_f64();
         warn(&obtained, name, console);
-        let path = cache.path(shared.request.key());
-        let file = &obtained.model;
+        let path = cache.path::<ModelFile>(shared.request.key());
+        let file = &obtained.file;
         console.say(format_args!(
             "\"{name}\"{}: {}",
             match shared.bodies.len() {
@@ -338,13 +318,19 @@ fn scene_modes(
     let band = synthesis_settings(scene)?.band().0;
     let mut bake = modal_options(options, scene.acoustics.medium);
     bake.max_frequency = options.max_frequency.unwrap_or(band).min(AUDIBLE);
-    let plan = RingingPlan::new(bodies, &scene.ringing_rules(), bake);
-    let all = plan.may_ring();
-    let found = find_ringers(plan, &all, &BTreeMap::new(), global, console)?;
+    let settings = SoundModelSettings {
+        // The fields are baked with options of their own.
+        acceleration: AccelerationSettings::new(1.0, options.accuracy, false),
+        wants_acceleration: false,
+        modal: Some(ModalPlanSettings { options: bake, proxy_frequency: PROXY_FREQUENCY }),
+    };
+    let plan = SoundModelPlan::new(bodies, &scene.sound_rules(), settings);
+    let all = plan.followed();
+    let found = find_models(plan, bodies, &all, global, console)?;
     let mut modes = Vec::new();
-    for FoundModes { body, bodies: count, cached, time } in &found.found {
+    for ObtainedModel { body, bodies: count, cached, time, .. } in &found.obtained {
         let name = &bodies[body.index()].name;
-        let ringing = &found.bodies[body.index()];
+        let ringing = &found.bodies[body.index()].modal;
         let like = match count {
             1 => String::new(),
             more => format!(" and {} like it", more - 1),
@@ -357,7 +343,7 @@ fn scene_modes(
         modes.push(json!({
             "name": name,
             "bodies": count,
-            "modes": found.modes(*body).map_or(0, |model| model.modes.len()),
+            "modes": ringing.own().map_or(0, |model| model.modes.len()),
             "modal": ringing.to_string(),
             "cached": cached,
             "seconds": time.as_secs_f64(),
@@ -379,13 +365,14 @@ fn synthesis_settings(scene: &Scene) -> Result<RenderSettings, Failure> {
     })
 }
 
-/// Obtains a model under a progress bar.
-fn obtain_with_progress(
-    request: &ModelRequest,
+/// Obtains a part of a model under a progress bar.
+fn with_progress<P: BakedPart>(
+    request: &SoundModelRequest<P>,
+    what: &'static str,
     cache: Option<&ModelCache>,
     console: &Console,
-) -> Result<Obtained, Failure> {
-    let progress = console.progress("bake", 1.0);
+) -> Result<Obtained<P::File>, Failure> {
+    let progress = console.progress(what, 1.0);
     let mut on_progress = |p: &BakeProgress| {
         progress.stage(p.stage);
         progress.reached(p.done)
@@ -394,11 +381,11 @@ fn obtain_with_progress(
 }
 
 /// What a person should know of a model and of the cache.
-fn warn(obtained: &Obtained, name: &str, console: &Console) {
+fn warn(obtained: &Obtained<ModelFile>, name: &str, console: &Console) {
     for remark in &obtained.remarks {
         console.warn(remark);
     }
-    for warning in &obtained.model.origin.warnings {
+    for warning in &obtained.file.origin.warnings {
         console.warn(format_args!("\"{name}\": {warning}"));
     }
 }

@@ -11,6 +11,7 @@ use clangor_pipeline::formats::atomic_file::{check_folder, write_atomically};
 use clangor_pipeline::formats::modal_soundbank::{bank_material, build_modal_soundbank};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::soundbank::{BankOptions, build_bank};
+use clangor_pipeline::stages::sound_models::SoundModelError;
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
@@ -62,7 +63,8 @@ fn build(output: &Path, options: &BankOptions, console: &Console) -> Result<(), 
     let progress = console.progress("bank", 1.0);
     let built = build_bank(options, &mut |done| progress.reached(done));
     drop(progress);
-    let bytes = built?.encode(LEFT_OUT * options.accuracy).map_err(Failure::new)?;
+    let built = built.map_err(SoundModelError::from)?;
+    let bytes = built.encode(LEFT_OUT * options.accuracy).map_err(Failure::new)?;
     // What is reported is what was stored.
     let stored = BankFile::decode(&bytes).map_err(Failure::new)?;
     write_atomically(output, &bytes).map_err(Failure::new)?;
@@ -98,7 +100,7 @@ fn build_modal(
             write_atomically(output, &bytes).map_err(Failure::new)?;
             output.to_path_buf()
         }
-        (None, Some(cache)) => cache.write_modal_soundbank(&stored).map_err(Failure::new)?,
+        (None, Some(cache)) => cache.write(&stored).map_err(Failure::new)?,
         (None, None) => {
             return Err(Failure::new("there is no cache: name a file with -o, or a cache with --cache"));
         }

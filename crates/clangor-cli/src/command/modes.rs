@@ -12,7 +12,7 @@ use clangor_bake::modal_analysis::{
 use clangor_core::material::{Material, presets};
 use clangor_pipeline::formats::atomic_file::AtomicFile;
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
-use clangor_pipeline::stages::sound_models::ModelRequest;
+use clangor_pipeline::stages::sound_models::{AccelerationBake, SoundModelRequest};
 use serde_json::json;
 
 use crate::arguments::Modes;
@@ -26,7 +26,8 @@ pub(crate) fn run(options: &Modes, console: &Console) -> Result<(), Failure> {
     let reference = geometry_reference(body, options.scale);
     let loaded = load_geometry(Path::new(""), &reference).map_err(|e| cannot_ring(body, &e))?;
     // How a body is recognised does not depend on the band.
-    let request = ModelRequest::new(body, &loaded.surface, loaded.mass, BakeOptions::new(1.0, 0.01))
+    let part = AccelerationBake(BakeOptions::new(1.0, 0.01));
+    let request = SoundModelRequest::new(body, &loaded.surface, loaded.mass, part)
         .map_err(|e| cannot_ring(body, &e))?;
     if let Some(folder) = options.export.as_deref().filter(|folder| !folder.is_dir()) {
         return Err(Failure::new(format_args!("there is no folder {}", folder.display())));

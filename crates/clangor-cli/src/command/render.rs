@@ -1,6 +1,6 @@
 //! `clangor render`: from a scene or a timeline to a WAV file.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use clangor_core::acoustics::Acoustics;
@@ -13,24 +13,24 @@ use clangor_core::scene::diagnostic::Place;
 use clangor_core::scene::listener::ListenerDescription;
 use clangor_core::scene::render_description as scene_render;
 use clangor_core::scene::simulation_description::SolverChoice;
-use clangor_core::synthesis::modal::RingingRule;
-use clangor_core::synthesis::source_rule::rules_with_pieces;
-use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundRule};
+use clangor_core::sound_model::SoundRule;
+use clangor_core::synthesis::{Listener, RenderSettings, SampleRate};
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{SampleFormat, WavSpec};
 use clangor_pipeline::stages::fracture_report::FractureReport;
 use clangor_pipeline::stages::load::LoadedScene;
-use clangor_pipeline::stages::render::{FullScale, RenderOptions, Sounds, Transfers, read_impacts, render};
+use clangor_pipeline::stages::render::{
+    FullScale, RenderOptions, Transfers, check_output, read_impacts, render,
+};
 use clangor_pipeline::stages::simulate::{simulate_and_keep, simulate_impacts, solver};
-use clangor_pipeline::stages::sound_models::ringers::{Ringers, RingingPlan};
-use clangor_pipeline::stages::sound_models::sources::Sources;
+use clangor_pipeline::stages::sound_models::{SoundModelPlan, SoundModelSettings, SoundModels};
 use clangor_sim::SimulationReport;
 
 use self::report::RenderReportView;
 use super::audio_file::{is_gltf, modes_of_files};
 use super::simulate::{breaking, say_simulated};
-use super::sound_sources::{Wanted, find_ringers, find_sources, given_models, modal_options};
+use super::sound_sources::{find_models, give_models, model_settings};
 use super::{check_ending, is_timeline, load};
 use crate::arguments::{Bits, Global, Render, RenderedPart, Transfer};
 use crate::console::Console;
@@ -48,8 +48,6 @@ struct Source {
     settings: scene_render::RenderDescription,
     /// What the scene says that its bodies sound as.
     rules: Vec<SoundRule>,
-    /// Which of them the scene wants to ring, or not.
-    ringing: Vec<RingingRule>,
     v_min: f64,
     /// Time step \[s\], if the dynamics tell all forces.
     time_step: Option<f64>,
@@ -73,23 +71,21 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
         check_ending(path, "json")?;
     }
     let prepared = prepare(options, Some(&output), global, console)?;
-    let Prepared { bodies, options: render_options, sources, ringers, timeline, simulated, .. } = &prepared;
+    let Prepared { bodies, options: render_options, models, timeline, simulated, .. } = &prepared;
     let progress = console.progress("render", 1.0);
     let mut on_progress = |part| progress.reached(part);
-    let sounds = Sounds { sources: &sources.sources, ringers };
-    let summary = render(bodies, &sounds, timeline, render_options, &output, &mut on_progress)?;
+    let summary = render(bodies, &models.bodies, timeline, render_options, &output, &mut on_progress)?;
     drop(progress);
     let report = RenderReportView {
         bodies,
-        sources,
-        ringers,
+        models,
         summary: &summary,
         options: render_options,
         simulated: simulated.as_ref(),
     };
     report.say(console);
     if !timeline.fractures.is_empty() || options.report.is_some() {
-        let fractures = FractureReport::new(bodies, &timeline.fractures).with_ringing(bodies, ringers);
+        let fractures = FractureReport::new(bodies, &timeline.fractures).with_ringing(bodies, models);
         let fractures = match &simulated {
             Some(report) => fractures.with_impacts(&report.breaking),
             None => fractures,
@@ -111,8 +107,7 @@ pub(super) struct Prepared {
     /// All that ever were.
     pub(super) bodies: Vec<Body>,
     pub(super) options: RenderOptions,
-    pub(super) sources: Sources,
-    pub(super) ringers: Ringers,
+    pub(super) models: SoundModels,
     pub(super) timeline: Timeline,
     pub(super) simulated: Option<SimulationReport>,
 }
@@ -138,54 +133,35 @@ pub(super) fn prepare(
     }
     // A long simulation is not begun for a sound that cannot be written.
     match output {
-        Some(output) => render_options.check(&source.bodies, output)?,
+        Some(output) => check_output(&render_options, &source.bodies, output)?,
         None => render_options.check_sound()?,
     }
     let (files, models): (Vec<_>, Vec<_>) =
         options.model.iter().cloned().partition(|(_, path)| is_gltf(path));
-    let given = given_models(&source.bodies, &models, console)?;
     let given_modes = modes_of_files(&mut source.bodies, &files, console)?;
-    let mut plan = match render_options.parts.modal {
-        true => {
-            let bake = modal_options(options.quality, &render_options.synthesis);
-            let mut plan = RingingPlan::new(&source.bodies, &source.ringing, bake)
-                .with_proxy_frequency(source.settings.proxy_frequency);
-            for (copies, modes) in &given_modes {
-                plan.give(copies, &source.bodies[copies[0].index()], modes, bake);
-            }
-            plan
-        }
-        false => RingingPlan::none(&source.bodies),
+    let parts = render_options.parts;
+    let both =
+        model_settings(options.quality.into(), source.settings.proxy_frequency, &render_options.synthesis);
+    let settings = SoundModelSettings {
+        wants_acceleration: parts.acceleration,
+        modal: both.modal.filter(|_| parts.modal),
+        ..both
     };
-    let mut followed = plan.may_ring();
-    if render_options.parts.modal {
-        followed.extend(given.modes.keys());
+    let mut plan = SoundModelPlan::new(&source.bodies, &source.rules, settings);
+    if let Some(sound) = options.sound {
+        plan = plan.with_acceleration_rule(sound.into());
     }
+    give_models(&mut plan, &source.bodies, &models, console)?;
+    for (copies, modes) in &given_modes {
+        plan.give_modes(copies, &source.bodies[copies[0].index()], modes);
+    }
+    let followed = plan.followed();
     let (timeline, simulated) =
         impacts(&source.motion, &followed, render_options.rolling.is_some(), options, console)?;
     source.bodies = timeline.all_bodies(&source.bodies);
-    plan.add_pieces(&source.bodies);
-    let wanted = Wanted {
-        rules: &rules(options, &source),
-        quality: options.quality,
-        settings: &render_options.synthesis,
-    };
     let struck: BTreeSet<BodyId> = timeline.contacts.iter().flat_map(|r| [r.body_a, r.body_b]).collect();
-    let click = |id: &BodyId| render_options.parts.acceleration && !given.sources.contains_key(id);
-    let wanting: BTreeSet<BodyId> = struck.iter().copied().filter(click).collect();
-    let mut sources = find_sources(&source.bodies, &wanting, &wanted, global, console)?;
-    sources.replace(given.sources);
-    let given = if render_options.parts.modal { given.modes } else { BTreeMap::new() };
-    let ringers = find_ringers(plan, &struck, &given, global, console)?;
-    Ok(Prepared { bodies: source.bodies, options: render_options, sources, ringers, timeline, simulated })
-}
-
-/// What each body is to sound as.
-fn rules(options: &Render, source: &Source) -> Vec<SoundRule> {
-    match options.sound {
-        Some(sound) => vec![sound.into(); source.bodies.len()],
-        None => rules_with_pieces(&source.bodies, &source.rules),
-    }
+    let models = find_models(plan, &source.bodies, &struck, global, console)?;
+    Ok(Prepared { bodies: source.bodies, options: render_options, models, timeline, simulated })
 }
 
 /// Loads a scene; nothing moves yet.
@@ -208,7 +184,6 @@ fn from_scene(options: &Render, global: &Global, console: &Console) -> Result<So
         duration: scene.simulation.duration,
         settings: scene.render.clone(),
         rules: scene.sound_rules(),
-        ringing: scene.ringing_rules(),
         motion: Recorded::Scene(Box::new(loaded)),
     })
 }
@@ -253,7 +228,6 @@ fn from_timeline(options: &Render, global: &Global) -> Result<Source, Failure> {
         time_step: Some(header.origin.time_step).filter(|step| *step > 0.0 && header.origin.raw_log),
         duration: header.origin.duration,
         rules: scene.as_ref().map(Scene::sound_rules).unwrap_or_default(),
-        ringing: scene.as_ref().map(Scene::ringing_rules).unwrap_or_default(),
         settings: scene.map(|s| s.render).unwrap_or_default(),
         motion: Recorded::Timeline(Box::new(reader)),
     })

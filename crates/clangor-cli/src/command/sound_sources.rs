@@ -1,146 +1,112 @@
-//! What bodies sound as, found or baked under a progress bar.
+//! Sound models of bodies, found or baked under a progress bar.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::{Body, BodyId};
 use clangor_core::material::Material;
 use clangor_core::reference::PanSource;
 use clangor_core::reference::pan_file::PanFile;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
-use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
+use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::files::modal_file::{ModalOrigin, ModalPart};
 use clangor_core::sound_model::files::model_file::Solid;
-use clangor_core::sound_model::modal::model::ModalModel;
+use clangor_core::sound_model::{AccelerationRule, SoundPart};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor_core::synthesis::{RenderSettings, SoundRule, SoundSource};
+use clangor_core::synthesis::{RenderSettings, SoundSource};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::soundbank::default_bank;
-use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing, RingingPlan};
-use clangor_pipeline::stages::sound_models::sources::{SourceProgress, SourceSettings, Sources, sources};
-use clangor_pipeline::stages::sound_models::{ModelRequest, SoundFile, obtain, read_sound_file};
+use clangor_pipeline::stages::sound_models::{
+    AccelerationBake, AccelerationSettings, ModalPlanSettings, Quality, SoundFile, SoundModelPlan,
+    SoundModelProgress, SoundModelRequest, SoundModelSettings, SoundModelStore, SoundModels, obtain,
+    read_sound_file,
+};
 
-use crate::arguments::{Global, Quality, Sound};
+use crate::arguments::{self, Global, Sound};
 use crate::console::{Console, Progress};
 use crate::failure::Failure;
 
-/// What is wanted of the bodies' sound.
-pub(super) struct Wanted<'a> {
-    /// What each body is to sound as.
-    pub(super) rules: &'a [SoundRule],
-    /// How good fields must be.
-    pub(super) quality: Quality,
-    /// How they are rendered.
-    pub(super) settings: &'a RenderSettings,
-}
-
-impl From<Sound> for SoundRule {
+impl From<Sound> for AccelerationRule {
     fn from(sound: Sound) -> Self {
         match sound {
-            Sound::Auto => SoundRule::Auto,
-            Sound::Own => SoundRule::Own,
-            Sound::Proxy => SoundRule::Proxy,
-            Sound::NearestProxy => SoundRule::NearestProxy,
-            Sound::Sphere => SoundRule::Sphere,
+            Sound::Auto => AccelerationRule::Auto,
+            Sound::Own => AccelerationRule::Own,
+            Sound::Proxy => AccelerationRule::Proxy,
+            Sound::NearestProxy => AccelerationRule::NearestProxy,
+            Sound::Sphere => AccelerationRule::Sphere,
         }
     }
 }
 
-/// What bodies sound as; those that are `struck` have fields of their own where the rules want them.
-pub(super) fn find_sources(
+impl From<arguments::Quality> for Quality {
+    fn from(quality: arguments::Quality) -> Self {
+        match quality {
+            arguments::Quality::Draft => Quality::Draft,
+            arguments::Quality::Normal => Quality::Normal,
+            arguments::Quality::High => Quality::High,
+        }
+    }
+}
+
+/// Sound models for what is rendered so, with both parts.
+pub(super) fn model_settings(
+    quality: Quality,
+    proxy_frequency: f64,
+    settings: &RenderSettings,
+) -> SoundModelSettings {
+    let (accuracy, bake) = (quality.accuracy(), quality.bakes_fields());
+    let options = quality.modal_options(settings.medium, settings.band().0);
+    SoundModelSettings {
+        acceleration: AccelerationSettings::new(settings.max_wavenumber(), accuracy, bake),
+        wants_acceleration: true,
+        modal: Some(ModalPlanSettings { options, proxy_frequency }),
+    }
+}
+
+/// The models of those that are `struck`; `bodies` are all that ever were.
+pub(super) fn find_models(
+    plan: SoundModelPlan,
     bodies: &[Body],
     struck: &BTreeSet<BodyId>,
-    wanted: &Wanted<'_>,
     global: &Global,
     console: &Console,
-) -> Result<Sources, Failure> {
+) -> Result<SoundModels, Failure> {
     let cache = ModelCache::find(global.cache.as_deref());
     let bank = default_bank();
-    let settings = source_settings(wanted, cache.as_ref(), bank.as_ref());
-    // A bar appears with the first field that has to be baked.
-    let mut bar: Option<Progress<'_>> = None;
-    let mut on_progress = |p: &SourceProgress<'_>| {
-        let bar = bar.get_or_insert_with(|| console.progress("bake", 1.0));
-        bar.stage(p.stage);
-        match bar.reached(p.done) {
-            ControlFlow::Continue(()) => console.flow(),
-            stop => stop,
+    let store = SoundModelStore { cache: cache.as_ref(), bank: bank.as_ref() };
+    // A bar appears with the first model that has to be baked.
+    let mut bar: Option<(SoundPart, Progress<'_>)> = None;
+    let mut on_progress = |p: &SoundModelProgress<'_>| {
+        if bar.as_ref().is_none_or(|(part, _)| *part != p.part) {
+            let what = if p.part == SoundPart::Modal { "modes" } else { "bake" };
+            bar = None;
+            bar = Some((p.part, console.progress(what, 1.0)));
         }
+        let Some((_, bar)) = &bar else { return ControlFlow::Continue(()) };
+        bar.stage(p.step);
+        bar.reached(p.done)
     };
-    let found = sources(bodies, struck, &settings, &mut on_progress)?;
-    drop(bar);
-    for remark in &found.remarks {
-        console.warn(remark);
-    }
-    Ok(found)
-}
-
-/// The model of a body that clicks by a field of its own: what [`find_sources`] has put into the cache.
-pub(super) fn own_model(body: &Body, wanted: &Wanted<'_>, global: &Global) -> Option<AccelerationModel> {
-    let cache = ModelCache::find(global.cache.as_deref());
-    let settings = source_settings(wanted, cache.as_ref(), None);
-    let request = ModelRequest::of_body(body, settings.bake_options()).ok()?;
-    obtain(&request, cache.as_ref(), &mut |_| ControlFlow::Continue(()))
-        .ok()
-        .map(|found| found.model.acceleration)
-}
-
-fn source_settings<'a>(
-    wanted: &Wanted<'a>,
-    cache: Option<&'a ModelCache>,
-    bank: Option<&'a BankEvaluator>,
-) -> SourceSettings<'a> {
-    SourceSettings {
-        rules: wanted.rules,
-        max_wavenumber: wanted.settings.max_wavenumber(),
-        accuracy: if wanted.quality == Quality::High { 0.002 } else { 0.01 },
-        cache,
-        bank,
-        bake: wanted.quality != Quality::Draft,
-    }
-}
-
-/// How modes are baked for what is rendered so.
-pub(super) fn modal_options(quality: Quality, settings: &RenderSettings) -> ModalBakeOptions {
-    let normal = ModalBakeOptions::new(settings.medium);
-    let max_frequency = normal.max_frequency.min(settings.band().0);
-    let (mesh_error, accuracy) = match quality {
-        Quality::Draft => (0.03, 0.05),
-        Quality::Normal => (normal.mesh_error, normal.accuracy),
-        Quality::High => (0.005, 0.002),
-    };
-    ModalBakeOptions { max_frequency, mesh_error, accuracy, ..normal }
-}
-
-/// The modes of those among the bodies of a plan that are `struck`, and those that the command line gives.
-pub(super) fn find_ringers(
-    plan: RingingPlan,
-    struck: &BTreeSet<BodyId>,
-    given: &BTreeMap<BodyId, Arc<ModalModel>>,
-    global: &Global,
-    console: &Console,
-) -> Result<Ringers, Failure> {
-    let cache = ModelCache::find(global.cache.as_deref());
-    let wanting: BTreeSet<BodyId> = struck.iter().filter(|id| !given.contains_key(id)).copied().collect();
-    let mut bar: Option<Progress<'_>> = None;
-    let mut on_progress = |p: &SourceProgress<'_>| {
-        let bar = bar.get_or_insert_with(|| console.progress("modes", 1.0));
-        bar.stage(p.stage);
-        match bar.reached(p.done) {
-            ControlFlow::Continue(()) => console.flow(),
-            stop => stop,
-        }
-    };
-    let mut found = plan.find(&wanting, cache.as_ref(), &mut on_progress)?;
+    let found = plan.find(bodies, struck, store, &mut on_progress)?;
     drop(bar);
     found.remarks.iter().for_each(|remark| console.warn(remark));
-    for (id, model) in given.iter().filter(|(id, _)| struck.contains(id)) {
-        found.bodies[id.index()] = Ringing::Modes(Arc::clone(model));
-    }
     Ok(found)
+}
+
+/// The model of a body that clicks by a field of its own: what [`find_models`] has put into the cache.
+pub(super) fn own_model(
+    body: &Body,
+    quality: Quality,
+    settings: &RenderSettings,
+    global: &Global,
+) -> Option<AccelerationModel> {
+    let cache = ModelCache::find(global.cache.as_deref());
+    let options = model_settings(quality, 0.0, settings).acceleration.options;
+    let request = SoundModelRequest::of_body(body, AccelerationBake(options)).ok()?;
+    obtain(&request, cache.as_ref(), &mut |_| ControlFlow::Continue(()))
+        .ok()
+        .map(|found| found.file.acceleration)
 }
 
 /// Part of a body's volume by which that of the solid that a given model was baked from may differ.
@@ -149,22 +115,13 @@ pub(super) const SAME_VOLUME: f64 = 0.02;
 /// From a body to its sound by a model.
 type Play = Box<dyn Fn(&Body) -> SoundSource>;
 
-/// What the command line gives to bodies.
-#[derive(Default)]
-pub(super) struct GivenModels {
-    /// How they sound when they are accelerated.
-    pub(super) sources: BTreeMap<BodyId, SoundSource>,
-    /// How they ring.
-    pub(super) modes: BTreeMap<BodyId, Arc<ModalModel>>,
-}
-
-/// The models that the command line gives to bodies, and to copies of bodies, by name.
-pub(super) fn given_models(
+/// Gives the plan the models that the command line gives to bodies, and to copies of bodies, by name.
+pub(super) fn give_models(
+    plan: &mut SoundModelPlan,
     bodies: &[Body],
     given: &[(String, PathBuf)],
     console: &Console,
-) -> Result<GivenModels, Failure> {
-    let mut models = GivenModels::default();
+) -> Result<(), Failure> {
     for (name, path) in given {
         let file = read_sound_file(path).map_err(Failure::new)?;
         let unplayable =
@@ -205,18 +162,18 @@ pub(super) fn given_models(
                 ));
             }
             if let Some(play) = &play {
-                models.sources.insert(id, play(body));
+                plan.give_acceleration(id, play(body));
             }
             if let Some((model, modal)) = &modes {
                 warn_of_other_material(&body.material, modal, console);
-                models.modes.insert(id, Arc::clone(model));
+                plan.give_modal(id, Arc::clone(model));
             }
         }
         if !found {
             return Err(Failure::new(format_args!("--model {name}: there is no body of this name")));
         }
     }
-    Ok(models)
+    Ok(())
 }
 
 /// Whether a body has this name, or is one of the copies of the body that has it.

@@ -1,6 +1,6 @@
 //! `clangor strike`: one impact to one body, heard by one listener.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::f64::consts::{LN_10, TAU};
 use std::path::Path;
 use std::slice;
@@ -13,9 +13,11 @@ use clangor_core::material::Material;
 use clangor_core::medium::Medium;
 use clangor_core::reference::PanSource;
 use clangor_core::scene::instantiate::LoadedGeometry;
+use clangor_core::scene::render_description::PROXY_FREQUENCY;
 use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::sound_model::modal::model::ModalModel;
+use clangor_core::sound_model::{BodyModes, SoundModel};
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, Resonance};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor_core::synthesis::strike::{LEAD, Strike as StrikeSpec, StrikeSound, strike, struck_ringing};
@@ -24,13 +26,14 @@ use clangor_pipeline::formats::atomic_file::write_atomically;
 use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use clangor_pipeline::plots::levels::db_spl;
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
-use clangor_pipeline::stages::sound_models::ringers::{Ringing, RingingPlan};
-use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
+use clangor_pipeline::stages::sound_models::{
+    SoundFile, SoundModelPlan, SoundModelSettings, read_sound_file,
+};
 use serde_json::json;
 
 use super::audio_file::{AudioInput, audio_input};
 use super::bake::preset;
-use super::sound_sources::{Wanted, find_ringers, find_sources, modal_options, warn_of_other_material};
+use super::sound_sources::{find_models, model_settings, warn_of_other_material};
 use crate::arguments::{Global, Part, Strike};
 use crate::console::{Console, four_digits};
 use crate::failure::Failure;
@@ -163,20 +166,10 @@ fn ringing(
         // What a model does not have is not wanted.
         None if is_file => return Ok(None),
         None => {
-            let bodies = slice::from_ref(body);
-            let bake = modal_options(options.quality, &render_settings(impact));
-            let plan = match given {
-                Some(modes) => {
-                    let mut plan = RingingPlan::none(bodies);
-                    plan.give(&[BodyId(0)], body, &modes, bake);
-                    plan
-                }
-                None => RingingPlan::new(bodies, &[], bake),
-            };
-            let struck = BTreeSet::from([BodyId(0)]);
-            let mut found = find_ringers(plan, &struck, &BTreeMap::new(), global, console)?;
-            match found.bodies.swap_remove(0) {
-                Ringing::Modes(model) => model,
+            let settings = settings(options, impact);
+            let settings = SoundModelSettings { wants_acceleration: false, ..settings };
+            match found_model(body, settings, given, options, (global, console))?.modal {
+                BodyModes::Own(model) => model,
                 other => {
                     console.say(format_args!("\"{}\": {other}", options.body));
                     return Ok(None);
@@ -190,6 +183,28 @@ fn ringing(
     let longest = source.resonances().iter().map(t60).fold(0.0, f64::max);
     let travel = options.listener.length() / impact.medium.sound_speed;
     Ok(Some((Arc::new(source), (longest + travel).clamp(SHORTEST, LONGEST))))
+}
+
+/// How the model of the struck body is baked.
+fn settings(options: &Strike, impact: &StrikeSpec) -> SoundModelSettings {
+    model_settings(options.quality.into(), PROXY_FREQUENCY, &render_settings(impact))
+}
+
+/// The model of the struck body, found or baked.
+fn found_model(
+    body: &Body,
+    settings: SoundModelSettings,
+    known_modes: Option<ModalModel>,
+    options: &Strike,
+    (global, console): (&Global, &Console),
+) -> Result<SoundModel, Failure> {
+    let bodies = slice::from_ref(body);
+    let mut plan = SoundModelPlan::new(bodies, &[], settings).with_acceleration_rule(options.sound.into());
+    if let Some(modes) = known_modes {
+        plan.give_modes(&[BodyId(0)], body, &modes);
+    }
+    let struck = BTreeSet::from([BodyId(0)]);
+    Ok(find_models(plan, bodies, &struck, global, console)?.bodies.swap_remove(0))
 }
 
 /// Cuts what is quieter than the peak by 60 dB at the end.
@@ -221,7 +236,7 @@ fn source(
     global: &Global,
     console: &Console,
 ) -> Result<SoundSource, Failure> {
-    let settings = render_settings(impact);
+    let band = render_settings(impact).band().0;
     let (kind, source) = match model {
         Some(SoundFile::Pan(file)) => {
             let model = Arc::new(file.model.clone());
@@ -236,21 +251,18 @@ fn source(
             (kind, source)
         }
         Some(SoundFile::Modal(_) | SoundFile::Bank(_) | SoundFile::ModalSoundbank(_)) | None => {
-            let wanted =
-                Wanted { rules: &[options.sound.into()], quality: options.quality, settings: &settings };
-            let struck = BTreeSet::from([BodyId(0)]);
-            let mut found = find_sources(slice::from_ref(body), &struck, &wanted, global, console)?;
-            (found.kinds[0], found.sources.swap_remove(0))
+            let settings = SoundModelSettings { modal: None, ..settings(options, impact) };
+            let found = found_model(body, settings, None, options, (global, console))?.acceleration;
+            (found.kind, found.source)
         }
     };
     if let SoundSource::Field(field) = &source {
         let end = field.max_frequency(impact.medium.sound_speed);
         // The rounding of a wavenumber that was stored.
-        if end < settings.band().0 * (1.0 - 1e-9) {
+        if end < band * (1.0 - 1e-9) {
             console.warn(format_args!(
-                "the field of \"{}\" ends at {end:.0} Hz, and the file's band at {:.0} Hz",
-                options.body,
-                settings.band().0
+                "the field of \"{}\" ends at {end:.0} Hz, and the file's band at {band:.0} Hz",
+                options.body
             ));
         }
     }

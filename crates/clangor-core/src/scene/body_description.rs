@@ -7,8 +7,8 @@ use super::diagnostic::Place;
 use crate::body::Motion;
 use crate::material::Material;
 use crate::pose::Pose;
-use crate::synthesis::SoundRule;
-use crate::synthesis::modal::RingingRule;
+use crate::sound_model::rule::AccelerationRule;
+use crate::sound_model::rule::ModalRule;
 
 /// One `[[body]]`: one body, or many copies.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,9 +37,9 @@ pub struct BodyDescription {
     /// [`EDGE_RADIUS_RATIO`](crate::body::EDGE_RADIUS_RATIO) of its bounding radius.
     pub edge_radius: Option<f64>,
     /// What it sounds as; `None`: what the `[render]` section says.
-    pub sound: Option<SoundRule>,
+    pub sound: Option<AccelerationRule>,
     /// Whether it rings, and with whose modes.
-    pub ringing: RingingRule,
+    pub ringing: ModalRule,
     /// How it breaks; `None` if it does not.
     pub breaking: Option<Breaking>,
     /// How many, and where.
@@ -74,7 +74,7 @@ impl BodyDescription {
             motion: Motion::Free,
             edge_radius: None,
             sound: None,
-            ringing: RingingRule::default(),
+            ringing: ModalRule::default(),
             breaking: None,
             copies: Copies::One,
             place: Place::default(),

@@ -2,7 +2,7 @@
 
 use crate::contact::ForceProfile;
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
-use crate::synthesis::SoundRule;
+use crate::sound_model::rule::AccelerationRule;
 
 /// All pieces ring as ellipsoids. \[FRAC\] Table 2 has thresholds from 0 to 4000 Hz.
 pub const PROXY_FREQUENCY: f64 = 0.0;
@@ -31,7 +31,7 @@ pub struct RenderDescription {
     /// Whether forces too gentle to be impacts make bodies ring too: rolling, sliding, rattling to rest.
     pub rolling: bool,
     /// What bodies sound as that do not say it themselves.
-    pub sound: SoundRule,
+    pub sound: AccelerationRule,
     /// Sound field of an accelerated sphere.
     pub radiation: SphereModel,
     /// Impulses that one instant sends through a chain of touching bodies sound one after the other.
@@ -53,7 +53,7 @@ impl Default for RenderDescription {
             limit_energy: true,
             inherit_vibration: true,
             rolling: false,
-            sound: SoundRule::Auto,
+            sound: AccelerationRule::Auto,
             radiation: SphereModel::Exact,
             chain_onset: true,
             compressor: None,

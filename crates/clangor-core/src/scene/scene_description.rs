@@ -10,8 +10,7 @@ use super::render_description::RenderDescription;
 use super::simulation_description::SimulationDescription;
 use crate::acoustics::Acoustics;
 use crate::body::BodyId;
-use crate::synthesis::SoundRule;
-use crate::synthesis::modal::RingingRule;
+use crate::sound_model::rule::SoundRule;
 
 /// Version of the format.
 pub const VERSION: i64 = 1;
@@ -129,16 +128,13 @@ impl Scene {
         self
     }
 
-    /// What each body of the instantiated scene is to sound as, in their order; planes make no sound.
+    /// The sound models asked for, one for each body of the instantiated scene in its order; none for planes.
     pub fn sound_rules(&self) -> Vec<SoundRule> {
-        let of = |body: &BodyDescription| (body.sound.unwrap_or(self.render.sound), body.count());
-        let bodies = self.bodies.iter().map(of);
-        bodies.flat_map(|(rule, count)| std::iter::repeat_n(rule, count)).collect()
-    }
-
-    /// Whether each body of the instantiated scene is to ring, and with whose modes, in their order.
-    pub fn ringing_rules(&self) -> Vec<RingingRule> {
-        let of = |body: &BodyDescription| std::iter::repeat_n(body.ringing, body.count());
+        let of = |body: &BodyDescription| {
+            let rule =
+                SoundRule { acceleration: body.sound.unwrap_or(self.render.sound), modal: body.ringing };
+            std::iter::repeat_n(rule, body.count())
+        };
         self.bodies.iter().flat_map(of).collect()
     }
 

@@ -56,17 +56,3 @@ pub use resonator_bank::{Resonance, ResonatorBank};
 pub use source::{ModalError, ModalSource, StrikeMemory};
 pub use transfer::{TransferEvaluator, TransferMemory};
 pub use voice::ModalVoice;
-
-/// Whether a body rings, and with whose modes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum RingingRule {
-    /// With its own, unless that takes too long; a piece of a broken body as the settings say.
-    #[default]
-    Auto,
-    /// With its own.
-    Own,
-    /// With those of an ellipsoid.
-    Proxy,
-    /// It does not.
-    Never,
-}

@@ -16,42 +16,11 @@ use super::source::SoundSource;
 use crate::body::{Body, Motion, Surface};
 use crate::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
 use crate::sound_model::acceleration::proxy_field::ProxyFields;
+use crate::sound_model::rule::AccelerationRule;
 use crate::sound_model::soundbank::ellipsoid_bank::Proxy;
 
 /// Part of its convex hull that a body must fill to be played as an ellipsoid.
 pub const LEAST_FILLING: f64 = 0.9;
-
-/// What a person asks for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SoundRule {
-    /// By size and convexity.
-    #[default]
-    Auto,
-    /// A field of its own.
-    Own,
-    /// An ellipsoid: the mean of those of the bank around it.
-    Proxy,
-    /// The nearest ellipsoid of the bank, as \[PROXY\] has it.
-    NearestProxy,
-    /// The sphere of equal volume.
-    Sphere,
-}
-
-/// The rules of all bodies, of which `rules` has those that are there from the beginning: a piece of a broken
-/// body has that of the whole. Where the whole is left to itself, pieces sound as ellipsoids, whatever their
-/// size: they are many, and each is heard for an instant.
-pub fn rules_with_pieces(bodies: &[Body], rules: &[SoundRule]) -> Vec<SoundRule> {
-    let mut all: Vec<SoundRule> = Vec::with_capacity(bodies.len());
-    for (index, body) in bodies.iter().enumerate() {
-        let parent = body.life.parent.and_then(|parent| all.get(parent.index()).copied());
-        all.push(match parent {
-            Some(SoundRule::Auto) => SoundRule::Proxy,
-            Some(rule) => rule,
-            None => rules.get(index).copied().unwrap_or_default(),
-        });
-    }
-    all
-}
 
 /// What is to sound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,18 +79,6 @@ pub struct Decision {
     pub reason: Reason,
 }
 
-impl fmt::Display for SoundRule {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            SoundRule::Auto => "auto",
-            SoundRule::Own => "own",
-            SoundRule::Proxy => "proxy",
-            SoundRule::NearestProxy => "nearest-proxy",
-            SoundRule::Sphere => "sphere",
-        })
-    }
-}
-
 impl fmt::Display for SourceKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -174,7 +131,12 @@ impl fmt::Display for Decision {
 
 /// Decides what a body sounds as. `max_wavenumber` is k = 2πf/c [1/m] at the highest frequency that is
 /// rendered in full.
-pub fn decide(body: &Body, rule: SoundRule, bank: Option<&BankEvaluator>, max_wavenumber: f64) -> Decision {
+pub fn decide(
+    body: &Body,
+    rule: AccelerationRule,
+    bank: Option<&BankEvaluator>,
+    max_wavenumber: f64,
+) -> Decision {
     let decision = |kind, reason| Decision { kind, reason };
     if !matches!(body.motion, Motion::Free) || matches!(*body.surface, Surface::HalfSpace) {
         return decision(SourceKind::Sphere, Reason::Immovable);
@@ -184,16 +146,16 @@ pub fn decide(body: &Body, rule: SoundRule, bank: Option<&BankEvaluator>, max_wa
     }
     let proxy = || Some((proxy_of(body, bank?)?, bank?));
     match rule {
-        SoundRule::Sphere => decision(SourceKind::Sphere, Reason::Asked),
-        SoundRule::Own => decision(SourceKind::Own, Reason::Asked),
-        SoundRule::Proxy | SoundRule::NearestProxy => match proxy() {
+        AccelerationRule::Sphere => decision(SourceKind::Sphere, Reason::Asked),
+        AccelerationRule::Own => decision(SourceKind::Own, Reason::Asked),
+        AccelerationRule::Proxy | AccelerationRule::NearestProxy => match proxy() {
             Some((proxy, _)) => {
-                let proxy = if rule == SoundRule::Proxy { proxy } else { proxy.of_nearest() };
+                let proxy = if rule == AccelerationRule::Proxy { proxy } else { proxy.of_nearest() };
                 decision(SourceKind::Proxy(proxy), Reason::Asked)
             }
             None => decision(SourceKind::Sphere, Reason::NoEllipsoid),
         },
-        SoundRule::Auto => {
+        AccelerationRule::Auto => {
             let Some((proxy, bank)) = proxy() else {
                 return decision(SourceKind::Own, Reason::NoEllipsoid);
             };

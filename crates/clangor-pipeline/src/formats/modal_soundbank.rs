@@ -89,7 +89,7 @@ pub fn obtain_modal_soundbank(
     }
     let options = BankOptions::new(of);
     let key = modal_soundbank_key(&options);
-    match cache.map_or(Lookup::Missing, |cache| cache.read_modal_soundbank(&key)) {
+    match cache.map_or(Lookup::Missing, |cache| cache.read::<ModalSoundbankFile>(&key)) {
         Lookup::Found(file) => return Ok(ObtainedBank { bank: file.bank, remarks }),
         Lookup::Missing => {}
         Lookup::Invalid(why) => remarks.push(format!("{why}; it is baked again")),
@@ -100,7 +100,7 @@ pub fn obtain_modal_soundbank(
     if let Ok(stored) = stored {
         file = stored;
     }
-    if let Some(Err(error)) = cache.map(|cache| cache.write_modal_soundbank(&file)) {
+    if let Some(Err(error)) = cache.map(|cache| cache.write(&file)) {
         remarks.push(format!("the modal bank of {name} is not kept: {error}"));
     }
     Ok(ObtainedBank { bank: file.bank, remarks })

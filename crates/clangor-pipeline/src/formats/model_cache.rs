@@ -53,6 +53,75 @@ pub enum CacheError {
     Model(#[from] TensorFileError),
 }
 
+/// A file that the cache keeps: one kind for each part of a sound model, one for banks of ringing ellipsoids.
+pub trait CacheEntry: Sized {
+    /// Beginning of the name of its files.
+    const PREFIX: &'static str;
+
+    /// Reads and verifies the content of a file.
+    ///
+    /// # Errors
+    /// [`TensorFileError`].
+    fn decode(bytes: &[u8]) -> Result<Self, TensorFileError>;
+
+    /// The content of a file.
+    ///
+    /// # Errors
+    /// [`TensorFileError`].
+    fn encode(&self) -> Result<Vec<u8>, TensorFileError>;
+
+    /// Hash of what it was baked from.
+    fn key(&self) -> &str;
+}
+
+impl CacheEntry for ModelFile {
+    const PREFIX: &'static str = "acceleration";
+
+    fn decode(bytes: &[u8]) -> Result<Self, TensorFileError> {
+        ModelFile::decode(bytes)
+    }
+
+    fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
+        ModelFile::encode(self)
+    }
+
+    fn key(&self) -> &str {
+        &self.origin.inputs
+    }
+}
+
+impl CacheEntry for ModalFile {
+    const PREFIX: &'static str = "modal";
+
+    fn decode(bytes: &[u8]) -> Result<Self, TensorFileError> {
+        ModalFile::decode(bytes)
+    }
+
+    fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
+        ModalFile::encode(self)
+    }
+
+    fn key(&self) -> &str {
+        &self.modal.origin.inputs
+    }
+}
+
+impl CacheEntry for ModalSoundbankFile {
+    const PREFIX: &'static str = "modal-bank";
+
+    fn decode(bytes: &[u8]) -> Result<Self, TensorFileError> {
+        ModalSoundbankFile::decode(bytes)
+    }
+
+    fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
+        ModalSoundbankFile::encode(self)
+    }
+
+    fn key(&self) -> &str {
+        &self.origin.inputs
+    }
+}
+
 /// What is in the cache under a key.
 #[derive(Debug)]
 pub enum Lookup<M = ModelFile> {
@@ -104,26 +173,18 @@ impl ModelCache {
     }
 
     /// Where the entry of a key is, or would be.
-    pub fn path(&self, key: &str) -> PathBuf {
-        self.folder.join(format!("acceleration-{key}.safetensors"))
+    pub fn path<M: CacheEntry>(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("{}-{key}.safetensors", M::PREFIX))
     }
 
-    /// Where the modal entry of a key is, or would be.
-    pub fn modal_path(&self, key: &str) -> PathBuf {
-        self.folder.join(format!("modal-{key}.safetensors"))
-    }
-
-    fn modes_path(&self, key: &str) -> PathBuf {
-        self.folder.join(format!("modal-{key}.partial"))
-    }
-
-    fn partial_path(&self, key: &str) -> PathBuf {
-        self.folder.join(format!("acceleration-{key}.partial"))
+    /// Where an unfinished bake of a key keeps what it has.
+    fn partial_path<M: CacheEntry>(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("{}-{key}.partial", M::PREFIX))
     }
 
     /// The frequencies that an interrupted bake has solved; none if they cannot be used.
     pub fn read_partial(&self, key: &str) -> Vec<SolvedFrequency> {
-        let bytes = fs::read(self.partial_path(key)).ok();
+        let bytes = fs::read(self.partial_path::<ModelFile>(key)).ok();
         bytes.and_then(|bytes| partial_bake::decode(key, &bytes)).unwrap_or_default()
     }
 
@@ -133,12 +194,7 @@ impl ModelCache {
     /// [`CacheError`]; those kept before are untouched then.
     pub fn write_partial(&self, key: &str, solved: &[SolvedFrequency]) -> Result<(), CacheError> {
         self.make_folder()?;
-        Ok(write_atomically(&self.partial_path(key), &partial_bake::encode(key, solved))?)
-    }
-
-    /// Forgets them: the model is there. What remains is removed when it is old.
-    pub fn remove_partial(&self, key: &str) {
-        let _ = fs::remove_file(self.partial_path(key));
+        Ok(write_atomically(&self.partial_path::<ModelFile>(key), &partial_bake::encode(key, solved))?)
     }
 
     fn make_folder(&self) -> Result<(), CacheError> {
@@ -147,19 +203,13 @@ impl ModelCache {
     }
 
     /// Looks an entry up and verifies it.
-    pub fn read(&self, key: &str) -> Lookup {
-        read_entry(&self.path(key), key, ModelFile::decode, |model| &model.origin.inputs)
-    }
-
-    /// Looks the modes of a body and their sound up, and verifies them.
-    pub fn read_modal(&self, key: &str) -> Lookup<ModalFile> {
-        read_entry(&self.modal_path(key), key, ModalFile::decode, |file| &file.modal.origin.inputs)
+    pub fn read<M: CacheEntry>(&self, key: &str) -> Lookup<M> {
+        read_entry(&self.path::<M>(key), key)
     }
 
     /// The modes that an interrupted bake has found; nothing if they cannot be used.
     pub fn read_modes(&self, key: &str) -> Option<ModalFile> {
-        let path = self.modes_path(key);
-        match read_entry(&path, key, ModalFile::decode, |file| &file.modal.origin.inputs) {
+        match read_entry(&self.partial_path::<ModalFile>(key), key) {
             Lookup::Found(file) => Some(*file),
             _ => None,
         }
@@ -172,51 +222,18 @@ impl ModelCache {
     pub fn write_modes(&self, file: &ModalFile) -> Result<(), CacheError> {
         let bytes = file.encode()?;
         self.make_folder()?;
-        Ok(write_atomically(&self.modes_path(&file.modal.origin.inputs), &bytes)?)
+        Ok(write_atomically(&self.partial_path::<ModalFile>(file.key()), &bytes)?)
     }
 
-    /// Keeps how a body rings under the hash of its inputs, in place of what is there, and forgets the modes
-    /// alone.
+    /// Keeps an entry under the hash of its inputs, in place of what is there, and removes what its unfinished
+    /// bake kept.
     ///
     /// # Errors
     /// [`CacheError`]; whatever was there before is untouched then.
-    pub fn write_modal(&self, file: &ModalFile) -> Result<PathBuf, CacheError> {
-        let key = &file.modal.origin.inputs;
-        let path = self.modal_path(key);
-        self.write_entry(&path, &file.encode()?)?;
-        let _ = fs::remove_file(self.modes_path(key));
-        Ok(path)
-    }
-
-    /// Where the bank of a key is, or would be.
-    pub fn modal_soundbank_path(&self, key: &str) -> PathBuf {
-        self.folder.join(format!("modal-bank-{key}.safetensors"))
-    }
-
-    /// Looks a bank of ringing ellipsoids up, and verifies it.
-    pub fn read_modal_soundbank(&self, key: &str) -> Lookup<ModalSoundbankFile> {
-        read_entry(&self.modal_soundbank_path(key), key, ModalSoundbankFile::decode, |file| {
-            &file.origin.inputs
-        })
-    }
-
-    /// Keeps a bank of ringing ellipsoids.
-    ///
-    /// # Errors
-    /// [`CacheError`].
-    pub fn write_modal_soundbank(&self, file: &ModalSoundbankFile) -> Result<PathBuf, CacheError> {
-        let path = self.modal_soundbank_path(&file.origin.inputs);
-        self.write_entry(&path, &file.encode()?)?;
-        Ok(path)
-    }
-
-    /// Keeps a model under the hash of its inputs, in place of what is there.
-    ///
-    /// # Errors
-    /// [`CacheError`]; whatever was there before is untouched then.
-    pub fn write(&self, model: &ModelFile) -> Result<PathBuf, CacheError> {
-        let path = self.path(&model.origin.inputs);
-        self.write_entry(&path, &model.encode()?)?;
+    pub fn write<M: CacheEntry>(&self, entry: &M) -> Result<PathBuf, CacheError> {
+        let path = self.path::<M>(entry.key());
+        self.write_entry(&path, &entry.encode()?)?;
+        let _ = fs::remove_file(self.partial_path::<M>(entry.key()));
         Ok(path)
     }
 
@@ -249,24 +266,16 @@ impl ModelCache {
 }
 
 /// Reads a file and verifies that it is the entry of a key.
-fn read_entry<M>(
-    path: &Path,
-    key: &str,
-    decode: impl FnOnce(&[u8]) -> Result<M, TensorFileError>,
-    inputs: impl FnOnce(&M) -> &String,
-) -> Lookup<M> {
+fn read_entry<M: CacheEntry>(path: &Path, key: &str) -> Lookup<M> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Lookup::Missing,
         Err(error) => return Lookup::Invalid(format!("{} cannot be read: {error}", path.display())),
     };
-    match decode(&bytes) {
-        Ok(model) => {
-            let of = inputs(&model);
-            if of == key {
-                return Lookup::Found(Box::new(model));
-            }
-            Lookup::Invalid(format!("{} is the model of other inputs, {of}", path.display()))
+    match M::decode(&bytes) {
+        Ok(entry) if entry.key() == key => Lookup::Found(Box::new(entry)),
+        Ok(entry) => {
+            Lookup::Invalid(format!("{} is the model of other inputs, {}", path.display(), entry.key()))
         }
         Err(error) => Lookup::Invalid(format!("{} is not valid: {error}", path.display())),
     }

@@ -17,12 +17,12 @@ use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::{ContactError, ContactSettings};
+use clangor_core::sound_model::SoundModel;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::model_evaluator::BankEvaluator;
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
 use clangor_core::synthesis::Listener;
 use clangor_core::synthesis::modal::ModalSource;
-use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::timeline::Timeline;
 use safetensors::tensor::{Dtype, TensorView};
 use serde_json::{Value, json};
@@ -32,7 +32,6 @@ use self::sounds::Sounds;
 use self::surfaces::Surfaces;
 use crate::formats::atomic_file::{OutputError, write_atomically};
 use crate::stages::render::forces;
-use crate::stages::sound_models::ringers::Ringers;
 
 /// Version of the format.
 pub const VERSION: u32 = 1;
@@ -83,16 +82,14 @@ pub struct Replay<'a> {
     pub timeline: &'a Timeline,
     /// Whether clicks are heard.
     pub clicks: bool,
-    /// What each body clicks as.
-    pub kinds: &'a [SourceKind],
+    /// The sound model of each body.
+    pub models: &'a [SoundModel],
     /// The model of a body that clicks by a field of its own.
     pub own_model: &'a dyn Fn(BodyId) -> Option<AccelerationModel>,
     /// The ellipsoids that stand for others.
     pub bank: Option<&'a BankEvaluator>,
     /// k = 2πf/c [1/m] of the highest frequency that is heard.
     pub max_wavenumber: f64,
-    /// How bodies ring.
-    pub ringers: &'a Ringers,
     /// How impacts become forces.
     pub contact: &'a ContactSettings,
     /// Who may listen.

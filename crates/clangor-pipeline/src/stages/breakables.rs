@@ -19,7 +19,7 @@ use clangor_sim::fracture::Breakable;
 use clangor_sim::fracture::piece::Piece;
 use rayon::prelude::*;
 
-use crate::stages::sound_models::radiating;
+use crate::stages::sound_models::request::radiating;
 
 /// Makes the tetrahedra of all bodies that may break, and gives these bodies the inertia of their tetrahedra.
 ///

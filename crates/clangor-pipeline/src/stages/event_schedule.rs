@@ -16,6 +16,7 @@ use clangor_core::pose::Pose;
 use clangor_core::realtime::{
     Controller, Engine, EngineSettings, ImpactEvent, ImpactTarget, SoundingObject, engine,
 };
+use clangor_core::sound_model::SoundModel;
 use clangor_core::synthesis::modal::ModalSource;
 use clangor_core::synthesis::{Listener, SampleRate, SoundSource, SynthesisError};
 use clangor_core::timeline::Timeline;
@@ -71,14 +72,14 @@ impl Moving {
 const STEP: f64 = 1e-3;
 
 impl EventSchedule {
-    /// The score of a timeline whose bodies sound as `sources` say and ring as `ringing` says. A slot is for
-    /// each body that is struck and is more than a sphere that clicks.
+    /// The schedule of a timeline whose bodies have `models` and the modal sources `ringing`. Each struck body
+    /// that is more than a sphere that clicks has a slot.
     ///
     /// # Errors
     /// [`ContactError`] for a timeline that contradicts itself.
     pub fn new(
         bodies: &[Body],
-        sources: &[SoundSource],
+        models: &[SoundModel],
         ringing: &BTreeMap<BodyId, Arc<ModalSource>>,
         timeline: &Timeline,
         options: &RenderOptions,
@@ -96,7 +97,7 @@ impl EventSchedule {
             for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
                 let Some(share) = share else { continue };
                 let id = share.body;
-                let target = match sources.get(id.index()) {
+                let target = match models.get(id.index()).map(|model| &model.acceleration.source) {
                     None => continue,
                     Some(SoundSource::Sphere { radius }) if !ringing.contains_key(&id) => {
                         ImpactTarget::Sphere { radius: *radius }
@@ -185,13 +186,13 @@ impl EventSchedule {
     /// [`SynthesisError`] for settings that cannot be.
     pub fn engine(
         &self,
-        sources: &[SoundSource],
+        models: &[SoundModel],
         ringing: &BTreeMap<BodyId, Arc<ModalSource>>,
         settings: &EngineSettings,
     ) -> Result<(Controller, Engine), SynthesisError> {
         let (mut controller, mut engine) = engine(settings)?;
         for (slot, id) in self.objects.iter().enumerate() {
-            let click = sources.get(id.index()).cloned();
+            let click = models.get(id.index()).map(|model| model.acceleration.source.clone());
             let object = SoundingObject::new(click, ringing.get(id).cloned(), settings);
             // There is room: every block takes what there is.
             let _ = controller.put(slot, Some(object));

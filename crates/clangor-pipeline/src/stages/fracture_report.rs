@@ -12,11 +12,12 @@
 use std::collections::BTreeMap;
 
 use clangor_core::body::{Body, BodyId};
+use clangor_core::sound_model::{BodyModes, NoModes};
 use clangor_core::timeline::FractureRow;
 use clangor_sim::BreakingReport;
 use serde::{Deserialize, Serialize};
 
-use crate::stages::sound_models::ringers::{Ringers, Ringing};
+use crate::stages::sound_models::SoundModels;
 
 /// See the module. Energies are in joules.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -190,18 +191,17 @@ impl FractureReport {
 
     /// With how the pieces among `bodies` ring.
     #[must_use]
-    pub fn with_ringing(self, bodies: &[Body], ringers: &Ringers) -> Self {
+    pub fn with_ringing(self, bodies: &[Body], models: &SoundModels) -> Self {
         let mut ringing = PiecesRinging::default();
         let mut used: BTreeMap<(usize, [u64; 3]), EllipsoidUse> = BTreeMap::new();
         for (index, body) in bodies.iter().enumerate().filter(|(_, body)| body.life.parent.is_some()) {
-            let id = BodyId(index as u32);
-            let modes = ringers.mode_count(id);
-            match ringers.bodies.get(index) {
-                Some(Ringing::Modes(_)) => {
+            let modes = models.mode_count(BodyId(index as u32));
+            match models.bodies.get(index).map(|model| &model.modal) {
+                Some(BodyModes::Own(_)) => {
                     ringing.own_pieces += 1;
                     ringing.own_modes += modes;
                 }
-                Some(Ringing::Proxy(proxy)) => {
+                Some(BodyModes::Proxy(proxy)) => {
                     ringing.proxy_pieces += 1;
                     ringing.proxy_modes += modes;
                     let semi_axes = (proxy.semi_axes() / proxy.scale()).to_array();
@@ -212,10 +212,8 @@ impl FractureReport {
                         used.entry(key).or_insert(EllipsoidUse { entry, semi_axes, masses: Vec::new() });
                     ellipsoid.masses.push(body.mass);
                 }
-                Some(Ringing::Above { .. } | Ringing::Failed(_) | Ringing::OneOfMany) => {
-                    ringing.silent_pieces += 1;
-                }
-                Some(Ringing::Unwanted | Ringing::Unstruck) | None => {}
+                Some(BodyModes::None(NoModes::Unwanted | NoModes::Unstruck)) | None => {}
+                Some(BodyModes::None(_)) => ringing.silent_pieces += 1,
             }
         }
         ringing.ellipsoids = used.into_values().collect();

@@ -10,6 +10,7 @@ use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::propagation::PathLoss;
 use clangor_core::scene::render_description::{GroundSound, Parts};
+use clangor_core::sound_model::SoundModel;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};
@@ -18,9 +19,8 @@ use super::radiation::exact_spectrum;
 use super::{Check, Extent, Fault, Outcome, Validation};
 use crate::formats::wav::{SampleFormat, WavReader};
 use crate::stages::load::scene_from_text;
-use crate::stages::render::{FullScale, RenderOptions, Sounds, Transfers, render};
+use crate::stages::render::{FullScale, RenderOptions, Transfers, render};
 use crate::stages::simulate::simulate_impacts;
-use crate::stages::sound_models::ringers::Ringers;
 
 const SCENE: &str = r#"
 version = 1
@@ -120,8 +120,8 @@ fn first_click() -> Result<Vec<f32>, Fault> {
     };
     let sources = SoundSource::spheres(&loaded.world.bodies);
     let bodies = &loaded.world.bodies;
-    let sounds = Sounds { sources: &sources, ringers: &Ringers::none(bodies.len()) };
-    render(bodies, &sounds, &timeline, &options, &file, &mut { go_on })?;
+    let models: Vec<SoundModel> = sources.into_iter().map(SoundModel::without_modes).collect();
+    render(bodies, &models, &timeline, &options, &file, &mut { go_on })?;
     let mut reader = WavReader::open(&file)?;
     let mut samples = Vec::new();
     while reader.read(&mut samples, 1 << 16)? > 0 {}

@@ -8,17 +8,18 @@ use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::ContactSettings;
 use clangor_core::medium::Medium;
-use clangor_core::scene::render_description::{GroundSound, Parts};
-use clangor_core::synthesis::source_rule::rules_with_pieces;
+use clangor_core::scene::render_description::{GroundSound, PROXY_FREQUENCY, Parts};
+use clangor_core::sound_model::{BodyModes, NoModes};
 use clangor_core::synthesis::{Listener, RenderSettings};
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::soundbank::default_bank;
 use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 use clangor_pipeline::stages::load::{LoadedScene, scene_from_text};
-use clangor_pipeline::stages::render::{FullScale, RenderOptions, Sounds, Transfers, render};
+use clangor_pipeline::stages::render::{FullScale, RenderOptions, Transfers, render};
 use clangor_pipeline::stages::simulate::simulate_impacts;
-use clangor_pipeline::stages::sound_models::ringers::{Ringers, Ringing, RingingPlan};
-use clangor_pipeline::stages::sound_models::sources::{SourceSettings, sources};
+use clangor_pipeline::stages::sound_models::{
+    AccelerationSettings, ModalPlanSettings, SoundModelPlan, SoundModelSettings, SoundModelStore, SoundModels,
+};
 
 /// Duration of the scene \[s\].
 pub(crate) const DURATION: f64 = 0.06;
@@ -74,25 +75,33 @@ impl Fallen {
 
     /// The lowest frequencies of the pieces \[Hz\].
     pub(crate) fn pitches(&self) -> Vec<f64> {
-        let ringers = self.ringers();
+        let models = self.models();
         let lowest = |(id, body): (usize, &Body)| {
             let piece = body.life.parent.is_some() && body.life.death == f64::INFINITY;
-            match &ringers.bodies[id] {
-                Ringing::Proxy(proxy) if piece => Some(proxy.frequency(0)),
-                Ringing::Above { first, .. } if piece => Some(*first),
+            match &models.bodies[id].modal {
+                BodyModes::Proxy(proxy) if piece => Some(proxy.frequency(0)),
+                BodyModes::None(NoModes::AboveBand { first, .. }) if piece => Some(*first),
                 _ => None,
             }
         };
         self.bodies.iter().enumerate().filter_map(lowest).collect()
     }
 
-    /// As what its bodies ring.
-    pub(crate) fn ringers(&self) -> Ringers {
+    /// The sound models of its bodies; fields are those of ellipsoids.
+    pub(crate) fn models(&self) -> SoundModels {
         let scene = &self.loaded.scene;
-        let options = ModalBakeOptions::new(Medium::AIR);
-        let mut plan = RingingPlan::new(&self.loaded.world.bodies, &scene.ringing_rules(), options);
-        plan.add_pieces(&self.bodies);
-        plan.find(&self.struck(), None, &mut |_| ControlFlow::Continue(())).unwrap()
+        let bank = default_bank();
+        let settings = SoundModelSettings {
+            acceleration: AccelerationSettings::new(RenderSettings::default().max_wavenumber(), 0.01, false),
+            wants_acceleration: true,
+            modal: Some(ModalPlanSettings {
+                options: ModalBakeOptions::new(Medium::AIR),
+                proxy_frequency: PROXY_FREQUENCY,
+            }),
+        };
+        let plan = SoundModelPlan::new(&self.loaded.world.bodies, &scene.sound_rules(), settings);
+        let store = SoundModelStore { cache: None, bank: bank.as_ref() };
+        plan.find(&self.bodies, &self.struck(), store, &mut |_| ControlFlow::Continue(())).unwrap()
     }
 
     fn struck(&self) -> BTreeSet<BodyId> {
@@ -100,23 +109,13 @@ impl Fallen {
     }
 
     /// What is heard \[Pa\] at 48 kHz, and what it is made of: clicks, ringing, or both.
-    pub(crate) fn heard(&self, ringers: &Ringers, parts: Parts) -> Vec<f64> {
+    pub(crate) fn heard(&self, models: &SoundModels, parts: Parts) -> Vec<f64> {
         let synthesis = RenderSettings::default();
-        let rules = rules_with_pieces(&self.bodies, &self.loaded.scene.sound_rules());
-        let bank = default_bank();
-        let settings = SourceSettings {
-            rules: &rules,
-            max_wavenumber: synthesis.max_wavenumber(),
-            accuracy: 0.01,
-            cache: None,
-            bank: bank.as_ref(),
-            bake: false,
-        };
-        let found = sources(&self.bodies, &self.struck(), &settings, &mut |_| ControlFlow::Continue(()));
-        // What rings is heard whatever the parts are.
-        let silent = Ringers::none(self.bodies.len());
-        let ringers = if parts.modal { ringers } else { &silent };
-        let sounds = Sounds { sources: &found.unwrap().sources, ringers };
+        let mut models = models.bodies.clone();
+        // What vibrates is heard whatever the parts are.
+        if !parts.modal {
+            models.iter_mut().for_each(|model| model.modal = BodyModes::None(NoModes::Unwanted));
+        }
         let options = RenderOptions {
             listeners: vec![Listener::fixed("microphone", clangor_core::glam::DVec3::new(0.0, 0.4, 1.0))],
             contact: ContactSettings::default(),
@@ -139,7 +138,7 @@ impl Fallen {
         };
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("tile.wav");
-        render(&self.bodies, &sounds, &self.timeline, &options, &file, &mut go_on).unwrap();
+        render(&self.bodies, &models, &self.timeline, &options, &file, &mut go_on).unwrap();
         let mut samples = Vec::new();
         let mut reader = WavReader::open(&file).unwrap();
         while reader.read(&mut samples, 1 << 16).unwrap() > 0 {}

@@ -11,7 +11,7 @@ use clangor_pipeline::stages::render::{Transfers, modal_sources};
 use serde_json::json;
 
 use super::super::render::{Prepared, prepare};
-use super::super::sound_sources::{Wanted, own_model};
+use super::super::sound_sources::own_model;
 use super::super::{check_ending, is_timeline};
 use crate::arguments::{Global, Quality, Render};
 use crate::console::{Console, counted};
@@ -36,16 +36,16 @@ pub(super) fn run(
         )));
     }
     let asked = Render { quality, max_frequency, ..Render::of(input) };
-    let Prepared { bodies, options, sources, ringers, .. } = prepare(&asked, None, global, console)?;
+    let Prepared { bodies, options, models, .. } = prepare(&asked, None, global, console)?;
     let reader = TimelineReader::open(input).map_err(Failure::new)?;
     let timeline = reader.read_all().map_err(Failure::new)?;
-    let ringing = modal_sources(&bodies, &ringers, Transfers::Baked).map_err(Failure::new)?;
+    let ringing = modal_sources(&bodies, &models.bodies, Transfers::Baked).map_err(Failure::new)?;
     let score =
-        EventSchedule::new(&bodies, &sources.sources, &ringing, &timeline, &options).map_err(Failure::new)?;
+        EventSchedule::new(&bodies, &models.bodies, &ringing, &timeline, &options).map_err(Failure::new)?;
     let Some(listener) = options.listeners.first() else { return Err(Failure::new("there is no listener")) };
     let settings = score.engine_settings(&options, listener, options.synthesis.sample_rate);
     let (mut controller, mut engine) =
-        score.engine(&sources.sources, &ringing, &settings).map_err(Failure::new)?;
+        score.engine(&models.bodies, &ringing, &settings).map_err(Failure::new)?;
     let progress = console.progress("measure_peak", options.to);
     let mut on_progress = |time| progress.reached(time);
     let both = (&mut controller, &mut engine);
@@ -53,18 +53,16 @@ pub(super) fn run(
         .ok_or(Failure::Interrupted)?;
     drop(progress);
     let bank = default_bank();
-    let wanted = Wanted { rules: &[], quality, settings: &options.synthesis };
     let replay = Replay {
         bodies: &bodies,
         ringing: &ringing,
         limit_energy: options.limit_energy,
         timeline: &timeline,
         clicks: options.parts.acceleration,
-        kinds: &sources.kinds,
-        own_model: &|id| own_model(&bodies[id.index()], &wanted, global),
+        models: &models.bodies,
+        own_model: &|id| own_model(&bodies[id.index()], quality.into(), &options.synthesis, global),
         bank: bank.as_ref(),
         max_wavenumber: options.synthesis.max_wavenumber(),
-        ringers: &ringers,
         contact: &options.contact,
         listeners: &options.listeners,
         scene: reader.header().scene.as_deref().unwrap_or(EMPTY_SCENE),

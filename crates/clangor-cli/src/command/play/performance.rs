@@ -37,17 +37,16 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
         full_scale: options.full_scale,
         ..Render::of(input)
     };
-    let Prepared { bodies, options: how, sources, ringers, timeline, .. } =
-        prepare(&asked, None, global, console)?;
+    let Prepared { bodies, options: how, models, timeline, .. } = prepare(&asked, None, global, console)?;
     let Some(listener) = how.listeners.first() else { return Err(Failure::new("there is no listener")) };
-    let ringing = modal_sources(&bodies, &ringers, Transfers::Baked).map_err(Failure::new)?;
+    let ringing = modal_sources(&bodies, &models.bodies, Transfers::Baked).map_err(Failure::new)?;
     let score =
-        EventSchedule::new(&bodies, &sources.sources, &ringing, &timeline, &how).map_err(Failure::new)?;
+        EventSchedule::new(&bodies, &models.bodies, &ringing, &timeline, &how).map_err(Failure::new)?;
     let (from, to) = (how.synthesis.start, how.to);
     let rate = SampleRate::try_new(output.sample_rate()).map_err(Failure::new)?;
     let settings = score.engine_settings(&how, listener, rate);
     let (mut controller, mut live) =
-        score.engine(&sources.sources, &ringing, &settings).map_err(Failure::new)?;
+        score.engine(&models.bodies, &ringing, &settings).map_err(Failure::new)?;
     let full_scale = match options.full_scale {
         Some(pressure) => pressure,
         None => {

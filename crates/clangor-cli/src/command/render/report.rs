@@ -4,13 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::scene::render_description::GroundSound;
+use clangor_core::sound_model::{AccelerationPart, BodyModes, NoModes, SoundPart};
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_pipeline::plots::levels::db_spl;
 use clangor_pipeline::stages::render::{
     EnergyLimits, ModalStateTransfer, RenderOptions, RenderSummary, RenderedFile,
 };
-use clangor_pipeline::stages::sound_models::ringers::{MOST_FORMS, Ringers, Ringing};
-use clangor_pipeline::stages::sound_models::sources::Sources;
+use clangor_pipeline::stages::sound_models::SoundModels;
+use clangor_pipeline::stages::sound_models::modal_plan::MOST_FORMS;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 
@@ -20,8 +21,7 @@ use crate::console::{Console, counted, four_digits};
 #[derive(Clone, Copy)]
 pub(super) struct RenderReportView<'a> {
     pub(super) bodies: &'a [Body],
-    pub(super) sources: &'a Sources,
-    pub(super) ringers: &'a Ringers,
+    pub(super) models: &'a SoundModels,
     pub(super) summary: &'a RenderSummary,
     pub(super) options: &'a RenderOptions,
     pub(super) simulated: Option<&'a SimulationReport>,
@@ -88,11 +88,11 @@ impl RenderReportView<'_> {
     /// How many bodies that sound are what.
     fn say_sources(&self, console: &Console) {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        for (index, kind) in self.sources.kinds.iter().enumerate() {
+        for (index, model) in self.models.bodies.iter().enumerate() {
             let is_mesh = matches!(*self.bodies[index].surface, Surface::Mesh(_));
             if energy(self.summary, index) > 0.0 && is_mesh {
                 *counts
-                    .entry(match kind {
+                    .entry(match model.acceleration.kind {
                         SourceKind::Own => "with fields of their own",
                         SourceKind::Proxy(_) => "as ellipsoids",
                         SourceKind::Sphere => "as spheres of equal volume",
@@ -108,9 +108,9 @@ impl RenderReportView<'_> {
 
     /// What rings, and what finding its modes took.
     fn say_modes(&self, console: &Console) {
-        let RenderReportView { bodies, ringers, summary, .. } = *self;
-        for found in &ringers.found {
-            let Ringing::Modes(model) = &ringers.bodies[found.body.index()] else { continue };
+        let RenderReportView { bodies, models, summary, .. } = *self;
+        for found in models.obtained.iter().filter(|found| found.part == SoundPart::Modal) {
+            let BodyModes::Own(model) = &models.bodies[found.body.index()].modal else { continue };
             console.say(format_args!(
                 "\"{}\"{} rings with {}, {}",
                 bodies[found.body.index()].name,
@@ -125,23 +125,20 @@ impl RenderReportView<'_> {
                 },
             ));
         }
-        let proxies: Vec<usize> =
-            (0..bodies.len()).filter_map(|k| ringers.proxy(BodyId(k as u32))).map(|p| p.entry()).collect();
+        let modes = || models.bodies.iter().map(|model| &model.modal);
+        let proxies: Vec<usize> = modes().filter_map(BodyModes::proxy).map(|p| p.entry()).collect();
         if !proxies.is_empty() {
-            let modes: usize = (0..bodies.len())
-                .filter(|k| ringers.proxy(BodyId(*k as u32)).is_some())
-                .map(|k| ringers.mode_count(BodyId(k as u32)))
-                .sum();
+            let count: usize = modes().filter_map(BodyModes::proxy).map(|p| p.mode_count()).sum();
             let different: BTreeSet<usize> = proxies.iter().copied().collect();
             console.say(format_args!(
                 "{} with {} of {} of the bank",
                 counted(proxies.len(), "piece rings", "pieces ring"),
-                counted(modes, "mode", "modes"),
+                counted(count, "mode", "modes"),
                 counted(different.len(), "ellipsoid", "ellipsoids"),
             ));
         }
-        let above = ringers.bodies.iter().filter(|r| matches!(r, Ringing::Above { .. })).count();
-        let many = ringers.bodies.iter().filter(|r| matches!(r, Ringing::OneOfMany)).count();
+        let above = modes().filter(|m| matches!(m, BodyModes::None(NoModes::AboveBand { .. }))).count();
+        let many = modes().filter(|m| matches!(m, BodyModes::None(NoModes::TooManyForms { .. }))).count();
         if above > 0 {
             console.say(format_args!(
                 "{} no audible modes; --explain says where they begin",
@@ -215,7 +212,7 @@ impl RenderReportView<'_> {
     ///
     /// A simulation does not pass on what is slower than v_min: it is counted in `simulated`.
     pub(super) fn explain(&self, console: &Console) {
-        let RenderReportView { bodies, summary, simulated, ringers, .. } = *self;
+        let RenderReportView { bodies, summary, simulated, models, .. } = *self;
         let contacts = &summary.contacts;
         let dropped = simulated.map_or(0, |report| report.dropped_impacts);
         console.say(format_args!(
@@ -251,10 +248,10 @@ impl RenderReportView<'_> {
                 if transit.is_finite() { format!("{transit:.2}") } else { "–".into() },
                 self.remark(energy, slow, index)
             ));
-            let ringing = &ringers.bodies[index];
-            if body.motion == Motion::Free && *ringing != Ringing::Unstruck {
+            let modes = &models.bodies[index].modal;
+            if body.motion == Motion::Free && *modes != BodyModes::None(NoModes::Unstruck) {
                 console.say(format_args!(
-                    "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  {ringing}",
+                    "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  {modes}",
                     "",
                     "modal",
                     share(modal_energy(summary, index)),
@@ -268,7 +265,7 @@ impl RenderReportView<'_> {
 
     /// Why a body is silent, or what to know about its sound.
     fn remark(&self, energy: f64, slow: u64, index: usize) -> String {
-        let RenderReportView { bodies, summary, sources, .. } = *self;
+        let RenderReportView { bodies, summary, models, .. } = *self;
         let body = &bodies[index];
         let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
         if matches!(*body.surface, Surface::HalfSpace) && energy > 0.0 {
@@ -281,7 +278,7 @@ impl RenderReportView<'_> {
         } else if body.motion != Motion::Free {
             "silent: keyframes move it, not impacts".into()
         } else if energy > 0.0 {
-            let (decision, kind) = (&sources.decisions[index], &sources.kinds[index]);
+            let AccelerationPart { decision, kind, .. } = &models.bodies[index].acceleration;
             let as_what = match kind == &decision.kind {
                 _ if matches!(*body.surface, Surface::Sphere { .. }) => "exact".into(),
                 true => format!("{decision}"),
@@ -306,7 +303,7 @@ impl RenderReportView<'_> {
 
     /// The result as JSON.
     pub(super) fn print_json(&self, console: &Console) {
-        let RenderReportView { bodies, sources, ringers, summary, options, simulated } = *self;
+        let RenderReportView { bodies, models, summary, options, simulated } = *self;
         if !console.wants_json() {
             return;
         }
@@ -341,11 +338,11 @@ impl RenderReportView<'_> {
                     "acceleration_energy_pa2_s": energy(summary, index),
                     "modal_energy_pa2_s": modal_energy(summary, index),
                     "ground_energy_pa2_s": summary.ground_energies.get(&BodyId(index as u32)),
-                    "modes": ringers.mode_count(BodyId(index as u32)),
+                    "modes": models.bodies[index].modal.mode_count(),
                     "limited_impacts": summary.energy_limits.get(&BodyId(index as u32)).map(|l| l.limited),
-                    "modal": ringers.bodies[index].to_string(),
-                    "acceleration": sources.kinds[index].to_string(),
-                    "because": sources.decisions[index].reason.to_string(),
+                    "modal": models.bodies[index].modal.to_string(),
+                    "acceleration": models.bodies[index].acceleration.kind.to_string(),
+                    "because": models.bodies[index].acceleration.decision.reason.to_string(),
                     "missing_energy_pa2_s": summary.missing_energies.get(&BodyId(index as u32)),
                     "clicks": counts.pulses,
                     "impacts_slower_than_v_min": counts.slow + dropped_of(simulated, index),

@@ -16,7 +16,7 @@ use crate::scene::body_description::{BodyDescription, Copies, PlacedBy, PlaneDes
 use crate::scene::breaking::Breaking;
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::scene_description::MAX_BODIES;
-use crate::synthesis::modal::RingingRule;
+use crate::sound_model::rule::ModalRule;
 
 pub(super) const KEYS: &[&str] = &[
     "name",
@@ -130,7 +130,7 @@ fn body(
     let angular_velocity = section.vector(d, "angular_velocity", "rad/s");
     let sound = section.choice(d, "acceleration", SOUNDS);
     let ringing = section.get("modal").and_then(|node| match node.is_boolean() {
-        true => node.boolean(d).map(|rings| if rings { RingingRule::Own } else { RingingRule::Never }),
+        true => node.boolean(d).map(|rings| if rings { ModalRule::Own } else { ModalRule::Never }),
         false => node.choice(d, "modal", RINGING),
     });
     let breaking =

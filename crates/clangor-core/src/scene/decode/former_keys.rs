@@ -56,7 +56,6 @@ mod tests {
             let former = Scene::from_toml(&former_text).unwrap();
             let new = Scene::from_toml(&new_text).unwrap();
             assert_eq!(former.sound_rules(), new.sound_rules(), "{field}");
-            assert_eq!(former.ringing_rules(), new.ringing_rules(), "{field}");
             assert_eq!(former.render, new.render, "{field}");
             assert!(new.warnings.is_empty(), "{:?}", new.warnings);
             let [warning] = &former.warnings[..] else { panic!("{:?}", former.warnings) };

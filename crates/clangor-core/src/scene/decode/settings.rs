@@ -12,8 +12,8 @@ use crate::scene::render_description::{
 };
 use crate::scene::simulation_description::{SimulationDescription, SolverChoice};
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
-use crate::synthesis::SoundRule;
-use crate::synthesis::modal::RingingRule;
+use crate::sound_model::rule::AccelerationRule;
+use crate::sound_model::rule::ModalRule;
 
 pub(super) const MEDIUM_KEYS: &[&str] = &["density", "sound_speed", "temperature", "humidity"];
 
@@ -107,19 +107,19 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "compressor",
 ];
 /// The words for what a body sounds as.
-pub(super) const SOUNDS: &[(&str, SoundRule)] = &[
-    ("auto", SoundRule::Auto),
-    ("own", SoundRule::Own),
-    ("proxy", SoundRule::Proxy),
-    ("nearest-proxy", SoundRule::NearestProxy),
-    ("sphere", SoundRule::Sphere),
+pub(super) const SOUNDS: &[(&str, AccelerationRule)] = &[
+    ("auto", AccelerationRule::Auto),
+    ("own", AccelerationRule::Own),
+    ("proxy", AccelerationRule::Proxy),
+    ("nearest-proxy", AccelerationRule::NearestProxy),
+    ("sphere", AccelerationRule::Sphere),
 ];
 /// The words for whose modes a body rings with.
-pub(super) const RINGING: &[(&str, RingingRule)] = &[
-    ("auto", RingingRule::Auto),
-    ("own", RingingRule::Own),
-    ("proxy", RingingRule::Proxy),
-    ("none", RingingRule::Never),
+pub(super) const RINGING: &[(&str, ModalRule)] = &[
+    ("auto", ModalRule::Auto),
+    ("own", ModalRule::Own),
+    ("proxy", ModalRule::Proxy),
+    ("none", ModalRule::Never),
 ];
 pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];
 

@@ -14,6 +14,7 @@ use clangor_core::contact::{BodyPulse, ImpactPulse};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::medium::Medium;
+use clangor_core::sound_model::BodyModes;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::proxy_field::{LEAST_ORDER, mean_field};
 use clangor_core::sound_model::files::modal_file::{ModalFile, ModalOrigin, ModalPart};
@@ -338,9 +339,12 @@ fn event(
 }
 
 fn modes_of<'a>(replay: &Replay<'a>, id: BodyId) -> Option<Modes<'a>> {
-    let own = replay.ringers.modes(id).map(|model| Modes::Own(model));
-    own.or(replay.ringers.proxy(id).map(|proxy| Modes::Proxy(proxy)))
-        .filter(|modes| !modes.modes().is_empty())
+    let modes = match &replay.models.get(id.index())?.modal {
+        BodyModes::Own(model) => Modes::Own(model),
+        BodyModes::Proxy(proxy) => Modes::Proxy(proxy),
+        BodyModes::None(_) => return None,
+    };
+    Some(modes).filter(|modes| !modes.modes().is_empty())
 }
 
 /// The solid of a body, in another frame about its centre of mass, without its surface.
@@ -360,23 +364,24 @@ fn program() -> String {
 /// What a body clicks as, unless that is a sphere.
 fn click_file(replay: &Replay<'_>, id: BodyId) -> Result<Option<Slot>, ReplayError> {
     let body = &replay.bodies[id.index()];
-    let (acceleration, rotation, method) = match replay.kinds.get(id.index()) {
-        Some(SourceKind::Own) => match (replay.own_model)(id) {
-            Some(model) => (AccelerationModel { near: None, ..model }, DMat3::IDENTITY, "its own field"),
-            None => return Ok(None),
-        },
-        Some(SourceKind::Proxy(proxy)) => {
-            let Some(bank) = replay.bank else { return Ok(None) };
-            let order = (proxy.radius * replay.max_wavenumber).ceil() as usize + 3;
-            let field = mean_field(bank.bank(), proxy, order.max(LEAST_ORDER));
-            (
-                AccelerationModel { radius: proxy.radius, field, near: None },
-                proxy.rotation,
-                "an ellipsoid of the bank",
-            )
-        }
-        Some(SourceKind::Sphere) | None => return Ok(None),
-    };
+    let (acceleration, rotation, method) =
+        match replay.models.get(id.index()).map(|model| &model.acceleration.kind) {
+            Some(SourceKind::Own) => match (replay.own_model)(id) {
+                Some(model) => (AccelerationModel { near: None, ..model }, DMat3::IDENTITY, "its own field"),
+                None => return Ok(None),
+            },
+            Some(SourceKind::Proxy(proxy)) => {
+                let Some(bank) = replay.bank else { return Ok(None) };
+                let order = (proxy.radius * replay.max_wavenumber).ceil() as usize + 3;
+                let field = mean_field(bank.bank(), proxy, order.max(LEAST_ORDER));
+                (
+                    AccelerationModel { radius: proxy.radius, field, near: None },
+                    proxy.rotation,
+                    "an ellipsoid of the bank",
+                )
+            }
+            Some(SourceKind::Sphere) | None => return Ok(None),
+        };
     let file = ModelFile {
         acceleration,
         modal: None,

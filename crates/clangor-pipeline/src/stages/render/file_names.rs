@@ -4,17 +4,21 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, Motion};
+use clangor_core::sound_model::SoundPart;
 use clangor_core::synthesis::Listener;
 
+use super::error::RenderError;
 use super::ground::is_ground;
-use super::{RenderError, RenderOptions, StemPart};
+use super::options::RenderOptions;
+use crate::formats::atomic_file::check_folder;
+use crate::formats::wav::WavError;
 
 /// `output`, with the listener's name if there are several, and the stem's.
 pub(super) fn file_name(
     output: &Path,
     options: &RenderOptions,
     listener: &Listener,
-    stem: Option<(&str, StemPart)>,
+    stem: Option<(&str, SoundPart)>,
 ) -> PathBuf {
     let mut name = output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     // A name may hold anything; a file name may not.
@@ -31,17 +35,23 @@ pub(super) fn file_name(
     }
 }
 
-/// Refuses names of listeners and bodies that differ, but make one file name.
-pub(super) fn check_distinct(
-    options: &RenderOptions,
-    bodies: &[Body],
-    output: &Path,
-) -> Result<(), RenderError> {
-    let mut stems: Vec<Option<(&str, StemPart)>> = vec![None];
+/// Checks whether the files of a rendering can be written, before a long simulation.
+///
+/// # Errors
+/// Those of [`render`](super::render) that do not depend on the impacts.
+pub fn check_output(options: &RenderOptions, bodies: &[Body], output: &Path) -> Result<(), RenderError> {
+    check_folder(output).map_err(WavError::from)?;
+    options.check_sound()?;
+    check_distinct(options, bodies, output)
+}
+
+/// Rejects names of listeners and bodies that differ, but make one file name.
+fn check_distinct(options: &RenderOptions, bodies: &[Body], output: &Path) -> Result<(), RenderError> {
+    let mut stems: Vec<Option<(&str, SoundPart)>> = vec![None];
     for body in bodies.iter().filter(|_| options.stems) {
-        let parts: &[StemPart] = match body.motion {
-            Motion::Free => &[StemPart::Acceleration, StemPart::Modal],
-            _ if is_ground(body, options) => &[StemPart::Ground],
+        let parts: &[SoundPart] = match body.motion {
+            Motion::Free => &[SoundPart::Acceleration, SoundPart::Modal],
+            _ if is_ground(body, options) => &[SoundPart::Ground],
             _ => &[],
         };
         stems.extend(parts.iter().map(|part| Some((body.name.as_str(), *part))));

@@ -10,7 +10,7 @@ use clangor_core::reference::SlabSource;
 use clangor_core::scene::render_description::GroundSound;
 use clangor_core::synthesis::ground::{Ground, GroundError, GroundSource};
 
-use super::RenderOptions;
+use super::options::RenderOptions;
 
 /// Cosine of the steepest slope that is ground.
 const FACING_UP: f64 = 0.9;

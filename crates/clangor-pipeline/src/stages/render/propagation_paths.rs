@@ -14,7 +14,7 @@ use clangor_core::synthesis::{
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::ringing::Voices;
+use super::modal_voices::ModalVoices;
 
 /// Where a path leads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,14 +88,14 @@ pub(super) struct PathRenderer<'a> {
     path: &'a PropagationPath,
     pub(super) renderer: Renderer,
     pub(super) signal: OverlapAdd,
-    pub(super) voices: Voices<'a>,
+    pub(super) voices: ModalVoices<'a>,
 }
 
 impl<'a> PathRenderer<'a> {
     /// `voices` makes what rings, for a listener with settings.
     pub(super) fn new(
         path: &'a PropagationPath,
-        voices: impl FnOnce(&'a Listener, &RenderSettings) -> Result<Voices<'a>, SynthesisError>,
+        voices: impl FnOnce(&'a Listener, &RenderSettings) -> Result<ModalVoices<'a>, SynthesisError>,
     ) -> Result<Self, SynthesisError> {
         Ok(PathRenderer {
             renderer: Renderer::new(&path.listener, &path.settings)?,

@@ -2,7 +2,7 @@
 //! [`clangor_core::synthesis::modal::modal_state_transfer`] for those of a timeline.
 //!
 //! What the cracks took, and the kick that they gave to the pieces, came from what the breaking impacts took
-//! of the motion, E₀ ([`energy_limit`](super::super::energy_limit)), of which modes have no more than the
+//! of the motion, E₀ ([`energy_limit`](super::energy_limit)), of which modes have no more than the
 //! rest,
 //!
 //! ```text
@@ -22,8 +22,8 @@ use clangor_core::synthesis::modal::modal_state_transfer::{
 use clangor_core::timeline::FractureRow;
 use rayon::prelude::*;
 
-use super::Ringer;
-use crate::stages::render::energy_limit::energy_lost;
+use super::energy_limit::energy_lost;
+use super::struck_source::StruckSource;
 
 /// Impacts within this time before a body breaks are those that break it \[s\].
 const BREAKING: f64 = 1e-3;
@@ -39,24 +39,24 @@ pub struct ModalStateTransfer {
 
 /// What breaks, and where everything is.
 #[derive(Clone, Copy)]
-pub(in crate::stages::render) struct Breaking<'a> {
-    pub(in crate::stages::render) fractures: &'a [FractureRow],
-    pub(in crate::stages::render) poses: &'a PoseHistory,
+pub(super) struct Breaking<'a> {
+    pub(super) fractures: &'a [FractureRow],
+    pub(super) poses: &'a PoseHistory,
 }
 
 /// Gives the pieces of all that breaks what they take over.
 pub(super) fn transfer_modal_state(
     bodies: &[Body],
-    ringers: &mut [Ringer],
+    struck: &mut [StruckSource],
     pulses: &[ImpactPulse],
     Breaking { fractures, poses }: Breaking<'_>,
 ) -> BTreeMap<BodyId, ModalStateTransfer> {
     let mut done = BTreeMap::new();
     for fracture in fractures {
-        let place = |id: BodyId| ringers.binary_search_by_key(&id, |ringer| ringer.body).ok();
+        let place = |id: BodyId| struck.binary_search_by_key(&id, |struck| struck.body).ok();
         let Some(parent) = place(fracture.parent) else { continue };
         let pieces: Vec<usize> = fracture.pieces().filter_map(place).collect();
-        let parent = &ringers[parent];
+        let parent = &struck[parent];
         let state = at_death(parent, bodies, pulses, fracture);
         let had = state.energy(&parent.source);
         if !(had > 0.0 && had.is_finite()) || pieces.is_empty() {
@@ -67,26 +67,31 @@ pub(super) fn transfer_modal_state(
         let mut handed: Vec<Handed> = pieces
             .par_iter()
             .map(|&piece| {
-                let Ringer { body, source, .. } = &ringers[piece];
+                let StruckSource { body, source, .. } = &struck[piece];
                 let samples = samples(&bodies[body.index()].surface, sample_count(source.resonances().len()));
                 let poses = [&parent_pose, &pose(*body)];
                 handed_over((&parent.source, &state), source, &samples, poses, bodies[body.index()].mass)
             })
             .collect();
         let mut bounded: Vec<_> =
-            pieces.iter().map(|piece| &*ringers[*piece].source).zip(&mut handed).collect();
+            pieces.iter().map(|piece| &*struck[*piece].source).zip(&mut handed).collect();
         let given = bound_energy(&mut bounded, had);
         done.insert(fracture.parent, ModalStateTransfer { had, handed: given });
         for (piece, handed) in pieces.into_iter().zip(handed) {
-            ringers[piece].handed = Some(handed.state);
+            struck[piece].handed = Some(handed.state);
         }
     }
     done
 }
 
 /// What a body vibrates with when it breaks.
-fn at_death(ringer: &Ringer, bodies: &[Body], pulses: &[ImpactPulse], fracture: &FractureRow) -> ModalState {
-    let Ringer { body, source, impacts, handed, .. } = ringer;
+fn at_death(
+    vibrating: &StruckSource,
+    bodies: &[Body],
+    pulses: &[ImpactPulse],
+    fracture: &FractureRow,
+) -> ModalState {
+    let StruckSource { body, source, impacts, handed, .. } = vibrating;
     let death = fracture.time;
     let breaking = |pulse: &ImpactPulse| pulse.time > death - BREAKING && pulse.time <= death;
     let (last, earlier): (Vec<ImpactPulse>, Vec<ImpactPulse>) = impacts.iter().cloned().partition(breaking);

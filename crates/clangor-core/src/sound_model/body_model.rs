@@ -1,0 +1,162 @@
+//! The sound model of one body of a scene: the field of its acceleration and the modes of its vibration.
+//!
+//! Each part is the body's own, that of a proxy, or the simplest there is: a sphere of equal volume for the
+//! acceleration, no modes for the vibration. With the part comes the reason for it.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::sound_model::modal::model::ModalModel;
+use crate::sound_model::soundbank::modal_soundbank::ModalProxy;
+use crate::synthesis::source::SoundSource;
+use crate::synthesis::source_rule::{Decision, Reason, SourceKind};
+
+/// A part of the sound of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SoundPart {
+    /// Pressure by the acceleration of the body as a whole.
+    Acceleration,
+    /// Pressure by its modes.
+    Modal,
+    /// Pressure by the ground that is hit.
+    Ground,
+}
+
+impl fmt::Display for SoundPart {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            SoundPart::Acceleration => "acceleration",
+            SoundPart::Modal => "modal",
+            SoundPart::Ground => "ground",
+        })
+    }
+}
+
+/// How one body sounds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SoundModel {
+    /// Field of its acceleration.
+    pub acceleration: AccelerationPart,
+    /// Modes of its vibration.
+    pub modal: BodyModes,
+}
+
+/// The field of an accelerated body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AccelerationPart {
+    /// What radiates.
+    pub source: SoundSource,
+    /// What it is: the next best where the field that was decided on is missing.
+    pub kind: SourceKind,
+    /// What was decided on, and why.
+    pub decision: Decision,
+}
+
+/// The modes of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BodyModes {
+    /// Its own; bodies of the same form and material share them.
+    Own(Arc<ModalModel>),
+    /// Those of an ellipsoid.
+    Proxy(Arc<ModalProxy>),
+    /// None.
+    None(NoModes),
+}
+
+/// Why a body has no modes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoModes {
+    /// All modes lie above the band.
+    AboveBand {
+        /// Lowest frequency \[Hz\].
+        first: f64,
+        /// Upper end of the band \[Hz\].
+        limit: f64,
+    },
+    /// The scene excludes them.
+    Unwanted,
+    /// The body is fixed, moved by keyframes, or not struck.
+    Unstruck,
+    /// Too many bodies of different forms.
+    TooManyForms {
+        /// Largest number of forms whose modes are computed unasked.
+        most: usize,
+    },
+    /// Its modes or their transfers cannot be computed.
+    Failed(String),
+}
+
+impl SoundModel {
+    /// A body that radiates by `source` when accelerated, and has no modes.
+    pub fn without_modes(source: SoundSource) -> Self {
+        let kind = match source {
+            SoundSource::Sphere { .. } => SourceKind::Sphere,
+            _ => SourceKind::Own,
+        };
+        let decision = Decision { kind, reason: Reason::Asked };
+        SoundModel {
+            acceleration: AccelerationPart { source, kind, decision },
+            modal: BodyModes::None(NoModes::Unwanted),
+        }
+    }
+}
+
+impl BodyModes {
+    /// Its own modes, if it has some.
+    pub fn own(&self) -> Option<&Arc<ModalModel>> {
+        match self {
+            BodyModes::Own(model) => Some(model),
+            _ => None,
+        }
+    }
+
+    /// The ellipsoid whose modes it has, if any.
+    pub fn proxy(&self) -> Option<&Arc<ModalProxy>> {
+        match self {
+            BodyModes::Proxy(proxy) => Some(proxy),
+            _ => None,
+        }
+    }
+
+    /// Number of modes.
+    pub fn mode_count(&self) -> usize {
+        match self {
+            BodyModes::Own(model) => model.modes.len(),
+            BodyModes::Proxy(proxy) => proxy.mode_count(),
+            BodyModes::None(_) => 0,
+        }
+    }
+}
+
+impl fmt::Display for BodyModes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BodyModes::Own(model) => match model.modes.len() {
+                1 => write!(f, "one mode"),
+                count => write!(f, "{count} modes"),
+            },
+            BodyModes::Proxy(proxy) => match proxy.mode_count() {
+                1 => write!(f, "one mode of ellipsoid {}", proxy.entry()),
+                count => write!(f, "{count} modes of ellipsoid {}", proxy.entry()),
+            },
+            BodyModes::None(reason) => write!(f, "{reason}"),
+        }
+    }
+}
+
+impl fmt::Display for NoModes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            NoModes::AboveBand { first, limit } => {
+                let (first, limit) = (1e-3 * first, 1e-3 * limit);
+                write!(f, "no audible modes: first at {first:.2} kHz, above the limit of {limit:.2} kHz")
+            }
+            NoModes::Unwanted => f.write_str("it is not to ring"),
+            NoModes::Unstruck => f.write_str("nothing strikes it, or it cannot move"),
+            NoModes::TooManyForms { most } => {
+                write!(f, "one of more than {most} forms: ask for its modes with modal = true")
+            }
+            NoModes::Failed(why) => write!(f, "its modes cannot be baked: {why}"),
+        }
+    }
+}

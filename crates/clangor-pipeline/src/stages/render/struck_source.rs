@@ -1,0 +1,20 @@
+//! A vibrating body, and what drives it.
+
+use std::sync::Arc;
+
+use clangor_core::body::BodyId;
+use clangor_core::contact::ImpactPulse;
+use clangor_core::synthesis::modal::{ModalSource, ModalState};
+
+use super::energy_limit::EnergyLimits;
+
+/// A vibrating body, and what drives it.
+pub(super) struct StruckSource {
+    pub(super) body: BodyId,
+    pub(super) source: Arc<ModalSource>,
+    /// The impacts on it, as its modes feel them.
+    pub(super) impacts: Vec<ImpactPulse>,
+    pub(super) limits: EnergyLimits,
+    /// What it takes over from the body that it was part of.
+    pub(super) handed: Option<ModalState>,
+}

@@ -1,0 +1,228 @@
+//! The fields of accelerated bodies: decided by the rules of `clangor_core::synthesis::source_rule`, obtained
+//! from the cache or baked.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Instant;
+
+use clangor_bake::acceleration::{BakeOptions, BakeProgress};
+use clangor_core::body::{Body, BodyId, Motion, Surface};
+use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
+use clangor_core::sound_model::acceleration::proxy_field::ProxyFields;
+use clangor_core::sound_model::files::model_file::ModelFile;
+use clangor_core::sound_model::{AccelerationPart, SoundPart, SoundRule};
+use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, decide, source_of};
+
+use super::acceleration_bake::AccelerationBake;
+use super::error::SoundModelError;
+use super::obtain::{Obtained, obtain};
+use super::progress::SoundModelProgress;
+use super::recognise::exact_form;
+use super::report::ObtainedModel;
+use super::request::SoundModelRequest;
+use super::store::SoundModelStore;
+use crate::formats::model_cache::{Lookup, model_key};
+
+/// Highest kR of a form that takes no time to compute.
+const SMALL_FORM: f64 = 6.0;
+/// Most different forms that together take no time.
+const MOST_FORMS: usize = 8;
+
+/// How the fields of accelerated bodies are chosen and baked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AccelerationSettings {
+    /// Band and accuracy of the fields.
+    pub options: BakeOptions,
+    /// Whether fields missing from the cache are baked; otherwise such a body radiates as the next best.
+    pub bake: bool,
+}
+
+impl AccelerationSettings {
+    /// Fields up to a wavenumber k = 2πf/c [1/m], of a relative error `accuracy` \[-\], also near the body.
+    pub fn new(max_wavenumber: f64, accuracy: f64, bake: bool) -> Self {
+        let options = BakeOptions { near_field: true, ..BakeOptions::new(max_wavenumber, accuracy) };
+        AccelerationSettings { options, bake }
+    }
+
+    /// What each body should radiate as, in their order; [`SoundRule::default`] where `rules` end.
+    pub fn decide(
+        &self,
+        bodies: &[Body],
+        rules: &[SoundRule],
+        bank: Option<&BankEvaluator>,
+    ) -> Vec<Decision> {
+        let rule = |index: usize| rules.get(index).copied().unwrap_or_default().acceleration;
+        let of = |(index, body)| decide(body, rule(index), bank, self.options.max_wavenumber);
+        let mut decisions: Vec<Decision> = bodies.iter().enumerate().map(of).collect();
+        if self.bake {
+            self.prefer_exact_forms(bodies, &mut decisions);
+        }
+        decisions
+    }
+
+    /// Gives the bodies that would do as ellipsoids fields of their own, if they have exact forms, small
+    /// ones, and few different: a coin and a die take a tenth of a second together.
+    fn prefer_exact_forms(&self, bodies: &[Body], decisions: &mut [Decision]) {
+        let mut forms: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        // Copies share their surface.
+        let mut keys: BTreeMap<usize, Option<String>> = BTreeMap::new();
+        for (index, (body, decision)) in bodies.iter().zip(&*decisions).enumerate() {
+            let Surface::Mesh(surface) = &*body.surface else { continue };
+            let small = body.surface.bounding_radius() * self.options.max_wavenumber <= SMALL_FORM;
+            if !(small && matches!(decision.reason, Reason::SmallAndConvex { .. })) {
+                continue;
+            }
+            let key = keys.entry(Arc::as_ptr(&body.surface).addr()).or_insert_with(|| {
+                exact_form(&surface.mesh).map(|geometry| model_key(&geometry, &self.options))
+            });
+            if let Some(key) = key {
+                forms.entry(key.clone()).or_default().push(index);
+            }
+            if forms.len() > MOST_FORMS {
+                return;
+            }
+        }
+        let reason = Reason::ExactForm { forms: forms.len() };
+        for index in forms.into_values().flatten() {
+            decisions[index] = Decision { kind: SourceKind::Own, reason };
+        }
+    }
+}
+
+/// A field that bodies of a scene share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SharedField {
+    /// The field.
+    pub request: SoundModelRequest<AccelerationBake>,
+    /// The bodies that share it, ascending.
+    pub bodies: Vec<BodyId>,
+}
+
+/// The fields for the moving bodies that `wants` names; equal bodies share, in the order of their first.
+pub fn shared_fields(
+    bodies: &[Body],
+    options: BakeOptions,
+    wants: &dyn Fn(BodyId) -> bool,
+) -> Vec<SharedField> {
+    let mut shared: Vec<SharedField> = Vec::new();
+    let mut known: BTreeMap<String, usize> = BTreeMap::new();
+    for (index, body) in bodies.iter().enumerate() {
+        let id = BodyId(index as u32);
+        if body.motion == Motion::Fixed || !wants(id) {
+            continue;
+        }
+        let Ok(request) = SoundModelRequest::of_body(body, AccelerationBake(options)) else { continue };
+        match known.get(request.key()) {
+            Some(at) => shared[*at].bodies.push(id),
+            None => {
+                known.insert(request.key().to_owned(), shared.len());
+                shared.push(SharedField { request, bodies: vec![id] });
+            }
+        }
+    }
+    shared
+}
+
+/// The fields of all bodies, and what it took to obtain them.
+pub(super) struct AccelerationParts {
+    pub(super) bodies: Vec<AccelerationPart>,
+    pub(super) obtained: Vec<ObtainedModel>,
+    pub(super) remarks: Vec<String>,
+}
+
+/// Finds or bakes the fields of the bodies. Only bodies in `sounding` get fields of their own. A field that
+/// cannot be baked makes a remark, and the body radiates as the next best.
+///
+/// # Errors
+/// [`SoundModelError::Interrupted`], when `progress` breaks.
+pub(super) fn find(
+    bodies: &[Body],
+    (rules, settings): (&[SoundRule], &AccelerationSettings),
+    sounding: &BTreeSet<BodyId>,
+    store: SoundModelStore<'_>,
+    progress: &mut dyn FnMut(&SoundModelProgress<'_>) -> ControlFlow<()>,
+) -> Result<AccelerationParts, SoundModelError> {
+    let decisions = settings.decide(bodies, rules, store.bank);
+    let fields = shared_fields(bodies, settings.options, &|id| {
+        sounding.contains(&id) && decisions[id.index()].kind == SourceKind::Own
+    });
+    let mut models: BTreeMap<BodyId, ModelEvaluator> = BTreeMap::new();
+    let (mut obtained, mut remarks) = (Vec::new(), Vec::new());
+    for (index, shared) in fields.iter().enumerate() {
+        let body = bodies[shared.bodies[0].index()].name.as_str();
+        let mut on_progress = |p: &BakeProgress| {
+            let done = (index as f64 + p.done) / fields.len() as f64;
+            progress(&SoundModelProgress { part: SoundPart::Acceleration, body, done, step: p.stage })
+        };
+        let started = Instant::now();
+        match field(&shared.request, settings.bake, store, &mut on_progress)? {
+            Found::Model { model, cached, remarks: more } => {
+                obtained.push(ObtainedModel {
+                    part: SoundPart::Acceleration,
+                    body: shared.bodies[0],
+                    bodies: shared.bodies.len(),
+                    cached,
+                    time: started.elapsed(),
+                });
+                remarks.extend(more);
+                models.extend(shared.bodies.iter().map(|id| (*id, model.clone())));
+            }
+            Found::Nothing(why) => remarks.push(why),
+        }
+    }
+    let mut proxies = store.bank.map(|bank| ProxyFields::new(bank, settings.options.max_wavenumber));
+    let part = |(index, (body, decision)): (usize, (&Body, Decision))| {
+        let own = models.get(&BodyId(index as u32));
+        let (source, kind) = source_of(body, &decision, proxies.as_mut(), own);
+        AccelerationPart { source, kind, decision }
+    };
+    let bodies = bodies.iter().zip(decisions).enumerate().map(part).collect();
+    Ok(AccelerationParts { bodies, obtained, remarks })
+}
+
+/// What became of a request.
+enum Found {
+    Model {
+        model: ModelEvaluator,
+        cached: bool,
+        remarks: Vec<String>,
+    },
+    /// And why.
+    Nothing(String),
+}
+
+/// One field: from the cache, or baked if `bake`.
+fn field(
+    request: &SoundModelRequest<AccelerationBake>,
+    bake: bool,
+    store: SoundModelStore<'_>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<Found, SoundModelError> {
+    let name = request.name();
+    let instead = "it sounds as the ellipsoid or sphere nearest to it";
+    if !bake {
+        return Ok(match store.cache.map_or(Lookup::Missing, |cache| cache.read(request.key())) {
+            Lookup::Found(file) => playable((name, instead), &file, true, Vec::new()),
+            _ => Found::Nothing(format!("\"{name}\" has no baked field: {instead}")),
+        });
+    }
+    let Obtained { file, cached, mut remarks } = match obtain(request, store.cache, progress) {
+        Ok(obtained) => obtained,
+        Err(SoundModelError::Interrupted) => return Err(SoundModelError::Interrupted),
+        Err(error) => {
+            let why = format!("the field of \"{name}\" cannot be baked: {error}; {instead}");
+            return Ok(Found::Nothing(why));
+        }
+    };
+    remarks.extend(file.origin.warnings.iter().map(|warning| format!("\"{name}\": {warning}")));
+    Ok(playable((name, instead), &file, cached, remarks))
+}
+
+/// A field that can be evaluated, or why not.
+fn playable((name, instead): (&str, &str), file: &ModelFile, cached: bool, remarks: Vec<String>) -> Found {
+    match ModelEvaluator::try_new(&file.acceleration) {
+        Ok(model) => Found::Model { model, cached, remarks },
+        Err(error) => Found::Nothing(format!("the field of \"{name}\" cannot be played: {error}; {instead}")),
+    }
+}

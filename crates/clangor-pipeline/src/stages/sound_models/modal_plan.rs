@@ -1,0 +1,301 @@
+//! The modes of the bodies of a scene.
+//!
+//! Every body that moves freely and is struck has modes, unless the scene excludes them. They are computed
+//! once for all bodies of the same form and material. Where forms are many, as in a heap of stones, finding
+//! modes would take longer than all the rest: then only those bodies have modes that the scene asks for. A
+//! body whose modes all lie above the band is told apart from one whose modes cannot be computed.
+//!
+//! Pieces of a broken body follow the rule of that body; left to themselves, those with a lowest frequency
+//! above a threshold have the modes of ellipsoids (`piece_proxies`), and the rest their own.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Instant;
+
+use clangor_bake::acceleration::BakeProgress;
+use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::soundbank::modal::ModalSoundbankBakeError;
+use clangor_core::body::{Body, BodyId, Motion};
+use clangor_core::sound_model::modal::model::ModalModel;
+use clangor_core::sound_model::{BodyModes, ModalRule, NoModes, SoundPart};
+
+use super::error::SoundModelError;
+use super::modal_bake::ModalBake;
+use super::obtain::{Obtained, obtain};
+use super::piece_proxies::{Candidate, Choice, choose};
+use super::progress::SoundModelProgress;
+use super::report::ObtainedModel;
+use super::request::SoundModelRequest;
+use crate::formats::model_cache::ModelCache;
+
+/// Most different forms and materials whose modes are computed without being asked for.
+pub const MOST_FORMS: usize = 16;
+
+/// How the modes of bodies are computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModalPlanSettings {
+    /// Mesh error, accuracy, band and medium.
+    pub options: ModalBakeOptions,
+    /// Pieces of a lowest frequency above this \[Hz\] have the modes of ellipsoids.
+    pub proxy_frequency: f64,
+}
+
+/// Modes that bodies of a scene share.
+#[derive(Clone, Debug)]
+struct SharedModes {
+    request: SoundModelRequest<ModalBake>,
+    bodies: Vec<BodyId>,
+}
+
+/// Which bodies may have modes, before anything moves.
+#[derive(Clone, Debug)]
+pub(super) struct ModalPlan {
+    /// Of each body, as far as is known.
+    bodies: Vec<BodyModes>,
+    /// What is wanted, and who shares it.
+    requests: Vec<SharedModes>,
+    /// Bodies that may have the modes of an ellipsoid.
+    candidates: Vec<Candidate>,
+    names: Vec<String>,
+    rules: Vec<ModalRule>,
+    settings: ModalPlanSettings,
+}
+
+/// The modes of all bodies, and what it took to obtain them.
+#[derive(Debug, Default)]
+pub(super) struct ModalParts {
+    pub(super) bodies: Vec<BodyModes>,
+    pub(super) obtained: Vec<ObtainedModel>,
+    pub(super) remarks: Vec<String>,
+}
+
+impl ModalPlan {
+    /// Plans for bodies under one rule each.
+    pub(super) fn new(bodies: &[Body], rules: Vec<ModalRule>, settings: ModalPlanSettings) -> Self {
+        let mut plan = ModalPlan {
+            bodies: vec![BodyModes::None(NoModes::Unstruck); bodies.len()],
+            requests: Vec::new(),
+            candidates: Vec::new(),
+            names: bodies.iter().map(|body| body.name.clone()).collect(),
+            rules,
+            settings,
+        };
+        // Copies share their surface, and to recognise its form takes time.
+        let mut known: BTreeMap<String, usize> = BTreeMap::new();
+        let mut copies: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut unasked = BTreeSet::new();
+        for (index, body) in bodies.iter().enumerate() {
+            let (id, rule) = (BodyId(index as u32), plan.rules[index]);
+            if body.motion != Motion::Free {
+                continue;
+            }
+            if rule == ModalRule::Never {
+                plan.bodies[index] = BodyModes::None(NoModes::Unwanted);
+                continue;
+            }
+            let always = rule == ModalRule::Proxy;
+            let piece = rule == ModalRule::Auto && body.life.parent.is_some();
+            if always || piece {
+                plan.candidates.push(Candidate { id, body: body.clone(), always });
+                continue;
+            }
+            if rule == ModalRule::Auto && unasked.len() > MOST_FORMS {
+                plan.bodies[index] = BodyModes::None(NoModes::TooManyForms { most: MOST_FORMS });
+                continue;
+            }
+            let same = copies.entry(Arc::as_ptr(&body.surface).addr()).or_default();
+            let equal = |at: &&usize| bodies[plan.requests[**at].bodies[0].index()].material == body.material;
+            let at = match same.iter().find(equal) {
+                Some(at) => *at,
+                None => {
+                    let part = ModalBake::new(&body.material, settings.options);
+                    let Ok(request) = SoundModelRequest::of_body(body, part) else { continue };
+                    let at = *known.entry(request.key().to_owned()).or_insert(plan.requests.len());
+                    if at == plan.requests.len() {
+                        plan.requests.push(SharedModes { request, bodies: Vec::new() });
+                    }
+                    same.push(at);
+                    at
+                }
+            };
+            if rule == ModalRule::Auto {
+                unasked.insert(at);
+            }
+            plan.requests[at].bodies.push(id);
+        }
+        if unasked.len() > MOST_FORMS {
+            plan.drop_unasked();
+        }
+        plan
+    }
+
+    /// Leaves only the requests that the scene asks for.
+    fn drop_unasked(&mut self) {
+        let ModalPlan { bodies, requests, rules, .. } = self;
+        let asked = |id: &BodyId| rules[id.index()] != ModalRule::Auto;
+        for SharedModes { bodies: own, .. } in &mut *requests {
+            for id in own.iter().filter(|id| !asked(id)) {
+                bodies[id.index()] = BodyModes::None(NoModes::TooManyForms { most: MOST_FORMS });
+            }
+            own.retain(asked);
+        }
+        requests.retain(|shared| !shared.bodies.is_empty());
+    }
+
+    /// Gives known modes to copies of one body; only their transfers are to be computed.
+    pub(super) fn give_modes(&mut self, copies: &[BodyId], body: &Body, modes: &ModalModel) {
+        self.requests.iter_mut().for_each(|shared| shared.bodies.retain(|id| !copies.contains(id)));
+        self.requests.retain(|shared| !shared.bodies.is_empty());
+        self.candidates.retain(|candidate| !copies.contains(&candidate.id));
+        let part = ModalBake::of_known_modes(&body.material, modes.clone(), self.settings.options);
+        let request = SoundModelRequest::of_body(body, part);
+        if let (Ok(request), Motion::Free) = (request, &body.motion) {
+            self.requests.push(SharedModes { request, bodies: copies.to_vec() });
+        }
+    }
+
+    /// Adds the bodies born since; `bodies` are all that ever were.
+    pub(super) fn add_pieces(&mut self, bodies: &[Body]) {
+        for body in bodies.iter().skip(self.bodies.len()) {
+            let id = BodyId(self.bodies.len() as u32);
+            let parent = body.life.parent.and_then(|parent| self.rules.get(parent.index()));
+            let rule = parent.copied().unwrap_or_default();
+            self.rules.push(rule);
+            self.names.push(body.name.clone());
+            self.bodies.push(BodyModes::None(match rule {
+                ModalRule::Never => NoModes::Unwanted,
+                _ => NoModes::Unstruck,
+            }));
+            match rule {
+                ModalRule::Never => {}
+                ModalRule::Own => {
+                    let part = ModalBake::new(&body.material, self.settings.options);
+                    let Ok(request) = SoundModelRequest::of_body(body, part) else { continue };
+                    self.requests.push(SharedModes { request, bodies: vec![id] });
+                }
+                ModalRule::Auto | ModalRule::Proxy => {
+                    let always = rule == ModalRule::Proxy;
+                    self.candidates.push(Candidate { id, body: body.clone(), always });
+                }
+            }
+        }
+    }
+
+    /// Bodies that may have modes.
+    pub(super) fn may_vibrate(&self) -> BTreeSet<BodyId> {
+        let own = self.requests.iter().flat_map(|shared| shared.bodies.iter().copied());
+        own.chain(self.candidates.iter().map(|candidate| candidate.id)).collect()
+    }
+
+    /// Finds or bakes the modes of those that are `struck`. Modes that cannot be computed make a remark, and
+    /// the body has none.
+    ///
+    /// # Errors
+    /// [`SoundModelError::Interrupted`], when `progress` breaks.
+    pub(super) fn find(
+        mut self,
+        struck: &BTreeSet<BodyId>,
+        cache: Option<&ModelCache>,
+        progress: &mut dyn FnMut(&SoundModelProgress<'_>) -> ControlFlow<()>,
+    ) -> Result<ModalParts, SoundModelError> {
+        let mut found = ModalParts { bodies: std::mem::take(&mut self.bodies), ..ModalParts::default() };
+        self.candidates.retain(|candidate| struck.contains(&candidate.id));
+        self.choose_proxies(cache, &mut found, progress)?;
+        self.requests.iter_mut().for_each(|shared| shared.bodies.retain(|id| struck.contains(id)));
+        self.requests.retain(|shared| !shared.bodies.is_empty());
+        let count = self.requests.len();
+        for (at, shared) in self.requests.iter().enumerate() {
+            let body = self.names[shared.bodies[0].index()].as_str();
+            let mut on_progress = |p: &BakeProgress| {
+                let done = (at as f64 + p.done) / count as f64;
+                progress(&SoundModelProgress { part: SoundPart::Modal, body, done, step: p.stage })
+            };
+            let modes = obtain_shared(shared, body, cache, &mut found, &mut on_progress)?;
+            shared.bodies.iter().for_each(|id| found.bodies[id.index()] = modes.clone());
+        }
+        Ok(found)
+    }
+
+    /// Decides which candidates have the modes of an ellipsoid, and requests modes of their own for those that
+    /// do not.
+    fn choose_proxies(
+        &mut self,
+        cache: Option<&ModelCache>,
+        found: &mut ModalParts,
+        progress: &mut dyn FnMut(&SoundModelProgress<'_>) -> ControlFlow<()>,
+    ) -> Result<(), SoundModelError> {
+        let ModalPlan { candidates, requests, settings, .. } = self;
+        let ModalPlanSettings { options, proxy_frequency } = *settings;
+        let mut on_progress = |done: f64| {
+            let step = "baking the modal bank";
+            progress(&SoundModelProgress { part: SoundPart::Modal, body: "", done, step })
+        };
+        let chosen = choose(candidates, &options, proxy_frequency, cache, &mut on_progress);
+        let (choices, remarks) = match chosen {
+            Ok(chosen) => chosen,
+            Err(ModalSoundbankBakeError::Interrupted) => return Err(SoundModelError::Interrupted),
+            Err(error) => (vec![Choice::Own; candidates.len()], vec![error.to_string()]),
+        };
+        found.remarks.extend(remarks);
+        for (Candidate { id, body, .. }, choice) in candidates.iter().zip(choices) {
+            found.bodies[id.index()] = match choice {
+                Choice::Proxy(proxy) => BodyModes::Proxy(proxy),
+                Choice::Above(first) => {
+                    BodyModes::None(NoModes::AboveBand { first, limit: options.max_frequency })
+                }
+                Choice::Failed(why) => {
+                    found.remarks.push(format!("\"{}\" does not ring: {why}", body.name));
+                    BodyModes::None(NoModes::Failed(why))
+                }
+                Choice::Own => {
+                    let part = ModalBake::new(&body.material, options);
+                    let Ok(request) = SoundModelRequest::of_body(body, part) else { continue };
+                    match requests.iter_mut().find(|other| other.request.key() == request.key()) {
+                        Some(shared) => shared.bodies.push(*id),
+                        None => requests.push(SharedModes { request, bodies: vec![*id] }),
+                    }
+                    continue;
+                }
+            };
+        }
+        Ok(())
+    }
+}
+
+/// The modes of a request, the first of whose bodies is called `name`.
+fn obtain_shared(
+    shared: &SharedModes,
+    name: &str,
+    cache: Option<&ModelCache>,
+    found: &mut ModalParts,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<BodyModes, SoundModelError> {
+    let started = Instant::now();
+    match obtain(&shared.request, cache, progress) {
+        Ok(Obtained { file, cached, remarks }) => {
+            let origin = &file.modal.origin;
+            found.remarks.extend(remarks);
+            found.remarks.extend(origin.warnings.iter().map(|w| format!("\"{name}\": {w}")));
+            found.obtained.push(ObtainedModel {
+                part: SoundPart::Modal,
+                body: shared.bodies[0],
+                bodies: shared.bodies.len(),
+                cached,
+                time: started.elapsed(),
+            });
+            Ok(match origin.first_frequency {
+                Some(first) => {
+                    BodyModes::None(NoModes::AboveBand { first, limit: file.modal.model.max_frequency })
+                }
+                None => BodyModes::Own(Arc::new(file.modal.model)),
+            })
+        }
+        Err(SoundModelError::Interrupted) => Err(SoundModelError::Interrupted),
+        Err(error) => {
+            let why = format!("the modes of \"{name}\" cannot be baked: {error}; it does not ring");
+            found.remarks.push(why);
+            Ok(BodyModes::None(NoModes::Failed(error.to_string())))
+        }
+    }
+}

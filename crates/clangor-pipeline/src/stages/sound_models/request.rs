@@ -1,0 +1,98 @@
+//! A request for one part of the sound model of a body: what is baked, how, and under which key it is kept.
+
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
+use clangor_core::body::{Body, Surface};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::DVec3;
+use clangor_core::sound_model::files::model_file::Solid;
+
+use super::recognise;
+
+/// A request for the part `P` of a sound model: the field of acceleration
+/// ([`AccelerationBake`](super::acceleration_bake::AccelerationBake)) or the modes
+/// ([`ModalBake`](super::modal_bake::ModalBake)).
+#[derive(Clone, Debug, PartialEq)]
+pub struct SoundModelRequest<P> {
+    /// What radiates.
+    pub(super) geometry: BakeGeometry,
+    /// The solid, as the file describes it.
+    pub(super) solid: Solid,
+    /// The part, and how it is baked.
+    pub(super) part: P,
+    /// Hash of geometry and part.
+    pub(super) key: String,
+}
+
+/// A part of a sound model that is baked by itself.
+pub trait RequestedPart {
+    /// Hash of the geometry and everything else that the result depends on.
+    fn key(&self, geometry: &BakeGeometry) -> String;
+}
+
+/// Why a body has no sound model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RequestError {
+    /// It is the ground.
+    #[error("a half-space does not move, and has no sound of its own")]
+    HalfSpace,
+}
+
+impl<P: RequestedPart> SoundModelRequest<P> {
+    /// A request for a solid about its centre of mass; `name` is its name in the file.
+    ///
+    /// # Errors
+    /// [`RequestError`].
+    pub fn new(name: &str, surface: &Surface, mass: MassProperties, part: P) -> Result<Self, RequestError> {
+        let (geometry, mesh) = radiating(surface)?;
+        let key = part.key(&geometry);
+        Ok(SoundModelRequest { geometry, solid: Solid { name: name.into(), mass, surface: mesh }, part, key })
+    }
+
+    /// A request for a body of a scene or a timeline.
+    ///
+    /// # Errors
+    /// [`RequestError`].
+    pub fn of_body(body: &Body, part: P) -> Result<Self, RequestError> {
+        SoundModelRequest::new(&body.name, &body.surface, unit_mass(body), part)
+    }
+}
+
+impl<P> SoundModelRequest<P> {
+    /// What radiates.
+    pub fn geometry(&self) -> &BakeGeometry {
+        &self.geometry
+    }
+
+    /// Hash of what the result depends on: bodies of the same key share it.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// Name of the solid.
+    pub fn name(&self) -> &str {
+        &self.solid.name
+    }
+}
+
+/// What radiates, and its mesh if it has one.
+pub(crate) fn radiating(surface: &Surface) -> Result<(BakeGeometry, Option<TriMesh>), RequestError> {
+    match surface {
+        Surface::HalfSpace => Err(RequestError::HalfSpace),
+        Surface::Sphere { radius } => {
+            Ok((BakeGeometry::Ellipsoid { semi_axes: DVec3::splat(*radius) }, None))
+        }
+        Surface::Mesh(surface) => {
+            let mesh = &surface.mesh;
+            let form = recognise::form(mesh);
+            Ok((form.unwrap_or_else(|| BakeGeometry::Mesh(mesh.clone())), Some(mesh.clone())))
+        }
+    }
+}
+
+/// Mass properties of a body at density 1.
+fn unit_mass(body: &Body) -> MassProperties {
+    let density = body.material.density;
+    let volume = body.mass / density;
+    MassProperties { volume, centre_of_mass: DVec3::ZERO, inertia: body.inertia * density.recip() }
+}

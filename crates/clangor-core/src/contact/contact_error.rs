@@ -41,8 +41,8 @@ pub enum ContactError {
     },
     /// Hertz's formula gives no positive, finite duration.
     #[error(
-        "the impact of body {body} at t = {time} s lasts {duration} s; are mass, inertia and stiffness of both bodies \
-         positive?"
+        "the impact of body {body} at t = {time} s lasts {duration} s; are mass, inertia and stiffness of \
+        both bodies positive?"
     )]
     NoDuration {
         /// First body of the row.

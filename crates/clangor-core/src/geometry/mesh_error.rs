@@ -50,8 +50,8 @@ pub enum MeshError {
     },
     /// Edges with a triangle on one side only.
     #[error(
-        "the surface is open: {edges} boundary edges, one near {position}; close the holes, weld the mesh, or \
-         give the shell a thickness"
+        "the surface is open: {edges} boundary edges, one near {position}; close the holes, weld the mesh, \
+        or give the shell a thickness"
     )]
     Open {
         /// How many edges.

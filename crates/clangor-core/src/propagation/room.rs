@@ -6,7 +6,7 @@
 //!        └─► all later reflections together: late reverberation ─────►
 //! ```
 //!
-//! Walls and air take from a wave by its frequency: [`PathLoss`](super::PathLoss), from [`WallAbsorption`] and
+//! Losses by frequency in walls and air are [`PathLoss`](super::PathLoss), from [`WallAbsorption`] and
 //! [`Air`](super::Air).
 
 use glam::DVec3;

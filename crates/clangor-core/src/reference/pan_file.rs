@@ -75,8 +75,9 @@ enum DirectionsDescription {
     Octant { divisions: usize },
 }
 
-const UNITS: &str = "lengths over the bounding radius R = radius_m about the centre of mass, times over R/c, pressures over \
-(density R) for accelerations (a, R alpha); solid.* in metres; no material and no medium is in it";
+const UNITS: &str = "lengths over the bounding radius R = radius_m about the centre of mass, times over \
+R/c, pressures over (density R) for accelerations (a, R alpha); solid.* in metres; no material and no \
+medium is in it";
 
 /// Most divisions of an angle or an edge.
 const MOST_DIVISIONS: usize = 4096;

@@ -8,8 +8,9 @@
 //! Each mode of a [`ModalModel`](crate::sound_model::modal::model::ModalModel) obeys q̈ + 2ξω q̇ + ω² q = Q
 //! and sounds as Re{H A}, with the transfer H = ρR ×
 //! [`undelayed`](crate::sound_model::modal::model::ModalTransfer::undelayed) for the direction and distance
-//! of the receiver in the frame of the body, and A the complex modal acceleration ([`resonator_bank`]). Pressure
-//! follows acceleration, so a force at rest is silent. The sound leaves at t with the pose of that time and
+//! of the receiver in the frame of the body, and A the complex modal acceleration ([`resonator_bank`]).
+//! Pressure follows acceleration, so a force at rest is silent. The sound leaves at t with the pose of that
+//! time and
 //! arrives at t + r/c, r the distance from the centre of mass: a moving body or receiver is heard with its
 //! Doppler shift. A rigid floor adds the mirrored source, as for clicks. The motion is slow against sound:
 //! factors 1 + O(v/c) in the level are left out. A receiver in the bounding sphere of the body hears what is
@@ -19,7 +20,7 @@
 //!
 //! ```text
 //! let source = Arc::new(ModalSource::new(model, &body.material.damping, &modal_settings)?);   // per model
-//! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?;     // per listener
+//! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?; // per listener
 //! voice.push_pulses(&pulses)?;                 // any order, pulses of other bodies are passed over
 //! voice.push_stream(&forces, time_step)?;      // optional: contact::force_stream, for rolling
 //! voice.inherit_state(&state)?;                // of a piece: vibration of the body that broke

@@ -83,7 +83,8 @@ pub enum StrikeError {
     },
     /// The impact misses the body.
     #[error(
-        "the point {point} m is {distance:.4e} m off the surface, more than 2 % of the bounding radius {bounding} m"
+        "the point {point} m is {distance:.4e} m off the surface, more than 2 % of the bounding radius \
+        {bounding} m"
     )]
     OffSurface {
         /// The point \[m\].
@@ -120,7 +121,8 @@ pub enum StrikeError {
     },
     /// The listener is inside the body, or the sphere that stands for it.
     #[error(
-        "the listener is {distance} m from the centre of mass, inside the body or the sphere that sounds in its place"
+        "the listener is {distance} m from the centre of mass, inside the body or the sphere that sounds in \
+        its place"
     )]
     ListenerInside {
         /// Distance from the centre of mass \[m\].

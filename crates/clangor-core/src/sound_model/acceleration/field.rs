@@ -20,7 +20,8 @@
 //! s_j, mirrored by conj(s_j), with weights w_j, the same for all coefficients:
 //!
 //! ```text
-//! Q(s) = Σ_j [ w_j Q_j/(s − s_j) + conj(w_j Q_j)/(s − conj s_j) ] / Σ_j [ w_j/(s − s_j) + conj(w_j)/(s − conj s_j) ]
+//! Q(s) = Σ_j [ w_j Q_j/(s − s_j) + conj(w_j Q_j)/(s − conj s_j) ]
+//!        / Σ_j [ w_j/(s − s_j) + conj(w_j)/(s − conj s_j) ]
 //! ```
 //!
 //! Interpolation commutes with everything that is linear: a click interpolates the pressure at the listener

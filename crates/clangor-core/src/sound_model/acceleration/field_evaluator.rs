@@ -36,8 +36,8 @@ pub const MAX_ORDER: usize = 100;
 pub enum FieldError {
     /// Arrays whose lengths contradict each other.
     #[error(
-        "the field has {terms} terms and {nodes} nodes, which need {expected} values, but {real} real and {imaginary} \
-         imaginary ones"
+        "the field has {terms} terms and {nodes} nodes, which need {expected} values, but {real} real and \
+        {imaginary} imaginary ones"
     )]
     Lengths {
         /// Number of terms.
@@ -56,7 +56,8 @@ pub enum FieldError {
     NoNodes,
     /// A term that does not exist, or out of order.
     #[error(
-        "term {index} of the field (n = {n}, m = {m}, degree {degree}) does not exist, comes twice or is out of order"
+        "term {index} of the field (n = {n}, m = {m}, degree {degree}) does not exist, comes twice or is \
+        out of order"
     )]
     Term {
         /// Place among the terms.

@@ -57,8 +57,8 @@ struct Description {
     origin: BankOrigin,
 }
 
-const UNITS: &str = "lengths over the longest semi-axis A = R, which is along x, s = i k R, pressures over (density R) for \
-accelerations (a, R alpha); no material and no medium is in it";
+const UNITS: &str = "lengths over the longest semi-axis A = R, which is along x, s = i k R, pressures over \
+(density R) for accelerations (a, R alpha); no material and no medium is in it";
 
 impl BankFile {
     /// The bytes of the file; coefficients that together are below `tolerance` of the loudest are left out.

@@ -102,8 +102,8 @@ pub(super) struct ModalDescription {
     origin: ModalOrigin,
 }
 
-const UNITS: &str = "SI; shapes in kg^-1/2 (integral of density U^2 = 1), transfers in kg^-1/2: pressure over \
-(density of the medium, radius_m, modal acceleration), each wave made 1 on the sphere of radius_m about \
+const UNITS: &str = "SI; shapes in kg^-1/2 (integral of density U^2 = 1), transfers in kg^-1/2: pressure \
+over (density of the medium, radius_m, modal acceleration), each wave made 1 on the sphere of radius_m about \
 the centre of mass";
 
 impl ModalFile {

@@ -70,8 +70,9 @@ struct Description {
     origin: ModalSoundbankOrigin,
 }
 
-const UNITS: &str = "SI; ellipsoids of a^2 + b^2 + c^2 = 1 m^2 along x, y, z; shapes and transfers in kg^-1/2, by real \
-harmonics of the parity of each mode; transfers are pressure over (density of the medium, longest semi-axis, modal \
+const UNITS: &str = "SI; ellipsoids of a^2 + b^2 + c^2 = 1 m^2 along x, y, z; shapes and transfers in \
+kg^-1/2, by real harmonics of the parity of each mode; transfers are pressure over (density of the medium, \
+longest semi-axis, modal \
 acceleration), each wave made 1 on the bounding sphere";
 
 impl ModalSoundbankFile {

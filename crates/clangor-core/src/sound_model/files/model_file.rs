@@ -63,8 +63,9 @@ struct AccelerationDescription {
     ring_time: f64,
 }
 
-const UNITS: &str = "lengths over the bounding radius R = radius_m about the centre of mass, s = i k R, pressures over \
-(density R) for accelerations (a, R alpha); solid.* in metres; no material and no medium is in it";
+const UNITS: &str = "lengths over the bounding radius R = radius_m about the centre of mass, s = i k R, \
+pressures over (density R) for accelerations (a, R alpha); solid.* in metres; no material and no medium is \
+in it";
 
 impl ModelFile {
     /// The bytes of the file. The same model gives the same bytes.

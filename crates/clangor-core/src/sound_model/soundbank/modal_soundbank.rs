@@ -12,7 +12,8 @@
 //! the body's:
 //!
 //! ```text
-//! γ = (v'/v) f_p/f₀,   v = √(E/ρ);    f → (v'/v) f/γ,   U → √(m_p/m) U,   c_nm → √(ρ/ρ') γ^−3/2 c_nm,   R → γ R
+//! γ = (v'/v) f_p/f₀,   v = √(E/ρ);
+//! f → (v'/v) f/γ,   U → √(m_p/m) U,   c_nm → √(ρ/ρ') γ^−3/2 c_nm,   R → γ R
 //! ```
 //!
 //! with the masses m_p of the entry and m of the body. A body that is the entry scaled has m = (ρ'/ρ) γ³ m_p,

@@ -1,6 +1,6 @@
 //! Forces as resonators take them: band-limited, and exactly integrated over each sample.
 //!
-//! A resonator of pole λ that is driven by a force of the force g(t) steps over the interval from t_k to t_k +
+//! A resonator of pole λ that is driven by the force g(t) steps over the interval from t_k to t_k +
 //! T by
 //!
 //! ```text

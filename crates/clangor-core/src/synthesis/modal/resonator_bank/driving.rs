@@ -1,5 +1,5 @@
-//! What sets the resonators of a bank in motion: forces to come, forces that are over, and states that another
-//! bank had.
+//! What sets the resonators of a bank in motion: forces to come, forces that are over, and states of another
+//! bank.
 
 use std::sync::Arc;
 

@@ -4,7 +4,8 @@ use clangor_core::body::{BodyId, Life};
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, PoseRow};
 use glam::{DQuat, DVec3};
 
-use super::{RowProblem, resolution};
+use super::error::RowProblem;
+use super::resolution;
 
 /// A column of a table of `R`.
 pub(super) struct Column<R> {
@@ -248,7 +249,8 @@ fn check_unit(column: &'static str, length_squared: f64) -> Result<(), RowProble
 
 #[cfg(test)]
 mod tests {
-    use super::super::table::{TableReader, TableWriter};
+    use super::super::table::reader::TableReader;
+    use super::super::table::writer::TableWriter;
     use super::*;
 
     /// A time and the energy of impacts, the latter under the name of version 1 if `FORMER`.

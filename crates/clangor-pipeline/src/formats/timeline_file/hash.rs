@@ -9,7 +9,7 @@ use std::path::Path;
 
 use twox_hash::xxhash3_128::Hasher;
 
-use super::TimelineError;
+use super::error::TimelineError;
 
 /// The hash of a file's content, 32 hexadecimal digits.
 pub(super) fn of(content: &[u8]) -> String {

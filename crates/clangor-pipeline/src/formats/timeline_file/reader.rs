@@ -7,11 +7,13 @@ use clangor_core::body::{Body, Life};
 use clangor_core::timeline::{ContactRow, FractureRow, PoseRow, Timeline};
 
 use super::columns::TableRow;
-use super::table::TableReader;
-use super::{
-    CONTACTS_FILE, DESCRIPTION_FILE, FRACTURES_FILE, POSES_FILE, RowProblem, TimelineError, TimelineHeader,
-    TimelineSummary, description, hash,
-};
+use super::description::decode;
+use super::error::{RowProblem, TimelineError};
+use super::files::{CONTACTS_FILE, DESCRIPTION_FILE, FRACTURES_FILE, POSES_FILE};
+use super::hash;
+use super::header::TimelineHeader;
+use super::summary::TimelineSummary;
+use super::table::reader::TableReader;
 
 /// A timeline on disk. Opening reads its description and meshes; rows are read by the iterators.
 #[derive(Debug)]
@@ -32,7 +34,7 @@ impl TimelineReader {
     pub fn open(folder: &Path) -> Result<Self, TimelineError> {
         let path = folder.join(DESCRIPTION_FILE);
         let text = fs::read(&path).map_err(|source| hash::read_error(&path, source))?;
-        let (description, mut header) = description::read(&path, &text, folder)?;
+        let (description, mut header) = decode::read(&path, &text, folder)?;
         let births = split_births(&path, &mut header.world.bodies)?;
         let tables = [
             (CONTACTS_FILE, Some(&description.contacts)),

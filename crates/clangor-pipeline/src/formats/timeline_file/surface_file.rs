@@ -7,7 +7,8 @@ use std::path::Path;
 
 use clangor_core::body::MeshSurface;
 
-use super::{TimelineError, hash};
+use super::error::TimelineError;
+use super::hash;
 use crate::formats::mesh_reader::{Located, MeshFault, ply};
 
 /// Name of the vertex property that holds the mean curvature [1/m].

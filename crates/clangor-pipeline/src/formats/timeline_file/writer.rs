@@ -8,26 +8,15 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::{Body, Life};
 use clangor_core::timeline::{ContactRow, FractureRow, PoseRow, TimelineSink};
 
-use super::description::{Description, check_json, describe};
-use super::table::TableWriter;
-use super::{
-    CONTACTS_FILE, DESCRIPTION_FILE, FRACTURES_FILE, MESH_FOLDER, POSES_FILE, RowProblem, TimelineError,
-    TimelineHeader,
-};
+use super::description::Description;
+use super::description::decode::check_json;
+use super::description::encode::describe;
+use super::error::{RowProblem, TimelineError};
+use super::files::{CONTACTS_FILE, DESCRIPTION_FILE, FRACTURES_FILE, MESH_FOLDER, POSES_FILE};
+use super::header::TimelineHeader;
+use super::summary::TimelineSummary;
+use super::table::writer::TableWriter;
 use crate::formats::atomic_file::AtomicFolder;
-
-/// What a finished timeline holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimelineSummary {
-    /// Contact rows.
-    pub contacts: u64,
-    /// Pose rows.
-    pub poses: u64,
-    /// Bodies that broke.
-    pub fractures: u64,
-    /// Bodies that were born of it.
-    pub births: u64,
-}
 
 /// Writes one timeline; the folder appears under its name when [`TimelineWriter::finish`] succeeds, under
 /// that of a part of it when [`TimelineWriter::keep`] does, and not at all otherwise.

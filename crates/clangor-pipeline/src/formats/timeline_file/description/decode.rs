@@ -1,0 +1,285 @@
+//! From a description to the header of a timeline, with every number checked.
+
+use std::collections::{BTreeMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::material::{Damping, Material};
+use clangor_core::medium::Medium;
+use clangor_core::pose::{Keyframe, Pose, Track};
+use glam::{DMat3, DQuat, DVec3};
+use serde::Deserialize;
+
+use super::{
+    BodyFields, DampingFields, Description, FORMAT_NAME, LifeFields, LinkFields, MotionFields,
+    SpringEndFields, SurfaceFields,
+};
+use crate::formats::timeline_file::error::TimelineError;
+use crate::formats::timeline_file::files::MESH_FOLDER;
+use crate::formats::timeline_file::header::{FORMAT_VERSION, OLDEST_VERSION, Origin, TimelineHeader};
+use crate::formats::timeline_file::surface_file;
+
+/// Reads the text of a description and the meshes in `folder` that it names.
+pub(in crate::formats::timeline_file) fn read(
+    path: &Path,
+    text: &[u8],
+    folder: &Path,
+) -> Result<(Description, TimelineHeader), TimelineError> {
+    check_version(path, text)?;
+    let description = check_json(path, text)?;
+    let field = |field: String, problem: String| TimelineError::Field { path: path.into(), field, problem };
+    let mut checks = Checks { path, count: description.bodies.len() };
+    checks.positive("medium.density", description.medium.density)?;
+    checks.positive("medium.sound_speed", description.medium.sound_speed)?;
+    for (name, value) in [
+        ("origin.time_step", description.origin.time_step),
+        ("origin.duration", description.origin.duration),
+        ("origin.v_min", description.origin.v_min),
+        ("origin.pose_rate", description.origin.pose_rate),
+    ] {
+        checks.not_negative(name, value)?;
+    }
+    let mut names = HashSet::new();
+    let mut surfaces: BTreeMap<String, Arc<Surface>> = BTreeMap::new();
+    let mut bodies = Vec::new();
+    for (index, fields) in description.bodies.iter().enumerate() {
+        if !names.insert(fields.name.as_str()) {
+            return Err(field(format!("bodies[{index}].name"), format!("\"{}\" is not unique", fields.name)));
+        }
+        let surface = match &fields.surface {
+            SurfaceFields::Sphere { radius } => {
+                checks.positive(&format!("bodies[{index}].surface.sphere.radius"), *radius)?;
+                Arc::new(Surface::Sphere { radius: *radius })
+            }
+            SurfaceFields::HalfSpace {} => Arc::new(Surface::HalfSpace),
+            SurfaceFields::Mesh { hash, volume } => {
+                checks.positive(&format!("bodies[{index}].surface.mesh.volume"), *volume)?;
+                if hash.len() != 32 || !hash.bytes().all(|b| b.is_ascii_hexdigit()) {
+                    let problem = "is not 32 hexadecimal digits".into();
+                    return Err(field(format!("bodies[{index}].surface.mesh.hash"), problem));
+                }
+                match surfaces.get(hash) {
+                    Some(surface) => Arc::clone(surface),
+                    None => {
+                        let file = folder.join(MESH_FOLDER).join(format!("{hash}.ply"));
+                        let surface = Arc::new(Surface::Mesh(surface_file::read(&file, hash, *volume)?));
+                        surfaces.insert(hash.clone(), Arc::clone(&surface));
+                        surface
+                    }
+                }
+            }
+        };
+        bodies.push(checks.body(index, fields, surface)?);
+    }
+    let links =
+        description.links.iter().enumerate().map(|(i, l)| checks.link(i, l)).collect::<Result<_, _>>()?;
+    let origin = &description.origin;
+    let header = TimelineHeader {
+        world: World { bodies, links, gravity: description.gravity.into() },
+        medium: Medium { density: description.medium.density, sound_speed: description.medium.sound_speed },
+        origin: Origin {
+            solver: origin.solver.clone(),
+            time_step: origin.time_step,
+            duration: origin.duration,
+            v_min: origin.v_min,
+            pose_rate: origin.pose_rate,
+            raw_log: origin.raw_log,
+            sleep: origin.sleep,
+            seed: origin.seed,
+        },
+        scene: description.scene.clone(),
+    };
+    Ok((description, header))
+}
+
+/// Decodes the text, which refuses missing, unknown and null fields.
+pub(in crate::formats::timeline_file) fn check_json(
+    path: &Path,
+    text: &[u8],
+) -> Result<Description, TimelineError> {
+    serde_json::from_slice(text).map_err(|e| json_error(path, &e))
+}
+
+/// Refuses other versions before their unknown keys are complained about.
+fn check_version(path: &Path, text: &[u8]) -> Result<(), TimelineError> {
+    #[derive(Deserialize)]
+    struct Version {
+        format: String,
+        version: u64,
+    }
+    let found: Version = serde_json::from_slice(text).map_err(|e| json_error(path, &e))?;
+    if found.format != FORMAT_NAME {
+        let problem = format!("is \"{}\", not \"{FORMAT_NAME}\"", found.format);
+        return Err(TimelineError::Field { path: path.into(), field: "format".into(), problem });
+    }
+    if !(u64::from(OLDEST_VERSION)..=u64::from(FORMAT_VERSION)).contains(&found.version) {
+        return Err(TimelineError::Version { path: path.into(), found: found.version });
+    }
+    Ok(())
+}
+
+fn json_error(path: &Path, error: &serde_json::Error) -> TimelineError {
+    // The position is a field of its own; serde_json appends it to the text as well.
+    let text = error.to_string();
+    let reason = text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason).into();
+    TimelineError::Json { path: path.into(), line: error.line(), column: error.column(), reason }
+}
+
+fn damping_of(fields: &DampingFields) -> Damping {
+    match fields {
+        DampingFields::LossFactor(eta) => Damping::LossFactor(*eta),
+        DampingFields::T60(time) => Damping::T60(*time),
+        DampingFields::Rayleigh { alpha, beta, g } => Damping::Rayleigh { alpha: *alpha, beta: *beta, g: *g },
+        DampingFields::LossFactorTable(rows) => Damping::LossFactorTable(rows.clone()),
+        DampingFields::T60Table(rows) => Damping::T60Table(rows.clone()),
+        DampingFields::Modes { t60, otherwise } => {
+            Damping::Modes { t60: t60.clone(), otherwise: Box::new(damping_of(otherwise)) }
+        }
+    }
+}
+
+/// Turns fields into bodies and links, refusing what cannot be.
+struct Checks<'a> {
+    path: &'a Path,
+    count: usize,
+}
+
+impl Checks<'_> {
+    fn body(
+        &mut self,
+        index: usize,
+        fields: &BodyFields,
+        surface: Arc<Surface>,
+    ) -> Result<Body, TimelineError> {
+        let at = |name: &str| format!("bodies[{index}].{name}");
+        let mass = f64::from(fields.mass);
+        if mass != f64::INFINITY {
+            self.positive(&at("mass"), mass)?;
+        }
+        self.not_negative(&at("edge_radius"), fields.edge_radius)?;
+        let m = &fields.material;
+        for (name, value) in [("density", m.density), ("youngs_modulus", m.youngs_modulus)] {
+            self.positive(&at(&format!("material.{name}")), value)?;
+        }
+        for (name, value) in
+            [("restitution", m.restitution), ("friction", m.friction), ("rolling_loss", m.rolling_loss)]
+        {
+            self.not_negative(&at(&format!("material.{name}")), value)?;
+        }
+        if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
+            let problem = format!("is {}, not above -1 and at most 0.5", m.poisson_ratio);
+            return Err(self.field(&at("material.poisson_ratio"), problem));
+        }
+        let damping = damping_of(&m.damping);
+        damping.check().map_err(|e| self.field(&at("material.damping"), e.to_string()))?;
+        let motion = match &fields.motion {
+            MotionFields::Free => Motion::Free,
+            MotionFields::Fixed => Motion::Fixed,
+            MotionFields::Keyframed(keys) => {
+                let keys = keys
+                    .iter()
+                    .map(|k| {
+                        Ok(Keyframe {
+                            time: k.time,
+                            pose: self.pose(&at("motion"), k.position, k.orientation)?,
+                        })
+                    })
+                    .collect::<Result<_, TimelineError>>()?;
+                let track = Track::try_new(keys);
+                let problem =
+                    || self.field(&at("motion"), "has no keys, or times that do not increase".into());
+                Motion::Keyframed(track.ok_or_else(problem)?)
+            }
+        };
+        let inertia = fields.inertia.map(|row| row.map(f64::from));
+        Ok(Body {
+            name: fields.name.clone(),
+            material: Material {
+                name: m.name.clone(),
+                density: m.density,
+                youngs_modulus: m.youngs_modulus,
+                poisson_ratio: m.poisson_ratio,
+                restitution: m.restitution,
+                friction: m.friction,
+                rolling_loss: m.rolling_loss,
+                damping,
+                tensile_strength: m.tensile_strength,
+                fracture_energy: m.fracture_energy,
+                source: m.source.clone(),
+            },
+            surface,
+            mass,
+            inertia: DMat3::from_cols_array_2d(&inertia).transpose(),
+            pose: self.pose(&at("orientation"), fields.position, fields.orientation)?,
+            velocity: fields.velocity.into(),
+            angular_velocity: fields.angular_velocity.into(),
+            motion,
+            edge_radius: fields.edge_radius,
+            life: self.life(index, fields.life)?,
+        })
+    }
+
+    fn life(&self, index: usize, fields: Option<LifeFields>) -> Result<Life, TimelineError> {
+        let Some(LifeFields { birth, death, parent }) = fields else { return Ok(Life::LASTING) };
+        let (death, parent) = (f64::from(death), parent.map(BodyId));
+        self.not_negative(&format!("bodies[{index}].life.birth"), birth)?;
+        if death.is_nan() || death < birth {
+            let problem = format!("is {death}, before the birth at {birth}");
+            return Err(self.field(&format!("bodies[{index}].life.death"), problem));
+        }
+        if let Some(parent) = parent.filter(|id| id.index() >= index) {
+            let problem = format!("is {}, which does not come before it", parent.0);
+            return Err(self.field(&format!("bodies[{index}].life.parent"), problem));
+        }
+        Ok(Life { birth, death, parent })
+    }
+
+    fn link(&self, index: usize, link: &LinkFields) -> Result<Link, TimelineError> {
+        let body_id = |body: u32| {
+            let id = BodyId(body);
+            let problem = || format!("is {body}, but there are {} bodies", self.count);
+            if id.index() < self.count {
+                Ok(id)
+            } else {
+                Err(self.field(&format!("links[{index}].body"), problem()))
+            }
+        };
+        Ok(match link {
+            LinkFields::Hang { body, anchor } => {
+                Link::Hang { body: body_id(*body)?, anchor: DVec3::from_array(*anchor) }
+            }
+            LinkFields::Spring { body, to, rest_length, stiffness, damping } => Link::Spring {
+                body: body_id(*body)?,
+                to: match to {
+                    SpringEndFields::Point(point) => SpringEnd::Point(DVec3::from_array(*point)),
+                    SpringEndFields::Body(body) => SpringEnd::Body(body_id(*body)?),
+                },
+                rest_length: *rest_length,
+                stiffness: *stiffness,
+                damping: *damping,
+            },
+        })
+    }
+
+    fn pose(&self, name: &str, position: [f64; 3], orientation: [f64; 4]) -> Result<Pose, TimelineError> {
+        let orientation = DQuat::from_array(orientation);
+        if (orientation.length_squared() - 1.0).abs() > 1e-6 {
+            let problem = format!("has a quaternion of length {}, not 1", orientation.length());
+            return Err(self.field(name, problem));
+        }
+        Ok(Pose { position: position.into(), orientation })
+    }
+
+    fn positive(&self, name: &str, value: f64) -> Result<(), TimelineError> {
+        if value > 0.0 { Ok(()) } else { Err(self.field(name, format!("is {value}, not positive"))) }
+    }
+
+    fn not_negative(&self, name: &str, value: f64) -> Result<(), TimelineError> {
+        if value >= 0.0 { Ok(()) } else { Err(self.field(name, format!("is {value}, not zero or more"))) }
+    }
+
+    fn field(&self, name: &str, problem: String) -> TimelineError {
+        TimelineError::Field { path: self.path.into(), field: name.into(), problem }
+    }
+}

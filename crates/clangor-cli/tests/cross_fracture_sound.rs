@@ -13,9 +13,12 @@ use sound_file::samples;
 /// A tile just above the floor; `released` says whether its cracks drive the pieces apart.
 fn scene(folder: &Path, name: &str, released: bool) {
     let text = format!(
-        "version = 1\n[simulation]\nduration = 0.05\ntime_step = 0.0001\n[material.tough]\nbase = \"ceramic\"\n\
-         fracture_energy = 150\n[[body]]\nname = \"tile\"\nshape = \"box:0.12x0.006x0.12\"\nmaterial = \"tough\"\n\
-         position = [0, 0.03, 0]\norientation = {{ axis = [0.3, 0, 1], degrees = 12 }}\nvelocity = [0, -4, 0]\n\
+        "version = 1\n[simulation]\nduration = 0.05\ntime_step = 0.0001\n[material.tough]\n\
+         base = \"ceramic\"\n\
+         fracture_energy = 150\n[[body]]\nname = \"tile\"\nshape = \"box:0.12x0.006x0.12\"\n\
+         material = \"tough\"\n\
+         position = [0, 0.03, 0]\norientation = {{ axis = [0.3, 0, 1], degrees = 12 }}\n\
+         velocity = [0, -4, 0]\n\
          fracture = {{ edge = 0.01, crack_impulses = {released} }}\n[[plane]]\nmaterial = \"granite\"\n\
          [[listener]]\nposition = [0, 0.4, 1]\n"
     );

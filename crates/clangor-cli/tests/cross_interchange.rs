@@ -58,10 +58,13 @@ fn an_exported_disc_sounds_as_before() {
 
     let scene = |material: &str| {
         format!(
-            "version = 1\ngravity = [0.0, 0.0, 0.0]\n[simulation]\nduration = 0.3\n[render]\nsample_rate = 16000\n\
+            "version = 1\ngravity = [0.0, 0.0, 0.0]\n[simulation]\nduration = 0.3\n[render]\n\
+             sample_rate = 16000\n\
              parts = [\"modal\"]\n[[body]]\nname = \"disc\"\nshape = \"{DISC}\"\nmaterial = \"{material}\"\n\
-             position = [0.0, 0.0, 0.0]\n[[body]]\nname = \"ball\"\nshape = \"sphere:0.003\"\nmaterial = \"steel\"\n\
-             position = [0.022, 0.02, 0.0]\nvelocity = [0.0, -1.0, 0.0]\n[[listener]]\nposition = [0.1, 0.3, 0.15]\n"
+             position = [0.0, 0.0, 0.0]\n[[body]]\nname = \"ball\"\nshape = \"sphere:0.003\"\n\
+             material = \"steel\"\n\
+             position = [0.022, 0.02, 0.0]\nvelocity = [0.0, -1.0, 0.0]\n[[listener]]\n\
+             position = [0.1, 0.3, 0.15]\n"
         )
     };
     fs::write(path.join("scene.toml"), scene("steel")).unwrap();

@@ -82,7 +82,8 @@ fn a_struck_disc_rings_at_its_modes() {
 fn a_rendered_disc_rings_at_its_modes_with_the_same_bits_on_any_threads() {
     let folder = tempfile::tempdir().unwrap();
     let scene = format!(
-        "version = 1\ngravity = [0.0, 0.0, 0.0]\n[simulation]\nduration = 1.0\n[render]\nsample_rate = 16000\n\
+        "version = 1\ngravity = [0.0, 0.0, 0.0]\n[simulation]\nduration = 1.0\n[render]\n\
+         sample_rate = 16000\n\
          [[body]]\nname = \"disc\"\nshape = \"{DISC}\"\nmaterial = \"steel\"\nposition = [0.0, 0.0, 0.0]\n\
          [[body]]\nname = \"ball\"\nshape = \"sphere:0.003\"\nmaterial = \"steel\"\n\
          position = [0.022, 0.05, 0.0]\nvelocity = [0.0, -1.0, 0.0]\n\

@@ -9,8 +9,10 @@ use std::path::Path;
 use program::clangor;
 use sound_file::samples;
 
-const BALL: &str = "version = 1\n[simulation]\nduration = 0.4\n[[body]]\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\n\
-                    position = [0, 0.1, 0]\n[[plane]]\nmaterial = \"granite\"\n[[listener]]\nposition = [0.5, 1.2, 0.4]\n";
+const BALL: &str = "version = 1\n[simulation]\nduration = 0.4\n[[body]]\nshape = \"sphere:0.01\"\n\
+    material = \"steel\"\n\
+                    position = [0, 0.1, 0]\n[[plane]]\nmaterial = \"granite\"\n[[listener]]\n\
+                    position = [0.5, 1.2, 0.4]\n";
 
 fn rendered(folder: &Path, rest: &str) -> Vec<f32> {
     fs::write(folder.join("scene.toml"), format!("{BALL}{rest}")).unwrap();

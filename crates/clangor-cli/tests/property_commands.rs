@@ -314,3 +314,35 @@ fn a_reader_may_stop_reading() {
         String::from_utf8_lossy(&output.stderr)
     );
 }
+
+#[test]
+fn former_names_give_the_same_sound_and_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let scene = |key: &str| {
+        format!(
+            "version = 1\n[simulation]\nduration = 0.05\n[[body]]\nname = \"die\"\nshape = \"die\"\n\
+             material = \"steel\"\nposition = [0, 0.01, 0]\nvelocity = [0, -1, 0]\n{key}\n\
+             [[plane]]\nmaterial = \"granite\"\n[[listener]]\nposition = [0.3, 0.3, 0]\n"
+        )
+    };
+    std::fs::write(path.join("new.toml"), scene("acceleration = \"proxy\"\nmodal = \"none\"")).unwrap();
+    std::fs::write(path.join("former.toml"), scene("sound = \"proxy\"\nringing = \"none\"")).unwrap();
+    let render = |scene: &str, option: &str, name: &str| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_clangor"))
+            .current_dir(path)
+            .args(["render", scene, option, "sphere", "-o", name])
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{said}");
+        (std::fs::read(path.join(name)).unwrap(), said)
+    };
+    let (new, quiet) = render("new.toml", "--acceleration", "new.wav");
+    let (former, warned) = render("former.toml", "--sound", "former.wav");
+    assert_eq!(new, former);
+    assert!(!quiet.contains("former name"), "{quiet}");
+    for name in ["`--acceleration`", "`acceleration`", "`modal`"] {
+        assert!(warned.contains(name), "{warned}");
+    }
+}

@@ -13,9 +13,12 @@ use program::{clangor, run};
 /// A tile just above the floor that falls on it.
 fn scene(folder: &Path, fracture: &str, more: &str) {
     let text = format!(
-        "version = 1\n[simulation]\nduration = 0.05\ntime_step = 0.0001\n[material.tough]\nbase = \"ceramic\"\n\
-         fracture_energy = 60\n[[body]]\nname = \"tile\"\nshape = \"box:0.12x0.006x0.12\"\nmaterial = \"tough\"\n\
-         position = [0, 0.03, 0]\norientation = {{ axis = [0.3, 0, 1], degrees = 12 }}\nvelocity = [0, -4, 0]\n\
+        "version = 1\n[simulation]\nduration = 0.05\ntime_step = 0.0001\n[material.tough]\n\
+         base = \"ceramic\"\n\
+         fracture_energy = 60\n[[body]]\nname = \"tile\"\nshape = \"box:0.12x0.006x0.12\"\n\
+         material = \"tough\"\n\
+         position = [0, 0.03, 0]\norientation = {{ axis = [0.3, 0, 1], degrees = 12 }}\n\
+         velocity = [0, -4, 0]\n\
          fracture = {{ edge = 0.01{fracture} }}\n[[plane]]\nmaterial = \"granite\"\n{more}"
     );
     fs::write(folder.join("tile.toml"), text).unwrap();
@@ -51,7 +54,8 @@ fn a_run_that_cannot_begin_keeps_nothing() {
     scene(
         folder.path(),
         "",
-        "[[body]]\nname = \"other\"\nshape = \"sphere:0.02\"\nmaterial = \"steel\"\nposition = [0, 0.03, 0]\n",
+        "[[body]]\nname = \"other\"\nshape = \"sphere:0.02\"\nmaterial = \"steel\"\n\
+         position = [0, 0.03, 0]\n",
     );
     let output = simulate(folder.path());
     let report = String::from_utf8_lossy(&output.stderr);

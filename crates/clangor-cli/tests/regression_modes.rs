@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// A tetrahedron of 2 cm without one of its faces.
-const OPEN: &str = "v 0.01 0.01 0.01\nv 0.01 -0.01 -0.01\nv -0.01 0.01 -0.01\nv -0.01 -0.01 0.01\nf 1 2 3\nf 1 4 2\nf 1 3 4\n";
+const OPEN: &str = "v 0.01 0.01 0.01\nv 0.01 -0.01 -0.01\nv -0.01 0.01 -0.01\nv -0.01 -0.01 0.01\nf 1 2 3\n\
+    f 1 4 2\nf 1 3 4\n";
 
 /// A cuboid about a place, with half its edges; its first vertex has the number `first`.
 fn cuboid(at: [f64; 3], half: [f64; 3], first: usize) -> String {

@@ -1,5 +1,6 @@
 //! The stages with their files: scene and meshes in, timeline and WAV out.
 
+pub mod analysis;
 pub mod formats;
 pub mod interchange;
 pub mod plots;

@@ -1,11 +1,8 @@
-//! Pictures and levels of what was computed.
+//! Pictures of sound models, sounds and fracture reports.
 
 pub mod bank_use;
 pub mod field;
-pub mod levels;
 pub mod modes;
 pub mod picture;
 pub mod spectrogram;
-pub mod spectrogram_plot;
 pub mod spectrum;
-pub mod spectrum_plot;

@@ -120,9 +120,12 @@ pub fn markdown(table: &Validation, extent: Extent) -> String {
     let mut out = String::from("# Validation\n\n");
     let _ = writeln!(
         out,
-        "Written by `{command} -o docs/validation.md` (version {}). Every error is measured by running the program \
-         against the reference named beside it: a closed form, a printed number, a second method, or the program itself \
-         where that is what the reference says (a finer step, another sample rate, the state at the start). Errors \
+        "Written by `{command} -o docs/validation.md` (version {}). Every error is measured by running the \
+         program \
+         against the reference named beside it: a closed form, a printed number, a second method, or the \
+         program itself \
+         where that is what the reference says (a finer step, another sample rate, the state at the \
+         start). Errors \
          without a unit are relative.\n",
         env!("CARGO_PKG_VERSION")
     );

@@ -132,8 +132,8 @@ fn soil_sends_the_force_of_a_ball_straight_up() {
     // Residual seen: 0.001 dB and 1.0e-4.
     assert!(level.abs() < 0.02 && worst < 2e-3 * largest, "{level} dB, {:e}", worst / largest);
     // The file holds what the summary says of it.
-    let told = summary.ground_energies.values().sum::<f64>() * 48_000.0 / sums[0];
-    assert!((told - 1.0).abs() < 1e-4 && summary.ground_energies.len() == 1, "{told}");
+    let reported = summary.ground_energies.values().sum::<f64>() * 48_000.0 / sums[0];
+    assert!((reported - 1.0).abs() < 1e-4 && summary.ground_energies.len() == 1, "{reported}");
 }
 
 #[test]

@@ -98,7 +98,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
     #[test]
-    fn any_text_is_rows_or_an_error(text in "(t|body_a|speed|normal_x|\"|,|\n|#|[0-9]|\\PC|\\{|:|\\[){0,80}") {
+    fn any_text_is_rows_or_an_error(text in "(t|body_a|speed|normal_x|\"|,|\n\
+        |#|[0-9]|\\PC|\\{|:|\\[){0,80}") {
         for name in ["a.csv", "a.jsonl"] {
             for row in read_text(name, &text).unwrap_or_default() {
                 prop_assert!(row.time.is_finite() && (row.normal.length() - 1.0).abs() < 1e-12);

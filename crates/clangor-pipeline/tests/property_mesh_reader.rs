@@ -12,7 +12,8 @@ use proptest::prelude::*;
 const OBJ: &str = "# pyramid\no one\nv -1 0 -1\nv 1 0 -1\nv 1 0 1 1.0\nv -1 0 1\n\
     vn 0 1 0\nf 1/1 2/1/1 3//1 \\\n 4\ns off\no two\nv 0 2 0\nf 1 5 2\nf 2 -1 3\nf 3 5 4\nf 4 5 1\nl 1 2\n";
 
-const PLY: &str = "ply\nformat ascii 1.0\ncomment pyramid\nelement vertex 5\nproperty float x\nproperty float y\n\
+const PLY: &str = "ply\nformat ascii 1.0\ncomment pyramid\nelement vertex 5\nproperty float x\n\
+    property float y\n\
     property float z\nproperty uchar red\nelement extra 1\nproperty list uchar int stuff\nelement face 5\n\
     property uchar flags\nproperty list uchar int vertex_indices\nend_header\n\
     -1 0 -1 7\n1 0 -1 7\n1 0 1 7\n-1 0 1 7\n0 2 0 7\n2 5 6\n\

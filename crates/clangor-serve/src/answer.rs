@@ -12,7 +12,8 @@ const ALWAYS: [(HeaderName, &str); 7] = [
     (
         header::CONTENT_SECURITY_POLICY,
         "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; \
-         img-src 'self' blob: data:; media-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'none'; \
+         img-src 'self' blob: data:; media-src 'self' blob:; object-src 'none'; base-uri 'none'; \
+         form-action 'none'; \
          frame-ancestors 'none'",
     ),
     (header::X_FRAME_OPTIONS, "DENY"),

@@ -47,7 +47,8 @@ pub enum ServeError {
     PortInUse(u16),
     /// The system does not let this program have the port.
     #[error(
-        "port {0} is not for ordinary programs; choose one above 1023 with --port, or any free one with --port 0"
+        "port {0} is not for ordinary programs; choose one above 1023 with --port, or any free one with \
+         --port 0"
     )]
     PortForbidden(u16),
     /// Anything else that the system says.

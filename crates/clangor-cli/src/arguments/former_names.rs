@@ -1,8 +1,8 @@
 //! Options and values that have been renamed.
 //!
-//! A former name means what the new one means, and gives a warning. It is accepted for one version. The words
-//! of the command line are replaced before they are parsed, so that the parser and its help know the new names
-//! only.
+//! A former name means what the new one means, and gives a warning. It is accepted for one version. The
+//! words of the command line are replaced before they are parsed: the parser and its help know only the new
+//! names.
 
 use std::ffi::OsString;
 

@@ -198,7 +198,8 @@ pub(crate) enum RenderedPart {
 /// Accuracy of acceleration fields and of modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Quality {
-    /// No baked fields: bodies without a model in the cache click as an ellipsoid or a sphere; modes within 3 %
+    /// No baked fields: bodies without a model in the cache click as ellipsoids or spheres; modes within
+    /// 3 %
     Draft,
     /// Fields and modes within 1 %
     Normal,

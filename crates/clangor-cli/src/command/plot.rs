@@ -7,13 +7,13 @@ use std::path::Path;
 
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::files::modal_file::ModalPart;
+use clangor_pipeline::analysis::spectrum::Spectrum;
 use clangor_pipeline::formats::atomic_file::write_atomically;
 use clangor_pipeline::formats::wav::WavReader;
 use clangor_pipeline::plots::field::{self, FieldPlot};
 use clangor_pipeline::plots::modes::{self, ModePlot};
 use clangor_pipeline::plots::picture::{Canvas, Raster, Svg};
-use clangor_pipeline::plots::spectrum::Spectrum;
-use clangor_pipeline::plots::spectrum_plot::{self, SpectrumPlot};
+use clangor_pipeline::plots::spectrum::{self, SpectrumPlot};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_model, read_sound_file};
 use serde_json::json;
 
@@ -92,7 +92,7 @@ fn spectrum(
     channel: usize,
     console: &Console,
 ) -> Result<(), Failure> {
-    let mut canvas = canvas(output, spectrum_plot::WIDTH, spectrum_plot::HEIGHT)?;
+    let mut canvas = canvas(output, spectrum::WIDTH, spectrum::HEIGHT)?;
     let failure = |e: &dyn std::fmt::Display| Failure::new(format_args!("{}: {e}", sound.display()));
     let (samples, rate) = one_channel(sound, channel)?;
     let half = 0.5 * rate;

@@ -24,7 +24,6 @@ use clangor_core::synthesis::strike::{LEAD, Strike as StrikeSpec, StrikeSound, s
 use clangor_core::synthesis::{RenderSettings, SampleRate, SoundSource};
 use clangor_pipeline::formats::atomic_file::write_atomically;
 use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
-use clangor_pipeline::plots::levels::db_spl;
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
 use clangor_pipeline::stages::sound_models::{
     SoundFile, SoundModelPlan, SoundModelSettings, read_sound_file,

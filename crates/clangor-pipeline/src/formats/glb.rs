@@ -52,7 +52,8 @@ pub enum GlbError {
     Sphere(#[from] ShapeError),
     /// The format cannot hold so much.
     #[error(
-        "{path} would have {bytes} bytes, more than the 4 GiB that GLB can hold; lower the rate or cut the time"
+        "{path} would have {bytes} bytes, more than the 4 GiB that GLB can hold; lower the rate or cut the \
+         time"
     )]
     TooLarge {
         /// The file.

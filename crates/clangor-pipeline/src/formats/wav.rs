@@ -176,7 +176,8 @@ pub enum WavError {
     },
     /// A way of storing samples that is not read.
     #[error(
-        "{path} stores samples as format {tag:#06x} with {bits} bits; convert it to PCM of 16, 24 or 32 bits or to float"
+        "{path} stores samples as format {tag:#06x} with {bits} bits; convert it to PCM of 16, 24 or 32 \
+         bits or to float"
     )]
     Encoding {
         /// The file.

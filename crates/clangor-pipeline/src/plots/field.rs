@@ -93,7 +93,8 @@ impl FieldPlot {
         let title = format!("Acceleration noise of {}: {motion}", file.solid.name);
         canvas.text(DVec2::new(0.5 * WIDTH as f64, 24.0), Align::Middle, TextStyle::Title, &title);
         let about = format!(
-            "bounding radius R = {} mm, field known to {:.0} Hz (kR = {:.2}); the rotation has R times its angular acceleration = 1 m/s²",
+            "bounding radius R = {} mm, field known to {:.0} Hz (kR = {:.2}); the rotation has R times its \
+             angular acceleration = 1 m/s²",
             three_digits(model.radius * 1e3),
             highest,
             model.field.max_wavenumber

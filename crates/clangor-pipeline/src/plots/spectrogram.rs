@@ -1,136 +1,167 @@
-//! How the spectrum of a sound changes in time.
-//!
-//! ```text
-//! S(t, f) = |∫ w(s − t) p(s) e^{−2πifs} ds|²,    w = cos²(πs/L) for |s| < L/2
-//! ```
-//!
-//! A window of length L tells frequencies apart that differ by 2/L, and instants that differ by L/2.
+//! A picture of a spectrogram, with the births and deaths of bodies above it.
 
-use std::f64::consts::PI;
+use clangor_core::glam::DVec2;
+use clangor_core::timeline::FractureRow;
 
-use num_complex::Complex64;
-use realfft::RealFftPlanner;
+use crate::analysis::spectrogram::Spectrogram;
+use crate::plots::picture::{Align, BLACK, Canvas, Colour, GREY, Grid, TextStyle, rectangle};
+use crate::plots::spectrum::tick;
 
-use crate::plots::spectrum::SpectrumError;
+/// Width of a picture in pixels.
+pub const WIDTH: usize = 1280;
+/// Height of a picture in pixels.
+pub const HEIGHT: usize = 600;
+/// Instants that are drawn, one for each pixel.
+pub const COLUMNS: usize = 1160;
+/// The lowest level that is drawn, against the highest \[dB\].
+pub const DEPTH: f64 = 80.0;
 
-/// Power over time and frequency.
+/// Heights of the strips of deaths and births, and of the spectrogram \[pixels\].
+const STRIP: f64 = 30.0;
+const EXTENT: f64 = 380.0;
+const DEATH: Colour = [200, 30, 30];
+const BIRTH: Colour = [20, 120, 60];
+/// From the lowest level to the highest.
+const SCALE: [[f64; 3]; 6] = [
+    [0.0, 0.0, 8.0],
+    [50.0, 12.0, 90.0],
+    [135.0, 33.0, 108.0],
+    [214.0, 70.0, 68.0],
+    [251.0, 158.0, 30.0],
+    [252.0, 255.0, 200.0],
+];
+
+/// What to draw.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spectrogram {
-    /// Between neighbouring frequencies \[Hz\].
-    pub step: f64,
-    /// Frequencies from 0 on.
-    pub rows: usize,
-    /// S for each instant, frequencies in their order; in the square of the unit of the samples times
-    /// seconds.
-    pub powers: Vec<f64>,
+pub struct SpectrogramPlot<'a> {
+    /// What the picture is called.
+    pub title: String,
+    /// Beginning and end of the sound \[s\].
+    pub time: [f64; 2],
+    /// Where it ends \[Hz\].
+    pub max_frequency: f64,
+    /// When bodies broke; `None` if that is not known.
+    pub fractures: Option<&'a [FractureRow]>,
 }
 
-/// Samples of a window, at least.
-const LEAST_WINDOW: usize = 16;
+impl SpectrogramPlot<'_> {
+    /// Draws a spectrogram.
+    pub fn draw(&self, spectrogram: &Spectrogram, canvas: &mut dyn Canvas) {
+        let (corner, extent) = (DVec2::new(80.0, 130.0), DVec2::new(COLUMNS as f64, EXTENT));
+        let (right, bottom) = (corner.x + extent.x, corner.y + extent.y);
+        let [begin, end] = self.time;
+        let across = |t: f64| corner.x + extent.x * (t - begin) / (end - begin);
+        canvas.text(DVec2::new(0.5 * WIDTH as f64, 22.0), Align::Middle, TextStyle::Title, &self.title);
+        canvas.grid(corner, extent, &self.grid(spectrogram));
+        canvas.line(&rectangle(corner, extent), 1.0, BLACK);
+        let below = DVec2::new(corner.x + 0.5 * extent.x, bottom + 40.0);
+        canvas.text(below, Align::Middle, TextStyle::Label, "time [s]");
+        canvas.text(DVec2::new(4.0, corner.y - 16.0), Align::Left, TextStyle::Label, "[kHz]");
+        for t in ticks(begin, end) {
+            let x = across(t);
+            canvas.line(&[DVec2::new(x, bottom), DVec2::new(x, bottom + 5.0)], 1.0, BLACK);
+            canvas.text(DVec2::new(x, bottom + 18.0), Align::Middle, TextStyle::Label, &short(t));
+        }
+        for f in ticks(0.0, self.max_frequency) {
+            let y = bottom - extent.y * f / self.max_frequency;
+            canvas.line(&[DVec2::new(corner.x - 5.0, y), DVec2::new(corner.x, y)], 1.0, BLACK);
+            let label = short(1e-3 * f);
+            canvas.text(DVec2::new(corner.x - 9.0, y), Align::Right, TextStyle::Label, &label);
+        }
+        scale(DVec2::new(corner.x, bottom + 62.0), canvas);
+        if self.fractures.is_some() {
+            marks(
+                &self.shown(),
+                DVec2::new(corner.x, corner.y - 2.0 * STRIP - 6.0),
+                extent.x,
+                &across,
+                canvas,
+            );
+        }
+        let about = format!("levels down to {DEPTH:.0} dB below the highest");
+        canvas.text(DVec2::new(right, bottom + 70.0), Align::Right, TextStyle::Label, &about);
+    }
 
-impl Spectrogram {
-    /// The spectrogram of a signal of `rate` \[Hz\] around `columns` instants in the middle of equal parts of
-    /// it, up to a frequency, with windows of a length \[s\].
-    ///
-    /// # Errors
-    /// [`SpectrumError`].
-    pub fn of(
-        samples: &[f32],
-        rate: f64,
-        columns: usize,
-        max_frequency: f64,
-        window: f64,
-    ) -> Result<Self, SpectrumError> {
-        if samples.len() < LEAST_WINDOW {
-            return Err(SpectrumError::Short(samples.len()));
-        }
-        if let Some(at) = samples.iter().position(|p| !p.is_finite()) {
-            return Err(SpectrumError::NotFinite(at));
-        }
-        if samples.iter().all(|p| *p == 0.0) {
-            return Err(SpectrumError::Silent);
-        }
-        let length = ((window * rate).round() as usize).clamp(LEAST_WINDOW, samples.len());
-        let padded = (2 * length).next_power_of_two();
-        let step = rate / padded as f64;
-        let rows = ((max_frequency / step) as usize + 1).min(padded / 2 + 1);
-        let shape: Vec<f64> =
-            (0..length).map(|n| (PI * ((n as f64 + 0.5) / length as f64 - 0.5)).cos().powi(2)).collect();
-        let transform = RealFftPlanner::new().plan_fft_forward(padded);
-        let mut signal = vec![0.0; padded];
-        let mut spectrum = vec![Complex64::ZERO; padded / 2 + 1];
-        let mut powers = Vec::with_capacity(columns * rows);
-        for column in 0..columns {
-            let middle = (column as f64 + 0.5) / columns as f64 * samples.len() as f64;
-            let first = middle.round() as i64 - length as i64 / 2;
-            signal.fill(0.0);
-            for (n, (value, weight)) in signal.iter_mut().zip(&shape).enumerate() {
-                let sample = usize::try_from(first + n as i64).ok().and_then(|at| samples.get(at));
-                *value = weight * sample.map_or(0.0, |p| f64::from(*p));
+    /// The fractures within the picture.
+    pub fn shown(&self) -> Vec<&FractureRow> {
+        let [begin, end] = self.time;
+        self.fractures.into_iter().flatten().filter(|row| (begin..=end).contains(&row.time)).collect()
+    }
+
+    /// Colours of all pixels: the highest power that a pixel covers.
+    fn grid(&self, spectrogram: &Spectrogram) -> Grid {
+        let highest = spectrogram.highest().max(f64::MIN_POSITIVE);
+        let (columns, rows) = (spectrogram.columns(), EXTENT as usize);
+        let bin = |f: f64| (f / spectrogram.step).round().max(0.0) as usize;
+        let mut cells = Vec::with_capacity(columns * rows);
+        for row in 0..rows {
+            let [low, high] =
+                [rows - row - 1, rows - row].map(|edge| bin(self.max_frequency * edge as f64 / rows as f64));
+            for column in 0..columns {
+                let powers = spectrogram.column(column);
+                let last = powers.len() - 1;
+                let covered = &powers[low.min(last)..=high.clamp(low, low.max(last)).min(last)];
+                let power = covered.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+                cells.push(colour(1.0 + 10.0 * (power / highest).log10() / DEPTH));
             }
-            // Lengths are as planned, which is all that can go wrong.
-            if transform.process(&mut signal, &mut spectrum).is_err() {
-                return Err(SpectrumError::Short(samples.len()));
-            }
-            powers.extend(spectrum[..rows].iter().map(|p| p.norm_sqr() / (rate * rate)));
         }
-        Ok(Spectrogram { step, rows, powers })
-    }
-
-    /// Number of instants.
-    pub fn columns(&self) -> usize {
-        self.powers.len() / self.rows.max(1)
-    }
-
-    /// Powers at an instant.
-    pub fn column(&self, index: usize) -> &[f64] {
-        &self.powers[index * self.rows..(index + 1) * self.rows]
-    }
-
-    /// The largest power.
-    pub fn highest(&self) -> f64 {
-        self.powers.iter().copied().fold(0.0, f64::max)
+        Grid { columns, cells }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::TAU;
-
-    use super::*;
-
-    #[test]
-    fn tones_are_where_and_when_they_sound() {
-        let rate = 16_000.0;
-        let tone = |n: usize| {
-            let t = n as f64 / rate;
-            let f = if t < 0.5 { 1000.0 } else { 3000.0 };
-            (TAU * f * t).sin() as f32
-        };
-        let samples: Vec<f32> = (0..16_000).map(tone).collect();
-        let found = Spectrogram::of(&samples, rate, 20, 4000.0, 0.02).unwrap();
-        assert_eq!((found.columns(), found.rows), (20, (4000.0 / found.step) as usize + 1));
-        for column in 0..20 {
-            let powers = found.column(column);
-            let top = (0..found.rows).max_by(|a, b| powers[*a].total_cmp(&powers[*b])).unwrap();
-            let expected = if column < 10 { 1000.0 } else { 3000.0 };
-            // The step is 15.6 Hz; tones lie on it.
-            assert!((top as f64 * found.step - expected).abs() < found.step, "{column}: {top}");
-            // A tone in the middle of a window of area L/2 has ½ · L/2 = 5 ms. Residual seen: 2e-5.
-            assert!((powers[top].sqrt() / 0.005 - 1.0).abs() < 1e-3, "{column}: {}", powers[top].sqrt());
+/// A strip of deaths and one of births, whose ticks are as long as there are many pieces.
+fn marks(
+    fractures: &[&FractureRow],
+    corner: DVec2,
+    width: f64,
+    across: &dyn Fn(f64) -> f64,
+    canvas: &mut dyn Canvas,
+) {
+    let births: u32 = fractures.iter().map(|row| row.children).sum();
+    let most = fractures.iter().map(|row| row.children).max().unwrap_or(0);
+    let middle = corner.y + STRIP + 1.0;
+    let line = |y: f64| [DVec2::new(corner.x, y), DVec2::new(corner.x + width, y)];
+    canvas.line(&line(middle), 1.0, GREY);
+    for row in fractures {
+        let x = across(row.time);
+        let length = STRIP * f64::from(row.children).ln_1p() / f64::from(most).ln_1p();
+        let cross = DVec2::new(x, middle - 0.5 * STRIP);
+        for arm in [DVec2::new(4.0, 4.0), DVec2::new(4.0, -4.0)] {
+            canvas.line(&[cross - arm, cross + arm], 1.5, DEATH);
         }
+        canvas.line(&[DVec2::new(x, middle), DVec2::new(x, middle + length)], 1.5, BIRTH);
     }
+    let legend = format!(
+        "× death of a body ({}); | birth of its pieces ({births}): the longer, the more, at most {most}",
+        fractures.len()
+    );
+    canvas.text(DVec2::new(corner.x, corner.y - 14.0), Align::Left, TextStyle::Label, &legend);
+}
 
-    #[test]
-    fn sounds_without_a_spectrogram_are_refused() {
-        let of = |samples: &[f32]| Spectrogram::of(samples, 48e3, 4, 20e3, 0.01);
-        assert_eq!(of(&[0.0; 1000]), Err(SpectrumError::Silent));
-        assert_eq!(of(&[1.0; 3]), Err(SpectrumError::Short(3)));
-        let mut samples = [0.5; 100];
-        samples[7] = f32::INFINITY;
-        assert_eq!(of(&samples), Err(SpectrumError::NotFinite(7)));
-        // Windows longer than the sound are as long as it is.
-        samples[7] = 0.5;
-        assert!(of(&samples).unwrap().highest() > 0.0);
-    }
+/// What colours mean.
+fn scale(corner: DVec2, canvas: &mut dyn Canvas) {
+    let cells: Vec<Colour> = (0..120).map(|k| colour(f64::from(k) / 119.0)).collect();
+    canvas.grid(corner, DVec2::new(240.0, 14.0), &Grid { columns: cells.len(), cells });
+    let beside = corner + DVec2::new(250.0, 7.0);
+    canvas.text(beside, Align::Left, TextStyle::Label, "quiet to loud");
+}
+
+/// The colour of a part of the scale.
+fn colour(part: f64) -> Colour {
+    let place = part.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
+    let from = (place as usize).min(SCALE.len() - 2);
+    let part = place - from as f64;
+    std::array::from_fn(|k| (SCALE[from][k] + part * (SCALE[from + 1][k] - SCALE[from][k])).round() as u8)
+}
+
+/// Round numbers between two.
+fn ticks(begin: f64, end: f64) -> Vec<f64> {
+    let step = tick(end - begin);
+    let first = (begin / step - 1e-9).ceil() as i64;
+    (first..).map(|k| k as f64 * step).take_while(|t| *t <= end + 1e-9 * step).collect()
+}
+
+/// A number without the zeros at its end.
+fn short(number: f64) -> String {
+    format!("{number:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }

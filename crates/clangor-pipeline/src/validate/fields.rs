@@ -79,7 +79,8 @@ fn spheres(table: &mut Validation) -> Outcome {
     add(
         table,
         &format!(
-            "the same by Galerkin boundary elements on {} triangles, from 2 R (the corners stand out of the sphere)",
+            "the same by Galerkin boundary elements on {} triangles, from 2 R (the corners stand out of \
+             the sphere)",
             mesh.triangles.len()
         ),
         reference,
@@ -230,7 +231,8 @@ fn unseen_frequencies(table: &mut Validation) -> Outcome {
     let error = level_error(&model.field, &solver.solve(&wavenumbers, 16)?, radius, 2.0);
     add(
         table,
-        "coin baked to 20 kHz at 3e-3, at seven frequencies between those solved, 2 R: level error, worst motion",
+        "coin baked to 20 kHz at 3e-3, at seven frequencies between those solved, 2 R: level error, worst \
+         motion",
         "the meridian solved at these frequencies, finer",
         error,
         3e-3,

@@ -34,7 +34,8 @@ pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
         table.checks.push(Check {
             section: SECTION,
             quantity: format!(
-                "spectrum 100 Hz–20 kHz, radius {} mm, τ 30–300 µs, 1.2 R to 10 m, three directions (relative L2, worst)",
+                "spectrum 100 Hz–20 kHz, radius {} mm, τ 30–300 µs, 1.2 R to 10 m, three directions \
+                 (relative L2, worst)",
                 radius * 1e3
             ),
             reference: "h₁⁽²⁾ and quadrature of the half-sine",

@@ -38,7 +38,7 @@ use clangor_core::synthesis::strike::{Strike, StrikeSound, struck_ringing};
 use num_complex::Complex64;
 
 use super::{Check, Extent, Fault, Outcome, Timing, Validation, cpu_time};
-use crate::plots::spectrum::Spectrum;
+use crate::analysis::spectrum::Spectrum;
 
 const SECTION: &str = "Ringing";
 
@@ -327,7 +327,8 @@ fn decay(table: &mut Validation) -> Outcome {
     }
     add(
         table,
-        "a mode of 310 Hz to 18 kHz for 0.25 s after an impact, played at 44.1, 48 and 192 kHz: pressure, worst"
+        "a mode of 310 Hz to 18 kHz for 0.25 s after an impact, played at 44.1, 48 and 192 kHz: pressure, \
+         worst"
             .into(),
         "the decaying sine after a half-sine, in closed form",
         error,

@@ -49,11 +49,15 @@ impl Tile {
     fn scene(&self) -> String {
         let Tile { toughness, crack_impulses, seed } = self;
         format!(
-            "version = 1\n[simulation]\nduration = {DURATION}\ntime_step = 0.0001\n[material.tough]\nbase = \"ceramic\"\n\
-             fracture_energy = {toughness}\n[[body]]\nname = \"tile\"\nshape = \"box:0.12x0.006x0.12\"\nmaterial = \"tough\"\n\
-             position = [0, 0.03, 0]\norientation = {{ axis = [0.3, 0, 1], degrees = 12 }}\nvelocity = [0, -4, 0]\n\
+            "version = 1\n[simulation]\nduration = {DURATION}\ntime_step = 0.0001\n[material.tough]\n\
+             base = \"ceramic\"\n\
+             fracture_energy = {toughness}\n[[body]]\nname = \"tile\"\nshape = \"box:0.12x0.006x0.12\"\n\
+             material = \"tough\"\n\
+             position = [0, 0.03, 0]\norientation = {{ axis = [0.3, 0, 1], degrees = 12 }}\n\
+             velocity = [0, -4, 0]\n\
              modal = \"proxy\"\n\
-             fracture = {{ edge = 0.01, seed = {seed}, crack_impulses = {crack_impulses} }}\n[[plane]]\nmaterial = \"granite\"\n\
+             fracture = {{ edge = 0.01, seed = {seed}, crack_impulses = {crack_impulses} }}\n[[plane]]\n\
+             material = \"granite\"\n\
              [[listener]]\nposition = [0, 0.4, 1]\n"
         )
     }

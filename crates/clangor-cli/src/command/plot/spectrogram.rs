@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use clangor_core::timeline::FractureRow;
+use clangor_pipeline::analysis::spectrogram::Spectrogram;
 use clangor_pipeline::formats::atomic_file::write_atomically;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
-use clangor_pipeline::plots::spectrogram::Spectrogram;
-use clangor_pipeline::plots::spectrogram_plot::{self, SpectrogramPlot};
+use clangor_pipeline::plots::spectrogram::{self, SpectrogramPlot};
 use serde_json::json;
 
 use super::{canvas, one_channel};
@@ -34,7 +34,7 @@ pub(super) fn draw(
     wanted: &Wanted<'_>,
     console: &Console,
 ) -> Result<(), Failure> {
-    let mut canvas = canvas(output, spectrogram_plot::WIDTH, spectrogram_plot::HEIGHT)?;
+    let mut canvas = canvas(output, spectrogram::WIDTH, spectrogram::HEIGHT)?;
     let failure = |e: &dyn std::fmt::Display| Failure::new(format_args!("{}: {e}", sound.display()));
     let (samples, rate) = one_channel(sound, wanted.channel)?;
     let half = 0.5 * rate;
@@ -52,7 +52,7 @@ pub(super) fn draw(
         )));
     }
     let [first, last] = [from, to].map(|t| ((t * rate).round() as usize).min(samples.len()));
-    let columns = spectrogram_plot::COLUMNS;
+    let columns = spectrogram::COLUMNS;
     let part = &samples[first..last];
     let spectrogram =
         Spectrogram::of(part, rate, columns, max_frequency, wanted.window).map_err(|e| failure(&e))?;

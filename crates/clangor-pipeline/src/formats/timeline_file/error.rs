@@ -121,7 +121,8 @@ pub enum TimelineError {
     },
     /// A file is not the one that was written.
     #[error(
-        "{path} has changed since it was written: its hash is {found}, timeline.json says {expected}; restore it, or remove the hash of an edited table from timeline.json"
+        "{path} has changed since it was written: its hash is {found}, timeline.json says {expected}; \
+         restore it, or remove the hash of an edited table from timeline.json"
     )]
     Changed {
         /// The file.

@@ -238,7 +238,8 @@ impl Sounds {
                 };
                 if let Some((kind, what, rotation)) = clicks {
                     let whole = Moved { share, velocity: true };
-                    events.push(event(kind, what, rotation, pulse, &whole, pulse.point, DVec3::ZERO));
+                    let load = PointLoad { point: pulse.point, impulse: DVec3::ZERO };
+                    events.push(event((kind, what), rotation, pulse, &whole, load));
                 }
                 let Some((slot, places)) = self.rings.get(&share.body) else { continue };
                 let Some(felt) = felt.get_mut(&share.body).and_then(Iterator::next) else { continue };
@@ -247,7 +248,8 @@ impl Sounds {
                     let Some(at) = places.of(share.pose.body_from_world(*point)) else { continue };
                     let place = share.pose.world_from_body(places.places[at]);
                     let rotation = self.slots[*slot].rotation;
-                    events.push(event(1.0, *slot as f64, rotation, &felt, &still, place, sign * *impulse));
+                    let load = PointLoad { point: place, impulse: sign * *impulse };
+                    events.push(event((1.0, *slot as f64), rotation, &felt, &still, load));
                 }
             }
         }
@@ -314,15 +316,21 @@ struct Moved<'a> {
     velocity: bool,
 }
 
+/// A load at a point of the surface.
+struct PointLoad {
+    point: DVec3,
+    impulse: DVec3,
+}
+
+/// The row of an impact: its kind, and the radius of the sphere or the slot of the object.
 fn event(
-    kind: f64,
-    what: f64,
+    (kind, what): (f64, f64),
     rotation: DQuat,
     pulse: &ImpactPulse,
     moved: &Moved<'_>,
-    point: DVec3,
-    impulse: DVec3,
+    load: PointLoad,
 ) -> [f64; STRIDE] {
+    let PointLoad { point, impulse } = load;
     let Moved { share, velocity } = *moved;
     let orientation = (share.pose.orientation * rotation).normalize();
     let changes = [share.velocity_change, share.angular_velocity_change]

@@ -113,7 +113,8 @@ pub enum AudioFault {
         limit: &'static str,
     },
     /// Triangles that are said to be quarters of larger ones, and are not.
-    #[error("triangles {triangle} to {} are said to be the quarters of one of six nodes, and are not", triangle + 3)]
+    #[error("triangles {triangle} to {} are said to be the quarters of one of six nodes, and are \
+        not", triangle + 3)]
     Quarters {
         /// The first of the four.
         triangle: usize,

@@ -137,14 +137,16 @@ impl AudioBody {
                 let of_mass = mass.mass / solid.volume;
                 if let Some(density) = density.filter(|d| (of_mass / d - 1.0).abs() > SAME_MASS) {
                     remarks.push(format!(
-                        "{} kg make {of_mass:.0} kg/m³ of the mesh, not {density:.0} as the material: the mass holds",
+                        "{} kg make {of_mass:.0} kg/m³ of the mesh, not {density:.0} as the material: the \
+                         mass holds",
                         mass.mass
                     ));
                 }
                 let apart = mass.centre_of_mass.distance(solid.centre_of_mass);
                 if apart > SAME_CENTRE * self.mesh.bounding_radius(solid.centre_of_mass) {
                     remarks.push(format!(
-                        "the centre of mass is {apart:.2e} m from that of the mesh: the body is taken as uniform"
+                        "the centre of mass is {apart:.2e} m from that of the mesh: the body is taken as \
+                         uniform"
                     ));
                 }
                 of_mass

@@ -168,7 +168,8 @@ impl<'a> Tables<'a> {
             && self.materials[modal] != self.materials[contact]
         {
             remarks.push(format!(
-                "acousticMaterials {contact} of the surface is not used: the modes are of acousticMaterials {modal}"
+                "acousticMaterials {contact} of the surface is not used: the modes are of \
+                 acousticMaterials {modal}"
             ));
         }
         let material =

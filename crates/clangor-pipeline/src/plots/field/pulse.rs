@@ -64,7 +64,8 @@ pub(super) fn draw(plot: &FieldPlot, file: &ModelFile, canvas: &mut dyn Canvas) 
         canvas,
         528.0,
         &format!(
-            "Pressure around the body after a push of Gaussian shape, {} µs wide at half height, 1 m/s² at its peak",
+            "Pressure around the body after a push of Gaussian shape, {} µs wide at half height, 1 m/s² at \
+             its peak",
             three_digits(2.0 * (2.0 * 2f64.ln()).sqrt() * width * microseconds)
         ),
     );

@@ -75,7 +75,8 @@ impl Canvas for Svg {
                     let mut cells = Raster::new(grid.columns, grid.rows());
                     cells.grid(DVec2::ZERO, DVec2::new(grid.columns as f64, grid.rows() as f64), grid);
                     format!(
-                        "<image x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" preserveAspectRatio=\"none\" \
+                        "<image x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" \
+                         preserveAspectRatio=\"none\" \
                          style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>",
                         corner.x,
                         corner.y,

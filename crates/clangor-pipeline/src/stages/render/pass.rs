@@ -16,7 +16,7 @@ use super::propagation_paths::{PathRenderer, PropagationPath, paths_to, reverber
 use super::sounding_scene::SoundingScene;
 use super::summary::RenderedFile;
 use crate::formats::wav::{Meaning, WavError, WavSpec, WavWriter};
-use crate::plots::levels::LevelMeter;
+use crate::analysis::levels::LevelMeter;
 
 /// What a pass gives besides samples; energies are ∫ p² dt over all receivers \[Pa² s\].
 pub(super) struct Heard {

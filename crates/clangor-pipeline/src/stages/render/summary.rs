@@ -10,7 +10,7 @@ use clangor_core::synthesis::RenderReport;
 
 use super::energy_limit::EnergyLimits;
 use super::modal_state_transfer::ModalStateTransfer;
-use crate::plots::levels::Levels;
+use crate::analysis::levels::Levels;
 
 /// One part of the sound of one body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

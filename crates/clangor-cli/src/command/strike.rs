@@ -22,6 +22,7 @@ use clangor_core::synthesis::modal::{ModalSettings, ModalSource, Resonance};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor_core::synthesis::strike::{LEAD, Strike as StrikeSpec, StrikeSound, strike, struck_ringing};
 use clangor_core::synthesis::{RenderSettings, SampleRate, SoundSource};
+use clangor_pipeline::analysis::levels::db_spl;
 use clangor_pipeline::formats::atomic_file::write_atomically;
 use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};

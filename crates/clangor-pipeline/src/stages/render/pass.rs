@@ -15,8 +15,8 @@ use super::options::{FullScale, RenderOptions};
 use super::propagation_paths::{PathRenderer, PropagationPath, paths_to, reverberation, take_until};
 use super::sounding_scene::SoundingScene;
 use super::summary::RenderedFile;
-use crate::formats::wav::{Meaning, WavError, WavSpec, WavWriter};
 use crate::analysis::levels::LevelMeter;
+use crate::formats::wav::{Meaning, WavError, WavSpec, WavWriter};
 
 /// What a pass gives besides samples; energies are ∫ p² dt over all receivers \[Pa² s\].
 pub(super) struct Heard {

@@ -61,7 +61,7 @@ fn impact(body: &str, radius: f64, ground: &str) -> (AccelerationPulse, Accelera
 
 /// Energies ∫ p² dt [Pa² s] of two clicks.
 fn energies(clicks: [&AccelerationPulse; 2], place: DVec3) -> [f64; 2] {
-    let settings = RenderSettings { floor: Floor::Rigid { height: 0.0 }, ..RenderSettings::default() };
+    let settings = RenderSettings::default().with_floor(Floor::Rigid { height: 0.0 });
     let mut renderer = Renderer::new(&Listener::fixed("listener", place), &settings).unwrap();
     clicks.into_iter().for_each(|click| renderer.push(click).unwrap());
     let mut signal = OverlapAdd::new(1, 0);

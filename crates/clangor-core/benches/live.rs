@@ -193,8 +193,8 @@ fn main() {
         image_order: 1,
         late: true,
     };
-    let floor = EngineSettings { floor: Floor::Rigid { height: -2.5 }, ..settings.clone() };
-    let room = EngineSettings { room: Some(room), air: Some(Air::default()), ..settings.clone() };
+    let floor = settings.clone().with_floor(Floor::Rigid { height: -2.5 });
+    let room = settings.clone().with_room(Some(room)).with_air(Some(Air::default()));
     let runs = [
         ("soak", &settings, false),
         ("moving", &settings, true),

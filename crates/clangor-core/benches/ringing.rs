@@ -127,7 +127,7 @@ fn voice() -> f64 {
         .with_motion(Motion::Keyframed(track.clone()))
         .with_edge_radius(1e-3);
     let poses = PoseHistory::try_new(std::slice::from_ref(&body), &[]).expect("a history");
-    let settings = RenderSettings { floor: Floor::Rigid { height: 0.0 }, ..RenderSettings::default() };
+    let settings = RenderSettings::default().with_floor(Floor::Rigid { height: 0.0 });
     let listener = Listener::spaced_pair("ears", Track::fixed(Pose::at(DVec3::new(1.0, 1.8, 1.0))), 0.2);
     let source = ModalSource::new(Arc::new(model), &body.material.damping, &ModalSettings::default());
     let source = Arc::new(source.expect("a good model"));

@@ -84,7 +84,7 @@ fn render(clicks: &[AccelerationPulse], receivers: usize, floor: Floor) {
     let track = Track::fixed(Pose::at(DVec3::new(1.0, 1.8, 1.0)));
     let place = |i: usize| DVec3::X * (0.2 * i as f64 - 0.1);
     let listener = Listener { name: "row".into(), track, receivers: (0..receivers).map(place).collect() };
-    let settings = RenderSettings { floor, ..RenderSettings::default() };
+    let settings = RenderSettings::default().with_floor(floor);
     let mut renderer = Renderer::new(&listener, &settings).expect("a listener above the floor");
     let mut signal = OverlapAdd::new(receivers, 0);
     for click in clicks {

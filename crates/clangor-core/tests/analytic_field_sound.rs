@@ -53,7 +53,7 @@ fn click(source: SoundSource) -> AccelerationPulse {
 }
 
 fn settings(rate: u32, floor: Floor) -> RenderSettings {
-    RenderSettings { sample_rate: SampleRate::try_new(rate).unwrap(), floor, ..RenderSettings::default() }
+    RenderSettings::default().with_sample_rate(SampleRate::try_new(rate).unwrap()).with_floor(floor)
 }
 
 fn render(

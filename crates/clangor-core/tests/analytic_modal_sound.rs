@@ -218,7 +218,7 @@ fn turning_a_degenerate_pair_and_cutting_time_change_nothing() {
     let pulses = [impact(0.003, 40e-6, track.sample(0.003).0), impact(0.041, 90e-6, track.sample(0.041).0)];
     let poses = poses(Motion::Keyframed(track));
     let listener = Listener::spaced_pair("ears", Track::fixed(Pose::at(DVec3::new(0.3, 1.2, 0.9))), 0.2);
-    let settings = RenderSettings { floor: Floor::Rigid { height: 0.0 }, ..settings(48_000) };
+    let settings = settings(48_000).with_floor(Floor::Rigid { height: 0.0 });
     let [one, other] = pairs.map(|modes| {
         let source = source(modes, &Damping::T60(0.1), &undamped_by_air());
         let whole = heard(&source, &poses, &listener, &settings, &pulses, 6000);
@@ -313,7 +313,7 @@ fn a_floor_is_a_listener_below_it_and_turning_everything_changes_nothing() {
     let source = directed();
     let listen = |at: DVec3, pose: Pose, floor: Floor| {
         let poses = poses(Motion::Keyframed(Track::fixed(pose)));
-        let settings = RenderSettings { floor, ..settings(48_000) };
+        let settings = settings(48_000).with_floor(floor);
         // The impact acts along z of the world.
         let mut pulse = impact(0.01, 50e-6, pose);
         pulse.points[0].1 = pose.orientation * (IMPULSE * DVec3::Z);

@@ -219,11 +219,7 @@ fn rendered_impact_is_the_integral_over_the_surface() {
         };
         let listener =
             Listener::fixed("microphone", click.centre + DVec3::new(0.6 * across, above, 0.8 * across));
-        let settings = RenderSettings {
-            sample_rate: SampleRate::try_new(48_000).unwrap(),
-            floor: Floor::Rigid { height: 0.5 },
-            ..RenderSettings::default()
-        };
+        let settings = RenderSettings::default().with_floor(Floor::Rigid { height: 0.5 });
         let mut renderer = Renderer::new(&listener, &settings).unwrap();
         renderer.push(&click).unwrap();
         let mut signal = OverlapAdd::new(1, 0);

@@ -9,6 +9,7 @@ mod sphere_field;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+use clangor_core::acoustics::Acoustics;
 use clangor_core::body::{BodyId, Motion, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
@@ -51,9 +52,12 @@ const BAND: Option<f64> = Some(16_000.0);
 
 fn settings() -> EngineSettings {
     EngineSettings {
-        max_frequency: BAND,
-        floor: FLOOR,
-        air: Some(Air::default()),
+        acoustics: Acoustics {
+            max_frequency: BAND,
+            floor: FLOOR,
+            air: Some(Air::default()),
+            ..Acoustics::default()
+        },
         block: BLOCK,
         ..EngineSettings::default()
     }
@@ -143,7 +147,7 @@ struct Scenario<'a> {
 impl Scenario<'_> {
     /// What a listener hears of it offline, on a path that loses this.
     fn heard(&self, listener: &Listener, loss: PathLoss, floor: Floor) -> Vec<Vec<f64>> {
-        let settings = RenderSettings { floor, loss, max_frequency: BAND, ..RenderSettings::default() };
+        let settings = RenderSettings::default().with_floor(floor).with_loss(loss).with_max_frequency(BAND);
         let mut renderer = Renderer::new(listener, &settings).unwrap();
         for impact in self.marbles {
             let ImpactTarget::Sphere { radius } = impact.target else { panic!("a marble") };
@@ -240,7 +244,7 @@ fn a_body_that_moves_sounds_as_it_does_offline() {
 #[test]
 fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
     let room = plastered(2, false);
-    let settings = EngineSettings { room: Some(room), floor: Floor::None, ..settings() };
+    let settings = settings().with_room(Some(room)).with_floor(Floor::None);
     let marbles: Vec<ImpactEvent> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
     let events = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::Impact(*impact))).collect();
@@ -271,7 +275,7 @@ fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
 fn late_reverberation_is_fed_as_offline() {
     // Images of the first order are not heard themselves, but by the network.
     let room = plastered(0, true);
-    let settings = EngineSettings { room: Some(room), floor: Floor::None, receivers: 1, ..settings() };
+    let settings = settings().with_room(Some(room)).with_floor(Floor::None).with_receivers(1);
     let marbles: Vec<ImpactEvent> = (0..9).map(marble).collect();
     let strikes = [strike(0.02, 61e-6, Pose::IDENTITY)];
     let events = marbles.iter().chain(&strikes).map(|impact| (impact.time, Event::Impact(*impact))).collect();
@@ -313,7 +317,7 @@ fn late_reverberation_is_fed_as_offline() {
 fn a_dipole_over_a_rigid_floor_is_the_sum_of_two_paths() {
     let (onset, duration, t60) = (0.01003, 61e-6, 0.4);
     let place = DVec3::new(0.0, 0.2, 0.0);
-    let settings = EngineSettings { air: None, ..settings() };
+    let settings = settings().with_air(None);
     for frequency in [200.0, 1_900.0, 6_300.0, 11_000.0, 15_900.0] {
         // Y₁₀ = √(3/4π) z.
         let coefficients = [0.0, 0.0, 1.0, 0.0].map(Complex64::from).to_vec();
@@ -372,7 +376,7 @@ fn the_audio_thread_allocates_nothing() {
         image_order: 1,
         late: true,
     };
-    let settings = EngineSettings { room: Some(room), ..settings() };
+    let settings = settings().with_room(Some(room));
     let (mut controller, mut engine) = engine(&settings).unwrap();
     let field = sphere_field(0.3, DVec3::new(0.2, 0.1, -0.3), 8, 8.0, 20);
     let field = Arc::new(FieldEvaluator::try_new(&field).unwrap());

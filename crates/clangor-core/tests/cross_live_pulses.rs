@@ -58,7 +58,7 @@ fn clicks(field: &SoundSource) -> Vec<AccelerationPulse> {
 
 fn settings() -> RenderSettings {
     let loss = PathLoss::through(Some(Air::default()));
-    RenderSettings { floor: FLOOR, loss, ..RenderSettings::default() }
+    RenderSettings::default().with_floor(FLOOR).with_loss(loss)
 }
 
 fn paths() -> PropagationPaths {

@@ -197,7 +197,7 @@ fn too_many_modes_fade_out_the_quietest() {
 #[test]
 fn what_changes_makes_no_click() {
     let place = DVec3::new(0.3, 0.5, 0.8);
-    let other = || EngineSettings { floor: Floor::Rigid { height: -0.5 }, ..EngineSettings::default() };
+    let other = || EngineSettings::default().with_floor(Floor::Rigid { height: -0.5 });
     let another = SoundingObject::new(None, Some(hum()), &other());
     // What is heard afterwards: nothing, or something.
     let changes: [(&str, bool, Vec<Event>); 10] = [

@@ -83,7 +83,7 @@ fn a_hard_wall_is_the_rigid_floor() {
     let direct = heard(&microphone(), &RenderSettings::default());
     let reflected = heard(&microphone().mirrored(&image), &lossy(PathLoss::by(&image, &room, None)));
     let both: Vec<f64> = direct.iter().zip(&reflected).map(|(a, b)| a + b).collect();
-    let floor = RenderSettings { floor: Floor::Rigid { height: 0.0 }, ..RenderSettings::default() };
+    let floor = RenderSettings::default().with_floor(Floor::Rigid { height: 0.0 });
     // Residual seen: 0.
     let seen = difference(&both, &heard(&microphone(), &floor));
     assert!(seen < 1e-6, "{seen:e}");

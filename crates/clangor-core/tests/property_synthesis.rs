@@ -39,7 +39,7 @@ fn microphone() -> Listener {
 }
 
 fn settings(rate: u32, floor: Floor) -> RenderSettings {
-    RenderSettings { sample_rate: SampleRate::try_new(rate).unwrap(), floor, ..RenderSettings::default() }
+    RenderSettings::default().with_sample_rate(SampleRate::try_new(rate).unwrap()).with_floor(floor)
 }
 
 /// All receivers' samples from t = 0 on.
@@ -122,7 +122,7 @@ fn low_rate_is_the_high_rate_without_what_it_cannot_carry() {
 #[test]
 fn highest_frequency_cuts_the_rest_and_leaves_what_is_below() {
     let full = settings(48_000, Floor::None);
-    let cut = RenderSettings { max_frequency: Some(8_000.0), ..full };
+    let cut = full.with_max_frequency(Some(8_000.0));
     let (full, cut) = (render(&[click()], &full), render(&[click()], &cut));
     let error =
         spectral_difference(8_000.0, |f| spectrum_at(&cut, 48_000.0, f), |f| spectrum_at(&full, 48_000.0, f));
@@ -172,7 +172,7 @@ fn turning_and_mirroring_everything_changes_nothing() {
 fn sound_doubles_on_a_rigid_floor() {
     let settings = settings(48_000, Floor::Rigid { height: 0.5 });
     let source = AccelerationPulse { centre: DVec3::new(0.1, 0.7, -0.1), ..click() };
-    let free = render(std::slice::from_ref(&source), &RenderSettings { floor: Floor::None, ..settings });
+    let free = render(std::slice::from_ref(&source), &settings.with_floor(Floor::None));
     let doubled: Vec<f64> = free.iter().map(|p| 2.0 * p).collect();
     // The microphone lies on the floor, where both waves arrive together. Residual seen: 0.
     assert!(difference(&render(&[source], &settings), &doubled) < 1e-14);
@@ -189,7 +189,7 @@ fn floor_adds_the_sound_of_the_mirrored_source() {
             velocity_change: DVec3 { y: -click.velocity_change.y, ..click.velocity_change },
             ..click.clone()
         };
-        let free = RenderSettings { floor: Floor::None, ..settings };
+        let free = settings.with_floor(Floor::None);
         let both = render(&[click.clone(), image], &free);
         // Residual seen: 2e-10, the part of a click that its block cuts off.
         assert!(difference(&render(std::slice::from_ref(&click), &settings), &both) < 1e-9, "{height}");

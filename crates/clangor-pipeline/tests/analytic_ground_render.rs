@@ -64,8 +64,6 @@ fn hear(
         transfers: Transfers::Baked,
         rolling: None,
         ground,
-        air: None,
-        room: None,
         limit_energy: true,
         inherit_vibration: true,
         to: 0.9,

@@ -27,7 +27,7 @@ fn render(source: &SoundSource, profile: ForceProfile, floor: Floor) -> (Vec<Vec
         receivers: vec![DVec3::ZERO, DVec3::new(0.1, 0.3, -0.2)],
         ..Listener::fixed("listener", DVec3::new(0.25, 1.1, 0.35))
     };
-    let settings = RenderSettings { floor, ..RenderSettings::default() };
+    let settings = RenderSettings::default().with_floor(floor);
     let mut renderer = Renderer::new(&listener, &settings).unwrap();
     for i in 0..3 {
         let turn = DVec3::new(0.3, -0.7, 0.2) * f64::from(i);

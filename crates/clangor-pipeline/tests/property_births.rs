@@ -192,8 +192,6 @@ fn options() -> RenderOptions {
         transfers: Transfers::Baked,
         rolling: None,
         ground: GroundSound::None,
-        air: None,
-        room: None,
         limit_energy: true,
         inherit_vibration: true,
         to: DURATION,

@@ -357,9 +357,7 @@ fn synthesis_settings(scene: &Scene) -> Result<RenderSettings, Failure> {
     Ok(RenderSettings {
         sample_rate: SampleRate::try_new(scene.render.sample_rate).map_err(Failure::new)?,
         start: 0.0,
-        medium: scene.acoustics.medium,
-        floor: scene.acoustics.floor,
-        max_frequency: scene.acoustics.max_frequency,
+        acoustics: scene.acoustics,
         sphere_model: scene.render.radiation,
         ..RenderSettings::default()
     })

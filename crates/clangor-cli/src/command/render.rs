@@ -313,9 +313,10 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
         synthesis: RenderSettings {
             sample_rate,
             start: options.from.unwrap_or(0.0),
-            medium: source.acoustics.medium,
-            floor: source.acoustics.floor,
-            max_frequency: options.max_frequency.or(source.acoustics.max_frequency),
+            acoustics: Acoustics {
+                max_frequency: options.max_frequency.or(source.acoustics.max_frequency),
+                ..source.acoustics
+            },
             sphere_model: settings.radiation,
             ..RenderSettings::default()
         },
@@ -336,8 +337,6 @@ fn render_options(options: &Render, source: &Source) -> Result<RenderOptions, Fa
             Transfer::Unit => Transfers::Unit,
         },
         ground: settings.ground,
-        air: source.acoustics.air,
-        room: source.acoustics.room,
         limit_energy: settings.limit_energy,
         inherit_vibration: settings.inherit_vibration,
         rolling: source.time_step.filter(|_| settings.rolling),

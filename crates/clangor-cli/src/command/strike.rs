@@ -6,6 +6,7 @@ use std::path::Path;
 use std::slice;
 use std::sync::Arc;
 
+use clangor_core::acoustics::Acoustics;
 use clangor_core::body::{Body, BodyId, MeshSurface, Surface};
 use clangor_core::contact::force_profile::ForceProfile;
 use clangor_core::geometry::mass_properties::MassProperties;
@@ -221,7 +222,7 @@ fn render_settings(impact: &StrikeSpec) -> RenderSettings {
     RenderSettings {
         sample_rate: impact.sample_rate,
         start: 0.0,
-        medium: impact.medium,
+        acoustics: Acoustics { medium: impact.medium, ..Acoustics::default() },
         sphere_model: impact.sphere_model,
         ..RenderSettings::default()
     }

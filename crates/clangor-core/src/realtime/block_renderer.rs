@@ -84,10 +84,10 @@ impl BlockRenderer {
         let rendering = settings.rendering();
         let paths = settings.paths();
         let sample_rate = settings.sample_rate.as_f64();
-        let reverberation = match &settings.room {
+        let reverberation = match &settings.acoustics.room {
             Some(room) if room.late => {
-                let sound_speed = settings.medium.sound_speed;
-                Some(LateReverberation::new(room, settings.air.as_ref(), sound_speed, sample_rate)?)
+                let sound_speed = settings.acoustics.medium.sound_speed;
+                Some(LateReverberation::new(room, settings.acoustics.air.as_ref(), sound_speed, sample_rate)?)
             }
             Some(room) => room.check().map(|()| None)?,
             None => None,
@@ -97,7 +97,7 @@ impl BlockRenderer {
         let seconds = settings.longest_delay() + 0.1;
         Ok(BlockRenderer {
             sample_rate,
-            medium: settings.medium,
+            medium: settings.acoustics.medium,
             profile: settings.profile,
             reach: settings.reach,
             receivers: Receivers::new(settings.receivers),

@@ -1,8 +1,8 @@
 //! Settings of a real-time engine: sample rate, acoustics, receivers, block length and limits of the work.
 
 use super::budget::Budget;
+use crate::acoustics::Acoustics;
 use crate::contact::ForceProfile;
-use crate::medium::Medium;
 use crate::propagation::{Air, Room};
 use crate::scene::Scene;
 use crate::synthesis::listener::Floor;
@@ -34,16 +34,8 @@ const FARTHEST: f64 = 1000.0;
 pub struct EngineSettings {
     /// Samples per second.
     pub sample_rate: SampleRate,
-    /// Highest frequency rendered without attenuation \[Hz\]; `None`: as high as the sample rate allows.
-    pub max_frequency: Option<f64>,
-    /// Medium around the bodies.
-    pub medium: Medium,
-    /// Reflecting floor, used when no room is set.
-    pub floor: Floor,
-    /// Room whose walls reflect.
-    pub room: Option<Room>,
-    /// Absorption by the air along each path; `None` for none.
-    pub air: Option<Air>,
+    /// Medium, air, room, floor and band limit.
+    pub acoustics: Acoustics,
     /// Force of an impact over its duration.
     pub profile: ForceProfile,
     /// Number of receivers: 1, or 2 for two ears.
@@ -62,11 +54,7 @@ impl Default for EngineSettings {
     fn default() -> Self {
         EngineSettings {
             sample_rate: SampleRate::default(),
-            max_frequency: None,
-            medium: Medium::default(),
-            floor: Floor::None,
-            room: None,
-            air: None,
+            acoustics: Acoustics::default(),
             profile: ForceProfile::HalfSine,
             receivers: 2,
             block: 128,
@@ -81,11 +69,7 @@ impl EngineSettings {
     /// The medium, floor, room, air, band and force profile of a scene.
     pub fn from_scene(scene: &Scene) -> Self {
         EngineSettings {
-            max_frequency: scene.acoustics.max_frequency,
-            medium: scene.acoustics.medium,
-            floor: scene.acoustics.floor,
-            room: scene.acoustics.room,
-            air: scene.acoustics.air,
+            acoustics: scene.acoustics,
             profile: scene.render.pulse,
             ..EngineSettings::default()
         }
@@ -105,20 +89,23 @@ impl EngineSettings {
 
     /// Replaces the reflecting floor.
     #[must_use]
-    pub fn with_floor(self, floor: Floor) -> Self {
-        EngineSettings { floor, ..self }
+    pub fn with_floor(mut self, floor: Floor) -> Self {
+        self.acoustics.floor = floor;
+        self
     }
 
     /// Replaces the room; `None` for none.
     #[must_use]
-    pub fn with_room(self, room: Option<Room>) -> Self {
-        EngineSettings { room, ..self }
+    pub fn with_room(mut self, room: Option<Room>) -> Self {
+        self.acoustics.room = room;
+        self
     }
 
     /// Replaces the absorption by the air; `None` for none.
     #[must_use]
-    pub fn with_air(self, air: Option<Air>) -> Self {
-        EngineSettings { air, ..self }
+    pub fn with_air(mut self, air: Option<Air>) -> Self {
+        self.acoustics.air = air;
+        self
     }
 
     /// Replaces the number of receivers: 1 or 2.
@@ -156,6 +143,7 @@ impl EngineSettings {
     #[must_use]
     pub fn clamped(&self) -> Self {
         let reflected = self
+            .acoustics
             .room
             .as_ref()
             .map_or(0.0, |room| room.extent().length() * f64::from(room.image_order.max(1) + 1));
@@ -170,17 +158,18 @@ impl EngineSettings {
 
     /// Settings of the pulses and voices.
     pub(super) fn rendering(&self) -> RenderSettings {
-        let EngineSettings { sample_rate, max_frequency, medium, .. } = *self;
-        RenderSettings { sample_rate, max_frequency, medium, ..RenderSettings::default() }
+        let Acoustics { medium, max_frequency, .. } = self.acoustics;
+        let acoustics = Acoustics { medium, max_frequency, ..Acoustics::default() };
+        RenderSettings { sample_rate: self.sample_rate, acoustics, ..RenderSettings::default() }
     }
 
     /// Propagation paths to each receiver.
     pub(super) fn paths(&self) -> PropagationPaths {
-        PropagationPaths::new(self.floor, self.room, self.air)
+        PropagationPaths::new(self.acoustics.floor, self.acoustics.room, self.acoustics.air)
     }
 
     /// Longest propagation delay \[s\].
     pub(super) fn longest_delay(&self) -> f64 {
-        self.reach / self.medium.sound_speed
+        self.reach / self.acoustics.medium.sound_speed
     }
 }

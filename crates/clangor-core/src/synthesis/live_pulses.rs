@@ -94,7 +94,7 @@ struct Memory {
 /// The grids of all lengths of blocks.
 fn grids(settings: &RenderSettings) -> impl Iterator<Item = (usize, Grid)> + '_ {
     let lengths = std::iter::successors(Some(MIN_LENGTH), |length| Some(2 * length));
-    let grid = |length| Grid::new(length, settings.sample_rate.as_f64(), settings.max_frequency);
+    let grid = |length| Grid::new(length, settings.sample_rate.as_f64(), settings.acoustics.max_frequency);
     lengths.take_while(|length| *length <= LONGEST).map(move |length| (length, grid(length)))
 }
 

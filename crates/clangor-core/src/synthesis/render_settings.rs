@@ -3,11 +3,11 @@
 //! The band limit is that of [`lowpass`]: rendered in full up to f₁, nothing from f₂ on, with
 //! f₂ − f₁ = 2/30 of the sample rate, and at most (f₁ + f₂)/2 = 0.45 of it.
 
-use super::listener::Floor;
 use super::lowpass;
 use super::{SampleRate, SynthesisError};
+use crate::acoustics::Acoustics;
 use crate::medium::Medium;
-use crate::propagation::PathLoss;
+use crate::propagation::{Floor, PathLoss};
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 
 /// How to render.
@@ -15,29 +15,57 @@ use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 pub struct RenderSettings {
     /// Samples per second.
     pub sample_rate: SampleRate,
-    /// Time of sample 0 \[s\].
+    /// Time of sample 0 \[s\]. Default: 0.
     pub start: f64,
-    /// What carries the sound.
-    pub medium: Medium,
-    /// What reflects it.
-    pub floor: Floor,
-    /// Field of an accelerated sphere.
+    /// Medium, floor and band limit. Air and room act through `loss`, path by path.
+    pub acoustics: Acoustics,
+    /// Sound field of an accelerated sphere.
     pub sphere_model: SphereModel,
-    /// What is lost on the way.
+    /// Loss along the propagation path.
     pub loss: PathLoss,
-    /// Highest frequency that is rendered in full \[Hz\]; by default what the sample rate holds.
-    pub max_frequency: Option<f64>,
 }
 
 impl RenderSettings {
+    /// The same settings with another sample rate.
+    #[must_use]
+    pub fn with_sample_rate(self, sample_rate: SampleRate) -> Self {
+        RenderSettings { sample_rate, ..self }
+    }
+
+    /// The same settings with other acoustics.
+    #[must_use]
+    pub fn with_acoustics(self, acoustics: Acoustics) -> Self {
+        RenderSettings { acoustics, ..self }
+    }
+
+    /// The same settings with another reflecting floor.
+    #[must_use]
+    pub fn with_floor(mut self, floor: Floor) -> Self {
+        self.acoustics.floor = floor;
+        self
+    }
+
+    /// The same settings with another band limit \[Hz\]; `None`: as high as the sample rate allows.
+    #[must_use]
+    pub fn with_max_frequency(mut self, max_frequency: Option<f64>) -> Self {
+        self.acoustics.max_frequency = max_frequency;
+        self
+    }
+
+    /// The same settings with another loss along the path.
+    #[must_use]
+    pub fn with_loss(self, loss: PathLoss) -> Self {
+        RenderSettings { loss, ..self }
+    }
+
     /// Refuses what gives no sound.
     pub(super) fn check(&self) -> Result<(), SynthesisError> {
-        let Medium { density, sound_speed } = self.medium;
+        let Medium { density, sound_speed } = self.acoustics.medium;
         let positive = |x: f64| x > 0.0 && x.is_finite();
         if !positive(density) || !positive(sound_speed) {
             return Err(SynthesisError::BadMedium { density, sound_speed });
         }
-        match self.max_frequency.filter(|hz| !positive(*hz)) {
+        match self.acoustics.max_frequency.filter(|hz| !positive(*hz)) {
             Some(hz) => Err(SynthesisError::MaxFrequency { hz }),
             None => Ok(()),
         }
@@ -48,12 +76,12 @@ impl RenderSettings {
         let rate = self.sample_rate.as_f64();
         let widest = lowpass::CENTRE * rate;
         let half_width = lowpass::HALF_WIDTH * rate;
-        let centre = self.max_frequency.map_or(widest, |f| (f + half_width).min(widest));
+        let centre = self.acoustics.max_frequency.map_or(widest, |f| (f + half_width).min(widest));
         (centre - half_width, centre + half_width)
     }
 
     /// k = 2πf/c [1/m] of the highest frequency that is rendered in full.
     pub fn max_wavenumber(&self) -> f64 {
-        std::f64::consts::TAU * self.band().0 / self.medium.sound_speed
+        std::f64::consts::TAU * self.band().0 / self.acoustics.medium.sound_speed
     }
 }

@@ -15,6 +15,7 @@ use super::offline::renderer::Renderer;
 use super::render_settings::RenderSettings;
 use super::source::SoundSource;
 use super::{SampleRate, SynthesisError};
+use crate::acoustics::Acoustics;
 use crate::body::{Body, BodyId, Motion, Surface};
 use crate::contact::effective_mass::inverse_effective_mass;
 use crate::contact::force_profile::ForceProfile;
@@ -261,11 +262,9 @@ fn settings(strike: &Strike) -> RenderSettings {
     RenderSettings {
         sample_rate: strike.sample_rate,
         start: -LEAD,
-        medium: strike.medium,
-        floor: Floor::None,
+        acoustics: Acoustics { medium: strike.medium, ..Acoustics::default() },
         loss: PathLoss::default(),
         sphere_model: strike.sphere_model,
-        max_frequency: None,
     }
 }
 

@@ -167,11 +167,7 @@ impl EventSchedule {
         };
         EngineSettings {
             sample_rate,
-            max_frequency: options.synthesis.max_frequency,
-            medium: options.synthesis.medium,
-            floor: options.synthesis.floor,
-            room: options.room,
-            air: options.air,
+            acoustics: options.synthesis.acoustics,
             profile: options.contact.profile,
             receivers: listener.receivers.len(),
             reach: usual.reach.max(1.5 * self.impacts.iter().map(distance).fold(0.0, f64::max)),

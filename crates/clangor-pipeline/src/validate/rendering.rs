@@ -1,5 +1,6 @@
 //! What happens between a click and the file: the floor, the band limit, the cost.
 
+use clangor_core::acoustics::Acoustics;
 use clangor_core::body::BodyId;
 use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
@@ -38,11 +39,8 @@ fn settings(rate: u32, floor: Floor) -> Result<RenderSettings, Fault> {
     Ok(RenderSettings {
         sample_rate: SampleRate::try_new(rate)?,
         start: -2e-3,
-        medium: Medium::AIR,
-        floor,
-        sphere_model: SphereModel::Exact,
-        loss: PathLoss::default(),
-        max_frequency: None,
+        acoustics: Acoustics { floor, ..Acoustics::default() },
+        ..RenderSettings::default()
     })
 }
 

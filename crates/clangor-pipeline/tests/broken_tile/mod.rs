@@ -127,8 +127,6 @@ impl Fallen {
             parts,
             transfers: Transfers::Baked,
             rolling: None,
-            air: None,
-            room: None,
             ground: GroundSound::None,
             limit_energy: true,
             // What cracks add, not what the tile hands on.

@@ -30,7 +30,7 @@ impl LiveField {
     pub fn new(source: &FieldSource, settings: &RenderSettings) -> Self {
         let mut source = source.clone();
         source.near = None;
-        let crossing = source.radius / settings.medium.sound_speed;
+        let crossing = source.radius / settings.acoustics.medium.sound_speed;
         let tables =
             grids(settings).map(|(_, grid)| Arc::new(Interpolation::of(&source, crossing, &grid))).collect();
         let mut field = LiveField { source: Arc::new(source), tables, player: FieldPlayer::default() };

@@ -144,7 +144,7 @@ impl LiveVoice {
             posed: false,
             trail: LiveTrail::new(longest, block),
             rate,
-            sound_speed: settings.medium.sound_speed,
+            sound_speed: settings.acoustics.medium.sound_speed,
             paths: vec![path; paths],
             path_count: propagation.count(),
             losses: losses.collect(),

@@ -23,6 +23,7 @@ use self::stream::Stream;
 use super::delay::{DelayLine, HALF_TAPS};
 use super::source::{ModalSource, StrikeMemory};
 use super::transfer::TransferMemory;
+use crate::acoustics::Acoustics;
 use crate::body::{BodyId, Life};
 use crate::contact::{ForceProfile, PoseHistory};
 use crate::synthesis::listener::{Floor, Listener};
@@ -157,7 +158,7 @@ impl<'a> ModalVoice<'a> {
         if listener.receivers.is_empty() {
             return Err(SynthesisError::NoReceivers { listener: listener.name.clone() });
         }
-        let ways: &[bool] = if settings.floor == Floor::None { &[false] } else { &[false, true] };
+        let ways: &[bool] = if settings.acoustics.floor == Floor::None { &[false] } else { &[false, true] };
         let paths: Vec<Path> = (0..listener.receivers.len())
             .flat_map(|receiver| ways.iter().map(move |reflected| (receiver, *reflected)))
             .map(|(receiver, reflected)| Path { receiver, reflected, ..Path::default() })
@@ -429,7 +430,8 @@ impl<'a> ModalVoice<'a> {
     /// How long what leaves the centre of mass at a sample is on its way \[s\], and where the receiver that
     /// hears it is [m, frame of the body]; nowhere if the body is below the floor.
     fn towards(&self, path: usize, sample: i64) -> Result<(f64, Option<DVec3>), SynthesisError> {
-        let RenderSettings { medium, floor, start, sample_rate, .. } = self.settings;
+        let RenderSettings { acoustics: Acoustics { medium, floor, .. }, start, sample_rate, .. } =
+            self.settings;
         let Path { receiver, reflected, .. } = self.paths[path];
         let time = start + sample as f64 / sample_rate.as_f64();
         let pose = self.poses.at(self.body, time);

@@ -28,7 +28,7 @@ pub(super) fn grounds(
     options: &RenderOptions,
 ) -> Result<BTreeMap<BodyId, Ground>, GroundError> {
     let mut grounds: BTreeMap<BodyId, Ground> = BTreeMap::new();
-    let medium = &options.synthesis.medium;
+    let medium = &options.synthesis.acoustics.medium;
     let planes = bodies.iter().enumerate().filter(|(_, body)| is_ground(body, options));
     for (index, body) in planes {
         let same = grounds.iter().find(|(id, _)| bodies[id.index()].material == body.material);

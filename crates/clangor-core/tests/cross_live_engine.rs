@@ -194,7 +194,7 @@ fn what_happens_live_sounds_as_it_does_offline() {
     let events = impacts.chain([(0.0, still)]).collect();
     let object = SoundingObject::new(None, Some(bell()), &settings);
     let (heard, engine) = play(&settings, Some(object), events, 9600);
-    let loss = PathLoss::through(settings.air);
+    let loss = PathLoss::through(settings.acoustics.air);
     let fixed = Motion::Keyframed(Track::fixed(pose));
     let (latency, marbles, strikes) = (engine.latency(), &marbles[..], &strikes[..]);
     let exact =
@@ -227,7 +227,7 @@ fn a_body_that_moves_sounds_as_it_does_offline() {
     let keys = (-5..10).map(|k| 0.1 * f64::from(k));
     let keys = keys.map(|time| Keyframe { time, pose: at(time - engine.latency()) });
     let motion = Motion::Keyframed(Track::try_new(keys.collect()).unwrap());
-    let loss = PathLoss::through(settings.air);
+    let loss = PathLoss::through(settings.acoustics.air);
     let scenario =
         Scenario { motion, latency: engine.latency(), marbles: &[], strikes: &[hit], samples: 9600 };
     let exact = scenario.heard(&ears(), loss, FLOOR);
@@ -254,10 +254,11 @@ fn the_first_reflections_of_a_room_are_those_of_mirrored_listeners() {
     let (latency, marbles, strikes) = (engine.latency(), &marbles[..], &strikes[..]);
     let scenario = Scenario { motion: still, latency, marbles, strikes, samples: 7200 };
     let mut exact = vec![vec![0.0; 7200]; 2];
-    let direct = (ears(), PathLoss::through(settings.air));
+    let direct = (ears(), PathLoss::through(settings.acoustics.air));
     let images = clangor_core::propagation::image_sources(&room);
-    let mirrored =
-        images.iter().map(|image| (ears().mirrored(image), PathLoss::by(image, &room, settings.air)));
+    let mirrored = images
+        .iter()
+        .map(|image| (ears().mirrored(image), PathLoss::by(image, &room, settings.acoustics.air)));
     for (listener, loss) in std::iter::once(direct).chain(mirrored) {
         let path = scenario.heard(&listener, loss, Floor::None);
         for (sum, path) in exact.iter_mut().zip(path) {
@@ -285,19 +286,20 @@ fn late_reverberation_is_fed_as_offline() {
     let (latency, marbles, strikes) = (engine.latency(), &marbles[..], &strikes[..]);
     let scenario = Scenario { motion: still, latency, marbles, strikes, samples: 7200 };
     let ear = Listener::fixed("ear", EARS[0]);
-    let direct = scenario.heard(&ear, PathLoss::through(settings.air), Floor::None);
+    let direct = scenario.heard(&ear, PathLoss::through(settings.acoustics.air), Floor::None);
     let images = clangor_core::propagation::image_sources(&Room { image_order: 1, ..room });
     let entering: Vec<Vec<f64>> = images
         .iter()
         .map(|image| {
-            let loss = PathLoss::by(image, &room, settings.air).unspread();
+            let loss = PathLoss::by(image, &room, settings.acoustics.air).unspread();
             scenario.heard(&ear.mirrored(image), loss, Floor::None).remove(0)
         })
         .collect();
     let walls = images.iter().map(|image| image.reflections.iter().position(|met| *met == 1).unwrap());
     let place: Vec<usize> = walls.collect();
-    let air = settings.air.as_ref();
-    let mut network = LateReverberation::new(&room, air, settings.medium.sound_speed, RATE).unwrap();
+    let air = settings.acoustics.air.as_ref();
+    let mut network =
+        LateReverberation::new(&room, air, settings.acoustics.medium.sound_speed, RATE).unwrap();
     let exact: Vec<f64> = (0..7200)
         .map(|frame| {
             let mut inputs = [0.0; LateReverberation::INPUTS];
@@ -335,7 +337,7 @@ fn a_dipole_over_a_rigid_floor_is_the_sum_of_two_paths() {
         let object = SoundingObject::new(None, Some(source), &settings);
         let (heard, engine) =
             play(&settings, Some(object), vec![(0.0, still), (onset, Event::Impact(hit))], 7200);
-        let Medium { density, sound_speed, .. } = settings.medium;
+        let Medium { density, sound_speed, .. } = settings.acoustics.medium;
         let decay = 3.0 * 10f64.ln() / t60;
         let pole = Complex64::new(-decay, ((TAU * frequency).powi(2) - decay * decay).sqrt());
         let x = pole * duration;

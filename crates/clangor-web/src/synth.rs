@@ -111,7 +111,7 @@ impl State {
             .with_sample_rate(SampleRate::try_new(hz as u32)?)
             .with_block(block as usize)
             .with_objects(SLOTS as usize);
-        if let Some(room) = &mut settings.room {
+        if let Some(room) = &mut settings.acoustics.room {
             room.image_order = room.image_order.min(IMAGE_ORDER);
         }
         let (controller, engine) = engine(&settings)?;

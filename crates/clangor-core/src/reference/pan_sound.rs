@@ -38,8 +38,8 @@ impl PanSource {
         };
         let (from, to) = click.profile.extent(click.duration);
         let window = ForceWindow { from, to, shape: &|time| click.profile.value(time, click.duration) };
-        let highest = (OUTPUT_BAND * rate).min(settings.max_frequency.unwrap_or(f64::INFINITY));
-        let sound = self.model.render_course(&contact, &window, &settings.medium, rate, highest)?;
+        let highest = (OUTPUT_BAND * rate).min(settings.acoustics.max_frequency.unwrap_or(f64::INFINITY));
+        let sound = self.model.render_course(&contact, &window, &settings.acoustics.medium, rate, highest)?;
         Ok(SampledSound { first: sound.first, pressures: sound.samples })
     }
 }

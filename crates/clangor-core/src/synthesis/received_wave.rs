@@ -12,6 +12,7 @@ use super::ground::spectrum::GroundTransfer;
 use super::render_settings::RenderSettings;
 use super::source::SoundSource;
 use super::wave::{Transfer, Wave};
+use crate::acoustics::Acoustics;
 use crate::medium::Medium;
 use crate::reference::SlabTransfer;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
@@ -30,7 +31,7 @@ impl RenderSettings {
     /// The wave of a click that runs `towards` a receiver \[m\], from the centre of the click; `None` if
     /// there is none.
     pub(super) fn wave(&self, click: &AccelerationPulse, towards: DVec3) -> Option<ReceivedWave> {
-        let RenderSettings { medium, sphere_model, .. } = *self;
+        let RenderSettings { acoustics: Acoustics { medium, .. }, sphere_model, .. } = *self;
         let place = click.orientation.inverse() * towards;
         let distance = towards.length();
         let ringing = click.source.ring_time(&medium);
@@ -75,7 +76,7 @@ impl RenderSettings {
 
     /// Time \[s\] by which the end of a field's band blurs it.
     fn blur(&self, source: &FieldSource) -> f64 {
-        let band_end = source.max_frequency(self.medium.sound_speed);
+        let band_end = source.max_frequency(self.acoustics.medium.sound_speed);
         if band_end < self.band().1 { fade_reach(band_end) } else { 0.0 }
     }
 }

@@ -15,6 +15,7 @@ use super::block::{BlockJob, BlockKey, BlockTables, ReceivedPulse, ReceivedSound
 use super::block_length::{SPAN, block_length, hop};
 use super::interpolation_cache::InterpolationCache;
 use super::render_report::RenderReport;
+use crate::acoustics::Acoustics;
 use crate::reference::PanSource;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::band_end_fade::LONGEST_FADE_REACH;
@@ -53,7 +54,7 @@ impl Renderer {
         for key in listener.track.keys() {
             for receiver in 0..listener.receivers.len() {
                 let position = listener.receiver_position(receiver, key.time);
-                settings.floor.check(listener, position, key.time)?;
+                settings.acoustics.floor.check(listener, position, key.time)?;
             }
         }
         Ok(Renderer {
@@ -77,7 +78,7 @@ impl Renderer {
     pub fn push(&mut self, click: &AccelerationPulse) -> Result<(), SynthesisError> {
         click.check()?;
         self.report.clicks += 1;
-        let floor = self.settings.floor;
+        let floor = self.settings.acoustics.floor;
         let is_ground = matches!(click.source, SoundSource::Ground { .. });
         // A point of the ground may be on the floor, but for rounding.
         let depth = if is_ground { 2e-6 } else { 0.0 };
@@ -86,7 +87,7 @@ impl Renderer {
             return Ok(());
         }
         if let SoundSource::Field(source) = &click.source {
-            let band_end = source.max_frequency(self.settings.medium.sound_speed);
+            let band_end = source.max_frequency(self.settings.acoustics.medium.sound_speed);
             if band_end < self.settings.band().0 {
                 self.report.band_ends.insert(click.body, band_end);
             }
@@ -169,7 +170,7 @@ impl Renderer {
         receiver: usize,
         reflected: bool,
     ) -> Result<Option<DVec3>, SynthesisError> {
-        let RenderSettings { medium, floor, .. } = self.settings;
+        let Acoustics { medium, floor, .. } = self.settings.acoustics;
         let mirrored = |point: DVec3| floor.mirrored(point).filter(|_| reflected).unwrap_or(point);
         let from = (mirrored(click.centre), click.source.radius());
         let (heard, position) = self.listener.arrival(receiver, from, click.time, medium.sound_speed);
@@ -203,7 +204,8 @@ impl Renderer {
         receiver: usize,
     ) -> Result<(), SynthesisError> {
         let mut sound = SampledSound::default();
-        let reflections: &[bool] = if self.settings.floor == Floor::None { &[false] } else { &[false, true] };
+        let reflections: &[bool] =
+            if self.settings.acoustics.floor == Floor::None { &[false] } else { &[false, true] };
         for &reflected in reflections {
             let Some(towards) = self.towards(click, receiver, reflected)? else { return Ok(()) };
             let place = click.orientation.inverse() * towards;
@@ -219,7 +221,7 @@ impl Renderer {
     /// Time between a wave and the floor's \[s\] below which they are one sound: that in which it falls by 50
     /// dB.
     fn overlap(&self, click: &AccelerationPulse) -> f64 {
-        let medium = &self.settings.medium;
+        let medium = &self.settings.acoustics.medium;
         let ringing = click.source.ring_time(medium);
         let until_quiet = match &click.source {
             // The ring times of spheres are those of 200 dB, of fields 100 dB.
@@ -281,7 +283,7 @@ impl Renderer {
         }
         self.tables.entry(length).or_insert_with(|| {
             let inverse = self.planner.plan_fft_inverse(length);
-            let grid = Grid::new(length, rate, self.settings.max_frequency);
+            let grid = Grid::new(length, rate, self.settings.acoustics.max_frequency);
             let losses = Losses::on(&grid, self.settings.loss);
             Arc::new(BlockTables { grid, losses, inverse })
         });

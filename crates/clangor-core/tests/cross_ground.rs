@@ -18,7 +18,7 @@ use clangor_core::synthesis::ground::rayleigh_integral::SurfaceGrid;
 use clangor_core::synthesis::ground::{GroundSource, rayleigh_integral};
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
-    AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
+    AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
 use realfft::num_complex::Complex64;
 

@@ -57,7 +57,7 @@ pub(super) fn model_settings(
     settings: &RenderSettings,
 ) -> SoundModelSettings {
     let (accuracy, bake) = (quality.accuracy(), quality.bakes_fields());
-    let options = quality.modal_options(settings.medium, settings.band().0);
+    let options = quality.modal_options(settings.acoustics.medium, settings.band().0);
     SoundModelSettings {
         acceleration: AccelerationSettings::new(settings.max_wavenumber(), accuracy, bake),
         wants_acceleration: true,

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::listener::{Floor, Listener};
+use super::listener::Listener;
 use super::modal::{ModalSource, ModalVoice};
 use super::offline::overlap_add::OverlapAdd;
 use super::offline::renderer::Renderer;

@@ -4,9 +4,6 @@ use clangor_core::acoustics::Acoustics;
 use clangor_core::body::BodyId;
 use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
-use clangor_core::medium::Medium;
-use clangor_core::propagation::PathLoss;
-use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
     AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,

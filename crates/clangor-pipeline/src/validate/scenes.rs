@@ -7,13 +7,9 @@ use std::path::Path;
 
 use clangor_core::contact::ContactSettings;
 use clangor_core::glam::DVec3;
-use clangor_core::medium::Medium;
-use clangor_core::propagation::PathLoss;
 use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::sound_model::SoundModel;
-use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
-use clangor_core::synthesis::listener::Floor;
-use clangor_core::synthesis::{Listener, RenderSettings, SampleRate, SoundSource};
+use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
 
 use super::radiation::exact_spectrum;
 use super::{Check, Extent, Fault, Outcome, Validation};

@@ -1,7 +1,7 @@
 //! How to render, and what to write.
 
+use clangor_core::acoustics::Acoustics;
 use clangor_core::contact::ContactSettings;
-use clangor_core::propagation::{Air, Room};
 use clangor_core::scene::render_description::{Compressor as CompressorSettings, GroundSound, Parts};
 use clangor_core::synthesis::{Listener, RenderSettings, Renderer};
 
@@ -34,10 +34,6 @@ pub struct RenderOptions {
     pub transfers: Transfers,
     /// How planes sound that are hit.
     pub ground: GroundSound,
-    /// What the air takes from the sound; `None`: nothing.
-    pub air: Option<Air>,
-    /// The room around everything.
-    pub room: Option<Room>,
     /// Whether impacts put no more energy into modes than the motion lost.
     pub limit_energy: bool,
     /// Whether pieces go on with the vibration of what they were part of.
@@ -75,7 +71,8 @@ impl RenderOptions {
             Renderer::new(listener, &self.synthesis)?;
         }
         let rate = self.synthesis.sample_rate.as_f64();
-        reverberation(self.room.as_ref(), self.air, &self.synthesis.medium, rate)?;
+        let Acoustics { medium, air, room, .. } = &self.synthesis.acoustics;
+        reverberation(room.as_ref(), *air, medium, rate)?;
         Ok(())
     }
 }

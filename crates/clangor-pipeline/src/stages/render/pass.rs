@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use clangor_core::acoustics::Acoustics;
 use clangor_core::body::BodyId;
 use clangor_core::output::compressor::Compressor;
 use clangor_core::propagation::LateReverberation;
@@ -134,9 +135,10 @@ impl Pass<'_> {
         let settings = &self.options.synthesis;
         let rate = settings.sample_rate.as_f64();
         let total = ((self.options.to - settings.start) * rate).round() as i64;
-        let (room, air) = (self.options.room.as_ref(), self.options.air);
+        let Acoustics { medium, air, room, .. } = &settings.acoustics;
+        let (room, air) = (room.as_ref(), *air);
         let paths = paths_to(self.listener, settings, room, air);
-        let mut late = reverberation(room, air, &settings.medium, rate)?;
+        let mut late = reverberation(room, air, medium, rate)?;
         let mut path_renderers = self.path_renderers(&paths)?;
         let quiet_before = earliest_from(self.clicks);
         for (index, click) in self.clicks.iter().enumerate() {

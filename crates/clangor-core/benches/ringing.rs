@@ -203,7 +203,8 @@ fn main() {
                 let (each, real_time) = (1e9 * time / (48_000.0 * modes as f64), modes as f64 / time);
                 let how = if moving { "moving" } else { "at rest" };
                 println!(
-                    "bank, {modes} modes, {receivers} receivers {how}: {time:.4} s/s, {each:.3} ns a mode and sample, \
+                    "bank, {modes} modes, {receivers} receivers {how}: {time:.4} s/s, {each:.3} ns a mode \
+                     and sample, \
                      {real_time:.0} modes in real time"
                 );
             }

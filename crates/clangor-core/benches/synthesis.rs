@@ -183,7 +183,8 @@ fn spheres(asked: &Asked) {
             let best = best(&clicks, 2, floor);
             let per_wave = best / (clicks.len() * 2) as f64;
             println!(
-                "{IMPULSES} impulses, 2 bodies of {name}, 2 receivers, {floor_name}: {best:.3} s on one core, {:.2} µs \
+                "{IMPULSES} impulses, 2 bodies of {name}, 2 receivers, {floor_name}: {best:.3} s on one \
+                 core, {:.2} µs \
                  per click and receiver",
                 1e6 * per_wave
             );
@@ -241,7 +242,8 @@ fn near(asked: &Asked) {
         repeats += 1;
     }
     println!(
-        "near field of {vertices} vertices, {triangles} triangles, 38 nodes: {:.1} ms per body-impulse and receiver",
+        "near field of {vertices} vertices, {triangles} triangles, 38 nodes: {:.1} ms per body-impulse and \
+         receiver",
         1e3 * (thread_time() - begin) / f64::from(repeats)
     );
 }

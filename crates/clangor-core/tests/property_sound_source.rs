@@ -34,7 +34,8 @@ fn bank() -> BankEvaluator {
 
 fn scene(shape: &str, more: &str) -> Scene {
     Scene::from_toml(&format!(
-        "version = 1\n[[body]]\nshape = \"{shape}\"\nmaterial = \"steel\"\n{more}\n[[plane]]\nmaterial = \"granite\"\n\
+        "version = 1\n[[body]]\nshape = \"{shape}\"\nmaterial = \"steel\"\n{more}\n[[plane]]\nmaterial = \
+         \"granite\"\n\
          [[listener]]\nposition = [1, 1, 1]\n"
     ))
     .unwrap()

@@ -56,7 +56,8 @@ fn unknown_keys() {
 
 #[test]
 fn bodies_that_cannot_break() {
-    let brittle = "[material.glue]\ndensity = 1000\nyoungs_modulus = 1e9\npoisson_ratio = 0.3\nrestitution = 0.5\n\
+    let brittle = "[material.glue]\ndensity = 1000\nyoungs_modulus = 1e9\npoisson_ratio = 0.3\nrestitution = \
+        0.5\n\
                    friction = 0.3\nloss_factor = 0.1\n";
     let text = |lines: &str| {
         format!("version = 1\n[[body]]\nshape = \"box:0.1x0.1x0.1\"\nmaterial = \"glue\"\n{lines}\n{brittle}")
@@ -137,7 +138,8 @@ fn numbers_out_of_range() {
         )],
     );
     refuse(
-        "version = 1\n[material.m]\nbase = \"steel\"\npoisson_ratio = 0.5\nrestitution = 1.5\nfriction = -0.1\nt60 = 0",
+        "version = 1\n[material.m]\nbase = \"steel\"\npoisson_ratio = 0.5\nrestitution = 1.5\nfriction = \
+         -0.1\nt60 = 0",
         &[
             ("4:17", "material.m.poisson_ratio", "0.5 is out of range", "from -0.999 to 0.4999"),
             ("5:15", "material.m.restitution", "1.5 is out of range", "from 0 to 1"),
@@ -200,12 +202,14 @@ fn names() {
         &[("2:1", "material.steel", "the name of a preset", "choose another name")],
     );
     refuse(
-        "version = 1\n[[plane]]\nname = \"a\"\nmaterial = \"wood\"\n[[plane]]\nname = \"a\"\nmaterial = \"wood\"",
+        "version = 1\n[[plane]]\nname = \"a\"\nmaterial = \"wood\"\n[[plane]]\nname = \"a\"\nmaterial = \
+         \"wood\"",
         &[("6:8", "plane[1].name", "already taken on line 3", "a name of its own")],
     );
     // The second copy of `b` has the name of another body.
     refuse(
-        "version = 1\n[[body]]\nname = \"b-2\"\nshape = \"sphere\"\nmaterial = \"wood\"\n[[body]]\nname = \"b\"\n\
+        "version = 1\n[[body]]\nname = \"b-2\"\nshape = \"sphere\"\nmaterial = \"wood\"\n[[body]]\nname = \
+         \"b\"\n\
          shape = \"sphere\"\nmaterial = \"wood\"\npositions = [[0, 1, 0], [0, 2, 0]]",
         &[("6:1", "body[1]", "the name `b-2` is already taken on line 3", "a name of its own")],
     );
@@ -219,7 +223,8 @@ fn names() {
     );
     refuse(
         &ball(
-            "name = \"ball\"\n[[hang]]\nbody = \"bal\"\nanchor = [0, 1, 0]\n[[spring]]\nbody = \"x\"\nto = \"ball\"\nstiffness = 1",
+            "name = \"ball\"\n[[hang]]\nbody = \"bal\"\nanchor = [0, 1, 0]\n[[spring]]\nbody = \"x\"\nto = \
+             \"ball\"\nstiffness = 1",
         ),
         &[
             ("7:8", "hang[0].body", "no body `bal`", "did you mean `ball`?"),
@@ -257,7 +262,8 @@ fn missing_keys() {
     );
     refuse(
         &ball(
-            "count = 3\n[[body]]\nshape = \"sphere\"\nmaterial = \"wood\"\nplacement = { region = [[0, 0, 0], [1, 1, 1]] }",
+            "count = 3\n[[body]]\nshape = \"sphere\"\nmaterial = \"wood\"\nplacement = { region = [[0, 0, \
+             0], [1, 1, 1]] }",
         ),
         &[
             ("5:9", "body[0].count", "means nothing without `placement`", "add `placement`"),
@@ -296,7 +302,8 @@ fn settings_that_exclude_each_other() {
         &[("4:7", "material.m.t60", "cannot be combined with `loss_factor`", "keep either")],
     );
     refuse(
-        "version = 1\n[material.m]\nbase = \"steel\"\nt60 = [[100, 1], [100, 2], [200]]\nrayleigh = {}\nmode_t60 = []",
+        "version = 1\n[material.m]\nbase = \"steel\"\nt60 = [[100, 1], [100, 2], [200]]\nrayleigh = \
+         {}\nmode_t60 = []",
         &[
             ("4:19", "material.m.t60[1][0]", "100 Hz follows 100 Hz", "sort the rows"),
             ("4:28", "material.m.t60[2]", "this has 1 elements", "[frequency in Hz, a number in s"),
@@ -414,7 +421,8 @@ fn syntax_errors_do_not_hide_the_others() {
     // Two syntax errors and two of meaning; the unknown body may be an echo of the broken name and is left
     // out.
     refuse(
-        "version = 1\n[render]\nbits = \n[[body]]\nshape = \"sphere\"\nmaterial = steel\nvelocty = 3\nscale = -1\n\
+        "version = 1\n[render]\nbits = \n[[body]]\nshape = \"sphere\"\nmaterial = steel\nvelocty = 3\nscale \
+         = -1\n\
          [[hang]]\nbody = \"b\"\nanchor = [0, 0, 0]",
         &[
             ("3:8", "", "not valid TOML", "text between a pair of double quotes"),

@@ -34,7 +34,8 @@ const BALL: &str = "[[body]]\nname = \"ball\"\nshape = \"sphere:0.01\"\nmaterial
 fn a_body_has_the_mass_of_its_material_and_its_origin_where_asked() {
     let world = world(
         "[[body]]\nname = \"box\"\nshape = \"box:0.1x0.2x0.3\"\nmaterial = \"brass\"\nposition = [1, 2, 3]\n\
-         orientation = { axis = [0, 0, 2], degrees = 90 }\nvelocity = [1, 0, 0]\nangular_velocity = [0, 1, 0]\n\
+         orientation = { axis = [0, 0, 2], degrees = 90 }\nvelocity = [1, 0, 0]\nangular_velocity = [0, 1, \
+         0]\n\
          [[body]]\nshape = \"mug\"\nmaterial = \"ceramic\"\norigin = [0, 0.5, 0]\nedge_radius = 0.002\n\
          orientation = { axis = [1, 0, 0], degrees = 180 }\n\
          [[plane]]\npoint = [0, -1, 0]\nnormal = [0, 3, 4]\nmaterial = \"wood\"",
@@ -88,9 +89,12 @@ fn scale_multiplies_lengths() {
 
 #[test]
 fn copies_have_names_places_and_seeds_of_their_own() {
-    let text = "[[body]]\nname = \"rock\"\nshape = \"rock:{n}x0.01@0.01\"\nscale = [0.5, 2.0]\nmaterial = \"granite\"\n\
-                count = 6\nplacement = { region = [[-0.1, 0.1, -0.1], [0.1, 0.4, 0.1]], orientation = \"random\" }\n\
-                [[body]]\nname = \"pin\"\nshape = \"sphere:0.01\"\nmaterial = \"wood\"\npositions = [[1, 1, 0], [1, 2, 0]]";
+    let text = "[[body]]\nname = \"rock\"\nshape = \"rock:{n}x0.01@0.01\"\nscale = [0.5, 2.0]\nmaterial = \
+        \"granite\"\n\
+                count = 6\nplacement = { region = [[-0.1, 0.1, -0.1], [0.1, 0.4, 0.1]], orientation = \
+                \"random\" }\n\
+                [[body]]\nname = \"pin\"\nshape = \"sphere:0.01\"\nmaterial = \"wood\"\npositions = [[1, 1, \
+                0], [1, 2, 0]]";
     let scene = decode(text);
     let world = world(text);
     let names: Vec<&str> = world.bodies.iter().map(|b| b.name.as_str()).collect();
@@ -146,7 +150,8 @@ fn copies_keep_clear_of_the_true_surface_of_what_stands_there() {
 #[test]
 fn links_find_their_bodies() {
     let world = world(
-        "[[body]]\nname = \"bob\"\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\npositions = [[0, 0, 0], [1, 0, 0]]\n\
+        "[[body]]\nname = \"bob\"\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\npositions = [[0, 0, 0], \
+         [1, 0, 0]]\n\
          [[body]]\nname = \"drawn\"\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\nposition = [2, 0, 0]\n\
          [[hang]]\nbody = \"bob\"\noffset = [0, 1, 0]\n[[hang]]\nbody = \"drawn\"\nanchor = [3, 1, 0]\n\
          [[spring]]\nbody = \"bob-2\"\nto = \"drawn\"\nstiffness = 5\n\
@@ -182,7 +187,8 @@ fn impossible_links_are_refused() {
     );
     assert!(refusal("[[spring]]\nbody = \"ball\"\nto = \"ball\"\nstiffness = 1").contains("both ends"));
     let die = refusal(
-        "[[body]]\nname = \"die\"\nshape = \"die\"\nmaterial = \"plastic\"\n[[hang]]\nbody = \"die\"\nanchor = [0, 1, 0]",
+        "[[body]]\nname = \"die\"\nshape = \"die\"\nmaterial = \"plastic\"\n[[hang]]\nbody = \"die\"\nanchor \
+         = [0, 1, 0]",
     );
     assert!(die.contains("is not a sphere"), "{die}");
 }
@@ -208,7 +214,8 @@ fn a_listener_inside_a_body_is_refused() {
     assert!(refusal(&at("[-0.08, 1, 0]\nspacing = 0.16")).contains("inside the body `ball`"));
     let moving = "[0, 1, 0] }, { time = 1, position = [1, 1, 0] }]";
     let text = format!(
-        "{BALL}[[listener]]\nkeyframes = [{{ time = 0, position = [0, 0, 0.1] }}, {{ time = 0.5, position = {moving}"
+        "{BALL}[[listener]]\nkeyframes = [{{ time = 0, position = [0, 0, 0.1] }}, {{ time = 0.5, position = \
+         {moving}"
     );
     assert!(instantiate(&decode(&text), &mut load_shape).is_ok());
     let mug =
@@ -221,7 +228,8 @@ fn a_listener_inside_a_body_is_refused() {
 #[test]
 fn loader_errors_stand_at_the_key() {
     let text = format!(
-        "{BALL}[[body]]\nmesh = \"lost.obj\"\nmaterial = \"wood\"\n[[body]]\nmesh = \"lost.obj\"\nmaterial = \"wood\"\n\
+        "{BALL}[[body]]\nmesh = \"lost.obj\"\nmaterial = \"wood\"\n[[body]]\nmesh = \"lost.obj\"\nmaterial = \
+         \"wood\"\n\
          [[body]]\nmesh = \"torn.stl\"\nscale = 0.001\nmaterial = \"wood\""
     );
     let mut asked = Vec::new();
@@ -336,11 +344,11 @@ fn doubtful_scenes_are_accepted_with_a_warning() {
     );
     assert_eq!(
         doubts(&format!(
-            "{BALL}position = [0, 1, 0]\n[[plane]]\nmaterial = \"wood\"\n[[listener]]\nposition = [1000, 1, 0]"
+            "{BALL}position = [0, 1, 0]\n[[plane]]\nmaterial = \"wood\"\n[[listener]]\nposition = [1000, 1, \
+             0]"
         )),
-        [
-            "9:1: listener[0]: the nearest body is 1000 m away, so next to nothing is heard; move the listener closer"
-        ]
+        ["9:1: listener[0]: the nearest body is 1000 m away, so next to nothing is heard; move the \
+             listener closer"]
     );
     assert!(
         doubts(&format!("[render]\nsample_rate = 22050\n{drop}"))[0]
@@ -381,7 +389,8 @@ fn damping_is_a_number_a_table_or_a_law_and_single_modes_go_first() {
 
 #[test]
 fn presets_of_the_papers() {
-    let text = "[[body]]\npreset = \"pan-table\"\n[[body]]\nshape = \"sphere\"\nmaterial = \"pan-steel\"\nposition = [0, 1, 0]\n\
+    let text = "[[body]]\npreset = \"pan-table\"\n[[body]]\nshape = \"sphere\"\nmaterial = \
+        \"pan-steel\"\nposition = [0, 1, 0]\n\
                 [[listener]]\npreset = \"pan-microphone\"\nspacing = 0.2\nfacing = [-1, 0, 0]";
     let scene = decode(text);
     let listener = &scene.listeners[0];

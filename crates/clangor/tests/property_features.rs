@@ -22,9 +22,17 @@ fn has(names: &[String], name: &str) -> bool {
 #[test]
 fn the_real_time_engine_brings_no_offline_dependencies() {
     let names = dependencies(&["--no-default-features", "--features", "realtime"]);
-    for heavy in
-        ["parquet", "faer", "rayon", "parry3d-f64", "clangor-bake", "clangor-pipeline", "wgpu", "cpal", "tokio"]
-    {
+    for heavy in [
+        "parquet",
+        "faer",
+        "rayon",
+        "parry3d-f64",
+        "clangor-bake",
+        "clangor-pipeline",
+        "wgpu",
+        "cpal",
+        "tokio",
+    ] {
         assert!(!has(&names, heavy), "{heavy} comes in with the feature realtime alone");
     }
     assert!(has(&names, "clangor-core") && has(&names, "clangor-sim"));

@@ -326,20 +326,20 @@ fn former_names_give_the_same_sound_and_a_warning() {
              [[plane]]\nmaterial = \"granite\"\n[[listener]]\nposition = [0.3, 0.3, 0]\n"
         )
     };
-    std::fs::write(path.join("new.toml"), scene("acceleration = \"proxy\"\nmodal = \"none\"")).unwrap();
-    std::fs::write(path.join("former.toml"), scene("sound = \"proxy\"\nringing = \"none\"")).unwrap();
-    let render = |scene: &str, option: &str, name: &str| {
+    // The file names the scene, so that both have the same name.
+    let render = |keys: &str, option: &str| {
+        std::fs::write(path.join("die.toml"), scene(keys)).unwrap();
         let output = std::process::Command::new(env!("CARGO_BIN_EXE_clangor"))
             .current_dir(path)
-            .args(["render", scene, option, "sphere", "-o", name])
+            .args(["render", "die.toml", option, "sphere", "-o", "die.wav"])
             .output()
             .unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "{said}");
-        (std::fs::read(path.join(name)).unwrap(), said)
+        (std::fs::read(path.join("die.wav")).unwrap(), said)
     };
-    let (new, quiet) = render("new.toml", "--acceleration", "new.wav");
-    let (former, warned) = render("former.toml", "--sound", "former.wav");
+    let (new, quiet) = render("acceleration = \"proxy\"\nmodal = \"none\"", "--acceleration");
+    let (former, warned) = render("sound = \"proxy\"\nringing = \"none\"", "--sound");
     assert_eq!(new, former);
     assert!(!quiet.contains("former name"), "{quiet}");
     for name in ["`--acceleration`", "`acceleration`", "`modal`"] {

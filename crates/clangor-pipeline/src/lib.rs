@@ -4,6 +4,7 @@ pub mod analysis;
 pub mod formats;
 pub mod interchange;
 pub mod plots;
+pub mod session;
 pub mod stages;
 pub mod validate;
 

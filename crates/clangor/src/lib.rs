@@ -2,3 +2,7 @@
 //! pascals.
 
 pub use clangor_core::*;
+#[cfg(feature = "offline")]
+pub use clangor_pipeline::session::{
+    self, Error, Progress, RenderedSound, Session, SessionBuilder, Stage, Strike, StruckBody,
+};

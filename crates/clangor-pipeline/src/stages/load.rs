@@ -90,18 +90,35 @@ pub fn scene_from_text(
     text: String,
     adjust: &dyn Fn(&mut Scene),
 ) -> Result<LoadedScene, LoadError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let read = Scene::from_toml_with_files(&text, &mut |r| load_geometry(folder, r));
+    let mut scene = match read {
+        Ok(scene) => scene,
+        Err(errors) => return Err(LoadError::Scene { path: path.into(), text, errors }),
+    };
+    adjust(&mut scene);
+    loaded(path, text, scene)
+}
+
+/// A scene that was not read from a file; its mesh files are looked for in the current folder.
+///
+/// # Errors
+/// [`LoadError::Scene`].
+pub fn scene_in_memory(scene: Scene) -> Result<LoadedScene, LoadError> {
+    loaded(Path::new(""), String::new(), scene)
+}
+
+/// The bodies of a scene.
+fn loaded(path: &Path, text: String, mut scene: Scene) -> Result<LoadedScene, LoadError> {
     let refuse = |text: &str, errors| LoadError::Scene { path: path.into(), text: text.into(), errors };
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut scene = Scene::from_toml_with_files(&text, &mut |r| load_geometry(folder, r))
-        .map_err(|e| refuse(&text, e))?;
-    adjust(&mut scene);
-    // The text was judged before the command line added to it.
+    // The text was judged before listeners were added to it.
     if !scene.listeners.is_empty() {
         scene.warnings.retain(|w| w.doubt != Doubt::NoListener);
     }
-    let loaded: BTreeMap<String, Result<LoadedGeometry, GeometryError>> =
+    let geometries: BTreeMap<String, Result<LoadedGeometry, GeometryError>> =
         references(&scene).into_par_iter().map(|r| (r.to_string(), load_geometry(folder, &r))).collect();
-    let mut find = |r: &GeometryReference| match loaded.get(&r.to_string()) {
+    let mut find = |r: &GeometryReference| match geometries.get(&r.to_string()) {
         Some(found) => found.clone(),
         None => load_geometry(folder, r),
     };

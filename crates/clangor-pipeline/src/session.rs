@@ -1,0 +1,270 @@
+//! From a scene to its sound, in one object: open, simulate, obtain sound models, render.
+//!
+//! ```text
+//! open ─► simulate ─► obtain models ─► render
+//! ```
+//!
+//! Each step runs the steps before it that have not run yet, and keeps its result. For a single impact on a
+//! single body there is [`Strike`].
+//!
+//! ```no_run
+//! use clangor_pipeline::session::Session;
+//!
+//! let mut session = Session::open("scenes/ball-drop.toml")?;
+//! let sound = session.render("ball-drop.wav")?;
+//! println!("{} samples, peak {} Pa", sound.frames, sound.peak);
+//! # Ok::<(), clangor_pipeline::session::Error>(())
+//! ```
+
+mod builder;
+mod error;
+mod progress;
+mod source;
+pub mod strike;
+
+use std::collections::BTreeSet;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use clangor_core::body::{Body, BodyId};
+use clangor_core::scene::Scene;
+use clangor_core::sound_model::{AccelerationRule, SoundPart};
+use clangor_core::timeline::Timeline;
+use clangor_sim::SimulationReport;
+
+pub use self::builder::SessionBuilder;
+pub use self::error::Error;
+pub use self::progress::{Progress, Stage};
+use self::source::{Motion, Source};
+pub use self::strike::{Strike, StruckBody};
+use crate::formats::model_cache::ModelCache;
+use crate::formats::soundbank::default_bank;
+use crate::stages::load::LoadedScene;
+use crate::stages::render::{RenderOptions, RenderSummary, check_output, read_impacts, render};
+use crate::stages::simulate::{simulate_and_keep, simulate_impacts};
+use crate::stages::sound_models::{
+    AccelerationSettings, ModalPlanSettings, Quality, SoundModelPlan, SoundModelProgress, SoundModelSettings,
+    SoundModelStore, SoundModels,
+};
+
+/// Receives the progress of a session; breaks to stop it.
+pub type OnProgress<'p> = Box<dyn FnMut(&Progress<'_>) -> ControlFlow<()> + Send + 'p>;
+
+/// A scene or a timeline on its way to sound; see the module.
+pub struct Session<'p> {
+    source: Source,
+    options: RenderOptions,
+    quality: Quality,
+    acceleration_rule: Option<AccelerationRule>,
+    cache: Option<ModelCache>,
+    /// Where the simulated timeline is kept, and whether an older one is replaced.
+    keep: Option<(PathBuf, bool)>,
+    on_progress: OnProgress<'p>,
+    plan: Option<SoundModelPlan>,
+    motion: Option<RecordedMotion>,
+    models: Option<SoundModels>,
+}
+
+/// What moved, and how the simulation went; no report for a timeline that was opened.
+struct RecordedMotion {
+    timeline: Timeline,
+    report: Option<SimulationReport>,
+}
+
+/// Sound written to files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderedSound {
+    /// Samples per channel of each file.
+    pub frames: u64,
+    /// Largest absolute pressure in any mix \[Pa\].
+    pub peak: f64,
+    /// Files, levels, energies, and what became of the impacts.
+    pub summary: RenderSummary,
+}
+
+impl<'p> Session<'p> {
+    /// Opens a scene (`.toml`) or a timeline folder (`.timeline`) with default settings.
+    ///
+    /// # Errors
+    /// [`Error::Load`] for a scene, with all its errors at once; [`Error::Timeline`] for a timeline.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        SessionBuilder::new().open(path)
+    }
+
+    /// A session for a scene in memory; mesh files are looked for in the current folder.
+    ///
+    /// # Errors
+    /// [`Error::Load`].
+    pub fn from_scene(scene: Scene) -> Result<Self, Error> {
+        SessionBuilder::new().from_scene(scene)
+    }
+
+    /// Settings to open a session with.
+    pub fn builder() -> SessionBuilder<'p> {
+        SessionBuilder::new()
+    }
+
+    /// Sends the progress of all following steps to `on_progress`, which breaks to stop.
+    #[must_use]
+    pub fn on_progress(self, on_progress: impl FnMut(&Progress<'_>) -> ControlFlow<()> + Send + 'p) -> Self {
+        Session { on_progress: Box::new(on_progress), ..self }
+    }
+
+    /// The bodies: those present from the beginning, and after [`simulate`](Self::simulate) all that ever
+    /// were.
+    pub fn bodies(&self) -> &[Body] {
+        &self.source.bodies
+    }
+
+    /// The same, to be changed before [`plan`](Self::plan).
+    pub fn bodies_mut(&mut self) -> &mut [Body] {
+        &mut self.source.bodies
+    }
+
+    /// The scene with its text and warnings; `None` for a timeline.
+    pub fn scene(&self) -> Option<&LoadedScene> {
+        match &self.source.motion {
+            Motion::Scene(loaded) => Some(loaded),
+            Motion::Timeline(_) => None,
+        }
+    }
+
+    /// How the sound is rendered.
+    pub fn options(&self) -> &RenderOptions {
+        &self.options
+    }
+
+    /// Whether the scene asks for rolling that the dynamics cannot give.
+    pub fn lacks_rolling(&self) -> bool {
+        self.source.settings.rolling && self.options.rolling.is_none()
+    }
+
+    /// The sound models to be obtained, to be given known ones before the simulation.
+    pub fn plan(&mut self) -> &mut SoundModelPlan {
+        let Session { source, options, quality, acceleration_rule, .. } = self;
+        self.plan.get_or_insert_with(|| {
+            let (accuracy, bake) = (quality.accuracy(), quality.bakes_fields());
+            let synthesis = &options.synthesis;
+            let modal = ModalPlanSettings {
+                options: quality.modal_options(synthesis.acoustics.medium, synthesis.band().0),
+                proxy_frequency: source.settings.proxy_frequency,
+            };
+            let settings = SoundModelSettings {
+                acceleration: AccelerationSettings::new(synthesis.max_wavenumber(), accuracy, bake),
+                wants_acceleration: options.parts.acceleration,
+                modal: Some(modal).filter(|_| options.parts.modal),
+            };
+            let plan = SoundModelPlan::new(&source.bodies, &source.rules, settings);
+            match *acceleration_rule {
+                Some(rule) => plan.with_acceleration_rule(rule),
+                None => plan,
+            }
+        })
+    }
+
+    /// Simulates the scene, or reads the timeline, as far as it is heard. Returns the report of a simulation;
+    /// `None` for a timeline.
+    ///
+    /// # Errors
+    /// [`Error::Simulate`], [`Error::Timeline`], and those of settings that give no sound.
+    pub fn simulate(&mut self) -> Result<Option<&SimulationReport>, Error> {
+        if self.motion.is_none() {
+            self.options.check_sound()?;
+            let followed = self.plan().followed();
+            let motion = self.record(&followed)?;
+            self.source.bodies = motion.timeline.all_bodies(&self.source.bodies);
+            self.motion = Some(motion);
+        }
+        Ok(self.motion.as_ref().and_then(|motion| motion.report.as_ref()))
+    }
+
+    /// The impacts and the poses at them, and all poses of the `followed` bodies.
+    fn record(&mut self, followed: &BTreeSet<BodyId>) -> Result<RecordedMotion, Error> {
+        let loaded = match &self.source.motion {
+            Motion::Scene(loaded) => loaded,
+            Motion::Timeline(reader) => {
+                let timeline = read_impacts(reader, followed, self.options.rolling.is_some())?;
+                return Ok(RecordedMotion { timeline, report: None });
+            }
+        };
+        let total = loaded.scene.simulation.duration;
+        let on_progress = &mut self.on_progress;
+        let reached = &mut |time: f64| {
+            let done = if total > 0.0 { time / total } else { 1.0 };
+            on_progress(&Progress { stage: Stage::Simulation, done, body: "", step: "simulate" })
+        };
+        let (timeline, report) = match &self.keep {
+            Some((folder, replace)) => simulate_and_keep(loaded, followed, folder, *replace, reached)?,
+            None => simulate_impacts(loaded, followed, reached)?,
+        };
+        Ok(RecordedMotion { timeline, report: Some(report) })
+    }
+
+    /// The sound models of the struck bodies, found in the cache or baked; simulates first.
+    ///
+    /// # Errors
+    /// [`Error::Models`], and those of [`simulate`](Self::simulate).
+    pub fn obtain_models(&mut self) -> Result<&SoundModels, Error> {
+        self.simulate()?;
+        if self.models.is_none() {
+            let contacts = self.motion.iter().flat_map(|motion| &motion.timeline.contacts);
+            let struck: BTreeSet<BodyId> = contacts.flat_map(|row| [row.body_a, row.body_b]).collect();
+            let plan = self.plan().clone();
+            let bank = default_bank();
+            let store = SoundModelStore { cache: self.cache.as_ref(), bank: bank.as_ref() };
+            let on_progress = &mut self.on_progress;
+            let mut reached = |p: &SoundModelProgress<'_>| {
+                let stage = if p.part == SoundPart::Modal { Stage::Modal } else { Stage::Acceleration };
+                on_progress(&Progress { stage, done: p.done, body: p.body, step: p.step })
+            };
+            self.models = Some(plan.find(&self.source.bodies, &struck, store, &mut reached)?);
+        }
+        Ok(self.models.get_or_insert_default())
+    }
+
+    /// Checks whether the files of [`render`](Self::render) can be written, before a long simulation.
+    ///
+    /// # Errors
+    /// [`Error::Render`].
+    pub fn check_output(&self, output: impl AsRef<Path>) -> Result<(), Error> {
+        Ok(check_output(&self.options, &self.source.bodies, output.as_ref())?)
+    }
+
+    /// Renders into a WAV file, one for each listener and stem; see [`render`]. Simulates and obtains models
+    /// first.
+    ///
+    /// # Errors
+    /// [`Error`]; a file appears only once it is complete.
+    pub fn render(&mut self, output: impl AsRef<Path>) -> Result<RenderedSound, Error> {
+        if self.motion.is_none() {
+            self.check_output(&output)?;
+        }
+        self.obtain_models()?;
+        let (Some(motion), Some(models)) = (&self.motion, &self.models) else {
+            return Err(Error::Interrupted);
+        };
+        let on_progress = &mut self.on_progress;
+        let mut reached =
+            |done: f64| on_progress(&Progress { stage: Stage::Render, done, body: "", step: "render" });
+        let (bodies, options) = (&self.source.bodies, &self.options);
+        let summary =
+            render(bodies, &models.bodies, &motion.timeline, options, output.as_ref(), &mut reached)?;
+        let mixes = || summary.files.iter().filter(|file| file.stem.is_none());
+        let peaks = mixes().flat_map(|file| file.levels.channels.iter().map(|channel| channel.peak));
+        Ok(RenderedSound {
+            frames: mixes().map(|file| file.levels.frames).max().unwrap_or(0),
+            peak: peaks.fold(0.0, f64::max),
+            summary,
+        })
+    }
+
+    /// What moved, of what is heard; empty before [`simulate`](Self::simulate).
+    pub fn timeline(&self) -> Option<&Timeline> {
+        self.motion.as_ref().map(|motion| &motion.timeline)
+    }
+
+    /// The sound models; `None` before [`obtain_models`](Self::obtain_models).
+    pub fn models(&self) -> Option<&SoundModels> {
+        self.models.as_ref()
+    }
+}

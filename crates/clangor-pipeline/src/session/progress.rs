@@ -1,0 +1,27 @@
+//! How far a session is.
+
+/// A step of a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The dynamics.
+    Simulation,
+    /// Baking of fields of accelerated bodies.
+    Acceleration,
+    /// Baking of modes and their transfers.
+    Modal,
+    /// Rendering to files.
+    Render,
+}
+
+/// How far a stage is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
+    /// The stage.
+    pub stage: Stage,
+    /// Fraction of the stage that is done, 0 to 1.
+    pub done: f64,
+    /// The body whose model is baked, the first of those that share it; empty otherwise.
+    pub body: &'a str,
+    /// What is being computed.
+    pub step: &'static str,
+}

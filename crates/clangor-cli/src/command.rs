@@ -20,7 +20,7 @@ pub(crate) mod validate;
 use std::path::Path;
 
 use clangor_core::scene::Scene;
-use clangor_core::scene::body_description::Copies;
+use clangor_pipeline::session::reseed;
 use clangor_pipeline::stages::load::{LoadedScene, load_scene};
 
 use crate::arguments::Global;
@@ -47,20 +47,7 @@ fn load(
     Ok(loaded)
 }
 
-/// Draws every random placement and crack pattern of a scene from a new seed.
-fn reseed(scene: &mut Scene, seed: u64) {
-    scene.simulation.seed = seed;
-    for body in &mut scene.bodies {
-        if let Some(breaking) = &mut body.breaking {
-            breaking.seed = None;
-        }
-        if let Copies::Random(placement) = &mut body.copies {
-            placement.seed = None;
-        }
-    }
-}
-
-/// Refuses an output whose ending would hide what it is.
+/// Rejects an output whose ending would hide what it is.
 fn check_ending(output: &Path, ending: &str) -> Result<(), Failure> {
     if output.extension().is_some_and(|e| e == ending) {
         return Ok(());

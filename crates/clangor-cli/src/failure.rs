@@ -3,6 +3,7 @@
 use std::fmt::Display;
 
 use clangor_pipeline::interchange::body_files::InterchangeError;
+use clangor_pipeline::session;
 use clangor_pipeline::stages::load::LoadError;
 use clangor_pipeline::stages::render::RenderError;
 use clangor_pipeline::stages::simulate::SimulateError;
@@ -63,5 +64,21 @@ impl From<InterchangeError> for Failure {
 impl From<SoundModelError> for Failure {
     fn from(error: SoundModelError) -> Self {
         if matches!(error, SoundModelError::Interrupted) { Failure::Interrupted } else { Failure::new(error) }
+    }
+}
+
+impl From<session::Error> for Failure {
+    fn from(error: session::Error) -> Self {
+        match error {
+            session::Error::Load(error) => error.into(),
+            session::Error::Simulate(error) => error.into(),
+            session::Error::Render(error) => error.into(),
+            session::Error::Models(error) => error.into(),
+            session::Error::MaxFrequency { hz, lowest, nyquist } => Failure::new(format_args!(
+                "--max-frequency {hz} is outside {lowest} Hz to half the sample rate, {nyquist} Hz"
+            )),
+            session::Error::Interrupted => Failure::Interrupted,
+            other => Failure::new(other),
+        }
     }
 }

@@ -32,7 +32,7 @@ use clangor_core::sound_model::{AccelerationRule, SoundPart};
 use clangor_core::timeline::Timeline;
 use clangor_sim::SimulationReport;
 
-pub use self::builder::SessionBuilder;
+pub use self::builder::{SessionBuilder, reseed};
 pub use self::error::Error;
 pub use self::progress::{Progress, Stage};
 use self::source::{Motion, Source};

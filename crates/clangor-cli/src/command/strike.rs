@@ -1,7 +1,6 @@
 //! `clangor strike`: one impact to one body, heard by one listener.
 
 use std::collections::BTreeSet;
-use std::f64::consts::{LN_10, TAU};
 use std::path::Path;
 use std::slice;
 use std::sync::Arc;
@@ -19,13 +18,14 @@ use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::{BodyModes, SoundModel};
-use clangor_core::synthesis::modal::{ModalSettings, ModalSource, Resonance};
+use clangor_core::synthesis::modal::{ModalSettings, ModalSource};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor_core::synthesis::strike::{LEAD, Strike as StrikeSpec, StrikeSound, strike, struck_ringing};
+use clangor_core::synthesis::strike::{LEAD, Strike as StrikeSpec, strike, struck_ringing};
 use clangor_core::synthesis::{RenderSettings, SampleRate, SoundSource};
 use clangor_pipeline::analysis::levels::db_spl;
 use clangor_pipeline::formats::atomic_file::write_atomically;
 use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
+use clangor_pipeline::session::strike::{SHORTEST, cut_silence, decay_time};
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
 use clangor_pipeline::stages::sound_models::{
     SoundFile, SoundModelPlan, SoundModelSettings, read_sound_file,
@@ -137,11 +137,6 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     Ok(())
 }
 
-/// Shortest output, unless another is asked for \[s\].
-const SHORTEST: f64 = 0.1;
-/// Longest, unless another is asked for \[s\].
-const LONGEST: f64 = 20.0;
-
 /// The modes of the struck body, out of its model, or found or baked; and the time in which the longest has
 /// died away \[s\].
 fn ringing(
@@ -180,10 +175,8 @@ fn ringing(
     };
     let source = ModalSource::new(model, &body.material.damping, &ModalSettings::default())
         .map_err(|e| Failure::new(format_args!("the modes of \"{}\" cannot be played: {e}", options.body)))?;
-    let t60 = |r: &Resonance| 3.0 * LN_10 / (TAU * r.frequency * r.damping_ratio);
-    let longest = source.resonances().iter().map(t60).fold(0.0, f64::max);
-    let travel = options.listener.length() / impact.medium.sound_speed;
-    Ok(Some((Arc::new(source), (longest + travel).clamp(SHORTEST, LONGEST))))
+    let seconds = decay_time(&source, impact);
+    Ok(Some((Arc::new(source), seconds)))
 }
 
 /// How the model of the struck body is baked.
@@ -206,15 +199,6 @@ fn found_model(
     }
     let struck = BTreeSet::from([BodyId(0)]);
     Ok(find_models(plan, bodies, &struck, global, console)?.bodies.swap_remove(0))
-}
-
-/// Cuts what is quieter than the peak by 60 dB at the end.
-fn cut_silence(sound: &mut StrikeSound, sample_rate: u32) {
-    let peak = sound.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
-    let heard = sound.pressures.iter().rposition(|p| p.abs() > 1e-3 * peak).map_or(0, |last| last + 1);
-    let shortest = ((SHORTEST + LEAD) * f64::from(sample_rate)).ceil() as usize;
-    sound.pressures.truncate(heard.max(shortest));
-    sound.times.truncate(heard.max(shortest));
 }
 
 /// How the impact is rendered.

@@ -281,7 +281,7 @@ impl<'p> SessionBuilder<'p> {
 }
 
 /// Draws every random placement and crack pattern of a scene from a new seed.
-fn reseed(scene: &mut Scene, seed: u64) {
+pub fn reseed(scene: &mut Scene, seed: u64) {
     scene.simulation.seed = seed;
     for body in &mut scene.bodies {
         if let Some(breaking) = &mut body.breaking {

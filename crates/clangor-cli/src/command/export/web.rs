@@ -10,7 +10,7 @@ use clangor_pipeline::stages::event_schedule::event_feeder::measure_peak;
 use clangor_pipeline::stages::render::{Transfers, modal_sources};
 use serde_json::json;
 
-use super::super::render::{Prepared, prepare};
+use super::super::render::{StageBars, open, prepare};
 use super::super::sound_sources::own_model;
 use super::super::{check_ending, is_timeline};
 use crate::arguments::{Global, Quality, Render};
@@ -36,14 +36,18 @@ pub(super) fn run(
         )));
     }
     let asked = Render { quality, max_frequency, ..Render::of(input) };
-    let Prepared { bodies, options, models, .. } = prepare(&asked, None, global, console)?;
+    let bars = StageBars::new(console);
+    let mut session = open(&asked, global, console, &bars)?;
+    prepare(&mut session, &asked, console, &bars)?;
+    let Some(models) = session.models() else { return Ok(()) };
+    let (bodies, options) = (session.bodies(), session.options());
     let reader = TimelineReader::open(input).map_err(Failure::new)?;
     let timeline = reader.read_all().map_err(Failure::new)?;
-    let ringing = modal_sources(&bodies, &models.bodies, Transfers::Baked).map_err(Failure::new)?;
+    let ringing = modal_sources(bodies, &models.bodies, Transfers::Baked).map_err(Failure::new)?;
     let score =
-        EventSchedule::new(&bodies, &models.bodies, &ringing, &timeline, &options).map_err(Failure::new)?;
+        EventSchedule::new(bodies, &models.bodies, &ringing, &timeline, options).map_err(Failure::new)?;
     let Some(listener) = options.listeners.first() else { return Err(Failure::new("there is no listener")) };
-    let settings = score.engine_settings(&options, listener, options.synthesis.sample_rate);
+    let settings = score.engine_settings(options, listener, options.synthesis.sample_rate);
     let (mut controller, mut engine) =
         score.engine(&models.bodies, &ringing, &settings).map_err(Failure::new)?;
     let progress = console.progress("measure_peak", options.to);
@@ -54,7 +58,7 @@ pub(super) fn run(
     drop(progress);
     let bank = default_bank();
     let replay = Replay {
-        bodies: &bodies,
+        bodies,
         ringing: &ringing,
         limit_energy: options.limit_energy,
         timeline: &timeline,

@@ -11,7 +11,7 @@ use clangor_pipeline::stages::event_schedule::event_feeder::{EventFeeder, measur
 use clangor_pipeline::stages::render::{Transfers, modal_sources};
 use serde_json::json;
 
-use super::super::render::{Prepared, prepare};
+use super::super::render::{StageBars, open, prepare};
 use super::device::Output;
 use crate::arguments::{Global, Play, Render};
 use crate::console::{Console, counted, four_digits};
@@ -37,14 +37,17 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
         full_scale: options.full_scale,
         ..Render::of(input)
     };
-    let Prepared { bodies, options: how, models, timeline, .. } = prepare(&asked, None, global, console)?;
+    let bars = StageBars::new(console);
+    let mut session = open(&asked, global, console, &bars)?;
+    prepare(&mut session, &asked, console, &bars)?;
+    let (Some(models), Some(timeline)) = (session.models(), session.timeline()) else { return Ok(()) };
+    let (bodies, how) = (session.bodies(), session.options());
     let Some(listener) = how.listeners.first() else { return Err(Failure::new("there is no listener")) };
-    let ringing = modal_sources(&bodies, &models.bodies, Transfers::Baked).map_err(Failure::new)?;
-    let score =
-        EventSchedule::new(&bodies, &models.bodies, &ringing, &timeline, &how).map_err(Failure::new)?;
+    let ringing = modal_sources(bodies, &models.bodies, Transfers::Baked).map_err(Failure::new)?;
+    let score = EventSchedule::new(bodies, &models.bodies, &ringing, timeline, how).map_err(Failure::new)?;
     let (from, to) = (how.synthesis.start, how.to);
     let rate = SampleRate::try_new(output.sample_rate()).map_err(Failure::new)?;
-    let settings = score.engine_settings(&how, listener, rate);
+    let settings = score.engine_settings(how, listener, rate);
     let (mut controller, mut live) =
         score.engine(&models.bodies, &ringing, &settings).map_err(Failure::new)?;
     let full_scale = match options.full_scale {

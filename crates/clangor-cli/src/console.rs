@@ -7,8 +7,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::arguments::Global;
-
 /// Where messages go, and whether the person has asked to stop.
 pub(crate) struct Console {
     quiet: bool,
@@ -19,7 +17,7 @@ pub(crate) struct Console {
 impl Console {
     /// Listens for Ctrl-C from now on: the first one asks work to stop, a second one ends the program at
     /// once.
-    pub(crate) fn new(global: &Global) -> Self {
+    pub(crate) fn new(quiet: bool, json: bool) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let handled = ctrlc::set_handler(move || {
@@ -33,7 +31,7 @@ impl Console {
                 "warning: Ctrl-C will end the program without tidying up: {error}"
             );
         }
-        Console { quiet: global.quiet, json: global.json, stop }
+        Console { quiet, json, stop }
     }
 
     /// Whether results are wanted as JSON.

@@ -22,7 +22,7 @@ use failure::Failure;
 fn main() -> ExitCode {
     let Renewed { words, warnings } = renew(std::env::args_os());
     let arguments = Arguments::parse_from(words);
-    let console = Console::new(&arguments.global);
+    let console = Console::new(arguments.global.quiet, arguments.global.json);
     for warning in warnings {
         console.warn(warning);
     }

@@ -126,11 +126,22 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
     let part = AccelerationBake(bake_options(options, highest));
     let request =
         SoundModelRequest::new(&options.input, &loaded.surface, loaded.mass, part).map_err(refused)?;
-    let mut obtained = with_progress(&request, "bake", cache, console)?;
+    let obtained = with_progress(&request, "bake", cache, console)?;
     if options.representation == Representation::Pan {
         warn(&obtained, &options.input, console);
         return published(&obtained.file, options, output, console);
     }
+    write_model(obtained, modes, (options, output), started, console)
+}
+
+/// Writes both parts of a model into one file, and reports it.
+fn write_model(
+    mut obtained: Obtained<ModelFile>,
+    modes: Option<Obtained<ModalFile>>,
+    (options, output): (&Bake, &Path),
+    started: Instant,
+    console: &Console,
+) -> Result<(), Failure> {
     let cached = obtained.cached && modes.as_ref().is_none_or(|modes| modes.cached);
     if let Some(modes) = &modes {
         warn_of_modes(modes, &options.input, console);

@@ -127,7 +127,8 @@ pub(super) fn report_modal(console: &Console, path: &Path, file: &ModalSoundbank
         bytes as f64 * 1e-6
     ));
     console.say(format_args!(
-        "to {:.0} Hz for bodies up to {:.3} m with a lowest frequency from {:.0} Hz; shapes to degree {}, multipoles to order {order}",
+        "to {:.0} Hz for bodies up to {:.3} m with a lowest frequency from {:.0} Hz; shapes to degree {}, \
+         multipoles to order {order}",
         origin.max_frequency,
         origin.largest_size,
         origin.least_first_frequency,

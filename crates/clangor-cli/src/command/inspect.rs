@@ -262,7 +262,8 @@ fn geometry(text: &str, console: &Console) -> Result<(), Failure> {
     if matches!(reference.geometry, Geometry::Shape(_)) && (path.exists() || is_named_like_a_file) {
         let fault = if path.exists() { "is of no known kind" } else { "does not exist" };
         return Err(Failure::new(format_args!(
-            "{text} {fault}; inspect reads .toml, .timeline, .wav, .safetensors, .obj, .ply, .stl, .gltf, .glb, and shapes such as mug"
+            "{text} {fault}; inspect reads .toml, .timeline, .wav, .safetensors, .obj, .ply, .stl, .gltf, \
+             .glb, and shapes such as mug"
         )));
     }
     let loaded = load_geometry(Path::new(""), &reference)

@@ -20,7 +20,8 @@ pub(crate) fn run(options: &Play, global: &Global, console: &Console) -> Result<
 #[cfg(not(feature = "playback"))]
 pub(crate) fn run(_options: &Play, _global: &Global, _console: &Console) -> Result<(), Failure> {
     Err(Failure::new(
-        "this program was built without playback: cargo build --release --features playback; on Linux that needs ALSA's headers \
+        "this program was built without playback: cargo build --release --features playback; on Linux \
+         that needs ALSA's headers \
          (apt-get install libasound2-dev)",
     ))
 }

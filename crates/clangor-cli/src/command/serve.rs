@@ -11,7 +11,8 @@ use crate::failure::Failure;
 pub(crate) fn run(options: &Serve, console: &Console) -> Result<(), Failure> {
     let Some(page) = embedded_page() else {
         return Err(Failure::new(format_args!(
-            "this program was built without the page; in the folder of its source:\n  {BUILD_COMMAND}\n  cargo build --release"
+            "this program was built without the page; in the folder of its source:\n  {BUILD_COMMAND}\n  \
+             cargo build --release"
         )));
     };
     let server = Server::bind(page, options.port).map_err(Failure::new)?;

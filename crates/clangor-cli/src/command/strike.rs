@@ -20,7 +20,7 @@ use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::{BodyModes, SoundModel};
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor_core::synthesis::strike::{LEAD, Strike as StrikeSpec, strike, struck_ringing};
+use clangor_core::synthesis::strike::{LEAD, Strike as StrikeSpec, StrikeSound, strike, struck_ringing};
 use clangor_core::synthesis::{RenderSettings, SampleRate, SoundSource};
 use clangor_pipeline::analysis::levels::db_spl;
 use clangor_pipeline::formats::atomic_file::write_atomically;
@@ -59,7 +59,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     // A mistaken impact is told before anything is baked.
     strike(&body, &point, &impact).map_err(Failure::new)?;
     let ringing = match wants(Part::Modal) {
-        true => ringing(&body, model.as_ref(), modes, &impact, options, global, console)?,
+        true => ringing(&body, model.as_ref(), modes, &impact, options, (global, console))?,
         false => None,
     };
     let impact = StrikeSpec {
@@ -84,33 +84,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
         }
     }
     let peak = sound.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
-    match options.output.extension().and_then(|e| e.to_str()) {
-        Some("csv") => {
-            let mut text = String::from("time_s,pressure_pa\n");
-            for (time, pressure) in sound.times.iter().zip(&sound.pressures) {
-                text.push_str(&format!("{time:.9e},{pressure:.9e}\n"));
-            }
-            write_atomically(&options.output, text.as_bytes()).map_err(Failure::new)?;
-        }
-        Some("wav") => {
-            let spec = WavSpec {
-                sample_rate: options.sample_rate,
-                channels: 1,
-                format: SampleFormat::Float32,
-                full_scale: WavSpec::default_full_scale(SampleFormat::Float32),
-                meaning: Meaning::Pressure,
-                note: format!(
-                    "{} of {}, begins {LEAD} s before the contact",
-                    options.body, body.material.name
-                ),
-            };
-            let samples: Vec<f32> = sound.pressures.iter().map(|p| *p as f32).collect();
-            let mut file = WavWriter::create(&options.output, spec).map_err(Failure::new)?;
-            file.write(&samples).map_err(Failure::new)?;
-            file.finish().map_err(Failure::new)?;
-        }
-        _ => return Err(Failure::new("the output must end in .wav or .csv")),
-    }
+    write(options, &body.material.name, &sound)?;
     if peak == 0.0 {
         console.warn(format_args!(
             "{} is silent: sound needs {:.4} s to the listener, so raise --seconds",
@@ -137,6 +111,35 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     Ok(())
 }
 
+/// Writes the sound as WAV, or as a table of times and pressures.
+fn write(options: &Strike, material: &str, sound: &StrikeSound) -> Result<(), Failure> {
+    match options.output.extension().and_then(|e| e.to_str()) {
+        Some("csv") => {
+            let mut text = String::from("time_s,pressure_pa\n");
+            for (time, pressure) in sound.times.iter().zip(&sound.pressures) {
+                text.push_str(&format!("{time:.9e},{pressure:.9e}\n"));
+            }
+            write_atomically(&options.output, text.as_bytes()).map_err(Failure::new)?;
+        }
+        Some("wav") => {
+            let spec = WavSpec {
+                sample_rate: options.sample_rate,
+                channels: 1,
+                format: SampleFormat::Float32,
+                full_scale: WavSpec::default_full_scale(SampleFormat::Float32),
+                meaning: Meaning::Pressure,
+                note: format!("{} of {}, begins {LEAD} s before the contact", options.body, material),
+            };
+            let samples: Vec<f32> = sound.pressures.iter().map(|p| *p as f32).collect();
+            let mut file = WavWriter::create(&options.output, spec).map_err(Failure::new)?;
+            file.write(&samples).map_err(Failure::new)?;
+            file.finish().map_err(Failure::new)?;
+        }
+        _ => return Err(Failure::new("the output must end in .wav or .csv")),
+    }
+    Ok(())
+}
+
 /// The modes of the struck body, out of its model, or found or baked; and the time in which the longest has
 /// died away \[s\].
 fn ringing(
@@ -145,8 +148,7 @@ fn ringing(
     given: Option<ModalModel>,
     impact: &StrikeSpec,
     options: &Strike,
-    global: &Global,
-    console: &Console,
+    (global, console): (&Global, &Console),
 ) -> Result<Option<(Arc<ModalSource>, f64)>, Failure> {
     let (part, is_file) = match file {
         Some(SoundFile::Model(file)) => (file.modal.as_ref(), true),

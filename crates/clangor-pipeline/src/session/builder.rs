@@ -164,7 +164,8 @@ impl<'p> SessionBuilder<'p> {
     /// Opens a scene (`.toml`) or a timeline folder (`.timeline`).
     ///
     /// # Errors
-    /// [`Error::Load`] with every error of a scene at once, [`Error::Timeline`], [`Error::AlreadySimulated`] for
+    /// [`Error::Load`] with every error of a scene at once, [`Error::Timeline`], [`Error::AlreadySimulated`]
+    /// for
     /// settings of the simulation of a timeline, [`Error::MaxFrequency`], [`Error::Synthesis`].
     pub fn open(self, path: impl AsRef<Path>) -> Result<Session<'p>, Error> {
         let path = path.as_ref();

@@ -161,7 +161,8 @@ impl Strike {
         Strike { cache: Some(folder.into()), ..self }
     }
 
-    /// The sound: pressures \[Pa\] at times \[s\]. Bakes the sound model of the body if it is not in the cache.
+    /// The sound: pressures \[Pa\] at times \[s\]. Bakes the sound model of the body if it is not in the
+    /// cache.
     ///
     /// # Errors
     /// [`Error::Strike`] for an impact off the surface or without impulse, [`Error::Models`],
@@ -218,7 +219,8 @@ impl Strike {
     }
 }
 
-/// Time in which the longest mode has fallen by 60 dB and reached the listener \[s\], between [`SHORTEST`] and
+/// Time in which the longest mode has fallen by 60 dB and reached the listener \[s\], between [`SHORTEST`]
+/// and
 /// [`LONGEST`].
 pub fn decay_time(source: &ModalSource, impact: &strike::Strike) -> f64 {
     let t60 = |r: &Resonance| 3.0 * LN_10 / (TAU * r.frequency * r.damping_ratio);

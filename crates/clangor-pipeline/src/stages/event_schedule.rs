@@ -72,7 +72,8 @@ impl Moving {
 const STEP: f64 = 1e-3;
 
 impl EventSchedule {
-    /// The schedule of a timeline whose bodies have `models` and the modal sources `ringing`. Each struck body
+    /// The schedule of a timeline whose bodies have `models` and the modal sources `ringing`. Each struck
+    /// body
     /// that is more than a sphere that clicks has a slot.
     ///
     /// # Errors

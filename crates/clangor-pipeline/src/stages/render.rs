@@ -53,7 +53,8 @@ pub use self::transfers::Transfers;
 /// body.
 ///
 /// One listener makes the file `output`; several make `NAME.LISTENER.wav` each. Stems are
-/// `….BODY.acceleration.wav`, `….BODY.modal.wav` and `….PLANE.ground.wav`. `progress` gets the fraction of the
+/// `….BODY.acceleration.wav`, `….BODY.modal.wav` and `….PLANE.ground.wav`. `progress` gets the fraction of
+/// the
 /// work done, from 0 to 1.
 ///
 /// # Errors

@@ -92,7 +92,8 @@ impl Output {
         };
         let unusable = |why: String| {
             Failure::new(format_args!(
-                "the audio device \"{device}\" cannot be played on: {why}; `clangor render` writes the sound to a file instead"
+                "the audio device \"{device}\" cannot be played on: {why}; `clangor render` writes the \
+                 sound to a file instead"
             ))
         };
         let ranges: Vec<SupportedStreamConfigRange> =

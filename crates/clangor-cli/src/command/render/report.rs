@@ -66,7 +66,8 @@ impl RenderReportView<'_> {
         {
             if let Some((_, body, time)) = report.first_inside {
                 console.warn(format_args!(
-                "listener \"{}\" was inside a body, or the sphere that stands for it, at {} clicks, which were left out; the \
+                "listener \"{}\" was inside a body, or the sphere that stands for it, at {} clicks, which \
+                 were left out; the \
                  first was of \"{}\" at {time:.4} s; move the listener away",
                 file.listener,
                 report.receiver_inside,
@@ -75,9 +76,10 @@ impl RenderReportView<'_> {
             }
             if report.below_floor > 0 {
                 console.warn(format_args!(
-                "{} clicks of bodies whose centre was below the rigid floor were left out; lower `floor_height`",
-                report.below_floor
-            ));
+                    "{} clicks of bodies whose centre was below the rigid floor were left out; lower \
+                 `floor_height`",
+                    report.below_floor
+                ));
             }
         }
         self.say_sources(console);
@@ -147,7 +149,8 @@ impl RenderReportView<'_> {
         }
         if many > 0 {
             console.say(format_args!(
-                "{many} bodies of more than {MOST_FORMS} different forms do not ring; ask for them with modal = true"
+                "{many} bodies of more than {MOST_FORMS} different forms do not ring; ask for them with \
+                 modal = true"
             ));
         }
         self.say_limits(console);
@@ -181,7 +184,8 @@ impl RenderReportView<'_> {
         let (lengthened, impacts) = (total(|limits| limits.limited), total(|limits| limits.impacts));
         let longest = limited().map(|(_, limits)| limits.longest).fold(1.0, f64::max);
         let what = format!(
-            "{lengthened} of {} on {} would put more energy into modes than the motion lost, {:.1} times at most (\"{}\")",
+            "{lengthened} of {} on {} would put more energy into modes than the motion lost, {:.1} times \
+             at most (\"{}\")",
             counted(impacts as usize, "impact", "impacts"),
             counted(limited().count(), "body", "bodies"),
             most.largest,
@@ -202,10 +206,11 @@ impl RenderReportView<'_> {
         let lacking: f64 = self.summary.missing_energies.values().sum();
         let all: f64 = self.summary.energies.values().sum();
         console.warn(format_args!(
-        "the field of \"{}\" ends at {end:.0} Hz, below the band of the file; what is missing is about {:.1e} of the energy of all",
-        self.bodies[body.index()].name,
-        lacking / (all + lacking)
-    ));
+            "the field of \"{}\" ends at {end:.0} Hz, below the band of the file; what is missing is about \
+         {:.1e} of the energy of all",
+            self.bodies[body.index()].name,
+            lacking / (all + lacking)
+        ));
     }
 
     /// A table of bodies: share of the energy, impacts, and why a body is silent.
@@ -216,12 +221,13 @@ impl RenderReportView<'_> {
         let contacts = &summary.contacts;
         let dropped = simulated.map_or(0, |report| report.dropped_impacts);
         console.say(format_args!(
-        "impacts: {} sound, {} slower than v_min, {} without normal impulse, {} between bodies that cannot move",
-        contacts.pulses,
-        contacts.slow + dropped,
-        contacts.without_impulse,
-        contacts.immovable
-    ));
+            "impacts: {} sound, {} slower than v_min, {} without normal impulse, {} between bodies that \
+         cannot move",
+            contacts.pulses,
+            contacts.slow + dropped,
+            contacts.without_impulse,
+            contacts.immovable
+        ));
         console.say(format_args!(
             "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  remark",
             "body", "part", "dB of all", "clicks", "too slow", "τc/L"
@@ -287,7 +293,8 @@ impl RenderReportView<'_> {
             match counts.shorter_than_transit {
                 0 => as_what,
                 _ => format!(
-                    "{as_what}; some impacts are shorter than a wave takes to cross it (τc/L < 1): an upper bound"
+                    "{as_what}; some impacts are shorter than a wave takes to cross it (τc/L < 1): an \
+                     upper bound"
                 ),
             }
         } else if counts.pulses > 0 && !self.options.parts.acceleration {

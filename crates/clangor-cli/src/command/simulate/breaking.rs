@@ -15,14 +15,16 @@ pub(super) fn say(console: &Console, report: &BreakingReport) {
     let BreakingReport { screened, solved, withstood, capped, refused } = report;
     if screened + solved > 0 {
         console.say(format_args!(
-            "{} impacts on bodies that may break: stress computed for {solved}, of which {withstood} beyond the strength but too \
+            "{} impacts on bodies that may break: stress computed for {solved}, of which {withstood} \
+             beyond the strength but too \
              weak to pay for a crack",
             screened + solved
         ));
     }
     if *capped > 0 {
         console.warn(format_args!(
-            "{capped} impacts would have broken a body that is in as many pieces as allowed already: set `most_pieces` under \
+            "{capped} impacts would have broken a body that is in as many pieces as allowed already: set \
+             `most_pieces` under \
              `fracture` if there are to be more"
         ));
     }
@@ -35,7 +37,8 @@ pub(super) fn say(console: &Console, report: &BreakingReport) {
 pub(in crate::command) fn say_energies(console: &Console, totals: &Totals) {
     if totals.fractures > 0 {
         console.say(format_args!(
-            "{} pieces are whole; of impacts of {} J, {} J went into fractures: {} J into {} cm² of cracks, {} J into the motion of pieces",
+            "{} pieces are whole; of impacts of {} J, {} J went into fractures: {} J into {} cm² of \
+             cracks, {} J into the motion of pieces",
             totals.pieces,
             four_digits(totals.impact_energy),
             four_digits(totals.strain_energy),

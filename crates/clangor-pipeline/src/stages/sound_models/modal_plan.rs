@@ -217,7 +217,8 @@ impl ModalPlan {
         Ok(found)
     }
 
-    /// Decides which candidates have the modes of an ellipsoid, and requests modes of their own for those that
+    /// Decides which candidates have the modes of an ellipsoid, and requests modes of their own for those
+    /// that
     /// do not.
     fn choose_proxies(
         &mut self,

@@ -79,7 +79,8 @@ impl SoundModelPlan {
         }
     }
 
-    /// Gives known modes to copies of `body`; their transfers are computed. Without effect where modes are not
+    /// Gives known modes to copies of `body`; their transfers are computed. Without effect where modes are
+    /// not
     /// heard.
     pub fn give_modes(&mut self, copies: &[BodyId], body: &Body, modes: &ModalModel) {
         if let Some(plan) = &mut self.modal {
@@ -94,7 +95,8 @@ impl SoundModelPlan {
         followed
     }
 
-    /// Finds or bakes the models of those that are `struck`; `bodies` are all that ever were, pieces included.
+    /// Finds or bakes the models of those that are `struck`; `bodies` are all that ever were, pieces
+    /// included.
     /// A part that cannot be baked makes a remark, and the body has the next best.
     ///
     /// # Errors

@@ -5,7 +5,7 @@
 //!                   ─► force profile ─► pulse per body
 //! ```
 //!
-//! What is too gentle for that is a stream of forces ([`force_stream`](mod@force_stream)).
+//! Weaker contact forces form a force stream ([`force_stream`](mod@force_stream)).
 
 pub mod chain_onset;
 mod contact_error;

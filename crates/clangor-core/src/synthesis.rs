@@ -1,21 +1,21 @@
 //! From impacts to sound pressure at listeners, offline and exact below the band limit.
 //!
-//! Every accelerated body is a [`AccelerationPulse`]. A click's spectrum at a receiver is known in closed
-//! form: the force profile times the transfer of what sounds times a delay. It is band-limited by
-//! [`lowpass`], added to the spectrum of its time block, and one inverse FFT per block gives the samples,
-//! which overlap-add to the signal:
+//! Each body that changes its velocity is an [`AccelerationPulse`], or click. The spectrum of a click at a
+//! receiver has a closed form: the spectrum of the force times the transfer function of the source times a
+//! delay. It is band-limited by [`lowpass`] and added to the spectrum of its time block. One inverse FFT per
+//! block gives the samples, which overlap-add to the signal:
 //!
 //! ```text
 //! clicks ─► Renderer::push ─► Renderer::take_ready ─► BlockJob::render ─► OverlapAdd::add ─► samples \[Pa\]
 //!           delays, blocks     whole spans of time    pure: any thread    in order
 //! ```
 //!
-//! Nothing is sampled before it is band-limited, so there is no aliasing, and an onset between two samples is
-//! as exact as one on a sample. Blocks depend on nothing but their clicks and are added in a fixed order: the
-//! samples have the same bits for any number of threads and any segmentation in time.
+//! Band limitation precedes sampling, so there is no aliasing, and onsets between two samples are exact.
+//! Blocks depend on nothing but their clicks and are added in a fixed order: the samples have the same bits
+//! for any number of threads and any segmentation in time.
 //!
-//! The [`source`] of a body is its own field, that of an ellipsoid, or a sphere. The listener and the body
-//! stand still during a click, at the places where they are when it is received and made.
+//! The [`source`] of a body is its own field, that of an ellipsoid, or a sphere. During a click the body
+//! stays where it was at the onset, and the listener where it was at the arrival.
 
 pub mod acceleration_pulse;
 mod band_end_fade;

@@ -1,26 +1,26 @@
-//! How long an impact takes to travel along a chain of touching or nearly touching bodies.
+//! Delay of impacts along a chain of touching or nearly touching bodies.
 //!
-//! Dynamics passes an impact along a touching chain in no time. Sounded so, the two equal and opposite
-//! impulses on each middle body would cancel and only the ends would click. In a real chain the force of
-//! contact k peaks about τ/2 after that of contact k − 1, because each body must be pushed before it can push
-//! on. Here
+//! The dynamics transmit an impact through a touching chain instantaneously. With equal onsets, the two
+//! opposite impulses on each inner body would cancel, and only the ends would radiate. In a real chain, the
+//! force at contact k peaks about τ/2 after that at contact k − 1, because each body must move before it
+//! pushes the next. Therefore:
 //!
-//! * an impact that owes more than half of its approach speed to others that began less than τ/2 before it on
-//!   one of its bodies begins τ/2 after the one to which it owes most;
-//! * impacts of the same instant that did not approach yet follow breadth-first, each τ/2 of its predecessor
-//!   later. Where the timeline does not tell who approached, the fastest comes first, the earliest recorded
-//!   of equals.
+//! * If more than half of the approach speed of an impact comes from impacts that began less than τ/2 before
+//!   it on one of its bodies, it begins τ/2 after the one that contributes most.
+//! * Simultaneous impacts whose bodies did not approach yet follow breadth-first, each τ/2 after its
+//!   predecessor. Without velocities in the timeline, the fastest impact is first; of equal ones, the one
+//!   recorded first.
 //!
-//! So a gap between the bodies goes over smoothly from none to one that is wider than the pulse, two balls
-//! struck at the same time sound at the same time, and delays never outlast the chain.
+//! The delay thus varies continuously with the gap between the bodies. Two balls that are struck at the same
+//! time have the same onset. Delays do not extend beyond the chain.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::impact_pulse::ImpactPulse;
 use crate::body::BodyId;
 
-/// An impact that would approach at less than this share of its speed without those before it owes it to
-/// them.
+/// Share of the approach speed. An impact whose speed falls below it without the impacts before it is caused
+/// by them.
 const OWN_APPROACH: f64 = 0.5;
 
 /// Delays onsets along chains; `pulses` are in order of time. Returns how many were delayed.
@@ -28,8 +28,8 @@ pub fn delay_chains(pulses: &mut [ImpactPulse]) -> u64 {
     delay_chains_after(pulses, 0)
 }
 
-/// As [`delay_chains`], where the onsets of the first `known` pulses are settled: later ones may follow from
-/// them.
+/// As [`delay_chains`], with the onsets of the first `known` pulses already settled. Later pulses may follow
+/// from them.
 pub fn delay_chains_after(pulses: &mut [ImpactPulse], known: usize) -> u64 {
     let mut recent: BTreeMap<BodyId, Vec<usize>> = BTreeMap::new();
     let mut first = 0;
@@ -52,7 +52,7 @@ pub fn delay_chains_after(pulses: &mut [ImpactPulse], known: usize) -> u64 {
     pulses.iter().skip(known).filter(|pulse| pulse.onset > pulse.time).count() as u64
 }
 
-/// When an impact has pushed its bodies far enough for them to push on \[s\].
+/// Time at which an impact has moved its bodies enough for them to push on \[s\].
 fn passed_on(pulse: &ImpactPulse) -> f64 {
     pulse.onset + 0.5 * pulse.duration
 }
@@ -83,7 +83,8 @@ fn order_instant(
         let given: Vec<(f64, usize)> =
             earlier.iter().map(|j| (approach_given(pulse, &pulses[*j]), *j)).collect();
         let before = pulse.velocity_before.map(|velocity| -velocity.dot(pulse.normal));
-        // A lone impact approached as its row says; one of several may have been pushed at the same instant.
+        // A single impact has the approach speed of its row. One of several may result from another at that
+        // instant.
         let before = before.or((instant.len() == 1).then_some(pulse.speed));
         let own = before.map(|speed| speed - given.iter().map(|(speed, _)| speed).sum::<f64>());
         if own.is_none_or(|own| own < OWN_APPROACH * pulse.speed) {

@@ -1,28 +1,28 @@
-//! Why the contacts of a timeline cannot be turned into forces.
+//! Errors in converting the contacts of a timeline into forces.
 
-/// Why a timeline's contacts cannot be turned into forces.
+/// Error in a timeline whose contacts cannot be converted into forces.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContactError {
-    /// A row names a body that is not there.
+    /// A row names an unknown body.
     #[error("the {what} at t = {time} s names body {body}, but there are {bodies}")]
     UnknownBody {
-        /// Contact or pose.
+        /// Kind of row: contact or pose.
         what: &'static str,
-        /// The index it names.
+        /// Index of the body in the row.
         body: u32,
         /// Number of bodies.
         bodies: usize,
-        /// When \[s\].
+        /// Time of the row \[s\].
         time: f64,
     },
-    /// A row names a body that is not there yet, or no longer.
+    /// A row names a body before its birth or after its death.
     #[error("the {what} at t = {time} s names body {body}, which lives from {birth} s to {death} s")]
     NotAlive {
-        /// Contact or pose.
+        /// Kind of row: contact or pose.
         what: &'static str,
-        /// The index it names.
+        /// Index of the body in the row.
         body: u32,
-        /// When \[s\].
+        /// Time of the row \[s\].
         time: f64,
         /// First instant of the body \[s\].
         birth: f64,
@@ -32,11 +32,11 @@ pub enum ContactError {
     /// A number that is not finite.
     #[error("the {what} of body {body} at t = {time} s holds a number that is not finite")]
     NotFinite {
-        /// Contact or pose.
+        /// Kind of row: contact or pose.
         what: &'static str,
         /// First body of the row.
         body: u32,
-        /// When \[s\].
+        /// Time of the row \[s\].
         time: f64,
     },
     /// Hertz's formula gives no positive, finite duration.
@@ -47,7 +47,7 @@ pub enum ContactError {
     NoDuration {
         /// First body of the row.
         body: u32,
-        /// When \[s\].
+        /// Time of the impact \[s\].
         time: f64,
         /// Duration found \[s\].
         duration: f64,

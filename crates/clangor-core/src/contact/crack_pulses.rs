@@ -1,16 +1,16 @@
-//! The release of cracks becomes force pulses, as impacts do.
+//! Converts the release of cracks into force pulses.
 //!
-//! A crack that opens lets go the tractions that held its sides together: an impulse on one piece, and the
-//! opposite on the other, over the time that the fracture took (\[FRAC\] §3.3). There is no contact, so
-//! neither curvature nor Hertz's duration. A bent plate that breaks lets go a couple and hardly any force:
-//! the speed V of the pulse is that with which
+//! An opening crack releases the tractions between its two faces: an impulse on one piece and its opposite on
+//! the other, over the duration of the fracture (\[FRAC\] §3.3). There is no contact, hence no curvature and
+//! no Hertz duration. A bent plate that breaks releases a couple and hardly any net force. The speed V of the
+//! pulse is therefore defined by the energy
 //!
 //! ```text
 //! ½ m V² = ½ Σ_d (j²/m_d + L_d·I_d⁻¹ L_d)
 //! ```
 //!
-//! is the energy that impulse j and couple alone would give to two pieces d at rest, L_d their angular
-//! impulse about its centre of mass; m is the effective mass along the normal.
+//! which impulse j and couple alone would give to two pieces d at rest. L_d is the angular impulse on a piece
+//! about its centre of mass, m the effective mass along the normal.
 
 use std::collections::BTreeMap;
 
@@ -48,7 +48,7 @@ pub fn crack_pulses(
     Ok(pulses)
 }
 
-/// The pulse of the rows of one crack; `None` for one without impulse.
+/// The pulse of the rows of one crack; `None` without impulse.
 fn pulse(
     bodies: &[Body],
     rows: &[ContactRow],
@@ -98,7 +98,7 @@ fn pulse(
     }))
 }
 
-/// How long the fracture took that a body was born of \[s\].
+/// Duration \[s\] of the fracture from which a body was born.
 fn duration_at_birth(fractures: &[FractureRow], body: BodyId) -> Option<f64> {
     let last = fractures.partition_point(|fracture| fracture.first_child <= body).checked_sub(1)?;
     let fracture = fractures[last];

@@ -1,5 +1,4 @@
-//! How a body gives way to a contact: the mass that it feels: \[PAN\] eq. (9), 1/mᵢ = 1/Mᵢ + (r × n)ᵀ Iᵢ⁻¹ (r
-//! × n).
+//! Effective mass of a body at a contact point: \[PAN\] eq. (9), 1/mᵢ = 1/Mᵢ + (r × n)ᵀ Iᵢ⁻¹ (r × n).
 
 use glam::{DMat3, DVec3};
 
@@ -34,8 +33,8 @@ pub fn body_inverse_effective_mass(body: &Body, pose: &Pose, point: DVec3, norma
     inverse_effective_mass(inverse_mass, body.inertia, pose.body_from_world(point), to_body * normal)
 }
 
-/// I⁻¹ L [rad/s, world]: what an angular impulse L about the centre of mass [N m s, world] adds to the spin
-/// of a free `body` at `pose`.
+/// I⁻¹ L [rad/s, world]: change of the angular velocity of a free `body` at `pose` by an angular impulse L
+/// about its centre of mass [N m s, world].
 pub fn angular_velocity_change(body: &Body, pose: &Pose, angular_impulse: DVec3) -> DVec3 {
     pose.orientation * (body.inertia.inverse() * (pose.orientation.inverse() * angular_impulse))
 }

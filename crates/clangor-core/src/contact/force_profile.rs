@@ -1,4 +1,4 @@
-//! How the force of a collision runs over time.
+//! Time profile of the contact force of a collision.
 //!
 //! Each profile is a force per unit of impulse: its integral over time is 1. Multiplied by j/M it is the
 //! acceleration of the centre of mass (\[PAN\] eqs. 10 and 11). Spectra use e^{+iωt}: Ŝ(ω) = ∫ S(t) e^{−iωt}

@@ -1,19 +1,18 @@
-//! Forces too gentle to be impacts: rolling, sliding, and impacts slower than v_min, as one impulse per time
-//! step.
+//! Contact forces too weak to be impacts (rolling, sliding, impacts slower than v_min) as one impulse per
+//! time step.
 //!
-//! They shake the modes of bodies and nothing else: a body that rolls has no click. The dynamics know them
-//! once per time step of length h, so that as forces they mean something below 1/(2h) only, to which who
-//! plays them limits the band.
+//! They excite modes only: a rolling body makes no click. The dynamics compute them once per time step of
+//! length h, so they are valid forces only below 1/(2h). The modal voice limits their band to that frequency.
 //!
-//! The load that a body carries is no sound. From each pair's impulses J, which last for a step each, the
-//! mean force of 50 ms around is taken away,
+//! The static load on a body is no sound. The mean force over 50 ms is subtracted from the impulses J of each
+//! pair, each of which acts for one step,
 //!
 //! ```text
 //! J'(t) = J(t) − h F̄(t),   F̄(t) = (1/50 ms) Σ J over |t' − t| < 25 ms
 //! ```
 //!
-//! shared equally among the points of the step. While no point touches there is none to take it from.
-//! Contacts of bodies that hardly move stay quiet: what solvers make of rest is no physics.
+//! in equal parts at all contact points of the step. Steps without contact are skipped. Contacts of bodies
+//! almost at rest are silent, because forces at rest are artefacts of the solver.
 
 use std::collections::BTreeMap;
 
@@ -28,29 +27,29 @@ use crate::timeline::{ContactKind, ContactRow};
 
 /// Time over which forces are averaged \[s\].
 const MEAN_TIME: f64 = 0.05;
-/// Time over which a body is watched for motion, before and after \[s\].
+/// Time before and after an instant over which the motion of a body is measured \[s\].
 const WATCH_TIME: f64 = 0.005;
 
-/// Which contacts make a stream.
+/// Settings that select the contacts of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamSettings {
-    /// Impacts at least as fast are impacts [m/s]; the same as that of
+    /// Approach speed from which on a contact is an impact [m/s]; the same as in
     /// [`ContactSettings`](super::ContactSettings).
     pub v_min: f64,
     /// Time step h of the dynamics \[s\].
     pub time_step: f64,
-    /// A pair whose surfaces move more slowly is at rest, and only damps [m/s].
+    /// Surface speed of a pair below which it counts as at rest and only adds damping [m/s].
     pub rest_speed: f64,
 }
 
-/// What acts on a body within a time step.
+/// Contact forces on one body within a time step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StreamedForce {
-    /// When \[s\].
+    /// Time of the step \[s\].
     pub time: f64,
-    /// On which body.
+    /// The body.
     pub body: BodyId,
-    /// Where.
+    /// Contact points.
     pub points: Vec<StreamPoint>,
 }
 
@@ -113,7 +112,7 @@ pub fn force_stream(
     Ok(forces.into_values().collect())
 }
 
-/// The rows of impacts that are no impacts.
+/// The rows of contacts that are not impacts.
 fn slow_impacts(rows: &[ContactRow], v_min: f64) -> Vec<ContactRow> {
     let speed = |impact: &[ContactRow]| {
         let time = impact.iter().map(|row| row.time).fold(f64::INFINITY, f64::min);
@@ -136,13 +135,13 @@ fn means(steps: &[&[ContactRow]]) -> Vec<DVec3> {
         while to < steps.len() && steps[to][0].time < time + 0.5 * MEAN_TIME {
             to += 1;
         }
-        // Summed anew: a running sum would keep the rounding of forces long gone.
+        // Summed anew for each step: a running sum would keep the rounding of past forces.
         means.push(steps[from..to].iter().map(|step| impulse(step)).sum::<DVec3>() / MEAN_TIME);
     }
     means
 }
 
-/// Speed of the surface of a body [m/s], at most, from where it is a little before and after.
+/// Upper bound of the surface speed of a body [m/s], by differences of its pose around the time.
 fn speed(bodies: &[Body], poses: &PoseHistory, id: BodyId, time: f64) -> f64 {
     if id == BodyId::WORLD {
         return 0.0;
@@ -154,7 +153,7 @@ fn speed(bodies: &[Body], poses: &PoseHistory, id: BodyId, time: f64) -> f64 {
     ((after.position - before.position).length() + turned) / (2.0 * WATCH_TIME)
 }
 
-/// Bits of a time, in its order.
+/// Bits of a time, in ascending order of times.
 fn order(time: f64) -> u64 {
     let bits = time.to_bits();
     if time.is_sign_negative() { !bits } else { bits | (1 << 63) }

@@ -1,4 +1,4 @@
-//! How long a collision lasts: Hertz's theory of elastic contact.
+//! Duration of a collision by Hertz's theory of elastic contact.
 //!
 //! ```text
 //! τ = 2.87 (m² / (r E*² V))^{1/5}      1/m = 1/m₁ + 1/m₂     1/r = 1/r₁ + 1/r₂     1/E* = Σ (1 − νᵢ²)/Eᵢ
@@ -12,7 +12,7 @@
 //!
 //! Not covered: plastic deformation, adhesion, and the flat punch.
 
-/// What Hertz's formula needs to know of a collision.
+/// Input of Hertz's formula for one collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HertzContact {
     /// Combined inverse effective mass 1/m [1/kg].

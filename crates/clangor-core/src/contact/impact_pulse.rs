@@ -1,4 +1,4 @@
-//! The force of one impact over time, and what it does to each of the two bodies.
+//! The force of one impact over time, and its action on each of the two bodies.
 
 use glam::DVec3;
 
@@ -12,15 +12,15 @@ use crate::timeline::ContactRow;
 /// The force of one impact over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImpactPulse {
-    /// Number of the impact in the timeline; 0 for a row that stands alone.
+    /// Number of the impact in the timeline; 0 for a single row.
     pub impact_id: u64,
     /// First instant in the timeline \[s\].
     pub time: f64,
-    /// When the force begins \[s\]: `time`, or later inside a chain.
+    /// Onset of the force \[s\]: `time`, or later inside a chain.
     pub onset: f64,
     /// Duration τ \[s\].
     pub duration: f64,
-    /// How the force runs.
+    /// Time profile of the force.
     pub profile: ForceProfile,
     /// Approach speed V along the normal [m/s].
     pub speed: f64,
@@ -32,20 +32,20 @@ pub struct ImpactPulse {
     pub point: DVec3,
     /// Mean unit normal, from B to A.
     pub normal: DVec3,
-    /// Velocity of A relative to B at the mean point before anything happened at that instant [m/s], where
-    /// the timeline has the poses of that instant. In a touching chain only the first contact approaches
-    /// then.
+    /// Velocity of A relative to B at the mean point before all impacts of that instant [m/s]; `None` without
+    /// poses of that instant in the timeline. In a touching chain only the first contact has an approach
+    /// speed then.
     pub velocity_before: Option<DVec3>,
     /// A and B.
     pub pair: [BodyId; 2],
-    /// What it does to A and B; `None` for a body that it cannot move.
+    /// Action on A and B; `None` for a body that contacts cannot move.
     pub bodies: [Option<BodyPulse>; 2],
-    /// The points: place [m, world] and impulse on A [N s].
+    /// Contact points: place [m, world] and impulse on A [N s].
     pub points: Vec<(DVec3, DVec3)>,
 }
 
 impl ImpactPulse {
-    /// Places \[m\] and impulses [N s] on a body in its frame, for each side of the impact that it is.
+    /// Places \[m\] and impulses [N s] in the frame of a body, once for each side of the impact that it is.
     pub fn points_on(&self, body: BodyId) -> impl Iterator<Item = Vec<(DVec3, DVec3)>> {
         let sides = self.bodies.iter().zip([1.0, -1.0]);
         sides.filter_map(move |(share, sign)| {
@@ -56,7 +56,7 @@ impl ImpactPulse {
         })
     }
 
-    /// Whether it is the release of a crack, which has no curvature.
+    /// Whether it is the release of a crack, which has no contact curvature.
     pub fn is_crack(&self) -> bool {
         self.radius == f64::INFINITY
     }
@@ -82,7 +82,7 @@ pub struct BodyPulse {
     pub transit_ratio: f64,
 }
 
-/// What the rows of an impact do to one body, which is A for a `sign` of 1 and B for −1.
+/// Sum of the rows of an impact for one body, which is A for a `sign` of 1 and B for −1.
 pub(super) fn body_pulse(
     body: &Body,
     id: BodyId,

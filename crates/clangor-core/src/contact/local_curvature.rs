@@ -1,5 +1,5 @@
-//! Mean curvature of a body's surface where it is touched: the radius of the local sphere of \[PAN\] §3.2 is
-//! 1/H.
+//! Mean curvature H of a body's surface at the contact point. The radius of the local sphere of \[PAN\] §3.2
+//! is 1/H.
 
 use glam::DVec3;
 

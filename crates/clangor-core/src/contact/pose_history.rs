@@ -1,4 +1,4 @@
-//! Where bodies were: the pose rows of a timeline, looked up by body and time.
+//! Pose history of bodies: the pose rows of a timeline, by body and time.
 
 use glam::DVec3;
 
@@ -32,8 +32,7 @@ struct State {
 }
 
 impl PoseHistory {
-    /// Sorts rows by body and time. A body without rows is where it started; the start counts as a row at its
-    /// birth.
+    /// Sorts rows by body and time. The starting pose counts as a row at the birth of the body.
     ///
     /// # Errors
     /// Rows of bodies that are unknown or not alive, or with numbers that are not finite.
@@ -69,17 +68,17 @@ impl PoseHistory {
         Ok(PoseHistory { bodies: bodies.iter().zip(recorded).map(order).collect(), lives })
     }
 
-    /// When a body exists.
+    /// Span of existence of a body.
     pub fn life(&self, body: BodyId) -> Life {
         self.lives[body.index()]
     }
 
-    /// Pose of a body at a time \[s\]: a row of that very time if there is one (of several, the last given),
-    /// else between its neighbours on a straight line and the shortest rotation, else the nearest; so before
-    /// its birth it is where it is born, and after its death where it died.
+    /// Pose of a body at a time \[s\]. A row at exactly that time is returned (the last of several). Between
+    /// rows, position is linear and rotation takes the shortest arc. Before its birth a body has its starting
+    /// pose, after its death its last pose.
     ///
-    /// Straight, because the recorded velocities are those before an impact and say nothing about after it;
-    /// at a pose rate of 1 kHz free fall is 1 µm off.
+    /// Interpolation is linear because recorded velocities at an impact are those before it. At a pose rate
+    /// of 1 kHz the error in free fall is 1 µm.
     pub fn at(&self, body: BodyId, time: f64) -> Pose {
         let states = match &self.bodies[body.index()] {
             BodyPoses::Prescribed(track) => return track.sample(time).0,
@@ -97,9 +96,8 @@ impl PoseHistory {
         }
     }
 
-    /// Velocity [m/s] of the point of a body that is at `point` [m, world] at a time \[s\]; `None` unless
-    /// there is a row of that very time. Rows at an impact tell the state before everything that happens at
-    /// that instant.
+    /// Velocity [m/s] of the point of a body at `point` [m, world] at a time \[s\]; `None` without a row at
+    /// exactly that time. Rows at an impact hold the state before all impacts of that instant.
     pub fn velocity_at(&self, body: BodyId, point: DVec3, time: f64) -> Option<DVec3> {
         let (pose, velocity, angular_velocity) = match &self.bodies[body.index()] {
             BodyPoses::Prescribed(track) => track.sample(time),

@@ -1,14 +1,14 @@
-//! Rows of a timeline become force pulses: one per impact, with what it does to each body.
+//! Converts contact rows of a timeline into force pulses: one per impact, with its action on each body.
 //!
 //! All points of a merged impact share one duration τ, from the mean point and normal, weighted by normal
 //! impulse, the curvatures weighted likewise, and the approach speed before the first instant, the largest of
 //! its points. Impulses are summed exactly: Σj and Σ (x − x_com) × j.
 //!
-//! A body that breaks gets the whole of the pulse that broke it, even what comes after its death: the time of
-//! a fracture is known to a time step, and the impulse has moved the body by then.
+//! A body that breaks receives the whole pulse that broke it, including the part after its death. The time of
+//! a fracture is known to a time step only, and the impulse has moved the body by then.
 //!
-//! A body that contacts cannot move (fixed, keyframed, half-space, world) radiates nothing; its stiffness and
-//! curvature count. The world, which has no material, is a rigid plane.
+//! A body that contacts cannot move (fixed, keyframed, half-space, world) radiates nothing, but its stiffness
+//! and curvature enter the duration. The world has no material and counts as a rigid plane.
 
 use std::collections::BTreeMap;
 
@@ -27,12 +27,12 @@ use crate::body::{Body, BodyId, Motion};
 use crate::pose::Pose;
 use crate::timeline::{ContactKind, ContactRow};
 
-/// How impacts become forces.
+/// Settings of the conversion of impacts into forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactSettings {
-    /// Impacts slower than this are silent [m/s]; \[PAN\] §4.3 uses 5 cm/s.
+    /// Approach speed below which impacts are silent [m/s]; \[PAN\] §4.3 uses 5 cm/s.
     pub v_min: f64,
-    /// How the force runs.
+    /// Time profile of the force.
     pub profile: ForceProfile,
     /// Whether impacts take time to travel along chains ([`chain_onset`](super::chain_onset)).
     pub chain_onset: bool,
@@ -44,10 +44,10 @@ impl Default for ContactSettings {
     }
 }
 
-/// What became of the impacts.
+/// Counts of impacts by outcome.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactReport {
-    /// Impacts that sound.
+    /// Impacts converted into pulses.
     pub pulses: u64,
     /// Impacts slower than v_min.
     pub slow: u64,
@@ -57,14 +57,14 @@ pub struct ContactReport {
     pub immovable: u64,
     /// Pulses whose onset a chain delayed.
     pub delayed: u64,
-    /// The same for each body.
+    /// The counts for each body.
     pub bodies: Vec<BodyContacts>,
 }
 
-/// What became of the impacts of one body.
+/// Counts of the impacts of one body by outcome.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyContacts {
-    /// Impacts that sound.
+    /// Impacts converted into pulses.
     pub pulses: u64,
     /// Impacts slower than v_min.
     pub slow: u64,
@@ -88,8 +88,8 @@ impl Default for BodyContacts {
     }
 }
 
-/// Turns the impacts among `rows` into pulses, in order of time; rows of other kinds are left alone, those of
-/// cracks to [`crack_pulses`](fn@super::crack_pulses::crack_pulses).
+/// Converts the impacts among `rows` into pulses, in order of time. Rows of other kinds are skipped;
+/// [`crack_pulses`](fn@super::crack_pulses::crack_pulses) converts those of cracks.
 ///
 /// `rows` hold whole impacts in order of time: rows with the same impact id, or single rows of kind
 /// [`ContactKind::Impact`] with id 0.
@@ -130,7 +130,7 @@ pub fn impact_pulses(
     Ok((pulses, report))
 }
 
-/// Why an impact makes no sound.
+/// Reason for which an impact is silent.
 #[derive(Clone, Copy, Debug)]
 enum Silence {
     Slow,
@@ -175,7 +175,7 @@ pub(super) fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
     impacts
 }
 
-/// The pulse of the rows of one impact, or why it is silent.
+/// The pulse of the rows of one impact, or the reason why it is silent.
 fn pulse(
     bodies: &[Body],
     rows: &[ContactRow],
@@ -246,8 +246,8 @@ struct MeanContact<'a> {
 }
 
 impl MeanContact<'_> {
-    /// The contact for Hertz's formula, its curvatures weighted by the normal impulses of the rows, which sum
-    /// to `total` [N s]; `speed` is that of the approach [m/s].
+    /// The contact for Hertz's formula at this approach `speed` [m/s]. Curvatures are weighted by the normal
+    /// impulses of the rows, whose sum is `total` [N s].
     fn hertz(&self, rows: &[ContactRow], total: f64, speed: f64) -> HertzContact {
         let MeanContact { pair, poses, point, normal } = self;
         let weight = |row: &ContactRow| row.impulse_n / total;

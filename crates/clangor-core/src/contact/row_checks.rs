@@ -1,10 +1,10 @@
-//! Rejects rows of a timeline that name unknown or dead bodies, or hold numbers that are not finite.
+//! Rejects timeline rows of unknown or dead bodies, and rows with numbers that are not finite.
 
 use super::ContactError;
 use crate::body::{Body, BodyId, Life};
 use crate::timeline::ContactRow;
 
-/// Refuses rows of bodies that are unknown or not alive, and numbers that are not finite.
+/// Rejects rows of bodies that are unknown or not alive, and numbers that are not finite.
 pub(super) fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), ContactError> {
     for id in [row.body_a, row.body_b].into_iter().filter(|id| *id != BodyId::WORLD) {
         check_body(bodies, id, "contact", row.time)?;
@@ -18,7 +18,7 @@ pub(super) fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), Contact
     }
 }
 
-/// Refuses bodies that are unknown, or not alive at a time \[s\].
+/// Rejects bodies that are unknown, or not alive at a time \[s\].
 pub(super) fn check_body(
     bodies: &[Body],
     id: BodyId,
@@ -29,7 +29,7 @@ pub(super) fn check_body(
         return Err(ContactError::UnknownBody { what, body: id.0, bodies: bodies.len(), time });
     };
     let Life { birth, death, .. } = body.life;
-    // A time that is not finite is refused as such.
+    // A time that is not finite is reported as such.
     if body.life.holds(time) || !time.is_finite() {
         return Ok(());
     }

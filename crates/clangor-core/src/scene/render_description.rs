@@ -1,42 +1,49 @@
-//! What a scene asks of the rendering: format of the file, reflection of the floor, sound model of a click.
+//! Settings of a scene for rendering: file format, level, parts of the sound, sound models.
 
 use crate::contact::ForceProfile;
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::sound_model::rule::AccelerationRule;
 
-/// All pieces ring as ellipsoids. \[FRAC\] Table 2 has thresholds from 0 to 4000 Hz.
+/// Default of [`RenderDescription::proxy_frequency`] \[Hz\]: all pieces ring as ellipsoids. \[FRAC\] Table 2
+/// has thresholds from 0 to 4000 Hz.
 pub const PROXY_FREQUENCY: f64 = 0.0;
 
-/// The `[render]` section.
+/// The `[render]` section. `docs/format/scene.md` describes its keys.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderDescription {
-    /// Sample rate \[Hz\], 8000 to 384 000.
+    /// Sample rate \[Hz\], 8000 to 384 000. Default: 48 000.
     pub sample_rate: u32,
-    /// Format of a sample.
+    /// Sample format of the file: 32-bit float or 24-bit integer. Default: 32-bit float.
     pub bits: SampleFormat,
-    /// What full scale means.
+    /// Pressure \[Pa\] or peak level \[dBFS\] that sets full scale. Default: 1 Pa for float, 20 Pa for
+    /// integers.
     pub level: Level,
-    /// Time profile of a contact force.
+    /// Time profile of a contact force. Default: half-sine.
     pub pulse: ForceProfile,
-    /// What of the sound is rendered.
+    /// Parts of the sound that are rendered. Default: all.
     pub parts: Parts,
-    /// How planes sound that are hit.
+    /// Model of the ground that impacts excite. Default: elastic half-space.
     pub ground: GroundSound,
-    /// Pieces of broken bodies ring as ellipsoids if their lowest frequency is above this \[Hz\].
+    /// Lowest natural frequency \[Hz\] above which pieces of broken bodies ring as ellipsoids, 0 to 1e6.
+    /// Default: [`PROXY_FREQUENCY`].
     pub proxy_frequency: f64,
-    /// Whether impacts put no more energy into modes than the motion lost.
+    /// Whether the energy that an impact puts into modes is limited to the kinetic energy lost. Default:
+    /// true.
     pub limit_energy: bool,
-    /// Whether pieces go on with the vibration of what they were part of.
+    /// Whether pieces of a broken body inherit its vibration. Default: true.
     pub inherit_vibration: bool,
-    /// Whether forces too gentle to be impacts make bodies ring too: rolling, sliding, rattling to rest.
+    /// Whether contact forces too weak to be impacts excite modes: rolling, sliding, settling. Default:
+    /// false.
     pub rolling: bool,
-    /// What bodies sound as that do not say it themselves.
+    /// Acceleration model of bodies without one of their own in the scene. Default: automatic.
     pub sound: AccelerationRule,
-    /// Sound field of an accelerated sphere.
+    /// Sound field of an accelerated sphere. Default: exact.
     pub radiation: SphereModel,
-    /// Impulses that one instant sends through a chain of touching bodies sound one after the other.
+    /// Whether simultaneous impulses along a chain of touching bodies get successive onsets
+    /// ([`chain_onset`](crate::contact::chain_onset)). Default: true.
     pub chain_onset: bool,
-    /// Dynamic range compression, after which the file is no longer pressure.
+    /// Compressor of the dynamic range; with it, samples are no longer proportional to pressure. Default:
+    /// none.
     pub compressor: Option<Compressor>,
 }
 
@@ -61,14 +68,14 @@ impl Default for RenderDescription {
     }
 }
 
-/// Parts of the sound.
+/// Parts of the sound. All are on by default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parts {
-    /// Clicks: the sound of sudden acceleration.
+    /// Clicks: the pressure of rigid-body acceleration.
     pub acceleration: bool,
-    /// Ringing: the sound of vibration.
+    /// Ringing: the pressure of vibration modes.
     pub modal: bool,
-    /// The ground that is hit.
+    /// The pressure of the ground under an impact.
     pub ground: bool,
 }
 
@@ -78,19 +85,19 @@ impl Default for Parts {
     }
 }
 
-/// How planes that face up sound when they are hit.
+/// Sound model of upward-facing planes under an impact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GroundSound {
-    /// Not at all.
+    /// No sound.
     None,
-    /// As an elastic half-space of their material ([`ground`](crate::synthesis::ground)).
+    /// Elastic half-space of the plane's material ([`ground`](crate::synthesis::ground)).
     #[default]
     HalfSpace,
-    /// As the slab of concrete of \[FRAC\] ([`slab`](crate::reference::slab)).
+    /// Concrete slab of \[FRAC\] ([`slab`](crate::reference::slab)).
     Slab,
 }
 
-/// Format of a sample.
+/// Sample format of an audio file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleFormat {
     /// 32-bit float.
@@ -102,26 +109,27 @@ pub enum SampleFormat {
 /// How pressure maps to samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Level {
-    /// The program's default of the sample format: 1 Pa for float, 20 Pa for integers.
+    /// Full scale of the sample format: 1 Pa for float, 20 Pa for integers.
     Default,
-    /// This pressure is full scale \[Pa\].
+    /// This pressure is full scale \[Pa\], 1e-9 to 1e9.
     FullScale(f64),
-    /// The peak is brought to this level \[dBFS\], 0 or less.
+    /// The peak is scaled to this level \[dBFS\], −120 to 0.
     Normalize(f64),
 }
 
-/// A compressor: above the threshold, `ratio` decibels in give one decibel out.
+/// A compressor of the dynamic range. Above the threshold, a level rise of `ratio` dB at the input gives 1 dB
+/// at the output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compressor {
-    /// Threshold \[dB re full scale\], 0 or less.
+    /// Threshold \[dB re full scale\], −120 to 0. Default: −20.
     pub threshold_db: f64,
-    /// Ratio \[-\], 1 or more.
+    /// Ratio \[-\], 1 to 100. Default: 4.
     pub ratio: f64,
-    /// Attack time \[s\].
+    /// Attack time \[s\], 0 to 10. Default: 0.002.
     pub attack: f64,
-    /// Release time \[s\].
+    /// Release time \[s\], 0 to 10. Default: 0.1.
     pub release: f64,
-    /// Gain after compression \[dB\].
+    /// Gain after compression \[dB\], −60 to 60. Default: 0.
     pub makeup_db: f64,
 }
 

@@ -1,4 +1,4 @@
-//! One body's jump in velocity, as far as sound is concerned.
+//! Acceleration pulse: the change of a body's velocities in an impact.
 
 use glam::{DQuat, DVec3};
 
@@ -10,13 +10,13 @@ use crate::contact::{ForceProfile, ImpactPulse};
 /// A body whose velocities change over `duration`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccelerationPulse {
-    /// Which body; energies are summed by it.
+    /// The body; energies are summed by body.
     pub body: BodyId,
     /// Onset of the force \[s\].
     pub time: f64,
     /// Duration τ of the force \[s\].
     pub duration: f64,
-    /// How the force runs over that time.
+    /// Time profile of the force.
     pub profile: ForceProfile,
     /// Centre of mass at the onset \[m\], world.
     pub centre: DVec3,
@@ -26,12 +26,12 @@ pub struct AccelerationPulse {
     pub velocity_change: DVec3,
     /// Change of the angular velocity [rad/s], world.
     pub angular_velocity_change: DVec3,
-    /// What sounds.
+    /// The source that radiates.
     pub source: SoundSource,
 }
 
 impl AccelerationPulse {
-    /// Refuses numbers that would put NaN or infinity into the sound.
+    /// Rejects numbers that would put NaN or infinity into the sound.
     pub(super) fn check(&self) -> Result<(), SynthesisError> {
         let bad =
             |what, value| Err(SynthesisError::BadPulse { what, value, body: self.body, time: self.time });
@@ -60,7 +60,7 @@ impl AccelerationPulse {
             }
             SoundSource::Field(source) => [self.orientation, source.body_from_field],
         };
-        // Written so that NaN is refused too.
+        // Written so that NaN is rejected too.
         let turns = |q: &DQuat| (q.length_squared() - 1.0).abs() < 1e-6;
         match frames.iter().find(|q| !turns(q)) {
             Some(q) => bad("the length of a rotation", q.length()),
@@ -69,8 +69,8 @@ impl AccelerationPulse {
     }
 }
 
-/// The clicks of an impact: one for each body that it moves and that has a source; `sources` are those of all
-/// bodies.
+/// The acceleration pulses of an impact: one for each body that it moves and that has a source. `sources`
+/// holds one entry per body.
 pub fn clicks_of(pulse: &ImpactPulse, sources: &[SoundSource]) -> impl Iterator<Item = AccelerationPulse> {
     let ImpactPulse { onset, duration, profile, .. } = *pulse;
     let shares = pulse.bodies.into_iter().flatten();

@@ -1,4 +1,4 @@
-//! Whether a point lies inside a body, where no receiver hears it.
+//! Test whether a point lies inside a body, where receivers get no pressure.
 
 use glam::DVec3;
 

@@ -1,16 +1,16 @@
-//! From the nodes of a field to the bins of a grid.
+//! Interpolation of a field from its nodes in frequency to the bins of a grid.
 //!
-//! What is v_j at the nodes s_j, and conj(v_j) at their mirrors, is interpolated to s = iω_k R/c. With c_j =
-//! 1/((s − s_j)(s − conj s_j)) the mirrored pairs of nodes are real-linear in two real numbers per node:
+//! Values v_j at the nodes s_j, and conj(v_j) at their mirrors, are interpolated to s = iω_k R/c. With c_j =
+//! 1/((s − s_j)(s − conj s_j)), the mirrored pairs of nodes are real-linear in two real numbers per node:
 //!
 //! ```text
 //! v(s) = (s Σ_j Re(w_j v_j) c_j − Σ_j Re(w_j v_j conj s_j) c_j) / D,   D = the same with v = 1
 //! ```
 //!
-//! c_j and 1/D depend on the field, its size and the grid only: an [`Interpolation`] holds them, and a bin
-//! costs four multiplications per node. Where all nodes are on the imaginary axis c_j is real, and it is two.
-//! A scene with many sizes of bodies waits for these tables to come out of memory: c_j is kept in single
-//! precision, like the v_j, and D is that of the rounded c_j, so that what is constant stays so.
+//! c_j and 1/D depend on the field, its size and the grid only. An [`Interpolation`] holds them, and a bin
+//! costs four multiplications per node, or two where all nodes are on the imaginary axis and c_j is real.
+//! With many sizes of bodies, reading these tables from memory limits the speed. Therefore c_j is kept in
+//! single precision, like the v_j. D is computed from the rounded c_j, so that constants stay constants.
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -21,7 +21,7 @@ use super::lowpass;
 use super::spectrum::{Grid, LANES};
 use crate::sound_model::acceleration::field::Node;
 
-/// Stands for κ = 0, where a node may be.
+/// Replaces κ = 0, where a node may be.
 pub(super) const LEAST_WAVENUMBER: f64 = 1e-12;
 
 /// Complex numbers at consecutive bins.
@@ -46,7 +46,7 @@ pub(super) struct Interpolation {
 }
 
 impl Interpolation {
-    /// For a source with this R/c \[s\].
+    /// The interpolation for a source with this R/c \[s\].
     pub(super) fn of(source: &FieldSource, crossing: f64, grid: &Grid) -> Self {
         let nodes = source.field.nodes();
         let (centre, half_width) = fade(source.max_frequency(source.radius / crossing));
@@ -66,7 +66,7 @@ impl Interpolation {
         Arch::new().dispatch(Filling { table, nodes, crossing, omega: &grid.omega })
     }
 
-    /// Memory that it takes \[bytes\].
+    /// Memory that it occupies \[bytes\].
     pub(super) fn size(&self) -> usize {
         size_of_val(&self.pairs_re[..])
             + size_of_val(&self.pairs_im[..])
@@ -94,7 +94,7 @@ fn node_sums<S: Simd>(
     weighted: &[(f64, f64)],
     pairs: &[[f32; LANES]],
 ) -> ([f64; LANES], [f64; LANES]) {
-    // Even and odd nodes by themselves, so that an addition need not wait for the one before it.
+    // Separate sums for even and odd nodes, so that an addition does not depend on the one before it.
     let mut even = ([0.0; LANES], [0.0; LANES]);
     let mut odd = even;
     let (twos, rest) = weighted.as_chunks::<2>();
@@ -153,7 +153,7 @@ impl WithSimd for Filling<'_> {
                     let re = square - k * k;
                     let im = -2.0 * node.s.re * k;
                     let size = re * re + im * im;
-                    // On a node, a hair beside it: the pair outweighs all others by far.
+                    // At a node: a point close beside it, where its pair outweighs all others by far.
                     let (re, size) =
                         if size > 0.0 { (re, size) } else { (1e-16 * square, 1e-32 * square * square) };
                     let (re, im) = ((re / size) as f32, (-im / size) as f32);

@@ -1,9 +1,9 @@
-//! A radiated field in the place of a body: its own, or that of an ellipsoid.
+//! A radiated field as the source of a body: its own field, or that of an ellipsoid.
 //!
-//! A field is known outside its bounding sphere, of radius R about the centre of mass. The boundary integral
-//! of [`near_field`](crate::sound_model::acceleration::near_field), where there is one, takes over between
-//! 1.2 and 1.1 R. Without it, a receiver in the bounding sphere gets the field on the sphere in its
-//! direction, which is finite, continuous, and too quiet close to the surface.
+//! A field is known outside its bounding sphere, of radius R about the centre of mass. If there is a boundary
+//! integral ([`near_field`](crate::sound_model::acceleration::near_field)), the pressure goes over to it
+//! between 1.2 and 1.1 R. Otherwise a receiver in the bounding sphere gets the field on the sphere in its
+//! direction. That pressure is finite and continuous, and too low close to the surface.
 
 use std::sync::Arc;
 
@@ -14,18 +14,18 @@ use crate::body::Surface;
 use crate::sound_model::acceleration::field_evaluator::FieldEvaluator;
 use crate::sound_model::acceleration::near_field::NearField;
 
-/// A field as a body uses it.
+/// A field with its size and orientation on a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldSource {
     /// The field; bodies of the same shape share it.
     pub field: Arc<FieldEvaluator>,
-    /// What takes over near the body.
+    /// The field near the body, if known.
     pub near: Option<Arc<NearField>>,
     /// Its unit of length R \[m\]: the bounding radius of the body, or of its proxy.
     pub radius: f64,
     /// Rotation from the axes of the field to those of the body.
     pub body_from_field: DQuat,
-    /// The body, where no listener hears anything.
+    /// The body, inside which receivers get no pressure.
     pub surface: Arc<Surface>,
     /// Bounding radius of the body \[m\].
     bounding_radius: f64,

@@ -1,12 +1,12 @@
-//! Spectra of clicks that sound as a field.
+//! Spectra of clicks that radiate by a field.
 //!
 //! The pressure at the receiver, without e^{−s|x|}, is interpolated from the nodes of the field to the bins
 //! ([`field_interpolation`](super::field_interpolation)), and multiplied with the spectrum of the force and
 //! the delay.
 //!
-//! Above the highest frequency f_b of the field the interpolation is an extrapolation. It is faded out, by
-//! the same curve as the band limit of the output, between f_b and 6/5 f_b, or over 200 Hz where that is
-//! more. What the output would carry beyond is missing.
+//! Above the highest frequency f_b of the field the interpolation is an extrapolation. It is faded out
+//! between f_b and 6/5 f_b, or over 200 Hz where that is more, by the same curve as the band limit of the
+//! output. Components of the output above are missing.
 
 use super::field_interpolation::{Interpolation, LEAST_WAVENUMBER};
 use super::field_source::FieldSource;
@@ -20,7 +20,7 @@ use num_complex::Complex64;
 use pulp::Simd;
 use std::sync::Arc;
 
-/// A field as it is heard at a point, per unit of force profile.
+/// A field at a receiver, per unit of force profile.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FieldTransfer {
     /// The field and its size.
@@ -34,11 +34,11 @@ pub(crate) struct FieldTransfer {
     pub(super) scale: f64,
     /// R/c \[s\].
     pub(super) crossing: f64,
-    /// From the nodes to the bins of the block in which it is heard, if that is kept.
+    /// Interpolation from the nodes to the bins of the block, if it is kept.
     pub(super) table: Option<Arc<Interpolation>>,
 }
 
-/// Adds clicks that sound as fields to spectra; holds the memory that this takes.
+/// Adds clicks that radiate by fields to spectra; holds the working memory.
 #[derive(Default)]
 pub(crate) struct FieldPlayer {
     scratch: FieldScratch,
@@ -46,18 +46,18 @@ pub(crate) struct FieldPlayer {
     /// Re(w_j v_j) and Re(w_j v_j conj s_j).
     weighted: Vec<(f64, f64)>,
     near: Vec<NodeGroup>,
-    /// What was added last.
+    /// The spectrum added last.
     last: Option<(Arc<FieldSource>, f64, Arc<Interpolation>)>,
 }
 
 impl FieldPlayer {
-    /// The values at the nodes: of the multipoles, of the boundary integral, or between the two.
+    /// Values at the nodes: of the multipoles, of the boundary integral, or blended.
     #[inline(always)]
     fn at_nodes(&mut self, transfer: &FieldTransfer) {
         let FieldTransfer { source, motion, position, .. } = transfer;
         let distance = position.length();
         let near = source.near.as_deref().filter(|_| distance < FAR);
-        // 1 where the boundary integral speaks alone.
+        // 1 where the boundary integral alone counts.
         let share = near.map_or(0.0, |_| ((FAR - distance) / (FAR - NEAR)).min(1.0));
         if share < 1.0 {
             source.field.at_nodes(motion, *position, &mut self.scratch, &mut self.values);
@@ -108,8 +108,9 @@ impl FieldPlayer {
 
     /// Estimate of the energy ∫ p² dt [Pa² s] that a click would have had above the band of its field.
     ///
-    /// Far above, a rigid body's pressure follows its velocity, so that per acceleration it falls as 1/ω: so
-    /// it is continued from the mean square of the last tenth of the band, `spectrum` over that of the force.
+    /// At high frequency a rigid body's pressure follows its velocity, so that pressure per acceleration
+    /// falls as 1/ω. The estimate continues it from the mean square of the last tenth of the band, `spectrum`
+    /// over that of the force.
     pub(super) fn missing_energy(
         &self,
         grid: &Grid,
@@ -139,7 +140,7 @@ impl FieldPlayer {
     }
 }
 
-/// Adds what has these weighted values at the nodes.
+/// Adds the interpolation of weighted values at the nodes.
 #[inline(always)]
 fn add_interpolated<S: Simd>(
     simd: S,
@@ -153,7 +154,7 @@ fn add_interpolated<S: Simd>(
     let mut half_angle = Rotation::<LANES>::new(0.5 * step * force.duration);
     let pole = std::f64::consts::PI / force.duration;
     let inverse_pole_square = 1.0 / (pole * pole);
-    // Where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, the formula that knows.
+    // Bins where cos(ωτ/2) / (1 − (ωτ/π)²) is near 0/0 use the formula with the limit.
     let singular = (pole / step).round();
 
     let groups = grid.omega.as_chunks::<LANES>().0;
@@ -181,7 +182,7 @@ fn add_interpolated<S: Simd>(
                 }
             }
         }
-        // Sums first, stores after: only then does the compiler see that the lanes are independent.
+        // Sums first, stores after, so that the compiler can see that the lanes are independent.
         let (mut re_sum, mut im_sum) = (*re_out, *im_out);
         for lane in 0..LANES {
             let k = (omega[lane] * crossing).max(LEAST_WAVENUMBER);

@@ -19,20 +19,20 @@
 //! modulus. Nothing but the dimensionless f depends on the solid, and nothing has a length of its own: one
 //! solid and one medium are one [`GroundSource`], for all places and frequencies.
 //!
-//! How the integral is done is new here. f is written as a sum of poles in P² ([`poles`]), most of them off
-//! the axis: surface waves, one of which is Rayleigh's and the others stand for the body waves along the
-//! surface. The sound of one surface wave above the surface is known in closed form but for one quadrature
-//! that all listeners share ([`direction`]), and impacts blend directions that are kept: a wave from the
-//! point of contact, waves shed by the surface (Mach fronts, if they are faster than sound), each e^{−ixt}
-//! times an amplitude that is smooth in log x.
+//! The method of integration is new here. f is written as a sum of poles in P² ([`poles`]), most of them off
+//! the axis. Each pole is a surface wave: one is Rayleigh's, the others represent body waves along the
+//! surface. The pressure of one surface wave above the surface has a closed form but for one quadrature,
+//! which all listeners share ([`direction`]). Impacts blend stored directions. Each direction consists of a
+//! wave from the point of contact and waves shed by the surface (Mach fronts, if faster than sound), each
+//! e^{−ixt} times an amplitude smooth in log x.
 //!
 //! Differs from Qu and James, who smooth the force in time and sum the integral over the surface: their sum
 //! is [`rayleigh_integral`](rayleigh_integral()), which the tests compare.
 //!
-//! The ground as a paper has it is reached through [`reference`](crate::reference).
+//! The ground models of the papers are in [`reference`](crate::reference).
 //!
-//! Not covered: horizontal forces; losses in the ground, its layers, roughness and edges; what the air does
-//! to the ground. The force acts at a point, which is right while the patch of contact is small against the
+//! Not covered: horizontal forces; losses in the ground, its layers, roughness and edges; the load of the air
+//! on the ground. The force acts at a point, which is right while the contact patch is small against the
 //! wavelengths in the ground.
 
 pub mod direction;

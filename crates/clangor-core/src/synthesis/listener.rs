@@ -1,4 +1,4 @@
-//! Where pressure is evaluated, when a wavefront gets there, and what the floor does to it.
+//! Listeners: places of the receivers over time, arrival of wavefronts, and reflection in the floor.
 
 use glam::{DQuat, DVec3};
 
@@ -7,13 +7,13 @@ use crate::pose::{Keyframe, Pose, Track};
 pub use crate::propagation::Floor;
 use crate::propagation::ImageSource;
 
-/// A group of receivers that move together; each receiver is a channel and hears pressure, equally from
-/// everywhere.
+/// A group of receivers that move together. Each receiver is a channel and measures pressure, with equal
+/// sensitivity in all directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Listener {
     /// Name, for messages and files.
     pub name: String,
-    /// Where the group is over time.
+    /// Motion of the group over time.
     pub track: Track,
     /// Receivers \[m\] in the frame of the track.
     pub receivers: Vec<DVec3>,
@@ -37,7 +37,7 @@ impl Listener {
         Listener::mono(name, Track::fixed(Pose::at(position)))
     }
 
-    /// The listener as a source sees it that is heard by an image: mirrored the same way.
+    /// The listener mirrored by an image source: the source itself makes there what its image makes here.
     pub fn mirrored(&self, image: &ImageSource) -> Self {
         let mirrored_keys = self.track.keys().iter().map(|key| {
             let turn = key.pose.orientation;
@@ -89,7 +89,8 @@ impl Listener {
             }
             t = next;
         }
-        // A receiver that outruns sound: the front still catches it, at the latest once the track has ended.
+        // If the receiver moves faster than sound, the front catches it at the latest after the end of the
+        // track.
         let (mut early, mut late) = (time.min(first), first.max(time) + 1e-3);
         while heard_at(late).0 > late {
             late += late - early;
@@ -107,7 +108,7 @@ impl Listener {
 }
 
 impl Floor {
-    /// Refuses a receiver \[m\] that is below the floor at a time \[s\].
+    /// Rejects a receiver \[m\] that is below the floor at a time \[s\].
     pub(super) fn check(self, listener: &Listener, position: DVec3, time: f64) -> Result<(), SynthesisError> {
         match self {
             Floor::Rigid { height } if position.y < height => Err(SynthesisError::BelowFloor {

@@ -1,18 +1,17 @@
-//! Clicks as they happen: what a click will sound like is added at once to the samples to come.
+//! Acceleration pulses in real time: the pressure of each pulse is added at once to the samples to come.
 //!
-//! The same spectra as in [`offline`](super::offline), one inverse FFT for each wave, in blocks of 256 to
-//! 4096 samples. After [`LivePulses::new`] nothing is allocated and nothing waits: a click takes
-//! microseconds, whatever came before.
+//! The spectra are those of [`offline`](super::offline), with one inverse FFT for each wave, in blocks of 256
+//! to 4096 samples. After [`LivePulses::new`] nothing is allocated and nothing waits. A click takes
+//! microseconds, independent of earlier clicks.
 //!
-//! The low-pass looks ahead, and so a click is heard from [`LOOK_AHEAD`] samples before its wave on; what of
-//! it should already have been heard is lost. Whoever drives this delays all events by that and the length of
-//! a block.
+//! The low-pass looks ahead: a click begins [`LOOK_AHEAD`] samples before its wave. Samples that have been
+//! taken already cannot be changed, so a late beginning is lost. The caller delays all events by that and the
+//! length of a block.
 //!
-//! A wave may come by several paths, each of which loses something else ([`PathLoss`]), and go to several
-//! outputs at once.
+//! A wave may come by several paths, each with its own loss ([`PathLoss`]), and be added to several outputs.
 //!
-//! Differs from the offline renderer: a listener in the bounding sphere of a body hears the field on it; the
-//! ground and the papers' forms of a field are not rendered.
+//! Differs from the offline renderer: a listener in the bounding sphere of a body gets the field on the
+//! sphere. The ground and the papers' representations of a field are not rendered.
 
 mod live_field;
 
@@ -36,21 +35,21 @@ use crate::propagation::PathLoss;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::received_wave::ReceivedWave;
 
-/// Samples by which a click is heard before its wave.
+/// Samples by which a click begins before its wave.
 pub const LOOK_AHEAD: usize = REACH;
-/// Longest block \[samples\]: longer clicks are refused.
+/// Longest block \[samples\]; longer clicks are rejected.
 const LONGEST: usize = 4096;
 
-/// What became of the waves.
+/// Counts of waves by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LiveReport {
     /// Waves that were added: one for each click, receiver and reflection.
     pub waves: u64,
-    /// Waves of which the beginning came too late.
+    /// Waves whose beginning came too late.
     pub late: u64,
     /// Waves that begin after all samples that are kept, from too far away.
     pub distant: u64,
-    /// Waves of clicks with numbers that are not finite, or of sources that are not known.
+    /// Waves of clicks with numbers that are not finite, or of unknown sources.
     pub refused: u64,
     /// Waves of clicks with the receiver inside the body.
     pub inside: u64,
@@ -66,25 +65,25 @@ pub struct LivePulses {
     report: LiveReport,
 }
 
-/// What all blocks of one length share.
+/// Tables shared by all blocks of one length.
 struct Length {
     grid: Grid,
-    /// What each path loses.
+    /// Loss of each path.
     losses: Vec<Option<Losses>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
-/// The samples to come at one output, in a circle.
+/// The samples to come at one output, in a ring buffer.
 struct Coming {
     samples: Vec<f64>,
-    /// Index of the next one to be taken.
+    /// Index of the next sample to be taken.
     next: i64,
 }
 
 #[derive(Default)]
 struct Memory {
     spectrum: Spectrum,
-    /// Not used by spheres.
+    /// Not used for spheres.
     player: FieldPlayer,
     bins: Vec<Complex<f64>>,
     transform: Vec<Complex<f64>>,
@@ -99,9 +98,9 @@ fn grids(settings: &RenderSettings) -> impl Iterator<Item = (usize, Grid)> + '_ 
 }
 
 impl LivePulses {
-    /// Silence at so many outputs from sample 0 on, for clicks of spheres and of up to so many fields. Each
-    /// path loses what its loss says. Samples of `seconds` to come are kept, which is also how long sound may
-    /// be on its path.
+    /// Silence at this number of outputs from sample 0 on, for clicks of spheres and of up to `fields`
+    /// fields. Each path has its own loss. The buffer holds `seconds`, which is also the longest delay of a
+    /// path.
     ///
     /// # Errors
     /// A medium that carries no sound, a band limit of nothing.
@@ -145,8 +144,8 @@ impl LivePulses {
         }
     }
 
-    /// Puts a field in one of the places for fields, and returns what was there. A place that is none returns
-    /// the field.
+    /// Puts a field into one of the places for fields, and returns the previous one. If the place does not
+    /// exist, returns the field itself.
     pub fn put_field(&mut self, place: usize, field: Option<LiveField>) -> Option<LiveField> {
         match self.fields.get_mut(place) {
             Some(held) => std::mem::replace(held, field),
@@ -154,8 +153,8 @@ impl LivePulses {
         }
     }
 
-    /// The first sample that hears a click from `towards` \[m\], the path from its centre to a receiver;
-    /// `None` for one that nobody hears, which is counted.
+    /// The first sample of a click from `towards` \[m\], the path from its centre to a receiver; `None`, and
+    /// counted, for a click that cannot be rendered.
     pub fn first_sample(&mut self, click: &AccelerationPulse, towards: DVec3) -> Option<i64> {
         let is_ground = matches!(click.source, SoundSource::Ground { .. });
         if click.check().is_err() || !towards.is_finite() || is_ground {
@@ -174,7 +173,7 @@ impl LivePulses {
         heard.map(|heard| self.sample_of(heard.from) - REACH as i64)
     }
 
-    /// Samples that a wave takes, with what the band limit adds.
+    /// Length of a wave \[samples\], with the reach of the band limit.
     fn samples_of(&self, heard: &ReceivedWave) -> f64 {
         (heard.until - heard.from) * self.settings.sample_rate.as_f64() + 2.0 * REACH as f64 + 1.0
     }
@@ -183,8 +182,8 @@ impl LivePulses {
         ((time - self.settings.start) * self.settings.sample_rate.as_f64()).floor() as i64
     }
 
-    /// Adds the wave of a click that runs `towards` a receiver \[m\] by a path, times a factor each, to some
-    /// outputs. It must have a [`first_sample`](Self::first_sample).
+    /// Adds the wave of a click that runs `towards` a receiver \[m\] along a path to some outputs, with a
+    /// factor each. It must have a [`first_sample`](Self::first_sample).
     pub fn play(&mut self, click: &AccelerationPulse, towards: DVec3, path: usize, outputs: &[(usize, f64)]) {
         let rate = self.settings.sample_rate.as_f64();
         let heard = self.settings.wave(click, towards).map(|heard| (self.samples_of(&heard), heard));
@@ -230,12 +229,12 @@ impl LivePulses {
         }
     }
 
-    /// Forgets all that is to come.
+    /// Drops all samples to come.
     pub fn silence(&mut self) {
         self.coming.iter_mut().for_each(|coming| coming.samples.fill(0.0));
     }
 
-    /// Adds the next samples \[Pa\] of an output to `samples`, and forgets them.
+    /// Adds the next samples \[Pa\] of an output to `samples`, and removes them.
     pub fn take(&mut self, output: usize, samples: &mut [f64]) {
         let coming = &mut self.coming[output];
         let mask = coming.samples.len() - 1;
@@ -245,14 +244,14 @@ impl LivePulses {
         }
     }
 
-    /// What became of the waves so far.
+    /// Counts of waves so far.
     pub fn report(&self) -> LiveReport {
         self.report
     }
 }
 
 impl Coming {
-    /// Adds samples times a factor, of which the first has this index; what has been taken already is lost.
+    /// Adds samples times a factor; the first has this index. Samples already taken are skipped.
     fn add(&mut self, first: i64, factor: f64, samples: &[f64]) {
         let mask = self.samples.len() - 1;
         let skip = (self.next - first).clamp(0, samples.len() as i64) as usize;

@@ -9,8 +9,8 @@
 //!
 //! A lower band limit moves the same transition down.
 //!
-//! A window in time, the usual design, bounds the response exactly and the stop band not; here it is the
-//! other way round, because the spectra live on an FFT grid where a stop band that is not zero would alias.
+//! A window in time, the usual design, bounds the length of the response exactly but not the stop band. Here
+//! it is the other way round: spectra live on an FFT grid, where a stop band that is not zero would alias.
 
 use crate::math::bessel::bessel_i0;
 

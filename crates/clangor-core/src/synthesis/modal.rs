@@ -1,4 +1,4 @@
-//! Ringing: the modes of bodies, driven by contact forces and heard at the receivers.
+//! Ringing: the modes of bodies, driven by contact forces, and their pressure at the receivers.
 //!
 //! ```text
 //! ImpactPulse ─► ModalVoice::push_pulses ─► Q = Σ U(x)·j g(t) ─► ResonatorBank: ẇ = λw + Q, A = c (λw + Q)
@@ -9,12 +9,11 @@
 //! and sounds as Re{H A}, with the transfer H = ρR ×
 //! [`undelayed`](crate::sound_model::modal::model::ModalTransfer::undelayed) for the direction and distance
 //! of the receiver in the frame of the body, and A the complex modal acceleration ([`resonator_bank`]).
-//! Pressure follows acceleration, so a force at rest is silent. The sound leaves at t with the pose of that
-//! time and
-//! arrives at t + r/c, r the distance from the centre of mass: a moving body or receiver is heard with its
-//! Doppler shift. A rigid floor adds the mirrored source, as for clicks. The motion is slow against sound:
-//! factors 1 + O(v/c) in the level are left out. A receiver in the bounding sphere of the body hears what is
-//! on the sphere in its direction, also inside the body.
+//! Pressure follows acceleration, so a constant force is silent. The sound emitted at t has the pose of that
+//! time and arrives at t + r/c, with r the distance from the centre of mass: moving bodies and receivers
+//! produce a Doppler shift. A rigid floor adds the mirrored source, as for clicks. The motion is slow against
+//! sound: factors 1 + O(v/c) in the level are neglected. A receiver in the bounding sphere of the body gets
+//! the pressure on the sphere in its direction, also inside the body.
 //!
 //! # Use
 //!

@@ -1,4 +1,4 @@
-//! What surface waves sound like in one direction, at all frequencies at once.
+//! Radiation of surface waves in one direction, at all frequencies at once.
 //!
 //! With P² = 1 − N², N the vertical slowness, a wave of slowness √σ is a pole at N = ±ξ, ξ = √(1−σ). Turned
 //! to the direction θ of the listener, the integral over plane waves is one over the cosine t of their angle
@@ -33,13 +33,13 @@ use crate::math::hankel::hankel_0_scaled;
 const STEP: f64 = 1.0 / 6.0;
 /// Nodes that an amplitude is interpolated from.
 const ORDER: usize = 6;
-/// Amplitude nodes per node of ln v: grids that fit share their exponentials.
+/// Amplitude nodes per node of ln v: commensurate grids share their exponentials.
 const SPACING: usize = 3;
 /// χ of the rays.
 const TILTS: [f64; 3] = [0.0, 0.7, -0.7];
-/// Least x v, below which E no longer changes; greatest, beyond which e^{−xv} is nothing.
+/// Least x v, below which E is constant; greatest, beyond which e^{−xv} is negligible.
 const V_RANGE: [f64; 2] = [1e-3, 40.0];
-/// A wave that has fallen by e^−25 is not computed.
+/// Waves that have fallen by e^−25 are not computed.
 const FALLEN: f64 = 25.0;
 
 /// Values of x = ωR/c in geometric progression.
@@ -80,21 +80,21 @@ impl Octaves {
     }
 }
 
-/// Where a wave comes from.
+/// Origin of a wave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// The point of contact.
     Contact,
-    /// The surface, which a wave of this branch runs along; 0 for ξ, 1 for −ξ.
+    /// The surface, along which a wave of this branch runs; 0 for ξ, 1 for −ξ.
     Surface(Branch, usize),
 }
 
 /// A wave at the listener: amplitude times e^{−ix·arrival}.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Train {
-    /// Where it comes from.
+    /// Origin.
     pub origin: Origin,
-    /// When it arrives, over R/c.
+    /// Time of arrival, over R/c.
     pub arrival: f64,
     /// Amplitudes at the nodes.
     amplitudes: Vec<Complex64>,
@@ -109,11 +109,12 @@ pub struct Direction {
 }
 
 impl Direction {
-    /// The waves that these poles send to where the normal is at the angle θ, between these frequencies.
+    /// The waves that these poles radiate at the angle θ from the normal, between these frequencies.
     ///
     /// `squares`: of the slownesses of Rayleigh's, pressure, shear and leaking waves.
     pub fn new(poles: &[Pole], (cos, sin): (f64, f64), squares: [Complex64; 4], nodes: Octaves) -> Self {
-        // Straight above, a wave of the surface is a point: its logarithm there is finite a billionth beside.
+        // Straight above, a surface wave is a point with a logarithmic singularity; the angle is moved off by
+        // 1e-9.
         let sin = sin.max(1e-9);
         let arrivals = squares.map(|square| passing(square, cos, sin));
         let mut contact = FromContact::new(nodes);
@@ -132,7 +133,7 @@ impl Direction {
             let tilt = best_tilt(&both);
             contact.add(pole, &both, cos, tilt);
             let ray = -FRAC_PI_2 + TILTS[tilt];
-            // Re sin(θ − w) > 0 with √σ = sin w: only then the wave from it is between the two ways.
+            // A residue counts only between the two paths: Re sin(θ − w) > 0 with √σ = sin w.
             let outside = (sin * xi - cos * slowness).re > 0.0;
             for (family, pass) in both.iter().enumerate() {
                 let angle = angle_below(pass.first - 1.0);
@@ -141,7 +142,7 @@ impl Direction {
                     continue;
                 }
                 let from_contact = pass.first - 1.0;
-                // What dies as fast as it turns needs no arrival of its own.
+                // A wave that decays as fast as it oscillates needs no separate arrival.
                 let near = from_contact.re.abs() <= -from_contact.im;
                 let (origin, arrival) = match pole.branch {
                     Branch::Pressure | Branch::Shear if near => (Origin::Contact, 1.0),
@@ -158,7 +159,7 @@ impl Direction {
         Direction { nodes, trains }
     }
 
-    /// The waves between two near directions, by their amplitudes; they arrive as it is in this one.
+    /// Blends the amplitudes of two neighbouring directions; arrivals are those of this one.
     pub fn between(
         (low, high): (&Direction, &Direction),
         part: f64,
@@ -201,7 +202,7 @@ impl Direction {
     }
 }
 
-/// When the waves of the two signs of ξ pass, over R/c.
+/// Arrival times of the waves of the two signs of ξ, over R/c.
 fn passing(square: Complex64, cos: f64, sin: f64) -> [f64; 2] {
     [1.0, -1.0].map(|sign| (sign * sqrt(1.0 - square) * cos + sqrt(square) * sin).re)
 }
@@ -215,7 +216,7 @@ fn angle_below(z: Complex64) -> f64 {
     }
 }
 
-/// A pole at one sign of ξ, as the direction sees it.
+/// A pole at one sign of ξ, for one direction.
 struct Pass {
     sign: f64,
     /// ξ.
@@ -229,7 +230,7 @@ struct Pass {
 }
 
 impl Pass {
-    /// Adds the wave that the surface sheds.
+    /// Adds the wave shed by the surface.
     fn shed(&self, pole: &Pole, sin: f64, nodes: Octaves, train: &mut Train) {
         let scale = -PI * pole.weight / (2.0 * self.sign * self.xi);
         let rate = -Complex64::I * (self.first - train.arrival);
@@ -309,7 +310,7 @@ impl FromContact {
             let exponentials: Vec<Complex64> =
                 (0..count).map(|i| (-turn * (product * (STEP * i as f64).exp())).exp()).collect();
             for (n, (e, v)) in sum.iter().zip(&self.distances).enumerate() {
-                // Below the least v, E is as there: a geometric series.
+                // Below the least v, E has its value there: a geometric series.
                 let below = if n == 0 { 1.0 / (1.0 - (-step).exp()) } else { 1.0 };
                 let weighted = e * turn * (step * v * below);
                 for (amplitude, exponential) in amplitudes.iter_mut().zip(&exponentials[SPACING * n..]) {

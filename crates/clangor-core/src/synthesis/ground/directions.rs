@@ -1,9 +1,9 @@
-//! The directions of one ground on a grid of angles, each computed when it is first needed.
+//! Directions of one ground on a grid of angles, each computed when first needed.
 //!
-//! A direction costs some milliseconds; an impact between two of the grid takes their amplitudes, blended,
-//! with arrivals of its own, which costs microseconds. The grid is even but near the horizon, where waves
-//! that die with height change fast: the number of a direction at the elevation ε is v(ε) = ε/h + ln(1 +
-//! ε/ε₀)/κ. What blending adds is measured in `tests/cross_ground.rs`.
+//! A direction costs some milliseconds. An impact between two grid angles blends their amplitudes with its
+//! own arrivals, which costs microseconds. The grid is even except near the horizon, where waves that decay
+//! with height change fast: the index of a direction at the elevation ε is v(ε) = ε/h + ln(1 + ε/ε₀)/κ. The
+//! error of blending is measured in `tests/cross_ground.rs`.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
@@ -19,7 +19,7 @@ const WIDEST: f64 = 5e-3;
 const NEAR: f64 = 0.02;
 /// ε₀ [rad].
 const HORIZON: f64 = 3e-3;
-/// x = ωR/c of the grid: beyond, a direction is computed for its impact.
+/// Highest x = ωR/c of the grid; beyond it, a direction is computed for each impact.
 const RANGE: [f64; 2] = [1e-2, 4e4];
 
 /// See the module.
@@ -29,9 +29,9 @@ pub(super) struct Directions {
 }
 
 impl Directions {
-    /// None computed yet.
+    /// An empty grid.
     pub(super) fn new() -> Self {
-        // Straight above, waves of the surface are points: the last direction is half a step or more beside.
+        // Straight above, surface waves are points: the last direction is half a step or more beside it.
         let count = (number(FRAC_PI_2) - 0.5).floor() as usize + 1;
         Directions { slots: vec![OnceLock::new(); count] }
     }

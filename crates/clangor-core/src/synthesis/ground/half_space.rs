@@ -7,11 +7,11 @@
 //! f(P) = −n² √(P²−m²) / r(P),   r = (2P²−n²)² − 4P² √(P²−m²) √(P²−n²)   (Rayleigh's function)
 //! ```
 //!
-//! r r̄, with r̄ the same with a plus, is a cubic in P² (Rayleigh's, 1885). One root is the slowness of
-//! Rayleigh's wave; the other two are zeros of r̄ and give, for Poisson's ratio above 0.263, waves that leak
-//! into the ground.
+//! With r̄ the same as r but with a plus, r r̄ is a cubic in P² (Rayleigh's, 1885). One root is the slowness
+//! of Rayleigh's wave. The other two are zeros of r̄ and give, for Poisson's ratio above 0.263, waves that
+//! leak into the ground.
 //!
-//! Over time, a force that begins and stays has a closed form at every distance: Pekeris 1955 for ν = ¼,
+//! For a step force, the displacement over time has a closed form at every distance: Pekeris 1955 for ν = ¼,
 //! Mooney 1974 and Kausel 2012 for any ν.
 
 use num_complex::Complex64;
@@ -19,20 +19,20 @@ use num_complex::Complex64;
 use crate::material::Material;
 use crate::math::complex_root::sqrt;
 
-/// Why a material makes no ground.
+/// Error in the material of a ground.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GroundError {
-    /// A number that no elastic solid has.
+    /// A number outside the range of elastic solids.
     #[error("the ground of \"{material}\" cannot sound: its {what} is {value}")]
     Material {
         /// The material.
         material: String,
-        /// Which number.
+        /// Quantity.
         what: &'static str,
         /// Its value.
         value: f64,
     },
-    /// Speed of sound above the ground.
+    /// An invalid medium above the ground.
     #[error(
         "the ground cannot sound where the speed of sound is {value} m/s and the density {density} kg/m³"
     )]
@@ -44,7 +44,7 @@ pub enum GroundError {
     },
 }
 
-/// An elastic half-space as waves of speed c see it.
+/// An elastic half-space, with slownesses relative to waves of speed c.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfSpace {
     /// Shear modulus μ \[Pa\].
@@ -107,7 +107,7 @@ impl HalfSpace {
         self.shear_speed() / self.cubic_roots()[0].re.sqrt()
     }
 
-    /// f at P², on or above the real axis, where all waves go away from the force and down.
+    /// f at P², on or above the real axis, for waves that leave the force and go down.
     pub fn admittance(&self, square: Complex64) -> Complex64 {
         // On the axis the roots are those of the upper side.
         let above = |z: Complex64| Complex64::new(z.re, z.im.max(0.0));
@@ -148,15 +148,15 @@ impl HalfSpace {
             }
         }
         let rayleigh = 0.5 * (low + high);
-        // What is left: y² + (b + y₁) y + (c + (b + y₁) y₁).
+        // The remaining quadratic: y² + (b + y₁) y + (c + (b + y₁) y₁).
         let half = -0.5 * (b + rayleigh);
         let product = c + (b + rayleigh) * rayleigh;
         let root = sqrt(Complex64::new(half * half - product, 0.0));
         [Complex64::new(rayleigh, 0.0), half + root, half - root].map(|y| 1.0 / y)
     }
 
-    /// U in u = F U / (2πμr): how far the surface has moved in the direction of a force F that begins at t =
-    /// 0 and stays, at distance r, with τ = c_S t/r. At last it is 1 − ν (Boussinesq).
+    /// U in u = F U / (2πμr): displacement in the direction of a step force F at t = 0, at distance r, with τ
+    /// = c_S t/r. Its limit for large τ is 1 − ν (Boussinesq).
     pub fn step_displacement(&self, tau: f64) -> f64 {
         let ratio = speed_ratio_square(self.poisson_ratio);
         let roots = self.cubic_roots();
@@ -173,7 +173,7 @@ impl HalfSpace {
             let apart = (roots[j] - roots[k]) * (roots[j] - roots[l]);
             ((roots[j] - 0.5).powi(2) * sqrt(above) / (apart * sqrt(below))).re
         };
-        // Rayleigh's wave has not come yet: both roots change sign.
+        // Before the arrival of Rayleigh's wave both roots change sign.
         let coming = part(0, roots[0] - ratio, roots[0] - square);
         if square >= 1.0 {
             return last * (1.0 - coming);

@@ -1,4 +1,4 @@
-//! The ground as a source: which model of it radiates.
+//! Ground models that can be a source.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::reference::SlabSource;
 pub enum Ground {
     /// An elastic half-space.
     HalfSpace(Arc<GroundSource>),
-    /// As a paper has it.
+    /// A paper's ground model.
     Reference(Arc<SlabSource>),
 }
 

@@ -1,13 +1,12 @@
 //! The response f of a half-space as a sum of surface waves: f(P) = Σ wⱼ / (P² − σⱼ).
 //!
-//! f is analytic in P² but for Rayleigh's pole on the real axis and two cuts that begin at m² and n². They
-//! may go anywhere below the axis, which the waves pass above: here straight down, or 30° to a side. Cauchy's
-//! integral around them gives the wave of each bit of a cut, with half the jump of f across it, over π, as
-//! the weight; the trapezoidal rule in the logarithm of the distance from the branch point makes that a sum.
-//! Between the cuts f may have a leaking pole: the cuts turn away from it.
+//! f is analytic in P² except for Rayleigh's pole on the real axis and two cuts that begin at m² and n². The
+//! cuts may run anywhere below the axis, as the waves pass above: here straight down, or 30° to a side.
+//! Cauchy's integral around them gives a wave for each element of a cut, with half the jump of f across it,
+//! over π, as weight. The trapezoidal rule in the logarithm of the distance from the branch point turns that
+//! into a sum. Between the cuts f may have a leaking pole: the cuts turn away from it.
 //!
-//! Far from both branch points the two cuts are as one, and two waves become one at the mean of their
-//! squares.
+//! Far from both branch points the two cuts are merged: two waves become one at the mean of their squares.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -21,12 +20,12 @@ use crate::math::complex_root::sqrt;
 const STEP: f64 = 0.6;
 /// Nearest wave, over n².
 const NEAREST: f64 = 1e-4;
-/// Farthest wave, over the larger of 1 and n²; what is beyond goes into its weight.
+/// Farthest wave, over the larger of 1 and n²; the rest of the cut is added to its weight.
 const FARTHEST: f64 = 1e5;
-/// Distance over n² − m² from which on two cuts are one.
+/// Distance over n² − m² from which on the two cuts are merged.
 const MERGED: f64 = 30.0;
 
-/// Which wave of the solid a term belongs to.
+/// Wave of the solid to which a term belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Branch {
     /// Rayleigh's surface wave.
@@ -40,7 +39,7 @@ pub enum Branch {
 }
 
 impl Branch {
-    /// Its place in a list of Rayleigh's, pressure, shear and leaking waves.
+    /// Its index in a list of Rayleigh's, pressure, shear and leaking waves.
     pub(super) fn index(self) -> usize {
         self as usize
     }
@@ -53,7 +52,7 @@ pub struct Pole {
     pub square: Complex64,
     /// w.
     pub weight: Complex64,
-    /// What it is part of.
+    /// Wave that it is part of.
     pub branch: Branch,
 }
 
@@ -88,7 +87,7 @@ pub fn poles(solid: &HalfSpace) -> Vec<Pole> {
     let count = ((farthest / (NEAREST * n2)).ln() / STEP).ceil() as usize;
     for i in 0..=count {
         let distance = NEAREST * n2 * (STEP * i as f64).exp();
-        // The jump grows as d^½ at first and falls so at last: the terms that are left out are geometric
+        // The jump grows as d^½ near the branch point and falls so far from it: omitted terms are geometric
         // series.
         let ends = match i {
             0 => 1.0 / (1.0 - (-1.5 * STEP).exp()),
@@ -149,8 +148,8 @@ mod tests {
                 let worst = (0..1500)
                     .map(|i| n * (-7.0 + f64::from(i) * 0.007).exp())
                     .filter(|p| (p / rayleigh - 1.0).abs() > 1e-3 && *p < 10.0 * n.max(1.0))
-                    // The first wave is a hundredth of n from the branch point: nearer, the sum cannot
-                    // follow.
+                    // The first wave is a hundredth of n from the branch point; the sum does not resolve
+                    // anything nearer.
                     .filter(|p| {
                         let from = |square: f64| (p * p - square).abs() > 3e-3 * n * n;
                         from(solid.pressure_square) && from(solid.shear_square)

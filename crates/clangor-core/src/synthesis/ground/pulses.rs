@@ -1,4 +1,4 @@
-//! Impacts on the ground: a click of the ground for each point where an impact presses it.
+//! Impacts on the ground: one click of the ground for each point where an impact presses it.
 
 use std::collections::BTreeMap;
 
@@ -10,12 +10,12 @@ use crate::contact::ImpactPulse;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::source::SoundSource;
 
-/// Points of an impact this near to each other are one \[m\]: a third of a wavelength at 20 kHz.
+/// Points of an impact closer than this are merged \[m\]: a third of a wavelength at 20 kHz.
 const ONE_POINT: f64 = 5e-3;
 
-/// The clicks of the grounds that an impact hits: one for each point where it presses one.
+/// The clicks of the grounds under an impact: one for each point of contact with a ground.
 ///
-/// `grounds` are those among the `bodies` that radiate. Only the force along the normal counts.
+/// `grounds` are those among the `bodies` that radiate. Only the normal force counts.
 pub fn ground_clicks(
     pulse: &ImpactPulse,
     bodies: &[Body],

@@ -4,21 +4,21 @@
 //! p(x, t) = ρ/2π ∫ a(r, t − |x−y|/c) / |x−y| dS,   r = |y|
 //! ```
 //!
-//! Summed over the surface as it stands, for checks: the sound of the ground is computed by
-//! [`direction`](super::direction).
+//! A direct sum over the surface, for checks: [`direction`](super::direction) computes the pressure of the
+//! ground.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::medium::Medium;
 
-/// How finely to sum.
+/// Resolution of the sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceGrid {
     /// Radius up to which the plane moves \[m\].
     pub radius: f64,
-    /// Rings.
+    /// Number of rings.
     pub rings: usize,
-    /// Points on a half of each ring.
+    /// Points on one half of each ring.
     pub points: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The sound of an elastic half-space under a medium, pressed at a point, at any place and frequency.
+//! Pressure of an elastic half-space below a medium under a point force, at any place and frequency.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use super::poles::{Branch, Pole, poles};
 use crate::material::Material;
 use crate::medium::Medium;
 
-/// How long the surface is heard after all waves have passed, over R/c. The rest falls as t⁻³.
+/// Time for which the response is followed after all waves have passed, over R/c. The rest falls as t⁻³.
 const AFTERWARDS: f64 = 1.5;
 
 /// Transfers of a solid under a medium, from the force at a point to the pressure at any place.
@@ -20,10 +20,10 @@ const AFTERWARDS: f64 = 1.5;
 pub struct GroundSource {
     /// The solid.
     pub solid: HalfSpace,
-    /// What is above it.
+    /// The medium above it.
     pub medium: Medium,
     poles: Vec<Pole>,
-    /// Follow from the rest, and are kept.
+    /// Derived from the fields above, and cached.
     directions: Directions,
 }
 
@@ -78,21 +78,21 @@ impl GroundSource {
         self.medium.density / (TAU * self.solid.shear_modulus)
     }
 
-    /// Between which times after the force \[s\] a listener at `place` \[m\] hears it.
+    /// First and last time after the force \[s\] at which a listener at `place` \[m\] receives pressure.
     pub(crate) fn heard_between(&self, place: DVec3) -> (f64, f64) {
         let Some(heard) = ReceiverDirection::at(self, place) else { return (0.0, 0.0) };
         let ReceiverDirection { cos, sin, delay } = heard;
         let slowest = self.medium.sound_speed / self.solid.rayleigh_speed();
-        // A wave along the ground that is faster than sound is heard before the one from the contact.
+        // A wave along the ground that is faster than sound arrives before the one from the contact.
         let fastest = self.solid.pressure_square.sqrt();
         let first = if fastest < sin { (1.0 - fastest * fastest).sqrt() * cos + fastest * sin } else { 1.0 };
-        // One that is slower is heard later, and the longer the higher the listener.
+        // A slower one arrives later, with a delay that grows with the height of the listener.
         let last = if slowest > 1.0 { (slowest * (sin + cos)).max(1.0) } else { 1.0 };
         (first * delay, (last + AFTERWARDS) * delay)
     }
 }
 
-/// Direction and delay of a receiver, seen from the point that is pressed.
+/// Direction and delay of a receiver, from the pressed point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ReceiverDirection {
     pub(super) cos: f64,
@@ -117,7 +117,7 @@ impl ReceiverDirection {
         Direction::new(&source.poles, (self.cos, self.sin), source.squares(), nodes)
     }
 
-    /// The same from those that are kept, where these reach.
+    /// The same, from the stored directions where these reach.
     pub(super) fn kept_direction(&self, source: &GroundSource, least: f64, greatest: f64) -> Direction {
         let GroundSource { poles, directions, .. } = source;
         directions

@@ -1,6 +1,6 @@
 //! Spectra of impacts on the ground, on the grid of a block.
 //!
-//! Amplitudes are smooth in log ω, and so on a parabola over a few bins, but for the lowest.
+//! Amplitudes are smooth in log ω, hence close to a parabola over a few bins, except for the lowest.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -13,24 +13,24 @@ use super::source::{GroundSource, ReceiverDirection};
 use crate::contact::ForceProfile;
 use crate::synthesis::spectrum::{ArrivingForce, Grid, LANES, Rotation, Spectrum};
 
-/// From this bin on amplitudes are on parabolas over [`LANES`] bins.
+/// First bin from which amplitudes are interpolated by parabolas over [`LANES`] bins.
 const SMOOTH_FROM: usize = 8 * LANES;
 
-/// A ground struck at a point, as it is heard at another.
+/// A ground under an impact at one point, received at another.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GroundTransfer {
     /// The ground.
     pub(crate) source: Arc<GroundSource>,
     /// Impulse into it [N s].
     pub(crate) impulse: f64,
-    /// The listener, from the point that is struck, y up \[m\].
+    /// The listener \[m\] from the point of impact, y up.
     pub(crate) place: DVec3,
 }
 
 /// A number for each of the bins that advance together.
 type Lanes = [f64; LANES];
 
-/// Adds an impact; the middle of the `arriving` force is that at the ground, before any delay.
+/// Adds an impact; the middle of the `arriving` force is its time at the ground, before any delay.
 #[inline(always)]
 pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, arriving: &ArrivingForce, transfer: &GroundTransfer) {
     let GroundTransfer { source, impulse, place } = transfer;
@@ -76,7 +76,7 @@ pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, arriving: &ArrivingForce
 /// Amplitudes of all waves at the bins that advance together.
 struct Amplitudes {
     now: Vec<(Lanes, Lanes)>,
-    /// At the first of the next bins, once they are on parabolas.
+    /// Amplitudes at the first of the next bins, where they are on parabolas.
     next: Vec<Complex64>,
 }
 
@@ -85,7 +85,7 @@ impl Amplitudes {
         Amplitudes { now: vec![([0.0; LANES], [0.0; LANES]); direction.trains.len()], next: Vec::new() }
     }
 
-    /// Goes on to these x.
+    /// Advances to these x.
     #[inline(always)]
     fn fill(&mut self, direction: &Direction, x: &Lanes, smooth: bool) {
         if !smooth {

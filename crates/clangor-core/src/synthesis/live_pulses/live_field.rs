@@ -1,4 +1,4 @@
-//! A field that is played live: with all that its clicks need in memory before the first comes.
+//! A field for real-time clicks, with all memory allocated in advance.
 
 use std::sync::Arc;
 
@@ -18,9 +18,9 @@ use crate::synthesis::wave::Transfer;
 
 /// See the module.
 pub struct LiveField {
-    /// Without the field inside the bounding sphere, which takes too long.
+    /// The field without its near field, which takes too long.
     source: Arc<FieldSource>,
-    /// From its nodes to the bins of each length.
+    /// Interpolation from its nodes to the bins of each length.
     tables: Vec<Arc<Interpolation>>,
     player: FieldPlayer,
 }
@@ -69,17 +69,17 @@ impl LiveField {
         }
     }
 
-    /// What clicks name as their source.
+    /// The source that clicks refer to.
     pub fn source(&self) -> SoundSource {
         SoundSource::Field(Arc::clone(&self.source))
     }
 
-    /// Whether a click names it.
+    /// Whether a click refers to it.
     pub(super) fn is_of(&self, source: &Arc<FieldSource>) -> bool {
         Arc::ptr_eq(&self.source, source)
     }
 
-    /// Puts in place what is played on a block of the length at this place.
+    /// Puts the interpolation for the block length at this place into use.
     pub(super) fn prepare(&mut self, transfer: &mut FieldTransfer, length: usize) -> &mut FieldPlayer {
         transfer.table = Some(Arc::clone(&self.tables[length]));
         &mut self.player

@@ -1,10 +1,10 @@
-//! The way from a body to a receiver: when what leaves at a sample arrives, and what the receiver hears
+//! Propagation delay from a body to a receiver: arrival of each emitted sample, and the received signal
 //! between samples.
 //!
-//! With the delay d(e), in samples, of what leaves at e, sample n hears what left at the e with e + d(e) = n.
-//! The delay is known about every millisecond and runs through these points as a cubic with the slopes of
-//! their neighbours (Catmull and Rom); e is found by Newton's method. Between samples the signal is that of a
-//! Kaiser-windowed sinc of 64 samples, flat to 0.45 of the rate, with side lobes of −100 dB.
+//! With the delay d(e), in samples, of the sound emitted at e, sample n receives the sound emitted at the e
+//! with e + d(e) = n. The delay is computed about every millisecond and interpolated by a cubic with the
+//! slopes of neighbouring points (Catmull and Rom); e is found by Newton's method. The signal between samples
+//! is that of a Kaiser-windowed sinc of 64 samples, flat to 0.45 of the rate, with side lobes of −100 dB.
 
 use std::sync::LazyLock;
 
@@ -13,12 +13,13 @@ use crate::math::bessel::bessel_i0;
 /// Half the length of the sinc \[samples\].
 pub(super) const HALF_TAPS: usize = 32;
 const TAPS: usize = 2 * HALF_TAPS;
-/// Fractions of a sample for which it is tabulated; between them a straight line is 5e-6 off at most.
+/// Fractions of a sample for which it is tabulated; linear interpolation between them has an error of 5e-6 at
+/// most.
 const PHASES: usize = 512;
 /// Kaiser's β.
 const BETA: f64 = 10.0;
 
-/// What one path has sent, and when it arrives.
+/// Signal emitted along one path, and its arrival times.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DelayLine {
     /// Index of the first sample held.
@@ -28,7 +29,7 @@ pub(super) struct DelayLine {
     /// Place of the first known delay over the spacing.
     first: i64,
     delays: Vec<f64>,
-    /// When the sample heard last had left.
+    /// Emission time of the sample received last.
     left: Option<f64>,
 }
 
@@ -44,7 +45,7 @@ impl DelayLine {
         self.delays.push(delay);
     }
 
-    /// When the sample that leaves at e arrives, and by how much later the next one does.
+    /// Arrival time of the sample emitted at e, and by how much later the next one arrives.
     fn arrival(&self, left: f64) -> (f64, f64) {
         let place = left / self.spacing as f64 - self.first as f64;
         let last = self.delays.len() as isize - 1;
@@ -60,13 +61,13 @@ impl DelayLine {
         (left + delay, if inside { 1.0 + slope } else { 1.0 })
     }
 
-    /// Whether everything that arrives up to `sample` has left, given that samples before `end` have.
+    /// Whether all sound that arrives up to `sample` has been emitted, if samples before `end` have.
     pub(super) fn covers(&self, sample: i64, end: i64) -> bool {
         let known = self.arrival((end - HALF_TAPS as i64 - 1) as f64).0;
         known >= sample as f64
     }
 
-    /// Adds what arrives at `channel`, whose first sample is `first`.
+    /// Adds the arriving sound to `channel`, whose first sample is `first`.
     pub(super) fn listen(&mut self, sent: &[f64], first: i64, channel: &mut [f64]) {
         for (i, sum) in channel.iter_mut().enumerate() {
             let sample = (first + i as i64) as f64;
@@ -74,7 +75,7 @@ impl DelayLine {
                 self.left.map_or_else(|| sample - self.delays.first().copied().unwrap_or(0.0), |l| l + 1.0);
             for _ in 0..20 {
                 let (arrival, slope) = self.arrival(left);
-                // A receiver that outruns sound has no single answer; any that moves on will do.
+                // With a supersonic receiver the solution is not unique; any later one will do.
                 let step = (sample - arrival) / slope.max(0.2);
                 left += step;
                 if step.abs() < 1e-9 {
@@ -86,12 +87,12 @@ impl DelayLine {
         }
     }
 
-    /// Forgets that anything was heard, where listening goes on elsewhere.
+    /// Restarts reception, for a receiver that continues elsewhere.
     pub(super) fn forget_place(&mut self) {
         self.left = None;
     }
 
-    /// Drops what will not be heard again.
+    /// Drops samples that will not be received any more.
     pub(super) fn trim(&mut self, sent: &mut Vec<f64>) {
         let Some(left) = self.left else { return };
         let needed = left.floor() as i64 - TAPS as i64;

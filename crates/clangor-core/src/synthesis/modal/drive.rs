@@ -1,4 +1,4 @@
-//! Forces as resonators take them: band-limited, and exactly integrated over each sample.
+//! Band-limited forces as input of resonators, integrated exactly over each sample.
 //!
 //! A resonator of pole λ that is driven by the force g(t) steps over the interval from t_k to t_k +
 //! T by
@@ -7,17 +7,18 @@
 //! w(t_k + T) = e^{λT} w(t_k) + b_k,   b_k = ∫ e^{λ(t_k + T − t)} g(t) dt
 //! ```
 //!
-//! A contact lasts about as long as a sample, so g is first limited to the band of the output by [`lowpass`],
-//! whose gain is 1 below it: what rings afterwards is unchanged, and nothing aliases. On an interval of
-//! middle t_m, with u from −1 to 1, a spectrum Ĝ(ω) and the Legendre polynomials P_l have
+//! A contact lasts about as long as a sample. Therefore g is first limited to the band of the output by
+//! [`lowpass`]. Its gain is 1 below the limit, so the ringing after the contact is unchanged, and nothing
+//! aliases. On an interval of middle t_m, with u from −1 to 1, a spectrum Ĝ(ω) and the Legendre polynomials
+//! P_l have
 //!
 //! ```text
 //! g(t_m + uT/2) = Σ_l γ_l P_l(u),   γ_l = (2l+1) (1/2π) ∫ Ĝ(ω) i^l j_l(ωT/2) e^{iωt_m} dω
 //! b_k = Σ_l γ_l φ_l,   φ_l = T e^{λT/2} (−1)^l i_l(λT/2)
 //! ```
 //!
-//! The γ_l are one inverse FFT each; φ_l belongs to the resonator. What the terms l ≥ [`TERMS`] would add has
-//! j_l of both frequencies in it, and is 1e-7 at the end of the band.
+//! The γ_l are one inverse FFT each; φ_l belongs to the resonator. Omitted terms l ≥ [`TERMS`] contain j_l of
+//! both frequencies, 1e-7 at the end of the band.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -32,7 +33,7 @@ use crate::synthesis::lowpass::{self, REACH};
 /// Legendre polynomials on a sample.
 pub(super) const TERMS: usize = 6;
 
-/// The force of a force, from sample to sample.
+/// A band-limited force, from sample to sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct ForceSamples {
     /// g at the samples [1/s].
@@ -56,7 +57,7 @@ pub(super) fn term_weights(pole: Complex64, sample_time: f64) -> [Complex64; TER
     })
 }
 
-/// Makes forces of forces for one sample rate and band.
+/// Computes band-limited forces for one sample rate and band.
 pub(super) struct Shaper {
     rate: f64,
     /// Half-amplitude frequency of the band limit \[Hz\], and half the width of its transition.
@@ -70,7 +71,7 @@ pub(super) struct Shaper {
     time: Vec<f64>,
 }
 
-/// What all pulses of one length share.
+/// Tables shared by all pulses of one length.
 struct Tables {
     inverse: Arc<dyn ComplexToReal<f64>>,
     /// Gain of the band limit at the bins.
@@ -96,12 +97,13 @@ impl Shaper {
         }
     }
 
-    /// Half the length of what the band limit makes of an impulse \[samples\].
+    /// Half-length of the band-limited impulse \[samples\].
     pub(super) fn reach(&self) -> i64 {
         (REACH as f64 * lowpass::HALF_WIDTH * self.rate / self.half_width).ceil() as i64
     }
 
-    /// Keeps memory for pulses of up to so many samples, so that making their forces allocates nothing.
+    /// Reserves memory for pulses of up to this length \[samples\], so that computing their forces allocates
+    /// nothing.
     pub(super) fn reserve(&mut self, samples: usize) {
         let lengths = std::iter::successors(Some(2), |length| Some(2 * length));
         for length in lengths.take_while(|length| *length <= samples.next_power_of_two()) {
@@ -111,8 +113,8 @@ impl Shaper {
         }
     }
 
-    /// The force of a pulse of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\];
-    /// returns its first sample.
+    /// The band-limited force of a pulse of unit impulse that begins at `onset` \[samples\] and lasts
+    /// `duration` \[s\]; returns its first sample.
     pub(super) fn pulse(
         &mut self,
         profile: ForceProfile,
@@ -126,14 +128,14 @@ impl Shaper {
         self.force(middle, from_middle, |omega| profile.centred_spectrum(omega, duration), force)
     }
 
-    /// The force of an impulse of 1 at a time \[samples\], and its first sample.
+    /// The band-limited force of a unit impulse at a time \[samples\], and its first sample.
     pub(super) fn impulse(&mut self, at: f64) -> (i64, ForceSamples) {
         let mut force = ForceSamples::default();
         (self.force(at, [0.0, 0.0], |_| 1.0, &mut force), force)
     }
 
-    /// The force of a force around a `middle` \[samples\], from which its spectrum is real, and which acts
-    /// between two times from there \[s\].
+    /// The band-limited force around a `middle` \[samples\], from which its spectrum is real. It acts between
+    /// two times relative to the middle \[s\].
     fn force(
         &mut self,
         middle: f64,
@@ -176,7 +178,7 @@ impl Shaper {
             Some(factors) => self.bins.extend(self.spectrum.iter().zip(factors).map(|(x, f)| x * f)),
         }
         self.bins.resize(length / 2 + 1, Complex64::ZERO);
-        // A mean is real; rounding may have left something.
+        // The mean is real; rounding may have left an imaginary part.
         self.bins[0].im = 0.0;
         self.scratch.resize(tables.inverse.get_scratch_len(), Complex64::ZERO);
         self.time.resize(length, 0.0);
@@ -208,8 +210,8 @@ impl Shaper {
     }
 }
 
-/// ∫ S(t) e^{−λt} dt of a pulse of unit impulse and duration τ \[s\], from its onset: what a resonator of
-/// pole λ has of it, reckoned back to the onset.
+/// ∫ S(t) e^{−λt} dt of a pulse of unit impulse and duration τ \[s\], from its onset: the response of a
+/// resonator of pole λ, referred to the onset.
 ///
 /// Half-sine: (1 + e^{−λτ}) / (2 (1 + (λτ/π)²)). The Gaussian has a closed form as well; its tails reach
 /// before the onset.
@@ -232,7 +234,7 @@ pub(super) fn pulse_at_pole(profile: ForceProfile, pole: Complex64, duration: f6
 mod tests {
     use super::*;
 
-    /// Steps a resonator through a force and compares what is left with the closed form at the pole.
+    /// Steps a resonator through a force and compares its final state with the closed form at the pole.
     fn residual(rate: f64, frequency: f64, duration: f64, profile: ForceProfile) -> f64 {
         let onset = 7.3;
         let mut force = ForceSamples::default();
@@ -255,7 +257,7 @@ mod tests {
             for part in [0.001, 0.02, 0.1, 0.25, 0.35, 0.41] {
                 for tau in [12e-6, 50e-6, 400e-6] {
                     for profile in [ForceProfile::HalfSine, ForceProfile::Gaussian] {
-                        // Beyond its main lobe a pulse has nothing left to compare with.
+                        // Beyond the main lobe of a pulse there is too little response to compare.
                         if part * rate * tau < 1.2 {
                             let error = residual(rate, part * rate, tau, profile);
                             assert!(error < 1e-6, "{rate} {part} {tau} {profile:?}: {error:e}");

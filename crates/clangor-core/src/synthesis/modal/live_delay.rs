@@ -1,9 +1,8 @@
-//! What a path has sent, in a circle, heard after a delay that glides.
+//! Signal emitted along a path, in a ring buffer, received after a varying delay.
 //!
-//! Within a block the delay runs on a straight line: a body that accelerates by 10 m/s² is 26 ns off that in
-//! a block of 2.7 ms. A delay that would change by more than a quarter of the block is faded over to instead.
-//! Between samples the signal is that of a Kaiser-windowed sinc of 16 samples: 3e-4 below a third of the
-//! rate.
+//! Within a block the delay is linear in time: a body that accelerates by 10 m/s² is 26 ns off in a block of
+//! 2.7 ms. A change of the delay by more than a quarter of the block is cross-faded instead. The signal
+//! between samples is that of a Kaiser-windowed sinc of 16 samples: error 3e-4 below a third of the rate.
 
 use std::sync::LazyLock;
 
@@ -11,61 +10,61 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::delay::windowed_sinc;
 
-/// Half the length of the sinc \[samples\]: what is heard now must have been sent until so much later.
+/// Half the length of the sinc \[samples\]: reception needs the samples emitted until that much later.
 pub(super) const HALF_TAPS: usize = 8;
 const TAPS: usize = 2 * HALF_TAPS;
 /// Fractions of a sample for which it is tabulated.
 const PHASES: usize = 512;
 /// Kaiser's β for 80 dB.
 const BETA: f64 = 7.84;
-/// Change of the delay in a block, over the block, up to which it glides.
+/// Largest change of the delay in a block, over the block, that is interpolated instead of cross-faded.
 const GLIDE: f64 = 0.25;
 
 /// See the module.
 #[derive(Clone, Debug)]
 pub(super) struct LiveDelay {
-    /// As many as a power of two.
+    /// The length is a power of two.
     samples: Vec<f32>,
     /// The longest delay \[samples\].
     longest: f64,
-    /// Place after the last sample sent, on a count that never jumps.
+    /// Place after the last emitted sample, on a counter without jumps.
     end: i64,
     /// Index of a sample minus its place.
     shift: i64,
     heard: Heard,
 }
 
-/// How the last block was heard.
+/// Reception in the last block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Heard {
-    /// There was none: what comes begins as it is.
+    /// No last block: the signal begins without a fade.
     Nothing,
-    /// Too far away, or by no way: what comes fades in.
+    /// Too far away, or no path: the signal fades in.
     Nowhere,
-    /// After this delay, at its end \[samples\].
+    /// With this delay at the end of the block \[samples\].
     After(f64),
 }
 
 impl LiveDelay {
-    /// For delays of up to so many samples, and blocks of up to so many.
+    /// For delays and blocks of up to these lengths \[samples\].
     pub(super) fn new(longest: usize, block: usize) -> Self {
         let kept = (longest + 2 * block + 2 * TAPS).next_power_of_two();
         let (end, shift, heard) = (0, 0, Heard::Nothing);
         LiveDelay { samples: vec![0.0; kept], longest: longest as f64, end, shift, heard }
     }
 
-    /// Begins anew with a sample of this index, after silence of the longest delay and a block.
+    /// Restarts at a sample of this index, after silence of the longest delay and a block.
     pub(super) fn restart(&mut self, next: i64) {
         (self.shift, self.heard) = (next - self.end, Heard::Nothing);
     }
 
-    /// Forgets everything.
+    /// Clears the signal.
     pub(super) fn silence(&mut self) {
         self.samples.fill(0.0);
         self.heard = Heard::Nothing;
     }
 
-    /// Takes what is sent next.
+    /// Appends emitted samples.
     pub(super) fn send(&mut self, sent: &[f64]) {
         let mask = self.samples.len() - 1;
         for value in sent {
@@ -74,8 +73,8 @@ impl LiveDelay {
         }
     }
 
-    /// What is heard from index `first` on, if the delay ends at `delay` \[samples\], or nothing is heard
-    /// from there on any more; whether there is anything.
+    /// The received signal from index `first` on, for a delay of `delay` \[samples\] at the end of the block,
+    /// or with nothing received at the end. Returns whether there is any signal.
     pub(super) fn listen(&mut self, first: i64, delay: Option<f64>, heard: &mut [f32]) -> bool {
         let now = match delay.filter(|delay| (0.0..=self.longest).contains(delay)) {
             Some(delay) => Heard::After(delay),
@@ -98,11 +97,11 @@ impl LiveDelay {
     }
 }
 
-/// A block of listening, with the vector instructions of the machine.
+/// Reception of one block, with the vector instructions of the machine.
 struct Listening<'a> {
     samples: &'a [f32],
     first: i64,
-    /// The delay where the block begins and where it ends \[samples\].
+    /// Delay at the beginning and at the end of the block \[samples\].
     before: f64,
     delay: f64,
     heard: &'a mut [f32],
@@ -135,13 +134,13 @@ impl WithSimd for Listening<'_> {
     }
 }
 
-/// What is heard from a place on, if the delay stays: the same weights at every sample.
+/// The received signal from a place on with constant delay: the same weights at every sample.
 #[inline(always)]
 fn still(samples: &[f32], place: f64, heard: &mut [f32]) {
     let (start, weights) = weights(place);
     let mask = samples.len() - 1;
     heard.fill(0.0);
-    // From place to place only where the circle ends.
+    // Runs without a break, except at the end of the ring.
     let (mut done, count) = (0, heard.len());
     while done < count {
         let begin = (start + done as i64) as usize & mask;
@@ -161,7 +160,7 @@ fn still(samples: &[f32], place: f64, heard: &mut [f32]) {
     }
 }
 
-/// The first of the samples around a place, and what they count there.
+/// The first of the samples around a place, and their weights.
 #[inline(always)]
 fn weights(place: f64) -> (i64, [f32; TAPS]) {
     let whole = place.floor();
@@ -172,7 +171,7 @@ fn weights(place: f64) -> (i64, [f32; TAPS]) {
     (whole as i64 - HALF_TAPS as i64 + 1, std::array::from_fn(weight))
 }
 
-/// The signal of a circle of samples between them.
+/// The interpolated signal of a ring buffer.
 #[inline(always)]
 fn between(samples: &[f32], place: f64) -> f32 {
     let (start, weights) = weights(place);
@@ -197,7 +196,7 @@ static SINC: LazyLock<Vec<[f32; TAPS]>> = LazyLock::new(|| {
     windowed_sinc::<TAPS>(PHASES, BETA).into_iter().map(|row| row.map(|value| value as f32)).collect()
 });
 
-/// Makes the table, which takes time and memory, before it is needed.
+/// Computes the table, which takes time and memory, in advance.
 pub(super) fn warm() {
     LazyLock::force(&SINC);
 }
@@ -206,8 +205,8 @@ pub(super) fn warm() {
 mod tests {
     use super::*;
 
-    /// What is heard of a tone of this share of the rate, while the delay goes from one to another in a
-    /// block.
+    /// The received signal of a tone at this fraction of the rate, while the delay changes from one value to
+    /// another in a block.
     fn heard(part: f64, from: f64, to: f64) -> Vec<f32> {
         let mut line = LiveDelay::new(300, 128);
         line.restart(0);
@@ -250,7 +249,7 @@ mod tests {
         let mut heard = [0.0; 128];
         assert!(!line.listen(100, Some(1e6), &mut heard));
         assert!(!line.listen(100, Some(f64::NAN), &mut heard));
-        // From nowhere it fades in, and to nowhere it fades out.
+        // Fades in from no reception, and out to no reception.
         assert!(line.listen(300, Some(50.0), &mut heard));
         assert!(heard[0] < 0.02 && (heard[127] - 1.0).abs() < 1e-3, "{heard:?}");
         assert!(line.listen(428, Some(301.0), &mut heard));

@@ -1,4 +1,4 @@
-//! Band-limited forces of impacts, in memory that the bodies of a real-time engine share.
+//! Band-limited forces of impacts, in memory shared by the bodies of a real-time engine.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::contact::ForceProfile;
 use crate::synthesis::lowpass;
 use crate::synthesis::render_settings::RenderSettings;
 
-/// Longest force \[samples\]; longer ones are refused.
+/// Longest force \[samples\]; longer ones are rejected.
 const LONGEST_FORCE: usize = 4096;
 
 /// See the module.
@@ -28,7 +28,7 @@ pub struct LiveForce {
 }
 
 impl LiveForces {
-    /// Memory for so many impacts in progress.
+    /// Memory for this number of impacts in progress.
     pub fn new(settings: &RenderSettings, impacts: usize) -> Self {
         let rate = settings.sample_rate.as_f64();
         let (low, high) = settings.band();
@@ -51,10 +51,10 @@ impl LiveForces {
         if samples.is_nan() || samples > LONGEST_FORCE as f64 || !onset.is_finite() {
             return None;
         }
-        // The oldest force is the most likely to be over.
+        // The oldest force is the most likely to have ended.
         let count = self.forces.len();
         let free = (0..count).map(|k| (self.next + k) % count).find(|at| {
-            // No body holds it.
+            // No body uses it.
             Arc::strong_count(&self.forces[*at]) == 1
         })?;
         self.next = (free + 1) % count;

@@ -1,4 +1,4 @@
-//! The motion of a body between two messages about it: constant velocity, for a limited time.
+//! The motion of a body between two poses: constant velocity, for a limited time.
 
 use glam::{DQuat, DVec3};
 
@@ -21,7 +21,7 @@ pub struct LivePose {
 }
 
 impl LivePose {
-    /// A body that stays in a pose.
+    /// A body at rest in a pose.
     pub fn at_rest(sample: f64, pose: Pose) -> Self {
         LivePose { sample, pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO }
     }

@@ -1,36 +1,35 @@
-//! Where a body was while the sound that is heard now left it.
+//! Places of a body at the emission times of the sound received now.
 
 use glam::DVec3;
 
 /// Places of the recent past, at the ends of blocks.
 #[derive(Clone, Debug)]
 pub(super) struct LiveTrail {
-    /// Sample and place, in a circle.
+    /// Sample and place, in a ring buffer.
     places: Vec<(f64, DVec3)>,
     /// The last one.
     last: usize,
 }
 
 impl LiveTrail {
-    /// For as many samples back, in blocks of at least a quarter of so many; of shorter ones less is kept.
+    /// For this number of past samples, in blocks of at least a quarter of that; shorter blocks keep less.
     pub(super) fn new(longest: usize, block: usize) -> Self {
         let kept = (4 * longest).div_ceil(block.max(1)) + 2;
         LiveTrail { places: vec![(0.0, DVec3::ZERO); kept], last: 0 }
     }
 
-    /// It has been here for ever.
+    /// Sets the place for all past times.
     pub(super) fn restart(&mut self, sample: f64, place: DVec3) {
         self.places.fill((sample, place));
     }
 
-    /// It is here now.
+    /// Appends the present place.
     pub(super) fn push(&mut self, sample: f64, place: DVec3) {
         self.last = (self.last + 1) % self.places.len();
         self.places[self.last] = (sample, place);
     }
 
-    /// Where it was at a sample, between known ones on a straight line; before them where it was at the
-    /// first.
+    /// Place at a sample, linear between stored ones; before them the first.
     pub(super) fn at(&self, sample: f64) -> DVec3 {
         let count = self.places.len();
         let mut later = self.places[self.last];

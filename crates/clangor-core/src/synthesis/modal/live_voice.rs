@@ -206,9 +206,9 @@ impl LiveVoice {
         }
     }
 
-    /// Lets an impact act with these impulses [N s] at points \[m\], both in the frame of the body; whether
-    /// there was room for it. If it is known later than [`LOOK_AHEAD`] samples before its onset, its
-    /// beginning is missing.
+    /// Starts an impact with these impulses [N s] at points \[m\], both in the frame of the body. Returns
+    /// whether there was memory for it. If it is known later than [`LOOK_AHEAD`] samples before its onset,
+    /// its beginning is missing.
     pub fn strike(&mut self, force: &LiveForce, points: &[(DVec3, DVec3)], position: i64) -> bool {
         if self.bank.forces() >= MOST_FORCES || self.ending {
             return false;

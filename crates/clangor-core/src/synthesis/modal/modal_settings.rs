@@ -1,35 +1,35 @@
-//! Settings of modal sound: how modes become pressure, and what damps them.
+//! Settings of modal sound: transfer from modes to pressure, and damping.
 
-/// How many orders of a transfer are played.
+/// Orders of the transfers that are evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TransferOrder {
-    /// All that were baked.
+    /// All orders of the model.
     #[default]
     Baked,
-    /// As a paper has it.
+    /// As in a paper.
     Reference,
 }
 
-/// How a vibrating mode becomes pressure.
+/// Transfer from a vibrating mode to pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ModalPressure {
     /// Re{H A}: the complex transfer of the modal acceleration.
     #[default]
     Acceleration,
-    /// As a paper has it.
+    /// As in a paper.
     Reference,
 }
 
-/// How bodies ring.
+/// Settings of the modal sound of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModalSettings {
-    /// How modes become pressure.
+    /// Transfer from modes to pressure.
     pub pressure: ModalPressure,
-    /// Orders of the transfers that are played.
+    /// Orders of the transfers that are evaluated.
     pub orders: TransferOrder,
-    /// Whether what a mode radiates damps it, on top of its material.
+    /// Whether radiation adds to the damping of the material.
     pub radiation_damping: bool,
-    /// c [N s/m]: a touching point adds c (n·U)² to 2ξω of each mode; 0 for none.
+    /// c [N s/m]: a contact point adds c (n·U)² to 2ξω of each mode; 0 for no contact damping.
     pub contact_damping: f64,
 }
 

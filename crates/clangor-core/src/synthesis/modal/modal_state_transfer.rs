@@ -1,4 +1,4 @@
-//! The vibration that a body hands to its pieces when it breaks: \[FRAC\] q = UᵀMu, of displacement and
+//! Transfer of the vibration of a breaking body to its pieces: \[FRAC\] q = UᵀMu, of displacement and
 //! velocity.
 //!
 //! A mode that rings freely has the state w ([`bank`](crate::synthesis::modal::resonator_bank)), from which
@@ -7,16 +7,17 @@
 //! q = Im w/ω_d,   q̇ = Re w − ξω q,   u(x) = Σ qᵢ Uᵢ(x),   u̇(x) = Σ q̇ᵢ Uᵢ(x)
 //! ```
 //!
-//! On a piece the motion of what it was part of is a motion as a whole and vibration of its own, u ≈ a + b ×
-//! x + Σ qⱼ Uⱼ(x). Of the piece's modes only the surface is known, and so its q are those that fit u best
-//! over the surface, in the mean of its square, together with a and b, which are left to rigid motion. Inner
-//! faces of cracks have the motion of the nearest place of the parent's surface. For a body that goes on as
-//! itself this is exact; modes of an ellipsoid are fitted where the piece's places are on it.
+//! On a piece, the motion of the parent is a rigid motion plus vibration of the piece, u ≈ a + b × x + Σ qⱼ
+//! Uⱼ(x). Only surface values of the piece's modes are known. Therefore q, a and b are fitted to u by least
+//! squares over the surface; a and b become rigid motion. Inner crack faces have the motion of the nearest
+//! place of the parent's surface. For a body that stays whole the fit is exact. Modes of an ellipsoid are
+//! fitted at the corresponding places of the piece.
 //!
-//! Differs: \[FRAC\] weighs by mass over the volume.
+//! Differs: \[FRAC\] weights by mass over the volume.
 //!
-//! The fit knows nothing of energy, which is bounded afterwards: each piece gets no more than its share, by
-//! its mass and by how much the parent's modes move there, and all together no more than there is.
+//! The fit does not conserve energy; the energy is bounded afterwards. Each piece gets at most its share, by
+//! its mass and the amplitude of the parent's modes there. All pieces together get at most the energy of the
+//! parent.
 
 use std::f64::consts::TAU;
 
@@ -30,35 +31,34 @@ use crate::contact::ImpactPulse;
 use crate::pose::Pose;
 use crate::synthesis::modal::resonator_bank::{MAX_RATIO, Resonance, pole};
 
-/// Part of its own size that is added to what each mode counts, so that modes that look alike on the surface
-/// are told apart by nothing but what they do.
+/// Relative regularisation of the diagonal, for modes that are indistinguishable on the surface.
 const RIDGE: f64 = 1e-9;
-/// Fewest and most places at which a piece is looked at.
+/// Fewest and most sampling points of the surface of a piece.
 const SAMPLES: [usize; 2] = [120, 1200];
 
 /// Free vibration of a body: w of each mode [kg^½ m/s].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalState(pub Vec<Complex64>);
 
-/// A place of a surface; all stand for the same area.
+/// A sampling point of a surface; all represent the same area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceSample {
-    /// Where \[m\], frame of the body.
+    /// Place \[m\], frame of the body.
     pub place: DVec3,
     /// Outer normal, of any length.
     pub normal: DVec3,
 }
 
-/// What a piece is handed.
+/// Vibration inherited by a piece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Handed {
     /// Its vibration.
     pub state: ModalState,
-    /// How much of the parent's energy was where the piece is, by its mass \[J\].
+    /// Energy of the parent in the volume of the piece, by its mass \[J\].
     pub share: f64,
 }
 
-/// λ of a mode; `None` of one that does not ring.
+/// λ of a mode; `None` if it is overdamped or at rest.
 fn ringing_pole(resonance: &Resonance) -> Option<Complex64> {
     let omega = TAU * resonance.frequency;
     (resonance.damping_ratio < MAX_RATIO).then(|| pole(omega, resonance.damping_ratio * omega))
@@ -70,8 +70,8 @@ impl ModalState {
         ModalState(vec![Complex64::ZERO; source.resonances().len()])
     }
 
-    /// What impacts on a body have left at a time \[s\], whole even if they still last; later ones are passed
-    /// over.
+    /// Vibration at a time \[s\] after the impacts on a body. Impacts in progress count as complete; later
+    /// ones are skipped.
     pub fn after_impacts(source: &ModalSource, body: BodyId, pulses: &[ImpactPulse], time: f64) -> Self {
         let mut state = ModalState::rest(source);
         let (mut amplitudes, mut striking) = (Vec::new(), StrikeMemory::default());
@@ -89,7 +89,7 @@ impl ModalState {
         state
     }
 
-    /// What is left of it after some time \[s\].
+    /// The vibration after some time \[s\].
     pub fn later(&self, source: &ModalSource, seconds: f64) -> Self {
         let left = |(w, resonance): (&Complex64, &Resonance)| {
             ringing_pole(resonance).map_or(Complex64::ZERO, |pole| w * (pole * seconds).exp())
@@ -97,7 +97,7 @@ impl ModalState {
         ModalState(self.0.iter().zip(source.resonances()).map(left).collect())
     }
 
-    /// The same, also into the past; modes that change by more e-folds than so many are left out.
+    /// The same, also for negative times; modes that change by more than this number of e-folds are left out.
     pub(super) fn later_within(&self, source: &ModalSource, seconds: f64, most: f64) -> Self {
         let mut state = self.later(source, seconds);
         for (w, resonance) in state.0.iter_mut().zip(source.resonances()) {
@@ -109,7 +109,7 @@ impl ModalState {
         state
     }
 
-    /// With another, which is multiplied by a factor.
+    /// Sum with another vibration times a factor.
     pub fn plus(&self, other: &ModalState, factor: f64) -> Self {
         ModalState(self.0.iter().zip(&other.0).map(|(a, b)| a + b * factor).collect())
     }
@@ -132,19 +132,19 @@ impl ModalState {
         self.motions(source).into_iter().zip(source.resonances()).map(energy).collect()
     }
 
-    /// Of all modes \[J\].
+    /// Sum over all modes \[J\].
     pub fn energy(&self, source: &ModalSource) -> f64 {
         self.energies(source).iter().sum()
     }
 }
 
-/// How many places of its surface a piece with so many modes is looked at.
+/// Number of sampling points for a piece with this number of modes.
 pub fn sample_count(modes: usize) -> usize {
     (2 * (modes + 6)).clamp(SAMPLES[0], SAMPLES[1])
 }
 
-/// What a piece takes over of its parent's vibration, looked at these places of the piece, with the poses of
-/// both \[m\] when the parent breaks; the energy is not bounded yet.
+/// Vibration that a piece inherits from its parent, fitted at these places of the piece, with the poses of
+/// both \[m\] at the fracture. The energy is not bounded yet.
 pub fn handed_over(
     (parent, state): (&ModalSource, &ModalState),
     piece: &ModalSource,
@@ -182,8 +182,8 @@ pub fn handed_over(
     Handed { state: ModalState(state.collect()), share }
 }
 
-/// Scales what the pieces of one body are handed, so that none has more than its share of an energy \[J\];
-/// how much all have then.
+/// Scales the vibrations of the pieces of one body so that none exceeds its share of an energy \[J\]; returns
+/// their total energy.
 pub fn bound_energy(pieces: &mut [(&ModalSource, &mut Handed)], available: f64) -> f64 {
     let shares: f64 = pieces.iter().map(|(_, handed)| handed.share).sum();
     let mut given = 0.0;
@@ -197,7 +197,7 @@ pub fn bound_energy(pieces: &mut [(&ModalSource, &mut Handed)], available: f64) 
     given
 }
 
-/// Least squares for two right sides.
+/// Normal equations of a least-squares fit with two right-hand sides.
 struct Fit {
     count: usize,
     /// Lower triangle, row by row.
@@ -210,7 +210,7 @@ impl Fit {
         Fit { count, products: vec![0.0; count * (count + 1) / 2], sides: vec![[0.0; 2]; count] }
     }
 
-    /// Adds a place where the unknowns move so, and what they are to fit.
+    /// Adds a sampling point: its derivative by the unknowns, and the values to fit.
     fn add(&mut self, shapes: &[DVec3], wanted: [DVec3; 2]) {
         let mut at = 0;
         for (i, a) in shapes.iter().enumerate() {
@@ -222,7 +222,7 @@ impl Fit {
         }
     }
 
-    /// The unknowns, by Cholesky's decomposition; 0 where nothing moves.
+    /// The unknowns, by Cholesky decomposition; 0 for unknowns without effect.
     fn solve(mut self) -> Vec<[f64; 2]> {
         let row = |i: usize| i * (i + 1) / 2;
         let scales: Vec<f64> = (0..self.count).map(|i| self.products[row(i) + i].sqrt()).collect();

@@ -6,13 +6,13 @@
 //! q = Im w / ω_d,   q̈ = Re A,   A = c (λw + Q),   c = −iλ/ω_d
 //! ```
 //!
-//! and is heard as Re{H A}, H the transfer of the path. With Re c = 1 the real part of A is the modal
-//! acceleration exactly, free ringing follows H exactly, and under a force at rest w = −Q/λ, so that A = 0
-//! whatever H is.
+//! and is received as Re{H A}, with H the transfer of the path. With Re c = 1 the real part of A is the modal
+//! acceleration exactly, and free ringing follows H exactly. Under a constant force w = −Q/λ, so that A = 0
+//! for any H.
 //!
-//! From sample to sample w turns by e^{λT}, exactly: pitch and decay do not depend on the rate. Forces are
-//! limited to the band and integrated over each sample; the feed-through Q is that at the samples. Between
-//! two settings of the transfers H runs on a straight line.
+//! From sample to sample w is multiplied by e^{λT}, exactly: pitch and decay do not depend on the rate.
+//! Forces are limited to the band and integrated over each sample; the feed-through Q is its value at the
+//! samples. Between two settings of the transfers H is linear in time.
 
 mod driving;
 mod passes;
@@ -29,11 +29,11 @@ use crate::contact::ForceProfile;
 use crate::reference::frac_coupling;
 use crate::synthesis::{SampleRate, lowpass};
 
-/// Modes that sleep and wake together: a multiple of two of the widest vectors.
+/// Modes that sleep and wake together: a multiple of two vectors of the widest kind.
 const CHUNK: usize = 16;
-/// Samples between passes over the modes, so that what passes between them stays near the processor.
+/// Samples per pass over the modes, so that intermediate values stay in the cache.
 const PASS: usize = 64;
-/// The square of the part of its largest state at which a mode is put to rest: −160 dB.
+/// Square of the ratio to its largest state below which a mode is put to rest: −160 dB.
 const QUIET: f64 = 1e-16;
 /// Modes damped more than this do not ring and are left out.
 pub(super) const MAX_RATIO: f64 = 0.9;
@@ -47,12 +47,12 @@ pub struct Resonance {
     pub damping_ratio: f64,
 }
 
-/// Resonators that are driven by pulses and heard along paths.
+/// Resonators driven by pulses, with transfers along paths.
 pub struct ResonatorBank {
     rate: f64,
     pressure: ModalPressure,
     shaper: Shaper,
-    /// Modes given, of which those in the band are played.
+    /// Modes given; those in the band are rendered.
     given: usize,
     voices: Vec<Voice>,
     state: Planes,
@@ -61,24 +61,24 @@ pub struct ResonatorBank {
     /// Largest |w|² since the mode was at rest.
     peaks: Vec<f64>,
     awake: Vec<bool>,
-    /// Whether some woke since somebody asked.
+    /// Whether some woke since the last query.
     woken: bool,
-    /// Chunk of each mode given, if it is played.
+    /// Chunk of each mode given, if it is rendered.
     chunks: Vec<Option<u32>>,
     paths: Vec<Path>,
     pulses: Vec<Pulse>,
-    /// Forces that are over, whose memory is used again.
+    /// Forces that have ended, whose memory is reused.
     spare: Vec<Pulse>,
-    /// The force of those.
+    /// Computes the band-limited forces.
     rest: Arc<ForceSamples>,
     next: i64,
     memory: Memory,
 }
 
-/// A mode that is played.
+/// A rendered mode.
 #[derive(Clone, Copy, Debug)]
 struct Voice {
-    /// Its place among the modes given.
+    /// Its index among the modes given.
     mode: usize,
     omega: f64,
     /// ξω [1/s], without what contacts add.
@@ -95,7 +95,7 @@ struct Planes {
     im: Vec<f64>,
 }
 
-/// How modes are heard along a path: pressure Re{G w} + F Q.
+/// Transfer of the modes along a path: pressure Re{G w} + F Q.
 #[derive(Clone, Debug, Default)]
 struct Path {
     /// G; its imaginary part has the opposite sign.
@@ -119,7 +119,7 @@ struct Pulse {
     feeds: Vec<[f64; 2]>,
 }
 
-/// Passed from one loop to the next.
+/// Buffers passed from one loop to the next.
 #[derive(Clone, Debug, Default)]
 struct Memory {
     /// First b_k, then w_k, of two vectors of modes.
@@ -138,7 +138,7 @@ impl Pulse {
 }
 
 impl Path {
-    /// Is heard as it is to be.
+    /// Whether the transfer has reached its target.
     fn arrive(&mut self) {
         self.now.re.copy_from_slice(&self.target.re);
         self.now.im.copy_from_slice(&self.target.im);
@@ -156,10 +156,10 @@ impl Planes {
 }
 
 impl ResonatorBank {
-    /// Resonators at rest at sample 0, heard along so many paths, none of which hears anything yet.
+    /// Resonators at rest at sample 0, with this number of paths, whose transfers are all zero.
     ///
     /// `centre`: half-amplitude frequency of the band limit \[Hz\], 0.45 of the rate or less. Modes above the
-    /// end of the band, and those that hardly ring, are left out.
+    /// end of the band, and overdamped modes, are left out.
     pub fn new(
         resonances: &[Resonance],
         paths: usize,
@@ -218,17 +218,17 @@ impl ResonatorBank {
         bank
     }
 
-    /// Index of the sample that is rendered next.
+    /// Index of the next rendered sample.
     pub fn position(&self) -> i64 {
         self.next
     }
 
-    /// Modes that are played.
+    /// Number of rendered modes.
     pub fn played(&self) -> usize {
         self.voices.len()
     }
 
-    /// Goes on from another sample, which must not be before a force in progress.
+    /// Continues from another sample, which must not be before a force in progress.
     pub fn seek(&mut self, sample: i64) {
         self.next = sample;
     }
@@ -242,7 +242,7 @@ impl ResonatorBank {
         self.retire(|_| true);
     }
 
-    /// Keeps memory for so many forces at once, so that adding one allocates nothing.
+    /// Reserves memory for this number of simultaneous forces, so that adding one allocates nothing.
     pub(super) fn reserve(&mut self, pulses: usize) {
         let (modes, paths) = (self.state.re.len(), self.paths.len());
         self.pulses.reserve(pulses);
@@ -255,17 +255,17 @@ impl ResonatorBank {
         });
     }
 
-    /// Forces in progress or to come.
+    /// Number of forces in progress or to come.
     pub(super) fn forces(&self) -> usize {
         self.pulses.len()
     }
 
-    /// Modes that are not at rest, or sleep and wake with such.
+    /// Number of modes that are not at rest, or in a chunk with such a mode.
     pub(super) fn awake_modes(&self) -> usize {
         CHUNK * self.awake.iter().filter(|awake| **awake).count()
     }
 
-    /// Puts forces aside that are over.
+    /// Removes forces that have ended.
     fn retire(&mut self, over: impl Fn(&Pulse) -> bool) {
         for mut pulse in self.pulses.extract_if(.., |pulse| over(pulse)) {
             pulse.force = Arc::clone(&self.rest);
@@ -278,18 +278,17 @@ impl ResonatorBank {
         self.pulses.is_empty() && !self.awake.contains(&true)
     }
 
-    /// Whether a mode, or one that sleeps and wakes with it, is not at rest.
+    /// Whether a mode, or another mode of its chunk, is not at rest.
     pub fn rings(&self, mode: usize) -> bool {
         self.chunks[mode].is_some_and(|chunk| self.awake[chunk as usize])
     }
 
-    /// Whether modes woke since this was asked last, so that their transfers must be set.
+    /// Whether modes woke since the last query, so that their transfers must be set.
     pub(super) fn take_woken(&mut self) -> bool {
         std::mem::take(&mut self.woken)
     }
 
-    /// The first sample at which a pulse of this `onset` \[samples\] is felt, because it is limited to the
-    /// band.
+    /// First sample affected by a pulse of this `onset` \[samples\], with the reach of the band limit.
     pub fn first_sample(onset: f64, duration: f64, profile: ForceProfile, sample_rate: SampleRate) -> i64 {
         (onset + profile.extent(duration).0 * sample_rate.as_f64()).floor() as i64 - lowpass::REACH as i64
     }
@@ -306,7 +305,7 @@ impl ResonatorBank {
         }
     }
 
-    /// The transfers H of all modes given that a path has at the end of the next rendering.
+    /// Sets the transfers H of all modes given along a path, at the end of the next rendering.
     pub fn set_transfers(&mut self, path: usize, transfers: &[Complex64]) {
         debug_assert_eq!(transfers.len(), self.given);
         let heard = &mut self.paths[path];
@@ -328,7 +327,7 @@ impl ResonatorBank {
         }
     }
 
-    /// Takes the transfers last set at once.
+    /// Applies the transfers last set at once.
     pub fn jump_to_transfers(&mut self) {
         for (p, path) in self.paths.iter_mut().enumerate() {
             path.arrive();
@@ -363,7 +362,7 @@ impl ResonatorBank {
             self.next += samples as i64;
         }
         for (p, path) in self.paths.iter_mut().enumerate() {
-            // Not what the steps summed up to, so that rounding does not grow.
+            // The exact target instead of the accumulated sum, so that rounding does not grow.
             path.arrive();
             self.pulses.iter_mut().for_each(|pulse| pulse.feeds[p][0] = pulse.feeds[p][1]);
         }
@@ -388,7 +387,7 @@ impl ResonatorBank {
         }
     }
 
-    /// Puts modes that have died away to rest.
+    /// Puts modes that have decayed to rest.
     fn rest(&mut self) {
         for (chunk, awake) in self.awake.iter_mut().enumerate().filter(|(_, awake)| **awake) {
             let own = chunk * CHUNK..(chunk + 1) * CHUNK;
@@ -411,7 +410,7 @@ impl ResonatorBank {
         }
     }
 
-    /// What follows from the pole of a mode.
+    /// Values derived from the pole of a mode.
     fn tune(&mut self, i: usize) {
         let pole = self.voices[i].pole;
         self.step.set(i, (pole / self.rate).exp());

@@ -1,14 +1,16 @@
-//! A ringing body, ready to be played: frequencies and damping of its modes, transfers, and what an impact
-//! does to each.
+//! Modal source: frequencies and damping of the modes of a body, their transfers, and their response to
+//! impacts.
 //!
-//! Radiation damps as well. A mode of acceleration amplitude 1 has the energy E = ½/ω² and radiates the power
-//! P = ρR⁴/c × [`power`](crate::sound_model::modal::model::ModalTransfer::power), so that its loss factor is
+//! Radiation adds to the damping. A mode of acceleration amplitude 1 has the energy E = ½/ω² and radiates the
+//! power P = ρR⁴/c × [`power`](crate::sound_model::modal::model::ModalTransfer::power), so that its loss
+//! factor is
 //!
 //! ```text
 //! η_rad = P/(ωE) = 2ωP,   ξ = ξ_material + η_rad/2
 //! ```
 //!
-//! Each mode by itself: that the air also couples modes of nearly one frequency is left out.
+//! Each mode is treated separately: the coupling of modes of nearly equal frequency through the air is
+//! neglected.
 
 use std::sync::Arc;
 
@@ -25,28 +27,28 @@ use crate::sound_model::modal::surface::SurfaceLocator;
 use crate::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
 use crate::synthesis::modal::resonator_bank::Resonance;
 
-/// Why a body cannot ring.
+/// Error in the modes of a body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ModalError {
-    /// A model that contradicts itself.
+    /// An inconsistent model.
     #[error("mode {mode} at {frequency} Hz has {what}")]
     BadMode {
-        /// Which mode.
+        /// Index of the mode.
         mode: usize,
         /// Its frequency \[Hz\].
         frequency: f64,
-        /// What is wrong.
+        /// The fault.
         what: &'static str,
     },
     /// A radius, density or medium that is not positive.
     #[error("the model has {what} {value}")]
     BadModel {
-        /// Which number.
+        /// Quantity.
         what: &'static str,
         /// Its value.
         value: f64,
     },
-    /// Damping that is none.
+    /// Invalid damping.
     #[error("damping: {0}")]
     Damping(#[from] DampingError),
 }
@@ -64,24 +66,24 @@ pub struct ModalSource {
     contact_damping: f64,
 }
 
-/// Memory for finding what an impact does, to be used again.
+/// Reusable memory for the modal impulses of an impact.
 #[derive(Clone, Debug, Default)]
 pub struct StrikeMemory {
     harmonics: Vec<f64>,
     motions: Vec<DVec3>,
 }
 
-/// What says how modes move.
+/// Shapes of the modes.
 #[derive(Clone, Debug)]
 enum Shapes {
-    /// The body's own modes.
+    /// Modes of the body itself.
     Own { model: Arc<ModalModel>, locator: SurfaceLocator },
-    /// Those of an ellipsoid.
+    /// Modes of an ellipsoid.
     Proxy { proxy: Box<ModalProxy>, mapping: ContactMapping },
 }
 
 impl ModalSource {
-    /// Prepares a model in a material of this damping.
+    /// Prepares a model with the damping of a material.
     ///
     /// # Errors
     /// [`ModalError`] for a model of bad numbers or lists of the wrong length.
@@ -99,10 +101,10 @@ impl ModalSource {
         Self::with(shapes, radius, medium, resonances, transfers, settings)
     }
 
-    /// Prepares an ellipsoid in place of a body of this damping, with its own transfers or others.
+    /// Prepares an ellipsoid as proxy of a body with this damping, with its own transfers or others.
     ///
     /// # Errors
-    /// [`ModalError`] for transfers of other modes than those of the ellipsoid.
+    /// [`ModalError`] for transfers whose number of modes differs from that of the ellipsoid.
     pub fn of_proxy(
         proxy: ModalProxy,
         mapping: ContactMapping,
@@ -136,7 +138,7 @@ impl ModalSource {
         Ok(ModalSource { shapes, radius, medium, resonances, transfers, pressure, contact_damping })
     }
 
-    /// Bounding radius of what rings \[m\].
+    /// Bounding radius of the body or its proxy \[m\].
     pub fn radius(&self) -> f64 {
         self.radius
     }
@@ -146,7 +148,7 @@ impl ModalSource {
         &self.resonances
     }
 
-    /// How modes become pressure.
+    /// Transfer from modes to pressure.
     pub fn pressure(&self) -> ModalPressure {
         self.pressure
     }
@@ -156,8 +158,8 @@ impl ModalSource {
         self.contact_damping
     }
 
-    /// U [kg^−½] of every mode at the place of the surface nearest to one \[m\], where the outer normal is
-    /// that; on a proxy where its mapping says. All in the frame of the body.
+    /// U [kg^−½] of every mode at the place of the surface nearest to a point \[m\] whose outer normal fits
+    /// the one given. On a proxy, the contact mapping gives the place. All in the frame of the body.
     pub(super) fn motions(&self, place: DVec3, normal: DVec3, values: &mut Vec<DVec3>) {
         values.clear();
         match &self.shapes {
@@ -176,8 +178,8 @@ impl ModalSource {
         }
     }
 
-    /// Adds ½ c (n·U)² × `part` [1/s] of a touching point to what each mode has of it; place \[m\] and unit
-    /// normal in the frame of the body.
+    /// Adds ½ c (n·U)² × `part` [1/s] of a contact point to the decay of each mode. Place \[m\] and unit
+    /// normal are in the frame of the body.
     pub(super) fn add_contact_decay(&self, place: DVec3, normal: DVec3, part: f64, values: &mut [f64]) {
         let add =
             |(value, along): (&mut f64, f64)| *value += 0.5 * self.contact_damping * along * along * part;
@@ -189,7 +191,7 @@ impl ModalSource {
             }
             Shapes::Proxy { proxy, mapping } => {
                 let (mut harmonics, mut motions) = (Vec::new(), Vec::new());
-                // Which side the normal is of does not matter: modes have parities.
+                // The sign of the normal does not matter: modes have parities.
                 proxy.motions(proxy.contact(place, normal, *mapping), &mut harmonics, &mut motions);
                 let normal = proxy.rotation() * normal;
                 values.iter_mut().zip(motions.iter().map(|u| u.dot(normal))).for_each(add);
@@ -197,7 +199,7 @@ impl ModalSource {
         }
     }
 
-    /// Coefficients of all transfers together.
+    /// Number of coefficients of all transfers.
     pub fn transfer_coefficients(&self) -> usize {
         self.transfers.coefficients()
     }
@@ -231,8 +233,8 @@ impl ModalSource {
     }
 
     /// ∫ Q dt = Σ U(x)·j of every mode, for impulses j [N s] at points x \[m\], both in the frame of the
-    /// body. A point off the surface acts at the nearest place on it; on a proxy where its mapping says, with
-    /// the normal against the impulse.
+    /// body. A point off the surface acts at the nearest place on it. On a proxy, the contact mapping gives
+    /// the place, with the normal against the impulse.
     pub fn amplitudes(&self, points: &[(DVec3, DVec3)], memory: &mut StrikeMemory, values: &mut Vec<f64>) {
         values.clear();
         values.resize(self.resonances.len(), 0.0);
@@ -296,7 +298,7 @@ fn radiated_ratio(transfer: &ModalTransfer, frequency: f64, radius: f64, medium:
     omega * unit * transfer.power(omega * radius / medium.sound_speed)
 }
 
-/// Refuses a model that cannot be played.
+/// Rejects an invalid model.
 fn check(model: &ModalModel) -> Result<(), ModalError> {
     let medium = &model.medium;
     for (what, value) in [

@@ -1,4 +1,4 @@
-//! The transfers of all modes of a body at one place, fast.
+//! Evaluates the transfers of all modes of a body at one place.
 //!
 //! With κ = kR and tₙ = θₙ(iκ)/θₙ₋₁(iκ) the radial part vₙ = x^{−(n+1)} θₙ(iκx)/θₙ(iκ) of
 //! [`radial::outgoing`](crate::math::radial::outgoing) obeys
@@ -7,8 +7,9 @@
 //! vₙ = αₙ vₙ₋₁/x + βₙ vₙ₋₂,   αₙ = (2n−1)/tₙ,   βₙ = −κ²/(tₙ tₙ₋₁),   v₀ = 1/x
 //! ```
 //!
-//! in which α and β belong to the mode: a new place costs no division. The harmonics are computed once for
-//! all modes; each mode's coefficients are rows of a multiple of eight numbers, which vectors sum up.
+//! where α and β depend on the mode only: a new place needs no division. The harmonics are computed once for
+//! all modes. The coefficients of each mode are rows of a multiple of eight numbers, which vector
+//! instructions sum up.
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -19,7 +20,7 @@ use crate::math::spherical_harmonics::HarmonicTable;
 use crate::reference::frac_order;
 use crate::sound_model::modal::model::ModalTransfer;
 
-/// Rows of coefficients have a multiple of so many numbers.
+/// Rows of coefficients are padded to a multiple of this length.
 const LANES: usize = 8;
 
 /// The transfers of some modes.
@@ -36,13 +37,13 @@ pub struct TransferEvaluator {
 
 #[derive(Clone, Copy, Debug)]
 struct ModeRows {
-    /// Orders that are played; `None` for a mode without transfer.
+    /// Orders that are evaluated; `None` for a mode without transfer.
     order: Option<usize>,
     coefficients: usize,
     steps: usize,
 }
 
-/// Memory for evaluating, to be used again.
+/// Reusable memory for the evaluation.
 #[derive(Clone, Debug, Default)]
 pub struct TransferMemory {
     harmonics: Vec<f64>,
@@ -100,18 +101,18 @@ impl TransferEvaluator {
         TransferEvaluator { harmonics: HarmonicTable::new(max_order), max_order, modes, re, im, steps }
     }
 
-    /// Number of coefficients that are played.
+    /// Number of coefficients that are evaluated.
     pub fn coefficients(&self) -> usize {
         self.modes.iter().filter_map(|mode| mode.order).map(|order| (order + 1).pow(2)).sum()
     }
 
-    /// Highest order that is played.
+    /// Highest order that is evaluated.
     pub fn max_order(&self) -> usize {
         self.max_order
     }
 
-    /// [`ModalTransfer::undelayed`] of every mode at `x`, in units of R; inside the sphere of radius R that
-    /// on it.
+    /// [`ModalTransfer::undelayed`] of every mode at `x`, in units of R; inside the sphere of radius R, the
+    /// value on it.
     pub fn evaluate(&self, x: DVec3, memory: &mut TransferMemory, values: &mut Vec<Complex64>) {
         self.evaluate_some(x, |_| true, memory, values);
     }

@@ -1,15 +1,14 @@
-//! One ringing body as the receivers of a listener hear it.
+//! Modal voice: the modal sound of one body at the receivers of a listener.
 //!
-//! The modes run on the grid of the samples at which sound leaves the body, in blocks of about 4 ms. At each
-//! end of a block the place of every receiver in the frame of the body gives the transfers, which run on a
-//! straight line in between; where the direction turns fast for the highest order, a block has up to 32
-//! parts. Modes that have died away cost nothing. What leaves is carried to the receiver by a delay that
-//! varies.
+//! The modes are computed on the grid of emission samples, in blocks of about 4 ms. At each end of a block,
+//! the place of every receiver in the frame of the body gives the transfers, which are linear in time in
+//! between. Where the direction turns fast for the highest order, a block has up to 32 parts. Modes that have
+//! decayed are not computed. A varying delay carries the emitted sound to the receiver.
 //!
-//! A body that dies is no longer driven, and what leaves it fades within 1 ms after, as ½ (1 + cos): a step
-//! would click, and what it shook lives on in its pieces, in which it rises by the complement
-//! ([`modal_state_transfer`](super::modal_state_transfer)): until then it is in a bank of its own. What
-//! has left it arrives as ever.
+//! A body that dies is no longer driven, and its emission fades within 1 ms as ½ (1 + cos), because a step
+//! would click. Its pieces inherit the vibration and rise by the complement
+//! ([`modal_state_transfer`](super::modal_state_transfer)); until then, it is in a separate bank. Emitted
+//! sound still arrives.
 
 mod input;
 mod stream;
@@ -31,17 +30,17 @@ use crate::synthesis::modal::modal_state_transfer::ModalState;
 use crate::synthesis::modal::resonator_bank::ResonatorBank;
 use crate::synthesis::{RenderSettings, SynthesisError};
 
-/// Delays that are computed within a block.
+/// Points within a block at which delays are computed.
 const DELAYS: i64 = 4;
-/// Parts of a block between which transfers are computed, at most.
+/// Largest number of parts of a block, between which transfers are computed.
 const MAX_PARTS: usize = 32;
-/// By how much order × direction may turn between two transfers [rad].
+/// Largest change of order × direction between two transfers [rad].
 const TURN: f64 = 0.25;
 
-/// Time in which the sound of a body ends after its death \[s\].
+/// Duration of the fade after the death of a body \[s\].
 pub const FADE: f64 = 1e-3;
-/// e-folds by which a mode that is taken over may be louder at the beginning of its block; others are over in
-/// no time.
+/// Largest growth back to the beginning of its block, in e-folds, of an inherited mode. Faster modes have
+/// decayed and are left out.
 const MOST_GROWTH: f64 = 30.0;
 
 /// See the module.
@@ -57,17 +56,17 @@ pub struct ModalVoice<'a> {
     stream: Option<Stream>,
     inherited: Option<Inherited>,
     paths: Vec<Path>,
-    /// What each path sends.
+    /// Signal emitted along each path.
     sent: Vec<Vec<f64>>,
-    /// When the body is born and dies \[samples\].
+    /// Birth and death of the body \[samples\].
     life: [f64; 2],
-    /// Samples of a block.
+    /// Length of a block \[samples\].
     block: i64,
-    /// Whether anything has been sent.
+    /// Whether any sound has been emitted.
     begun: bool,
-    /// Sample from which on the next block is heard.
+    /// First sample at which the next block can arrive.
     heard: i64,
-    /// What walls leave of each mode, and its attenuation in air [1/m]; empty where nothing is lost.
+    /// Factor of the walls and attenuation in air [1/m] of each mode; empty without losses.
     losses: Vec<(f64, f64)>,
     memory: Memory,
 }
@@ -75,9 +74,9 @@ pub struct ModalVoice<'a> {
 /// An impact to come.
 #[derive(Clone, Debug, PartialEq)]
 struct Force {
-    /// When it is first felt \[samples\].
+    /// First sample that it affects \[samples\].
     first: i64,
-    /// When it begins \[samples\].
+    /// Onset \[samples\].
     onset: f64,
     duration: f64,
     profile: ForceProfile,
@@ -85,24 +84,23 @@ struct Force {
     points: Vec<(DVec3, DVec3)>,
 }
 
-/// Vibration that a piece takes over from the body that broke.
+/// Vibration that a piece inherits from the broken body.
 struct Inherited {
-    /// What it is at the birth.
+    /// State at the birth.
     state: ModalState,
-    /// In which it rings until it has risen.
+    /// Bank in which it rings until it has risen.
     bank: Option<ResonatorBank>,
-    /// What each path sends of it.
+    /// Signal emitted by it along each path.
     sent: Vec<Vec<f64>>,
 }
 
-/// From the body to a receiver, directly or by the floor.
+/// Propagation from the body to a receiver, directly or by the floor.
 #[derive(Clone, Debug, Default)]
 struct Path {
     receiver: usize,
     reflected: bool,
     line: DelayLine,
-    /// Place of the receiver for which the transfers are [m, frame of the body]; `None` where it hears
-    /// nothing.
+    /// Place of the receiver for which the transfers are [m, frame of the body]; `None` without a path to it.
     place: Option<DVec3>,
     /// Whether the transfers have been set since modes at rest woke.
     set: bool,
@@ -130,7 +128,7 @@ fn new_bank(source: &ModalSource, paths: usize, settings: &RenderSettings) -> Re
     )
 }
 
-/// The bank of a voice, and that of what it takes over.
+/// The bank of a voice, and that of its inherited vibration.
 fn both<'b>(
     bank: &'b mut ResonatorBank,
     inherited: &'b mut Option<Inherited>,
@@ -138,7 +136,7 @@ fn both<'b>(
     std::iter::once(bank).chain(inherited.as_mut().and_then(|inherited| inherited.bank.as_mut()))
 }
 
-/// What is left of a sound that fades within `length` \[samples\], so many after it began to.
+/// Gain of a fade of `length` \[samples\], at this number of samples after its beginning.
 fn faded(since: f64, length: f64) -> f64 {
     0.5 * (1.0 + (std::f64::consts::PI * (since / length).clamp(0.0, 1.0)).cos())
 }
@@ -191,28 +189,28 @@ impl<'a> ModalVoice<'a> {
         })
     }
 
-    /// The first sample at which a force to come, or vibration that is not all there, is felt.
+    /// First sample affected by a force to come, or by inherited vibration that is still rising.
     fn next_force(&self) -> Option<i64> {
         let streamed = self.stream.as_ref().and_then(Stream::next);
         let inherited = self.inherited.as_ref().map(|_| self.life[0].floor() as i64);
         self.forces.last().map(|force| force.first).into_iter().chain(streamed).chain(inherited).min()
     }
 
-    /// A sample before which nothing is heard of the impacts pushed so far; `None` if nothing is to come.
+    /// A sample before which the impacts pushed so far make no sound; `None` if nothing is to come.
     pub fn first_sample(&self) -> Option<i64> {
         let first = if self.begun { self.bank.position() } else { self.next_force()? };
         (!self.is_finished()).then_some(first - HALF_TAPS as i64)
     }
 
-    /// Whether the rest is silence, unless more impacts are pushed.
+    /// Whether only silence remains, unless more impacts are pushed.
     pub fn is_finished(&self) -> bool {
         self.next_force().is_none()
             && self.bank.is_silent()
             && (!self.begun || self.sent.iter().flatten().all(|pressure| *pressure == 0.0))
     }
 
-    /// Adds the pressure \[Pa\] of the samples from `first_sample` on to one channel per receiver, all of one
-    /// length.
+    /// Adds the pressure \[Pa\] of the samples from `first_sample` on to one channel per receiver. All
+    /// channels have the same length.
     ///
     /// # Errors
     /// A receiver below the rigid floor.
@@ -227,7 +225,7 @@ impl<'a> ModalVoice<'a> {
             return Ok(());
         }
         if !self.begun {
-            // Nothing arrives before it leaves.
+            // Sound arrives after its emission.
             let Some(first) = self.next_force().filter(|first| *first <= last) else { return Ok(()) };
             let start = first.div_euclid(self.block) * self.block;
             self.begin(start)?;
@@ -247,7 +245,7 @@ impl<'a> ModalVoice<'a> {
         Ok(())
     }
 
-    /// Sends from sample `start` on.
+    /// Emits from sample `start` on.
     fn begin(&mut self, start: i64) -> Result<(), SynthesisError> {
         self.begun = true;
         self.bank.seek(start);
@@ -263,7 +261,7 @@ impl<'a> ModalVoice<'a> {
         Ok(())
     }
 
-    /// Sends one block.
+    /// Emits one block.
     fn send_block(&mut self) -> Result<(), SynthesisError> {
         let start = self.bank.position();
         let end = start + self.block;
@@ -275,12 +273,12 @@ impl<'a> ModalVoice<'a> {
         if let Some(stream) = &mut self.stream
             && stream.take(end, self.block, &self.source, &mut self.bank)
         {
-            // How a mode is heard depends on its pole.
+            // The pressure of a mode depends on its pole.
             self.paths.iter_mut().for_each(|path| path.fresh = false);
         }
         self.begin_inherited(start, end);
         if self.bank.take_woken() {
-            // What is at rest has no transfers.
+            // Modes at rest have no transfers.
             self.paths.iter_mut().for_each(|path| path.set = false);
         }
         let spacing = self.block / DELAYS;
@@ -315,7 +313,7 @@ impl<'a> ModalVoice<'a> {
         Ok(())
     }
 
-    /// Lets what is taken over ring if it is felt before `end`.
+    /// Starts inherited vibration that acts before `end`.
     fn begin_inherited(&mut self, start: i64, end: i64) {
         let Some(inherited) = &mut self.inherited else { return };
         if inherited.bank.is_some() || self.life[0] >= end as f64 {
@@ -323,7 +321,7 @@ impl<'a> ModalVoice<'a> {
         }
         let mut bank = new_bank(&self.source, self.paths.len(), &self.settings);
         bank.seek(start);
-        // As if it had rung from the beginning of the block: what was before the birth is not heard.
+        // As if it had rung from the beginning of the block; the part before the birth is not received.
         let since = (start as f64 - self.life[0]) / self.settings.sample_rate.as_f64();
         let begun = inherited.state.later_within(&self.source, since, MOST_GROWTH);
         bank.add_ringing(|mode| begun.0[mode]);
@@ -331,7 +329,7 @@ impl<'a> ModalVoice<'a> {
         self.paths.iter_mut().for_each(|path| path.set = false);
     }
 
-    /// Adds what is taken over to what was sent from `start` to `end`, and to the bank once it has risen.
+    /// Adds the inherited vibration to the emission from `start` to `end`, and to the bank once it has risen.
     fn raise(&mut self, start: i64, end: i64) {
         let Some(Inherited { bank: Some(bank), sent: inherited, .. }) = &mut self.inherited else { return };
         let length = FADE * self.settings.sample_rate.as_f64();
@@ -348,7 +346,7 @@ impl<'a> ModalVoice<'a> {
         }
     }
 
-    /// Fades what was sent from `start` to `end` if the body is dead by then, and ends it once that is over.
+    /// Fades the emission from `start` to `end` if the body is dead by then; ends it after the fade.
     fn fade(&mut self, start: i64, end: i64) {
         let length = FADE * self.settings.sample_rate.as_f64();
         let death = self.life[1];
@@ -368,14 +366,14 @@ impl<'a> ModalVoice<'a> {
         }
     }
 
-    /// Into how many parts a block that ends at `end` is to be divided.
+    /// Number of parts for a block that ends at `end`.
     fn parts(&mut self, end: i64) -> Result<usize, SynthesisError> {
         let mut largest: f64 = 0.0;
         for p in 0..self.paths.len() {
             let then = self.towards(p, end)?.1;
             if let (Some(now), Some(then)) = (self.paths[p].place, then) {
                 let size = now.length().min(then.length());
-                // The angle and the change of distance, as a part of it.
+                // The angle, and the relative change of distance.
                 largest = largest.max((now - then).length() / size.max(1e-3 * self.source.radius()));
             }
         }
@@ -383,7 +381,7 @@ impl<'a> ModalVoice<'a> {
         Ok(((turn / TURN).ceil() as usize).clamp(1, MAX_PARTS))
     }
 
-    /// Sets the transfers that all paths have at a sample.
+    /// Sets the transfers of all paths at a sample.
     fn set_transfers(&mut self, sample: i64) -> Result<(), SynthesisError> {
         let mut jumped = false;
         for p in 0..self.paths.len() {
@@ -422,13 +420,13 @@ impl<'a> ModalVoice<'a> {
         Ok(())
     }
 
-    /// Delay of what leaves at a sample \[samples\].
+    /// Propagation delay of the emission at a sample \[samples\].
     fn delay(&self, path: usize, sample: i64) -> Result<f64, SynthesisError> {
         Ok(self.towards(path, sample)?.0 * self.settings.sample_rate.as_f64())
     }
 
-    /// How long what leaves the centre of mass at a sample is on its way \[s\], and where the receiver that
-    /// hears it is [m, frame of the body]; nowhere if the body is below the floor.
+    /// Propagation time of the emission from the centre of mass at a sample \[s\], and the place of the
+    /// receiver at its arrival [m, frame of the body]; none if the body is below the floor.
     fn towards(&self, path: usize, sample: i64) -> Result<(f64, Option<DVec3>), SynthesisError> {
         let RenderSettings { acoustics: Acoustics { medium, floor, .. }, start, sample_rate, .. } =
             self.settings;
@@ -440,7 +438,8 @@ impl<'a> ModalVoice<'a> {
         let (heard, position) = self.listener.arrival(receiver, from, time, medium.sound_speed);
         floor.check(self.listener, position, heard)?;
         let below = floor.mirrored(pose.position).is_some_and(|mirrored| mirrored.y > pose.position.y);
-        // What the mirrored source makes at the receiver, the source makes at the mirrored receiver.
+        // Reciprocity of mirror images: the source makes at the mirrored receiver what its image makes at the
+        // receiver.
         let towards = mirrored(position) - pose.position;
         Ok((heard - time, (!below).then(|| pose.orientation.inverse() * towards)))
     }

@@ -1,4 +1,4 @@
-//! What sets the resonators of a bank in motion: forces to come, forces that are over, and states of another
+//! Excitation of the resonators of a bank: forces to come, forces that have ended, and states of another
 //! bank.
 
 use std::sync::Arc;
@@ -13,7 +13,7 @@ impl ResonatorBank {
     /// Adds a force, limited to the band, that begins at `onset` \[samples\] and lasts `duration` \[s\];
     /// `amplitudes` has the modal impulse ∫ Q dt of each mode given.
     ///
-    /// What of it is before the next sample is not rendered: add it in time, see
+    /// The part before the next sample is not rendered: add the force in time, see
     /// [`first_sample`](Self::first_sample).
     pub fn add_pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64, amplitudes: &[f64]) {
         let mut force = ForceSamples::default();
@@ -21,7 +21,7 @@ impl ResonatorBank {
         self.add_force(first, Arc::new(force), amplitudes);
     }
 
-    /// Adds a force of any force that is limited to the band, from sample `first` on.
+    /// Adds a band-limited force from sample `first` on.
     pub(in crate::synthesis::modal) fn add_force(
         &mut self,
         first: i64,
@@ -30,7 +30,7 @@ impl ResonatorBank {
     ) {
         debug_assert_eq!(amplitudes.len(), self.given);
         let mut pulse = self.spare.pop().unwrap_or_else(|| {
-            // Rendering, which puts it aside one day, asks for no memory.
+            // Reserved here, so that rendering, which removes the force later, allocates nothing.
             self.spare.reserve(self.pulses.len() + 1);
             Pulse::default()
         });
@@ -50,8 +50,8 @@ impl ResonatorBank {
         self.pulses.push(pulse);
     }
 
-    /// Adds what rings after a pulse that is over when the next sample comes: no look ahead, for sound in
-    /// real time. The pulse itself is not heard.
+    /// Adds the free ringing after a pulse that has ended by the next sample: no look-ahead, for real time.
+    /// The response during the pulse is not rendered.
     pub fn add_past_pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64, amplitudes: &[f64]) {
         let elapsed = (self.next as f64 - onset) / self.rate;
         for (i, voice) in self.voices.iter().enumerate() {
@@ -67,7 +67,7 @@ impl ResonatorBank {
         }
     }
 
-    /// Adds the state w that a mode given has at the next sample.
+    /// Adds the state w of a given mode at the next sample.
     pub(in crate::synthesis::modal) fn add_ringing(&mut self, state: impl Fn(usize) -> Complex64) {
         for (i, voice) in self.voices.iter().enumerate() {
             let ring = state(voice.mode) * voice.gain;
@@ -80,7 +80,7 @@ impl ResonatorBank {
         }
     }
 
-    /// Adds what rings in a bank of the same resonators.
+    /// Adds the states of a bank of the same resonators.
     pub(in crate::synthesis::modal) fn take_over(&mut self, other: &ResonatorBank) {
         let own = [&mut self.state.re, &mut self.state.im];
         for (own, other) in own.into_iter().zip([&other.state.re, &other.state.im]) {

@@ -1,8 +1,8 @@
 //! The loops over modes and samples, with the vector instructions of the machine.
 //!
-//! Two vectors of modes at a time run through up to [`PASS`] samples: first what drives them, then their
-//! rotation, then what each path hears of them. What passes between the loops stays near the processor, and
-//! the two rotations hide each other's waiting.
+//! Two vectors of modes at a time run through up to [`PASS`] samples: first the driving forces, then the
+//! rotation, then the sum for each path. Intermediate values stay in the cache, and the two rotations hide
+//! each other's latency.
 
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ impl WithSimd for Passing<'_> {
         let ResonatorBank { state, step, weights, awake, paths, pulses, next, memory, .. } = bank;
         let Memory { run, sums, samples: outputs } = memory;
         let run = &mut S::as_mut_simd_f64s(run).0.as_chunks_mut::<4>().0[..samples];
-        // Narrow vectors fill all of it, wide ones less.
+        // Narrow vectors fill all of it, wide ones a part.
         let sums = &mut S::as_mut_simd_f64s(sums).0[..PASS * paths.len()];
         sums.fill(simd.splat_f64s(0.0));
         let width = 2 * S::F64_LANES;
@@ -101,7 +101,7 @@ fn drive<S: Simd>(
     driven
 }
 
-/// Turns two vectors of modes through all samples and leaves w_k where b_k was.
+/// Rotates two vectors of modes through all samples; w_k replaces b_k.
 #[inline(always)]
 fn rotate<S: Simd>(
     simd: S,

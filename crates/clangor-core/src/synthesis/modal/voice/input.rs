@@ -1,5 +1,5 @@
-//! What drives a voice: impacts, gentle forces, and the vibration that a piece inherits. Each is checked, and
-//! kept until the block in which it is felt.
+//! Input of a voice: impacts, force streams and inherited vibration. Each is checked and kept until the block
+//! that it affects.
 
 use std::cmp::Reverse;
 
@@ -11,7 +11,7 @@ use crate::synthesis::modal::resonator_bank::ResonatorBank;
 use crate::synthesis::synthesis_error::SynthesisError;
 
 impl ModalVoice<'_> {
-    /// Takes the impacts that strike this body; others are passed over.
+    /// Takes the impacts on this body; others are skipped.
     ///
     /// # Errors
     /// Numbers that are not finite, impacts of a time that has been rendered.
@@ -43,8 +43,8 @@ impl ModalVoice<'_> {
         Ok(())
     }
 
-    /// Takes forces too gentle to be impacts, limited to half the rate of their time step \[s\], and, if the
-    /// source has contact damping, damps while they last. Forces on other bodies are passed over.
+    /// Takes force streams, limited to half the rate of their time step \[s\]. With contact damping, they
+    /// also damp the modes while they last. Forces on other bodies are skipped.
     ///
     /// # Errors
     /// A time step that is not positive, forces of a time that has been rendered, a second stream.
@@ -71,7 +71,7 @@ impl ModalVoice<'_> {
         Ok(())
     }
 
-    /// Takes over what a piece vibrates with when it is born.
+    /// Takes the vibration that a piece inherits at its birth.
     ///
     /// # Errors
     /// Another number of modes, numbers that are not finite, a time that has been rendered, a second time.

@@ -1,8 +1,8 @@
-//! Gentle forces on their way to the modes of a body.
+//! Force streams as input of the modes of a body.
 //!
-//! The dynamics know them once per time step, so they are limited to half the rate of the steps: each step's
-//! impulse becomes the impulse response of that band limit, one of [`FRACTIONS`] for its place between two
-//! samples.
+//! The dynamics compute these forces once per time step, so they are limited to half the rate of the steps.
+//! The impulse of each step becomes the impulse response of that band limit. One response is tabulated for
+//! each of [`FRACTIONS`] places between two samples.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -16,19 +16,19 @@ use crate::synthesis::modal::drive::{ForceSamples, Shaper};
 use crate::synthesis::modal::resonator_bank::ResonatorBank;
 use crate::synthesis::modal::source::{ModalSource, StrikeMemory};
 
-/// Parts of a sample between which impulses are not told apart.
+/// Resolution of impulse times, as a fraction of a sample.
 const FRACTIONS: i64 = 1024;
 
-/// Forces to come.
+/// Queue of forces to come.
 pub(super) struct Stream {
     shaper: Shaper,
-    /// Courses of impulses at fractions of a sample, and where they begin.
+    /// Samples of impulses at fractions of a sample, and their first samples.
     sampled: BTreeMap<i64, (i64, Arc<ForceSamples>)>,
     /// By first sample, the next one last.
     forces: Vec<StreamForce>,
-    /// A time step \[samples\].
+    /// Length of a time step \[samples\].
     step: f64,
-    /// Whether contacts damp in the block at hand.
+    /// Whether contacts add damping in the present block.
     damps: bool,
     amplitudes: Vec<f64>,
     striking: StrikeMemory,
@@ -37,9 +37,9 @@ pub(super) struct Stream {
 }
 
 struct StreamForce {
-    /// When it is first felt \[samples\].
+    /// First sample that it affects \[samples\].
     first: i64,
-    /// When it acts, in parts of a sample.
+    /// Time of action, in fractions of a sample.
     at: i64,
     points: Vec<StreamPoint>,
 }
@@ -77,13 +77,13 @@ impl Stream {
         }
     }
 
-    /// The first sample at which a force to come is felt.
+    /// First sample affected by a force to come.
     pub(super) fn next(&self) -> Option<i64> {
         self.forces.last().map(|force| force.first)
     }
 
-    /// Passes the forces that are felt before `end` to the modes, and damps these in a block of so many
-    /// samples by the contacts that are made in it, a little early. Whether the damping changed.
+    /// Applies the forces that act before `end` to the modes. Contacts made in a block of this length
+    /// \[samples\] damp the modes from its beginning, a little early. Returns whether the damping changed.
     pub(super) fn take(
         &mut self,
         end: i64,

@@ -58,7 +58,7 @@ pub struct Handed {
     pub share: f64,
 }
 
-/// λ of a mode; `None` if it is overdamped or at rest.
+/// λ of a mode; `None` if its damping is too high to ring.
 fn ringing_pole(resonance: &Resonance) -> Option<Complex64> {
     let omega = TAU * resonance.frequency;
     (resonance.damping_ratio < MAX_RATIO).then(|| pole(omega, resonance.damping_ratio * omega))

@@ -138,7 +138,7 @@ impl Pulse {
 }
 
 impl Path {
-    /// Whether the transfer has reached its target.
+    /// Sets the transfer to its target.
     fn arrive(&mut self) {
         self.now.re.copy_from_slice(&self.target.re);
         self.now.im.copy_from_slice(&self.target.im);

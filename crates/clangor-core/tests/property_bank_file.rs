@@ -1,4 +1,4 @@
-//! A soundbank comes back from its file within 16 bits; a file that was cut, damaged or edited is refused,
+//! A soundbank comes back from its file within 16 bits; a file that was cut, damaged or edited is rejected,
 //! never a panic.
 
 #[allow(dead_code)]

@@ -1,4 +1,4 @@
-//! Meshes that bound no solid are refused, each for its own reason and at its place.
+//! Meshes that bound no solid are rejected, each for its own reason and at its place.
 
 use clangor_core::geometry::solid::{MeshError, check_solid};
 use clangor_core::geometry::tri_mesh::TriMesh;

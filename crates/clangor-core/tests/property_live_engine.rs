@@ -143,7 +143,7 @@ fn nonsense_is_refused_and_counted() {
     for event in nonsense {
         controller.send(event).unwrap();
     }
-    // What lasts too long for a wave is refused at both ears; what is too far is not waited for.
+    // What lasts too long for a wave is rejected at both ears; what is too far is not waited for.
     controller.send(Event::Impact(ImpactEvent { duration: 1.0, ..good })).unwrap();
     controller.send(Event::Impact(ImpactEvent { pose: Pose::at(1e4 * DVec3::X), ..good })).unwrap();
     assert!(listen(&mut engine, 40).iter().all(|p| !p.is_nan()));

@@ -1,5 +1,5 @@
 //! A modal model comes back from its file bit by bit, alone or as a part of a sound model; a file that was
-//! cut, damaged or edited is refused, and never a panic.
+//! cut, damaged or edited is rejected, and never a panic.
 
 #[allow(dead_code)]
 mod damage;

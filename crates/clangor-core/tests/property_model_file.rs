@@ -1,4 +1,4 @@
-//! A model comes back from its file bit by bit; a file that was cut, damaged or edited is refused, and never
+//! A model comes back from its file bit by bit; a file that was cut, damaged or edited is rejected, and never
 //! a panic.
 
 #[allow(dead_code)]

@@ -1,4 +1,4 @@
-//! A published model comes back from its file bit by bit; a file that was cut, damaged or edited is refused.
+//! A published model comes back from its file bit by bit; a file that was cut, damaged or edited is rejected.
 
 #[allow(dead_code)]
 mod damage;

@@ -1,4 +1,4 @@
-//! Shapes read from text: what is accepted, what is refused and how, and that text survives a round trip.
+//! Shapes read from text: what is accepted, what is rejected and how, and that text survives a round trip.
 
 use clangor_core::shape::{Shape, ShapeError};
 

@@ -1,4 +1,4 @@
-//! From scene to world: masses, poses, names, links; and what is refused once geometry is known.
+//! From scene to world: masses, poses, names, links; and what is rejected once geometry is known.
 
 use std::f64::consts::PI;
 
@@ -298,7 +298,7 @@ fn sizes_are_judged() {
         Ok(loaded)
     };
     let body = "[[body]]\nmesh = \"mug.obj\"\nmaterial = \"ceramic\"\n";
-    // 100 mm taken for 100 m: doubted; taken for 10 km: refused.
+    // 100 mm taken for 100 m: doubted; taken for 10 km: rejected.
     let mut load = giant;
     let warnings = instantiate(&decode(body), &mut load).unwrap().warnings;
     assert_eq!(warnings.len(), 2);

@@ -53,7 +53,7 @@ pub fn check_solid(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
     Ok(SolidReport { mass, components, area: mesh.area() })
 }
 
-/// Refuses triangles whose height is below 1e-10 of their longest edge: their normal is rounding noise.
+/// Rejects triangles whose height is below 1e-10 of their longest edge: their normal is rounding noise.
 fn check_triangles(mesh: &TriMesh) -> Result<(), MeshError> {
     let flat = |t: &usize| {
         let [a, b, c] = mesh.corners(*t);
@@ -70,7 +70,7 @@ fn check_triangles(mesh: &TriMesh) -> Result<(), MeshError> {
     }
 }
 
-/// Refuses vertices in use that have exactly equal coordinates.
+/// Rejects vertices in use that have exactly equal coordinates.
 fn check_duplicates(mesh: &TriMesh) -> Result<(), MeshError> {
     let mut used = vec![false; mesh.vertices.len()];
     mesh.triangles.iter().flatten().for_each(|i| used[*i as usize] = true);

@@ -65,7 +65,7 @@ impl TriMesh {
     /// Files often hold one vertex per corner (STL always does), which leaves every edge open. A vertex
     /// merges with the first one in range, so the result depends only on the order of the vertices. Meshes
     /// with indices out of range or coordinates that are not finite come back unchanged, for
-    /// [`check_solid`](crate::geometry::solid::check_solid) to refuse.
+    /// [`check_solid`](crate::geometry::solid::check_solid) to reject.
     pub fn weld(&self, tolerance: f64) -> Self {
         let count = self.vertices.len();
         let sound = self.triangles.iter().flatten().all(|i| (*i as usize) < count)

@@ -106,7 +106,7 @@ impl Damping {
         measured.filter(|at| !frequencies.iter().any(|f| distance(*at, *f) <= MODE_MATCH)).collect()
     }
 
-    /// Refuses numbers that are not positive, or zero where that is no damping, and frequencies that do not
+    /// Rejects numbers that are not positive, or zero where that is no damping, and frequencies that do not
     /// ascend.
     ///
     /// # Errors

@@ -30,7 +30,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// Refuses what cannot be a room.
+    /// Rejects what cannot be a room.
     ///
     /// # Errors
     /// [`RoomError`].

@@ -182,7 +182,7 @@ impl Engine {
         self.scheduler.counts.refused += u64::from(is_refused);
     }
 
-    /// Puts an object into a slot; one that is refused goes back to the controller.
+    /// Puts an object into a slot; one that is rejected goes back to the controller.
     fn put(&mut self, slot: usize, object: Option<Box<SoundingObject>>) {
         let position = self.scheduler.position();
         let put = self.objects.put(slot, object, &mut self.renderer.pulses, position);

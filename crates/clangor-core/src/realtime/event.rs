@@ -192,7 +192,7 @@ impl ImpactEvent {
 
 /// Whether a vector is finite and its components are below 1e9.
 pub(super) fn is_within_limits(vector: DVec3) -> bool {
-    // Written so that NaN is refused too.
+    // Written so that NaN is rejected too.
     vector.abs().max_element() < LARGEST && vector.is_finite()
 }
 

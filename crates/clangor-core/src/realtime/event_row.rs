@@ -96,7 +96,7 @@ pub fn encode(event: &Event, body: u32) -> Option<[f64; ROW]> {
     Some(row)
 }
 
-/// The event of a row; `None` for an unknown kind. Numbers out of range are left to the engine, which refuses
+/// The event of a row; `None` for an unknown kind. Numbers out of range are left to the engine, which rejects
 /// the event.
 pub fn decode(row: &[f64; ROW]) -> Option<Event> {
     let time = row[TIME];

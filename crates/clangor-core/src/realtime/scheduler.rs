@@ -15,7 +15,7 @@ const LOOK_AHEAD: usize =
     if PULSE_LOOK_AHEAD > FORCE_LOOK_AHEAD { PULSE_LOOK_AHEAD } else { FORCE_LOOK_AHEAD };
 /// Capacity of the schedule of events.
 const MOST_WAITING: usize = 8192;
-/// Events further ahead are refused \[s\].
+/// Events further ahead are rejected \[s\].
 const HORIZON: f64 = 60.0;
 /// Longest delay of an impact on an object that exceeds the budget \[s\].
 const LONGEST_WAIT: f64 = 0.03;
@@ -35,7 +35,7 @@ pub(super) enum Admission {
     Scheduled,
     /// It acts at once.
     Immediate(Event),
-    /// It is counted as refused or shed; an object in it must be returned.
+    /// It is counted as rejected or shed; an object in it must be returned.
     Rejected(Event),
 }
 

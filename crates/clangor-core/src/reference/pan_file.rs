@@ -86,7 +86,7 @@ impl PanFile {
     /// The bytes of the file. The same model gives the same bytes.
     ///
     /// # Errors
-    /// [`TensorFileError`] for a model that [`decode`](Self::decode) would refuse.
+    /// [`TensorFileError`] for a model that [`decode`](Self::decode) would reject.
     pub fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
         self.encode_as(&NAMES)
     }

@@ -194,7 +194,7 @@ pub enum Problem {
     /// A shape that the library does not make.
     #[error(transparent)]
     Shape(ShapeError),
-    /// Geometry that its loader refuses.
+    /// Geometry that its loader rejects.
     #[error("`{reference}` cannot be used: {reason}")]
     Geometry {
         /// The shape or file.

@@ -33,13 +33,13 @@ use glam::DVec3;
 use super::{Form, Shape};
 use crate::geometry::solid::MeshError;
 
-/// Meshes larger than this are refused.
+/// Meshes larger than this are rejected.
 pub const MOST_TRIANGLES: f64 = 2e6;
 
 /// Sizes outside this range \[m\] are taken for a mistake in the unit.
 const SIZE_RANGE: [f64; 2] = [1e-6, 1e3];
 
-/// Why a shape was refused.
+/// Why a shape was rejected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// No such shape.
@@ -172,7 +172,7 @@ fn form_of(name: &str, fields: &[&str], numbers: &[f64]) -> Option<Form> {
     })
 }
 
-/// Refuses sizes out of range.
+/// Rejects sizes out of range.
 pub(super) fn check_form(form: &Form) -> Result<(), ShapeError> {
     let [least, most] = SIZE_RANGE;
     let size = |what, value: f64| {
@@ -222,7 +222,7 @@ pub(super) fn check_form(form: &Form) -> Result<(), ShapeError> {
     }
 }
 
-/// Refuses an edge longer than the shape, or one that makes too many triangles.
+/// Rejects an edge longer than the shape, or one that makes too many triangles.
 pub(super) fn check_edge(shape: &Shape, edge: f64) -> Result<(), ShapeError> {
     let coarse = shape.mesh();
     let (low, high) = coarse.bounds();

@@ -1,11 +1,11 @@
-//! The paths by which a live listener hears: directly, and by reflections in a rigid floor or in the walls of
+//! Propagation paths of a live receiver: the direct path, and reflections in a rigid floor or in the walls of
 //! a room.
 //!
-//! What an image source makes at a receiver, the source itself makes at the receiver mirrored the same path:
-//! a path is a direction in which a body sends, and what is lost there.
+//! By reciprocity, the source itself makes at the mirrored receiver what its image makes at the receiver. A
+//! path is therefore a direction of emission, and a loss.
 //!
-//! Differs from the offline renderer: what is below the floor is heard directly, though not by the floor, and
-//! so is what is outside the room.
+//! Differs from the offline renderer: sources below the floor are received directly, though not by the floor,
+//! and so are sources outside the room.
 
 use glam::DVec3;
 
@@ -19,16 +19,16 @@ pub struct PropagationPaths {
     room: Option<Room>,
     images: Vec<ImageSource>,
     losses: Vec<PathLoss>,
-    /// Whether reflections are heard.
+    /// Whether reflections are on.
     reflects: bool,
 }
 
 impl PropagationPaths {
-    /// By a rigid floor, or by up to the room's number of reflections in its walls, which include the floor.
+    /// Reflections in a rigid floor, or up to the order of the room in its walls, which include the floor.
     pub fn new(floor: Floor, room: Option<Room>, air: Option<Air>) -> Self {
         let images = match (&room, floor) {
             (Some(room), _) => {
-                // Late reverberation hears what has met one wall.
+                // The input of the late reverberation is what has been reflected once.
                 let image_order = room.image_order.max(u32::from(room.late));
                 image_sources(&Room { image_order, ..*room })
             }
@@ -47,18 +47,18 @@ impl PropagationPaths {
         PropagationPaths { floor, room, images, losses, reflects: true }
     }
 
-    /// How many.
+    /// Number of paths.
     pub fn count(&self) -> usize {
         self.losses.len()
     }
 
-    /// What each takes from the sound.
+    /// Loss of each path.
     pub fn losses(&self) -> &[PathLoss] {
         &self.losses
     }
 
-    /// From a body to a receiver, both places [m, world], as the body sees it \[m\]; `None` where the path
-    /// does not lead: a reflection of what is outside the room or below the floor.
+    /// Vector from a body to a receiver, both places [m, world], in the space of the body \[m\]; `None`
+    /// without this path: a reflection of a source outside the room or below the floor.
     pub fn towards(&self, path: usize, body: DVec3, receiver: DVec3) -> Option<DVec3> {
         let Some(image) = path.checked_sub(1).map(|image| &self.images[image]) else {
             return Some(receiver - body);
@@ -71,18 +71,18 @@ impl PropagationPaths {
         (self.reflects && among(body) && among(receiver)).then(|| image.unfolded(receiver) - body)
     }
 
-    /// Lets reflections be heard, or not.
+    /// Switches reflections on or off.
     pub fn set_reflections(&mut self, heard: bool) {
         self.reflects = heard;
     }
 
-    /// Whether receivers hear a path themselves; if not, it is only there to feed the late reverberation.
+    /// Whether receivers receive a path themselves; otherwise it only feeds the late reverberation.
     pub fn is_heard(&self, path: usize) -> bool {
         let most = self.room.as_ref().map_or(u32::MAX, |room| room.image_order);
         path.checked_sub(1).is_none_or(|image| self.images[image].order() <= most)
     }
 
-    /// The input of the late reverberation that a path feeds: each single reflection in a wall one.
+    /// Input of the late reverberation that a path feeds: one for each first-order reflection in a wall.
     pub fn reverberation_input(&self, path: usize) -> Option<usize> {
         let image = &self.images[path.checked_sub(1)?];
         let single = self.room.as_ref().is_some_and(|room| room.late) && image.order() == 1;

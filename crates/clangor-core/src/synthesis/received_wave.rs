@@ -1,4 +1,4 @@
-//! What a click sends to a receiver: a wave in closed form, and when it is heard.
+//! Wave of a click at a receiver in closed form, and its time span.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::reference::SlabTransfer;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 
-/// A wave, and between which times it is heard \[s\].
+/// A wave, and the first and last time of its sound \[s\].
 pub(super) struct ReceivedWave {
     pub(super) wave: Wave,
     /// From the centre of the click \[m\].
@@ -28,8 +28,8 @@ pub(super) struct ReceivedWave {
 }
 
 impl RenderSettings {
-    /// The wave of a click that runs `towards` a receiver \[m\], from the centre of the click; `None` if
-    /// there is none.
+    /// The wave of a click that runs `towards` a receiver \[m\], from the centre of the click; `None` if the
+    /// wave has no closed form.
     pub(super) fn wave(&self, click: &AccelerationPulse, towards: DVec3) -> Option<ReceivedWave> {
         let RenderSettings { acoustics: Acoustics { medium, .. }, sphere_model, .. } = *self;
         let place = click.orientation.inverse() * towards;
@@ -53,7 +53,8 @@ impl RenderSettings {
             SoundSource::Field(source) => {
                 let transfer = field_transfer(click, source, place, &medium);
                 let delay = transfer.position.length() * transfer.crossing;
-                // Before the wave from the centre comes that from the near side; never before the force.
+                // The wave from the near side arrives before that from the centre, but never before the
+                // force.
                 let first = (delay - transfer.crossing).max(0.0);
                 let blur = self.blur(source);
                 heard(Transfer::Field(transfer), delay, first - blur, delay + ringing + blur)
@@ -69,12 +70,12 @@ impl RenderSettings {
                 let transfer = GroundTransfer { source, impulse: *impulse, place };
                 heard(Transfer::Ground(transfer), 0.0, first, last)
             }
-            // No wave in closed form: the renderer takes its samples.
+            // No wave in closed form: the renderer takes the samples of the source.
             SoundSource::Reference(_) => None,
         }
     }
 
-    /// Time \[s\] by which the end of a field's band blurs it.
+    /// Time \[s\] by which the fade at the end of a field's band blurs it.
     fn blur(&self, source: &FieldSource) -> f64 {
         let band_end = source.max_frequency(self.acoustics.medium.sound_speed);
         if band_end < self.band().1 { fade_reach(band_end) } else { 0.0 }
@@ -94,7 +95,8 @@ fn field_transfer(
     let [linear, angular] =
         [click.velocity_change, radius * click.angular_velocity_change].map(|v| (to_field * v).to_array());
     let position = field_from_body * place / radius;
-    // Without a near field, the field inside the bounding sphere is that on the sphere in this direction.
+    // Without a near field, a receiver inside the bounding sphere gets the field on the sphere in its
+    // direction.
     let distance = position.length();
     let on_sphere = distance < 1.0 && source.near.is_none();
     let position = if on_sphere { position.try_normalize().unwrap_or(DVec3::X) } else { position };

@@ -1,7 +1,7 @@
 //! Settings of a rendering to sound pressure: sample rate, acoustics and band limit.
 //!
-//! The band limit is that of [`lowpass`]: rendered in full up to f₁, nothing from f₂ on, with
-//! f₂ − f₁ = 2/30 of the sample rate, and at most (f₁ + f₂)/2 = 0.45 of it.
+//! The band limit is that of [`lowpass`]: full gain up to f₁, zero from f₂ on, with f₂ − f₁ = 2/30 of the
+//! sample rate, and (f₁ + f₂)/2 at most 0.45 of it.
 
 use super::lowpass;
 use super::{SampleRate, SynthesisError};
@@ -10,10 +10,10 @@ use crate::medium::Medium;
 use crate::propagation::{Floor, PathLoss};
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 
-/// How to render.
+/// Settings of a rendering.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderSettings {
-    /// Samples per second.
+    /// Sample rate \[Hz\], 8000 to 384 000. Default: 48 000.
     pub sample_rate: SampleRate,
     /// Time of sample 0 \[s\]. Default: 0.
     pub start: f64,
@@ -58,7 +58,7 @@ impl RenderSettings {
         RenderSettings { loss, ..self }
     }
 
-    /// Refuses what gives no sound.
+    /// Rejects an invalid medium or band limit.
     pub(super) fn check(&self) -> Result<(), SynthesisError> {
         let Medium { density, sound_speed } = self.acoustics.medium;
         let positive = |x: f64| x > 0.0 && x.is_finite();
@@ -71,7 +71,7 @@ impl RenderSettings {
         }
     }
 
-    /// Highest frequency that is rendered in full, and that from which on nothing is \[Hz\].
+    /// Highest frequency rendered in full, and lowest frequency from which on the output is zero \[Hz\].
     pub fn band(&self) -> (f64, f64) {
         let rate = self.sample_rate.as_f64();
         let widest = lowpass::CENTRE * rate;
@@ -80,7 +80,7 @@ impl RenderSettings {
         (centre - half_width, centre + half_width)
     }
 
-    /// k = 2πf/c [1/m] of the highest frequency that is rendered in full.
+    /// k = 2πf/c [1/m] of the highest frequency rendered in full.
     pub fn max_wavenumber(&self) -> f64 {
         std::f64::consts::TAU * self.band().0 / self.acoustics.medium.sound_speed
     }

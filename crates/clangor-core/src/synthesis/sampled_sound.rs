@@ -1,4 +1,4 @@
-//! A sound as samples, at its place among those of a rendering.
+//! A sound as samples, with its place in the output of a rendering.
 
 /// Samples of a sound.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,7 +29,7 @@ impl SampledSound {
         *self = SampledSound { first, pressures: sum };
     }
 
-    /// Adds the part that lies in `block`, whose first sample has this index.
+    /// Adds the part that overlaps `block`, whose first sample has this index.
     pub(crate) fn add_to(&self, block: &mut [f64], first: i64) {
         let skip = (first - self.first).clamp(0, self.pressures.len() as i64) as usize;
         let at = (self.first - first).clamp(0, block.len() as i64) as usize;

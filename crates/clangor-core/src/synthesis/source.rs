@@ -1,8 +1,8 @@
-//! What radiates when a body is accelerated or the ground is struck.
+//! Sources: what radiates when a body is accelerated or the ground is struck.
 //!
 //! A source is data: the sphere of a body's volume, a field ([`field_source`](super::field_source)), or the
-//! ground ([`ground`](super::ground)). Its waves are evaluated in [`received_wave`](super::received_wave). A
-//! receiver inside the body hears nothing, and is counted.
+//! ground ([`ground`](super::ground)). `received_wave` evaluates its waves. A
+//! receiver inside the body gets no pressure, and is counted.
 
 use std::sync::Arc;
 
@@ -15,10 +15,10 @@ use crate::medium::Medium;
 use crate::reference::PanSource;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 
-/// Ringing of a sphere is followed until it has fallen by e^−23 = 1e-10.
+/// A sphere rings until it has fallen by e^−23 = 1e-10.
 const DECAY_FOLDS: f64 = 23.0;
 
-/// What sounds in the place of a body.
+/// Source of the acceleration noise of a body, or of the ground.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SoundSource {
     /// A sphere about the centre of mass, whose rotation radiates nothing.
@@ -28,9 +28,9 @@ pub enum SoundSource {
     },
     /// A field about the centre of mass.
     Field(Arc<FieldSource>),
-    /// A field as a paper has it.
+    /// A field in a paper's representation.
     Reference(Arc<PanSource>),
-    /// The ground that a body hits, pressed at the centre of the click, y its normal.
+    /// The ground below an impact, with the force at the centre of the click and the normal y.
     Ground {
         /// The ground.
         ground: Ground,
@@ -50,7 +50,7 @@ impl SoundSource {
         bodies.iter().map(|body| SoundSource::equal_volume_sphere(&body.surface)).collect()
     }
 
-    /// Radius \[m\] about the centre of mass inside which all of the source is.
+    /// Radius \[m\] about the centre of mass that encloses the source.
     pub fn radius(&self) -> f64 {
         match self {
             SoundSource::Sphere { radius } => *radius,
@@ -60,19 +60,18 @@ impl SoundSource {
         }
     }
 
-    /// Time \[s\] in which it dies away after a sudden acceleration, from the passing of a wave from the
-    /// centre of mass.
+    /// Decay time \[s\] after a sudden acceleration, from the passing of a wave from the centre of mass.
     pub fn ring_time(&self, medium: &Medium) -> f64 {
         match self {
             SoundSource::Sphere { radius } => SphereTransfer::decay_time(medium, *radius, DECAY_FOLDS),
             SoundSource::Field(source) => source.field.ring_time * source.radius / medium.sound_speed,
             SoundSource::Reference(source) => source.ring_time(medium),
-            // How long the surface is heard depends on where.
+            // The decay time of the ground depends on the place.
             SoundSource::Ground { .. } => 0.0,
         }
     }
 
-    /// Whether nothing is heard at a point \[m\] of the body frame.
+    /// Whether a point \[m\] of the body frame is inside the source, where pressure is not evaluated.
     pub fn silent_at(&self, point_body: DVec3) -> bool {
         match self {
             SoundSource::Sphere { radius } => point_body.length() < *radius,

@@ -1,10 +1,10 @@
-//! Which source a body sounds as, and why.
+//! Choice of the source of a body, with the reason.
 //!
-//! By default a sphere is a sphere; a body that nearly fills its convex hull and is small enough for the band
-//! of the bank is played as an ellipsoid; everything else has a field of its own, which takes time to compute
-//! once. The decision depends on the body, the rule, the bank and the band that is rendered, never on what
-//! happens to be computed already. Whoever can compute fields may give one of their own to the few bodies
-//! whose form takes no time ([`Reason::ExactForm`]).
+//! By default a sphere radiates as a sphere. A body that nearly fills its convex hull and is small enough for
+//! the band of the bank radiates as an ellipsoid. All other bodies need a field of their own, which is
+//! computed once. The decision depends on the body, the rule, the bank and the rendered band, never on which
+//! fields have been computed already. A caller that can compute fields may give their own fields to bodies of
+//! the few forms that take no time ([`Reason::ExactForm`]).
 
 use std::fmt;
 use std::sync::Arc;
@@ -19,10 +19,10 @@ use crate::sound_model::acceleration::proxy_field::ProxyFields;
 use crate::sound_model::rule::AccelerationRule;
 use crate::sound_model::soundbank::ellipsoid_bank::Proxy;
 
-/// Part of its convex hull that a body must fill to be played as an ellipsoid.
+/// Least fraction of its convex hull that a body must fill to be represented by an ellipsoid.
 pub const LEAST_FILLING: f64 = 0.9;
 
-/// What is to sound.
+/// Source chosen for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SourceKind {
     /// The sphere of equal volume.
@@ -33,49 +33,49 @@ pub enum SourceKind {
     Own,
 }
 
-/// Why.
+/// Reason for a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
-    /// It cannot move, and makes no sound.
+    /// It cannot move, and radiates nothing.
     Immovable,
-    /// It is a sphere, whose field is known exactly.
+    /// It is a sphere, whose field has a closed form.
     IsSphere,
-    /// The scene says so.
+    /// The scene demands it.
     Asked,
-    /// An ellipsoid does.
+    /// An ellipsoid is accurate enough.
     SmallAndConvex {
-        /// Part of its convex hull that it fills.
+        /// Fraction of its convex hull that it fills \[-\].
         filling: f64,
-        /// Longest semi-axis times highest wavenumber.
+        /// Longest semi-axis times highest wavenumber \[-\].
         size: f64,
     },
-    /// Its form is one of few that are computed at once.
+    /// Its form is one of the few that are computed at once.
     ExactForm {
-        /// How many such forms there are.
+        /// Number of such forms.
         forms: usize,
     },
     /// It fills too little of its convex hull for an ellipsoid.
     Hollow {
-        /// Part of its convex hull that it fills.
+        /// Fraction of its convex hull that it fills \[-\].
         filling: f64,
     },
     /// It is too large for the band of the bank.
     Large {
-        /// Longest semi-axis times highest wavenumber.
+        /// Longest semi-axis times highest wavenumber \[-\].
         size: f64,
-        /// Where the bank ends.
+        /// Largest such product in the bank.
         limit: f64,
     },
     /// There is no bank, or no ellipsoid in it for this body.
     NoEllipsoid,
 }
 
-/// What a body is to sound as, and why.
+/// The choice of a source for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// What.
+    /// The source.
     pub kind: SourceKind,
-    /// Why.
+    /// The reason.
     pub reason: Reason,
 }
 
@@ -105,7 +105,7 @@ impl fmt::Display for Reason {
             Reason::IsSphere => f.write_str("it is a sphere"),
             Reason::Asked => f.write_str("as asked"),
             Reason::SmallAndConvex { filling, size } => {
-                // The hull is measured with some of its points only.
+                // The hull is estimated from some of its points only.
                 let percent = (100.0 * filling).min(100.0);
                 write!(f, "it is small (kA = {size:.1}) and fills {percent:.0} % of its convex hull")
             }
@@ -129,8 +129,8 @@ impl fmt::Display for Decision {
     }
 }
 
-/// Decides what a body sounds as. `max_wavenumber` is k = 2πf/c [1/m] at the highest frequency that is
-/// rendered in full.
+/// Chooses the source of a body. `max_wavenumber` is k = 2πf/c [1/m] at the highest frequency rendered in
+/// full.
 pub fn decide(
     body: &Body,
     rule: AccelerationRule,
@@ -172,15 +172,15 @@ pub fn decide(
     }
 }
 
-/// The ellipsoid of a bank that stands for a body.
+/// The ellipsoid of a bank that represents a body.
 fn proxy_of(body: &Body, bank: &BankEvaluator) -> Option<Proxy> {
     let Surface::Mesh(mesh) = &*body.surface else { return None };
     let density = body.mass / mesh.volume;
     bank.bank().proxy_for(body.inertia * (1.0 / density), mesh.volume)
 }
 
-/// The source of a body: what was decided, or the next best, if it is to have a field of its own and `own` is
-/// not there: the ellipsoid, else the sphere. Says which.
+/// The source of a body and the kind that it is. If a field of its own was chosen and `own` is missing, the
+/// next best is used: the ellipsoid, else the sphere.
 pub fn source_of(
     body: &Body,
     decision: &Decision,

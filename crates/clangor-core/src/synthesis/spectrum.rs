@@ -1,4 +1,4 @@
-//! Spectra of sound pressure on an FFT grid, and what all sources need to add to them.
+//! Spectra of sound pressure on an FFT grid, and the operations that all sources need.
 //!
 //! P(ω_k) = (transfer) · (force spectrum) · gain · e^{−iω_k T}. The gain is that of the band limit
 //! ([`lowpass`]), the delay a [`Rotation`] that advances by a constant angle per bin, so that no bin needs a
@@ -22,8 +22,8 @@ pub(crate) struct ArrivingForce {
     pub(crate) profile: ForceProfile,
     /// Duration τ of the force \[s\].
     pub(crate) duration: f64,
-    /// When its middle arrives, from the first sample of the block \[s\]; for a wave whose transfer has the
-    /// delay, when its middle acts.
+    /// Arrival time of its middle, from the first sample of the block \[s\]. Where the transfer contains the
+    /// delay: the time of its middle at the source.
     pub(crate) middle: f64,
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct ArrivingForce {
 pub(crate) struct Grid {
     /// Distance of the bins \[Hz\].
     pub(crate) spacing_hz: f64,
-    /// Bins that are not zero.
+    /// Number of bins that are not zero.
     pub(crate) bins: usize,
     /// Angular frequencies [rad/s].
     pub(crate) omega: Vec<f64>,
@@ -81,13 +81,13 @@ pub(crate) struct Losses {
 }
 
 impl Losses {
-    /// `None` where nothing is lost.
+    /// `None` without losses.
     pub(crate) fn on(grid: &Grid, loss: PathLoss) -> Option<Self> {
         let at = |omega: &f64| loss.at(omega / std::f64::consts::TAU);
         (!loss.is_none()).then(|| Losses { loss, bins: grid.omega.iter().map(at).collect() })
     }
 
-    /// Attenuates a wave that has travelled `distance` \[m\].
+    /// Attenuates a wave over a path of `distance` \[m\].
     pub(crate) fn apply(&self, spectrum: &mut Spectrum, distance: f64) {
         for ((re, im), bin) in spectrum.re.iter_mut().zip(&mut spectrum.im).zip(&self.bins) {
             let gain = self.loss.gain(*bin, distance);
@@ -105,7 +105,7 @@ pub(crate) struct Spectrum {
 }
 
 impl Spectrum {
-    /// Makes it zero on this grid.
+    /// Sets it to zero on this grid.
     pub(crate) fn clear(&mut self, grid: &Grid) {
         for part in [&mut self.re, &mut self.im] {
             part.clear();
@@ -120,7 +120,7 @@ impl Spectrum {
         self.im.iter_mut().zip(&other.im).for_each(|(a, b)| *a += b);
     }
 
-    /// The samples \[Pa\] that have this spectrum within the band; `bins` and `scratch` are memory.
+    /// The samples \[Pa\] of this spectrum within the band; `bins` and `scratch` are working memory.
     pub(crate) fn transform(
         &self,
         grid: &Grid,
@@ -134,7 +134,7 @@ impl Spectrum {
             Complex::new(gain * self.re[k], gain * self.im[k])
         }));
         bins.resize(inverse.complex_len(), Complex::ZERO);
-        // The pressure is real, so its mean is; rounding may have left a negative zero.
+        // The pressure is real, so its mean is real; rounding may have left a negative zero.
         bins[0].im = 0.0;
         scratch.resize(inverse.get_scratch_len(), Complex::ZERO);
         inverse.process_with_scratch(bins, samples, scratch).expect("buffers of the plan's own lengths");

@@ -1,4 +1,4 @@
-//! Spectra of clicks that sound as a sphere.
+//! Spectra of clicks of spheres.
 //!
 //! The transfer of a sphere and the spectrum of the force are rational in ω apart from one cosine, the delay
 //! is a rotation. Cosine and rotation advance by a constant angle per bin, so neither needs a sine or cosine
@@ -26,7 +26,7 @@ pub(super) fn add(spectrum: &mut Spectrum, grid: &Grid, force: &ArrivingForce, t
     }
 }
 
-/// Any profile, its spectrum given bin by bin.
+/// Any profile, with its spectrum evaluated bin by bin.
 #[inline(always)]
 fn add_profile(
     spectrum: &mut Spectrum,
@@ -63,8 +63,7 @@ fn add_half_sine(
     let inverse_pole_square = 1.0 / (pole * pole);
     let SphereTransfer { real: [a0, a1], imaginary: [b0, b1], denominator: [d0, d1], .. } = *transfer;
 
-    // The bin next to ω = π/τ, where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, is computed by the formula that
-    // knows.
+    // The bin next to ω = π/τ, where cos(ωτ/2) / (1 − (ωτ/π)²) is 0/0, uses the formula with the limit.
     let singular = (pole / step).round();
     let singular = (singular < grid.omega.len() as f64).then_some(singular as usize);
     let kept = singular.map(|k| (spectrum.re[k], spectrum.im[k]));
@@ -73,7 +72,7 @@ fn add_half_sine(
     let re_out = spectrum.re.as_chunks_mut::<SPHERE_LANES>().0;
     let im_out = spectrum.im.as_chunks_mut::<SPHERE_LANES>().0;
     for ((omega, re_out), im_out) in omega.iter().zip(re_out).zip(im_out) {
-        // Sums first, stores after: only then does the compiler see that the lanes are independent.
+        // Sums first, stores after, so that the compiler can see that the lanes are independent.
         let (mut re_sum, mut im_sum) = (*re_out, *im_out);
         for lane in 0..SPHERE_LANES {
             let w = omega[lane];

@@ -1,8 +1,8 @@
-//! One impact on one body, heard by one receiver: `clangor strike`.
+//! One impact on one body at one receiver: `clangor strike`.
 //!
 //! The body is at rest with its centre of mass at the origin and the axes of its mesh file. The force begins
-//! at t = 0; the output begins at −2 ms, because a band-limited onset rings before it arrives. The delay to
-//! the receiver is in it.
+//! at t = 0. The output begins at −2 ms, because a band-limited onset rings before its arrival. It includes
+//! the propagation delay to the receiver.
 
 use std::sync::Arc;
 
@@ -30,29 +30,29 @@ use crate::synthesis::acceleration_pulse::AccelerationPulse;
 
 /// Output before the first contact \[s\].
 pub const LEAD: f64 = 2e-3;
-/// Approach speed behind the default duration [m/s].
+/// Approach speed of the default duration [m/s].
 pub const DEFAULT_SPEED: f64 = 1.0;
 /// Largest distance of the struck point from the surface, over the bounding radius.
 pub const POINT_TOLERANCE: f64 = 0.02;
 
-/// An impact and how to listen to it.
+/// An impact and its receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strike {
     /// Impulse on the body [N s].
     pub impulse: DVec3,
-    /// Where it acts [m, from the centre of mass].
+    /// Point of the impact [m, from the centre of mass].
     pub point: DVec3,
-    /// Where it is heard [m, from the centre of mass].
+    /// Receiver [m, from the centre of mass].
     pub listener: DVec3,
     /// Duration τ \[s\]; by default that of a collision with a rigid plane at 1 m/s along the impulse.
     pub duration: Option<f64>,
-    /// How the force runs.
+    /// Time profile of the force.
     pub profile: ForceProfile,
-    /// Samples per second.
+    /// Sample rate \[Hz\].
     pub sample_rate: SampleRate,
-    /// End of the output \[s\]; by default when the sound has died away.
+    /// End of the output \[s\]; by default when the sound has decayed.
     pub seconds: Option<f64>,
-    /// What carries the sound.
+    /// Medium around the body.
     pub medium: Medium,
     /// Field of an accelerated sphere.
     pub sphere_model: SphereModel,
@@ -73,13 +73,13 @@ pub struct StrikeSound {
     pub radius: f64,
 }
 
-/// Why a strike makes no sound.
+/// Error in a strike.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StrikeError {
     /// A number that is not finite.
     #[error("{what} is not finite")]
     NotFinite {
-        /// Which.
+        /// Quantity.
         what: &'static str,
     },
     /// The impact misses the body.
@@ -120,7 +120,7 @@ pub enum StrikeError {
         /// End of the output \[s\].
         seconds: f64,
     },
-    /// The listener is inside the body, or the sphere that stands for it.
+    /// The listener is inside the body, or inside the sphere in its place.
     #[error(
         "the listener is {distance} m from the centre of mass, inside the body or the sphere that sounds in \
         its place"
@@ -134,7 +134,8 @@ pub enum StrikeError {
     Synthesis(#[from] SynthesisError),
 }
 
-/// Strikes a body that sounds as `source`. Its own pose and motion are ignored.
+/// Acceleration noise of an impact on a body with the source `source`. The body's own pose and motion are
+/// ignored.
 ///
 /// # Errors
 /// [`StrikeError`].
@@ -201,7 +202,7 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
     Ok(StrikeSound { times, pressures, duration, velocity_change, radius })
 }
 
-/// What a struck body rings, sample by sample \[Pa\] of what [`strike`] gave for the same impact.
+/// Modal sound of a struck body at the sample times of the [`strike`] output for the same impact \[Pa\].
 ///
 /// # Errors
 /// [`StrikeError`].
@@ -246,7 +247,7 @@ pub fn struck_ringing(
     };
     let settings = settings(strike);
     let listener = Listener::fixed("listener", strike.listener);
-    // A body without rows stays where it starts, so that there is nothing to refuse.
+    // A body without rows stays at its start, so this cannot fail.
     let poses =
         PoseHistory::try_new(&[at_rest], &[]).map_err(|_| StrikeError::NotFinite { what: "the pose" })?;
     let mut voice = ModalVoice::new(source, BodyId(0), &poses, &listener, &settings)?;
@@ -257,7 +258,7 @@ pub fn struck_ringing(
     Ok(ringing)
 }
 
-/// How the impact is rendered.
+/// Render settings of the impact.
 fn settings(strike: &Strike) -> RenderSettings {
     RenderSettings {
         sample_rate: strike.sample_rate,
@@ -268,7 +269,7 @@ fn settings(strike: &Strike) -> RenderSettings {
     }
 }
 
-/// Refuses a point that is not on the surface.
+/// Rejects a point that is not on the surface.
 fn check_point(surface: &Surface, point: DVec3) -> Result<(), StrikeError> {
     let bounding = surface.bounding_radius();
     let distance = match surface {

@@ -1,4 +1,4 @@
-//! Why sound cannot be synthesised.
+//! Errors in sound synthesis.
 
 use crate::body::BodyId;
 use crate::propagation::room::RoomError;
@@ -9,7 +9,7 @@ pub(super) const LOWEST_RATE_HZ: u32 = 8_000;
 /// Highest sample rate \[Hz\].
 pub(super) const HIGHEST_RATE_HZ: u32 = 384_000;
 
-/// Why sound cannot be synthesised.
+/// Error in sound synthesis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SynthesisError {
     /// A sample rate outside the range that is supported.
@@ -46,19 +46,19 @@ pub enum SynthesisError {
         y: f64,
         /// Height of the floor \[m\].
         floor: f64,
-        /// When \[s\].
+        /// Time \[s\].
         time: f64,
     },
     /// A number that is not finite, or not positive where it must be.
     #[error("{what} of the click of body {body} at t = {time} s is {value}", body = body.0)]
     BadPulse {
-        /// Which number.
+        /// Quantity.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// The body that clicks.
+        /// The body.
         body: BodyId,
-        /// When \[s\].
+        /// Time \[s\].
         time: f64,
     },
     /// The medium cannot carry sound.
@@ -72,9 +72,9 @@ pub enum SynthesisError {
     /// A click pushed after the time for which its block was handed out.
     #[error("the click of body {body} at t = {time} s comes after its block was rendered", body = body.0)]
     Late {
-        /// The body that clicks.
+        /// The body.
         body: BodyId,
-        /// When \[s\].
+        /// Time \[s\].
         time: f64,
     },
     /// An invalid room.
@@ -90,11 +90,11 @@ pub enum SynthesisError {
         body = body.0
     )]
     TooLong {
-        /// The body that clicks.
+        /// The body.
         body: BodyId,
-        /// When \[s\].
+        /// Time \[s\].
         time: f64,
-        /// How long \[s\].
+        /// Duration \[s\].
         seconds: f64,
         /// Radius of its sphere \[m\].
         radius: f64,

@@ -44,7 +44,7 @@ pub(super) fn materials(d: &mut Decoder<'_>, top: &Section<'_>) -> Materials {
         if presets::preset(name).is_some() {
             d.error(node.place(d), Problem::PresetName { name: name.to_owned() });
         }
-        // A material that failed still has a name, so that its bodies are not refused as well.
+        // A material that failed still has a name, so that its bodies are not rejected as well.
         let material = material(d, &node, name).unwrap_or_else(|| presets::STEEL.material());
         custom.push((name.to_owned(), material));
     }

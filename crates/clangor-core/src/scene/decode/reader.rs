@@ -236,7 +236,7 @@ impl<'t> Node<'t> {
             d.error(self.place(d), Problem::WrongLength { found: elements.len(), expected });
             return None;
         }
-        // Every element is read before any is refused.
+        // Every element is read before any is rejected.
         let read: Vec<Option<f64>> = elements.iter().map(|e| e.number(d, quantity)).collect();
         let mut numbers = [0.0; N];
         for (slot, value) in numbers.iter_mut().zip(read) {

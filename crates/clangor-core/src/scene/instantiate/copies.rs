@@ -140,7 +140,7 @@ fn geometry(
     Some(loaded)
 }
 
-/// Bounding radii outside these are refused [m].
+/// Bounding radii outside these are rejected [m].
 const MIN_RADIUS: f64 = 1e-6;
 const MAX_RADIUS: f64 = 1e3;
 

@@ -31,7 +31,7 @@ pub struct GeometryError {
 /// Builds a shape or reads a mesh file.
 pub type Loader<'a> = dyn FnMut(&GeometryReference) -> Result<LoadedGeometry, GeometryError> + 'a;
 
-/// Loads a shape of the library, and refuses files: the loader of a scene without mesh files, and a part of
+/// Loads a shape of the library, and rejects files: the loader of a scene without mesh files, and a part of
 /// any other.
 ///
 /// # Errors

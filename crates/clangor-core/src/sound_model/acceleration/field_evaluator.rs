@@ -367,7 +367,7 @@ fn add_order(
     }
 }
 
-/// Refuses what would put NaN or nonsense into the sound.
+/// Rejects what would put NaN or nonsense into the sound.
 fn check(field: &AccelerationField) -> Result<(), FieldError> {
     let AccelerationField { nodes, terms, real, imaginary, .. } = field;
     let expected = terms.len() * nodes.len();

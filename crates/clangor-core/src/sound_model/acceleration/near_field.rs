@@ -91,7 +91,7 @@ impl NearField {
             spectra: Vec::new(),
             scales: Vec::new(),
             which: vec![0; rows.len()],
-            // What is not finite stays so, and is refused by whoever plays it.
+            // What is not finite stays so, and is rejected by whoever plays it.
             factors: sizes.iter().map(|size| if size.is_finite() { 0.0 } else { f32::NAN }).collect(),
         };
         // Spectra whose projection is not too far below: their number, and a row that has them.
@@ -130,7 +130,7 @@ impl NearField {
         self.scales.len() as u32 - 1
     }
 
-    /// Refuses what would put NaN or nonsense into the sound of a field with so many nodes.
+    /// Rejects what would put NaN or nonsense into the sound of a field with so many nodes.
     pub(super) fn check(&self, nodes: usize) -> Result<(), FieldError> {
         let NearField { surface: TriMesh { vertices, triangles }, spectra, scales, which, factors } = self;
         let expected = vertices.len() * RIGID_DOFS;

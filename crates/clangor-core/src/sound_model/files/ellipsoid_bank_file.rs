@@ -190,7 +190,7 @@ impl Parts<'_> {
         Ok(field)
     }
 
-    /// Refuses what belongs to no ellipsoid.
+    /// Rejects what belongs to no ellipsoid.
     fn check_end(&self) -> Result<(), TensorFileError> {
         let left = [
             ("nodes", self.nodes.len()),

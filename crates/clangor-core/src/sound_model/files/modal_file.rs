@@ -110,7 +110,7 @@ impl ModalFile {
     /// The bytes of the file. The same model gives the same bytes.
     ///
     /// # Errors
-    /// [`TensorFileError`] for a model that [`decode`](Self::decode) would refuse.
+    /// [`TensorFileError`] for a model that [`decode`](Self::decode) would reject.
     pub fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
         self.check()?;
         let mut file = TensorWriter::default();
@@ -223,7 +223,7 @@ impl ModalPart {
         Ok(ModalPart { model, origin: modal.origin })
     }
 
-    /// Refuses a model that could not be played.
+    /// Rejects a model that could not be played.
     pub(super) fn check(&self) -> Result<(), TensorFileError> {
         let ModalModel { radius, medium, density, max_frequency, surface, modes } = &self.model;
         if !RADII.contains(radius) {

@@ -71,7 +71,7 @@ impl ModelFile {
     /// The bytes of the file. The same model gives the same bytes.
     ///
     /// # Errors
-    /// [`TensorFileError`] for a model that [`decode`](Self::decode) would refuse.
+    /// [`TensorFileError`] for a model that [`decode`](Self::decode) would reject.
     pub fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
         self.check()?;
         let AccelerationModel { radius, field, near } = &self.acceleration;
@@ -181,7 +181,7 @@ impl ModelFile {
     }
 }
 
-/// Refuses a near field that names spectra that are not there.
+/// Rejects a near field that names spectra that are not there.
 fn check_spectra(near: &NearField, nodes: usize) -> Result<(), TensorFileError> {
     let NearField { surface, spectra, scales, which, factors } = near;
     let lengths = [

@@ -55,7 +55,7 @@ impl Solid {
         Ok(Solid { name: solid.name, mass, surface: take_mesh(file, "solid")? })
     }
 
-    /// Refuses what no solid of this bounding radius \[m\] is.
+    /// Rejects what no solid of this bounding radius \[m\] is.
     pub(crate) fn check(&self, radius: f64) -> Result<(), TensorFileError> {
         if let Some(surface) = &self.surface {
             check_mesh("solid", surface, radius)?;

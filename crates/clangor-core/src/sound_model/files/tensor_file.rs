@@ -80,7 +80,7 @@ pub enum TensorFileError {
     /// A number that cannot be.
     #[error("{what} {reason}")]
     Value {
-        /// Which number.
+        /// Quantity.
         what: String,
         /// What is wrong with it.
         reason: String,
@@ -298,7 +298,7 @@ impl<'a> TensorReader<'a> {
     }
 }
 
-/// Refuses an array in which a number is infinite or none.
+/// Rejects an array in which a number is infinite or none.
 pub(crate) fn check_finite<T: Copy + Into<f64>>(name: &str, numbers: &[T]) -> Result<(), TensorFileError> {
     match numbers.iter().position(|n| !(*n).into().is_finite()) {
         Some(at) => {

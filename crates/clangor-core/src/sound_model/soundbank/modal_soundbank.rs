@@ -139,7 +139,7 @@ pub enum ModalSoundbankError {
     /// A material or a medium that no body has.
     #[error("the material of the bank has {what} {value}")]
     Material {
-        /// Which number.
+        /// Quantity.
         what: &'static str,
         /// Its value.
         value: f64,

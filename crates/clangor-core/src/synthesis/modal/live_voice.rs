@@ -38,7 +38,7 @@ pub const LOOK_AHEAD: usize = AHEAD + REACH + 1;
 const TURN: f64 = 0.01;
 /// Number of modes with the same cost as the delay line of a path.
 const LISTENING: usize = 8;
-/// Forces in progress on one body; more are refused.
+/// Forces in progress on one body; more are rejected.
 const MOST_FORCES: usize = 64;
 
 /// Modal sound of a body: see the module.

@@ -1,6 +1,6 @@
-//! Blocks of time: the clicks that begin in one, and their samples by one inverse transform.
+//! Time blocks: the clicks that begin in one, and their samples by one inverse transform.
 //!
-//! A block depends on nothing but its clicks, so that blocks may be rendered on any threads.
+//! A block depends on nothing but its clicks, so blocks can be rendered on any threads.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ pub(super) struct BlockKey {
     pub(super) receiver: usize,
 }
 
-/// A click as it reaches a receiver.
+/// A click at a receiver.
 #[derive(Clone, Debug)]
 pub(super) struct ReceivedPulse {
     pub(super) body: BodyId,
@@ -35,25 +35,25 @@ pub(super) struct ReceivedPulse {
 /// The sound of a click at a receiver, with distances \[m\].
 #[derive(Clone, Debug)]
 pub(super) enum ReceivedSound {
-    /// To be computed in frequency.
+    /// Computed in the frequency domain.
     Waves {
         direct: Box<(Wave, f64)>,
         /// The floor's reflection, where it overlaps the direct wave.
         reflected: Option<Box<(Wave, f64)>>,
     },
-    /// Computed in time.
+    /// Computed in the time domain.
     Samples(SampledSound),
 }
 
-/// Tables that all blocks of one length share.
+/// Tables shared by all blocks of one length.
 pub(super) struct BlockTables {
     pub(super) grid: Grid,
-    /// Nothing where nothing is lost.
+    /// `None` without losses.
     pub(super) losses: Option<Losses>,
     pub(super) inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
-/// A block to be rendered: pure data.
+/// A block ready to be rendered, without references to the renderer.
 pub struct BlockJob {
     pub(super) key: BlockKey,
     /// Time of the first sample of the buffer \[s\].
@@ -65,19 +65,19 @@ pub struct BlockJob {
 /// Samples of one block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedBlock {
-    /// Which receiver.
+    /// Index of the receiver.
     pub receiver: usize,
     /// Index of the first sample; may be negative.
     pub first_sample: i64,
     /// Pressure \[Pa\].
     pub samples: Vec<f64>,
-    /// ∫ p² dt [Pa² s] of each click by itself, with the body that made it.
+    /// ∫ p² dt [Pa² s] of each click alone, with the body that made it.
     pub energies: Vec<(BodyId, f64)>,
-    /// Estimates of the same above the band of the fields, for clicks that lack some of it.
+    /// Estimates of the same above the band of the fields, for clicks with components there.
     pub missing_energies: Vec<(BodyId, f64)>,
 }
 
-/// Memory for rendering, to be used again by the next block.
+/// Working memory of a rendering, reusable for the next block.
 #[derive(Default)]
 pub struct BlockMemory {
     sum: Spectrum,
@@ -89,12 +89,12 @@ pub struct BlockMemory {
 }
 
 impl BlockJob {
-    /// Renders the block. Depends on nothing but the block.
+    /// Renders the block. The result depends on nothing but the block.
     pub fn render(&self) -> RenderedBlock {
         self.render_with(&mut BlockMemory::default())
     }
 
-    /// Renders the block, in memory that another may have used.
+    /// Renders the block with reused working memory.
     pub fn render_with(&self, memory: &mut BlockMemory) -> RenderedBlock {
         Arch::new().dispatch(Rendering { job: self, memory })
     }

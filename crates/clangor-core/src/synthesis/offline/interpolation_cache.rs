@@ -1,4 +1,4 @@
-//! Interpolations of fields that are kept from click to click.
+//! Cache of the interpolations of fields, reused from click to click.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,16 +7,16 @@ use crate::synthesis::field_interpolation::Interpolation;
 use crate::synthesis::field_source::FieldSource;
 use crate::synthesis::spectrum::Grid;
 
-/// Memory for interpolations of fields that are kept from click to click; beyond, they are computed anew.
+/// Largest memory of the cache; beyond it, interpolations are computed for each click.
 const MAX_INTERPOLATION_BYTES: usize = 256 << 20;
 
 /// Address of a field, bits of R/c, and length of the block.
 type InterpolationKey = (usize, u64, usize);
 
-/// An interpolation that the next click of the body may use.
+/// An interpolation for later clicks of the body.
 struct KeptInterpolation {
     table: Arc<Interpolation>,
-    /// Kept so that no other field gets its address.
+    /// Holds the field, so that its address stays unique.
     _source: Arc<FieldSource>,
 }
 
@@ -28,8 +28,8 @@ pub(super) struct InterpolationCache {
 }
 
 impl InterpolationCache {
-    /// The interpolation of a field with this R/c \[s\] on the grid of blocks of this length; `None` once too
-    /// many are kept.
+    /// The interpolation of a field with this R/c \[s\] on the grid of blocks of this length; `None` once the
+    /// cache is full.
     pub(super) fn get(
         &mut self,
         source: &Arc<FieldSource>,

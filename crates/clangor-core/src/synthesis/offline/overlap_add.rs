@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::block::RenderedBlock;
 use crate::body::BodyId;
 
-/// A signal under construction: samples from a first index on, as far as blocks reach.
+/// A signal under construction: samples from a first index on, up to the end of the last block.
 #[derive(Clone, Debug)]
 pub struct OverlapAdd {
     channels: Vec<Vec<f64>>,
@@ -47,8 +47,8 @@ impl OverlapAdd {
         channel[at..].iter_mut().zip(samples).for_each(|(sum, sample)| *sum += sample);
     }
 
-    /// Takes the samples \[Pa\] from the first one held up to `end`, one vector per receiver; silence where
-    /// no block is.
+    /// Takes the samples \[Pa\] from the first one held up to `end`, one vector per receiver. Samples without
+    /// a block are silent.
     pub fn take_until(&mut self, end: i64) -> Vec<Vec<f64>> {
         let count = (end - self.first).max(0) as usize;
         self.first = self.first.max(end);

@@ -1,9 +1,9 @@
-//! Sorts clicks into time blocks and turns blocks into samples.
+//! Sorts clicks into time blocks for rendering.
 //!
-//! A click belongs to the block in which it begins to be heard. A block's buffer holds, before its own span,
-//! the reach of the band limit, and after it the longest click of its length class and the reach again. Short
-//! clicks use short blocks, because a click costs one pass over the bins of its block: lengths are 256
-//! samples times a power of two, the smallest that fits.
+//! A click belongs to the block in which its sound begins. A block's buffer extends before its span by the
+//! reach of the band limit. After its span it extends by the longest click of its length class and the reach
+//! again. A click costs one pass over the bins of its block, so short clicks use short blocks: lengths are
+//! 256 samples times a power of two, the smallest that fits.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ use crate::synthesis::spectrum::{Grid, Losses};
 use crate::synthesis::synthesis_error::SynthesisError;
 use crate::synthesis::wave::Transfer;
 
-/// Takes clicks, gives blocks.
+/// Sorts clicks into blocks.
 pub struct Renderer {
     listener: Listener,
     settings: RenderSettings,
@@ -69,18 +69,18 @@ impl Renderer {
         })
     }
 
-    /// Takes a click. The order of calls is the order of summation: keep it for the same bits. Clicks that
-    /// have died away before sample 0 are not rendered.
+    /// Adds a click. The order of calls is the order of summation: the same order gives the same bits. Clicks
+    /// that have decayed before sample 0 are not rendered.
     ///
     /// # Errors
     /// Numbers that are not finite, a click too long for any block or too late for its block, a moving
-    /// receiver that is below the floor when it hears the click.
+    /// receiver below the floor at the arrival of the click.
     pub fn push(&mut self, click: &AccelerationPulse) -> Result<(), SynthesisError> {
         click.check()?;
         self.report.clicks += 1;
         let floor = self.settings.acoustics.floor;
         let is_ground = matches!(click.source, SoundSource::Ground { .. });
-        // A point of the ground may be on the floor, but for rounding.
+        // A point of the ground may be on the floor, up to rounding.
         let depth = if is_ground { 2e-6 } else { 0.0 };
         if floor.mirrored(click.centre).is_some_and(|mirrored| mirrored.y > click.centre.y + depth) {
             self.report.below_floor += 1;
@@ -101,7 +101,7 @@ impl Renderer {
                 continue;
             };
             let reflected = match floor {
-                // The ground is the boundary: its sound has been reflected where it begins.
+                // The ground is the reflecting boundary: its sound already contains the reflection.
                 _ if is_ground => None,
                 Floor::None => None,
                 Floor::Rigid { .. } => match self.wave(click, receiver, true)? {
@@ -109,7 +109,7 @@ impl Renderer {
                     wave => wave,
                 },
             };
-            // Waves that overlap are one sound, whose energy is not the sum of theirs.
+            // Overlapping waves form one sound, whose energy is not the sum of their energies.
             match reflected {
                 Some(reflected) if reflected.wave.middle - direct.wave.middle > self.overlap(click) => {
                     self.file(click, receiver, direct, None)?;
@@ -130,7 +130,7 @@ impl Renderer {
         self.take_before(span.saturating_mul(SPAN))
     }
 
-    /// All blocks that are left, in order.
+    /// All remaining blocks, in order.
     pub fn take_all(&mut self) -> Vec<BlockJob> {
         self.take_before(i64::MAX)
     }
@@ -140,7 +140,7 @@ impl Renderer {
         self.handed_out.saturating_sub(REACH as i64)
     }
 
-    /// What was taken so far.
+    /// Counts of clicks so far.
     pub fn report(&self) -> &RenderReport {
         &self.report
     }
@@ -162,8 +162,8 @@ impl Renderer {
         ready.into_iter().map(job).collect()
     }
 
-    /// From the centre of a click to a receiver that hears it directly or `reflected` by the floor \[m\],
-    /// world; `None`, counted, if the receiver, or its mirror image, is inside what sounds.
+    /// Vector \[m, world\] from the centre of a click to a receiver, directly or `reflected` by the floor.
+    /// `None`, and counted, if the receiver, or its mirror image, is inside the source.
     fn towards(
         &mut self,
         click: &AccelerationPulse,
@@ -175,7 +175,8 @@ impl Renderer {
         let from = (mirrored(click.centre), click.source.radius());
         let (heard, position) = self.listener.arrival(receiver, from, click.time, medium.sound_speed);
         floor.check(&self.listener, position, heard)?;
-        // What the mirrored source makes at the receiver, the source makes at the mirrored receiver.
+        // Reciprocity of mirror images: the source makes at the mirrored receiver what its image makes at the
+        // receiver.
         let towards = mirrored(position) - click.centre;
         if click.source.silent_at(click.orientation.inverse() * towards) {
             self.report.receiver_inside += 1;
@@ -185,7 +186,8 @@ impl Renderer {
         Ok(Some(towards))
     }
 
-    /// The wave that reaches a receiver directly or `reflected` by the floor; `None` if there is none.
+    /// The wave at a receiver, directly or `reflected` by the floor; `None` if it does not reach the
+    /// receiver.
     fn wave(
         &mut self,
         click: &AccelerationPulse,
@@ -218,22 +220,22 @@ impl Renderer {
         self.put(click, receiver, first, count, |_, _| ReceivedSound::Samples(sound))
     }
 
-    /// Time between a wave and the floor's \[s\] below which they are one sound: that in which it falls by 50
-    /// dB.
+    /// Delay \[s\] between direct sound and floor reflection below which they are one sound: the time in
+    /// which the direct sound falls by 50 dB.
     fn overlap(&self, click: &AccelerationPulse) -> f64 {
         let medium = &self.settings.acoustics.medium;
         let ringing = click.source.ring_time(medium);
         let until_quiet = match &click.source {
-            // The ring times of spheres are those of 200 dB, of fields 100 dB.
+            // Ring times are those for 200 dB with spheres, for 100 dB with fields.
             SoundSource::Sphere { .. } => 0.25 * ringing,
-            // A field begins to be heard before the wave from its centre passes.
+            // A field begins before the arrival of the wave from its centre.
             SoundSource::Field(source) => source.radius / medium.sound_speed + 0.5 * ringing,
             SoundSource::Reference(_) | SoundSource::Ground { .. } => ringing,
         };
         click.duration + until_quiet
     }
 
-    /// Puts waves into the block in which they begin to be heard.
+    /// Puts waves into the blocks in which they begin.
     fn file(
         &mut self,
         click: &AccelerationPulse,
@@ -258,8 +260,8 @@ impl Renderer {
         })
     }
 
-    /// Puts a sound of so many samples from the `first` into the block in which it begins; `sound` gets the
-    /// length of the block.
+    /// Puts a sound of this length \[samples\] from sample `first` on into the block in which it begins;
+    /// `sound` receives the length of the block.
     fn put(
         &mut self,
         click: &AccelerationPulse,

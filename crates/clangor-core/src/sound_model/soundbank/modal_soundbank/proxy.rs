@@ -32,7 +32,7 @@ pub enum ModalProxyError {
     /// A number that no body has.
     #[error("the body has {what} {value}")]
     Body {
-        /// Which number.
+        /// Quantity.
         what: &'static str,
         /// Its value.
         value: f64,

@@ -1,4 +1,4 @@
-//! Acceleration noise of one body: picks a solver, solves at as few frequencies as the band needs, and fits.
+//! Acceleration noise of one body: picks a solver, solves at the frequencies that the band needs, and fits.
 
 mod frequencies;
 mod solvers;
@@ -22,10 +22,10 @@ use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::mesh::remesh::RemeshError;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
-/// Which solver.
+/// Solver to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The cheapest that is right for the shape.
+    /// The cheapest accurate solver for the shape.
     #[default]
     Auto,
     /// Boundary elements.
@@ -34,7 +34,7 @@ pub enum Method {
     Fdtd,
 }
 
-/// How to compute a field.
+/// Settings of a bake.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BakeOptions {
     /// Highest wavenumber k = 2πf/c [1/m].
@@ -58,49 +58,49 @@ impl BakeOptions {
     }
 }
 
-/// How far a computation is.
+/// Progress of a bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeProgress {
-    /// Part of the work that is done, 0 to 1.
+    /// Completed fraction of the work, 0 to 1.
     pub done: f64,
-    /// What is being done.
+    /// Current stage of the work.
     pub stage: &'static str,
 }
 
-/// How good the model is, and how that is known.
+/// Quality of the model, and the evidence for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evidence {
-    /// Solver, in words.
+    /// Name of the solver.
     pub method: String,
     /// Unknowns of the largest system, or cells.
     pub unknowns: usize,
     /// Frequencies solved.
     pub solves: usize,
-    /// Largest level error of the rational fit at frequencies that it has not seen.
+    /// Largest level error of the rational fit at held-out frequencies.
     pub held_out_error: f64,
     /// Warnings for the user: thin walls, lost volume, dropped band.
     pub warnings: Vec<String>,
 }
 
-/// Why there is no model.
+/// Reasons why a bake fails.
 #[derive(Debug, thiserror::Error)]
 pub enum BakeError {
-    /// The solver could not.
+    /// The boundary-element solver failed.
     #[error(transparent)]
     Radiation(#[from] RadiationError),
-    /// The surface bounds no solid.
+    /// The surface does not enclose a solid.
     #[error("the surface bounds no solid: {0}")]
     Solid(#[from] MeshError),
-    /// The surface cannot be cut into triangles that suit the solver.
+    /// The surface cannot be remeshed for the solver.
     #[error(transparent)]
     Remesh(#[from] RemeshError),
-    /// Time stepping could not.
+    /// The time-domain solver failed.
     #[error(transparent)]
     Wave(WaveError),
-    /// A form that cannot be made into triangles.
+    /// The shape cannot be triangulated.
     #[error(transparent)]
     Shape(#[from] ShapeError),
-    /// More multipoles than a model can hold.
+    /// The band needs more multipoles than a model can hold.
     #[error(
         "a body of {radius:.3} m needs multipoles to order {order} at {wavenumber:.4e} 1/m, more than the \
          {most} that are kept; use a lower band"
@@ -120,7 +120,7 @@ pub enum BakeError {
     Interrupted,
 }
 
-/// Highest order of the multipoles: above, a model takes a hundred megabytes and a bake takes hours.
+/// Highest order of the multipoles. Above it a model takes a hundred megabytes and a bake takes hours.
 const MOST_ORDER: usize = 150;
 
 impl From<WaveError> for BakeError {
@@ -132,7 +132,7 @@ impl From<WaveError> for BakeError {
     }
 }
 
-/// A frequency that is solved.
+/// A solved frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolvedFrequency {
     /// Requested wavenumber k [1/m].
@@ -141,11 +141,11 @@ pub struct SolvedFrequency {
     pub sample: RadiationSample,
 }
 
-/// Where an interrupted computation continues, and where its results are stored.
+/// Start of a resumed computation, and the store of its results.
 pub struct Resumption<'a> {
-    /// What an earlier call with the same geometry and options has solved.
+    /// Samples of an earlier call with the same geometry and options.
     pub solved: Vec<SolvedFrequency>,
-    /// Receives everything solved so far, whenever there is more of it.
+    /// Receives all samples solved so far, after each batch.
     pub keep: &'a mut dyn FnMut(&[SolvedFrequency]),
 }
 
@@ -163,9 +163,9 @@ pub fn bake(
     resume_bake(geometry, options, Resumption { solved: Vec::new(), keep: &mut |_| () }, progress)
 }
 
-/// The same, from where an earlier call was interrupted. The result has the same bits.
+/// Like [`bake`], but resumes an interrupted call. The result has the same bits.
 ///
-/// Differs for finite differences in time, which solve no frequencies and begin again.
+/// Differs for finite differences in time, which have no separate frequencies and start again.
 ///
 /// # Errors
 /// [`BakeError`].
@@ -204,6 +204,7 @@ fn fitted_model(
     resumption: Resumption<'_>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
+    // Multipole order that the accuracy needs at the highest κ = kR.
     let radius = solver.reference_radius();
     let highest = options.max_wavenumber * radius;
     let order = multipole_order(highest, options.accuracy);
@@ -211,6 +212,7 @@ fn fitted_model(
         let wavenumber = options.max_wavenumber;
         return Err(BakeError::Multipoles { radius, wavenumber, order, most: MOST_ORDER });
     }
+    // Adaptive choice of frequencies and rational fit.
     let band = Band {
         highest,
         spacing,
@@ -226,6 +228,7 @@ fn fitted_model(
             fitted.held_out, options.accuracy
         ));
     }
+    // Multipoles and surface pressures at the support points of the fit.
     let field = field_of(&fitted, radius, highest, options.accuracy);
     let near = match solver.surface() {
         Some(surface) if options.near_field => Some(near_field_of(&fitted, surface, radius)),
@@ -248,8 +251,9 @@ fn multipole_order(highest: f64, accuracy: f64) -> usize {
     ((highest + extra).ceil() as usize).max(if accuracy < 5e-4 { 12 } else { 10 })
 }
 
-/// The coefficients at the nodes, without those that are nothing.
+/// Multipole coefficients at the nodes, without negligible terms.
 fn field_of(fitted: &FittedBand, radius: f64, highest: f64, accuracy: f64) -> AccelerationField {
+    // Level of the strongest motion at each node, for the relative threshold.
     let at_nodes: Vec<&RadiationSample> = fitted.fit.support.iter().map(|&i| &fitted.samples[i]).collect();
     let order = (at_nodes[0].coefficients[0].len() as f64).sqrt() as usize - 1;
     let unit = |degree: usize| if degree < 3 { radius } else { radius * radius };
@@ -268,6 +272,7 @@ fn field_of(fitted: &FittedBand, radius: f64, highest: f64, accuracy: f64) -> Ac
         real: Vec::new(),
         imaginary: Vec::new(),
     };
+    // Keep each (order, motion) whose level exceeds the threshold at some node.
     for n in 0..=order {
         for m in -(n as isize)..=n as isize {
             for degree in 0..RIGID_DOFS {
@@ -275,13 +280,14 @@ fn field_of(fitted: &FittedBand, radius: f64, highest: f64, accuracy: f64) -> Ac
                     |sample: &RadiationSample| sample.coefficients[degree][index(n, m)] / unit(degree);
                 let level =
                     at_nodes.iter().zip(&loudest).map(|(s, l)| value(s).norm() / l).fold(0.0, f64::max);
-                // Low orders outlast the others with distance: a dipole may be faint near the body and all
-                // there is far away.
+                // Low orders decay least with distance: a dipole that is faint near the body dominates far
+                // away.
                 let least = if n <= 2 { 1e-4 * accuracy } else { 1e-2 * accuracy };
                 if level <= least {
                     continue;
                 }
                 field.terms.push(Term { n: n as u8, m: m as i8, degree: degree as u8 });
+                // Monopoles are divided by s², which keeps them finite at s = 0.
                 for sample in &at_nodes {
                     let s = Complex64::I * sample.wavenumber * radius;
                     let q = if n == 0 { value(sample) / (s * s) } else { value(sample) };
@@ -319,7 +325,7 @@ mod tests {
     use super::*;
     use crate::bem::symmetric_patches::SymmetricPatchSolver;
 
-    /// A solver that counts.
+    /// A solver that counts its solves.
     struct Counting {
         solver: SymmetricPatchSolver,
         solved: AtomicUsize,
@@ -359,7 +365,7 @@ mod tests {
             assert!(again == model);
             assert_eq!(counting.solved.swap(0, Ordering::Relaxed), left);
         }
-        // What belongs to another order is not used.
+        // The result of a different order is ignored.
         let other = SolvedFrequency { asked: 4.0, sample: counting.solve(&[4.0], 3).unwrap().swap_remove(0) };
         let resumption = Resumption { solved: vec![other], keep: &mut |_| () };
         let (again, _) = fitted_model(&counting, 0.8, &options, resumption, &mut go_on).unwrap();

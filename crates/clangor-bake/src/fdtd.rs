@@ -1,9 +1,8 @@
-//! Time-domain solver: the wave equation around a body that is given an acceleration pulse, on a regular
-//! grid.
+//! Time-domain solver: the wave equation around a body driven by an acceleration pulse, on a regular grid.
 //!
 //! The published way to precompute acceleration noise (\[PAN\] §4: second-order leapfrog on a staggered grid,
-//! a perfectly matched layer), for any closed surface, cavities and thin walls included; and a check of the
-//! boundary elements that shares nothing with them. One run per motion:
+//! a perfectly matched layer), for any closed surface, cavities and thin walls included. It also checks the
+//! boundary elements independently. One run per motion:
 //!
 //! ```text
 //! surface ─► cut cells ─► rows ─► leapfrog + absorber ─► multipoles on r = 1.5 R ─► spectra ─► samples
@@ -18,10 +17,10 @@
 //!   wavenumber, so that there is no dispersion up to fourth order;
 //! * the grid ends just beyond 1.5 R: outside, multipoles are exact at any distance.
 //!
-//! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), nor does it model
-//! the losses at walls. Sharp edges cost order: a wall of 1.8 mm with edges of 90° is 5.3, 3.0, 2.1 % too
-//! quiet at cells of 0.9, 0.6, 0.45 mm; in theory it falls with h^{4/3}, for triangles too. What still rings
-//! when the run ends is continued by its resonances (`tail`).
+//! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), and it does not
+//! model the losses at walls. Sharp edges reduce the order: the level of a wall of 1.8 mm with edges of 90°
+//! is 5.3, 3.0, 2.1 % too low at cells of 0.9, 0.6, 0.45 mm; in theory the error falls with h^{4/3}, for
+//! triangles too. Signals that have not decayed when the run ends are continued by their resonances (`tail`).
 
 mod absorber;
 mod boundary;
@@ -59,19 +58,18 @@ use tail::Tail;
 
 use crate::gpu::GpuError;
 
-/// Where the field is read, in bounding radii.
+/// Radius of the recording sphere, in bounding radii.
 const RECORDING: f64 = 1.5;
-/// Where the centre of mass lies in its cell: no face of a body that is symmetric falls on a grid plane.
+/// Position of the centre of mass in its cell: no face of a symmetric body coincides with a grid plane.
 const OFFSET: DVec3 = DVec3::new(0.137, 0.271, 0.391);
-/// Samples of the recorded signals per shortest period of the band: the pulse has nothing where they would
+/// Samples of the recorded signals per shortest period of the band. The pulse has no energy where they would
 /// alias.
 const OVERSAMPLING: f64 = 4.5;
 
-/// Time after the pulse, in R/c, when all is past the sphere that leaves the body at once: what remains only
-/// rings.
+/// Time after the pulse, in R/c, when the direct wave has passed the sphere. Only resonances remain.
 const PASSED: f64 = RECORDING + 2.0;
 
-/// Where a run takes place.
+/// Device of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WaveDevice {
     /// On this machine's processor.
@@ -81,7 +79,7 @@ pub enum WaveDevice {
     Gpu,
 }
 
-/// How to run.
+/// Settings of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WaveOptions {
     /// Highest wavenumber of the band, k = 2πf/c [1/m].
@@ -92,11 +90,11 @@ pub struct WaveOptions {
     pub order: usize,
     /// How cells at the surface are treated.
     pub boundary: Boundary,
-    /// Longest time that is run after the pulse, in R/c.
+    /// Longest time simulated after the pulse, in R/c.
     pub longest: f64,
 }
 
-/// Why a body cannot be run.
+/// Reasons why a body cannot be simulated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WaveError {
     /// No triangles or a coordinate that is not finite.
@@ -105,7 +103,7 @@ pub enum WaveError {
     /// An option that is not a positive number.
     #[error("{name} is {value}, and must be positive")]
     Option {
-        /// Which.
+        /// Name of the option.
         name: &'static str,
         /// Its value.
         value: f64,
@@ -119,20 +117,20 @@ pub enum WaveError {
         spacing: f64,
         /// Highest wavenumber of the band [1/m].
         wavenumber: f64,
-        /// Largest edge that would do \[m\].
+        /// Largest sufficient edge \[m\].
         most: f64,
     },
-    /// More cells than are run.
+    /// More cells than are supported.
     #[error("the body needs {cells} cells of {spacing:.3e} m, more than the {most} that are run")]
     TooLarge {
         /// Cells needed.
         cells: usize,
-        /// Most that are run.
+        /// Largest number supported.
         most: usize,
         /// Edge of a cell \[m\].
         spacing: f64,
     },
-    /// No graphics processor, or one that failed.
+    /// No graphics processor, or a failure of it.
     #[error(transparent)]
     Gpu(#[from] GpuError),
     /// Stopped by the caller.
@@ -142,7 +140,7 @@ pub enum WaveError {
 
 /// Most cells of a grid: indices have 32 bits, and six grids of this size take 12 GB.
 const MOST_CELLS: usize = 256_000_000;
-/// Largest kh that is run: 6 cells per wavelength.
+/// Largest kh: 6 cells per wavelength.
 const MOST_PHASE: f64 = 1.05;
 
 /// A body in its grid, ready to run.
@@ -163,6 +161,7 @@ impl WaveSolver {
     /// [`WaveError`].
     pub fn try_new(surface: &TriMesh, options: WaveOptions) -> Result<Self, WaveError> {
         let h = options.spacing;
+        // Validate the options, the surface and the resolution.
         for (name, value) in
             [("max_wavenumber", options.max_wavenumber), ("spacing", h), ("longest", options.longest)]
         {
@@ -181,12 +180,14 @@ impl WaveSolver {
                 most: MOST_PHASE / options.max_wavenumber,
             });
         }
+        // Grid that holds the recording sphere and the absorbing layer.
         let half = (RECORDING * radius / h).ceil() + (recorder::REACH + absorber::LAYER + 2) as f64;
         let cells = (2.0 * half).powi(3);
         if cells > MOST_CELLS as f64 {
             return Err(WaveError::TooLarge { cells: cells as usize, most: MOST_CELLS, spacing: h });
         }
         let lattice = Lattice([2 * half as usize; 3]);
+        // Cut the cells at the surface, in units of cells.
         let centre = DVec3::splat(half) + OFFSET;
         let vertices = surface.vertices.iter().map(|v| *v / h).collect();
         let scaled = TriMesh { vertices, triangles: surface.triangles.clone() };
@@ -198,6 +199,7 @@ impl WaveSolver {
                 0
             }
         };
+        // Sparse update rows of the cells near the body.
         let rows = Rows::new(cut, &lattice);
         Ok(WaveSolver { options, radius, lattice, centre, rows, closed })
     }
@@ -207,8 +209,8 @@ impl WaveSolver {
         self.lattice.cells()
     }
 
-    /// Cells that were closed because they hold both sides of a wall: more than none says that walls are
-    /// thinner than the grid resolves, and are taken to be up to a cell thicker.
+    /// Cells that were closed because they contain both sides of a wall. More than zero means that some walls
+    /// are thinner than the grid resolves; their thickness is off by up to a cell.
     pub fn closed_cells(&self) -> usize {
         self.closed
     }
@@ -235,7 +237,7 @@ impl WaveSolver {
         let stride = (std::f64::consts::TAU / (OVERSAMPLING * phase)).floor().max(1.0) as usize;
         let pulse = Pulse::new(phase);
         let recorder = Recorder::new(&self.lattice, self.centre, RECORDING * self.radius / h, order);
-        // The pulse, the way to the sphere, and what was asked for.
+        // Length of the run: the pulse, the travel time to the sphere, and the time of the options.
         let steps = pulse.values.len() + ((RECORDING + longest) * self.radius / (h * COURANT)) as usize;
         let signals = match device {
             WaveDevice::Cpu => self.step_all(&recorder, &pulse, stride, steps, progress)?,
@@ -255,7 +257,7 @@ impl WaveSolver {
         Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals, tail })
     }
 
-    /// The time loop on the processor, a thread for each motion: the signal of each.
+    /// The time loop on the processor, one thread per motion: the signal of each.
     fn step_all(
         &self,
         recorder: &Recorder,

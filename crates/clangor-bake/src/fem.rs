@@ -5,10 +5,10 @@
 //! ε(u) = ½ (∇u + ∇uᵀ),    λ = E ν / ((1 + ν)(1 − 2ν)),    μ = E / (2 (1 + ν))
 //! ```
 //!
-//! The body is free: nothing holds it, so K has six rigid motions of no energy. The mass is consistent, that
-//! is, of the same shape functions as the stiffness: with it frequencies come from above and converge as h⁴.
+//! The body is free, so K has six rigid motions of zero energy. The mass is consistent: it uses the shape
+//! functions of the stiffness. Frequencies then converge from above as h⁴.
 //!
-//! Linear tetrahedra are not here on purpose: a thin plate needs a thousand times as many of them.
+//! Linear tetrahedra are deliberately absent: a thin plate needs a thousand times as many of them.
 
 pub mod bricks;
 pub mod element;

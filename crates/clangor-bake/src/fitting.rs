@@ -1,4 +1,4 @@
-//! Fits: surface pressure to multipoles, spectra to rational functions; and how far two fields are apart.
+//! Fits: surface pressure to multipoles, spectra to rational functions; and the distance of two fields.
 
 pub mod comparison;
 pub mod multipole_projection;

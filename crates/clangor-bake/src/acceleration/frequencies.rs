@@ -1,9 +1,9 @@
-//! As few solves as the band needs: solve, fit, test where the fit is least certain, add what the test shows.
+//! Adaptive frequencies: solve, fit, test where the fit is least certain, add the tested samples.
 //!
-//! What is fitted is the pressure without e^{−s|x|} at points on three spheres about the body, near, middle
-//! and far, of all six motions at once, errors counted against the loudest motion at each sphere and
-//! frequency. A test solves at frequencies that the fit has not seen: its error there is the evidence, and
-//! the new samples join the fit.
+//! The fit approximates the pressure without e^{−s|x|} at points on three spheres about the body: near,
+//! middle and far. It covers all six motions at once. Errors are relative to the strongest motion at each
+//! sphere and frequency. A test solves at frequencies that the fit has not used: the error there is the
+//! evidence, and the new samples join the fit.
 
 use std::ops::ControlFlow;
 
@@ -22,10 +22,10 @@ use crate::radiation::{RadiationSample, RadiationSolver};
 const SPHERES: [f64; 3] = [1.2, 3.0, 100.0];
 /// Directions on each.
 const DIRECTIONS: usize = 24;
-/// Lowest κ solved: below it every field is its limit, to 1e-4.
+/// Lowest κ solved: below it every field equals its limit to 1e-4.
 const LOWEST: f64 = 0.02;
 
-/// How the search for frequencies goes.
+/// Settings of the search for frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Band {
     /// Highest κ = kR.
@@ -40,15 +40,15 @@ pub(super) struct Band {
     pub(super) most_solves: usize,
 }
 
-/// The solves and the fit through them.
+/// The samples and the fit through them.
 pub(super) struct FittedBand {
     /// All solves, in order of frequency.
     pub(super) samples: Vec<RadiationSample>,
     /// The fit.
     pub(super) fit: RationalFit,
-    /// Largest error of the last fit but one at the frequencies that it had not seen.
+    /// Largest error of the last fit but one at held-out frequencies.
     pub(super) held_out: f64,
-    /// Time, in R/c, after which a sudden acceleration has died away.
+    /// Time \[R/c\] after which the response to a step of acceleration has decayed.
     pub(super) ring_time: f64,
 }
 
@@ -61,17 +61,19 @@ pub(super) fn solve_band(
 ) -> Result<FittedBand, BakeError> {
     let mut solved = Solved::new(solver, band.order, resumption);
     let radius = solver.reference_radius();
+    // Initial samples: uniform in κ, and two near zero.
     let steps = (band.highest / band.spacing).ceil().max(3.0) as usize;
     let mut pending: Vec<f64> = (0..=steps).map(|k| band.highest * k as f64 / steps as f64).collect();
     pending[0] = LOWEST.min(0.1 * band.highest);
-    // Low frequencies are heard from afar as the first two orders only: one more sample there keeps them
-    // right.
+    // At a distance, low frequencies consist of the first two orders only. One more sample keeps them
+    // accurate.
     pending.insert(1, (0.3 * pending[1]).max(2.0 * pending[0]));
     let mut samples: Vec<RadiationSample> = Vec::new();
     let mut functions: Vec<FunctionSample> = Vec::new();
     let mut last: Option<RationalFit> = None;
     let mut held_out = f64::INFINITY;
     loop {
+        // Solve the pending frequencies, batch by batch.
         for batch in pending.chunks(BATCH) {
             let planned = (samples.len() + pending.len() + TESTS).max(band.most_solves.min(steps + 6));
             let done = samples.len() as f64 / planned as f64;
@@ -81,21 +83,25 @@ pub(super) fn solve_band(
             let wavenumbers: Vec<f64> = batch.iter().map(|kappa| kappa / radius).collect();
             samples.extend(solved.at(&wavenumbers)?);
         }
+        // Held-out error: the previous fit evaluated at the new samples.
         let tested = samples[functions.len()..].iter().map(|s| functions_of(s, radius)).collect::<Vec<_>>();
         if let Some(fit) = &last {
             held_out =
                 tested.iter().map(|t| error_at(&functions, &fit.support, &fit.nodes, t)).fold(0.0, f64::max);
         }
+        // Rational fit of all samples.
         functions.extend(tested);
         let tolerance = 0.3 * band.tolerance;
         let now = fit(&functions, tolerance, functions.len());
         let enough = held_out <= band.tolerance || functions.len() + TESTS > band.most_solves;
+        // Accept once the held-out error meets the tolerance or the solves are used up.
         if enough && last.is_some() {
             let ring_time = ring_time(&functions, &now, band.highest);
             let order = ascending(&functions);
             let fit = renumbered(now, &order);
             return Ok(FittedBand { samples: reordered(samples, &order), fit, held_out, ring_time });
         }
+        // Next test frequencies: where the fit is least certain.
         pending = least_certain(&functions, &now);
         last = Some(now);
     }
@@ -105,7 +111,7 @@ pub(super) fn solve_band(
 struct Solved<'s, 'k> {
     solver: &'s dyn RadiationSolver,
     order: usize,
-    /// In the order in which they were asked for.
+    /// In the order of the requests.
     all: Vec<SolvedFrequency>,
     keep: &'k mut dyn FnMut(&[SolvedFrequency]),
 }
@@ -121,7 +127,7 @@ impl<'s, 'k> Solved<'s, 'k> {
         Solved { solver, order, all, keep }
     }
 
-    /// The samples at these wavenumbers: known, or solved now, a batch together or not at all.
+    /// The samples at these wavenumbers, stored or solved now. A batch is complete or absent.
     fn at(&mut self, wavenumbers: &[f64]) -> Result<Vec<RadiationSample>, BakeError> {
         let known = |k: &f64| self.all.iter().find(|s| s.asked.to_bits() == k.to_bits());
         if let Some(samples) = wavenumbers.iter().map(|k| known(k).map(|s| s.sample.clone())).collect() {
@@ -140,7 +146,7 @@ const BATCH: usize = 8;
 /// Frequencies of a test.
 const TESTS: usize = 4;
 
-/// κ of the middles between samples where the fit and one with a node less differ most, at most [`TESTS`].
+/// κ of the midpoints between samples where the fit and one with a node less differ most, at most [`TESTS`].
 fn least_certain(functions: &[FunctionSample], now: &RationalFit) -> Vec<f64> {
     let mut kappas: Vec<f64> = functions.iter().map(|f| f.s.im).collect();
     kappas.sort_by(f64::total_cmp);
@@ -167,14 +173,14 @@ fn least_certain(functions: &[FunctionSample], now: &RationalFit) -> Vec<f64> {
     chosen
 }
 
-/// Time, in R/c, until the poles of the band have fallen by 100 dB, each counted from its own strength.
+/// Time \[R/c\] until the poles of the band have decayed by 100 dB, each from its own strength.
 fn ring_time(functions: &[FunctionSample], fit: &RationalFit, highest: f64) -> f64 {
     let strengths: Vec<(f64, f64)> = poles(&fit.nodes)
         .into_iter()
         .filter(|pole| pole.im.abs() < 1.1 * highest && pole.re < 0.0)
         .map(|pole| {
             let residues = residues(functions, &fit.support, &fit.nodes, pole);
-            // Against the loudest motion, near and far alike: weights of the nearest sample.
+            // Relative to the strongest motion, near and far alike: weights of the nearest sample.
             let near = functions
                 .iter()
                 .min_by(|a, b| (a.s.im - pole.im.abs()).abs().total_cmp(&(b.s.im - pole.im.abs()).abs()));
@@ -208,10 +214,11 @@ fn renumbered(mut fit: RationalFit, order: &[usize]) -> RationalFit {
     fit
 }
 
-/// What is fitted, from the multipoles of a solve.
+/// The fitted functions, from the multipoles of a solve.
 pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSample {
     let s = Complex64::I * sample.wavenumber * radius;
     let order = (sample.coefficients[0].len() as f64).sqrt() as usize - 1;
+    // Spherical harmonics in the directions of the fit.
     let directions: Vec<Vec<f64>> = rotated_directions()
         .map(|direction| {
             let mut harmonics = Vec::new();
@@ -222,6 +229,7 @@ pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSam
     let mut radial = Vec::new();
     let mut values = Vec::with_capacity(SPHERES.len() * DIRECTIONS * RIGID_DOFS);
     let mut weights = Vec::with_capacity(values.capacity());
+    // Radial functions at the distance of the sphere, then the sum over orders in each direction.
     for x in SPHERES {
         outgoing(s, x, order, &mut radial);
         let mut loudest = 0.0_f64;
@@ -241,12 +249,13 @@ pub(super) fn functions_of(sample: &RadiationSample, radius: f64) -> FunctionSam
             }
             loudest = loudest.max((square / DIRECTIONS as f64).sqrt());
         }
+        // Weights normalise each sphere by its strongest motion.
         weights.extend(std::iter::repeat_n(1.0 / loudest.max(f64::MIN_POSITIVE), RIGID_DOFS * DIRECTIONS));
     }
     FunctionSample { s, values, weights, group: DIRECTIONS }
 }
 
-/// Directions of the fit: rotated, so that no axis of a body is the axis of the spiral.
+/// Directions of the fit, rotated so that no body axis coincides with the axis of the spiral.
 fn rotated_directions() -> impl Iterator<Item = DVec3> {
     directions(DIRECTIONS).map(|d| DVec3::new(0.6 * d.x - 0.8 * d.z, d.y, 0.8 * d.x + 0.6 * d.z))
 }

@@ -1,9 +1,9 @@
-//! Which solver computes a shape's field, and how fine.
+//! Choice of the solver for a shape, and of its resolution.
 //!
 //! - Ellipsoids and rounded boxes: curved patches on an octant.
 //! - Axisymmetric bodies: the meridian alone.
-//! - Other surfaces: triangles by the Galerkin method, on a mesh fine enough for the accuracy, as long as it
-//!   fits; beyond that finite differences in time.
+//! - Other surfaces: Galerkin boundary elements on triangles, on a mesh fine enough for the accuracy. Finite
+//! differences in time where that needs too many unknowns.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -28,20 +28,20 @@ use crate::radiation::{RadiationError, RadiationSolver};
 
 /// Spacing in κ of the first solves for bodies without cavities.
 const SOLID_SPACING: f64 = 0.8;
-/// The same where sound is caught: the poles are near.
+/// The same for bodies with cavities, whose resonances put poles near the real axis.
 const CAVITY_SPACING: f64 = 0.45;
-/// A body that fills less of its hull than this has cavities, or is a plate that is bent.
+/// A body that fills less than this fraction of its hull has cavities, or is a bent plate.
 const CONVEX: f64 = 0.7;
 /// Most unknowns of triangles in a parity class; beyond, time stepping is cheaper.
 const MOST_TRIANGLE_UNKNOWNS: usize = 4200;
 
-/// A solver and what is to be said of it.
+/// A solver with its description.
 pub(super) struct Prepared {
     /// The solver.
     pub(super) solver: Box<dyn RadiationSolver>,
     /// Spacing in κ of the first solves.
     pub(super) spacing: f64,
-    /// What it is.
+    /// Name of the method.
     pub(super) method: &'static str,
     /// Unknowns, or cells.
     pub(super) unknowns: usize,
@@ -56,7 +56,7 @@ pub(super) fn prepare(
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<Prepared, BakeError> {
     let BakeOptions { max_wavenumber, accuracy, .. } = *options;
-    // The discretisation's share of the error.
+    // The share of the error left to the discretisation.
     let fine = 0.3 * accuracy;
     match (geometry, options.method) {
         (BakeGeometry::Ellipsoid { semi_axes }, Method::Auto | Method::Bem) => {
@@ -91,7 +91,7 @@ pub(super) fn prepare(
     }
 }
 
-/// Edges of the mesh of surface pressures on the shortest wave.
+/// Edges of the surface-pressure mesh per shortest wavelength.
 const NEAR_FIELD_EDGES: f64 = 5.0;
 
 fn symmetric_patches(solver: SymmetricPatchSolver) -> Prepared {
@@ -105,12 +105,13 @@ fn symmetric_patches(solver: SymmetricPatchSolver) -> Prepared {
     }
 }
 
-/// Triangles, or time stepping where there would be too many.
+/// Boundary elements on triangles, or time stepping above [`MOST_TRIANGLE_UNKNOWNS`].
 fn triangles(
     mesh: &TriMesh,
     options: &BakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<Prepared, BakeError> {
+    // Mesh resolution and mirror planes.
     let mass = MassProperties::of(mesh)?;
     let fineness = resolution(mesh, options.max_wavenumber, options.accuracy)?;
     let planes = mirrors(mesh, &mass, options.accuracy * fineness.wall);
@@ -118,7 +119,7 @@ fn triangles(
     if options.method == Method::Auto && unknowns > MOST_TRIANGLE_UNKNOWNS {
         return time_stepping(mesh, fineness.wall, options, progress);
     }
-    // The estimate is no better than that; the solver counts.
+    // The estimate is good to a quarter; the solver counts exactly.
     if unknowns > MOST_UNKNOWNS + MOST_UNKNOWNS / 4 {
         let wavenumber = options.max_wavenumber;
         return Err(RadiationError::TooLarge { unknowns, most: MOST_UNKNOWNS, wavenumber }.into());
@@ -126,7 +127,7 @@ fn triangles(
     if progress(&BakeProgress { done: 0.0, stage: "remeshing" }).is_break() {
         return Err(BakeError::Interrupted);
     }
-    // A mesh that cannot be cut at its planes may do as a whole.
+    // A mesh that cannot be cut at its planes may work as a whole.
     let (solver, used) = match remesh_symmetric(mesh, &planes, &fineness.options) {
         Ok((symmetric, report)) if !planes.is_empty() => {
             let solver =
@@ -151,7 +152,7 @@ fn triangles(
 
 /// Normals of the planes about which a surface is symmetric to within `tolerance` \[m\].
 ///
-/// The planes go through the centre of mass of the surface, so that they serve only where that is the origin.
+/// The planes pass through the centre of mass of the surface, so they are used only if that is the origin.
 fn mirrors(mesh: &TriMesh, mass: &MassProperties, tolerance: f64) -> Vec<DVec3> {
     if mass.centre_of_mass.length() > CENTRED * mesh.bounding_radius(DVec3::ZERO) {
         return Vec::new();
@@ -159,19 +160,19 @@ fn mirrors(mesh: &TriMesh, mass: &MassProperties, tolerance: f64) -> Vec<DVec3> 
     mirror_planes(mesh, tolerance).into_iter().map(|plane| plane.normal).collect()
 }
 
-/// Distance from the origin, in bounding radii, of a centre of mass that is there.
+/// Distance of the centre of mass from the origin, in bounding radii, that counts as zero.
 const CENTRED: f64 = 1e-6;
 
-/// Directions in which the hull is looked for: its volume to a per cent or two.
+/// Directions that sample the hull: its volume to one or two per cent.
 const HULL_DIRECTIONS: usize = 300;
 
-/// Whether a body leaves much of its convex hull to the air.
+/// Whether a body leaves a large part of its convex hull empty.
 pub(crate) fn has_cavities(mesh: &TriMesh, mass: &MassProperties) -> bool {
     let hull = extreme_hull(mesh, HULL_DIRECTIONS).and_then(|hull| MassProperties::of(&hull));
     hull.is_ok_and(|hull| mass.volume < CONVEX * hull.volume)
 }
 
-/// What to say of walls that the mesh resolves badly.
+/// Warnings about walls that the mesh resolves badly.
 fn thin_walls(fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
     if 2.0 * used.min_edge <= fineness.wall {
         return Vec::new();
@@ -184,7 +185,7 @@ fn thin_walls(fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
     )]
 }
 
-/// An exact shape as triangles, for the solver that takes nothing else.
+/// An exact shape as triangles, for the time-domain solver.
 fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, BakeError> {
     let surface = match exact {
         BakeGeometry::Ellipsoid { semi_axes } => {
@@ -192,7 +193,7 @@ fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, Ba
             Some(Shape::try_new(form, Some(semi_axes.max_element() / 40.0))?.mesh())
         }
         BakeGeometry::RoundedBox { edges, round } => {
-            // The hull of a ball in each corner.
+            // The convex hull of a ball in each corner.
             let ball = match *round > 0.0 {
                 true => Shape::try_new(Form::Sphere { radius: *round }, Some(0.3 * *round))?.mesh().vertices,
                 false => vec![DVec3::ZERO],
@@ -239,6 +240,7 @@ fn time_stepping(
         },
     )?;
     let unknowns = solver.cells();
+    // Time stepping.
     let field = watched(progress, |report| solver.run_on(options.device, report))?;
     Ok(Prepared {
         solver: Box::new(field),
@@ -252,12 +254,12 @@ fn time_stepping(
     })
 }
 
-/// Runs work that reports from any thread, and passes the reports on from this one.
+/// Runs work that reports from any thread, and forwards the reports from this thread.
 pub(crate) fn watched<T: Send>(
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
     work: impl FnOnce(&(dyn Fn(f64) -> ControlFlow<()> + Sync)) -> T + Send,
 ) -> T {
-    // Parts of the work done, in billionths.
+    // Completed fraction of the work, in billionths.
     const WHOLE: f64 = 1e9;
     let (done, stop) = (AtomicU64::new(0), AtomicBool::new(false));
     let report = |part: f64| {
@@ -277,5 +279,5 @@ pub(crate) fn watched<T: Send>(
     })
 }
 
-/// Time between two looks at the progress.
+/// Interval between two reports of progress.
 const POLL: Duration = Duration::from_millis(50);

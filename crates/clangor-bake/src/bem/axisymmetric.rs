@@ -1,27 +1,28 @@
 //! Boundary elements on the meridian: the field of an axisymmetric body.
 //!
-//! Around the axis the pressure of a rigid motion is p₀(s) or p₁(s) cos φ, that of a mode a sum of
-//! p_m(s) cos mφ and p_m(s) sin mφ, so that the integral equation for the pressure on the surface
+//! Around the axis the pressure of a rigid motion is p₀(s) or p₁(s) cos φ. That of a mode is a sum of p_m(s)
+//! cos mφ and p_m(s) sin mφ. The integral equation for the pressure on the surface,
 //!
 //! ```text
 //! ½ p(x) − ∫ p ∂G/∂n' dS' = ∫ a_n G dS',    G = e^{−ikρ}/(4πρ)
 //! ```
 //!
-//! is one over the meridian for each order m: 0 for moving along the axis and 1 for moving across it or
-//! turning about an axis across it (here), any for modes ([`azimuthal`]). Turning about the axis itself
-//! moves no fluid. The directions cos mφ and sin mφ are one solution.
+//! then separates into one equation over the meridian for each order m: m = 0 for translation along the axis;
+//! m = 1 for translation across it and rotation about an axis across it (here); any m for modes
+//! ([`azimuthal`]). Rotation about the axis itself moves no fluid. The directions cos mφ and sin mφ share one
+//! solution.
 //!
-//! Collocation at the Gauss–Legendre nodes of panels graded towards edges (`panels`), kernels integrated
+//! Collocation at the Gauss–Legendre nodes of panels graded towards edges (`panels`). Kernels are integrated
 //! around the axis to ten digits at any distance (`ring`), singular and nearly singular integrals by graded
-//! rules (`rows`). The idea of solving order by order with kernels from elliptic integrals is in Young, Hao
-//! and Martinsson, J. Comput. Phys. 231 (2012); product weights that hold for all frequencies stand here in
-//! place of their convolutions.
+//! rules (`rows`). Solving order by order with kernels from elliptic integrals follows Young, Hao and
+//! Martinsson, J. Comput. Phys. 231 (2012); product weights that hold for all frequencies replace their
+//! convolutions.
 //!
-//! The equation has no unique solution at the resonances of an interior with p = 0 on its surface. The lowest
-//! is no lower than about π/2 over the largest inscribed radius ρ (exactly so for convex bodies: Hersch, Z.
-//! Angew. Math. Phys. 11, 1960). Bands that stay below are solved on the real axis. Others at k − 0.05i/R,
-//! where the equation is well-conditioned, and the sample says so; a mode at its own real frequency with
-//! points inside the body where there is to be no pressure.
+//! The equation has no unique solution at the resonances of the interior with p = 0 on its surface. The
+//! lowest is no lower than about π/2 over the largest inscribed radius ρ (exactly so for convex bodies:
+//! Hersch, Z. Angew. Math. Phys. 11, 1960). Bands that stay below are solved on the real axis. Others are
+//! solved at k − 0.05i/R, where the equation is well-conditioned, and the sample records that. A mode is
+//! solved at its real frequency, with additional points inside the body where the pressure must vanish.
 
 mod axisymmetric_surface;
 pub mod azimuthal;
@@ -51,7 +52,7 @@ use self::rows::{Observer, Row, RowContext, Wave};
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 use axisymmetric_surface::AxisymmetricSurface;
 
-/// Imaginary part of −kR where the band holds resonances of the interior.
+/// Imaginary part of −kR for bands that contain resonances of the interior.
 const DAMPING: f64 = 0.05;
 
 /// Longest edge of the surface mesh, in bounding radii.
@@ -63,7 +64,7 @@ const MOST_UNKNOWNS: usize = 6000;
 /// Most memory \[byte\] of the matrices of one batch of frequencies.
 const BATCH_MEMORY: usize = 300 << 20;
 
-/// How fine to solve.
+/// Resolution of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisymmetricOptions {
     /// Highest requested wavenumber [1/m].
@@ -72,12 +73,12 @@ pub struct AxisymmetricOptions {
     pub nodes_per_panel: usize,
     /// Nodes on the shortest wave.
     pub nodes_per_wavelength: f64,
-    /// How often a panel at an edge is halved.
+    /// Number of times a panel at an edge is halved.
     pub edge_levels: u32,
 }
 
 impl AxisymmetricOptions {
-    /// Fit for an accuracy of about 1e-5 and better, up to this wavenumber [1/m].
+    /// Settings for an accuracy of about 1e-5 or better, up to this wavenumber [1/m].
     pub fn new(max_wavenumber: f64) -> Self {
         AxisymmetricOptions { max_wavenumber, nodes_per_panel: 8, nodes_per_wavelength: 8.0, edge_levels: 4 }
     }
@@ -96,7 +97,7 @@ pub struct AxisymmetricSolver {
 }
 
 impl AxisymmetricSolver {
-    /// For a meridian whose y = 0 is the centre of mass, rotated about `axis` through the origin.
+    /// For a meridian about the centre of mass (y = 0), rotated about `axis` through the origin.
     pub fn new(meridian: &Meridian, axis: DVec3, options: AxisymmetricOptions) -> Self {
         let radius = meridian.bounding_radius();
         let resonance = inside::first_resonance(inscribed_radius(meridian));
@@ -118,18 +119,19 @@ impl AxisymmetricSolver {
         Panels::new(&self.meridian, self.options.max_wavenumber, &self.options).nodes.len()
     }
 
-    /// Whether wavenumbers are moved off the real axis.
+    /// Whether wavenumbers are shifted off the real axis.
     pub fn is_damped(&self) -> bool {
         self.damping != 0.0
     }
 
-    /// Solves wavenumbers in ascending order on panels fit for the last of them.
+    /// Solves wavenumbers in ascending order on panels that resolve the last of them.
     fn solve_batch(
         &self,
         panels: &Panels,
         wavenumbers: &[f64],
         order: usize,
     ) -> Result<Vec<RadiationSample>, RadiationError> {
+        // One wave per frequency: orders 0 and 1, with the right-hand sides of the three motions.
         let waves: Vec<Wave<2>> = wavenumbers
             .iter()
             .map(|k| Wave {
@@ -141,24 +143,30 @@ impl AxisymmetricSolver {
         let accelerations: Vec<Vec<f64>> = (0..MOTIONS)
             .map(|i| panels.nodes.iter().map(|n| motion(n.position, n.normal.normalize())[i]).collect())
             .collect();
+        // Quadrature around the axis, shared by all rows.
         let highest = wavenumbers.last().copied().unwrap_or(0.0);
         let ladder = MidpointLadder::new(highest * panels.widest(), 1);
         let context = RowContext::new(panels, &ladder, &waves, &accelerations);
+        // Assembly, one row per collocation point.
         let rows: Vec<Row> = panels.nodes.par_iter().map(|node| context.row(Observer::node(node))).collect();
+        // Projection onto multipoles about the body's axis, and rotation to the body's frame.
         let projections = [0, 1].map(|m| AxisProjection::new(panels, self.radius, m, order));
         let turn = AxisTurn::new(self.axis, order);
         (0..waves.len())
             .into_par_iter()
             .map(|f| {
                 let wavenumber = waves[f].wavenumber;
+                // Dense solve of both orders.
                 let (along, across) =
                     (solve_system::<2>(&rows, f, 0, 0..1), solve_system::<2>(&rows, f, 1, 1..3));
                 let pressure: [Vec<Complex64>; MOTIONS] =
                     std::array::from_fn(|i| if i == 0 { along[0].clone() } else { across[i - 1].clone() });
+                // Multipoles of the six motions.
                 let about_axis = std::array::from_fn(|i| {
                     projections[i.min(1)].coefficients(&pressure[i], &accelerations[i], wavenumber)
                 });
                 let coefficients = turn.coefficients(&about_axis);
+                // Surface pressures for listeners in the near field.
                 let surface_pressure = self
                     .surface
                     .as_ref()
@@ -207,8 +215,7 @@ impl RadiationSolver for AxisymmetricSolver {
     }
 }
 
-/// The equations of one order, by number, of a wave of a batch, as they stand for nodes (½ p on the
-/// diagonal).
+/// The equations of one order (by index) of a wave of a batch, as assembled for nodes: ½ p on the diagonal.
 fn system_matrix<const M: usize>(rows: &[Row], wave: usize, order: usize) -> Mat<Complex64> {
     let nodes = rows.len();
     let start = (M * wave + order) * nodes;
@@ -218,7 +225,7 @@ fn system_matrix<const M: usize>(rows: &[Row], wave: usize, order: usize) -> Mat
     })
 }
 
-/// Pressures at the nodes of some of the right-hand sides, which are of this order, of a wave of a batch.
+/// Pressures at the nodes for the right-hand sides `range` of one order of a wave of a batch.
 fn solve_system<const M: usize>(
     rows: &[Row],
     wave: usize,

@@ -1,5 +1,5 @@
-//! Boundary elements of high order for bodies that the three coordinate planes mirror onto themselves:
-//! spheres, ellipsoids, boxes and dice.
+//! Boundary elements of high order for bodies symmetric about the three coordinate planes: spheres,
+//! ellipsoids, boxes and dice.
 //!
 //! The exterior Neumann problem as the direct boundary integral equation, n pointing into the fluid, ρ = 1,
 //!
@@ -8,15 +8,15 @@
 //! ```
 //!
 //! collocated at the Gauss–Legendre nodes of curved patches; the density is the polynomial through the nodes.
-//! The body is one octant and its images, and each of the six rigid motions is one parity class, an eighth as
+//! The body is one octant and its images. Each of the six rigid motions is one parity class, an eighth as
 //! large as the whole. Eight wavenumbers share the geometry of a pass.
 //!
-//! The equation alone is singular at the resonances of the interior. They lie on the real axis; the solver
-//! stays off it, at Im k < 0, which is the field of a motion that grows as e^{σt}, and as smooth a function
-//! of k as any. What is left is the error of the quadrature times the distance over which a resonance is
-//! felt, harmless for patches of high order, and half the unknowns' work of a combined equation.
+//! The equation alone is singular at the resonances of the interior. They lie on the real axis. The solver
+//! stays off it, at Im k < 0: this is the field of a motion that grows as e^{σt}, and a smooth function of k.
+//! The remaining error near a resonance is that of the quadrature times the distance over which the resonance
+//! acts, which is negligible for patches of high order. A combined equation would double the work.
 //!
-//! Errors fall with a high power of the number of nodes where the surface is smooth. At sharp edges they do
+//! Errors fall with a high power of the number of nodes where the surface is smooth. At sharp edges they fall
 //! with that of the layers of patches that shrink towards the edge.
 
 mod chart;
@@ -50,9 +50,9 @@ use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 /// Most unknowns of a class.
 const MOST_UNKNOWNS: usize = 1600;
-/// Distance −Im kR from the real axis at which the resonances of the interior do no harm.
+/// Distance −Im kR from the real axis at which resonances of the interior are negligible.
 const GROWTH: f64 = 0.25;
-/// No resonance of the interior is below kR = π, that of a ball of the bounding radius; towards k = 0 the
+/// No resonance of the interior is below kR = π, that of a ball of the bounding radius. Towards k = 0 the
 /// real axis is safe.
 const FIRST_RESONANCE: f64 = 2.5;
 
@@ -127,6 +127,7 @@ impl SymmetricPatchSolver {
             growth: std::array::from_fn(|f| at(f).re),
             wave: std::array::from_fn(|f| at(f).im),
         };
+        // Assembly: one row per node, for all wavenumbers and motions.
         let arch = pulp::Arch::new();
         let rows: Vec<Row> = (0..unknowns)
             .into_par_iter()
@@ -143,6 +144,7 @@ impl SymmetricPatchSolver {
                 },
             )
             .collect();
+        // Dense LU solve of each wavenumber and motion.
         let solutions: Vec<Vec<Complex64>> = (0..s.len() * RIGID_DOFS)
             .into_par_iter()
             .map(|system| {
@@ -153,6 +155,7 @@ impl SymmetricPatchSolver {
                 solution.col(0).iter().copied().collect()
             })
             .collect();
+        // Pressures by frequency, node and motion.
         let samples = (0..s.len()).map(|f| {
             let pressure: Vec<[Complex64; RIGID_DOFS]> = (0..unknowns)
                 .map(|node| std::array::from_fn(|degree| solutions[f * RIGID_DOFS + degree][node]))
@@ -199,7 +202,7 @@ impl RadiationSolver for SymmetricPatchSolver {
                 Complex64::new(GROWTH * (kappa / FIRST_RESONANCE).min(1.0), kappa)
             })
             .collect();
-        // Rows of a pass take 6 F N² numbers: fewer wavenumbers share the geometry of a large body.
+        // Rows of a pass take 6 F N² numbers. Larger bodies share the geometry among fewer wavenumbers.
         let share = if self.unknowns() > 800 { 4 } else { 8 };
         let mut pressures = Vec::new();
         for pass in s.chunks(share) {
@@ -221,7 +224,7 @@ impl RadiationSolver for SymmetricPatchSolver {
     }
 }
 
-/// How fine the patches are for an accuracy, in units of R. Measured: `tests/converge_symmetric_patches.rs`.
+/// Patch resolution for an accuracy, in units of R. Measured: `tests/converge_symmetric_patches.rs`.
 ///
 /// A patch of an ellipsoid bends by 45° and stretches; those of a box are flat or small.
 fn resolution(kappa: f64, accuracy: f64, is_box: bool) -> Resolution {
@@ -240,7 +243,7 @@ struct RowTask<'a, const F: usize> {
     body: &'a Discretisation,
     row: usize,
     wavenumbers: &'a Wavenumbers<F>,
-    /// How many of the wavenumbers count.
+    /// Number of wavenumbers in use.
     used: usize,
 }
 

@@ -8,9 +8,9 @@
 //! (½ − K − γH) p = S a_n + γ (½ + K') a_n,   γ = −i / max(k, 1/R)
 //! ```
 //!
-//! tested with the same functions that hold p. Without H (γ = 0) the equation fails at the resonances of the
-//! *solid* with p = 0 on its surface; with it there are none. H is integrated by parts, so that only G and
-//! its first derivatives are evaluated:
+//! tested with the functions that span p. Without H (γ = 0) the equation fails at the resonances of the
+//! *interior* with p = 0 on its surface; with H it has a unique solution. H is integrated by parts, so that
+//! only G and its first derivatives are evaluated:
 //!
 //! ```text
 //! −⟨φ_i, Hφ_j⟩ = ⟨curl φ_i, G curl φ_j⟩ − k² ⟨φ_i n, G φ_j n⟩
@@ -23,8 +23,8 @@
 //! (1971); A.-W. Maue, Z. Physik 126 (1949); S. Sauter and C. Schwab, *Boundary Element Methods* (2011),
 //! §5.2.
 //!
-//! A body with mirror planes is one cell and its images: a motion that is even or odd about each plane has a
-//! pressure that is so too, and each combination that occurs among the six motions, a parity class, is a
+//! A body with mirror planes is one cell and its images. The pressure of a motion that is even or odd about
+//! each plane has the same parity. Each combination that occurs among the six motions, a parity class, is a
 //! system over the cell alone.
 //!
 //! Not for open sheets, nor for bodies that need more than [`MOST_UNKNOWNS`] in a class.
@@ -70,15 +70,15 @@ pub const MOST_UNKNOWNS: usize = 8000;
 /// Memory of the systems that are solved at the same time [bytes].
 const MEMORY: usize = 4 << 30;
 
-/// Which equation on the surface.
+/// Choice of the surface integral equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Equation {
-    /// With the normal derivative of the field: one solution at every wavenumber.
+    /// With the normal derivative of the field: unique at every wavenumber.
     #[default]
     BurtonMiller,
-    /// Without: cheaper by little, and wrong near wavenumbers at which the solid resonates with p = 0 on its
-    /// surface; none of these is below π/D, D the diameter of the largest ball inside, and none below π/2D
-    /// for a convex body.
+    /// Without it: slightly cheaper, and wrong near wavenumbers at which the interior resonates with p = 0 on
+    /// its surface. None of these is below π/D, D the diameter of the largest inscribed ball, and none below
+    /// π/2D for a convex body.
     Conventional,
 }
 
@@ -95,7 +95,7 @@ pub struct TriangleSolver {
     /// Rotation from the frame of the cell to that of the body.
     frame: DMat3,
     classes: Vec<ParityClass>,
-    /// Vertex of the panels that each vertex of `mesh` is or mirrors, and the signs of its image.
+    /// Vertex of the panels that each vertex of `mesh` is an image of, and the signs of that image.
     origin: Vec<(u32, DVec3)>,
     near: NearSystem,
     far: FarSystem,
@@ -103,7 +103,7 @@ pub struct TriangleSolver {
 
 impl TriangleSolver {
     /// Prepares a closed surface, its triangles counter-clockwise seen from outside, in the frame of the
-    /// centre of mass of the body; `highest` is the largest wavenumber [1/m] that will be asked for.
+    /// centre of mass of the body. `highest` is the largest wavenumber [1/m] of later solves.
     ///
     /// # Errors
     /// [`RadiationError::TooLarge`].
@@ -129,7 +129,7 @@ impl TriangleSolver {
         if unknowns > MOST_UNKNOWNS {
             return Err(RadiationError::TooLarge { unknowns, most: MOST_UNKNOWNS, wavenumber: highest });
         }
-        // Neighbours in space next to each other in memory.
+        // Spatial neighbours adjacent in memory: triangles along a space-filling curve, vertices renumbered.
         let centroids: Vec<DVec3> = (0..cell.triangles.len()).map(|t| cell.centroid(t)).collect();
         let mut renumbered = vec![u32::MAX; cell.vertices.len()];
         let mut vertices = Vec::new();
@@ -146,9 +146,11 @@ impl TriangleSolver {
                 })
             })
             .collect();
+        // Parity classes, and the vertex map from the whole surface to the cell.
         let classes = ParityClass::all(&vertices, &images);
         let (mesh, from) = symmetric.whole();
         let origin = from.iter().map(|v| (renumbered[v.original as usize], v.signs)).collect();
+        // Wavenumber-independent geometry of near and far pairs.
         let panels = Panels::new(vertices, triangles);
         let near = NearSystem::new(&panels, &images, highest * radius);
         let far = FarSystem::new(&panels, &images, near.images.iter().map(|image| &image.pairs[..]));
@@ -156,7 +158,7 @@ impl TriangleSolver {
         Ok(Self { mesh, radius, equation, panels, images, frame, classes, origin, near, far })
     }
 
-    /// Unknowns of the largest of the systems of a solution.
+    /// Unknowns of the largest system of a solve.
     pub fn unknowns(&self) -> usize {
         most_unknowns(&self.classes)
     }
@@ -235,10 +237,11 @@ impl TriangleSolver {
 
     /// Pressures at the vertices of the mesh.
     fn pressures(&self, wavenumber: f64) -> Result<Vec<[Complex64; RIGID_DOFS]>, RadiationError> {
+        // Assembly and factorisation of each parity class.
         let solutions = self.assemble(wavenumber).solve();
-        // Lengths were in R: a translation's pressure is one length, a rotation's two.
+        // Lengths are in R: the pressure of a translation has one factor of length, that of a rotation two.
         let scale = |d: usize| if d < RIGID_DOFS / 2 { self.radius } else { self.radius * self.radius };
-        // Motions along and about the axes of the cell.
+        // Pressures on the cell, for motions along and about its axes.
         let mut of_cell = vec![[Complex64::ZERO; RIGID_DOFS]; self.panels.vertices.len()];
         for (class, solution) in self.classes.iter().zip(&solutions) {
             for (d, column) in class.motions.iter().zip(solution.chunks_exact(class.size.max(1))) {
@@ -247,11 +250,12 @@ impl TriangleSolver {
                 }
             }
         }
+        // Pressures on the whole surface: signs of the image, and rotation to the body's frame.
         let pressures: Vec<[Complex64; RIGID_DOFS]> = self
             .origin
             .iter()
             .map(|(vertex, signs)| {
-                // A vertex of no triangle is none of the panels'.
+                // A vertex without triangles does not occur in the panels.
                 let p = of_cell.get(*vertex as usize).unwrap_or(&[Complex64::ZERO; RIGID_DOFS]);
                 std::array::from_fn(|degree| {
                     let first = degree / 3 * 3;

@@ -8,9 +8,9 @@
 //! ψ ← b ψ + a ∂p,    ζ ← b ζ + a (∂²p + ∂ψ),    p'' = Δp + ∂ψ + ζ,    b = e^{−(σ+α)Δt},  a = σ/(σ+α) (b − 1)
 //! ```
 //!
-//! Waves much slower than α see a real stretch by 1 + σ/α: a wall far away. The near field of a body at low
-//! frequency, which does not propagate and which no layer absorbs, decays on the way to it. The memories
-//! exist in the layers only.
+//! Waves much slower than α see a real stretch by 1 + σ/α: a distant wall. The near field of a body at low
+//! frequency does not propagate, and no layer absorbs it; it decays over the stretched distance. The memory
+//! variables exist in the layers only.
 
 use super::lattice::{COURANT, Lattice, SQUARE};
 
@@ -122,7 +122,7 @@ impl Absorber {
     }
 }
 
-/// In which layer a cell of a line of `n` is, and which cell of its block.
+/// The layer that contains a cell of a line of `n`, and the cell's index in its block.
 #[inline(always)]
 fn layer_of(cell: usize, n: usize) -> Option<(usize, usize)> {
     let upper = n - 1 - FACES;
@@ -158,7 +158,7 @@ fn absorb_block(
     }
 }
 
-/// ψ and ζ of a layer across y or z, and where those of one row are.
+/// ψ and ζ of a layer across y or z, and the position of one row in them.
 struct Memories<'a> {
     psi_zeta: &'a mut [Vec<f32>; 2],
     /// Index of the row's first number.
@@ -183,7 +183,7 @@ fn absorb_across(
     let zeta = &mut zeta[first..first + n];
     let (below, above, new) = (&below[..n], &above[..n], &mut new[..n]);
     if cell == 1 {
-        // No earlier row has updated the face below.
+        // The face below has not been updated by an earlier row.
         let [a, b] = profile.face[0];
         for i in 1..n - 1 {
             lower[i] = b * lower[i] + a * (here[i] - below[i]);

@@ -1,4 +1,4 @@
-//! The update of the cells whose neighbourhood the body disturbs: a sparse row each.
+//! The update of the cells next to the body: a sparse row each.
 //!
 //! In units of cells the wave equation, integrated over the open part of a cell, is
 //!
@@ -6,17 +6,16 @@
 //! V p'' = Σ_faces A (p_neighbour − p) + 1/6 Σ_edges (p − p_a − p_b + p_ab) + Σ_i z_i ∫ g_i dS
 //! ```
 //!
-//! The second sum is over the edges all four faces of which are open, with the three other cells around the
-//! edge: it makes the Laplacian isotropic to fourth order where nothing is in the way, and vanishes towards
-//! the body. Both sums are symmetric, so that energy is conserved, and each is in equal parts taken from one
-//! cell and given to another, so that volume is. With the bound of Gershgorin the leapfrog is stable where V
-//! ≥ λ² ΣA/2. A cell with less borrows volume from its neighbours, which moves compressibility by a cell and
-//! creates none: an error of second order, where a cell that was just declared larger would make one of first
-//! order.
+//! The second sum is over the edges whose four faces are all open, with the three other cells around the
+//! edge: it makes the Laplacian isotropic to fourth order in the free field, and vanishes towards the body.
+//! Both sums are symmetric, so that energy is conserved. Each term is taken from one cell and given to
+//! another, so that volume is conserved. By the bound of Gershgorin the leapfrog is stable where V ≥ λ² ΣA/2.
+//! A smaller cell borrows volume from its neighbours, which moves compressibility by a cell and creates none:
+//! an error of second order. Simply enlarging the cell would cause an error of first order.
 //!
-//! A cell with both sides of a thin wall would join the air in front of it to the air behind. Such a cell is
-//! closed, and its faces become the wall: tight however thin the wall, and of first order in its thickness.
-//! There are none where walls are thicker than √3 cells.
+//! A cell with both sides of a thin wall would connect the air in front of it with the air behind. Such a
+//! cell is closed, and its faces become the wall: tight however thin the wall, and of first order in its
+//! thickness. There are none where walls are thicker than √3 cells.
 
 use std::collections::BTreeMap;
 
@@ -27,14 +26,14 @@ use super::cut_cells::{CutCells, Pieces};
 use super::lattice::{COURANT, Lattice};
 use crate::radiation::rigid_motions;
 
-/// Least volume of a cell per open face, with a little to spare.
+/// Least volume of a cell per open face, with a small margin.
 const LEAST_VOLUME: f64 = 0.51 * COURANT * COURANT;
 /// Weight of an edge.
 const EDGE: f64 = 1.0 / 6.0;
 
 /// Cosine of the angle beyond which two sides face away from each other.
 const OPPOSITE: f64 = -0.5;
-/// Area of the lesser side that may be overlooked.
+/// Area of the lesser side that is neglected.
 const SLIVER: f64 = 1e-4;
 
 /// Representation of a body on the grid.
@@ -43,7 +42,7 @@ pub enum Boundary {
     /// Cells and faces are cut where the surface cuts them: second order.
     #[default]
     CutCells,
-    /// A cell belongs to the body or to the air: first order, a few per cent too loud or too quiet at any
+    /// A cell belongs wholly to the body or to the air: first order, an error of a few per cent at any
     /// frequency. As published, for comparison.
     Staircase,
 }
@@ -95,7 +94,7 @@ impl Pieces {
 }
 
 impl CutCells {
-    /// Makes each cell all body or all air, by its larger part.
+    /// Makes each cell wholly solid or open, by its larger part.
     pub(super) fn coarsen(&mut self, centre: DVec3) {
         self.volume.iter_mut().for_each(|v| *v = if *v < 0.5 { 0.0 } else { 1.0 });
         self.pieces.clear();
@@ -111,7 +110,7 @@ impl CutCells {
                 }
                 let unit = DVec3::AXES[axis];
                 let middle = low + DVec3::from_array(at.map(|x| x as f64 + 0.5)) + 0.5 * unit - centre;
-                // Out of the body, into the air.
+                // From the body into the air.
                 let (cell, normal) = if here == 0.0 { (index + stride, unit) } else { (index, -unit) };
                 let pieces = self.pieces.entry(cell).or_default();
                 for (sum, g) in pieces.flux.iter_mut().zip(rigid_motions(middle, normal)) {
@@ -121,12 +120,14 @@ impl CutCells {
         }
     }
 
-    /// Closes the cells that hold both sides of a wall, so that none lets sound through it; how many.
+    /// Closes the cells that contain both sides of a wall, so that no sound passes through; returns their
+    /// number.
     pub(super) fn close_walls(&mut self, centre: DVec3) -> usize {
         let strides = self.strides();
         let walls: Vec<usize> =
             self.pieces.iter().filter(|(_, p)| p.has_both_sides()).map(|(index, _)| *index).collect();
         let low = DVec3::from_array(self.low.map(|l| l as f64));
+        // Every open face of the cell becomes surface of its neighbour.
         for index in &walls {
             let at = low + DVec3::from_array(self.place(*index).map(|x| x as f64 + 0.5)) - centre;
             for (axis, stride) in strides.into_iter().enumerate() {
@@ -138,7 +139,7 @@ impl CutCells {
                     if area == 0.0 {
                         continue;
                     }
-                    // What was open is now surface of the neighbour.
+                    // The formerly open area is now surface of the neighbour.
                     let pieces = self.pieces.entry(neighbour).or_default();
                     for (sum, g) in
                         pieces.flux.iter_mut().zip(rigid_motions(at + 0.5 * normal, area * normal))
@@ -150,20 +151,20 @@ impl CutCells {
             }
             self.volume[*index] = 0.0;
         }
-        // A wall next to a wall has got flux of the faces between them that goes nowhere.
+        // Between two adjacent wall cells the flux has no receiver: drop it.
         for index in &walls {
             self.pieces.remove(index);
         }
         walls.len()
     }
 
-    /// Area of the open faces of a cell not at the rim of the box.
+    /// Area of the open faces of a cell inside the rim of the box.
     fn open_area(&self, index: usize) -> f64 {
         let strides = self.strides();
         (0..3).map(|a| self.open[a][index] + self.open[a][index - strides[a]]).sum()
     }
 
-    /// Gives every cell the volume that it needs, from its neighbours as long as they have some to spare.
+    /// Raises every cell to the stable volume, borrowing from its neighbours as far as they exceed theirs.
     fn lend(&mut self) {
         let strides = self.strides();
         let rim = strides[2] + strides[1] + strides[0];
@@ -172,12 +173,13 @@ impl CutCells {
             if self.volume[index] >= least {
                 continue;
             }
-            // Twice: what a poor neighbour could not give, the others may.
+            // Two passes: the second distributes the remainder that a small neighbour could not lend.
             for _ in 0..2 {
                 let wanted = least - self.volume[index];
                 if wanted <= 0.0 {
                     break;
                 }
+                // Neighbours through open faces, with their spare volume.
                 let offers: Vec<(usize, f64, f64)> = (0..3)
                     .flat_map(|a| {
                         [
@@ -191,6 +193,7 @@ impl CutCells {
                         (n, area, spare)
                     })
                     .collect();
+                // Borrow in proportion to the open area.
                 let share: f64 = offers.iter().filter(|o| o.2 > 0.0).map(|o| o.1).sum();
                 for (n, area, spare) in offers {
                     if spare > 0.0 {
@@ -200,6 +203,7 @@ impl CutCells {
                     }
                 }
             }
+            // The remaining deficit is created.
             self.volume[index] = self.volume[index].max(least);
         }
     }
@@ -212,8 +216,9 @@ impl CutCells {
 }
 
 impl Rows {
-    /// The rows of a body in a grid.
+    /// The update rows of a body in a grid.
     pub(super) fn new(mut cut: CutCells, lattice: &Lattice) -> Self {
+        // Borrow volume for stability.
         cut.lend();
         let strides = cut.strides();
         let steps = lattice.strides();
@@ -226,11 +231,13 @@ impl Rows {
             }
             let cell = lattice.index(std::array::from_fn(|a| at[a] + cut.low[a]));
             let area = cut.open_area(index);
+            // Cells without open faces are solid.
             if area == 0.0 || cut.volume[index] == 0.0 {
                 rows.solid.push(cell as u32);
                 continue;
             }
             links.clear();
+            // Face terms, and edge terms where all four faces around the edge are open.
             let mut edges = 0;
             for axis in 0..3 {
                 let face =
@@ -260,9 +267,11 @@ impl Rows {
                 }
             }
             let pieces = cut.pieces.get(&index).cloned().unwrap_or_default();
+            // An undisturbed cell is left to the regular sweep.
             if edges == 12 && cut.volume[index] == 1.0 && pieces.area == 0.0 {
                 continue;
             }
+            // Row of the cell: links λ² w/V, drive, and second-order lever of the drive.
             let scale = COURANT * COURANT / cut.volume[index];
             for (step, weight) in &links {
                 if *weight != 0.0 {
@@ -277,11 +286,12 @@ impl Rows {
             let lever = pieces.lever();
             rows.bend.push(pieces.flux.map(|g| (scale * lever * g) as f32));
         }
+        // Keep only solid cells that touch open ones.
         rows.keep_solid_skin(lattice);
         rows
     }
 
-    /// Forgets the solid cells that no cell of the air touches.
+    /// Drops the solid cells that touch no open cell.
     fn keep_solid_skin(&mut self, lattice: &Lattice) {
         let [x, y, z] = lattice.strides().map(|s| s as i64);
         let solid = std::mem::take(&mut self.solid);

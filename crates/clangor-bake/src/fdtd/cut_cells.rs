@@ -1,4 +1,4 @@
-//! How much of each grid cell, and of each of its faces, a closed triangle surface leaves open.
+//! The open part of each grid cell, and of each of its faces, outside a closed triangle surface.
 //!
 //! The surface is clipped at the grid planes. With N = ∫ n dS over what lies in one cell, n out of the solid,
 //! Gauss' theorem in the column of cells along an axis a gives the solid part of the faces exactly, one after
@@ -8,8 +8,8 @@
 //! solid(upper face) = solid(lower face) − N_a,     V_solid = solid(lower face) − ∫ n_x (x_upper − x) dS
 //! ```
 //!
-//! so that the open faces, the surface and the volume of every cell close to rounding, however thin the
-//! solid. Nothing is sampled. Lengths are in cells.
+//! so that the open faces, the surface and the volume of every cell are consistent to rounding, however thin
+//! the solid. The surface is not sampled. Lengths are in cells.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ use glam::DVec3;
 
 use crate::radiation::rigid_motions;
 
-/// What a face or a cell may be short of open or closed by rounding alone.
+/// Tolerance for faces and cells that are open or closed up to rounding.
 const ROUNDING: f64 = 1e-9;
 /// Empty cells around the body.
 const MARGIN: usize = 2;
@@ -35,7 +35,7 @@ pub(super) struct CutCells {
     pub(super) open: [Vec<f64>; 3],
     /// Open volume of each cell.
     pub(super) volume: Vec<f64>,
-    /// The surface in the cells that it passes through.
+    /// The surface in the cells that it intersects.
     pub(super) pieces: BTreeMap<usize, Pieces>,
 }
 
@@ -83,7 +83,7 @@ impl CutCells {
         (k * self.size[1] + j) * self.size[0] + i
     }
 
-    /// How far apart neighbours along each axis are.
+    /// Difference of the indices of neighbours along each axis.
     pub(super) fn strides(&self) -> [usize; 3] {
         [1, self.size[0], self.size[0] * self.size[1]]
     }
@@ -127,7 +127,7 @@ impl CutCells {
             }
             pieces.area += area.length();
             pieces.areas.push(area);
-            // The middles of the edges integrate what is quadratic.
+            // The midpoints of the edges integrate quadratics exactly.
             for p in [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)] {
                 let x = p - middle_of_cell;
                 pieces.moment += area * (0.25 - x * x) / 6.0;

@@ -11,10 +11,10 @@ use super::pulse::Pulse;
 use super::tail::Tail;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
-/// −kR of samples of a body that rings, imaginary part.
+/// Imaginary part of −kR of samples of a body with resonances.
 const DAMPING: f64 = 0.05;
 
-/// What a run has recorded.
+/// The record of a run.
 #[derive(Clone, Debug)]
 pub struct WaveField {
     /// h \[m\].
@@ -41,8 +41,8 @@ impl WaveField {
         wavenumbers.iter().map(|k| self.sample(Complex64::from(*k), order)).collect()
     }
 
-    /// Resonances that rang when the run ended: s = iω/c [1/m], one of each conjugate pair, by rising
-    /// frequency. Heavily damped ones are not found, or only roughly.
+    /// Resonances that had not decayed when the run ended: s = iω/c [1/m], one of each conjugate pair, by
+    /// rising frequency. Heavily damped ones are missing or inaccurate.
     pub fn resonances(&self) -> Vec<Complex64> {
         // z is over `stride` steps.
         let phase = |z: &Complex64| -Complex64::I * z.ln() / self.stride as f64;
@@ -55,8 +55,8 @@ impl WaveField {
         self.updates
     }
 
-    /// For each motion the multipoles on r = 1.5 R as they were recorded, up to the degree of the run: all of
-    /// one moment, then all of the next. In units of the grid.
+    /// For each motion the recorded multipoles on r = 1.5 R, up to the degree of the run: all of one sample,
+    /// then all of the next. In units of the grid.
     pub fn signals(&self) -> &[Vec<f64>] {
         &self.signals
     }
@@ -72,7 +72,7 @@ impl WaveField {
                     self.tail.add_spectrum(motion, phase, sums);
                 });
             if motion >= 3 {
-                // An angular acceleration is one more length away from a pressure.
+                // An angular acceleration has one more factor of length relative to a pressure.
                 multipoles.iter_mut().for_each(|c| *c *= self.spacing);
             }
             multipoles
@@ -81,7 +81,7 @@ impl WaveField {
     }
 }
 
-/// How signals were recorded.
+/// Recording parameters of the signals.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading {
     /// h \[m\].
@@ -96,8 +96,8 @@ pub(super) struct Reading {
 
 impl Reading {
     /// Multipoles up to degree `order` on the sphere of radius R at a wavenumber, of a motion whose
-    /// acceleration had the spectrum `pulse` there. `add_tail` adds to the sums what comes after the last
-    /// sample, given the phase between samples.
+    /// acceleration had the spectrum `pulse` there. `add_tail` adds the contribution after the last sample to
+    /// the sums, given the phase between samples.
     pub(super) fn multipoles(
         &self,
         wavenumber: Complex64,
@@ -110,12 +110,13 @@ impl Reading {
         let highest = order.min(self.recorded);
         let kept = count(highest);
         let half = 0.5 * wavenumber * self.spacing;
-        // Lengths were cells: an acceleration is one away from a pressure.
+        // Lengths are in cells: an acceleration has one factor of length relative to a pressure.
         let scale = self.spacing * self.stride as f64 * half.sin() / half / pulse;
         let s = Complex64::I * wavenumber * self.radius;
         let (mut here, mut there) = (Vec::new(), Vec::new());
         reverse_bessel(s, highest, &mut here);
         reverse_bessel(s * RECORDING, highest, &mut there);
+        // Discrete Fourier transform at the frequency of the wavenumber on the grid, and the tail.
         let mut sums = vec![Complex64::ZERO; count(order)];
         for (n, sample) in signal.chunks_exact(count(self.recorded)).enumerate() {
             let turn = (-Complex64::I * phase * (n * self.stride) as f64).exp();
@@ -124,6 +125,7 @@ impl Reading {
             }
         }
         add_tail(phase * self.stride as f64, &mut sums[..kept]);
+        // Propagation from the recording sphere back to R.
         let advance = (s * RECORDING).exp();
         for n in 0..=highest {
             let radial = here[n] / there[n] * RECORDING.powi(n as i32 + 1);
@@ -137,7 +139,7 @@ impl Reading {
 
 impl RadiationSolver for WaveField {
     fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
-        // Resonances are smoother away from the real axis, and so is what is fitted through the samples.
+        // Off the real axis the resonances are smoother, and so is the fit through the samples.
         let damping = if self.tail.poles().is_empty() { 0.0 } else { DAMPING / self.radius };
         let samples: Vec<RadiationSample> =
             wavenumbers.iter().map(|k| self.sample(Complex64::new(*k, -damping), order)).collect();

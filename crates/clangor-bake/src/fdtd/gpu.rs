@@ -4,12 +4,12 @@
 //! record (every few steps) ─► rows (cells near the body) ─► sweep (other cells, layers) ─► the next step
 //! ```
 //!
-//! Pressures stay on the device; only those at the points of the sphere come back, in blocks of steps, and
-//! are expanded into multipoles here. Motions run side by side, as many as keep the device busy.
+//! Pressures stay on the device. Only those at the points of the sphere are read back, in blocks of steps,
+//! and are expanded into multipoles here. Motions run side by side, as many as occupy the device.
 //!
-//! Differs from the processor: cells near the body and those of the body are left out of the sweep by a bit
-//! each, where there they are computed and overwritten. Every sum has the same order, so that the results are
-//! equal but for products and sums that a device fuses.
+//! Differs from the processor: a bit per cell excludes the body and the cells near it from the sweep; the
+//! processor computes and overwrites them. Every sum has the same order, so that the results are equal apart
+//! from products and sums that a device fuses.
 
 use std::fmt::Write;
 use std::ops::ControlFlow;
@@ -25,14 +25,14 @@ use super::pulse::Pulse;
 use super::recorder::{Recorder, TAPS};
 use crate::gpu::{Gpu, GpuBuffer, GpuError, GpuTask};
 
-/// Cells that keep a device busy; motions of smaller grids run side by side.
+/// Cells that occupy a device; motions of smaller grids run side by side.
 const BUSY: usize = 1 << 24;
 /// Most records of a block.
 const MOST_RECORDS: usize = 64;
-/// Least time of a block: waiting for it costs little then.
+/// Least time of a block, for which the cost of waiting is small.
 const BLOCK: Duration = Duration::from_millis(100);
 
-/// What is run.
+/// Inputs of a run.
 pub(super) struct GpuRun<'a> {
     pub(super) lattice: &'a Lattice,
     pub(super) rows: &'a Rows,
@@ -43,7 +43,7 @@ pub(super) struct GpuRun<'a> {
     pub(super) steps: usize,
 }
 
-/// The multipoles of each motion, as the processor's time loop gives them.
+/// The multipoles of each motion, as the time loop on the processor returns them.
 pub(super) fn signals(
     run: &GpuRun<'_>,
     progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
@@ -51,7 +51,7 @@ pub(super) fn signals(
     let gpu = Gpu::open()?;
     let cells = run.lattice.cells();
     let fit = (gpu.most_words() as usize / cells).min(BUSY / cells).clamp(1, RIGID_DOFS);
-    // As even as can be: 3 and 3 instead of 4 and 2.
+    // Balanced groups: 3 and 3 instead of 4 and 2.
     let lanes = RIGID_DOFS.div_ceil(RIGID_DOFS.div_ceil(fit));
     let mut signals = vec![Vec::new(); RIGID_DOFS];
     for (turn, signals) in signals.chunks_mut(lanes).enumerate() {
@@ -80,6 +80,7 @@ impl Tasks {
         let GpuRun { lattice, rows, recorder, pulse, stride, .. } = run;
         let [nx, ny, nz] = lattice.0.map(|n| n as u32);
         let longest = nx.max(ny).max(nz);
+        // Parameters of the run and profiles of the absorbing layer.
         let points = recorder.points();
         let record_length = lanes * points;
         let sizes = [rows.cells.len(), points, *stride, MOST_RECORDS].map(|n| n as u32);
@@ -90,12 +91,14 @@ impl Tasks {
         words.extend(Absorber::profiles().iter().flatten().flatten().map(|x| x.to_bits()));
         let run = gpu.upload(&words)?;
 
+        // Pressure fields of two steps, and memory variables of the layers.
         let rest = vec![GROUND.to_bits(); lanes * lattice.cells()];
         let fields = [gpu.upload(&rest)?, gpu.upload(&rest)?];
         drop(rest);
         let memories = lanes * 6 * FACES * (longest * longest) as usize;
         let psi = [gpu.zeros(memories)?, gpu.zeros(memories)?];
         let zeta = gpu.zeros(memories)?;
+        // Rows near the body, drives, and the points of the recorder.
         let kept = gpu.upload(&kept_cells(lattice, rows))?;
         let [row_words, link_words, drive_words] = row_words(rows);
         let (row_words, links) = (gpu.upload(&row_words)?, gpu.upload(&link_words)?);
@@ -107,6 +110,7 @@ impl Tasks {
         let clock = gpu.zeros(1)?;
         let records = gpu.zeros(MOST_RECORDS * record_length)?;
 
+        // Kernels, and their bindings for both directions of the double buffer.
         let kernel = |name, source| gpu.kernel(name, &program(source));
         let record = kernel("record", include_str!("gpu/record.wgsl"))?;
         let near_body = kernel("rows", include_str!("gpu/rows.wgsl"))?;
@@ -134,7 +138,7 @@ impl Tasks {
         })
     }
 
-    /// All steps; appends what is recorded to the signal of each motion.
+    /// Runs all steps and appends the record to the signal of each motion.
     fn run(
         &self,
         gpu: &Gpu,
@@ -144,18 +148,20 @@ impl Tasks {
     ) -> Result<(), WaveError> {
         let GpuRun { stride, steps, recorder, .. } = *run;
         let count = steps.div_ceil(stride);
-        // Short blocks are answered at once; they grow until they are worth the wait.
+        // Short blocks first, for an early report; they grow until waiting is negligible.
         let (mut done, mut block) = (0, 1);
         while done < count {
             let started = Instant::now();
-            // A block does not run over the end of the buffer.
+            // A block ends with the buffer.
             let slot = done % MOST_RECORDS;
             let end = (done + block.min(MOST_RECORDS - slot)).min(count);
+            // Queue the steps of the block, with a record every `stride` steps.
             let tasks = (done * stride..(end * stride).min(steps)).flat_map(|step| {
                 let record = (step % stride == 0).then_some(&self.record[step % 2]);
                 record.into_iter().chain(&self.step[step % 2])
             });
             gpu.run(tasks)?;
+            // Read the block back and expand it into multipoles.
             let words = slot * self.record_length..(slot + end - done) * self.record_length;
             let pressures = gpu.read(&self.records, words)?;
             for record in pressures.chunks_exact(self.record_length) {
@@ -175,7 +181,7 @@ impl Tasks {
     }
 }
 
-/// A kernel behind what it shares with the others and with the processor.
+/// A kernel preceded by the definitions that it shares with the other kernels and with the processor.
 fn program(source: &str) -> String {
     let mut text = String::new();
     for (name, value) in [("LAYER", LAYER), ("FACES", FACES), ("TAPS", TAPS)] {
@@ -186,7 +192,7 @@ fn program(source: &str) -> String {
     text + include_str!("gpu/run.wgsl") + source
 }
 
-/// A bit for each cell that the sweep leaves alone.
+/// A bit for each cell that the sweep skips.
 fn kept_cells(lattice: &Lattice, rows: &Rows) -> Vec<u32> {
     let mut bits = vec![0; lattice.cells().div_ceil(32)];
     for cell in rows.cells.iter().chain(&rows.solid) {
@@ -195,7 +201,7 @@ fn kept_cells(lattice: &Lattice, rows: &Rows) -> Vec<u32> {
     bits
 }
 
-/// Rows, links and drives, laid out as the kernel has them.
+/// Rows, links and drives in the layout of the kernel.
 fn row_words(rows: &Rows) -> [Vec<u32>; 3] {
     let (mut heads, mut drives) = (Vec::new(), Vec::new());
     let mut start = 0;

@@ -1,7 +1,7 @@
 //! Leapfrog time steps of the wave equation on a regular grid.
 //!
 //! Pressure at the cell centres and velocity at the faces, staggered in space and time, is the leapfrog of
-//! \[PAN\] §4. With the velocities eliminated it is the same numbers from two arrays instead of four:
+//! \[PAN\] §4. Eliminating the velocities gives the same numbers from two arrays instead of four:
 //!
 //! ```text
 //! p_new = 2p − p_old + λ² Δ_h p,     λ = c Δt/h
@@ -9,8 +9,8 @@
 //!
 //! Differs: Δ_h is the isotropic 19-point Laplacian, 1/3 for the 6 cells across a face, 1/6 for the 12 across
 //! an edge, −4 for the cell. A plane wave of any direction then obeys sin(ωΔt/2) = λ sin(kh/2) up to (kh)⁶,
-//! so that reading the spectrum at that ω takes the dispersion away. Cells near the body have rows of their
-//! own ([`Rows`](super::boundary::Rows)); a layer at the rim absorbs ([`super::absorber`]).
+//! so that reading the spectrum at that ω removes the dispersion. Cells near the body have separate rows
+//! ([`Rows`](super::boundary::Rows)); a layer at the rim absorbs ([`super::absorber`]).
 
 use std::ops::Range;
 
@@ -52,7 +52,7 @@ impl Drive {
 }
 
 impl<'a> WaveGrid<'a> {
-    /// Air at rest around a body that will move in these ways.
+    /// Air at rest around a body that is driven in these motions.
     pub(super) fn new(lattice: Lattice, rows: &'a Rows, drives: Vec<Drive>) -> Self {
         WaveGrid {
             lattice,
@@ -71,9 +71,11 @@ impl<'a> WaveGrid<'a> {
         &self.pressure
     }
 
-    /// One time step, given for each motion the acceleration and its second derivative in units of (h/c)².
+    /// Advances one time step, given for each motion the acceleration and its second derivative in units of
+    /// (h/c)².
     pub(super) fn step(&mut self, motions: &[[f32; 2]]) {
         let WaveGrid { lattice, rows, drives, pressure, other, absorber, near_body, arch } = self;
+        // Sources at the surface.
         near_body.fill(0.0);
         for (Drive { drive, bend }, [acceleration, bending]) in drives.iter().zip(motions) {
             if *acceleration != 0.0 || *bending != 0.0 {
@@ -82,6 +84,7 @@ impl<'a> WaveGrid<'a> {
                 }
             }
         }
+        // Sparse rows of the cells near the body.
         let mut start = 0;
         for (row, new) in near_body.iter_mut().enumerate() {
             let cell = rows.cells[row] as usize;
@@ -94,10 +97,12 @@ impl<'a> WaveGrid<'a> {
             start = end;
             *new += 2.0 * here - other[cell] + sum;
         }
+        // Regular stencil and absorbing layer everywhere.
         arch.dispatch(
             #[inline(always)]
             || sweep(lattice, pressure, other, absorber),
         );
+        // Overwrite the cells near the body and inside it.
         for (cell, new) in rows.cells.iter().zip(near_body) {
             other[*cell as usize] = *new;
         }
@@ -173,8 +178,7 @@ fn advance_inner_row<'a>(
     let start = LAYER + 1;
     let end = p.len() - start;
     let n = end - start;
-    // Each row as seen from the cell before, the cell and the cell after: slices of one length, which
-    // vectorise.
+    // Each row shifted by −1, 0 and +1: slices of equal length, which vectorise.
     let windows = |r: &'a [f32]| [&r[start - 1..][..n], &r[start..][..n], &r[start + 1..][..n]];
     let [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2], [d0, d1, d2]] = faces.map(windows);
     let [p0, p1, p2] = windows(p);
@@ -183,6 +187,7 @@ fn advance_inner_row<'a>(
     let [m0, m1, m2, m3] = edges.map(|e| e.1);
     let all = o0 + o1 + o2 + o3;
     let new = &mut new[start..][..n];
+    // 19-point Laplacian: edge terms along x, edge terms across x, face terms; then the leapfrog.
     for i in 0..n {
         let before = o0 * a0[i] + o1 * b0[i] + o2 * c0[i] + o3 * d0[i] - all * p0[i];
         let beside = o0 * a1[i] + o1 * b1[i] + o2 * c1[i] + o3 * d1[i] - all * p1[i];
@@ -196,7 +201,7 @@ fn advance_inner_row<'a>(
         let sum = across + SIXTH * (before - 2.0 * beside + after + around);
         new[i] = 2.0 * p1[i] - new[i] + SQUARE * sum;
     }
-    // No edges lie between the first cell and the layer, nor after the last cell.
+    // Remove the edge terms between the first or last cell and the layer.
     let sideways = |[a, b, c, d, p]: [f32; 5]| o0 * a + o1 * b + o2 * c + o3 * d - all * p;
     let last = n - 1;
     let outside =

@@ -15,8 +15,8 @@ pub(super) const COURANT: f64 = 0.5;
 /// λ², the factor of the Laplacian in a time step.
 pub(super) const SQUARE: f32 = (COURANT * COURANT) as f32;
 
-/// Initial pressure of all cells, and that of the rim at all times: it keeps the remains of a wave that has
-/// left out of the subnormal numbers, which are slow.
+/// Initial pressure of all cells, and that of the rim at all times. It keeps decaying remainders out of the
+/// subnormal numbers, which are slow.
 pub(super) const GROUND: f32 = 1e-20;
 
 /// Cells along each axis of a grid.

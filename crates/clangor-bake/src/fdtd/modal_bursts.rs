@@ -1,19 +1,20 @@
-//! Several modes in one run, each a burst about its own frequency, separated by frequency.
+//! Several modes in one run: each is a burst at its frequency, and the modes are separated in frequency.
 //!
-//! Mode j accelerates the surface by a_j(t) = e^{−(t − t₀)²/2w²} cos ω_j(t − t₀). What is recorded is linear
-//! in the modes,
+//! Mode j accelerates the surface by a_j(t) = e^{−(t − t₀)²/2w²} cos ω_j(t − t₀). The recorded signal is
+//! linear in the modes,
 //!
 //! ```text
 //! X(ω_j) = Σ_i S_i(ω_j) H_i(ω_j) ≈ S_j(ω_j) H_j(ω_j),     S_i(ω_j)/S_j(ω_j) ≈ e^{−(ω_i − ω_j)² w²/2}
 //! ```
 //!
-//! so that one spectral line of the signal, echoes and all, over that of the burst is the field of mode j at
-//! its frequency, to 1e-4 if bursts are long enough for the smallest interval. Runs are coloured so that
-//! intervals are wide: neighbours in frequency run apart, and the number of runs times their length is least.
+//! so that one spectral line of the signal, echoes included, over that of the burst is the field of mode j at
+//! its frequency, to 1e-4 if bursts are long enough for the smallest interval. Modes are assigned to runs so
+//! that intervals are wide: neighbours in frequency run apart, and the number of runs times their length is
+//! minimal.
 //!
-//! The idea, several modes of different frequencies in one simulation, is that of KleinPAT (J.-H. Wang and D.
-//! L. James, ACM Trans. Graph. 38, 2019). Differs: bursts with known spectra instead of steady oscillations
-//! separated by least squares in a window, so that nothing has to settle.
+//! Simulating several modes of different frequencies together follows KleinPAT (J.-H. Wang and D. L. James,
+//! ACM Trans. Graph. 38, 2019). Differs: bursts with known spectra replace steady oscillations separated by
+//! least squares in a window, so that no settling time is needed.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -39,7 +40,7 @@ const LEAST_WIDTH: f64 = 2.2;
 /// Intervals between frequencies that are tried, in the highest frequency.
 const INTERVALS: [f64; 7] = [0.02, 0.035, 0.06, 0.1, 0.16, 0.25, 0.4];
 
-/// A place where the surface moves the air.
+/// A cell through which the surface drives the air.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrivenPlace {
     /// Middle of the cell \[m\], next to the surface.
@@ -48,7 +49,7 @@ pub struct DrivenPlace {
     pub area: DVec3,
 }
 
-/// A mode to be run.
+/// A mode to simulate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaveMotion {
     /// k [1/m].
@@ -89,7 +90,7 @@ impl Burst {
 }
 
 impl WaveSolver {
-    /// Where the surface moves the air.
+    /// The cells through which the surface drives the air.
     pub fn places(&self) -> Vec<DrivenPlace> {
         let strides = self.lattice.strides();
         let h = self.options.spacing;
@@ -176,13 +177,16 @@ impl WaveSolver {
     ) -> Result<Vec<Vec<Complex64>>, WaveError> {
         let order = self.options.order;
         let h = self.options.spacing;
+        // Bursts of the modes, wide enough to separate their frequencies.
         let phases: Vec<f64> = run.iter().map(|i| self.phase(motions[*i].wavenumber)).collect();
         let width = width(&phases);
         let middle = (HALF_LENGTH * width).ceil();
         let bursts: Vec<Burst> = phases.iter().map(|phase| Burst { phase: *phase, width, middle }).collect();
+        // Sampling interval and number of steps.
         let highest = phases.iter().copied().fold(0.0, f64::max) + APART / width;
         let stride = (std::f64::consts::TAU / (OVERSAMPLING * highest)).floor().max(1.0) as usize;
         let steps = 2 * middle as usize + self.steps_after();
+        // Time loop: record, drive, step.
         let drives = run.iter().map(|i| self.drive(&motions[*i].flux)).collect();
         let mut grid = WaveGrid::new(self.lattice, &self.rows, drives);
         let mut signal = Vec::with_capacity((steps / stride + 1) * count(order));
@@ -197,9 +201,11 @@ impl WaveSolver {
             accelerations.iter_mut().zip(&bursts).for_each(|(a, burst)| *a = burst.at(step));
             grid.step(&accelerations);
         }
+        // Continuation of the free decay.
         let free = 2 * middle as usize + (PASSED * self.radius / (h * COURANT)) as usize;
         let signals = [signal];
         let tail = Tail::fit(&signals, count(order), free.div_ceil(stride), &[1.0]);
+        // Spectral line of each mode over that of its burst.
         let reading = Reading { spacing: h, radius: self.radius, recorded: order, stride };
         let multipoles = |(i, burst): (&usize, &Burst)| {
             let wavenumber = Complex64::from(motions[*i].wavenumber);
@@ -235,12 +241,12 @@ fn width(phases: &[f64]) -> f64 {
     let mut sorted = phases.to_vec();
     sorted.sort_by(f64::total_cmp);
     let nearest = sorted.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-    // The mirror image of the lowest is at its negative.
+    // The mirror image of the lowest frequency lies at its negative.
     (APART / nearest).max(0.5 * APART / lowest).max(LEAST_WIDTH / highest)
 }
 
-/// Modes in runs, the steps of all runs together being as few as can be, `after` those after the bursts of
-/// each.
+/// Assignment of modes to runs that minimises the total number of steps; `after` steps follow the bursts of
+/// each run.
 fn colours(phases: &[f64], after: usize) -> Vec<Vec<usize>> {
     let mut sorted: Vec<usize> = (0..phases.len()).collect();
     sorted.sort_by(|a, b| phases[*a].total_cmp(&phases[*b]));
@@ -279,7 +285,7 @@ mod tests {
     #[test]
     fn every_mode_is_in_one_run_and_neighbours_are_apart() {
         let phases: Vec<f64> = (1..40).map(|i| 0.01 * f64::from(i) + 1e-6 * f64::from(i % 2)).collect();
-        // Where what follows the bursts is short, a few runs are cheaper than one of long bursts.
+        // With a short decay a few runs are cheaper than one with long bursts.
         let [short, long] = [0, 300].map(|after| colours(&phases, after));
         assert!(short.len() > 1 && short.len() < 20 && long.len() == 1, "{} {}", short.len(), long.len());
         for run in short.iter().chain(&long) {
@@ -289,7 +295,7 @@ mod tests {
                 for j in own.iter().filter(|j| *j != i) {
                     let burst = Burst { phase: *j, width, middle: (HALF_LENGTH * width).ceil() };
                     let leak = burst.spectrum(*i).norm() / burst.spectrum(*j).norm();
-                    // Residual seen: 4e-5, what is cut off at both ends included.
+                    // Residual seen: 4e-5, truncation at both ends included.
                     assert!(leak < 3e-4, "{i} {j}: {leak:e}");
                 }
             }

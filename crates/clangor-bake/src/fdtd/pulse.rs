@@ -1,6 +1,6 @@
-//! The acceleration that a run applies: a Gaussian, whose spectrum ends with the band.
+//! The acceleration that drives a run: a Gaussian, whose spectrum ends with the band.
 //!
-//! Spectra are sums over the steps of the run, so that nothing is asked of the step but to resolve the band.
+//! Spectra are sums over the steps of the run, so the step only has to resolve the band.
 
 use num_complex::Complex64;
 

@@ -1,7 +1,7 @@
 //! The pressure on a sphere about the centre of mass, and its multipoles.
 //!
-//! Gauss–Legendre in cos θ times the trapezoid rule in φ; from the cell centres by Lagrange's polynomials
-//! through six points along each axis, so that what is left of the interpolation is below the error of the
+//! Gauss–Legendre in cos θ times the trapezoid rule in φ. Pressures come from the cell centres by Lagrange's
+//! polynomials through six points along each axis, so that the interpolation error is below the error of the
 //! grid.
 
 use std::f64::consts::{PI, TAU};
@@ -17,7 +17,7 @@ pub(super) const TAPS: usize = 6;
 /// Cells that the interpolation reaches beyond a point.
 pub(super) const REACH: usize = TAPS / 2;
 
-/// Where the field is read.
+/// A point of the recording sphere.
 #[derive(Clone, Debug)]
 pub(super) struct Recorder {
     points: Vec<Point>,
@@ -36,7 +36,7 @@ struct Point {
 impl Recorder {
     /// Reads a sphere of `radius` about `centre` \[cells\] for multipoles up to `order`.
     pub(super) fn new(lattice: &Lattice, centre: DVec3, radius: f64, order: usize) -> Self {
-        // Enough that orders up to `order` + 10 do not alias.
+        // Enough points that orders up to `order` + 10 do not alias.
         let rings = order + 6;
         let around = 2 * rings;
         let (mut points, mut projection, mut harmonics) = (Vec::new(), Vec::new(), Vec::new());
@@ -76,7 +76,7 @@ impl Recorder {
         self.project(pressures, signals);
     }
 
-    /// How many points.
+    /// Number of points.
     #[cfg(feature = "gpu")]
     pub(super) fn points(&self) -> usize {
         self.points.len()

@@ -1,7 +1,7 @@
-//! What still rings when a run ends, continued for ever: a sum of decaying oscillations.
+//! Continuation of signals that have not decayed when a run ends: a sum of decaying oscillations.
 //!
-//! After the pulse, when the waves that do not come back have passed, every recorded signal is a sum over the
-//! resonances of the air around the body, the same for all signals but for their amplitudes:
+//! After the pulse, when the direct waves have passed, every recorded signal is a sum over the resonances of
+//! the air around the body, the same for all signals apart from their amplitudes:
 //!
 //! ```text
 //! x_c[n] = Σ_j a_cj z_jⁿ,     n = n₀ … N − 1
@@ -23,18 +23,18 @@ use faer::linalg::solvers::{Solve, SolveLstsq};
 use faer::{Mat, Side};
 use num_complex::Complex64;
 
-/// Samples needed for a fit: fewer hold no resonance.
+/// Samples needed for a fit; shorter signals have none.
 const FEWEST: usize = 30;
 /// Samples of the longest window, and those used of the longest signal.
 const LONGEST_WINDOW: usize = 500;
 const MOST_SAMPLES: usize = 2 * LONGEST_WINDOW;
-/// How far above those of the noise the eigenvalue of a resonance must be.
+/// Least ratio of the eigenvalue of a resonance to those of the noise.
 const ABOVE_NOISE: f64 = 30.0;
-/// Least eigenvalue of a resonance, in the largest.
+/// Least eigenvalue of a resonance, relative to the largest.
 const LEAST: f64 = 1e-13;
-/// Signals with less than this part of the energy of all are not used to find poles.
+/// Signals below this fraction of the total energy are not used to find poles.
 const SILENT: f64 = 1e-12;
-/// What is left after the samples of an oscillation slow enough to be a drift.
+/// Remainder after the samples above which a slow oscillation counts as drift.
 const DRIFT: f64 = 0.5;
 
 /// The continuation of the signals of all motions.
@@ -49,7 +49,7 @@ pub(super) struct Tail {
 }
 
 impl Tail {
-    /// Continues signals that ring freely from sample `first` on. Each motion has its samples one after the
+    /// Continues signals in free decay from sample `first` on. Each motion has its samples one after the
     /// other, each with all `channels`; `weights` bring motions to the same units.
     pub(super) fn fit(signals: &[Vec<f64>], channels: usize, first: usize, weights: &[f64]) -> Self {
         let start = signals.first().map_or(0, |s| s.len() / channels);
@@ -63,7 +63,7 @@ impl Tail {
             .flat_map(|signal| (0..channels).map(move |c| column(&signal[first * channels..], channels, c)))
             .collect();
         let scales = weights.iter().flat_map(|w| std::iter::repeat_n(*w, channels));
-        // Many signals make up for few windows of each: what limits the resonances is the length.
+        // Many signals compensate for few windows of each; the length limits the number of resonances.
         let length = (2 * (start - first) / 3).min(LONGEST_WINDOW);
         let poles = find_poles(&windows(&rows, scales, length), start - first);
         if poles.is_empty() {
@@ -120,7 +120,7 @@ fn windows(signals: &[Vec<f64>], scales: impl Iterator<Item = f64>, length: usiz
         for b in 0..length {
             diagonal[b] = square * (0..=last).map(|n| x[n] * x[n + b]).sum::<f64>();
         }
-        // Each diagonal from its first element: the next loses one product and gains one.
+        // Each diagonal from its first element: the next subtracts one product and adds one.
         for (b, start) in diagonal.iter().enumerate() {
             let mut value = *start;
             for a in 0..length - b {
@@ -134,13 +134,12 @@ fn windows(signals: &[Vec<f64>], scales: impl Iterator<Item = f64>, length: usiz
     sum
 }
 
-/// The decaying z_j of the windows, one of each conjugate pair. `samples` tells how long they were seen.
+/// The decaying z_j of the windows, one of each conjugate pair, observed over `samples`.
 fn find_poles(windows: &Mat<f64>, samples: usize) -> Vec<Complex64> {
     let length = windows.nrows();
     let Ok(eigen) = windows.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
     let values = eigen.S().column_vector();
-    // The least eigenvalues are noise: with more resonances than that leaves room for, a run is too short
-    // anyway.
+    // The smallest eigenvalues are noise. A run with more resonances than that is too short.
     let noise = values[length / 8].abs();
     let least = (ABOVE_NOISE * noise).max(LEAST * values[length - 1]);
     let rank = (length / 8..length).filter(|i| values[*i] > least).count();
@@ -153,7 +152,7 @@ fn find_poles(windows: &Mat<f64>, samples: usize) -> Vec<Complex64> {
     let shift = square.partial_piv_lu().solve(without_last.transpose() * without_first);
     let Ok(values) = shift.eigenvalues() else { return Vec::new() };
     let decays = |z: &Complex64| z.norm() < 1.0;
-    // Less than half a turn within the run, and hardly falling: what the absorbing layer sends back, and
+    // Less than half a turn within the run, and hardly decaying: reflections of the absorbing layer, and
     // rounding.
     let is_drift = |z: &Complex64| {
         z.arg() * (samples as f64) < std::f64::consts::PI && z.norm().powi(samples as i32) > DRIFT
@@ -164,14 +163,15 @@ fn find_poles(windows: &Mat<f64>, samples: usize) -> Vec<Complex64> {
     poles
 }
 
-/// Amplitudes of each signal, by least squares, at the sample after the last.
+/// Amplitudes of each signal at the sample after the last, by least squares.
 fn amplitudes(signals: &[Vec<f64>], poles: &[Complex64]) -> Vec<Vec<Complex64>> {
     let samples = signals[0].len();
+    // Powers of the poles.
     let powers: Vec<Vec<Complex64>> = poles
         .iter()
         .map(|z| std::iter::successors(Some(Complex64::ONE), |p| Some(p * z)).take(samples + 1).collect())
         .collect();
-    // x = Re Σ a z^n has the columns Re z^n and −Im z^n; the latter is nothing if z is real.
+    // x = Re Σ a z^n has the columns Re z^n and −Im z^n. The latter vanishes if z is real.
     let columns: Vec<(usize, bool)> = poles
         .iter()
         .enumerate()
@@ -182,6 +182,7 @@ fn amplitudes(signals: &[Vec<f64>], poles: &[Complex64]) -> Vec<Vec<Complex64>> 
         if imaginary { -powers[j][n].im } else { powers[j][n].re }
     });
     let right = Mat::from_fn(samples, signals.len(), |n, c| signals[c][n]);
+    // Least squares by QR, one right-hand side per signal.
     let solution = matrix.qr().solve_lstsq(right);
     (0..signals.len())
         .map(|signal| {
@@ -194,6 +195,7 @@ fn amplitudes(signals: &[Vec<f64>], poles: &[Complex64]) -> Vec<Vec<Complex64>> 
                     found[*j].re = value;
                 }
             }
+            // Shift the amplitudes to the end of the record.
             found.iter().zip(&powers).map(|(a, p)| a * p[samples]).collect()
         })
         .collect()
@@ -211,7 +213,7 @@ mod tests {
         Complex64::from_polar(POLES[j].0, POLES[j].1)
     }
 
-    /// Amplitude of a pole in a channel; motion 1 hears the second pole only.
+    /// Amplitude of a pole in a channel; motion 1 excites the second pole only.
     fn amplitude(motion: usize, channel: usize, j: usize) -> Complex64 {
         if motion == 1 && j != 1 {
             return Complex64::ZERO;
@@ -219,7 +221,7 @@ mod tests {
         Complex64::from_polar(1.0 / (1 + channel) as f64, (3 * channel + 5 * j) as f64)
     }
 
-    /// Something like rounding of a part of 1: bits of a hash.
+    /// Pseudo-rounding of relative size 1: bits of a hash.
     fn noise(n: usize, part: f64) -> f64 {
         let mut x = (n as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -240,7 +242,7 @@ mod tests {
             .collect()
     }
 
-    /// Largest error of the spectra of all signals near the poles, in the spectrum there.
+    /// Largest error of the spectra of all signals near the poles, relative to the spectrum there.
     fn worst(samples: usize, first: usize, rounding: f64) -> f64 {
         let signals = signals(samples, rounding);
         let tail = Tail::fit(&signals, CHANNELS, first, &[1.0, 1.0]);

@@ -1,13 +1,13 @@
-//! Stiffness and mass of a box of bricks: elements of high order where nothing is curved.
+//! Stiffness and mass of a box of hexahedra: elements of order 4 or 2 where nothing is curved.
 //!
 //! ```text
 //! N_ijk(x, y, z) = l_i(x) l_j(y) l_k(z),    l of second or fourth order, on evenly spaced nodes
 //! K_IJ = ∫ λ g_I g_Jᵀ + μ (g_J g_Iᵀ + (g_I·g_J) 1) dV,    M_IJ = 1 ∫ ρ N_I N_J dV
 //! ```
 //!
-//! Tetrahedra that are many times as long as a plate is thick bend too hard: their displacements across the
-//! plate cannot follow those along it. Bricks of the fourth order can, on the same nodes. Integrals are
-//! products of those along the axes, exact, and the same for all bricks.
+//! Tetrahedra that are many times as long as a plate is thick are too stiff in bending: their displacements
+//! across the plate cannot follow those along it. Hexahedra of order 4 on the same nodes can. Integrals are
+//! products of those along the axes, exact, and the same for all elements.
 
 use glam::{DMat3, DVec3};
 
@@ -16,18 +16,18 @@ use super::{ElasticConstants, ElasticSystem, Elements};
 use crate::mesh::tetrahedra::TetMesh;
 use crate::quadrature::gauss_legendre;
 
-/// Order of bricks two cells long.
+/// Order of hexahedra two cells long.
 const HIGH_ORDER: usize = 4;
-/// Order of bricks one cell long.
+/// Order of hexahedra one cell long.
 const LOW_ORDER: usize = 2;
 
 /// Integrals of one axis over the unit interval.
 struct Axis {
     /// Order of the shape functions.
     order: usize,
-    /// Bricks along the axis.
+    /// Elements along the axis.
     bricks: usize,
-    /// Length of a brick \[m\].
+    /// Length of an element \[m\].
     length: f64,
     /// ∫ l_i l_j, by i (order + 1) + j.
     plain: Vec<f64>,
@@ -63,7 +63,7 @@ impl Axis {
         axis
     }
 
-    /// ∫ along a brick of the shape functions i and j, of which those named are derived.
+    /// ∫ along an element of the shape functions i and j, differentiated where flagged.
     fn integral(&self, i: usize, j: usize, derived: [bool; 2]) -> f64 {
         let count = self.order + 1;
         match derived {
@@ -88,7 +88,7 @@ fn lagrange(order: usize, i: usize, x: f64) -> (f64, f64) {
 
 /// Stiffness and mass of a box on the nodes of `mesh`, which is
 /// [`block`](crate::mesh::tetrahedra::block::block) of the same full edges \[m\] and cells. Along axes with
-/// an even number of cells bricks are two cells long and of fourth order.
+/// an even number of cells the hexahedra are two cells long and of order 4.
 pub fn box_of_bricks(
     mesh: &TetMesh,
     edges: DVec3,
@@ -118,13 +118,13 @@ pub fn box_of_bricks(
     ElasticSystem::assemble(mesh, |_| |i: usize, j: usize| pairs[i * (i + 1) / 2 + j])
 }
 
-/// All places of a grid, the first axis fastest.
+/// All index triples of a grid, the first axis fastest.
 fn each(counts: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     let [nx, ny, nz] = counts;
     (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
 }
 
-/// Block of the stiffness [N/m] and factor of the mass \[kg\] of two nodes of a brick.
+/// Block of the stiffness [N/m] and factor of the mass \[kg\] of two nodes of a hexahedron.
 fn pair(axes: &[Axis; 3], i: [usize; 3], j: [usize; 3], constants: &ElasticConstants) -> (DMat3, f64) {
     let integral = |of: Option<usize>, with: Option<usize>| -> f64 {
         (0..3).map(|a| axes[a].integral(i[a], j[a], [of == Some(a), with == Some(a)])).product()

@@ -6,10 +6,9 @@
 //! K_ij = ∫ λ g_i g_jᵀ + μ (g_j g_iᵀ + (g_i·g_j) 1) dV,    M_ij = 1 ∫ ρ N_i N_j dV
 //! ```
 //!
-//! Both are integrated by one rule that is exact to the fifth degree: for straight edges that is more than
-//! they need (two and four), and for curved ones it leaves an error below that of the shape functions. Rigid
-//! motions have no energy at any point, whatever the edges, because the shape functions that carry the
-//! displacement carry the positions too.
+//! Both are integrated by one rule of fifth degree. For straight edges that exceeds the required degrees (two
+//! and four); for curved ones its error is below that of the shape functions. Rigid motions have no energy at
+//! any point, whatever the edges, because the same shape functions carry displacement and position.
 
 use glam::{DMat3, DVec3};
 

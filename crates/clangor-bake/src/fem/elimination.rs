@@ -22,7 +22,7 @@ use super::out_of_memory::OutOfMemory;
 /// Order and pattern. The factor is supernodal: columns of the same pattern are one dense block.
 pub(crate) struct Elimination {
     cholesky: SymbolicCholesky<usize>,
-    /// Which unknown is eliminated first, second and so on.
+    /// Permutation: the unknown that is eliminated first, second and so on.
     order: Vec<usize>,
     /// Column starts and rows of the lower half of the matrix, by unknowns.
     starts: Vec<usize>,
@@ -103,7 +103,7 @@ impl Elimination {
         SparseColMatRef::new(pattern, entries)
     }
 
-    /// Cuts unknowns off from all others: their rows and columns keep the diagonal only.
+    /// Decouples unknowns from all others: their rows and columns keep the diagonal only.
     pub(crate) fn detach(&self, entries: &mut [f64], held: &[usize]) {
         for column in 0..self.size() {
             let range = self.starts[column]..self.starts[column + 1];

@@ -63,7 +63,7 @@ fn spheroidal(l: usize, y: f64, wave_ratio: f64) -> f64 {
     t11 * t22 - t12 * t21
 }
 
-/// Roots by bisection; 0, the rigid motions, is none.
+/// Roots by bisection, without the root 0 of the rigid motions.
 fn roots(f: impl Fn(f64) -> f64) -> Vec<f64> {
     const STEP: f64 = 0.01;
     let grid = (50..).map(|k| STEP * f64::from(k)).take_while(|y| *y < HIGHEST);

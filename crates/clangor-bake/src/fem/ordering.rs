@@ -1,13 +1,13 @@
 //! Elimination order of the unknowns.
 //!
-//! Two orders are tried on the graph of the nodes, whose three unknowns stay together: approximate minimum
-//! degree, and nested dissection. The one whose factor is cheaper, counted from the elimination tree, is
-//! taken: minimum degree on thin shells, dissection on solids.
+//! Two orders are computed on the graph of the nodes, whose three unknowns stay together: approximate minimum
+//! degree, and nested dissection. The cheaper factor, counted from the elimination tree, decides: minimum
+//! degree on thin shells, dissection on solids.
 //!
-//! Dissection uses the positions of the nodes: a set of nodes is cut across its longest extent, near the
-//! median and where the fewest nodes have neighbours beyond, and of the edges that cross the cut the fewest
-//! nodes that touch them all separate the halves. Those nodes are a smallest vertex cover of a bipartite
-//! graph: by König's theorem, as many as a largest matching has edges.
+//! Dissection uses the positions of the nodes. A set of nodes is cut across its longest extent, near the
+//! median and where the fewest nodes have neighbours beyond. The smallest set of nodes that touches all edges
+//! across the cut separates the halves. It is a minimum vertex cover of a bipartite graph: by König's
+//! theorem, as large as a maximum matching.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
@@ -17,7 +17,7 @@ use glam::DVec3;
 use super::ElasticSystem;
 use super::out_of_memory::OutOfMemory;
 
-/// Sets of so few nodes are not cut further.
+/// Largest set of nodes that is not cut further.
 const LEAF: usize = 12;
 /// The smaller part of a cut set is at least this part of it.
 const LEAST_PART: f64 = 0.4;
@@ -100,12 +100,13 @@ impl Graph {
         let count = order.len();
         let mut place = vec![0_u32; count];
         order.iter().enumerate().for_each(|(k, n)| place[*n as usize] = k as u32);
+        // Elimination tree by path compression.
         let (mut parent, mut ancestor) = (vec![NONE; count], vec![NONE; count]);
         for (k, node) in order.iter().enumerate() {
             let k = k as u32;
             for neighbour in self.of_node(*node) {
                 let mut climb = place[*neighbour as usize];
-                // Up to the root, which becomes a child of k; the path is shortened on the way.
+                // Climb to the root, which becomes a child of k; compress the path on the way.
                 while climb < k {
                     let above = std::mem::replace(&mut ancestor[climb as usize], k);
                     if above == NONE {
@@ -116,6 +117,7 @@ impl Graph {
                 }
             }
         }
+        // Column counts: climb the row subtree of each k.
         let (mut counts, mut seen) = (vec![1_u32; count], vec![NONE; count]);
         for (k, node) in order.iter().enumerate() {
             let k = k as u32;
@@ -141,13 +143,14 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
     let mut matched = vec![NONE; count];
     let mut rank = vec![NONE; count];
     let mut mark = 0;
-    // Sets of nodes with the end of their places in the order: separators come last.
+    // Stack of node sets with the end of their range in the order: separators come last.
     let mut stack = vec![((0..count as u32).collect::<Vec<u32>>(), count)];
     while let Some((mut set, end)) = stack.pop() {
         if set.len() <= LEAF {
             order[end - set.len()..end].copy_from_slice(&set);
             continue;
         }
+        // Cut across the longest extent.
         let (low, high) = set.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), n| {
             let p = positions[*n as usize];
             (low.min(p), high.max(p))
@@ -157,6 +160,7 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
             let key = |n: &u32| positions[*n as usize][axis];
             key(a).total_cmp(&key(b)).then(a.cmp(b))
         });
+        // Vertex separator: minimum cover of the edges across the cut.
         let (left, right) = set.split_at(narrowest(graph, &set, &mut rank));
         mark += 2;
         left.iter().for_each(|n| side[*n as usize] = mark);
@@ -166,6 +170,7 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
         let rest =
             |half: &[u32]| -> Vec<u32> { half.iter().copied().filter(|n| side[*n as usize] != 0).collect() };
         let (left, right) = (rest(left), rest(right));
+        // The separator takes the last places; recurse into both halves.
         let end = end - cover.len();
         order[end..end + cover.len()].copy_from_slice(&cover);
         let before = end - right.len();
@@ -175,14 +180,13 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
     order
 }
 
-/// Where to cut a sorted set: how many of it come before the cut that the fewest nodes of one side touch.
+/// Cut position in a sorted set: the number of nodes before the cut with the smallest border.
 ///
 /// `rank` is all [`NONE`] before and after.
 fn narrowest(graph: &Graph, set: &[u32], rank: &mut [u32]) -> usize {
     let count = set.len();
     set.iter().enumerate().for_each(|(k, n)| rank[*n as usize] = k as u32);
-    // By cuts: how many nodes more than at the cut before have a neighbour beyond, seen from the left and
-    // from the right.
+    // By cuts: change of the number of nodes with a neighbour beyond, from the left and from the right.
     let mut more = vec![[0_i32; 2]; count + 1];
     for (k, n) in set.iter().enumerate() {
         let ranks = || graph.of_node(*n).iter().map(|m| rank[*m as usize]).filter(|r| *r != NONE);
@@ -211,7 +215,7 @@ fn narrowest(graph: &Graph, set: &[u32], rank: &mut [u32]) -> usize {
 fn vertex_cover(graph: &Graph, left: &[u32], side: &[u32], right: u32, matched: &mut [u32]) -> Vec<u32> {
     let across = |n: u32| graph.of_node(n).iter().copied().filter(|m| side[*m as usize] == right);
     let border: Vec<u32> = left.iter().copied().filter(|n| across(*n).next().is_some()).collect();
-    // Augmenting paths by depth-first search (Kuhn 1955), begun from what fits at once.
+    // Augmenting paths by depth-first search (Kuhn 1955), from a greedy matching.
     for n in &border {
         if let Some(free) = across(*n).find(|m| matched[*m as usize] == NONE) {
             (matched[*n as usize], matched[free as usize]) = (free, *n);
@@ -225,8 +229,8 @@ fn vertex_cover(graph: &Graph, left: &[u32], side: &[u32], right: u32, matched: 
             augment(*n, &across, matched, &mut seen);
         }
     }
-    // König: from the free left nodes along alternating paths; left nodes not reached and right nodes
-    // reached.
+    // König: follow alternating paths from the free left nodes. The cover is the unreached left nodes and the
+    // reached right nodes.
     seen.clear();
     let mut front: Vec<u32> = border.iter().copied().filter(|n| matched[*n as usize] == NONE).collect();
     let mut reached: std::collections::BTreeSet<u32> = front.iter().copied().collect();
@@ -243,6 +247,7 @@ fn vertex_cover(graph: &Graph, left: &[u32], side: &[u32], right: u32, matched: 
     }
     let mut cover: Vec<u32> = border.iter().copied().filter(|n| !reached.contains(n)).collect();
     cover.extend(&visited);
+    // Restore the scratch array.
     for n in &border {
         let other = std::mem::replace(&mut matched[*n as usize], NONE);
         if other != NONE {
@@ -252,14 +257,14 @@ fn vertex_cover(graph: &Graph, left: &[u32], side: &[u32], right: u32, matched: 
     cover
 }
 
-/// Looks for a path from a free left node to a free right one, and flips it.
+/// Searches for a path from a free left node to a free right one, and flips it.
 fn augment<I: Iterator<Item = u32>>(
     start: u32,
     across: &impl Fn(u32) -> I,
     matched: &mut [u32],
     seen: &mut std::collections::BTreeSet<u32>,
 ) {
-    // Each level: a left node, and the right nodes of it that are still to try.
+    // Each level: a left node, and its right nodes that are still untried.
     let mut path: Vec<(u32, I, u32)> = vec![(start, across(start), NONE)];
     while let Some((_, choices, taken)) = path.last_mut() {
         let Some(m) = choices.find(|m| seen.insert(*m)) else {

@@ -1,7 +1,7 @@
 //! Products of the matrices of a body with eight vectors at once, in vector registers.
 //!
-//! Each entry is read once for eight vectors and, because the matrices are symmetric, for the row and the
-//! column that it stands in. Sums run in the same order on every instruction set.
+//! Each entry is read once for eight vectors and, by symmetry, for both its row and its column. Sums run in
+//! the same order on every instruction set.
 
 use glam::DMat3;
 use pulp::{Simd, WithSimd};
@@ -11,7 +11,7 @@ pub(super) const LANES: usize = 8;
 
 type Lanes = [f64; LANES];
 
-/// What is multiplied.
+/// The matrix of a product.
 #[derive(Clone, Copy)]
 pub(super) enum Matrix<'a> {
     /// Factors of unit blocks.
@@ -38,6 +38,7 @@ impl WithSimd for Product<'_> {
         self.y.fill(0.0);
         let x = self.x.as_chunks::<LANES>().0;
         let y = self.y.as_chunks_mut::<LANES>().0;
+        // Each stored entry acts on its row and, mirrored, on its column.
         for (column, ends) in self.starts.windows(2).enumerate() {
             let own = [x[3 * column], x[3 * column + 1], x[3 * column + 2]];
             let mut sums = [[0.0; LANES]; 3];

@@ -1,7 +1,7 @@
-//! The motions of a free body that cost no energy, in closed form: three translations and three rotations.
+//! The zero-energy motions of a free body in closed form: three translations and three rotations.
 //!
-//! Their frequency is zero. An eigensolver that computes them itself does so with large relative errors and
-//! mistakes these for modes; it therefore receives them, orthonormal in the mass.
+//! Their frequency is zero. An eigensolver that computed them would have large relative errors there and
+//! mistake them for modes. It therefore receives them, orthonormal in the mass.
 
 use glam::DVec3;
 

@@ -1,8 +1,8 @@
 //! Stiffness and mass of a whole mesh, sparse and symmetric.
 //!
-//! A mesh of a volume or of a section: its elements have any number of nodes, and nodes three unknowns each.
-//! Both matrices have one entry per pair of nodes that share an element: a 3 × 3 block of the stiffness and
-//! one number of the mass, which is the same along x, y and z. Only pairs with row ≥ column are kept.
+//! The mesh is one of a volume or of a section. Elements have any number of nodes, and nodes three unknowns
+//! each. Both matrices have one entry per pair of nodes that share an element: a 3 × 3 block of the stiffness
+//! and one number of the mass, which is the same along x, y and z. Only pairs with row ≥ column are stored.
 
 use glam::{DMat3, DVec3};
 
@@ -57,8 +57,8 @@ impl ElasticSystem {
         })
     }
 
-    /// Assembles elements. `matrices` gives, by the number of an element, what gives its blocks of the
-    /// stiffness and factors of the mass, by two of its nodes of which the first is not before the second.
+    /// Assembles elements. `matrices(e)` returns a function of two nodes of element `e`, the first not before
+    /// the second, to their block of the stiffness and factor of the mass.
     pub(crate) fn assemble<E: AsRef<[u32]>, F: Fn(usize, usize) -> (DMat3, f64)>(
         mesh: Elements<'_, E>,
         matrices: impl Fn(usize) -> F,
@@ -84,8 +84,8 @@ impl ElasticSystem {
         ElasticSystem { nodes: mesh.nodes, starts, rows, stiffness, mass, rigid: mesh.rigid, held, massless }
     }
 
-    /// The same body with unknowns held at zero, and the motions without energy that are left. Held unknowns
-    /// keep the diagonal of the stiffness and no mass, so that they take no part in any mode.
+    /// The same body with unknowns held at zero, and the remaining zero-energy motions. Held unknowns keep
+    /// the diagonal of the stiffness and no mass, so that they take no part in any mode.
     pub(crate) fn holding(mut self, held: Vec<bool>, rigid: Vec<Vec<DVec3>>) -> Self {
         self.massless = vec![[false; 3]; self.rows.len()];
         for column in 0..self.nodes.len() {
@@ -134,12 +134,12 @@ impl ElasticSystem {
         })
     }
 
-    /// The motions that cost no energy, orthonormal in the mass: six of a volume.
+    /// The zero-energy motions, orthonormal in the mass: six of a volume.
     pub fn rigid_motions(&self) -> Vec<Vec<f64>> {
         orthonormal_in_mass(&self.rigid, |x, y| self.multiply_mass(x, 1, y))
     }
 
-    /// How many motions cost no energy.
+    /// Number of zero-energy motions.
     pub fn rigid_count(&self) -> usize {
         self.rigid.len()
     }
@@ -169,8 +169,8 @@ impl ElasticSystem {
         self.hold(y, width);
     }
 
-    /// Zeros where unknowns are held; vectors are stored as in [`multiply_mass`](Self::multiply_mass), which
-    /// expects and leaves them so.
+    /// Sets held unknowns to zero. Vectors are stored as in [`multiply_mass`](Self::multiply_mass), which
+    /// expects and preserves these zeros.
     pub(crate) fn hold(&self, x: &mut [f64], width: usize) {
         let held = x.chunks_exact_mut(width).zip(&self.held).filter(|(_, held)| **held);
         held.for_each(|(x, _)| x.fill(0.0));
@@ -241,6 +241,7 @@ fn add_block(
 
 /// The pairs of nodes that share an element, by columns.
 fn pattern<E: AsRef<[u32]>>(count: usize, elements: &[E]) -> (Vec<usize>, Vec<u32>) {
+    // Upper bound of the entries of each column, with duplicates.
     let mut filled = vec![0_usize; count + 1];
     for element in elements.iter().map(AsRef::as_ref) {
         for i in element {
@@ -250,6 +251,7 @@ fn pattern<E: AsRef<[u32]>>(count: usize, elements: &[E]) -> (Vec<usize>, Vec<u3
     for n in 0..count {
         filled[n + 1] += filled[n];
     }
+    // Rows of each column, with duplicates.
     let mut all = vec![0_u32; filled[count]];
     let mut next = filled.clone();
     for element in elements.iter().map(AsRef::as_ref) {
@@ -260,6 +262,7 @@ fn pattern<E: AsRef<[u32]>>(count: usize, elements: &[E]) -> (Vec<usize>, Vec<u3
             }
         }
     }
+    // Sort each column and drop duplicates.
     let mut starts = vec![0];
     let mut rows = Vec::with_capacity(all.len() / 3);
     for n in 0..count {

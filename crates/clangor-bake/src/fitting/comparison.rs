@@ -1,9 +1,9 @@
-//! How far two fields of the same body are apart.
+//! Distance of two fields of the same body.
 //!
-//! Over frequencies spread evenly in the band and directions spread evenly over a sphere, each frequency
-//! counted alike: the *level error* of a motion is its error against the loudest motion at that frequency,
-//! rotations at equal surface speed; its *own error* is against itself, which says little of a motion that is
-//! hardly heard.
+//! Evaluated at frequencies spread evenly in the band and directions spread evenly over a sphere, with equal
+//! weight for each frequency. The *level error* of a motion is relative to the strongest motion at that
+//! frequency, rotations at equal surface speed. Its *own error* is relative to itself, which means little for
+//! a motion far below the strongest.
 
 use std::f64::consts::PI;
 
@@ -16,17 +16,17 @@ use num_complex::Complex64;
 pub const DIRECTIONS: usize = 40;
 /// Frequencies compared.
 const FREQUENCIES: usize = 60;
-/// A motion counts by itself where it is louder than this part of the loudest.
+/// Least level, relative to the strongest motion, at which the own error of a motion counts.
 const HEARD: f64 = 0.05;
 
-/// Errors of one field against another.
+/// Errors of one field relative to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldErrors {
     /// Level error of each motion.
     pub level: [f64; RIGID_DOFS],
-    /// Own error of each motion, where it is above 5 % of the loudest; 0 for one that never is.
+    /// Own error of each motion, where it is above 5 % of the strongest; 0 for one that never is.
     pub own: [f64; RIGID_DOFS],
-    /// Part of the loudest that each motion reaches at most.
+    /// Highest level of each motion relative to the strongest.
     pub loudness: [f64; RIGID_DOFS],
 }
 
@@ -36,7 +36,7 @@ impl FieldErrors {
         self.level.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The worst own error of a motion that is heard.
+    /// The worst own error of a motion above that level.
     pub fn worst_own(&self) -> f64 {
         self.own.iter().copied().fold(0.0, f64::max)
     }
@@ -54,6 +54,7 @@ pub fn compare(
     let mut level = [0.0; RIGID_DOFS];
     let (mut own_error, mut own_size) = ([0.0; RIGID_DOFS], [0.0; RIGID_DOFS]);
     let mut loudness = [0.0_f64; RIGID_DOFS];
+    // Mean square over frequencies and directions.
     for step in 0..FREQUENCIES {
         let k = lowest + (highest - lowest) * step as f64 / (FREQUENCIES - 1) as f64;
         let (mut error, mut size) = ([0.0; RIGID_DOFS], [0.0; RIGID_DOFS]);
@@ -66,6 +67,7 @@ pub fn compare(
                 size[degree] += b[degree].norm_sqr();
             }
         }
+        // Normalise by the strongest motion, and by the motion itself where it is strong enough.
         let loudest = size.iter().copied().fold(0.0, f64::max);
         for degree in 0..RIGID_DOFS {
             level[degree] += error[degree] / loudest / FREQUENCIES as f64;

@@ -1,4 +1,4 @@
-//! From pressure and acceleration on a surface to the multipoles of the field outside.
+//! Projection of pressure and acceleration on a surface onto the multipoles of the exterior field.
 //!
 //! With G = e^{−ikr}/(4πr) = −ik Σ hₙ⁽²⁾(kr_x) jₙ(kr_y) Y_nm Y_nm and the representation p = ∫ (p ∂G/∂n + ρ
 //! a_n G) dS, n pointing into the fluid, the coefficient of
@@ -8,7 +8,7 @@
 //! c_nm = θₙ(ikR) / R^{n+1} · ∫ [ p ∂/∂n (u_n(kr) rⁿ Y_nm) + ρ a_n u_n(kr) rⁿ Y_nm ] dS,   u_n(z) = jₙ(z)/zⁿ
 //! ```
 //!
-//! which is finite at k = 0. Valid outside the smallest ball about the origin that holds the surface.
+//! which is finite at k = 0. Valid outside the smallest ball about the origin that contains the surface.
 
 use clangor_core::math::radial::{regular, reverse_bessel};
 use clangor_core::math::spherical_harmonics::{count, index, solid_harmonics_with_gradient};
@@ -43,15 +43,16 @@ pub fn project(
         let x = point.position / radius;
         let motions = rigid_motions(point.position, point.area);
         let distance_square = x.length_squared();
-        // u'_n(z) = −z u_{n+1}(z): one order more than asked for.
+        // u'_n(z) = −z u_{n+1}(z) needs one order more than the result.
         regular(square * distance_square, order + 1, &mut radial);
         solid_harmonics_with_gradient(x, order, &mut harmonics, &mut gradients);
         let along = x.dot(point.area);
+        // Quadrature of p ∂/∂n (u_n rⁿ Y_nm) + a_n u_n rⁿ Y_nm.
         for n in 0..=order {
             let slope = -square * radial[n + 1] * along;
             for m in -(n as isize)..=n as isize {
                 let i = index(n, m);
-                // Lengths in R: the derivative has one 1/R, the coefficient another.
+                // Lengths in R: the derivative and the coefficient have one factor 1/R each.
                 let normal = (radial[n] * gradients[i].dot(point.area) + slope * harmonics[i]) / radius;
                 let value = radial[n] * harmonics[i];
                 for degree in 0..RIGID_DOFS {
@@ -60,6 +61,7 @@ pub fn project(
             }
         }
     }
+    // Normalisation θₙ(ikR)/R.
     let mut scale = Vec::new();
     reverse_bessel(Complex64::I * wavenumber * radius, order, &mut scale);
     for sum in &mut sums {

@@ -17,16 +17,16 @@ use clangor_core::sound_model::acceleration::field::Node;
 use faer::{Mat, Side};
 use num_complex::Complex64;
 
-/// A sample: s, the values of the functions there, and the size by which errors there are divided.
+/// A sample: s, the values of the functions there, and their error scales.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FunctionSample {
     /// s, with Im s ≥ 0.
     pub s: Complex64,
     /// Values of the functions.
     pub values: Vec<Complex64>,
-    /// 1 over what counts as an error of 100 % for each function.
+    /// 1 over the magnitude that corresponds to an error of 100 % for each function.
     pub weights: Vec<f64>,
-    /// How many consecutive functions share an error: the root of the mean square over them.
+    /// Number of consecutive functions that share an error: the root of their mean square.
     pub group: usize,
 }
 
@@ -41,7 +41,7 @@ pub struct RationalFit {
     pub error: f64,
 }
 
-/// Fits with as few nodes as reach `tolerance`, at most `most`.
+/// Fits with the fewest nodes that reach `tolerance`, at most `most`.
 ///
 /// With too few samples for the tolerance, all but one become nodes; the error is that at the last.
 pub fn fit(samples: &[FunctionSample], tolerance: f64, most: usize) -> RationalFit {
@@ -123,11 +123,11 @@ pub fn predict(
     above.iter().map(|a| a / below).collect()
 }
 
-/// Weights of unit length that make the linearised residual smallest: the last eigenvector of the Gram matrix
-/// of the Loewner matrix, whose columns are the real and imaginary parts of the weights.
+/// Weights of unit length that minimise the linearised residual: the last eigenvector of the Gram matrix of
+/// the Loewner matrix, whose columns are the real and imaginary parts of the weights.
 ///
-/// The Gram matrix squares the condition: residuals below 1e-8 of the largest are not told apart, far below
-/// the error of any solver.
+/// The Gram matrix squares the condition number: residuals below 1e-8 of the largest are indistinguishable,
+/// far below the error of any solver.
 fn least_residual(samples: &[FunctionSample], support: &[usize]) -> Vec<Complex64> {
     let columns = 2 * support.len();
     let mut gram = Mat::<f64>::zeros(columns, columns);
@@ -136,6 +136,7 @@ fn least_residual(samples: &[FunctionSample], support: &[usize]) -> Vec<Complex6
         if support.contains(&i) {
             continue;
         }
+        // Loewner row of the sample: direct and mirrored nodes.
         let poles: Vec<(Complex64, Complex64)> = support
             .iter()
             .map(|&j| (1.0 / (sample.s - samples[j].s), 1.0 / (sample.s - samples[j].s.conj())))
@@ -149,6 +150,7 @@ fn least_residual(samples: &[FunctionSample], support: &[usize]) -> Vec<Complex6
                 row[2 * k] = direct + mirrored;
                 row[2 * k + 1] = Complex64::I * (direct - mirrored);
             }
+            // Gram matrix, lower half.
             for a in 0..columns {
                 for b in 0..=a {
                     gram[(a, b)] += row[a].re * row[b].re + row[a].im * row[b].im;
@@ -156,6 +158,7 @@ fn least_residual(samples: &[FunctionSample], support: &[usize]) -> Vec<Complex6
             }
         }
     }
+    // Eigenvector of the smallest eigenvalue.
     match gram.self_adjoint_eigen(Side::Lower) {
         Ok(eigen) => {
             let vector = eigen.U().col(0);
@@ -172,7 +175,7 @@ fn least_residual(samples: &[FunctionSample], support: &[usize]) -> Vec<Complex6
 pub fn poles(nodes: &[Node]) -> Vec<Complex64> {
     let all: Vec<(Complex64, Complex64)> =
         nodes.iter().flat_map(|n| [(n.s, n.weight), (n.s.conj(), n.weight.conj())]).collect();
-    // Shifted, so that the extra eigenvalue lies where no pole of a body can: far in the right half plane.
+    // Shifted, so that the extra eigenvalue lies far in the right half plane, away from the poles of a body.
     let shift = 2.0 * all.iter().map(|(s, _)| s.norm()).fold(1.0, f64::max);
     let total: Complex64 = all.iter().map(|(_, w)| w).sum();
     let matrix = Mat::<Complex64>::from_fn(all.len(), all.len(), |a, b| {

@@ -26,8 +26,9 @@ pub(super) struct AxisymmetricSurface {
 }
 
 impl AxisymmetricSurface {
-    /// With edges of about `edge` \[m\] or shorter.
+    /// A mesh with edges of at most about `edge` \[m\].
     pub(super) fn new(meridian: &Meridian, axis: DVec3, edge: f64) -> Self {
+        // Points along the meridian, closer where it curves.
         let mut places = Vec::new();
         for (i, piece) in meridian.pieces().iter().enumerate() {
             let length = piece.length(0.0, 1.0);
@@ -41,6 +42,7 @@ impl AxisymmetricSurface {
             places.push((meridian.pieces().len() - 1, 1.0));
         }
         let axis_radius = 1e-9 * meridian.bounding_radius();
+        // Points around the axis on each ring.
         let rings: Vec<Ring> = places
             .iter()
             .map(|(i, t)| {
@@ -52,6 +54,7 @@ impl AxisymmetricSurface {
                 Ring { radius: p.x, y: p.y, turns: (0..count).map(|k| k as f64 / count as f64).collect() }
             })
             .collect();
+        // Triangulate between neighbouring rings, and rotate onto the axis.
         let mut mesh = lace(&rings, closed);
         let turn = DQuat::from_rotation_arc(DVec3::Y, axis);
         mesh.vertices.iter_mut().for_each(|v| *v = turn * *v);
@@ -68,6 +71,7 @@ impl AxisymmetricSurface {
     ) -> Vec<[Complex64; RIGID_DOFS]> {
         let count = panels.rule.len();
         let mut cardinal = vec![0.0; count];
+        // Interpolate the pressures from the panel nodes to the rings.
         let on_rings: Vec<[Complex64; MOTIONS]> = self
             .places
             .iter()
@@ -80,6 +84,7 @@ impl AxisymmetricSurface {
                 })
             })
             .collect();
+        // Resolve each motion along and across the axis, then apply its angular factor.
         let parts: [(f64, DVec3); RIGID_DOFS] = std::array::from_fn(|degree| decompose(axis, degree));
         self.mesh
             .vertices

@@ -1,11 +1,11 @@
-//! Fields of any order around the axis: a normal acceleration a(s) cos mφ or a(s) sin mφ at a real frequency.
+//! Fields of any azimuthal order: a normal acceleration a(s) cos mφ or a(s) sin mφ at a real frequency.
 //!
-//! The two have the same pressure p(s) but for the angle, and so do all accelerations of the same k and m
-//! share the matrix. Waves of one mesh share what depends on the geometry alone.
+//! Both have the same pressure p(s) apart from the angle. All accelerations of the same k and m share the
+//! matrix. Waves on one mesh share the terms that depend on the geometry alone.
 //!
-//! Where the inside may resonate, the equations at the nodes are joined by those at points inside and solved
-//! as least squares; other points, which have not been used, then have to be as quiet. If they are not, more
-//! points are used.
+//! Where the interior may resonate, the equations at the nodes are extended by those at points inside and
+//! solved by least squares. The residual pressure at further, unused points must then be small. If it is not,
+//! more points are added.
 
 use std::f64::consts::{PI, TAU};
 
@@ -27,16 +27,16 @@ use crate::radiation::RadiationError;
 /// Orders n of multipoles beyond kR and beyond m.
 const EXTRA_ORDERS: usize = 10;
 
-/// Most that n may be: beyond, (2n − 1)!! overflows.
+/// Upper limit of n: above it (2n − 1)!! overflows.
 const MOST_ORDER: usize = 148;
 
 /// Most waves that are solved at a time.
 const MOST_WAVES: usize = 16;
 
-/// Pressure at points inside, over the largest on the surface, that is taken for none.
+/// Largest interior pressure, relative to the surface maximum, that counts as zero.
 const QUIET: f64 = 3e-4;
 
-/// How often points inside are added before it is given up.
+/// Attempts to add interior points before the solve fails.
 const ATTEMPTS: usize = 4;
 
 /// The solver of one body.
@@ -130,14 +130,14 @@ impl MeridianMesh {
 }
 
 impl AzimuthalSolver {
-    /// For a meridian about the origin, with multipoles on the sphere of `radius` \[m\]. The options' highest
-    /// wavenumber is not used: meshes are made for one each.
+    /// For a meridian about the origin, with multipoles on the sphere of `radius` \[m\]. The highest
+    /// wavenumber of the options is ignored: each mesh has its own.
     pub fn new(meridian: &Meridian, radius: f64, options: AxisymmetricOptions) -> Self {
         let resonance = first_resonance(inscribed_radius(meridian));
         AzimuthalSolver { meridian: meridian.clone(), radius, options, resonance }
     }
 
-    /// A mesh that resolves waves of this wavenumber [1/m], in the air and of the surface.
+    /// A mesh that resolves waves of this wavenumber [1/m], both in the air and on the surface.
     ///
     /// # Errors
     /// [`RadiationError::TooLarge`].
@@ -145,7 +145,7 @@ impl AzimuthalSolver {
         let length: f64 = self.meridian.pieces().iter().map(|piece| piece.length(0.0, 1.0)).sum();
         let waves = length * wavenumber / TAU * self.options.nodes_per_wavelength;
         let too_large = |unknowns| RadiationError::TooLarge { unknowns, most: MOST_UNKNOWNS, wavenumber };
-        // Before it is tried, and after.
+        // Checked before the mesh is built, and after.
         if waves > MOST_UNKNOWNS as f64 {
             return Err(too_large(waves as usize));
         }
@@ -156,12 +156,12 @@ impl AzimuthalSolver {
         Ok(MeridianMesh { panels })
     }
 
-    /// The largest number of waves to be solved on a mesh in one go.
+    /// The largest number of waves in one solve on a mesh.
     pub fn batch(&self, mesh: &MeridianMesh) -> usize {
         (BATCH_MEMORY / (mesh.panels.nodes.len().pow(2) * size_of::<Complex64>())).clamp(1, MOST_WAVES)
     }
 
-    /// The fields of the surface motions of each wave; no more waves than a [`batch`](Self::batch).
+    /// The fields of the surface motions of each wave, at most [`batch`](Self::batch) waves.
     ///
     /// # Errors
     /// [`RadiationError`].
@@ -171,6 +171,7 @@ impl AzimuthalSolver {
         waves: &[RingWave],
     ) -> Result<Vec<Vec<RingField>>, RadiationError> {
         let panels = &mesh.panels;
+        // Collect the right-hand sides of all waves.
         let mut accelerations = Vec::new();
         let mut asked = Vec::new();
         for wave in waves {
@@ -182,11 +183,14 @@ impl AzimuthalSolver {
                 sources: [(first..accelerations.len()).collect()],
             });
         }
+        // Quadrature around the axis, shared by all rows.
         let highest = waves.iter().map(|w| w.wavenumber).fold(0.0, f64::max);
         let around = waves.iter().map(|w| w.order).max().unwrap_or(0);
         let ladder = MidpointLadder::new(highest * panels.widest(), around);
         let context = RowContext::new(panels, &ladder, &asked, &accelerations);
+        // Assembly, one row per collocation point.
         let rows: Vec<Row> = panels.nodes.par_iter().map(|node| context.row(Observer::node(node))).collect();
+        // Surface pressures.
         let pressures = self.pressures(&context, panels, &rows, waves)?;
         waves
             .par_iter()
@@ -196,6 +200,7 @@ impl AzimuthalSolver {
                 if !finite {
                     return Err(RadiationError::NotFinite { wavenumber: wave.wavenumber });
                 }
+                // Multipole projection of each motion.
                 let order = self.order(wave)?;
                 let projection = AxisProjection::new(panels, self.radius, wave.order, order);
                 let k = Complex64::new(wave.wavenumber, 0.0);
@@ -229,6 +234,7 @@ impl AzimuthalSolver {
         rows: &[Row],
         waves: &[RingWave],
     ) -> Result<Vec<Vec<Vec<Complex64>>>, RadiationError> {
+        // Below the first interior resonance the square system is unique: direct solve.
         let resonant: Vec<usize> =
             (0..waves.len()).filter(|f| waves[*f].wavenumber >= self.resonance).collect();
         let mut pressures: Vec<Vec<Vec<Complex64>>> = waves
@@ -249,14 +255,16 @@ impl AzimuthalSolver {
             if attempt == ATTEMPTS {
                 return Err(RadiationError::Resonance { wavenumber: lowest });
             }
-            // The last spare points are used now; the first time there are none.
+            // The spare points of the last attempt are used now; the first attempt has none.
             let wanted = if attempt == 0 { [1, 2] } else { [2, 1] }.map(|k| k * (panels.nodes.len() / 8 + 8));
             used.append(&mut spare);
+            // Assemble rows for new interior points: some for the equations, some held out.
             for (rows, count) in [(&mut used, wanted[0]), (&mut spare, wanted[1])] {
                 let points = inner_points(&self.meridian, lowest, drawn, count);
                 drawn += count;
                 rows.par_extend(points.into_par_iter().map(|p| context.row(Observer::inside(p))));
             }
+            // Least squares, accepted where the held-out points show no pressure.
             let solved: Vec<(usize, Option<Vec<Vec<Complex64>>>)> = left
                 .par_iter()
                 .map(|f| {
@@ -277,7 +285,7 @@ impl AzimuthalSolver {
     }
 }
 
-/// Pressures that satisfy the equations at the nodes and at points inside as well as they can.
+/// Least-squares pressures from the equations at the nodes and at interior points.
 fn solve_joined(rows: &[Row], inside: &[Row], wave: usize) -> Vec<Vec<Complex64>> {
     let nodes = rows.len();
     let square = system_matrix::<1>(rows, wave, 0);
@@ -296,7 +304,7 @@ fn solve_joined(rows: &[Row], inside: &[Row], wave: usize) -> Vec<Vec<Complex64>
     (0..count).map(|j| (0..nodes).map(|i| solution[(i, j)]).collect()).collect()
 }
 
-/// Largest pressure at points inside over the largest on the surface.
+/// Largest pressure at interior points, relative to the largest on the surface.
 fn loudness(inside: &[Row], wave: usize, source: usize, pressure: &[Complex64]) -> f64 {
     let loudest = pressure.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let start = wave * pressure.len();

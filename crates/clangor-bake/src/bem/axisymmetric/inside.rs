@@ -1,33 +1,33 @@
-//! The inside of an axisymmetric body: how thick it is, and points in it.
+//! The interior of an axisymmetric body: its thickness, and points in it.
 //!
-//! The equation for the pressure on the surface has more than one solution where the inside resonates with p
-//! = 0 on the surface: the field of the others does not vanish inside. Points inside, where it has to, single
-//! out the right one (Schenck, J. Acoust. Soc. Am. 44, 1968). Few of them may lie where a resonance has its
-//! nodes; many, scattered over all that is thick enough to resonate, do not.
+//! The equation for the surface pressure has more than one solution where the interior resonates with p = 0
+//! on its surface. The field of the spurious solutions does not vanish inside. Points inside, where it must
+//! vanish, select the right solution (Schenck, J. Acoust. Soc. Am. 44, 1968). A few points may all lie on
+//! nodes of a resonance. Many, scattered over every part thick enough to resonate, do not.
 
 use std::f64::consts::FRAC_PI_2;
 
 use clangor_core::geometry::meridian::Meridian;
 use glam::DVec2;
 
-/// Part of π/(2ρ) below which there are no resonances.
+/// Fraction of π/(2ρ) below which there are no resonances.
 const RESONANCE_MARGIN: f64 = 0.9;
 
-/// Stretches of each piece of the meridian from which the inside is looked at.
+/// Samples on each piece of the meridian for the search of the largest ball.
 const PARTS: usize = 96;
 
-/// Wavenumber [1/m] below which nothing inside resonates, for the radius of the largest inscribed ball \[m\].
+/// Wavenumber [1/m] below which the interior has no resonance, for the largest inscribed radius \[m\].
 pub(super) fn first_resonance(inscribed: f64) -> f64 {
     RESONANCE_MARGIN * FRAC_PI_2 / inscribed
 }
 
-/// Radius \[m\] of the largest ball inside that touches the surface at one of many points.
+/// Radius \[m\] of the largest inscribed ball that touches the surface at one of the sampled points.
 pub(super) fn inscribed_radius(meridian: &Meridian) -> f64 {
     touching_balls(meridian).into_iter().map(|(_, _, radius)| radius).fold(0.0, f64::max)
 }
 
-/// Points (r, y) inside \[m\], `count` of them from the `skip`-th of a sequence, where the body is thicker
-/// than a fraction of what resonates at `wavenumber` [1/m].
+/// Points (r, y) inside \[m\]: `count` of them from index `skip` of a low-discrepancy sequence, where the
+/// body is thicker than a fraction of the thickness that resonates at `wavenumber` [1/m].
 pub(super) fn inner_points(meridian: &Meridian, wavenumber: f64, skip: usize, count: usize) -> Vec<DVec2> {
     // The fractions of the golden ratio and of √2 never meet.
     const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -46,7 +46,7 @@ pub(super) fn inner_points(meridian: &Meridian, wavenumber: f64, skip: usize, co
         .collect()
 }
 
-/// Points of the surface, outward normals there and the radii of the largest balls inside that touch there.
+/// Surface points, their outward normals, and the radii of the largest inscribed balls that touch there.
 ///
 /// The ball that touches at x with outward normal n and passes through q has the radius |q − x|²/(2 n·(x −
 /// q)).

@@ -50,7 +50,7 @@ impl Lanes {
         Self::from_fn(|l| if self.0[l] > least { self.0[l] } else { least })
     }
 
-    /// In each lane `yes` where self < limit, else `no`.
+    /// In each lane `yes` where self < limit, otherwise `no`.
     #[inline(always)]
     pub(super) fn below(self, limit: f64, yes: Self, no: Self) -> Self {
         Self::from_fn(|l| if self.0[l] < limit { yes.0[l] } else { no.0[l] })

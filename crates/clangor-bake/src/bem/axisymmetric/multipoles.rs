@@ -1,4 +1,5 @@
-//! From the pressures on the meridian to multipoles, and of the rigid motions to multipoles about any axes.
+//! Projection of meridian pressures onto multipoles, and rotation of rigid motions to multipoles about any
+//! axes.
 //!
 //! About the body's own axis a pressure of order m has harmonics of order m only, so that the integral of
 //! [`multipole_projection`](crate::fitting::multipole_projection) is over the meridian alone:
@@ -54,8 +55,8 @@ pub(super) struct AxisProjection {
 }
 
 impl AxisProjection {
-    /// For pressures that go like cos mφ or sin mφ, m = `around`, and coefficients on the sphere of `radius`
-    /// \[m\] up to an order.
+    /// For pressures proportional to cos mφ or sin mφ, m = `around`, and coefficients on the sphere of
+    /// `radius` \[m\] up to an order.
     pub(super) fn new(panels: &Panels, radius: f64, around: usize, order: usize) -> Self {
         let turn = if around == 0 { 2.0 * PI } else { PI };
         let steps: Vec<[f64; 2]> = (around + 1..=order).map(|n| recurrence(n, around)).collect();
@@ -103,8 +104,8 @@ impl AxisProjection {
     }
 }
 
-/// rⁿ Y_nm and its gradient at φ = 0 for n = m and those of the steps, in the half-plane (r, y) with y the
-/// polar axis.
+/// rⁿ Y_nm and its gradient at φ = 0, for n = m and for each recurrence step, in the half-plane (r, y) with y
+/// as the polar axis.
 fn harmonics(x: DVec2, m: usize, steps: &[[f64; 2]]) -> Vec<(f64, DVec2)> {
     let mut size = (0.25 / PI).sqrt();
     for k in 1..=m {
@@ -140,7 +141,7 @@ fn recurrence(n: usize, m: usize) -> [f64; 2] {
     [((4.0 * n * n - 1.0) / below).sqrt(), b]
 }
 
-/// Turns coefficients about the axis into those of the six motions in the body's own axes.
+/// Rotates coefficients about the axis into those of the six motions in the body's frame.
 pub(super) struct AxisTurn {
     axis: DVec3,
     /// √(4π/(2n+1)) Y_nm(a).
@@ -167,7 +168,7 @@ impl AxisTurn {
         AxisTurn { axis, zonal, tilted }
     }
 
-    /// The six coefficients, and the share of each motion along and across the axis.
+    /// The coefficients of the six motions, each a combination of the motions along and across the axis.
     pub(super) fn coefficients(
         &self,
         about_axis: &[Vec<Complex64>; MOTIONS],
@@ -189,7 +190,7 @@ impl AxisTurn {
     }
 }
 
-/// A unit motion as a part along the axis and a direction e across it from which cos φ is counted.
+/// Splits a unit motion into a component along the axis and a direction e across it. φ is measured from e.
 ///
 /// (e_i × x)·n = (a × e_i)·(unit r) (r n_y − y n_r): a rotation has no part along the axis.
 pub(super) fn decompose(axis: DVec3, degree: usize) -> (f64, DVec3) {

@@ -1,9 +1,9 @@
-//! The meridian cut into panels with Gauss–Legendre nodes.
+//! The meridian divided into panels with Gauss–Legendre nodes.
 //!
-//! A panel is halved until it bends by less than a radian, is short against the wave, and, where two pieces
-//! meet at an angle, is 2^−levels as long as the shorter piece; then until it is at most twice as long as its
-//! neighbours. That grades the panels geometrically towards edges and towards small features such as a thin
-//! rim.
+//! A panel is halved until it bends by less than a radian, is short relative to the wavelength, and, where
+//! two pieces meet at an angle, is 2^−levels as long as the shorter piece; then until it is at most twice as
+//! long as its neighbours. This grades the panels geometrically towards edges and towards small features such
+//! as a thin rim.
 
 use clangor_core::geometry::meridian::{Meridian, Piece};
 use glam::DVec2;
@@ -11,16 +11,16 @@ use glam::DVec2;
 use super::AxisymmetricOptions;
 use crate::quadrature::gauss_legendre;
 
-/// Angle \[rad\] between two pieces from which they make an edge.
+/// Angle \[rad\] between two pieces above which their joint is an edge.
 const EDGE: f64 = 0.01;
 
-/// Largest angle \[rad\] that a panel bends by.
+/// Largest bending angle \[rad\] of a panel.
 const BEND: f64 = 1.0;
 
-/// A stretch of a piece with `count` nodes.
+/// An interval of a piece with `count` nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Panel {
-    /// Which piece.
+    /// Index of the piece.
     pub(super) piece: usize,
     /// Parameter of the piece at the start.
     pub(super) start: f64,
@@ -63,16 +63,18 @@ pub(super) struct Panels {
 }
 
 impl Panels {
-    /// Panels fit for waves up to `wavenumber` [1/m].
+    /// Panels that resolve waves up to `wavenumber` [1/m].
     pub(super) fn new(meridian: &Meridian, wavenumber: f64, options: &AxisymmetricOptions) -> Self {
         let pieces = meridian.pieces().to_vec();
         let rule = gauss_legendre(options.nodes_per_panel);
+        // Longest panel for the wavelength.
         let wave = std::f64::consts::TAU / wavenumber.max(1e-300);
         let longest = wave * options.nodes_per_panel as f64 / options.nodes_per_wavelength;
         let mut panels = Vec::new();
         let is_loop = meridian.is_loop();
         let length: Vec<f64> = pieces.iter().map(|p| p.length(0.0, 1.0)).collect();
         for (i, piece) in pieces.iter().enumerate() {
+            // Longest panel at a geometric edge: shrinks by half per level.
             let near_edge = |other: Option<usize>, at: f64| {
                 let here = piece.velocity(at).normalize();
                 let (angle, shorter) = match other {
@@ -80,7 +82,7 @@ impl Panels {
                         let there = pieces[k].velocity(1.0 - at).normalize();
                         (here.angle_to(there).abs(), length[i].min(length[k]))
                     }
-                    // On the axis a piece that is not square to it is mirrored in it.
+                    // On the axis a piece that is not perpendicular to it meets its own mirror image.
                     None => (2.0 * here.y.abs().asin(), length[i]),
                 };
                 if angle > EDGE {
@@ -92,6 +94,7 @@ impl Panels {
             let before = if i > 0 { Some(i - 1) } else { is_loop.then(|| pieces.len() - 1) };
             let after = if i + 1 < pieces.len() { Some(i + 1) } else { is_loop.then_some(0) };
             let (at_start, at_end) = (near_edge(before, 0.0), near_edge(after, 1.0));
+            // Bisect until each panel meets the wave, curvature and edge limits.
             let mut stack = vec![(0.0, 1.0)];
             while let Some((start, end)) = stack.pop() {
                 let panel = Panel::new(i, piece, start, end);
@@ -114,7 +117,9 @@ impl Panels {
                 }
             }
         }
+        // Limit the ratio of neighbouring lengths to 2.
         balance(&mut panels, &pieces, is_loop);
+        // Collocation points: the Gauss–Legendre nodes of each panel.
         let nodes = panels
             .iter()
             .enumerate()
@@ -134,6 +139,7 @@ impl Panels {
                 })
             })
             .collect();
+        // Barycentric weights of the interpolation.
         let barycentric = (0..rule.len())
             .map(|i| {
                 let product: f64 =
@@ -155,7 +161,7 @@ impl Panels {
         let mut sum = 0.0;
         for (value, ((node, _), weight)) in values.iter_mut().zip(self.rule.iter().zip(&self.barycentric)) {
             let gap = x - node;
-            // A point on a node: the term outweighs the others by more than rounding.
+            // A point on a node: its term dominates the others to rounding.
             *value = weight / if gap.abs() > 1e-18 { gap } else { 1e-18 };
             sum += *value;
         }
@@ -179,7 +185,7 @@ impl Panels {
         out
     }
 
-    /// The panel and the place on it in [0, 1] of a parameter of a piece.
+    /// The panel of a parameter of a piece, and the position on it in [0, 1].
     pub(super) fn locate(&self, piece: usize, t: f64) -> (usize, f64) {
         let panel = self
             .panels
@@ -205,7 +211,7 @@ impl Panel {
     }
 }
 
-/// Halves panels that are more than twice as long as a neighbour, until there are none.
+/// Halves panels that are more than twice as long as a neighbour, until none remain.
 fn balance(panels: &mut Vec<Panel>, pieces: &[Piece], is_loop: bool) {
     loop {
         let count = panels.len();

@@ -8,12 +8,12 @@
 //! D_m = −1/4π ∫ (C + iE) g/ρ³ cos mφ dφ,  g = (x' − x)·n' = d·n' + 2 r n'_r sin²(φ/2)
 //! ```
 //!
-//! cos kρ, C, sin kρ/ρ and E/ρ³ are entire functions of ρ² and so of cos φ: their Fourier series end at about
-//! k min(r, r'), and with cos mφ at m more, however close the target is. What does not is 1/ρ and 1/ρ³, whose
-//! Fourier coefficients are Laplace's, known by elliptic integrals and a recurrence. The integral of a
-//! product of the two over J midpoints is therefore as exact for a target on the ring as far away: Σ_j w_j
-//! cos kρ_j cos mφ_j, w_j being the first J terms of the series of 1/ρ. The weights hold for all frequencies
-//! and orders.
+//! cos kρ, C, sin kρ/ρ and E/ρ³ are entire functions of ρ² and therefore of cos φ. Their Fourier series end
+//! at about k min(r, r'), with cos mφ at m more, however close the target is. Only 1/ρ and 1/ρ³ have slowly
+//! decaying series. Their coefficients are Laplace's, known by elliptic integrals and a recurrence. The
+//! integral of a product of the two over J midpoints is therefore as exact for a target on the ring as for a
+//! distant one: Σ_j w_j cos kρ_j cos mφ_j, with w_j the first J terms of the series of 1/ρ. The weights hold
+//! for all frequencies and orders.
 //!
 //! With ρ² = s²(1 − 2t cos φ + t²), 1/ρ = s⁻¹ (b₀/2 + Σ bₙ cos nφ), b₀ = 4K(t)/π, b₁ = 4(K − E)/(πt) and
 //!
@@ -21,9 +21,9 @@
 //! (2n+1) bₙ₊₁ = 2n (t + 1/t) bₙ − (2n−1) bₙ₋₁,    b'ₙ = (2n+1) [(1+t²) bₙ − 2t bₙ₊₁] / (1−t²)²
 //! ```
 //!
-//! for 1/ρ³ (Brouwer and Clemence, Methods of Celestial Mechanics, 1961, ch. XV). Upwards where t is close to
-//! 1, else downwards by Miller's method; where tⁿ has died out within J terms the plain midpoint rule is
-//! exact.
+//! for 1/ρ³ (Brouwer and Clemence, Methods of Celestial Mechanics, 1961, ch. XV). The recurrence runs upwards
+//! where t is close to 1, otherwise downwards by Miller's method. Where tⁿ has decayed within J terms the
+//! plain midpoint rule is exact.
 
 use std::f64::consts::PI;
 
@@ -31,10 +31,10 @@ use num_complex::Complex64;
 
 use super::lanes::Lanes;
 
-/// (1 − t) J up to which the recurrence goes upwards: it loses a factor of t^{−2J}, a few hundred.
+/// (1 − t) J up to which the recurrence runs upwards: it loses a factor of t^{−2J}, a few hundred.
 const UPWARDS: f64 = 3.45;
 
-/// −ln of what tᴶ may be for the midpoint rule alone.
+/// −ln of the largest tᴶ for which the plain midpoint rule is accurate.
 const DIED_OUT: f64 = 25.0;
 
 /// −ln of the accuracy of Miller's method.
@@ -55,7 +55,7 @@ pub(super) struct Sources {
     pub(super) weight: Lanes,
 }
 
-/// The J midpoints of half a turn.
+/// The J midpoints of half a revolution.
 #[derive(Debug)]
 pub(super) struct Midpoints {
     /// J, a multiple of 8.
@@ -64,7 +64,7 @@ pub(super) struct Midpoints {
     haversine: Vec<f64>,
     /// cos nφ_j for the first half of the j, n running fastest.
     harmonics: Vec<f64>,
-    /// t below which the midpoint rule needs no other weights.
+    /// t below which the plain midpoint rule is accurate.
     plain: f64,
 }
 
@@ -98,13 +98,12 @@ impl Midpoints {
     }
 }
 
-/// Midpoint rules of all sizes that a band needs.
+/// Midpoint rules of all sizes used in a band.
 #[derive(Debug)]
 pub(super) struct MidpointLadder(Vec<Midpoints>);
 
 impl MidpointLadder {
-    /// Rules up to what rings need that are seen from a radius with kr up to `bandwidth`, for m up to
-    /// `order`.
+    /// Rules for all rings seen from a radius with kr up to `bandwidth`, for m up to `order`.
     pub(super) fn new(bandwidth: f64, order: usize) -> Self {
         let longest = points_for(bandwidth, order).div_ceil(8);
         MidpointLadder((1..=longest).map(|k| Midpoints::new(8 * k)).collect())
@@ -118,22 +117,21 @@ impl MidpointLadder {
     }
 }
 
-/// The series of cos kρ ends like the Bessel functions J₂ₙ(2kr): at n = kr, and a few times (kr)^{1/3}
-/// beyond.
+/// The series of cos kρ ends where the Bessel functions J₂ₙ(2kr) do: at n = kr plus a few times (kr)^{1/3}.
 #[inline(always)]
 fn points_for(bandwidth: f64, order: usize) -> usize {
     // 7 points hold m = 1 too.
     (bandwidth + 3.5 * bandwidth.cbrt() + 7.0).ceil() as usize + order.saturating_sub(1)
 }
 
-/// What is multiplied by C, E, cos kρ and sin kρ at the midpoints, and summed.
+/// Factors of C, E, cos kρ and sin kρ at the midpoints.
 #[derive(Debug, Default)]
 pub(super) struct RingRule {
     /// Per midpoint: ρ, and the weights of cos kρ, sin kρ (single layer), C, E (double layer).
     points: Vec<[Lanes; 5]>,
     /// bₙ.
     coefficients: Vec<Lanes>,
-    /// Upward values where they are needed beside the downward ones.
+    /// Coefficients by upward recurrence, where lanes need both directions.
     upward: Vec<Lanes>,
 }
 
@@ -151,7 +149,7 @@ impl RingRule {
         let count = midpoints.count;
         let one = Lanes::splat(1.0);
         let product = sources.radius * r;
-        // χ = 1 + e is the cosh whose e^{−η} is t.
+        // Expansion parameter: χ = 1 + e is cosh η with t = e^{−η}.
         let e = sources.gap_square * (product * 2.0).recip();
         let root = (e * (e + Lanes::splat(2.0))).sqrt();
         let t = (one + e + root).recip();
@@ -160,6 +158,7 @@ impl RingRule {
         let step = 2.0 * PI / count as f64;
         // The area of a ring of unit width per radian, over 4π.
         let area = sources.weight * sources.radius * (0.25 / PI);
+        // Plain midpoint rule: single and double layer at each point.
         self.points.clear();
         for j in 0..count {
             let h = midpoints.haversine[j];
@@ -170,12 +169,14 @@ impl RingRule {
             let double = -(g * plain * inverse * inverse);
             self.points.push([square * inverse, plain, plain, double, double]);
         }
+        // Lanes far enough from the ring need no more.
         let (largest, _) = t.range();
         if largest < midpoints.plain {
             return;
         }
+        // Fourier coefficients bₙ of 1/ρ, then b'ₙ of 1/ρ³.
         self.laplace(t.max(midpoints.plain), short, count);
-        // Two series at once: even and odd harmonics apart give the points j and J − 1 − j.
+        // Sum both series at the midpoints. Separate even and odd harmonics give the points j and J − 1 − j.
         let inverse_scale = scale_square.sqrt().recip();
         let single_factor = inverse_scale * area * step;
         let ends = short * (one + t);
@@ -214,7 +215,7 @@ impl RingRule {
         }
     }
 
-    /// b₀ … b_count for each lane, given t and 1 − t; leaves `upward` as long.
+    /// b₀ … b_count for each lane, given t and 1 − t; resizes `upward` to the same length.
     #[inline(always)]
     fn laplace(&mut self, t: Lanes, short: Lanes, count: usize) {
         // Complete elliptic integrals by the arithmetic-geometric mean: b₀ = 2/a, b₁ = b₀ Σ/t.
@@ -236,6 +237,7 @@ impl RingRule {
         self.upward.resize(count + 1, Lanes::default());
         self.coefficients.clear();
         self.coefficients.resize(count + 1, Lanes::default());
+        // Upward recurrence, stable for lanes with t close to 1.
         if shortest < limit {
             self.upward[0] = zeroth;
             self.upward[1] = first;
@@ -250,6 +252,7 @@ impl RingRule {
             self.coefficients.copy_from_slice(&self.upward);
             return;
         }
+        // Miller's method: downward recurrence from beyond the last term, normalised by b₀.
         let top = count + (MILLER / shortest.max(limit)).ceil() as usize;
         let (mut above, mut here) = (Lanes::default(), Lanes::splat(1e-100));
         for n in (1..=top).rev() {
@@ -262,12 +265,13 @@ impl RingRule {
         }
         self.coefficients[0] = here;
         let factor = zeroth * here.recip();
+        // Each lane takes the recurrence that is stable for its t.
         for (down, up) in self.coefficients.iter_mut().zip(&self.upward) {
             *down = short.below(limit, *up, *down * factor);
         }
     }
 
-    /// The kernels of some orders at a wavenumber, whose imaginary part is used if `DAMPED`.
+    /// The kernels of some orders at a wavenumber. Its imaginary part enters only if `DAMPED`.
     #[inline(always)]
     pub(super) fn kernels<const DAMPED: bool, const M: usize>(
         &self,
@@ -306,6 +310,7 @@ impl RingRule {
                 terms[2] = c_double * phase.mul_add(s, c);
                 terms[3] = e_double * (phase * c - s);
             }
+            // Fourier sum over the midpoints for each order.
             for (sums, m) in sums.iter_mut().zip(orders) {
                 let cosine = Lanes::splat(midpoints.harmonic(m, j));
                 for i in 0..4 {

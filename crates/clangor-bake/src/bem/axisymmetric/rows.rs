@@ -4,11 +4,11 @@
 //! ½ p_m(x) − Σ_panels ∫ D_m p_m r' ds' = ∫ S_m a_m r' ds'
 //! ```
 //!
-//! A panel far from the target is integrated at its own nodes. One that is near is halved towards the target
-//! until each part is far, with the pressure interpolated; far means that the target and its image behind the
-//! axis lie outside the ellipse around the part on which Gauss' rule has converged. On the panel of the
-//! target itself the kernels are singular like ln|s − s'|: each side has a Gauss rule in the cube root of the
-//! distance, which makes of it a function of four derivatives.
+//! A panel far from the target is integrated at its own nodes. A near panel is halved towards the target
+//! until each part is far, with the pressure interpolated. Far means that the target and its image behind the
+//! axis lie outside the ellipse around the part on which Gauss' rule has converged. On the target's own panel
+//! the kernels are singular like ln|s − s'|: each side has a Gauss rule in the cube root of the distance,
+//! which turns the integrand into a function with four derivatives.
 
 use glam::DVec2;
 use num_complex::Complex64;
@@ -17,18 +17,18 @@ use super::lanes::{LANES, Lanes};
 use super::panels::{Node, Panels};
 use super::ring::{MidpointLadder, RingRule, Sources};
 
-/// Accuracy of the rule on a panel far away, and on a part of one that is near.
+/// Accuracy of the rule on a far panel, and on a part of a near one.
 const FAR: f64 = 1e-13;
 const NEAR: f64 = 1e-10;
 
-/// A field to be solved for: its wavenumber and orders around the axis.
+/// A field to solve for: its wavenumber and azimuthal orders.
 #[derive(Clone, Debug)]
 pub(super) struct Wave<const M: usize> {
     /// k [1/m].
     pub(super) wavenumber: Complex64,
     /// m.
     pub(super) orders: [usize; M],
-    /// Right-hand sides of each order: which of the accelerations of the context.
+    /// Right-hand sides of each order: indices into the accelerations of the context.
     pub(super) sources: [Vec<usize>; M],
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Wave<const M: usize> {
 pub(super) struct Observer {
     /// (r, y) \[m\], off the axis.
     position: DVec2,
-    /// Panel and parameter of a node; nothing for a point inside the body.
+    /// Panel and parameter of a node; `None` for a point inside the body.
     home: Option<(usize, f64)>,
 }
 
@@ -47,13 +47,13 @@ impl Observer {
         Observer { position: node.position, home: Some((node.panel, node.t)) }
     }
 
-    /// A point inside, where the pressure is to vanish.
+    /// A point inside, where the pressure must vanish.
     pub(super) fn inside(position: DVec2) -> Self {
         Observer { position, home: None }
     }
 }
 
-/// What all rows share.
+/// Data shared by all rows.
 pub(super) struct RowContext<'a, const M: usize> {
     panels: &'a Panels,
     ladder: &'a MidpointLadder,
@@ -64,7 +64,7 @@ pub(super) struct RowContext<'a, const M: usize> {
     highest: (f64, usize),
     /// Points and weights on [0, 1] of the rule for ln x, on each side of the target.
     singular: Vec<(f64, f64)>,
-    /// (d₁ + d₂)/length beyond which a panel is far.
+    /// (d₁ + d₂)/length above which a panel is far.
     far: f64,
     /// The same for a part of a panel.
     near: f64,
@@ -88,9 +88,9 @@ impl<'a, const M: usize> RowContext<'a, M> {
         accelerations: &'a [Vec<f64>],
     ) -> Self {
         let order = panels.rule.len();
-        // Gauss' rule with n points errs by ρ^{−2n} if the integrand is analytic within the ellipse of
-        // parameter ρ around the panel; a point is on it if its distances from the ends are (ρ + 1/ρ)/2
-        // lengths together.
+        // Gauss' rule with n points has an error of ρ^{−2n} if the integrand is analytic within the ellipse
+        // of parameter ρ around the panel. A point lies on that ellipse if its distances from the ends sum to
+        // (ρ + 1/ρ)/2 lengths.
         let ratio = |accuracy: f64| {
             let rho = accuracy.powf(-0.5 / order as f64);
             0.5 * (rho + 1.0 / rho)
@@ -115,7 +115,7 @@ impl<'a, const M: usize> RowContext<'a, M> {
         }
     }
 
-    /// The row of a place.
+    /// The row of an observer.
     pub(super) fn row(&self, observer: Observer) -> Row {
         pulp::Arch::new().dispatch(RowTask { context: self, observer })
     }
@@ -141,6 +141,7 @@ impl<'a, const M: usize> RowContext<'a, M> {
         for (index, panel) in panels.panels.iter().enumerate() {
             row.column = index * count;
             let at_home = observer.home.is_some_and(|(home, _)| home == index);
+            // Far panel: its own nodes.
             if !at_home && separated(observer.position, panel.from, panel.to, panel.length, self.far) {
                 for first in (0..count).step_by(LANES) {
                     let group = &panels.nodes[row.column + first..row.column + first + LANES];
@@ -159,11 +160,12 @@ impl<'a, const M: usize> RowContext<'a, M> {
                 }
                 continue;
             }
-            // Offsets of the parameter from the target's if on its piece, else the parameter itself.
+            // Parameter offsets from the target if it is on this piece, otherwise the parameter itself.
             let same_piece =
                 observer.home.filter(|(home, _)| panels.panels[*home].piece == panel.piece).map(|(_, t)| t);
             let origin = same_piece.unwrap_or(0.0);
             points.clear();
+            // Own panel: singular rule on each side of the target. Near panel: graded subdivision.
             if at_home {
                 for reach in [panel.start - origin, panel.end - origin] {
                     points.extend(self.singular.iter().map(|(x, w)| (reach * x, (reach * w).abs())));
@@ -173,6 +175,7 @@ impl<'a, const M: usize> RowContext<'a, M> {
             }
             let piece = panels.pieces[panel.piece];
             let span = panel.end - panel.start;
+            // Kernels at the quadrature points, eight at a time.
             for group in points.chunks_exact(LANES) {
                 let ring = Group::of(|l| {
                     let (step, weight) = group[l];
@@ -189,6 +192,7 @@ impl<'a, const M: usize> RowContext<'a, M> {
                     };
                     Point { position, normal, weight, gap_square: chord.length_squared(), across }
                 });
+                // Interpolation from the panel's nodes to the points.
                 for (l, (step, _)) in group.iter().enumerate() {
                     let x = (origin - panel.start + step) / span;
                     panels.cardinal(x, &mut row.cardinal[l * count..(l + 1) * count]);
@@ -199,7 +203,7 @@ impl<'a, const M: usize> RowContext<'a, M> {
         row.row
     }
 
-    /// Points of a panel near a target, halved towards it; parameters less `origin`.
+    /// Quadrature points of a panel near a target, halved towards it; parameters relative to `origin`.
     #[inline(always)]
     fn near_points(&self, position: DVec2, index: usize, origin: f64, points: &mut Vec<(f64, f64)>) {
         let panel = &self.panels.panels[index];
@@ -209,7 +213,8 @@ impl<'a, const M: usize> RowContext<'a, M> {
             let middle = 0.5 * (start + end);
             let (from, centre, to) = (piece.point(start), piece.point(middle), piece.point(end));
             let length = from.distance(centre) + centre.distance(to);
-            // A node is at least 1/200 of the smallest panel beside it away: the depth never gets there.
+            // A node is at least 1/200 of the smallest adjacent panel away, so the depth limit is never
+            // reached.
             if depth < 40 && !separated(position, from, to, length, self.near) {
                 stack.push((middle, end, depth + 1));
                 stack.push((start, middle, depth + 1));
@@ -221,7 +226,7 @@ impl<'a, const M: usize> RowContext<'a, M> {
     }
 }
 
-/// Whether a target and its image behind the axis are outside the ellipse around a stretch of the meridian.
+/// Whether a target and its image behind the axis lie outside the ellipse around an interval of the meridian.
 #[inline(always)]
 fn separated(position: DVec2, from: DVec2, to: DVec2, length: f64, ratio: f64) -> bool {
     let image = DVec2::new(-position.x, position.y);
@@ -239,7 +244,7 @@ impl<const M: usize> pulp::WithSimd for RowTask<'_, M> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Row {
-        // Single orders are solved at real frequencies only: no code for others.
+        // Single orders are solved at real frequencies only, so no damped code is generated for them.
         if M == 1 || self.context.waves.iter().all(|w| w.wavenumber.im == 0.0) {
             self.context.row_inlined::<false>(self.observer)
         } else {
@@ -248,12 +253,12 @@ impl<const M: usize> pulp::WithSimd for RowTask<'_, M> {
     }
 }
 
-/// Where the kernels of eight points go.
+/// Destination of the kernels of eight points.
 #[derive(Clone, Copy)]
 enum Target {
     /// To the columns of eight nodes, from this one of the panel.
     Columns(usize),
-    /// To all nodes of the panel, by the cardinal polynomials.
+    /// To all nodes of the panel, through the cardinal polynomials.
     Interpolated,
 }
 
@@ -292,7 +297,7 @@ impl Group {
     }
 }
 
-/// A row that is being summed.
+/// A row during assembly.
 struct RowBuilder {
     row: Row,
     rule: RingRule,
@@ -313,12 +318,14 @@ impl RowBuilder {
         group: &Group,
         target: Target,
     ) {
+        // Quadrature around the axis for the eight rings.
         let r = observer.position.x;
         let (wavenumber, order) = context.highest;
         let midpoints = context.ladder.rule(wavenumber * r.min(group.widest), order);
         self.rule.prepare(r, &group.sources, midpoints);
         let nodes = context.panels.nodes.len();
         let count = context.panels.rule.len();
+        // Normal accelerations at the eight points.
         for (lanes, values) in self.accelerations.iter_mut().zip(context.accelerations) {
             let values = &values[self.column..self.column + count];
             *lanes = match target {
@@ -330,8 +337,10 @@ impl RowBuilder {
             } * group.speed;
         }
         for (f, wave) in context.waves.iter().enumerate() {
+            // Ring kernels of the wave.
             let kernels = self.rule.kernels::<DAMPED, M>(wave.wavenumber, wave.orders, midpoints);
             let mut rhs = self.row.rhs[f].iter_mut();
+            // Single layer: right-hand sides.
             for ([re, im], sources) in kernels.single.iter().zip(&wave.sources) {
                 for (source, sum) in sources.iter().zip(&mut rhs) {
                     let acceleration = &self.accelerations[*source];
@@ -340,6 +349,7 @@ impl RowBuilder {
                     }
                 }
             }
+            // Double layer: matrix entries.
             for (m, [re, im]) in kernels.double.iter().enumerate() {
                 let start = (M * f + m) * nodes + self.column;
                 match target {

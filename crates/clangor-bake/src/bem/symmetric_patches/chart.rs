@@ -46,7 +46,7 @@ pub(super) enum Chart {
     },
 }
 
-/// What a chart needs of one coordinate: functions of u alone or v alone, computed once per line of a grid.
+/// Functions of one coordinate, u or v, computed once per line of a grid.
 pub(super) type Line = [f64; 2];
 
 impl Chart {
@@ -117,7 +117,7 @@ pub(super) struct Patch {
     pub(super) nodes: [usize; 2],
 }
 
-/// A rectangle of parameters with its middle and its size in space.
+/// A rectangle of parameters with its centre and its size in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Extent {
     /// The middle \[m\].
@@ -136,7 +136,7 @@ impl Patch {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// Where a rectangle of the chart lies.
+    /// Position and size of a rectangle of the chart.
     pub(super) fn extent(&self, u: [f64; 2], v: [f64; 2]) -> Extent {
         let chart = &self.chart;
         let lines_u = [u[0], 0.5 * (u[0] + u[1]), u[1]].map(|u| chart.line_u(u));

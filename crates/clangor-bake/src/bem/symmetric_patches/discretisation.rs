@@ -13,9 +13,9 @@ const MOST_POINTS: usize = 24;
 /// Quadrature rules.
 #[derive(Clone, Debug)]
 pub(super) struct Rules {
-    /// Distance over radius from which a patch is integrated by its own nodes.
+    /// Distance over radius above which a patch is integrated at its own nodes.
     pub(super) far: f64,
-    /// Distance over radius from which a part of a patch is integrated as it is.
+    /// Distance over radius above which a part of a patch is not divided further.
     pub(super) near: f64,
     /// Least points along a side of a part.
     least: usize,
@@ -65,7 +65,7 @@ pub(super) struct Collocation {
     pub(super) area: DVec3,
     /// Which patch.
     pub(super) patch: usize,
-    /// Place in the unit square of the patch.
+    /// Position in the unit square of the patch.
     pub(super) local: DVec2,
     /// ∂x/∂u and ∂x/∂v of the chart.
     pub(super) tangents: (DVec3, DVec3),
@@ -75,7 +75,7 @@ pub(super) struct Collocation {
 #[derive(Clone, Debug)]
 pub(super) struct Discretisation {
     pub(super) patches: Vec<Patch>,
-    /// Where each patch lies.
+    /// Bounds of each patch.
     pub(super) extents: Vec<Extent>,
     /// Number of the first node of each patch.
     pub(super) first_node: Vec<usize>,
@@ -125,7 +125,7 @@ fn collocation(patch: &Patch, index: usize, local: DVec2, weight: f64) -> Colloc
     let (u, v) =
         (patch.u[0] + local.x * (patch.u[1] - patch.u[0]), patch.v[0] + local.y * (patch.v[1] - patch.v[0]));
     let (position, area) = chart.point(chart.line_u(u), chart.line_v(v));
-    // They only choose coordinates for a quadrature: differences are good enough.
+    // They only choose coordinates for a quadrature, so differences are accurate enough.
     let h = 1e-4;
     let tangents = (
         (chart.position(u + h, v) - chart.position(u - h, v)) / (2.0 * h),

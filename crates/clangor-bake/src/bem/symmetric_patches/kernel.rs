@@ -31,14 +31,14 @@ pub(super) struct Sources {
     count: usize,
 }
 
-/// Positions and normals times area; places that are not used have no area.
+/// Positions and normals times area. Unused places have no area.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     position: [Lane; 3],
     area: [Lane; 3],
 }
 
-/// Far enough from every body for 1/r to be harmless.
+/// A position far from every body, so that 1/r stays finite.
 const NOWHERE: Block = Block { position: [[1e3; LANES]; 3], area: [[0.0; LANES]; 3] };
 
 impl Sources {
@@ -126,6 +126,7 @@ fn layers_of_block<const F: usize>(
     let (mut distance, mut inverse) = ([0.0; LANES], [0.0; LANES]);
     let (mut static_single, mut slope) = ([0.0; LANES], [0.0; LANES]);
     let mut motions = [[0.0; LANES]; RIGID_DOFS];
+    // Distances, static kernel, normal slope and boundary values of the six motions.
     for l in 0..LANES {
         let (dx, dy, dz) = (x[l] - target.x, y[l] - target.y, z[l] - target.z);
         distance[l] = dx.mul_add(dx, dy.mul_add(dy, dz * dz)).sqrt();
@@ -139,10 +140,12 @@ fn layers_of_block<const F: usize>(
         motions[4][l] = z[l].mul_add(nx[l], -(x[l] * nz[l]));
         motions[5][l] = x[l].mul_add(ny[l], -(y[l] * nx[l]));
     }
+    // Kernels at each wavenumber.
     for f in 0..F {
         let (s_re, s_im) = (wavenumbers.growth[f], wavenumbers.wave[f]);
         let (mut g_re, mut g_im) = ([0.0; LANES], [0.0; LANES]);
         let (mut d_re, mut d_im) = ([0.0; LANES], [0.0; LANES]);
+        // Single layer G = e^{−sr}/(4πr), and double layer −(s + 1/r) G (d·n)/r.
         for l in 0..LANES {
             let (cos, sin) = cos_sin(s_im * distance[l]);
             let size = static_single[l] * decay(s_re * distance[l]);
@@ -152,12 +155,14 @@ fn layers_of_block<const F: usize>(
             d_re[l] = a.mul_add(g_re[l], -(b * g_im[l]));
             d_im[l] = a.mul_add(g_im[l], b * g_re[l]);
         }
+        // Sums of the single layer with the six motions.
         for (degree, motion) in motions.iter().enumerate() {
             for l in 0..LANES {
                 single.sums[f][0][degree][l] = g_re[l].mul_add(motion[l], single.sums[f][0][degree][l]);
                 single.sums[f][1][degree][l] = g_im[l].mul_add(motion[l], single.sums[f][1][degree][l]);
             }
         }
+        // Double layer at each point.
         for l in 0..LANES {
             double[l][0][f] = d_re[l];
             double[l][1][f] = d_im[l];
@@ -169,14 +174,14 @@ fn layers_of_block<const F: usize>(
 #[inline(always)]
 fn cos_sin(x: f64) -> (f64, f64) {
     use std::f64::consts::TAU;
-    // Adding and taking away 1.5·2⁵² rounds to the nearest integer.
+    // Adding and subtracting 1.5·2⁵² rounds to the nearest integer.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     let turns = x.mul_add(1.0 / TAU, ROUND) - ROUND;
     let a = 0.25 * turns.mul_add(-TAU, x);
     let q = a * a;
     let sin =
         a * series(q, [-1.0 / 39_916_800.0, 1.0 / 362_880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0, 1.0]);
-    // 1 − cos of the quarter, which loses nothing when doubled.
+    // 1 − cos of the quarter angle, which loses no digits when doubled.
     let versine = -q
         * series(
             q,

@@ -1,9 +1,9 @@
-//! How a shape is cut into patches.
+//! Division of a shape into patches.
 //!
-//! Patches are as large as the wave and the shape allow: a side has nodes for the wavelength at the highest
-//! wavenumber and a least number for the shape, and is halved where that would be more than [`MOST_NODES`].
-//! Where the curvature of the surface jumps, as between a face and a rounded edge, patches shrink towards the
-//! joint; towards a sharp edge, where the pressure behaves as d^{2/3}, they shrink geometrically.
+//! Patches are as large as the wavelength and the shape allow. A side has nodes for the wavelength at the
+//! highest wavenumber and a least number for the shape, and is halved above [`MOST_NODES`]. Where the
+//! curvature of the surface jumps, as between a face and a rounded edge, patches shrink towards the joint.
+//! Towards a sharp edge, where the pressure behaves as d^{2/3}, they shrink geometrically.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ use super::chart::{Chart, Patch};
 /// Most nodes along a side of a patch.
 const MOST_NODES: usize = 10;
 
-/// How fine.
+/// Resolution of the patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Resolution {
     /// Nodes per wavelength.
@@ -39,6 +39,7 @@ pub(super) fn rounded_box(edges: DVec3, round: f64, resolution: &Resolution) -> 
         if round > 0.0 { towards_a_bend(length, round) } else { towards_an_edge(resolution.least) }
     });
     let mut patches = Vec::new();
+    // For each axis: the flat face, the rounded edge and a third of the corner.
     for i in 0..3 {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         if core[j] > 0.0 && core[k] > 0.0 {
@@ -68,8 +69,8 @@ pub(super) fn rounded_box(edges: DVec3, round: f64, resolution: &Resolution) -> 
     patches
 }
 
-/// Parts of a length from the middle of a face, 0, to the joint with a rounding, 1: the last is as long as
-/// the rounding is wide, and each four times its neighbour.
+/// Parts of a length from the middle of a face, 0, to the joint with a rounding, 1. The last is as long as
+/// the rounding is wide, and each is four times its neighbour.
 fn towards_a_bend(length: f64, round: f64) -> Vec<f64> {
     let mut breaks = vec![1.0];
     let (mut left, mut part) = (1.0, 1.5 * round / length);
@@ -84,8 +85,8 @@ fn towards_a_bend(length: f64, round: f64) -> Vec<f64> {
 }
 
 /// Parts of a length from the middle of a face, 0, to a sharp edge, 1. With the part at the edge a fraction
-/// q^L of the length, what its polynomials cannot follow is of the order q^{4L/3} of the pressure: a layer
-/// for each node.
+/// q^L of the length, the error of its polynomials is of the order q^{4L/3} of the pressure: one layer for
+/// each node.
 fn towards_an_edge(least: usize) -> Vec<f64> {
     let levels = least as i32;
     let mut breaks: Vec<f64> =
@@ -108,7 +109,7 @@ fn cut(chart: Chart, at_u: &[f64], at_v: &[f64], resolution: &Resolution) -> Vec
     patches
 }
 
-/// The patch, or halves of it, with nodes.
+/// The patch with its nodes, or its halves if it needs too many.
 fn fitted(patch: &Patch, resolution: &Resolution) -> Vec<Patch> {
     // The longest of three lines across the patch in each direction.
     let across = |fixed: [f64; 2], moving: [f64; 2], along_u: bool| {
@@ -126,12 +127,14 @@ fn fitted(patch: &Patch, resolution: &Resolution) -> Vec<Patch> {
         };
         [0.0, 0.5, 1.0].map(line).into_iter().fold(0.0, f64::max)
     };
+    // Nodes along each direction, for the wavelength.
     let nodes = |length: f64| {
         let wave = resolution.per_wavelength * resolution.wavenumber * length / TAU;
         resolution.least.max(wave.ceil() as usize)
     };
     let along_u = nodes(across(patch.v, patch.u, true));
     let along_v = nodes(across(patch.u, patch.v, false));
+    // Halve the direction with too many nodes, the longer first.
     let half = |range: [f64; 2]| {
         let middle = 0.5 * (range[0] + range[1]);
         [[range[0], middle], [middle, range[1]]]

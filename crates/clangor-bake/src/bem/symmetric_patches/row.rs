@@ -4,12 +4,12 @@
 //! Three cases, by how far a patch is from the target:
 //!
 //! * far: the nodes of the patch are the quadrature;
-//! * near: the patch is halved along its longer side until a finer Gauss rule sees every part from far
-//!   enough, and the density is interpolated to its points;
-//! * the patch that holds the target: triangles from the target to the four sides in polar coordinates, so
-//!   that the area element cancels 1/r, with the angle replaced by sinh⁻¹ of the position along the side, so
-//!   that a side close by costs no more than another. Distances are those of the tangent plane, so that a
-//!   stretched patch does not either.
+//! * near: the patch is halved along its longer side until every part is far enough for a finer Gauss rule,
+//! and the density is interpolated to its points;
+//! * the patch that contains the target: triangles from the target to the four sides in polar coordinates,
+//! whose area element cancels 1/r. The angle is replaced by sinh⁻¹ of the position along the side, so that
+//! close sides need no more points. Distances are those of the tangent plane, so that stretched patches need
+//! no more either.
 
 #![allow(
     clippy::needless_range_loop,
@@ -26,10 +26,10 @@ use super::kernel::{SingleLayer, Sources, Values, Wavenumbers, layers};
 use super::lagrange::Nodes;
 use super::symmetry::{IMAGES, mirror, sign_of};
 
-/// Halvings after which a part is integrated as it is.
+/// Halvings after which a part is not divided further.
 const MOST_HALVINGS: u32 = 40;
 
-/// Integrals of one row, and what it takes to compute them.
+/// Integrals of one row, and scratch storage.
 pub(super) struct RowBuilder<const F: usize> {
     /// Double layer of each image and column: index image · unknowns + column.
     pub(super) double: Vec<Values<F>>,
@@ -95,7 +95,7 @@ impl<const F: usize> RowBuilder<F> {
     }
 }
 
-/// A target and all that its row depends on: the discretisation and the wavenumbers.
+/// A target and the inputs of its row: the discretisation and the wavenumbers.
 struct View<'a, const F: usize> {
     of: &'a Discretisation,
     target: DVec3,
@@ -173,6 +173,7 @@ impl<const F: usize> View<'_, F> {
                 scratch.sources.push(x, area * (weight_u * weight_v * width[0] * width[1]));
             }
         }
+        // Kernels at the points.
         layers(self.target, &scratch.sources, self.wavenumbers, &mut scratch.values, single);
         // Products with the basis: along u to partial sums, then along v to the columns.
         let along_u = patch.nodes[0];
@@ -194,7 +195,7 @@ impl<const F: usize> View<'_, F> {
         }
     }
 
-    /// Integrates the patch that holds the target, in polar coordinates.
+    /// Integrates the patch that contains the target, in polar coordinates.
     #[inline(always)]
     fn own(&self, row: usize, scratch: &mut Scratch<F>, single: &mut SingleLayer<F>, out: &mut [Values<F>]) {
         let node = &self.of.nodes[row];
@@ -212,6 +213,7 @@ impl<const F: usize> View<'_, F> {
         };
         let here = node.local;
         let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+        // One triangle per side of the patch.
         for side in 0..4 {
             let ends = [corners[side] - here, corners[(side + 1) % 4] - here];
             let (a, b) = (to_plane(ends[0]), to_plane(ends[1]));
@@ -231,6 +233,7 @@ impl<const F: usize> View<'_, F> {
                 let towards = ends[0] + part * (ends[1] - ends[0]);
                 let weight =
                     weight_t * (to - from) * height * tau.cosh() / length * double_area * size.x * size.y;
+                // Points along the ray, and the interpolation basis there.
                 for (rho, weight_rho) in radial.at.iter().zip(&radial.weight) {
                     let local = here + *rho * towards;
                     let (u, v) = (patch.u[0] + local.x * size.x, patch.v[0] + local.y * size.y);
@@ -244,6 +247,7 @@ impl<const F: usize> View<'_, F> {
                     }
                 }
             }
+            // Kernels at the points.
             layers(self.target, &scratch.sources, self.wavenumbers, &mut scratch.values, single);
             // Products with the basis, point by point.
             let products = scratch.basis[0]

@@ -14,7 +14,7 @@ use super::symmetry::{IMAGES, mirror, sign_of};
 /// Mesh of the body, in metres.
 pub(super) struct Surface {
     pub(super) mesh: TriMesh,
-    /// Where each vertex has its pressure from.
+    /// Source of the pressure at each vertex.
     origins: Vec<Origin>,
 }
 
@@ -23,7 +23,7 @@ pub(super) struct Surface {
 struct Origin {
     image: usize,
     patch: usize,
-    /// In the unit square of the patch.
+    /// Position in the unit square of the patch.
     local: [f64; 2],
 }
 
@@ -33,6 +33,7 @@ impl Surface {
     pub(super) fn new(patches: &[Patch], radius: f64) -> Self {
         let mut octant: Vec<(DVec3, usize, [f64; 2])> = Vec::new();
         let mut cells: Vec<[usize; 4]> = Vec::new();
+        // Grid of points on each patch of the octant; shared points are merged.
         for (index, patch) in patches.iter().enumerate() {
             let steps = patch.nodes.map(|n| n.div_ceil(2).max(2));
             let mut grid = Vec::new();
@@ -42,7 +43,8 @@ impl Surface {
                     let u = patch.u[0] + local[0] * (patch.u[1] - patch.u[0]);
                     let v = patch.v[0] + local[1] * (patch.v[1] - patch.v[0]);
                     let x = snapped(patch.chart.position(u, v));
-                    // Patches meet: a few hundred points, so that a search is cheap.
+                    // Patches share border points. There are a few hundred points, so a linear search is
+                    // cheap.
                     let known = octant.iter().position(|p| p.0.distance_squared(x) < 1e-18);
                     grid.push(known.unwrap_or_else(|| {
                         octant.push((x, index, local));
@@ -60,6 +62,7 @@ impl Surface {
         let mut it =
             Surface { mesh: TriMesh { vertices: Vec::new(), triangles: Vec::new() }, origins: Vec::new() };
         let mut numbers: BTreeMap<(usize, usize), u32> = BTreeMap::new();
+        // Images of the octant in the eight octants.
         for image in 0..IMAGES {
             for cell in &cells {
                 let corners = cell.map(|point| {
@@ -75,6 +78,7 @@ impl Surface {
                         it.origins.len() as u32 - 1
                     })
                 });
+                // An odd number of reflections reverses the orientation.
                 let odd = image.count_ones() % 2 == 1;
                 for mut triangle in
                     [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]
@@ -119,7 +123,7 @@ impl Surface {
     }
 }
 
-/// The point with coordinates that are zero but for rounding made zero.
+/// The point with coordinates set to zero where they are zero up to rounding.
 fn snapped(x: DVec3) -> DVec3 {
     x.map(|c| if c.abs() < 1e-12 { 0.0 } else { c })
 }

@@ -1,9 +1,9 @@
 //! The eight mirror images of an octant, and the parity of the six rigid motions in them.
 //!
-//! A body that the three coordinate planes mirror onto itself moves in six parity classes, one for each rigid
-//! motion: a translation along x is odd in x and even in y and z; a rotation about x is even in x and odd in
-//! y and z (\[PROXY\] eqs. (16)–(21)). The pressure has the parity of the motion, so that each motion is a
-//! problem on one octant.
+//! A body symmetric about the three coordinate planes has six parity classes, one for each rigid motion: a
+//! translation along x is odd in x and even in y and z; a rotation about x is even in x and odd in y and z
+//! (\[PROXY\] eqs. (16)–(21)). The pressure has the parity of the motion, so that each motion is a problem on
+//! one octant.
 
 #![allow(
     clippy::needless_range_loop,
@@ -30,7 +30,7 @@ pub(super) fn sign_of(image: usize, degree: usize) -> f64 {
     if (image & ODD[degree]).count_ones() % 2 == 1 { -1.0 } else { 1.0 }
 }
 
-/// Turns values at the eight images into the sums, with signs, of the six motions: three rounds of sums and
+/// Transforms values at the eight images into the signed sums of the six motions, in three rounds of sums and
 /// differences.
 #[inline(always)]
 pub(super) fn sums_by_motion<const F: usize>(
@@ -54,7 +54,7 @@ pub(super) fn sums_by_motion<const F: usize>(
     ODD.map(|odd| values[odd])
 }
 
-/// Whether Y_nm has the parity of a motion; other harmonics are not in its field.
+/// Whether Y_nm has the parity of a motion. Other harmonics do not occur in its field.
 pub(super) fn allows(degree: usize, n: usize, m: isize) -> bool {
     // Under x → −x, φ → π − φ: cos mφ takes (−1)^m, sin mφ (−1)^{m+1}. Under z → −z: P_n^m takes (−1)^{n+m}.
     let sine = usize::from(m < 0);

@@ -1,9 +1,9 @@
-//! Far pairs: couplings of triangles at a distance, by three points on each, in single precision.
+//! Far pairs: couplings of distant triangles by three points on each, in single precision.
 //!
-//! Each unordered pair is integrated once and serves both ways: the first triangle testing the second's field
+//! Each unordered pair is integrated once for both directions: the first triangle testing the second's field
 //! (entry ij) and the reverse (ji) share distance, phase and G. Source triangles run in vector lanes. Sums
-//! over the triangles of a block of test functions are kept in cache, lane by lane, so that an entry of the
-//! big matrices is touched once per block and vertex instead of once per pair of triangles.
+//! over the triangles of a block of test functions stay in cache, lane by lane, so that each entry of the
+//! large matrices is updated once per block and vertex instead of once per pair of triangles.
 //!
 //! ```text
 //! A_ij = −⟨φ_i, K φ_j⟩ + γ (⟨curl φ_i, G curl φ_j⟩ − k² ⟨φ_i n, G φ_j n⟩)
@@ -39,7 +39,7 @@ pub(super) struct FarSystem {
 }
 
 impl FarSystem {
-    /// `near` holds for each image the pairs (t, s), t ≤ s, that are integrated elsewhere.
+    /// `near` lists for each image the pairs (t, s), t ≤ s, that are integrated by the near part.
     pub(super) fn new<'a>(
         panels: &Panels,
         images: &[DVec3],
@@ -96,6 +96,7 @@ impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
         for (g, image) in system.images.iter().enumerate() {
             let (sources, _) = S::as_simd_f32s(&image.sources);
             let groups = sources.len() / (FIELDS * parts);
+            // Blocks of test triangles against groups of source triangles.
             for block in &system.blocks {
                 forward_loads.clear();
                 forward_loads.resize(block.vertices.len() * LOADS * GROUP, 0.0_f32);
@@ -118,6 +119,7 @@ impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
                         let (sums, _) = S::as_mut_simd_f32s(&mut sums);
                         let (forward, _) = S::as_mut_simd_f32s(&mut forward_loads);
                         let (backward, _) = S::as_mut_simd_f32s(&mut backward_loads);
+                        // Couplings of one test triangle with the group, one register at a time.
                         for part in 0..parts {
                             let pair = PairLanes {
                                 simd,
@@ -131,6 +133,7 @@ impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
                             pair.add::<WITH_LOADS>(skip, own, local, sums, [forward, backward]);
                         }
                     }
+                    // Add the sums to the matrix of each parity class, and the loads of the sources.
                     if touched {
                         for class in classes.iter_mut() {
                             class.add(g, block, &system.corners[group], &sums);
@@ -144,6 +147,7 @@ impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
                 if !WITH_LOADS {
                     continue;
                 }
+                // Loads of the test vertices, summed over lanes.
                 for (vertex, values) in block.vertices.iter().zip(forward_loads.chunks_exact(LOADS * GROUP)) {
                     let mut values =
                         values.chunks_exact(GROUP).map(|lanes| lanes.iter().copied().map(f64::from).sum());

@@ -1,8 +1,8 @@
 //! The field of a solved surface at any point of the fluid, by the boundary integral.
 //!
 //! p(x) = ∫ (p ∂G/∂n + ρ a_n G) dS over flat triangles with linear pressure, ρ = 1. Triangles near the point
-//! are cut into four until their pieces are smaller than their distance, so that the field is right down to a
-//! small fraction of an edge above the surface.
+//! are divided into four until their pieces are smaller than their distance, so that the field is accurate
+//! down to a small fraction of an edge above the surface.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use num_complex::Complex64;
 use super::pair_rules::{Piece, Shares, centre, inside, quarters, six_points};
 use crate::radiation::rigid_motions;
 
-/// A piece is integrated as it is from this many of its radii.
+/// Distance, in radii of the piece, above which a piece is not divided further.
 const CLEARANCE: f64 = 3.0;
 
 /// Most halvings of a triangle.
@@ -38,6 +38,7 @@ pub fn field(
         let centroid = at([1.0 / 3.0; 3]);
         let radius = corners.iter().map(|c| c.distance(centroid)).fold(0.0, f64::max);
         for (x, field) in points.iter().zip(&mut fields) {
+            // Subdivide until the piece is small relative to its distance.
             let whole = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
             let mut pending: Vec<(Piece, u32)> = vec![(whole, 0)];
             while let Some((piece, depth)) = pending.pop() {
@@ -46,6 +47,7 @@ pub fn field(
                     pending.extend(quarters(&piece).map(|quarter| (quarter, depth + 1)));
                     continue;
                 }
+                // Six-point quadrature of the single and double layer.
                 for (shares, weight) in &rule {
                     let shares = inside(&piece, *shares);
                     let y = at(shares);

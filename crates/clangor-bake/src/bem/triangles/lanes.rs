@@ -2,7 +2,7 @@
 //! needs.
 //!
 //! Written against `pulp`, so that the instruction set is chosen at run time from safe code. The functions
-//! are polynomials: no table, no branch, no lane that is slower than another.
+//! are polynomials without tables or branches: all lanes take the same time.
 
 use std::f32::consts::PI;
 use std::ops::{Add, Mul, Neg, Sub};
@@ -50,7 +50,7 @@ impl<S: Simd> Lanes<S> {
     /// 1/√x for 0 < x < 10³⁸, to 1.5e-7: the exponent halved as an integer, then a step of third and a step
     /// of second order.
     ///
-    /// The quotient and the root of the hardware cost five times as much.
+    /// The quotient and the root of the hardware take five times as long.
     #[inline(always)]
     pub(super) fn inverse_root(self) -> Self {
         let simd = self.simd;
@@ -67,8 +67,8 @@ impl<S: Simd> Lanes<S> {
 
     /// (sin 2πx, cos 2πx) for |x| < 10⁵, to 3e-7 and the rounding of x.
     ///
-    /// x less its nearest integer is at most half a turn; half of that angle is in the range of short
-    /// polynomials, and the double-angle formulas come back without looking at quadrants.
+    /// x minus its nearest integer is at most half a turn. Half of that angle lies in the range of short
+    /// polynomials, and the double-angle formulas restore it without a case for each quadrant.
     #[inline(always)]
     pub(super) fn turn(self) -> (Self, Self) {
         // Adding 1.5·2²³ leaves no bits for a fraction.

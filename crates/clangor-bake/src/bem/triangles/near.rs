@@ -1,10 +1,9 @@
-//! The part of the system that couples triangles that touch or almost touch, at any wavenumber of the band at
-//! once.
+//! The part of the system that couples touching or nearly touching triangles, at any wavenumber of the band.
 //!
-//! Such a pair is at most a few triangles across, so that its integrals hardly change with k: with kr ≤ kρ on
-//! all near pairs, Q wavenumbers k_q determine the real parts (even in k) and the imaginary parts (odd) as
-//! polynomials of degree 2Q − 1 to (kρ/2)^{2Q}·2/(2Q)!. They are integrated at the k_q once, and each
-//! solution interpolates them.
+//! Such a pair spans at most a few triangles, so that its integrals hardly change with k. With kr ≤ kρ on all
+//! near pairs, Q wavenumbers k_q determine the real parts (even in k) and the imaginary parts (odd) as
+//! polynomials of degree 2Q − 1 to (kρ/2)^{2Q}·2/(2Q)!. They are integrated once at the k_q, and each solve
+//! interpolates them.
 
 use std::f64::consts::PI;
 
@@ -172,7 +171,7 @@ fn interpolate(weights: &[f64], wavenumber: f64, values: &[f64]) -> [Complex64; 
     [Complex64::new(sums[0], wavenumber * sums[1]), Complex64::new(sums[2], wavenumber * sums[3])]
 }
 
-/// Positive Chebyshev points of [−highest, highest], as many as the bound asks for.
+/// Positive Chebyshev points of [−highest, highest], as many as the error bound needs.
 fn nodes(highest: f64, reach: f64) -> Vec<f64> {
     let phase = 0.5 * highest * reach;
     let mut bound = 2.0;
@@ -181,7 +180,7 @@ fn nodes(highest: f64, reach: f64) -> Vec<f64> {
         count += 1;
         bound *= phase * phase / ((2 * count * (2 * count - 1)) as f64);
     }
-    // A still body has no band: any small interval serves.
+    // At k = 0 any small interval serves.
     let highest = highest.max(1e-3);
     (0..count).map(|q| highest * (PI * (q as f64 + 0.5) / (2 * count) as f64).cos()).collect()
 }
@@ -205,6 +204,7 @@ fn near_pairs(test: &Panels, source: &Panels) -> Vec<(u32, u32)> {
 impl NearImage {
     fn new(integrator: &PairIntegrator<'_>, pairs: Vec<(u32, u32)>, loads: &mut [f64]) -> Self {
         let (test, source) = (integrator.test, integrator.source);
+        // Sparsity pattern: the vertex pairs of all near triangle pairs, in compressed rows.
         let mut entries: Vec<(u32, u32)> = pairs
             .iter()
             .flat_map(|&(t, s)| {
@@ -224,14 +224,15 @@ impl NearImage {
         let columns: Vec<u32> = entries.iter().map(|(_, j)| *j).collect();
         let values = vec![0.0; columns.len() * integrator.nodes.len() * PARTS];
         let mut image = Self { pairs: Vec::new(), rows, columns, values };
+        // Singular and near-singular integrals, in parallel batches; summed in order.
         for batch in pairs.chunks(BATCH) {
             let blocks: Vec<Vec<Block>> =
                 batch.par_iter().map(|&(t, s)| integrator.integrate(t as usize, s as usize)).collect();
             for (&(t, s), blocks) in batch.iter().zip(&blocks) {
                 let (t, s) = (t as usize, s as usize);
                 image.add(integrator, blocks, (test, t), (source, s), false, loads);
-                // Exchanging the two is the other half of the pair; a triangle and its own image have only
-                // one.
+                // Exchanging test and source gives the other half of the pair. A triangle and its own image
+                // have only one.
                 if t != s {
                     image.add(integrator, blocks, (source, s), (test, t), true, loads);
                 }
@@ -246,7 +247,7 @@ impl NearImage {
         range.start + self.columns[range.clone()].partition_point(|c| *c < column)
     }
 
-    /// Adds a block, its first triangle the test, or exchanged.
+    /// Adds a block, with its first triangle as the test or exchanged.
     fn add(
         &mut self,
         integrator: &PairIntegrator<'_>,
@@ -272,6 +273,7 @@ impl NearImage {
                         (&block.by_source, &block.by_test)
                     };
                     let total: Complex64 = block.value.iter().sum();
+                    // Hypersingular term, integrated by parts: curls and normals.
                     let hyper = total * curls - block.value[at] * (k * k * aligned);
                     let value = &mut self.values[first + q * PARTS..][..PARTS];
                     let layer = -double[at];
@@ -279,10 +281,10 @@ impl NearImage {
                     {
                         *sum += part;
                     }
+                    // Loads of the six motions by the single and the adjoint double layer.
                     let (single, adjoint) = (block.value[at], adjoint[at]);
                     for d in 0..RIGID_DOFS {
-                        // A mirrored test function sees a motion with the motion's own sign under the
-                        // reflection.
+                        // A mirrored test function has the sign of the motion under the reflection.
                         let a = motions[j][d] * if exchanged { integrator.parity(d) } else { 1.0 };
                         let load =
                             &mut loads[((*row as usize * RIGID_DOFS + d) * count + q) * PARTS..][..PARTS];

@@ -1,6 +1,6 @@
 //! Integrals of G and its normal derivatives over a near pair of triangles, at several wavenumbers.
 //!
-//! For each pair of shape functions: ∫∫ φ_i(x) φ_j(y) {G, ∂G/∂n_y, ∂G/∂n_x}. Points are gathered in blocks,
+//! For each pair of shape functions: ∫∫ φ_i(x) φ_j(y) {G, ∂G/∂n_y, ∂G/∂n_x}. Points are collected in blocks,
 //! and the sums over a block run in vector registers.
 
 use std::f64::consts::PI;
@@ -30,7 +30,7 @@ pub(super) struct Block {
     pub(super) by_test: [Complex64; 9],
 }
 
-/// What the integrals of all pairs have in common.
+/// Inputs shared by the integrals of all pairs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PairIntegrator<'a> {
     pub(super) test: &'a Panels,
@@ -66,6 +66,7 @@ impl PairIntegrator<'_> {
         let mut blocks = vec![Block::default(); self.nodes.len()];
         let mut points = Points::new();
         let area = self.test.areas[t] * self.source.areas[s] / (4.0 * PI);
+        // Collect quadrature points; evaluate the kernels once a block is full.
         let mut add = |u: Shares, v: Shares, weight: f64| {
             let (x, y) = (self.test.point(t, u), self.source.point(s, v));
             points.push(x - y, self.test.normals[t], self.source.normals[s], u, v, area * weight);
@@ -74,6 +75,7 @@ impl PairIntegrator<'_> {
                 points.clear();
             }
         };
+        // Separate pair: subdivision. Touching pair: Sauter and Schwab's rule, with shared corners first.
         let shared = self.shared(t, s);
         if shared.is_empty() {
             close_pair(self.test, self.source, (t, s), &mut add);
@@ -95,7 +97,7 @@ impl PairIntegrator<'_> {
         blocks
     }
 
-    /// Corners that the two have in common: the same vertex, on every plane that reflects.
+    /// Shared corners: the same vertex, on every plane of reflection.
     fn shared(&self, t: usize, s: usize) -> Vec<u32> {
         let on_planes = |v: u32| self.test.vertices[v as usize] == self.source.vertices[v as usize];
         let source = self.source.triangles[s];
@@ -135,7 +137,7 @@ impl Points {
         self.filled += 1;
     }
 
-    /// Starts a new block; points that stay unfilled count nothing.
+    /// Starts a new block. Unfilled points have zero weight.
     fn clear(&mut self) {
         self.filled = 0;
         self.shapes = [[0.0; POINTS]; 9];

@@ -1,8 +1,8 @@
-//! Quadrature over pairs of triangles that touch or almost touch.
+//! Quadrature over pairs of touching or nearly touching triangles.
 //!
-//! Touching pairs, sharing a corner, an edge or all of the triangle: the coordinates of Sauter and Schwab,
-//! *Boundary Element Methods*, §5.2, in which the integrand 1/r is smooth, with Gauss points. Close pairs:
-//! cut into four until the pieces are as far apart as their size, with six points on each.
+//! Touching pairs share a corner, an edge or the whole triangle: the coordinates of Sauter and Schwab,
+//! *Boundary Element Methods*, §5.2, in which the integrand 1/r is smooth, with Gauss points. Close pairs are
+//! divided into four until the pieces are as far apart as their size, with six points on each.
 
 use super::panels::Panels;
 use crate::quadrature::gauss_legendre;
@@ -72,6 +72,7 @@ fn touching(shared: usize, order: usize) -> Vec<PairPoint> {
                             weight: weight * factor,
                         });
                     };
+                    // Relative coordinates for a shared vertex (2 regions), edge (5) or face (6).
                     match shared {
                         1 => {
                             add([x, x * a], [x * b, x * b * c], b);
@@ -104,8 +105,7 @@ fn touching(shared: usize, order: usize) -> Vec<PairPoint> {
     points
 }
 
-/// Pieces are integrated as they are when their centres are farther apart than this times the sum of their
-/// radii.
+/// Pieces are integrated when their centres are farther apart than this times the sum of their radii.
 pub(super) const SEPARATION: f64 = 1.3;
 
 /// Most halvings of one pair, both triangles together.

@@ -1,4 +1,5 @@
-//! The flat triangles of a closed surface, with what the integrals need of each, and their mirror images.
+//! The flat triangles of a closed surface, with the geometry that the integrals need, and their mirror
+//! images.
 
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
@@ -78,7 +79,7 @@ impl Panels {
     }
 }
 
-/// Order of the points along a curve that keeps neighbours together (Morton's), in a cube of half side
+/// Permutation along a space-filling curve (Morton's) that keeps neighbours together, in a cube of half side
 /// `radius`.
 pub(super) fn along_curve(points: &[DVec3], radius: f64) -> Vec<u32> {
     let code = |p: &DVec3| {

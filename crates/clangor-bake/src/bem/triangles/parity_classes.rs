@@ -1,14 +1,14 @@
-//! Which motions are even and odd about the mirror planes of a body, and the unknowns that remain for them.
+//! Parity of the motions about the mirror planes of a body, and the unknowns that remain.
 //!
-//! Under a reflection a translation is a vector and a rotation an axial vector; the pressure has the sign of
-//! the motion. Where it is odd about a plane it vanishes on it, so that vertices there are no unknowns.
+//! Under a reflection a translation is a vector and a rotation an axial vector. The pressure has the sign of
+//! the motion. Where it is odd about a plane it vanishes on it, so that vertices there have no unknown.
 
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 
 use super::pair_integrals::parity;
 
-/// Marks a vertex that is no unknown.
+/// Marks a vertex without an unknown.
 const NONE: u32 = u32::MAX;
 
 /// Motions with the same parities.
@@ -41,11 +41,11 @@ impl ParityClass {
         classes
     }
 
-    /// The class of fields with the given sign on each image; none of the six motions is in it.
+    /// The class of fields with the given sign on each image, without any of the six motions.
     pub(super) fn new(signs: Vec<f64>, vertices: &[DVec3], images: &[DVec3]) -> Self {
         let mut size = 0;
         let mut number = |vertex: &DVec3| {
-            // A reflection that leaves the vertex where it is must not turn its pressure over.
+            // A vertex fixed by a reflection has no unknown if the reflection negates its pressure.
             let vanishes =
                 images.iter().zip(&signs).any(|(image, sign)| *sign < 0.0 && *image * *vertex == *vertex);
             if vanishes {
@@ -82,7 +82,7 @@ mod tests {
         let images: Vec<DVec3> = (0..8).map(signs).collect();
         let six = ParityClass::all(&vertices, &images);
         assert!(six.len() == RIGID_DOFS && six.iter().all(|class| class.motions.len() == 1));
-        // Moving along z is even about x = 0 and y = 0.
+        // Translation along z is even about x = 0 and y = 0.
         assert_eq!(six[2].size, 3);
         assert_eq!(six[2].vertices().collect::<Vec<_>>(), [0, 1, 2]);
     }

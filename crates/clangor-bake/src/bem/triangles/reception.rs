@@ -1,7 +1,7 @@
-//! What any motion of the surface radiates, by reciprocity: from the pressure that a rigid body hears of
-//! regular waves.
+//! Radiation of any surface motion, by reciprocity: from the pressure on a rigid body in incident regular
+//! waves.
 //!
-//! Let u = jₙ(kr) Yₙₘ fall on the body at rest, and p̂ be the total pressure on its surface, incident and
+//! Let u = jₙ(kr) Yₙₘ be incident on the rigid body, and p̂ the total pressure on its surface, incident and
 //! scattered:
 //!
 //! ```text
@@ -9,13 +9,13 @@
 //! ```
 //!
 //! where cₙₘ is the multipole that the normal acceleration a_n radiates (Green's theorem with p, radiated,
-//! and p̂, whose normal derivative is none). One factorisation and (n + 1)² right-hand sides give the
-//! multipoles of any number of motions, each by a sum over the vertices, and S a_n and K' a_n are never
-//! formed. Only p̂ is approximated, which is as smooth as sound in air is; a_n may have any number of waves
-//! on a triangle, as bending below coincidence does, if ∫ φᵢ a_n dS is integrated well. A constant p̂, which
-//! it is at k = 0, gives the exact flux.
+//! and p̂, whose normal derivative vanishes). One factorisation and (n + 1)² right-hand sides give the
+//! multipoles of any number of motions, each by a sum over the vertices. S a_n and K' a_n are never formed.
+//! Only p̂ is approximated, which is as smooth as the wave in air. a_n may have any number of waves on a
+//! triangle, as bending waves below coincidence do, if ∫ φᵢ a_n dS is integrated accurately. At k = 0, p̂ is
+//! constant and the flux is exact.
 //!
-//! Not for pressures on the surface: [`TriangleSolver::surface_pressure`] solves for these.
+//! Not for pressures on the surface: see [`TriangleSolver::surface_pressure`].
 
 use clangor_core::math::radial::{regular, reverse_bessel};
 use clangor_core::math::spherical_harmonics::{count, solid_harmonics, solid_harmonics_with_gradient};
@@ -28,11 +28,11 @@ use super::{ClassSystem, TriangleSolver, narrow, widen};
 use crate::quadrature::gauss_legendre;
 use crate::radiation::RadiationError;
 
-/// Part of a motion in a parity class below which it is the mesh of the elements that is not symmetric, not
-/// the body: in power, 4e-4.
+/// Fraction of a motion in a parity class below which the asymmetry comes from the mesh of the elements, not
+/// from the body: in power, 4e-4.
 const ABSENT: f64 = 0.02;
 
-/// Highest order of the multipoles: (2n − 1)!! above is not a number.
+/// Highest order of the multipoles. Above it (2n − 1)!! overflows.
 pub const MOST_ORDER: usize = 120;
 
 /// One motion in one parity class.
@@ -59,15 +59,18 @@ impl TriangleSolver {
     ) -> Result<Vec<Vec<Complex64>>, RadiationError> {
         let order = order.min(MOST_ORDER);
         let classes = self.all_classes();
+        // Loads folded into the parity classes; classes without load are dropped.
         let folded: Vec<Vec<Folded>> = classes.iter().map(|class| self.folded(class, loads)).collect();
         let (classes, folded): (Vec<_>, Vec<_>) =
             classes.into_iter().zip(folded).filter(|(_, folded)| !folded.is_empty()).unzip();
         let mut coefficients = vec![vec![Complex64::ZERO; count(order)]; loads.len()];
         let members: Vec<Vec<usize>> = classes.iter().map(|class| self.members(class, order)).collect();
+        // Assembly: incident waves on the right-hand side, matrices of the classes.
         let right = self.incident(wavenumber, order, radius, &classes, &members);
         let matrices = self.matrices(wavenumber, &classes);
         let systems = classes.iter().zip(matrices).zip(right);
         for ((((class, matrix), right), harmonics), folded) in systems.zip(&members).zip(&folded) {
+            // Dense solve, then reciprocity: coefficients are products of the pressure with the loads.
             let solution = ClassSystem { size: class.size, matrix, right }.solve();
             for (harmonic, pressure) in harmonics.iter().zip(solution.chunks_exact(class.size.max(1))) {
                 for Folded { motion, loads } in folded {
@@ -76,6 +79,7 @@ impl TriangleSolver {
                 }
             }
         }
+        // Rotation from the cell's frame to the body's.
         if self.frame != DMat3::IDENTITY {
             turn(self.frame, order, &mut coefficients);
         }
@@ -103,7 +107,7 @@ impl TriangleSolver {
             .collect()
     }
 
-    /// The parts of motions in a class, without those that are nothing.
+    /// The parts of motions in a class, without negligible ones.
     fn folded(&self, class: &ParityClass, loads: &[Vec<f64>]) -> Vec<Folded> {
         let sign = |signs: DVec3| {
             let image = self.images.iter().position(|image| *image == signs);
@@ -114,7 +118,7 @@ impl TriangleSolver {
             let mut scale = 0.0;
             for ((vertex, signs), load) in self.origin.iter().zip(whole) {
                 scale += load.abs();
-                // A vertex of no triangle is none of the panels'.
+                // A vertex without triangles does not occur in the panels.
                 let unknown = class.unknowns.get(*vertex as usize).map_or(usize::MAX, |u| *u as usize);
                 if let Some(sum) = loads.get_mut(unknown) {
                     *sum += sign(*signs) * load;
@@ -158,6 +162,7 @@ impl TriangleSolver {
         let coupling = self.coupling(wavenumber * self.radius) * scale;
         let (mut harmonics, mut gradients, mut radial, mut theta) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        // Frequency-dependent factors of the orders.
         reverse_bessel(Complex64::new(0.0, kappa), order, &mut theta);
         let mut right: Vec<Vec<Complex32>> =
             classes.iter().zip(members).map(|(c, m)| vec![Complex32::ZERO; c.size * m.len()]).collect();
@@ -167,6 +172,7 @@ impl TriangleSolver {
         for t in 0..panels.triangles.len() {
             let normal = panels.normals[t];
             let mut sums = vec![[[0.0_f64; 2]; 3]; count(order)];
+            // Quadrature: u + γ ∂u/∂n against the three shape functions.
             for (shares, weight) in &rule {
                 let x = panels.point(t, *shares) * scale;
                 regular(square * x.length_squared(), order + 1, &mut radial);
@@ -185,6 +191,7 @@ impl TriangleSolver {
                     }
                 }
             }
+            // Scatter to the unknowns of each class.
             for ((class, harmonics), right) in classes.iter().zip(members).zip(&mut right) {
                 for (column, harmonic) in harmonics.iter().enumerate() {
                     let factor = theta[degrees[*harmonic]] * panels.areas[t];
@@ -202,13 +209,14 @@ impl TriangleSolver {
     }
 }
 
-/// Turns multipoles from the frame of the cell to that of the body: cₙₘ = Σ c'ₙₘ' ∫ Yₙₘ(d) Yₙₘ'(Fᵀd) dΩ.
+/// Rotates multipoles from the cell's frame to the body's: cₙₘ = Σ c'ₙₘ' ∫ Yₙₘ(d) Yₙₘ'(Fᵀd) dΩ.
 fn turn(frame: DMat3, order: usize, coefficients: &mut [Vec<Complex64>]) {
     let (mut there, mut here) = (Vec::new(), Vec::new());
     let rotated: Vec<Vec<Complex64>> = coefficients
         .iter()
         .map(|of_cell| {
             let mut sums = vec![Complex64::ZERO; of_cell.len()];
+            // Exact quadrature over the sphere: Gauss–Legendre in z, trapezoid in φ.
             let around = 2 * order + 2;
             for (u, weight) in gauss_legendre(order + 1) {
                 for k in 0..around {
@@ -219,6 +227,7 @@ fn turn(frame: DMat3, order: usize, coefficients: &mut [Vec<Complex64>]) {
                     solid_harmonics(direction, order, &mut here);
                     solid_harmonics(frame.transpose() * direction, order, &mut there);
                     let weight = 4.0 * std::f64::consts::PI * weight / around as f64;
+                    // Evaluate each order in the cell's frame and project it onto the body's frame.
                     for n in 0..=order {
                         let own = n * n..(n + 1) * (n + 1);
                         let value: Complex64 =

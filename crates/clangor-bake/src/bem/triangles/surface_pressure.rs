@@ -1,9 +1,9 @@
-//! The pressure on the surface for any motion of it.
+//! The pressure on the surface for any surface motion.
 //!
-//! The right-hand side S a_n + γ (½ + K') a_n, which the six rigid motions get along with the matrix, is
-//! integrated here for a normal acceleration that is linear on every triangle and may jump between them. It
-//! shares with [`reception`](super::reception) the matrix and nothing else: a check of it, and of the power
-//! that leaves the surface.
+//! The right-hand side S a_n + γ (½ + K') a_n, which for the six rigid motions is assembled with the matrix,
+//! is integrated here for a normal acceleration that is linear on every triangle and may jump between them.
+//! Only the matrix is shared with [`reception`](super::reception): this is an independent check of it, and of
+//! the radiated power.
 
 use std::f64::consts::PI;
 
@@ -18,7 +18,7 @@ use crate::radiation::RadiationError;
 
 impl TriangleSolver {
     /// Pressures (ρ = 1) at the vertices of the surface, given the normal acceleration at the corners of each
-    /// of its triangles; wavenumber [1/m]. Mirror planes are not made use of.
+    /// of its triangles; wavenumber [1/m]. Ignores mirror planes.
     ///
     /// # Errors
     /// [`RadiationError`].
@@ -31,7 +31,7 @@ impl TriangleSolver {
             return Self::try_new(&self.mesh, wavenumber, self.equation)?
                 .surface_pressure(wavenumber, accelerations);
         }
-        // Triangles are kept along a curve, each with its corners in the same order.
+        // Triangles are stored along a curve, each with its corners in the same order.
         let centroids: Vec<_> = (0..self.mesh.triangles.len()).map(|t| self.mesh.centroid(t)).collect();
         let order = along_curve(&centroids, self.radius);
         let sorted: Vec<[f64; 3]> = order.iter().map(|t| accelerations[*t as usize]).collect();
@@ -54,6 +54,7 @@ impl TriangleSolver {
     fn motion_loads(&self, k: f64, accelerations: &[[f64; 3]]) -> Vec<Complex64> {
         let panels = &self.panels;
         let gamma = Complex64::new(0.0, -self.coupling(k));
+        // Near pairs: accurate integrals, in both directions.
         let rules = TouchingRules::new(2, 3, 3);
         let (nodes, signs) = ([k], self.images[0]);
         let integrator = PairIntegrator { test: panels, source: panels, signs, rules: &rules, nodes: &nodes };
@@ -81,10 +82,12 @@ impl TriangleSolver {
             }
         }
         near.iter_mut().for_each(|near| near.sort_unstable());
+        // Far pairs: three-point quadrature.
         let far: Vec<[Complex64; 3]> = (0..panels.triangles.len())
             .into_par_iter()
             .map(|t| self.far_loads(t, &near[t], k, gamma, accelerations))
             .collect();
+        // Free term ½ γ ⟨φᵢ, a⟩.
         for (t, far) in far.iter().enumerate() {
             let own = accelerations[t];
             for i in 0..3 {
@@ -95,7 +98,7 @@ impl TriangleSolver {
         loads
     }
 
-    /// What the triangles that are not `near`, which is sorted, do to the corners of one.
+    /// Loads of the distant triangles (those not in the sorted list `near`) on the corners of one triangle.
     fn far_loads(
         &self,
         t: usize,
@@ -109,6 +112,7 @@ impl TriangleSolver {
         let points = THREE_POINTS.map(|(shares, _)| panels.point(t, shares));
         let mut fields = [Complex64::ZERO; 3];
         for s in (0..panels.triangles.len()).filter(|s| near.binary_search(s).is_err()) {
+            // Point sources on the distant triangle.
             for (shares, weight) in THREE_POINTS {
                 let y = panels.point(s, shares);
                 let a: f64 = accelerations[s].iter().zip(shares).map(|(a, share)| a * share).sum();
@@ -123,6 +127,7 @@ impl TriangleSolver {
                 }
             }
         }
+        // Projection onto the three shape functions.
         std::array::from_fn(|i| {
             let parts = THREE_POINTS.iter().zip(fields);
             parts.map(|((shares, weight), field)| field * (shares[i] * weight * panels.areas[t])).sum()

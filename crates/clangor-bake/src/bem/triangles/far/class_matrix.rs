@@ -33,11 +33,12 @@ impl ClassMatrix<'_> {
         }
     }
 
-    /// Adds the sums of a block of tests against a group of sources.
+    /// Adds the sums of a block of test functions against a group of sources.
     #[inline(always)]
     pub(super) fn add(&mut self, image: usize, block: &Block, sources: &[Corners], sums: &[f32]) {
         let sign = self.signs[image] as f32;
         let n = self.size;
+        // Sum over the lanes of one vertex, with the sign of the image.
         let total = |sums: &[f32], corners: &Corners| {
             let (mut re, mut im) = (0.0, 0.0);
             for at in &corners.places {
@@ -46,6 +47,7 @@ impl ClassMatrix<'_> {
             }
             Complex32::new(sign * re, sign * im)
         };
+        // Forward couplings: row of the test vertex, column of the source vertex.
         for corners in sources {
             let column = self.unknowns[corners.vertex as usize] as usize;
             if column >= n {
@@ -58,6 +60,7 @@ impl ClassMatrix<'_> {
                 }
             }
         }
+        // Backward couplings: the reverse.
         for (vertex, sums) in block.vertices.iter().zip(sums.chunks_exact(SUMS * GROUP)) {
             let column = self.unknowns[*vertex as usize] as usize;
             if column >= n {

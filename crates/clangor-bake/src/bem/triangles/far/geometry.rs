@@ -9,11 +9,11 @@ use crate::bem::triangles::pair_integrals::parity;
 use crate::bem::triangles::pair_rules::THREE_POINTS;
 use crate::bem::triangles::panels::Panels;
 
-/// The corners of a group of sources that are one vertex.
+/// The corners of a group of sources that coincide in one vertex.
 #[derive(Clone, Debug)]
 pub(super) struct Corners {
     pub(super) vertex: u32,
-    /// Indices of their real parts among the sums of a test vertex, one way.
+    /// Indices of their real parts among the sums of a test vertex, one direction.
     pub(super) places: Vec<u16>,
 }
 
@@ -41,10 +41,9 @@ pub(super) struct Test {
 pub(super) struct FarImage {
     /// Groups × FIELDS × GROUP.
     pub(super) sources: Vec<f32>,
-    /// Bits of the lanes of a group that a test triangle leaves out (near, before, past the end): test ×
-    /// groups.
+    /// Bits of the lanes of a group that a test triangle skips (near, earlier, past the end): test × groups.
     pub(super) skip: Vec<u16>,
-    /// Whether a triangle meets its own image here; such a pair counts half each way.
+    /// Whether a triangle meets its own image here. Such a pair counts half in each direction.
     pub(super) own: bool,
     pub(super) parities: [f32; RIGID_DOFS],
 }
@@ -82,12 +81,13 @@ impl FarImage {
         let count = panels.triangles.len();
         let groups = count.div_ceil(GROUP);
         let mut sources = vec![0.0; groups * FIELDS * GROUP];
+        // Structure of arrays: quadrature points, curls, normals and areas of each source.
         for s in 0..groups * GROUP {
             let mut set = |field: usize, value: f32| {
                 sources[(s / GROUP * FIELDS + field) * GROUP + s % GROUP] = value;
             };
             if s >= count {
-                // Somewhere, without area.
+                // Padding: outside the body, with zero area.
                 (0..9).for_each(|c| set(POINT + c, 3.0));
                 continue;
             }
@@ -103,10 +103,11 @@ impl FarImage {
             }
             set(AREA, image.areas[s] as f32);
         }
+        // Lanes that each test triangle skips.
         let mut skip = vec![0_u16; count * groups];
         let mut mark = |t: usize, s: usize| skip[t * groups + s / GROUP] |= 1 << (s % GROUP);
         for t in 0..count {
-            // Earlier triangles have had this pair; lanes past the end are no triangles.
+            // Pairs with earlier triangles are already integrated; lanes past the end hold no triangle.
             let from = t / GROUP * GROUP;
             (from..t + usize::from(!own)).for_each(|s| mark(t, s));
             (count..groups * GROUP).for_each(|s| mark(t, s));

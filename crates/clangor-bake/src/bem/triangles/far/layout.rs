@@ -22,7 +22,7 @@ pub(super) const TURNING: usize = 22;
 /// Number of fields.
 pub(super) const FIELDS: usize = 31;
 
-/// Sums of one test function and one group: both ways, three source functions, real and imaginary part.
+/// Sums of one test function and one group: both directions, three source functions, real and imaginary part.
 pub(super) const SUMS: usize = 12;
 
 /// Real and imaginary parts of the loads of one test function.

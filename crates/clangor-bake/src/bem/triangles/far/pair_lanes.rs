@@ -1,5 +1,5 @@
 //! Kernel of the far pairs: integrates one test triangle against the source triangles in the lanes of a
-//! register, both ways.
+//! register, in both directions.
 //!
 //! ```text
 //! G = e^{−ikr}/(4πr),    −(dG/dr)/r = (1/r + ik) G/r
@@ -120,7 +120,7 @@ impl<S: Simd> PairLanes<'_, S> {
         [self.splat(v[0]), self.splat(v[1]), self.splat(v[2])]
     }
 
-    /// Product of the areas over 4π · 36, zero where the pair is not for here.
+    /// Product of the areas over 4π · 36, zero where the pair is skipped.
     ///
     /// 1/9 is the weight of a pair of points, 1/4 belongs to [`spread`] on both sides.
     #[inline(always)]
@@ -140,7 +140,7 @@ impl<S: Simd> PairLanes<'_, S> {
         areas * Lanes::of(self.simd, self.simd.partial_load_f32s(&factors[..S::F32_LANES]))
     }
 
-    /// Adds the pair, both ways, to the sums of the test vertices and the loads.
+    /// Adds the pair, in both directions, to the sums of the test vertices and the loads.
     #[inline(always)]
     pub(super) fn add<const WITH_LOADS: bool>(
         &self,
@@ -163,7 +163,7 @@ impl<S: Simd> PairLanes<'_, S> {
         self.add_backward_loads(&integrals, (amplitude, normals.test), backward_loads);
     }
 
-    /// Sums G, its normal derivatives and the loads over the nine pairs of points, spread over the shape
+    /// Sums G, its normal derivatives and the loads over the nine pairs of points, projected onto the shape
     /// functions of the inner side.
     #[inline(always)]
     fn integrate<const WITH_LOADS: bool>(&self, normals: &Normals<S>) -> PairIntegrals<S> {
@@ -182,6 +182,7 @@ impl<S: Simd> PairLanes<'_, S> {
         let turning_test = [self.splats(p[0]), self.splats(p[1]), self.splats(p[2])];
 
         let mut integrals = PairIntegrals::zero(zero);
+        // Loop over the points of the source and of the test triangle.
         for b in 0..3 {
             let y = self.vector(POINT + 3 * b);
             // (x − y)·n_x is the same for all x.
@@ -190,6 +191,7 @@ impl<S: Simd> PairLanes<'_, S> {
             let mut back = [[zero; 2]; 3];
             let mut load = [[zero; 2]; 3];
             for a in 0..3 {
+                // Green's function, its normal derivatives on both sides, and the volume term.
                 let (value, slope) = self.green(difference(x[a], y));
                 let volume = [-(alignment * value[1]), alignment * value[0]];
                 let by_source = [above_source[a] * slope[0], above_source[a] * slope[1]];
@@ -208,6 +210,7 @@ impl<S: Simd> PairLanes<'_, S> {
                     [value[0] + self.coupling * by_source[1], value[1] - self.coupling * by_source[0]];
                 integrals.add_back_load(b, other, &turning_test[a]);
             }
+            // Projection onto the shape functions.
             let (ahead, back) = (self.spread(ahead), self.spread(back));
             for i in 0..3 {
                 integrals.forward[i][b] = ahead[i];
@@ -235,7 +238,7 @@ impl<S: Simd> PairLanes<'_, S> {
         (value, slope)
     }
 
-    /// Adds the entries of both ways to the sums of the test vertices.
+    /// Adds the entries of both directions to the sums of the test vertices.
     #[inline(always)]
     fn add_couplings(
         &self,

@@ -4,9 +4,9 @@
 //! Gpu::open ─► upload, zeros ─► kernel (WGSL) ─► task: a kernel, its buffers, how many groups ─► run ─► read
 //! ```
 //!
-//! It needs the feature `gpu`; only [`GpuError`] is there without. Vulkan is what is tested; on a Mac it is
-//! Metal that is compiled in. Nothing here draws or needs a window. A software device will do (Mesa's
-//! llvmpipe): it is slower than this library's own code on the same processor, and computes the same numbers.
+//! Requires the feature `gpu`; without it only [`GpuError`] exists. Tested with Vulkan; on a Mac, Metal is
+//! compiled in. Nothing here draws or needs a window. A software device works (Mesa's llvmpipe): it is slower
+//! than this library's code on the same processor, and computes the same numbers.
 //!
 //! WGSL has no 64-bit floating point, and lets a device fuse a product and a sum: results agree with those of
 //! the processor to the rounding of `f32`, not bit by bit.
@@ -17,10 +17,10 @@ mod device;
 #[cfg(feature = "gpu")]
 pub use device::{Gpu, GpuBuffer, GpuKernel, GpuTask};
 
-/// Name of the environment variable that holds part of the name of the device to take.
+/// Environment variable that selects a device by part of its name.
 pub const NAME_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 
-/// Why a graphics processor cannot be used.
+/// Reasons why a graphics processor cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
     /// The feature `gpu` is off.
@@ -28,18 +28,18 @@ pub enum GpuError {
         "this build cannot use graphics processors; one made with `cargo build --release --features gpu` can"
     )]
     NotBuilt,
-    /// No device, not even one in software.
+    /// No device, not even a software one.
     #[error(
         "there is no Vulkan device: install the driver of your graphics processor, or one in software \
          (Debian, Ubuntu: `apt-get install mesa-vulkan-drivers`)"
     )]
     NoDevice,
-    /// No device has the name given in the environment.
+    /// No device matches the name in the environment variable.
     #[error("no device is called \"{wanted}\" ({NAME_VARIABLE}); there are: {found}")]
     NoSuchDevice {
         /// Requested part of the name.
         wanted: String,
-        /// Names of those that there are.
+        /// Names of the available devices.
         found: String,
     },
     /// A device cannot be opened.
@@ -47,7 +47,7 @@ pub enum GpuError {
     Refused {
         /// Name of the device.
         name: String,
-        /// What its driver says.
+        /// Message of the driver.
         why: String,
     },
     /// A buffer larger than the device binds.
@@ -57,7 +57,7 @@ pub enum GpuError {
         name: String,
         /// Bytes needed.
         bytes: u64,
-        /// Most that it binds.
+        /// Largest buffer that it binds.
         most: u64,
     },
     /// The device's memory is full.
@@ -71,7 +71,7 @@ pub enum GpuError {
     Failed {
         /// Name of the device.
         name: String,
-        /// What its driver says.
+        /// Message of the driver.
         why: String,
     },
 }

@@ -1,11 +1,11 @@
-//! Ringing of one body: its modes, and the sound of each at its own frequency.
+//! Modal sound of one body: its modes, and the radiation of each at its own frequency.
 //!
 //! ```text
 //! geometry, material ─► modal analysis ─► modes ─► ModalSolver ─► transfers ─► ModalModel
 //! ```
 //!
-//! A body whose lowest mode lies above the band is no error: its model has no modes, and the evidence says
-//! where they begin.
+//! A body whose lowest mode lies above the band is not an error: its model has no modes, and the evidence
+//! gives the lowest frequency.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -30,14 +30,14 @@ use crate::modal_radiation::surface_modes::SurfaceModes;
 use crate::modal_radiation::{ModalMotion, ModalSolver};
 use crate::radiation::RadiationError;
 
-/// What modes to find, and how well.
+/// Settings of a modal bake.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModalBakeOptions {
-    /// What carries the sound.
+    /// Medium of the radiated sound.
     pub medium: Medium,
-    /// All modes below this are found \[Hz\].
+    /// Upper limit of the band \[Hz\]; all modes below it are found.
     pub max_frequency: f64,
-    /// Part of itself by which a finer mesh may change a frequency.
+    /// Largest relative change of a frequency by a finer mesh.
     pub mesh_error: f64,
     /// Most nodes of a volume mesh.
     pub most_nodes: usize,
@@ -46,7 +46,7 @@ pub struct ModalBakeOptions {
 }
 
 impl ModalBakeOptions {
-    /// To 20 kHz, within 1 %.
+    /// Up to 20 kHz, within 1 %.
     pub fn new(medium: Medium) -> Self {
         ModalBakeOptions {
             medium,
@@ -58,36 +58,36 @@ impl ModalBakeOptions {
     }
 }
 
-/// How good a model is, and how that is known.
+/// Quality of a model, and the evidence for it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModalEvidence {
-    /// The volume mesh, in words.
+    /// Description of the volume mesh.
     pub mesh: String,
-    /// Its nodes.
+    /// Its number of nodes.
     pub nodes: usize,
     /// Largest ‖K u − ω² M u‖ / ‖ω² M u‖.
     pub residual: f64,
-    /// The lowest mode \[Hz\] of a body that has none in the band.
+    /// The lowest mode \[Hz\] of a body without modes in the band.
     pub first_frequency: Option<f64>,
-    /// Solver of the transfers, in words; empty without transfers.
+    /// Solver of the transfers; empty without transfers.
     pub method: String,
     /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
-/// Why there is no model.
+/// Reasons why a modal bake fails.
 #[derive(Debug, thiserror::Error)]
 pub enum ModalBakeError {
-    /// The material cannot vibrate.
+    /// Invalid elastic constants.
     #[error(transparent)]
     Elastic(#[from] ElasticError),
-    /// The modes cannot be found.
+    /// The modal analysis failed.
     #[error(transparent)]
     ModalAnalysis(ModalAnalysisError),
-    /// The surface does not suit the solver of its sound.
+    /// The surface does not suit the radiation solver.
     #[error(transparent)]
     Surface(BakeError),
-    /// The sound of the modes cannot be computed.
+    /// The radiation solver failed.
     #[error(transparent)]
     Radiation(RadiationError),
     /// Stopped by the caller.
@@ -123,8 +123,8 @@ impl From<ModalAnalysisError> for ModalBakeError {
     }
 }
 
-/// Finds the modes of a body about its centre of mass; their sound is not there yet. Shapes are rounded as a
-/// file keeps them, so that what follows is the same after a pause.
+/// Finds the modes of a body about its centre of mass, without transfers. Shapes are rounded to file
+/// precision, so that a resumed bake gives the same result.
 ///
 /// # Errors
 /// [`ModalBakeError`].
@@ -134,6 +134,7 @@ pub fn find_modes(
     options: &ModalBakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(ModalModel, ModalEvidence), ModalBakeError> {
+    // Modal analysis.
     let constants = ElasticConstants::of(material)?;
     let settings = ModalAnalysisOptions {
         max_frequency: options.max_frequency,
@@ -143,6 +144,7 @@ pub fn find_modes(
     let mut on_progress =
         |p: &ModalAnalysisProgress| progress(&BakeProgress { done: p.done, stage: "finding modes" });
     let found = match modal_analysis(geometry, &constants, &settings, &mut on_progress) {
+        // No mode in the band: an empty model with the lowest frequency.
         Err(ModalAnalysisError::Modes(ModalError::Silent { first, .. })) => {
             return Ok(silent(geometry, material, options, first));
         }
@@ -150,6 +152,7 @@ pub fn find_modes(
     };
     let ModalAnalysis { mut modes, surface, density, max_frequency, method, nodes, residual, warnings } =
         found;
+    // Round the shapes and assemble the model.
     modes.iter_mut().for_each(|mode| round_shape(&mut mode.shape));
     let (radius, medium) = (surface.radius(), options.medium);
     let model = ModalModel { radius, medium, density, max_frequency, surface, modes };
@@ -164,10 +167,10 @@ pub fn find_modes(
     Ok((model, evidence))
 }
 
-/// Solves the sound of the modes.
+/// Computes the transfers of the modes.
 ///
 /// # Errors
-/// [`ModalBakeError`]; the model is as before then.
+/// [`ModalBakeError`]; the model is then unchanged.
 pub fn radiate(
     geometry: &BakeGeometry,
     model: &mut ModalModel,
@@ -198,7 +201,7 @@ pub fn radiate(
     Ok(())
 }
 
-/// The solver that suits a geometry.
+/// The radiation solver for a geometry.
 fn solver(
     geometry: &BakeGeometry,
     model: &ModalModel,
@@ -248,10 +251,10 @@ fn axisymmetry(geometry: &BakeGeometry) -> Option<(Meridian, DVec3)> {
     }
 }
 
-/// Part by which semi-axes that are equal may differ.
+/// Relative difference below which semi-axes count as equal.
 const SAME_AXIS: f64 = 1e-9;
 
-/// What is known of a body that does not ring in the band.
+/// Model and evidence of a body without modes in the band.
 fn silent(
     geometry: &BakeGeometry,
     material: &Material,

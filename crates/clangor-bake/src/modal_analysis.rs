@@ -1,15 +1,15 @@
-//! Modes of a free body of any shape up to a frequency, and how far each is from a finer
-//! mesh.
+//! Modes of a free body of any shape up to a frequency, with the discretisation error of each.
 //!
-//! Frequencies fall as a mesh is refined, and the spectra of two meshes are complete, so that the k-th mode
-//! of one belongs to the k-th of the other. From the edges h and r h of their elements follows what is still
-//! missing:
+//! Frequencies fall as a mesh is refined, and the spectra of both meshes are complete, so that the k-th mode
+//! of one corresponds to the k-th of the other. With edges h and r h of their elements, the remaining error
+//! is
 //!
 //! ```text
 //! f(h) − f(0) ≈ (f(r h) − f(h)) / (r^p − 1),    p = 4 for quadratic elements; less where they are cut
 //! ```
 //!
-//! Meshes are refined until that is less than the part asked for, in all modes, or until the nodes run out.
+//! Meshes are refined until this is below the requested accuracy for all modes, or until the node limit is
+//! reached.
 
 pub(crate) mod axisymmetric;
 pub mod eigensolver;
@@ -30,19 +30,19 @@ use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;
 use volume_fem::VolumeFem;
 
-/// How to find modes.
+/// Settings of a modal analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModalAnalysisOptions {
-    /// All modes below this are found \[Hz\].
+    /// Upper limit of the band \[Hz\]; all modes below it are found.
     pub max_frequency: f64,
-    /// Part of itself by which a finer mesh may change a frequency.
+    /// Largest relative change of a frequency by a finer mesh.
     pub accuracy: f64,
     /// Most nodes of a mesh.
     pub most_nodes: usize,
 }
 
 impl ModalAnalysisOptions {
-    /// Nodes of meshes unless other limits are asked for: two gigabytes of factors.
+    /// Default node limit: two gigabytes of factors.
     pub const MOST_NODES: usize = 80_000;
 
     /// Within 1 %.
@@ -51,18 +51,18 @@ impl ModalAnalysisOptions {
     }
 }
 
-/// How a body vibrates.
+/// Result of a modal analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalAnalysis {
-    /// The modes by frequency, without transfers; shapes are given at the nodes of the surface.
+    /// The modes by frequency, without transfers. Shapes are given at the nodes of the surface.
     pub modes: Vec<ModalMode>,
     /// The surface, in the frame of the geometry.
     pub surface: ModalSurface,
     /// Density of the body [kg/m³].
     pub density: f64,
-    /// All modes below this are there \[Hz\].
+    /// Upper limit of the band \[Hz\]: the spectrum is complete below it.
     pub max_frequency: f64,
-    /// What meshes were used, in words.
+    /// Description of the mesh.
     pub method: String,
     /// Nodes of the finest mesh.
     pub nodes: usize,
@@ -72,19 +72,19 @@ pub struct ModalAnalysis {
     pub warnings: Vec<String>,
 }
 
-/// How far a computation is.
+/// Progress of a modal analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModalAnalysisProgress {
-    /// Part of the work that is done, 0 to 1; a guess.
+    /// Estimated fraction of the work that is done, 0 to 1.
     pub done: f64,
-    /// Nodes of the mesh that is solved now.
+    /// Nodes of the current mesh.
     pub nodes: usize,
 }
 
-/// Why there are no modes.
+/// Reasons why a modal analysis fails.
 #[derive(Debug, thiserror::Error)]
 pub enum ModalAnalysisError {
-    /// The accuracy makes no sense.
+    /// Invalid accuracy.
     #[error("the accuracy is {0}, but must be between 0 and 1")]
     Accuracy(f64),
     /// The body cannot be filled with tetrahedra.
@@ -93,7 +93,7 @@ pub enum ModalAnalysisError {
     /// The generating curve of an axisymmetric body intersects itself.
     #[error("the section of the body crosses itself")]
     Section,
-    /// More bodies than one.
+    /// More than one connected body.
     #[error("the body falls into {0} parts that do not hang together; give each a body of its own")]
     LooseParts(usize),
     /// Even the coarsest mesh that resolves the body is too large.
@@ -104,7 +104,7 @@ pub enum ModalAnalysisError {
         /// Nodes allowed.
         most: usize,
     },
-    /// Waves or walls are too short for the body's size.
+    /// Waves or walls are too short for the size of the body.
     #[error(
         "walls {wall:.3e} m thick want elements of {edge:.3e} m, {elements:.1e} of them on {nodes:.1e} \
          nodes, more than the {most} allowed; ask for a lower band, or thicken the walls"
@@ -121,7 +121,7 @@ pub enum ModalAnalysisError {
         /// Nodes allowed.
         most: usize,
     },
-    /// The modes of a mesh could not be found.
+    /// The eigensolver failed.
     #[error(transparent)]
     Modes(#[from] ModalError),
     /// Stopped by the caller.
@@ -129,11 +129,11 @@ pub enum ModalAnalysisError {
     Interrupted,
 }
 
-/// Meshes at most.
+/// Largest number of meshes.
 const MOST_MESHES: usize = 5;
-/// The coarsest spectrum is sought a little further, because its frequencies are higher.
+/// Factor on the limit for the coarsest spectrum, whose frequencies are too high.
 const COARSE_MARGIN: f64 = 1.1;
-/// A mesh is made a little finer than the estimate says.
+/// Safety factor on the estimated refinement.
 const SAFETY: f64 = 0.85;
 
 /// Finds all modes of a free body, about its centre of mass, up to a frequency.
@@ -149,7 +149,7 @@ pub fn modal_analysis(
     modal_analysis_and_system(geometry, constants, options, progress).map(|(analysis, _)| analysis)
 }
 
-/// As [`modal_analysis()`], with the matrices of the finest mesh: none for an axisymmetric body, which is
+/// Like [`modal_analysis()`], with the matrices of the finest mesh; `None` for an axisymmetric body, which is
 /// solved on its section.
 ///
 /// # Errors
@@ -175,22 +175,22 @@ pub fn modal_analysis_and_system(
     }
 }
 
-/// A body that can be cut into elements of any size.
+/// A body that can be meshed at any element size.
 pub(crate) trait RefinableDiscretization {
     /// A mesh.
     type Mesh;
     /// Modes of a mesh.
     type Modes;
 
-    /// What the elements are, in words.
+    /// Description of the elements.
     fn method(&self) -> &'static str;
     /// Order p at which frequencies converge.
     fn convergence(&self) -> f64;
     /// Edge of the first, coarse mesh over that of the second.
     fn first_ratio(&self) -> f64;
-    /// A coarse mesh, whose frequencies up to a limit \[Hz\] may be off by several times the accuracy.
+    /// A coarse mesh, whose frequencies up to a limit \[Hz\] may have several times the requested error.
     fn coarse(&self, limit: f64, accuracy: f64) -> Result<Self::Mesh, ModalAnalysisError>;
-    /// A mesh finer by about `ratio` in all directions in which the one before is not fine enough already.
+    /// A mesh finer by about `ratio` in all directions that are not yet fine enough.
     fn finer(&self, than: &Self::Mesh, ratio: f64) -> Result<Self::Mesh, ModalAnalysisError>;
     /// Number of nodes, and length of edges in any unit.
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
@@ -207,7 +207,7 @@ pub(crate) trait RefinableDiscretization {
 pub(crate) struct Spectrum<M> {
     /// Ascending \[Hz\].
     pub(crate) frequencies: Vec<f64>,
-    /// The lowest frequency, be it below or above the limit \[Hz\].
+    /// The lowest frequency, below or above the limit \[Hz\].
     pub(crate) first: f64,
     /// Largest relative residual.
     pub(crate) residual: f64,
@@ -225,6 +225,7 @@ fn refined<B: RefinableDiscretization>(
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(ModalAnalysisError::Interrupted),
     };
+    // Spectrum of the coarse mesh.
     let limit = options.max_frequency;
     let mut mesh = body.coarse(limit, options.accuracy)?;
     let (nodes, mut edge) = body.size(&mesh);
@@ -235,6 +236,7 @@ fn refined<B: RefinableDiscretization>(
     let mut spectrum = body.solve(&mesh, limit * COARSE_MARGIN)?;
     let mut errors = Vec::new();
     let mut ratio = body.first_ratio();
+    // Refine until the estimated error meets the accuracy.
     for meshes in 2..=MOST_MESHES {
         let finer = match body.finer(&mesh, ratio) {
             Err(ModalAnalysisError::TooFine { .. }) => break,
@@ -246,6 +248,7 @@ fn refined<B: RefinableDiscretization>(
         }
         tell(1.0 - 0.5_f64.powi(meshes as i32 - 1), nodes)?;
         let fine = body.solve(&finer, limit)?;
+        // Richardson estimate of the error of each frequency.
         errors = mesh_errors(
             &spectrum.frequencies,
             &fine.frequencies,
@@ -256,8 +259,10 @@ fn refined<B: RefinableDiscretization>(
         if worst <= options.accuracy {
             break;
         }
+        // Next ratio, from the order of convergence.
         ratio = ((worst / options.accuracy).powf(body.convergence().recip()) / SAFETY).clamp(1.2, 2.5);
     }
+    // Modes in the band, and their shapes on the surface.
     let count = spectrum.frequencies.partition_point(|f| *f < limit);
     if count == 0 {
         return Err(ModalError::Silent { first: spectrum.first, limit }.into());
@@ -290,11 +295,11 @@ fn largest(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, f64::max)
 }
 
-/// What part of each frequency a finer mesh would take away, by those of a mesh with errors `times` as large.
+/// Estimated relative error of each frequency, from a mesh with errors `times` as large.
 fn mesh_errors(coarse: &[f64], fine: &[f64], times: f64) -> Vec<f64> {
     let share = 1.0 / (times - 1.0);
     let mut errors: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c / f - 1.0).abs() * share).collect();
-    // A mode that the coarser mesh moved beyond the band has the error of the worst that it did not.
+    // A mode that the coarser mesh moved beyond the band takes the largest error of the others.
     let worst = errors.iter().copied().reduce(f64::max).unwrap_or((COARSE_MARGIN - 1.0) * share);
     errors.resize(fine.len(), worst);
     errors
@@ -317,7 +322,8 @@ fn warnings(errors: &[f64], nodes: usize, options: &ModalAnalysisOptions) -> Vec
     Vec::new()
 }
 
-/// The shortest wave up to a frequency \[m\]: of bending in walls of a thickness \[m\], or along a surface.
+/// The shortest wavelength up to a frequency \[m\]: of bending in walls of a thickness \[m\], or along a
+/// surface.
 ///
 /// ```text
 /// λ = min(√(2π c_p t / (√12 f)), 0.92 c_s / f),    c_p² = E/(ρ (1 − ν²)),    c_s² = μ/ρ

@@ -1,4 +1,4 @@
-//! The geometry of a body, as exactly as it is known: the solvers choose their method by its class.
+//! The geometry of a body in its most exact known form. Its class decides the solver.
 
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -7,7 +7,7 @@ use glam::DVec3;
 /// The geometry of a body about its centre of mass \[m\].
 #[derive(Clone, Debug, PartialEq)]
 pub enum BakeGeometry {
-    /// An ellipsoid with these semi-axes along x, y, z; a sphere too.
+    /// An ellipsoid with these semi-axes along x, y, z; spheres included.
     Ellipsoid {
         /// Semi-axes \[m\].
         semi_axes: DVec3,

@@ -1,9 +1,9 @@
-//! Whether a mesh is axisymmetric about y, but for the roughness of its triangles, and of which
-//! section.
+//! Detection of meshes that are axisymmetric about y, apart from the roughness of their triangles, and fit of
+//! their section.
 //!
-//! A scanned or voxelised bowl is one, though its vertices lie on no circles. Its section is where the signed
-//! distance to the surface, averaged over the angle φ, vanishes: cut at one angle, moved there, and followed
-//! by arcs.
+//! A scanned or voxelised bowl is axisymmetric, although its vertices lie on no circles. Its section is the
+//! zero of the signed distance to the surface, averaged over the angle φ. The mesh is cut at one angle; the
+//! cut is moved to this zero and approximated by arcs.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 
 use crate::mesh::tetrahedra::isosurface_stuffing::wall_thickness;
 
-/// A section, and how far the mesh is from it.
+/// A fitted section, and its distance from the mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeridianFit {
     /// The section.
@@ -32,15 +32,16 @@ const ARC_ERROR: f64 = 0.01;
 /// Longest and shortest arcs over the thickness.
 const LONGEST: f64 = 2.0;
 const SHORTEST: f64 = 0.2;
-/// Angles that are averaged; odd, so that they meet no pattern of a grid twice.
+/// Number of averaged angles; odd, to avoid aliasing with a grid.
 const ANGLES: usize = 23;
-/// Vertices that are rotated to test whether they stay on the surface, before anything else is done.
+/// Vertices of the first test, which rotates them and checks that they stay on the surface.
 const PROBES: usize = 100;
 
 /// The section of a mesh about its centre of mass; `None` if it is not axisymmetric about y.
 pub fn fitted_meridian(mesh: &TriMesh) -> Option<MeridianFit> {
     let tree = SurfaceTree::new(mesh);
-    // No wall is thicker than the body, and most other bodies are rejected before their walls are measured.
+    // Cheap bounds first: no wall is thicker than the body, and most other bodies are rejected before their
+    // walls are measured.
     let mut surface = Surface { mesh, tree: &tree, wall: mesh.bounding_radius(DVec3::ZERO) };
     let step = (mesh.vertices.len() / PROBES).max(1);
     let mut spread = 0.0_f64;
@@ -109,12 +110,12 @@ impl Surface<'_> {
         p
     }
 
-    /// The cut of the mesh by a half-plane beside the axis; nothing unless it is one line.
+    /// The cut of the mesh by a half-plane beside the axis; `None` unless it is one line.
     fn slice(&self) -> Option<Path> {
-        // An angle at which no vertex lies.
+        // An angle that avoids all vertices.
         let (sin, cos) = 0.123_456_7_f64.sin_cos();
         let (along, across) = (DVec3::new(cos, 0.0, sin), DVec3::new(-sin, 0.0, cos));
-        // Each piece of the cut with the edges of the mesh that it runs between.
+        // Each segment of the cut with the mesh edges at its ends.
         let mut ends: Vec<([u32; 2], usize)> = Vec::new();
         let mut pieces: Vec<[DVec2; 2]> = Vec::new();
         for t in &self.mesh.triangles {
@@ -140,8 +141,9 @@ impl Surface<'_> {
         Some(path.counter_clockwise())
     }
 
-    /// Arcs that follow a path.
+    /// Arcs that approximate a path.
     fn pieces(&self, path: &Path) -> Option<Vec<Piece>> {
+        // Arc length of the path.
         let mut lengths = vec![0.0];
         for pair in path.points.windows(2) {
             lengths.push(lengths[lengths.len() - 1] + pair[0].distance(pair[1]));
@@ -152,6 +154,7 @@ impl Surface<'_> {
             let within = (s - lengths[k - 1]) / (lengths[k] - lengths[k - 1]).max(f64::MIN_POSITIVE);
             path.points[k - 1].lerp(path.points[k], within.clamp(0.0, 1.0))
         };
+        // Initial cuts, projected onto the averaged surface.
         let count = (total / (LONGEST * self.wall)).ceil().max(4.0) as usize;
         if count > 2000 {
             return None;
@@ -161,6 +164,7 @@ impl Surface<'_> {
         if path.closed {
             cuts[count].1 = cuts[0].1;
         }
+        // Bisect until each arc meets the tolerance.
         let mut pieces = Vec::new();
         let mut stack: Vec<[(f64, DVec2); 2]> = cuts.windows(2).map(|c| [c[0], c[1]]).rev().collect();
         while let Some([from, to]) = stack.pop() {
@@ -179,9 +183,9 @@ impl Surface<'_> {
 }
 
 impl Path {
-    /// With the material to the left.
+    /// Oriented with the material to the left.
     fn counter_clockwise(mut self) -> Self {
-        // ∮ r² dy, which is not changed by going along the axis.
+        // ∮ r² dy; segments along the axis contribute nothing.
         let sum: f64 = self
             .points
             .windows(2)
@@ -199,13 +203,15 @@ fn chains(ends: &[([u32; 2], usize)], pieces: &[[DVec2; 2]]) -> Vec<Vec<DVec2>> 
     let mut used = vec![false; pieces.len()];
     let mut edges = vec![[[0; 2]; 2]; pieces.len()];
     let mut filled = vec![0; pieces.len()];
+    // Mesh edges at the ends of each segment.
     for (edge, piece) in ends {
         edges[*piece][filled[*piece]] = *edge;
         filled[*piece] += 1;
     }
-    // Ends were sorted, so that the edges of a piece may have changed places: its points tell which is which
-    // only through its neighbours, which share one of them.
+    // The ends are sorted, so the edges of a segment may be swapped. Its end points are found from the
+    // neighbour, which shares one of them.
     let mut chains = Vec::new();
+    // Walk from segment to segment through shared edges.
     for start in 0..pieces.len() {
         if used[start] {
             continue;

@@ -1,10 +1,10 @@
 //! Planes through the centre of mass that map a solid onto itself.
 //!
 //! A mirror plane of a solid is one of its inertia tensor, so that the principal axes are the candidates
-//! where the moments differ. Equal moments leave a plane or a sphere of directions: there, the extrema of the
+//! where the moments differ. Equal moments leave a plane or a sphere of directions. There the extrema of the
 //! quartic form Q(d) = ∫ (d·x)⁴ dS and the phases of the moments ∫ (x + iy)^m dS about the distinct axis are
-//! candidates too, and the coordinate axes in any case. A candidate stands if the mirrored vertices lie on
-//! the surface.
+//! candidates too. The coordinate axes are always candidates. A candidate is accepted if the mirrored
+//! vertices lie on the surface.
 
 use std::f64::consts::PI;
 
@@ -15,11 +15,11 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
-/// Vertices that are mirrored, at most.
+/// Largest number of mirrored vertices.
 const SAMPLES: usize = 3000;
-/// Moments that differ by less than this part are equal.
+/// Relative difference below which moments count as equal.
 const EQUAL: f64 = 2e-3;
-/// Highest number of mirror planes through an axis that is looked for.
+/// Highest order of mirror symmetry about an axis.
 const HIGHEST_FOLD: i32 = 8;
 
 /// A plane of symmetry through the centre of mass.
@@ -34,15 +34,16 @@ pub struct MirrorPlane {
 /// Up to three orthogonal planes of symmetry of a closed surface, the best first; residuals are at most
 /// `tolerance` \[m\].
 ///
-/// Normals along coordinate axes are exactly so. A surface that bounds no solid has none.
+/// Normals along coordinate axes are exact. A surface that encloses no solid has none.
 pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
     let Ok(mass) = MassProperties::of(mesh) else { return Vec::new() };
     let centred = mesh.relative_to(mass.centre_of_mass);
     let tree = SurfaceTree::new(&centred);
     let mut tried: Vec<DVec3> = Vec::new();
     let mut found: Vec<MirrorPlane> = Vec::new();
+    // Test each candidate normal.
     for normal in candidates(&centred, mass.inertia) {
-        // The same direction twice: the first is the rounder one.
+        // Duplicate directions: keep the first, which has the rounder components.
         if tried.iter().any(|d| d.cross(normal).length() < 1e-6) {
             continue;
         }
@@ -51,11 +52,11 @@ pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
             found.push(MirrorPlane { normal, residual });
         }
     }
-    // Residuals of the same size: the order of the candidates decides.
+    // Residuals at rounding level count as equal; the order of the candidates decides.
     let rounding = 1e-9 * centred.bounding_radius(DVec3::ZERO);
     found.sort_by(|a, b| a.residual.max(rounding).total_cmp(&b.residual.max(rounding)));
     let mut best: Vec<MirrorPlane> = Vec::new();
-    // As many orthogonal planes as there are, starting from the best that has a partner.
+    // Largest set of orthogonal planes, starting from the best plane that has a partner.
     for first in &found {
         let mut set = vec![*first];
         for next in &found {
@@ -85,7 +86,7 @@ fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, tolerance: f64) -
     let count = mesh.vertices.len();
     let step = count.div_ceil(SAMPLES).max(1);
     let mut worst = 0.0_f64;
-    // A coarse sample first: most candidates fail at once.
+    // A coarse sample first, which rejects most candidates.
     for (start, stride) in [(0, 61 * step), (0, step)] {
         for v in mesh.vertices.iter().skip(start).step_by(stride) {
             let image = *v - 2.0 * v.dot(normal) * normal;
@@ -130,7 +131,7 @@ fn around(mesh: &TriMesh, axis: DVec3) -> Vec<DVec3> {
     for m in 1..=HIGHEST_FOLD {
         let moment: Complex64 = points.iter().map(|(a, z)| a * z.powi(m)).sum();
         let most: f64 = points.iter().map(|(a, z)| a * z.norm().powi(m)).sum();
-        // A moment that is nothing has no phase.
+        // A vanishing moment has no phase.
         if moment.norm() < 1e-6 * most {
             continue;
         }
@@ -143,7 +144,7 @@ fn around(mesh: &TriMesh, axis: DVec3) -> Vec<DVec3> {
     normals
 }
 
-/// Where ∫ (d·x)⁴ dS over unit vectors d is largest and smallest.
+/// Directions d that maximise or minimise ∫ (d·x)⁴ dS.
 fn quartic_extrema(mesh: &TriMesh) -> Vec<DVec3> {
     let step = mesh.triangles.len().div_ceil(SAMPLES).max(1);
     let points: Vec<(f64, DVec3)> = (0..mesh.triangles.len())
@@ -155,7 +156,7 @@ fn quartic_extrema(mesh: &TriMesh) -> Vec<DVec3> {
     let starts =
         [DVec3::ONE, DVec3::new(1.0, 0.3, -0.2), DVec3::new(-0.2, 1.0, 0.4), DVec3::new(0.1, -0.3, 1.0)];
     let mut extrema = Vec::new();
-    // Ascent by the power method; with a shift that outweighs the form, descent.
+    // Ascent by the power method; with a dominating shift, descent.
     for sign in [1.0, -1.0] {
         for start in starts {
             let mut d = start.normalize();

@@ -18,7 +18,7 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     limits: wgpu::Limits,
-    /// What has gone wrong first; commands only fail once they are run.
+    /// The first error; commands report errors only when they run.
     failure: Arc<Mutex<Option<GpuError>>>,
 }
 
@@ -43,12 +43,13 @@ pub struct GpuTask {
 }
 
 impl Gpu {
-    /// Opens the fastest kind of device that there is: a card, a processor's own, and only then one in
-    /// software. The environment variable [`NAME_VARIABLE`] chooses by part of the name.
+    /// Opens the fastest kind of device available: discrete, then integrated, then software. The environment
+    /// variable [`NAME_VARIABLE`] selects by part of the name.
     ///
     /// # Errors
     /// [`GpuError::NoDevice`], [`GpuError::NoSuchDevice`], [`GpuError::Refused`].
     pub fn open() -> Result<Self, GpuError> {
+        // Enumerate the adapters and apply the name filter.
         let wanted = std::env::var(NAME_VARIABLE).ok().filter(|name| !name.is_empty());
         let backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL;
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
@@ -68,12 +69,13 @@ impl Gpu {
                 return Err(GpuError::NoSuchDevice { wanted, found });
             }
         }
-        // The first of the best kind: the order of drivers is the system's.
+        // The first of the best kind; the system defines the order within a kind.
         let adapter =
             adapters.iter().min_by_key(|a| rank(a.get_info().device_type)).ok_or(GpuError::NoDevice)?;
         let info = adapter.get_info();
         let name = info.name;
         let limits = adapter.limits();
+        // Open the device, and record its first asynchronous error.
         let (device, queue) = wait(adapter.request_device(&wgpu::DeviceDescriptor {
             required_limits: limits.clone(),
             ..wgpu::DeviceDescriptor::default()
@@ -97,12 +99,12 @@ impl Gpu {
         Ok(Gpu { name, software, device, queue, limits, failure })
     }
 
-    /// What the driver calls the device.
+    /// Name of the device, from the driver.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Whether it is a program that runs on this machine's processor.
+    /// Whether the device is software on this machine's processor.
     pub fn is_software(&self) -> bool {
         self.software
     }
@@ -122,7 +124,7 @@ impl Gpu {
         self.check(buffer)
     }
 
-    /// Replaces the first words of a buffer, before whatever is run next.
+    /// Replaces the first words of a buffer, before the next tasks.
     ///
     /// # Errors
     /// [`GpuError::Failed`] for more words than the buffer has.
@@ -162,7 +164,7 @@ impl Gpu {
     /// Compiles a WGSL program with one entry point; all its bindings are in group 0.
     ///
     /// # Errors
-    /// [`GpuError::Failed`] with what the compiler says.
+    /// [`GpuError::Failed`] with the message of the compiler.
     pub fn kernel(&self, name: &str, wgsl: &str) -> Result<GpuKernel, GpuError> {
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
@@ -201,7 +203,7 @@ impl Gpu {
         self.check(GpuTask { pipeline: kernel.pipeline.clone(), bindings, groups })
     }
 
-    /// Hands tasks to the device. Each sees what those before it have written. Does not wait for them.
+    /// Submits tasks to the device without waiting. Each sees the writes of those before it.
     ///
     /// # Errors
     /// [`GpuError::Failed`], [`GpuError::OutOfMemory`].
@@ -245,7 +247,7 @@ impl Gpu {
         GpuError::Failed { name: self.name.clone(), why: why.to_string() }
     }
 
-    /// Passes a value on unless something has gone wrong.
+    /// Returns a value unless an error has occurred.
     fn check<T>(&self, value: T) -> Result<T, GpuError> {
         match &*self.failure.lock().unwrap_or_else(PoisonError::into_inner) {
             Some(error) => Err(error.clone()),
@@ -254,7 +256,7 @@ impl Gpu {
     }
 }
 
-/// Which kinds of device come first.
+/// Order of preference of the kinds of devices.
 fn rank(kind: wgpu::DeviceType) -> u8 {
     match kind {
         wgpu::DeviceType::DiscreteGpu => 0,

@@ -1,17 +1,16 @@
-//! Remeshing of a surface for boundary elements: near-equilateral triangles, small where the surface
-//! turns.
+//! Remeshing of a surface for boundary elements: near-equilateral triangles, small where curvature is high.
 //!
 //! ```text
 //! input ─► sharp edges ─► edge length h ─► split, collapse, flip, smooth ─► fit to the input ─► exact volume
 //!          crease         size_field       isotropic, editable_mesh         volume_fit
 //! ```
 //!
-//! The accuracy of the solver is that of the geometry as long as edges are short against the wavelength: a
-//! lost 1 % of volume is 1 % of pressure. So the flat triangles are fitted to the input in the mean, and the
-//! volume is made exact. Handles, holes and cavities survive, because every operation keeps the topology; the
-//! two faces of a thin wall are distinguished by their normals.
+//! The accuracy of the solver is that of the geometry as long as edges are short relative to the wavelength:
+//! a volume error of 1 % is a pressure error of 1 %. The flat triangles are therefore fitted to the input in
+//! the mean, and the volume is made exact. Handles, holes and cavities survive, because every operation
+//! preserves the topology. The two faces of a thin wall are distinguished by their normals.
 //!
-//! It does not repair: the input must bound a solid, see [`check_solid`].
+//! It does not repair: the input must enclose a solid, see [`check_solid`].
 
 mod crease;
 mod editable_mesh;
@@ -41,14 +40,14 @@ pub use symmetric_mesh::{ImageVertex, SymmetricMesh};
 
 /// Largest relative error of the volume that the final uniform offset may hide.
 const VOLUME_TOLERANCE: f64 = 1e-3;
-/// How much shorter edges get when the volume is off by more, and how often.
+/// Factor on edge lengths when the volume error is larger, and number of attempts.
 const REFINEMENT: f64 = 0.8;
 const REFINEMENTS: usize = 3;
-/// Edges that turn by more are sharp \[rad\]: 40°.
+/// Turning angle above which an edge is sharp \[rad\]: 40°.
 const SHARP: f64 = 0.698;
-/// Shortest net of sharp edges that is one, in shortest target edges.
+/// Shortest net of sharp edges that is kept, in shortest target edges.
 const SHORTEST_NET: f64 = 12.0;
-/// Most triangles into which long edges of the input are cut before sizes are assigned.
+/// Largest number of triangles after dividing long edges of the input for the size field.
 const GUIDE_TRIANGLES: f64 = 60e3;
 
 /// Edge lengths of a mesh.
@@ -68,7 +67,7 @@ impl RemeshOptions {
     }
 }
 
-/// What came out.
+/// Report of a remeshing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RemeshReport {
     /// Vertices: unknowns of a P1 solver.
@@ -79,14 +78,14 @@ pub struct RemeshReport {
     pub smallest_angle: f64,
     /// 5th percentile of the smallest angles \[rad\].
     pub small_angle: f64,
-    /// The edge lengths used: those asked for, or shorter where the volume demanded it.
+    /// The edge lengths used: as requested, or shorter where the volume required it.
     pub options: RemeshOptions,
 }
 
-/// Why a mesh cannot be remeshed.
+/// Reasons why a mesh cannot be remeshed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RemeshError {
-    /// Edge lengths that make no sense.
+    /// Invalid edge lengths.
     #[error(
         "edge lengths from {min_edge:.3e} m to {max_edge:.3e} m: the first must be positive, the second no \
          less"
@@ -97,10 +96,10 @@ pub enum RemeshError {
         /// Longest \[m\].
         max_edge: f64,
     },
-    /// The input bounds no solid.
+    /// The input encloses no solid.
     #[error("the surface cannot be remeshed: {0}")]
     Input(MeshError),
-    /// The output bounds no solid: edges are too long for the shape.
+    /// The output encloses no solid: edges are too long for the shape.
     #[error(
         "edges down to {min_edge:.3e} m are too long for this surface, which they make {error}; ask for \
          shorter ones"
@@ -108,10 +107,10 @@ pub enum RemeshError {
     Tangled {
         /// Shortest target edge tried \[m\].
         min_edge: f64,
-        /// What is wrong with the result.
+        /// Defect of the result.
         error: MeshError,
     },
-    /// Too much volume is lost.
+    /// Too large an error of the volume.
     #[error("edges down to {min_edge:.3e} m change the volume by {volume_error:.2e}; ask for shorter ones")]
     Volume {
         /// Shortest target edge tried \[m\].
@@ -134,8 +133,9 @@ pub fn remesh(input: &TriMesh, options: &RemeshOptions) -> Result<(TriMesh, Reme
 /// Remeshes a closed surface that is symmetric about planes through its centre of mass with the orthogonal
 /// unit normals `planes`, such that the result is exactly so. The result is about the centre of mass.
 ///
-/// What the input is on one side of a plane counts; how far the other side is from that,
-/// [`mirror_planes`](crate::geometry_class::mirror_symmetry::mirror_planes) tells.
+/// The input on one side of a plane defines the result.
+/// [`mirror_planes`](crate::geometry_class::mirror_symmetry::mirror_planes) gives the distance of the other
+/// side from it.
 ///
 /// # Errors
 /// [`RemeshError`].
@@ -152,6 +152,7 @@ pub fn remesh_symmetric(
     if !sound {
         return Err(RemeshError::Edges { min_edge: options.min_edge, max_edge: options.max_edge });
     }
+    // Cut the input down to the cell between the planes.
     let (frame, mirrors) = frame_of(planes);
     let mut cell = input.relative_to(mass.centre_of_mass);
     cell.vertices.iter_mut().for_each(|v| *v = frame.transpose() * *v);
@@ -160,6 +161,7 @@ pub fn remesh_symmetric(
         cell = positive_half(&cell, axis);
         volume *= 0.5;
     }
+    // Remesh the cell, with shorter edges after each failure, until the whole is a valid solid.
     let mut failure = RemeshError::Edges { min_edge: options.min_edge, max_edge: options.max_edge };
     for _ in 0..=REFINEMENTS {
         match attempt(&cell, mirrors, volume, &options) {
@@ -183,7 +185,7 @@ pub fn remesh_symmetric(
 
 /// Mass properties of an input that is closed.
 fn input_mass(input: &TriMesh) -> Result<MassProperties, RemeshError> {
-    // Indices and coordinates first: the pairing of edges relies on them.
+    // Indices and coordinates first: the pairing of edges depends on them.
     let mass = MassProperties::of(input).map_err(RemeshError::Input)?;
     Topology::try_new(input).map_err(RemeshError::Input)?;
     Ok(mass)
@@ -220,7 +222,7 @@ fn attempt(
     Ok((mesh, report))
 }
 
-/// The input with its sharp edges and the sizes wanted on it.
+/// The input with its sharp edges and target sizes.
 struct Guided {
     surface: TriMesh,
     creases: Creases,
@@ -231,16 +233,15 @@ struct Guided {
 impl Guided {
     fn new(input: &TriMesh, mirrors: BVec3, options: &RemeshOptions) -> Self {
         let RemeshOptions { min_edge, max_edge } = *options;
-        // Sizes live on the vertices, so that triangles must be small enough to carry the gradation.
+        // Sizes are stored at vertices, so triangles must be small enough to represent the gradation.
         let finest = (2.3 * input.area() / GUIDE_TRIANGLES).sqrt();
         let surface = refine_to_edge(input, min_edge.max(finest));
         let creases = Creases::find(&surface, SHARP, SHORTEST_NET * min_edge, mirrors);
         let size = size_field::size_field(&surface, &creases, mirrors, min_edge, max_edge);
         Guided { surface, creases, size }
     }
-    /// How much of the surface turns with which radius: radius of curvature \[m\], 0 on sharp edges, and
-    /// integral of the curvature over the area \[m\], to which an edge of length L adds L π/2 whether it is
-    /// rounded or sharp.
+    /// Distribution of the surface's curvature: radius of curvature \[m\], 0 on sharp edges, and integral of
+    /// the curvature over the area \[m\]. An edge of length L contributes L π/2, rounded or sharp.
     fn turning(&self) -> Vec<(f64, f64)> {
         let curvature = size_field::curvature(&self.surface, &self.creases, BVec3::FALSE);
         let mut areas = vec![0.0; curvature.len()];
@@ -250,14 +251,14 @@ impl Guided {
             corners.iter().for_each(|v| areas[*v as usize] += area / 3.0);
             let ends = self.surface.corners(t);
             for k in (0..3).filter(|k| self.creases.sides[t][*k] != SMOOTH) {
-                // Each edge is a side of two triangles.
+                // Each edge is visited from both triangles.
                 sharp += 0.25 * PI * ends[k].distance(ends[(k + 1) % 3]);
             }
         }
         let smooth = curvature.iter().zip(&areas).filter(|(k, _)| **k > 0.0 && k.is_finite());
         std::iter::once((0.0, sharp)).chain(smooth.map(|(k, area)| (1.0 / k, k * area))).collect()
     }
-    /// Vertices of a mesh with the sizes wanted, `density` times those of equilateral triangles.
+    /// Vertices of a mesh with the target sizes, `density` times those of equilateral triangles.
     fn expected_vertices(&self, density: f64) -> usize {
         let per_area = |t: usize| {
             let inverse = self.surface.triangles[t].map(|v| self.size[v as usize].powi(-2));

@@ -6,8 +6,8 @@
 //! x(L) = Σ xᵢ Lᵢ (2 Lᵢ − 1) + Σ x_ij 4 Lᵢ Lⱼ,    L₀ + L₁ + L₂ + L₃ = 1
 //! ```
 //!
-//! A mesh starts as corners with straight edges; the middles of the edges on its surface may then move onto
-//! the true surface, where the elements stay well shaped.
+//! A mesh starts with straight edges. The midpoints of the edges on its surface may then move onto the true
+//! surface, where the elements stay well shaped.
 
 pub mod axisymmetric;
 pub mod ball;
@@ -29,7 +29,7 @@ pub const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 
 /// The corners of each face, counter-clockwise seen from outside; face k is opposite corner k.
 pub const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// Elements whose smallest Jacobian falls below this part of the straight element's keep their straight
+/// Elements whose smallest Jacobian falls below this fraction of the straight element's keep their straight
 /// edges.
 const LEAST_CURVED: f64 = 0.3;
 
@@ -44,13 +44,13 @@ pub struct TetMesh {
     pub elements: Vec<[u32; 10]>,
 }
 
-/// Why tetrahedra make no mesh.
+/// Reasons why tetrahedra do not form a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TetMeshError {
-    /// Nothing there.
+    /// No tetrahedra.
     #[error("the mesh has no tetrahedra")]
     Empty,
-    /// An element names a corner that is not there.
+    /// An element refers to a corner that does not exist.
     #[error("tetrahedron {element} names corner {index}, but there are {corners}")]
     IndexOutOfRange {
         /// The element.
@@ -65,13 +65,13 @@ pub enum TetMeshError {
     Inverted {
         /// The element.
         element: usize,
-        /// Where \[m\].
+        /// Position \[m\].
         position: DVec3,
     },
 }
 
 impl TetMesh {
-    /// A mesh of tetrahedra with straight edges; the sense of each is mended.
+    /// A mesh of tetrahedra with straight edges. Inverted elements are reoriented.
     ///
     /// # Errors
     /// [`TetMeshError`].
@@ -79,10 +79,10 @@ impl TetMesh {
         Self::curved(points, tetrahedra, |middle, _, _| middle)
     }
 
-    /// A mesh whose edges on the surface have their middles where `middle(straight middle, from, to)` says;
-    /// see [`straight`](Self::straight).
+    /// A mesh whose surface edges have their midpoints at `middle(straight middle, from, to)`; see
+    /// [`straight`](Self::straight).
     ///
-    /// An element that this would spoil keeps straight edges, and so do its neighbours along them.
+    /// An element that this would distort keeps straight edges, and so do its neighbours along them.
     ///
     /// # Errors
     /// [`TetMeshError`].
@@ -93,6 +93,7 @@ impl TetMesh {
     ) -> Result<Self, TetMeshError> {
         let corners = points.len();
         let tetrahedra = oriented(&points, tetrahedra)?;
+        // Edges, and those on the surface.
         let mut edges: Vec<[u32; 2]> = tetrahedra.iter().flat_map(edges_of).collect();
         edges.sort_unstable();
         edges.dedup();
@@ -102,6 +103,7 @@ impl TetMesh {
             .collect();
         on_surface.sort_unstable();
         on_surface.dedup();
+        // Midpoints: on the surface by `middle`, inside straight.
         let straight = |[a, b]: [u32; 2]| 0.5 * (points[a as usize] + points[b as usize]);
         let mut nodes = points.clone();
         nodes.extend(edges.iter().map(|edge| match on_surface.binary_search(edge) {
@@ -109,6 +111,7 @@ impl TetMesh {
             Err(_) => straight(*edge),
         }));
         let number = |edge: [u32; 2]| (corners + edges.partition_point(|e| *e < edge)) as u32;
+        // Number the ten nodes of each element.
         let elements = tetrahedra
             .iter()
             .map(|t| {
@@ -116,14 +119,15 @@ impl TetMesh {
                 std::array::from_fn(|k| if k < 4 { t[k] } else { middles[k - 4] })
             })
             .collect();
+        // Straighten distorted elements.
         let mut mesh = TetMesh { nodes, corners, elements };
         mesh.straighten(&edges);
         Ok(mesh)
     }
 
-    /// Takes back the middles of elements that are too distorted.
+    /// Straightens the edges of elements that are too distorted.
     fn straighten(&mut self, edges: &[[u32; 2]]) {
-        // Taking back only ever mends: with all edges straight every element is good.
+        // This terminates: with all edges straight every element is valid.
         loop {
             let bad: Vec<usize> = (0..self.elements.len())
                 .filter(|e| {

@@ -1,13 +1,14 @@
-//! Modes of axisymmetric bodies, from their section alone.
+//! Modes of axisymmetric bodies, computed on the section.
 //!
-//! A mode of such a body has an order m: it goes around the axis as cos mφ and, for m > 0, a second time as
-//! sin mφ, with the same frequency. What is left of the equations is two-dimensional,
+//! A mode of such a body has an azimuthal order m. It varies around the axis as cos mφ and, for m > 0, a
+//! second mode of the same frequency as sin mφ. The remaining equations are two-dimensional,
 //!
 //! ```text
 //! K_m u = ω² M u,    u = (U, V, W) on the section
 //! ```
 //!
-//! with thousands of unknowns where the body takes a hundred thousand, and pairs of modes are exact.
+//! with thousands of unknowns where the volume needs a hundred thousand. Pairs of modes are exactly
+//! degenerate.
 
 mod axisymmetric_surface;
 mod section_element;
@@ -30,14 +31,14 @@ use axisymmetric_surface::AxisymmetricSurface;
 use section_mesh::SectionMesh;
 use spectrum::{SectionMode, spectrum};
 
-/// Elements on the shortest wave of the coarse mesh, and on the surface where shapes are given.
+/// Elements per shortest wavelength of the coarse mesh, and on the surface where shapes are given.
 const SECTION_ELEMENTS: f64 = 3.0;
 const SURFACE_ELEMENTS: f64 = 6.0;
-/// Edges of the coarse mesh over the least that a wall wants.
+/// Edges of the coarse mesh, relative to the limit for a wall.
 const COARSE_FINENESS: f64 = 0.8;
-/// Sine of the angle from which on an edge inwards counts as sharp.
+/// Sine of the angle above which a re-entrant edge counts as sharp.
 const LEAST_INNER_EDGE: f64 = 0.2;
-/// Elements of the surface along the bounding radius at least.
+/// Least number of surface elements along the bounding radius.
 const LEAST_SURFACE_ELEMENTS: f64 = 6.0;
 
 /// A body that is axisymmetric about y.
@@ -51,7 +52,7 @@ pub(crate) struct AxisymmetricMesh {
     section: SectionMesh,
     /// Edges \[m\] that are short enough for the band and the size of the body.
     most: f64,
-    /// Edges over those.
+    /// Refinement factor on them.
     fineness: f64,
     /// Edges of the surface \[m\].
     surface_edge: f64,
@@ -85,7 +86,8 @@ impl RefinableDiscretization for AxisymmetricBody<'_> {
     }
 
     fn convergence(&self) -> f64 {
-        // 4 where all is smooth and small; few layers across a wall slow it down, and sharp inner edges more.
+        // Order 4 for smooth geometry and small elements. Few layers across a wall reduce it, sharp
+        // re-entrant edges more.
         if has_inner_edge(&self.meridian) { 2.0 } else { 3.0 }
     }
 
@@ -144,7 +146,7 @@ impl RefinableDiscretization for AxisymmetricBody<'_> {
     }
 }
 
-/// Whether the curve turns clockwise anywhere between two pieces.
+/// Whether any joint of two pieces is re-entrant.
 fn has_inner_edge(meridian: &Meridian) -> bool {
     let pieces = meridian.pieces();
     let next = pieces.iter().skip(1).chain(meridian.is_loop().then(|| &pieces[0]));

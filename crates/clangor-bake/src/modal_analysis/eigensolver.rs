@@ -1,13 +1,12 @@
-//! How a free body vibrates: all modes up to a frequency, and the proof that none is missing.
+//! Modes of a free body: the complete spectrum up to a frequency (Sturm count).
 //!
 //! ```text
 //! K u = ω² M u,    uᵀM u = 1
 //! ```
 //!
-//! The spectrum is cut into slices. At the ends of each the matrix K − ω² M is factored, which counts the
-//! modes below (see `factor`); between, Lanczos iteration finds as many as the counts say there are (see
-//! `lanczos`), or fails. The last count is at the upper limit, so what is returned is complete or it is an
-//! error.
+//! The spectrum is cut into slices. At the ends of each, the factorisation of K − ω² M counts the modes below
+//! (see `factor`). Between them, Lanczos iteration finds as many modes as counted (see `lanczos`), or fails.
+//! The last count is at the upper limit, so the result is complete or an error.
 
 mod factor;
 mod lanczos;
@@ -37,30 +36,30 @@ pub struct Mode {
 pub struct Modes {
     /// The modes, by frequency.
     pub modes: Vec<Mode>,
-    /// Where the search ended \[Hz\].
+    /// Upper limit of the search \[Hz\].
     pub max_frequency: f64,
     /// Largest ‖K u − ω² M u‖ / ‖ω² M u‖.
     pub residual: f64,
-    /// Counts of the factorisations: frequency \[Hz\] and number of modes below, rigid motions left out.
+    /// Sturm counts: frequency \[Hz\] and number of modes below, without rigid motions.
     pub counts: Vec<(f64, usize)>,
-    /// Solves that the iteration took.
+    /// Number of solves of the iteration.
     pub solves: usize,
 }
 
-/// Why modes cannot be computed.
+/// Reasons why modes cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ModalError {
-    /// The limit makes no sense.
+    /// Invalid frequency limit.
     #[error("the highest frequency is {0} Hz, but must be positive")]
     Frequency(f64),
-    /// The iteration did not find all modes that the counts prove.
+    /// The iteration found fewer modes than counted.
     #[error("only {found} of {expected} modes were found about {frequency:.1} Hz; nothing is returned")]
     Incomplete {
         /// How many converged.
         found: usize,
-        /// How many there are.
+        /// Number of modes counted.
         expected: usize,
-        /// Where \[Hz\].
+        /// Frequency of the count \[Hz\].
         frequency: f64,
     },
     /// The modes are not accurate enough.
@@ -84,7 +83,7 @@ pub enum ModalError {
         /// The limit \[Hz\].
         limit: f64,
     },
-    /// A factorisation met an eigenvalue.
+    /// The shift coincides with an eigenvalue.
     #[error(
         "the factorisation at {:.6e} 1/s² is singular: the elements are too distorted, or the mesh has \
          loose parts",
@@ -94,7 +93,7 @@ pub enum ModalError {
         /// σ [1/s²].
         shift: f64,
     },
-    /// More or fewer rigid motions than six.
+    /// The number of rigid motions is not six.
     #[error("the mesh falls into parts that do not hang together")]
     LooseParts,
     /// No memory for the factors.

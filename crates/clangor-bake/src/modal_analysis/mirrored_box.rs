@@ -1,15 +1,14 @@
 //! The modes of a box by its mirror planes.
 //!
-//! What is the same on both sides of a plane vibrates either as its own mirror image or as the opposite of
-//! it,
+//! Every mode of a body symmetric about a plane is even or odd under the reflection,
 //!
 //! ```text
 //! u(R x) = ± R u(x),    R the mirror
 //! ```
 //!
-//! so that half of the body is enough: on the plane the motion across it is zero, or that along it. With
-//! three planes there are eight such problems of an eighth of the unknowns each, which take a fraction of the
-//! time, and the modes of a degenerate pair are in different ones.
+//! so that half of the body is enough: on the plane the normal motion vanishes, or the tangential one. With
+//! three planes there are eight problems with an eighth of the unknowns each, which take a fraction of the
+//! time. The modes of a degenerate pair are in different ones.
 
 use glam::DVec3;
 
@@ -20,16 +19,16 @@ use crate::mesh::tetrahedra::block::block;
 use crate::mesh::tetrahedra::{TetMesh, TetMeshError};
 use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};
 
-/// A box and how finely it is cut.
+/// A box and its grid.
 pub(super) struct MirroredBox<'a> {
     /// Full edges \[m\].
     pub(super) edges: DVec3,
-    /// Cells along each axis; where they can be divided by four, half of the box is solved.
+    /// Cells along each axis. Along axes with a multiple of four, half of the box is solved.
     pub(super) cells: [usize; 3],
     pub(super) constants: &'a ElasticConstants,
 }
 
-/// Even or odd for each axis: +1 for motions that are their own mirror image, −1 for the opposite.
+/// Parity for each axis: +1 for motions that equal their mirror image, −1 for their negative.
 type Parity = [f64; 3];
 
 impl MirroredBox<'_> {
@@ -47,7 +46,7 @@ impl MirroredBox<'_> {
         )
     }
 
-    /// The mesh of the part that is solved, about its own middle.
+    /// The mesh of the solved part, about its own centre.
     pub(super) fn part(&self) -> Result<TetMesh, TetMeshError> {
         block(self.part_edges(), self.part_cells())
     }
@@ -97,7 +96,8 @@ impl MirroredBox<'_> {
         });
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
         let fits = |turns: bool, axis: usize| {
-            // A translation is the opposite of its mirror image along itself, a turn that across its axis.
+            // A translation is odd under reflection along itself, a rotation under reflection across its
+            // axis.
             (0..3).filter(|a| self.mirrored(*a)).all(|a| (parity[a] < 0.0) == ((a == axis) != turns))
         };
         let translations = (0..3)

@@ -1,9 +1,10 @@
-//! Bodies filled with elements: boxes with bricks, ellipsoids with tetrahedra of a grid of their own, all
-//! others with tetrahedra of a grid that is cut at the surface.
+//! Volume finite elements: boxes with hexahedra, ellipsoids with tetrahedra of a structured grid, all other
+//! bodies with tetrahedra by isosurface stuffing.
 //!
-//! Plates have one cell across where waves are long. Its displacements are quadratic, so the shear stress
-//! across it is even instead of a parabola, which raises a frequency by some 0.02 (2π t/λ)², t the thickness
-//! and λ the wavelength; from five cells of waves on, two cells of fourth order miss nothing.
+//! Plates have one cell through the thickness where waves are long. Its displacements are quadratic, so the
+//! shear stress through the thickness is constant instead of parabolic, which raises a frequency by about
+//! 0.02 (2π t/λ)², t the thickness and λ the wavelength. Above five cells per wavelength, two cells of order
+//! 4 remove this error.
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -25,27 +26,27 @@ use crate::mesh::tetrahedra::isosurface_stuffing::{GRID_PER_WALL, StuffingError,
 use crate::mesh::tetrahedra::{TetMesh, ball, block};
 use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};
 
-/// Elements on the shortest wave for an error of about 1 %.
+/// Elements per shortest wavelength for an error of about 1 %.
 const ELEMENTS_PER_WAVE: f64 = 5.0;
-/// Thickness of walls over the longest extent that counts as thin.
+/// Ratio of wall thickness to longest extent below which a body is thin.
 const THIN: f64 = 0.1;
-/// Elements along the longest extent at least.
+/// Least number of elements along the longest extent.
 const LEAST_ELEMENTS: f64 = 6.0;
-/// A box is one cell thick up to this part of the edge that waves ask for.
+/// Largest thickness of a box with one cell, in the edge length for the waves.
 const ONE_CELL: f64 = 0.2;
 
-/// Elements of a ball are those of so many tetrahedra, each divided evenly.
+/// Tetrahedra of a ball before even division.
 const ICOSAHEDRON_FACES: f64 = 20.0;
 /// Tetrahedra of a body-centred cubic grid in a cube of its edge.
 const GRID_TETRAHEDRA: f64 = 12.0;
-/// Corners and edges for each tetrahedron far from the surface; near it there are more.
+/// Nodes per tetrahedron far from the surface; near it there are more.
 const NODES_PER_TETRAHEDRON: f64 = 4.0 / 3.0;
 
-/// A grid that loses too much of the body is made finer by this, so often.
+/// Refinement factor and attempts for a grid that loses too much volume.
 const COARSE_STEP: f64 = 0.55;
 const COARSE_TRIALS: i32 = 3;
 
-/// A body, and what decides how fine its meshes must be.
+/// A body, and the lengths that set its mesh size.
 pub(super) struct VolumeFem<'a> {
     form: Filling<'a>,
     constants: &'a ElasticConstants,
@@ -65,14 +66,14 @@ enum Filling<'a> {
     Surface(Cow<'a, TriMesh>),
 }
 
-/// A mesh, and how fine it is.
+/// A mesh and its resolution.
 pub(super) struct Filled {
     mesh: TetMesh,
     /// Edge of its elements \[m\].
     edge: f64,
-    /// Elements along each direction of a grid of its own.
+    /// Elements along each direction of a structured grid.
     cells: [usize; 3],
-    /// Of a box, the part that is solved.
+    /// The solved part of a box.
     part: Option<TetMesh>,
 }
 
@@ -127,8 +128,7 @@ impl<'a> VolumeFem<'a> {
         }
     }
 
-    /// Elements and nodes of a mesh before it is made: exactly those of a box, about as many or fewer of
-    /// others.
+    /// Elements and nodes of a mesh before it is made: exact for a box, an upper estimate for others.
     fn expected(&self, cells: [usize; 3], edge: f64) -> [f64; 2] {
         let cells = cells.map(|n| n as f64);
         match self.form {
@@ -174,8 +174,8 @@ impl<'a> VolumeFem<'a> {
     }
 }
 
-/// Cells along the axes of a box for elements of some edge, or finer: one, two, or a number that mirrors
-/// divide.
+/// Cells along the axes of a box for elements of an edge length, or finer: one, two, or a multiple that
+/// mirror planes can divide.
 fn box_cells(edges: DVec3, edge: f64) -> [usize; 3] {
     edges.to_array().map(|length| match length / edge {
         cells if cells <= ONE_CELL => 1,
@@ -204,16 +204,17 @@ impl RefinableDiscretization for VolumeFem<'_> {
     fn convergence(&self) -> f64 {
         match self.form {
             Filling::Ellipsoid(_) => 4.0,
-            // Near the edges of a plate twisting changes over its thickness, which is shorter than a brick.
+            // Near the edges of a plate, torsion varies over its thickness, which is shorter than a
+            // hexahedron.
             Filling::Block(_) => 2.0,
-            // Each grid cuts sharp edges elsewhere.
+            // Each grid cuts sharp edges differently.
             Filling::Surface(_) => 2.0,
         }
     }
 
     fn first_ratio(&self) -> f64 {
         match self.form {
-            // Walls already demand a grid that is finer than waves do.
+            // Walls already require a finer grid than waves.
             Filling::Surface(_) if self.wall < THIN * self.size => 1.25,
             _ => 1.5,
         }
@@ -228,7 +229,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
             Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge),
             Filling::Block(edges) => self.with_cells(box_cells(*edges, edge), edge),
             Filling::Surface(_) => {
-                // Bodies with sharp edges lose much of their volume on a coarse grid.
+                // Bodies with sharp edges lose much volume on a coarse grid.
                 let mut trial = self.with_cells([0; 3], edge);
                 for k in 1..COARSE_TRIALS {
                     match trial {
@@ -249,7 +250,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
             Filling::Block(edges) => {
                 let enough = box_cells(*edges, edge);
                 std::array::from_fn(|a| match edges[a] <= edge {
-                    // Across a plate the fourth order has long converged.
+                    // Through a plate, order 4 has long converged.
                     true => enough[a],
                     false => enough[a].max(more_cells(than.cells[a])),
                 })
@@ -275,7 +276,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
                 residual: found.residual,
                 modes: found.modes,
             }),
-            // A finer mesh may have some.
+            // A finer mesh may have modes in the band.
             Err(ModalError::Silent { first, .. }) => {
                 Ok(Spectrum { frequencies: Vec::new(), first, residual: 0.0, modes: Vec::new() })
             }
@@ -301,7 +302,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
     }
 }
 
-/// The hull of a ball in each corner.
+/// The convex hull of a ball in each corner.
 fn rounded_box(edges: DVec3, round: f64) -> Result<TriMesh, StuffingError> {
     const DIVISIONS: u32 = 6;
     let corner = 0.5 * edges - round;

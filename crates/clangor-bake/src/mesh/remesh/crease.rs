@@ -2,8 +2,8 @@
 //!
 //! A *crease* is an edge whose triangles turn by more than a given angle, or that has a triangle on one side
 //! only: the *border* where a surface was cut at a plane of symmetry. Creases chain into curves that end at
-//! *corners*: where more or fewer than two creases meet, or where they turn sharply. A vertex that lies on a
-//! curve is a curve and an arc length, so that moving it along the curve never takes it off the sharp edge.
+//! *corners*: where more or fewer than two creases meet, or where they turn sharply. A vertex on a curve is
+//! stored as curve and arc length, so that moving it along the curve keeps it on the sharp edge.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{BVec3, DVec3};
@@ -14,7 +14,7 @@ pub(super) const SMOOTH: u32 = u32::MAX;
 /// A curve that turns by more than this within one vertex has a corner there: cos 45°.
 const CORNER_COSINE: f64 = 0.707;
 
-/// What holds a vertex in place.
+/// Constraint of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Anchor {
     /// It moves on the surface.
@@ -29,11 +29,11 @@ pub(super) enum Anchor {
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
     points: Vec<DVec3>,
-    /// Arc length of each point \[m\]; of a closed curve the first point comes again at the end.
+    /// Arc length of each point \[m\]. A closed curve repeats its first point at the end.
     arc: Vec<f64>,
     /// Whether it is a loop without a corner.
     closed: bool,
-    /// Whether the surface is smooth there, and only cut.
+    /// Whether the surface is smooth there and the curve only a border.
     border: bool,
 }
 
@@ -50,7 +50,7 @@ impl Curve {
         self.arc.last().copied().unwrap_or(0.0)
     }
 
-    /// An arc length brought back onto the curve.
+    /// An arc length wrapped or clamped to the curve.
     fn confined(&self, s: f64) -> f64 {
         if self.closed { s.rem_euclid(self.length()) } else { s.clamp(0.0, self.length()) }
     }
@@ -62,7 +62,7 @@ impl Curve {
         self.points[k - 1].lerp(self.points[k], ((s - from) / (to - from)).clamp(0.0, 1.0))
     }
 
-    /// The shortest way along the curve from one arc length to another, with sign.
+    /// The shortest signed distance along the curve from one arc length to another.
     fn way(&self, from: f64, to: f64) -> f64 {
         let way = to - from;
         if self.closed { way - self.length() * (way / self.length()).round() } else { way }
@@ -73,7 +73,7 @@ impl Curve {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Creases {
     pub(super) curves: Vec<Curve>,
-    /// What holds each vertex.
+    /// Constraint of each vertex.
     pub(super) anchors: Vec<Anchor>,
     /// Curve of each side of each triangle, or [`SMOOTH`]; side k runs from corner k to corner k + 1.
     pub(super) sides: Vec<[u32; 3]>,
@@ -83,12 +83,14 @@ impl Creases {
     /// Finds the edges that turn by more than `angle` \[rad\] and form nets of at least `least_length` \[m\],
     /// and the borders on the coordinate planes that are `mirrors`.
     pub(super) fn find(mesh: &TriMesh, angle: f64, least_length: f64, mirrors: BVec3) -> Self {
+        // Sharp edges, without noise, and their adjacency.
         let (sharp, border) = prune(mesh, &sharp_edges(mesh, angle, mirrors), least_length);
         let mut around: Vec<Vec<(u32, u32)>> = vec![Vec::new(); mesh.vertices.len()];
         for (edge, [a, b]) in sharp.iter().enumerate() {
             around[*a as usize].push((*b, edge as u32));
             around[*b as usize].push((*a, edge as u32));
         }
+        // A corner: not exactly two sharp edges, or a sharp turn between them.
         let corner = |v: u32| match around[v as usize][..] {
             [(a, _), (b, _)] => {
                 let [a, v, b] = [a, v, b].map(|i| mesh.vertices[i as usize]);
@@ -99,7 +101,7 @@ impl Creases {
         let mut curve_of = vec![SMOOTH; sharp.len()];
         let mut anchors = vec![Anchor::Surface; mesh.vertices.len()];
         let mut curves = Vec::new();
-        // Curves between corners first; what is left then are loops.
+        // Curves between corners first; the remaining ones are loops.
         for closed in [false, true] {
             for edge in 0..sharp.len() {
                 for [start, next] in [sharp[edge], [sharp[edge][1], sharp[edge][0]]] {
@@ -111,6 +113,7 @@ impl Creases {
                     let mut chain = vec![start, next];
                     let mut tip = next;
                     let mut all_border = border[edge];
+                    // Follow the crease to the next corner.
                     while !corner(tip) && tip != start {
                         let Some((far, along)) =
                             around[tip as usize].iter().find(|(_, e)| curve_of[*e as usize] == SMOOTH)
@@ -122,6 +125,7 @@ impl Creases {
                         chain.push(*far);
                         tip = *far;
                     }
+                    // Store the curve, and its arc lengths at the vertices.
                     let points = chain.iter().map(|v| mesh.vertices[*v as usize]).collect();
                     let curve = Curve::new(points, closed, all_border);
                     for (v, s) in chain.iter().zip(&curve.arc).take(chain.len() - 1) {
@@ -131,6 +135,7 @@ impl Creases {
                 }
             }
         }
+        // Corners keep their position.
         for v in 0..mesh.vertices.len() as u32 {
             if !around[v as usize].is_empty() && corner(v) {
                 anchors[v as usize] = Anchor::Corner;
@@ -140,12 +145,13 @@ impl Creases {
             let found = around[a as usize].iter().find(|(far, _)| *far == b);
             found.map_or(SMOOTH, |(_, edge)| curve_of[*edge as usize])
         };
+        // Curve of each side of each triangle.
         let sides =
             mesh.triangles.iter().map(|t| [0, 1, 2].map(|k| curve_between(t[k], t[(k + 1) % 3]))).collect();
         Creases { curves, anchors, sides }
     }
 
-    /// Whether the surface is sharp where a vertex is held, and not only cut.
+    /// Whether the surface is sharp at the constraint of a vertex, and not only cut.
     pub(super) fn is_sharp(&self, anchor: Anchor) -> bool {
         match anchor {
             Anchor::Surface => false,
@@ -154,7 +160,7 @@ impl Creases {
         }
     }
 
-    /// Way along `curve` from an arc length to a vertex that lies on it or ends it.
+    /// Distance along `curve` from an arc length to a vertex that lies on it or ends it.
     pub(super) fn way_to(&self, curve: u32, from: f64, anchor: Anchor, position: DVec3) -> f64 {
         let line = &self.curves[curve as usize];
         match anchor {
@@ -190,10 +196,10 @@ impl Creases {
     }
 }
 
-/// Drops what is noise of a scanned or engraved surface: branches that end somewhere, and small nets.
+/// Drops creases that are noise of a scanned or engraved surface: branches with a free end, and small nets.
 ///
-/// The edges between the faces of a solid form loops; a single fold in a rough surface does not. Borders
-/// stay.
+/// The edges between the faces of a solid form loops; a single fold in a rough surface does not. Borders are
+/// kept.
 fn prune(mesh: &TriMesh, edges: &[Edge], least_length: f64) -> (Vec<[u32; 2]>, Vec<bool>) {
     let sharp: Vec<[u32; 2]> = edges.iter().map(|e| e.ends).collect();
     let mut around: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
@@ -201,6 +207,7 @@ fn prune(mesh: &TriMesh, edges: &[Edge], least_length: f64) -> (Vec<[u32; 2]>, V
         ends.iter().for_each(|v| around[*v as usize].push(edge as u32));
     }
     let mut keep = vec![true; sharp.len()];
+    // Remove branches, from their free ends inwards.
     let mut loose: Vec<u32> = (0..around.len() as u32).filter(|v| around[*v as usize].len() == 1).collect();
     while let Some(v) = loose.pop() {
         let Some(edge) = around[v as usize].iter().copied().find(|e| keep[*e as usize]) else { continue };
@@ -211,6 +218,7 @@ fn prune(mesh: &TriMesh, edges: &[Edge], least_length: f64) -> (Vec<[u32; 2]>, V
                 .filter(|far| around[**far as usize].iter().filter(|e| keep[**e as usize]).count() == 1),
         );
     }
+    // Remove connected nets that are too short.
     let mut seen = vec![false; sharp.len()];
     for first in 0..sharp.len() {
         if seen[first] || !keep[first] {
@@ -239,7 +247,7 @@ fn prune(mesh: &TriMesh, edges: &[Edge], least_length: f64) -> (Vec<[u32; 2]>, V
     kept.map(|(edge, _)| (edge.ends, edge.border)).unzip()
 }
 
-/// An edge that is kept.
+/// A crease.
 struct Edge {
     ends: [u32; 2],
     border: bool,
@@ -256,9 +264,11 @@ fn sharp_edges(mesh: &TriMesh, angle: f64, mirrors: BVec3) -> Vec<Edge> {
             sides.push((a.min(b), a.max(b), t as u32));
         }
     }
+    // Pair the triangles at each edge, then compare their normals.
     sides.sort_unstable();
     let limit = angle.cos();
-    // Across a border lies the mirror image: sharp where the triangle leans by half the angle.
+    // The triangle across a border is the mirror image: the edge is sharp if the triangle is inclined by half
+    // the angle.
     let leans = |a: u32, b: u32, t: u32| {
         let on_plane =
             mesh.vertices[a as usize].cmpeq(DVec3::ZERO) & mesh.vertices[b as usize].cmpeq(DVec3::ZERO);

@@ -1,22 +1,22 @@
-//! A triangle mesh that can be split, collapsed and flipped edge by edge, and stays a manifold of the same
-//! topology.
+//! A triangle mesh that supports splitting, collapsing and flipping of edges, and stays a manifold of the
+//! same topology.
 //!
-//! Every operation checks before it changes anything: the link condition keeps handles and holes (Dey,
-//! Edelsbrunner, Guha, Nekhayev 1999), normals may not turn over, and sharp edges stay where they are.
+//! Every operation validates before it changes anything: the link condition preserves handles and holes (Dey,
+//! Edelsbrunner, Guha, Nekhayev 1999), normals may not invert, and sharp edges keep their position.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
 use super::crease::{Anchor, Creases, SMOOTH};
 
-/// Longest edge that a collapse may make, in target lengths: more would be split again at once.
+/// Longest edge that a collapse may create, in target lengths: longer ones would be split again.
 const LONGEST_AFTER_COLLAPSE: f64 = 1.4;
 /// Smallest cosine between the normals of a triangle before and after a collapse.
 const COLLAPSE_COSINE: f64 = 0.5;
 /// Smallest cosine between the normals around a flipped edge.
 const FLIP_COSINE: f64 = 0.8;
 
-/// Roundness below which a triangle is to be avoided: about 15°.
+/// Roundness below which a triangle counts as a sliver: about 15°.
 const SLIVER: f64 = 0.25;
 
 /// The mesh.
@@ -30,7 +30,7 @@ pub(super) struct EditableMesh<'a> {
     /// Curve of each side of each triangle.
     sides: Vec<[u32; 3]>,
     alive: Vec<bool>,
-    /// Triangles around each vertex; empty for a vertex that is gone.
+    /// Triangles around each vertex; empty for a removed vertex.
     pub(super) around: Vec<Vec<u32>>,
 }
 
@@ -52,7 +52,7 @@ impl<'a> EditableMesh<'a> {
         }
     }
 
-    /// The mesh without what is gone, and the anchor of each of its vertices.
+    /// The mesh without removed elements, and the constraint of each of its vertices.
     pub(super) fn finish(&self) -> (TriMesh, Vec<Anchor>) {
         let mut number = vec![u32::MAX; self.position.len()];
         let mut mesh = TriMesh::default();
@@ -160,6 +160,7 @@ impl<'a> EditableMesh<'a> {
         let n = self.position.len() as u32;
         let curve = self.curve(a, b);
         let ends = [a, b].map(|v| (self.anchor[v as usize], self.position[v as usize]));
+        // New vertex at the middle of the edge, or of the curve along it.
         let (anchor, position) = match curve {
             SMOOTH => (Anchor::Surface, 0.5 * (ends[0].1 + ends[1].1)),
             _ => self.creases.middle(curve, ends),
@@ -169,6 +170,7 @@ impl<'a> EditableMesh<'a> {
         self.size.push(0.5 * (self.size[a as usize] + self.size[b as usize]));
         self.around.push(Vec::new());
         let shared: Vec<u32> = self.shared(a, b).collect();
+        // Divide the triangles at the edge.
         for t in shared {
             let (corners, sides) = (self.triangles[t as usize], self.sides[t as usize]);
             let o = self.opposite(t, a, b);
@@ -176,7 +178,7 @@ impl<'a> EditableMesh<'a> {
             let new = self.triangles.len() as u32;
             self.triangles[t as usize] = corners.map(|v| if v == b { n } else { v });
             self.triangles.push(corners.map(|v| if v == a { n } else { v }));
-            // The half at a keeps its side to a, the half at b its side to b; the cut between them is smooth.
+            // The half at a keeps its side to a, the half at b its side to b. The cut between them is smooth.
             self.sides[t as usize][to_b] = SMOOTH;
             self.sides.push(sides);
             self.sides[new as usize][to_a] = SMOOTH;
@@ -188,14 +190,16 @@ impl<'a> EditableMesh<'a> {
         }
     }
 
-    /// Merges two neighbours, if that keeps topology, orientation and sharp edges; the vertex that remains.
+    /// Merges two neighbours if topology, orientation and sharp edges permit; returns the remaining vertex.
     pub(super) fn collapse(&mut self, a: u32, b: u32) -> Option<u32> {
+        // Link condition: exactly the opposite corners are common neighbours.
         let shared: Vec<u32> = self.shared(a, b).collect();
         let (ring_a, ring_b) = (self.ring(a), self.ring(b));
         let common = ring_a.iter().filter(|v| ring_b.contains(v)).count();
         if shared.is_empty() || common != shared.len() || ring_a.len().min(ring_b.len()) <= shared.len() + 1 {
             return None;
         }
+        // Position of the merged vertex, and no two creases merged.
         let (anchor, position) = self.merged(a, b)?;
         if shared.iter().any(|t| {
             let o = self.opposite(*t, a, b);
@@ -204,6 +208,7 @@ impl<'a> EditableMesh<'a> {
             return None;
         }
         let (keep, drop) = (a, b);
+        // The remaining triangles keep their orientation and shape, and the edges their length.
         let kept: Vec<u32> = [a, b]
             .iter()
             .flat_map(|v| &self.around[*v as usize])
@@ -227,6 +232,7 @@ impl<'a> EditableMesh<'a> {
         if !upright || !short {
             return None;
         }
+        // Remove the triangles at the edge; creases pass to the merged sides.
         for t in shared {
             let o = self.opposite(t, a, b);
             let curve = self.curve(keep, o).min(self.curve(drop, o));
@@ -242,6 +248,7 @@ impl<'a> EditableMesh<'a> {
                 }
             }
         }
+        // Reattach the triangles of the dropped vertex.
         for t in std::mem::take(&mut self.around[drop as usize]) {
             for v in &mut self.triangles[t as usize] {
                 if *v == drop {
@@ -255,7 +262,7 @@ impl<'a> EditableMesh<'a> {
         Some(keep)
     }
 
-    /// Where two merged neighbours go; `None` where sharp edges forbid it.
+    /// Constraint and position of two merged neighbours; `None` where sharp edges forbid it.
     fn merged(&self, a: u32, b: u32) -> Option<(Anchor, DVec3)> {
         let ends = [a, b].map(|v| (self.anchor[v as usize], self.position[v as usize]));
         let curve = self.curve(a, b);
@@ -271,9 +278,9 @@ impl<'a> EditableMesh<'a> {
         }
     }
 
-    /// Turns an edge to the other diagonal if that brings the numbers of neighbours closer to six (four at a
-    /// border).
+    /// Flips an edge if that brings the valences closer to six (four at a border).
     pub(super) fn flip(&mut self, a: u32, b: u32) {
+        // Two triangles, no crease, and no existing edge between the opposite corners.
         let mut shared = self.shared(a, b);
         let (Some(s), Some(t), None) = (shared.next(), shared.next(), shared.next()) else { return };
         drop(shared);
@@ -281,6 +288,7 @@ impl<'a> EditableMesh<'a> {
         if self.curve(a, b) != SMOOTH || c == d || self.joined(c, d) {
             return;
         }
+        // Change of the squared deviation from the ideal valence.
         let excess = |v: u32, change: i64| {
             let border = self.around[v as usize].len() != self.ring(v).len();
             let ideal = if border { 3 } else { 6 };
@@ -295,17 +303,19 @@ impl<'a> EditableMesh<'a> {
         let flatness = |x: [u32; 3], y: [u32; 3]| self.roundness(x).min(self.roundness(y));
         let (now, then) =
             (flatness(self.triangles[s as usize], self.triangles[t as usize]), flatness(new_s, new_t));
-        // A sliver goes whatever the numbers of neighbours; none is made.
+        // A sliver is removed regardless of the valences, and none is created.
         let better = if now < SLIVER { then > now } else { gain > 0 && then > SLIVER };
         if !better || few {
             return;
         }
+        // No triangle may tilt too far from its neighbours.
         let old = [s, t].map(|t| self.normal(self.triangles[t as usize]).normalize_or_zero());
         let new = [new_s, new_t].map(|t| self.normal(t).normalize_or_zero());
         let least = new.iter().flat_map(|n| old.iter().map(|o| n.dot(*o))).fold(old[0].dot(old[1]), f64::min);
         if least < FLIP_COSINE {
             return;
         }
+        // Replace both triangles and update the adjacency.
         let (side_bc, side_ad) = (self.curve(b, c), self.curve(a, d));
         self.triangles[s as usize] = new_s;
         self.triangles[t as usize] = new_t;

@@ -1,12 +1,11 @@
-//! The surface that a remeshed one follows: nearest points on the same face of a wall, and target edge
-//! lengths.
+//! The reference surface of a remeshing: nearest points on the same face of a wall, and target edge lengths.
 
 use clangor_core::geometry::surface_tree::{NearestPoint, SurfaceTree};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
-/// Smallest cosine between a normal and that of the triangle it may be projected to. The other face of a thin
-/// wall has about −1, so that the two faces are never welded; the faces at a right angle across a rim have 0.
+/// Smallest cosine between a normal and that of the triangle to project onto. The other face of a thin wall
+/// has about −1, so that the two faces are never welded; the faces at a right angle across a rim have 0.
 const COMPATIBLE_COSINE: f64 = 0.2;
 
 /// The input surface.

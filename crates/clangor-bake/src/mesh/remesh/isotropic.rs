@@ -5,8 +5,8 @@
 //! move vertices towards the centroid of their surroundings within the tangent plane, and back onto the
 //! surface.
 //!
-//! Differs: sharp edges are curves of their own; collapses go shortest edge first and in passes until nothing
-//! is short, because inputs are many times finer than the target.
+//! Differs: sharp edges are separate curves. Collapses process the shortest edges first, in passes until no
+//! edge is short, because inputs are many times finer than the target.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
@@ -17,10 +17,10 @@ use super::guide::Guide;
 
 /// Rounds of split, collapse, flip and smooth.
 const ROUNDS: usize = 8;
-/// Passes of collapses in the first round, which takes a fine input down to the target, and in the others.
+/// Passes of collapses in the first round, which reduces a fine input to the target, and in the others.
 const FIRST_COLLAPSES: usize = 12;
 const COLLAPSES: usize = 2;
-/// How far towards the centroid a vertex moves.
+/// Fraction of the way to the centroid that a vertex moves.
 const SMOOTHING: f64 = 0.8;
 /// The same along a sharp edge.
 const SMOOTHING_ALONG: f64 = 0.5;
@@ -72,7 +72,7 @@ fn collapse_short_edges(mesh: &mut EditableMesh, guide: &Guide) -> bool {
     }
     merged.sort_unstable();
     merged.dedup();
-    // Middles of edges lie inside a convex surface: without this, many passes would shrink it.
+    // Midpoints of edges lie inside a convex surface: without projection, many passes would shrink it.
     for v in &merged {
         if mesh.anchor[*v as usize] == Anchor::Surface && !mesh.around[*v as usize].is_empty() {
             let normal = surroundings(mesh, &mesh.position, *v).normal;
@@ -133,7 +133,7 @@ fn surroundings(mesh: &EditableMesh, position: &[DVec3], v: u32) -> Surroundings
     Surroundings { centroid: centroid / weight, normal: normal.normalize_or_zero() }
 }
 
-/// Puts a vertex on the surface near `target` and gives it the size that is wanted there.
+/// Projects a vertex onto the surface near `target` and assigns the target size there.
 fn settle(mesh: &mut EditableMesh, before: &[DVec3], guide: &Guide, v: u32, target: DVec3, normal: DVec3) {
     let reach = 4.0 * mesh.size[v as usize];
     if let Some(nearest) = guide.nearest(target, normal, reach)
@@ -143,7 +143,7 @@ fn settle(mesh: &mut EditableMesh, before: &[DVec3], guide: &Guide, v: u32, targ
     }
 }
 
-/// Moves a vertex unless that turns a triangle over; whether it moved.
+/// Moves a vertex unless that inverts a triangle; returns whether it moved.
 fn place(mesh: &mut EditableMesh, before: &[DVec3], v: u32, position: DVec3) -> bool {
     let kept = std::mem::replace(&mut mesh.position[v as usize], position);
     let upright = mesh.around[v as usize].iter().all(|t| {

@@ -1,11 +1,11 @@
-//! How long edges may be for an accuracy, and how many unknowns that makes.
+//! Edge lengths for an accuracy, and the resulting number of unknowns.
 //!
 //! Three things limit the error of linear elements whose triangles keep the volume:
 //!
 //! * the wave: longest edge λ/6 for 0.3 %, of second order;
-//! * the wall: near the rim of a thin wall the two faces see each other;
-//! * the edges of the body: the flow around a sharp one is singular, around a rounded one it is as smooth as
-//!   the rounding.
+//! * the wall: near the rim of a thin wall the two faces interact;
+//! * the edges of the body: the flow around a sharp edge is singular; around a rounded one it is as smooth as
+//! the rounding.
 //!
 //! The level error at edges of length h is about
 //!
@@ -13,8 +13,8 @@
 //! 2.8 % (h/w)^{4/3} Σ τ min(1, (h/1.3ρ)²),   w = min(wall, 0.17R, 1/k)
 //! ```
 //!
-//! where τ is the part of the edges of the body that are rounded with radius ρ: of the integral of the
-//! curvature over the area wherever the surface turns with less than half the bounding radius R. A sharp edge
+//! where τ is the fraction of the edges of the body that are rounded with radius ρ: of the integral of the
+//! curvature over the area wherever the radius of curvature is below half the bounding radius R. A sharp edge
 //! has ρ = 0, a sphere has no edges.
 //!
 //! Constants measured against refined meshes at 20 kHz, with h and the level error of
@@ -26,7 +26,7 @@
 //! - a die of 15 mm with edges rounded by 0.6 to 2.5 mm: 2.0, 1.6, 1.2, 1.0, 0.8 mm, 1.2, 0.8, 0.4, 0.2, 0.1
 //!   %.
 //!
-//! The size field refines to 0.6 of the local radius of curvature by itself, down to the shortest edge.
+//! The size field itself refines to 0.6 of the local radius of curvature, down to the shortest edge.
 
 use std::f64::consts::TAU;
 
@@ -42,17 +42,17 @@ const WALL_ERROR: f64 = 0.028;
 const WALL_ORDER: f64 = 4.0 / 3.0;
 /// Level error of edges of a sixth of the wavelength; of second order.
 const WAVE_ERROR: f64 = 0.003;
-/// Thickness that a solid body counts as, in bounding radii; on short waves their length over 2π.
+/// Effective thickness of a solid body, in bounding radii; at short waves the wavelength over 2π.
 const SOLID: f64 = 0.17;
-/// Edge length, in radii of a rounding, from which the rounding is as good as sharp.
+/// Edge length, in radii of a rounding, above which the rounding acts as sharp.
 const BLUNT: f64 = 1.3;
-/// Largest radius of an edge, in bounding radii: what turns less is a face.
+/// Largest radius of an edge, in bounding radii: gentler curvature is a face.
 const EDGE: f64 = 0.5;
-/// Longest edge in bounding radii, and in walls: whatever the wavelength and the accuracy, the shape must be
-/// seen.
+/// Longest edge in bounding radii, and in walls: the minimum resolution of the shape at any wavelength and
+/// accuracy.
 const LONGEST: f64 = 0.35;
 const LONGEST_IN_WALLS: f64 = 0.8;
-/// Part of the surface that may be thinner than the wall thickness that counts.
+/// Fraction of the surface that may be thinner than the wall thickness used.
 const THIN_PART: f64 = 0.05;
 /// Points at which the wall is measured.
 const PROBES: usize = 2000;
@@ -64,19 +64,19 @@ const DENSITY: f64 = 0.93;
 pub struct Resolution {
     /// The edge lengths.
     pub options: RemeshOptions,
-    /// Unknowns that they make, within some 15 %.
+    /// Resulting number of unknowns, within some 15 %.
     pub unknowns: usize,
     /// Thickness of the thin walls of the body: 5 % of the surface have less \[m\].
     pub wall: f64,
-    /// Where the wall is thinnest.
+    /// Position of the thinnest wall.
     pub thinnest: DVec3,
 }
 
 /// Chooses edge lengths for wavenumbers up to `max_wavenumber` [1/m] and a level error of `accuracy`.
 ///
 /// # Errors
-/// [`RemeshError::Input`] for a surface that bounds no solid, [`RemeshError::Edges`] for a wavenumber or an
-/// accuracy from which no edge lengths follow.
+/// [`RemeshError::Input`] for a surface that encloses no solid, [`RemeshError::Edges`] for an invalid
+/// wavenumber or accuracy.
 pub fn resolution(input: &TriMesh, max_wavenumber: f64, accuracy: f64) -> Result<Resolution, RemeshError> {
     let sound = accuracy > 0.0 && max_wavenumber > 0.0;
     if !sound {
@@ -103,7 +103,7 @@ pub fn resolution(input: &TriMesh, max_wavenumber: f64, accuracy: f64) -> Result
     Ok(Resolution { options, unknowns, wall, thinnest: thinnest + mass.centre_of_mass })
 }
 
-/// Part of the error of sharp edges that edges with these (radius, extent) have at edge length h: Σ τ min(1,
+/// Relative error of edges with these (radius, extent) at edge length h, in that of sharp edges: Σ τ min(1,
 /// (h/1.3ρ)²).
 fn sharpness(edges: &[(f64, f64)], h: f64) -> f64 {
     let total: f64 = edges.iter().map(|e| e.1).sum();
@@ -111,8 +111,8 @@ fn sharpness(edges: &[(f64, f64)], h: f64) -> f64 {
     edges.iter().map(part).sum::<f64>() / total.max(f64::MIN_POSITIVE)
 }
 
-/// The largest h between two whose `error`, which grows with h, is at most `accuracy`; the lower one if none
-/// is.
+/// The largest h between two bounds whose `error`, which grows with h, is at most `accuracy`; the lower bound
+/// if none is.
 fn longest_within(accuracy: f64, [mut low, mut high]: [f64; 2], error: impl Fn(f64) -> f64) -> f64 {
     if error(high) <= accuracy {
         return high.max(low);

@@ -1,8 +1,8 @@
-//! How long edges should be, at each vertex of a surface.
+//! Target edge length at each vertex of a surface.
 //!
-//! `h = clamp(0.6/κ, h_min, h_max)`, then graded: h grows by no more than 0.4 of the distance. κ is the
-//! largest turn of the smoothed normal per length along an edge. On a sharp edge h is h_min: the potential
-//! there varies like r^{2/3} or worse, and a thin wall shows its two faces to each other across its rim.
+//! `h = clamp(0.6/κ, h_min, h_max)`, then graded: h grows by at most 0.4 of the distance. κ is the largest
+//! turn of the smoothed normal per length along an edge. On a sharp edge h is h_min: the potential there
+//! varies like r^{2/3} or worse, and the two faces of a thin wall interact across its rim.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -15,9 +15,9 @@ use super::crease::Creases;
 
 /// Edges per radius of curvature: 0.6 makes ten edges of a full circle.
 const CURVATURE_SHARE: f64 = 0.6;
-/// How much h may grow per length.
+/// Largest growth of h per length.
 const GRADATION: f64 = 0.4;
-/// Passes that average normals over neighbours, against the noise of fine meshes.
+/// Passes that average normals over neighbours, to suppress the noise of fine meshes.
 const SMOOTHING_PASSES: usize = 3;
 
 /// h at each vertex \[m\], for a surface that is cut at the coordinate planes that are `mirrors`.
@@ -40,11 +40,11 @@ pub(super) fn size_field(
 pub(super) fn curvature(mesh: &TriMesh, creases: &Creases, mirrors: BVec3) -> Vec<f64> {
     let edges = edges(mesh);
     let sharp: Vec<bool> = creases.anchors.iter().map(|a| creases.is_sharp(*a)).collect();
-    // Normals mean nothing on a sharp edge: neither smoothing nor curvature looks across.
+    // Normals are undefined on a sharp edge: neither smoothing nor curvature crosses it.
     let smooth: Vec<(usize, usize)> =
         edges.iter().copied().filter(|(a, b)| !sharp[*a] && !sharp[*b]).collect();
     let mut normals = vertex_normals(mesh);
-    // With its mirror image a normal at a border lies in the plane.
+    // With its mirror image, a normal at a border lies in the plane.
     for (normal, position) in normals.iter_mut().zip(&mesh.vertices) {
         *normal =
             DVec3::select(mirrors & position.cmpeq(DVec3::ZERO), DVec3::ZERO, *normal).normalize_or_zero();
@@ -69,6 +69,7 @@ pub(super) fn curvature(mesh: &TriMesh, creases: &Creases, mirrors: BVec3) -> Ve
 /// Lowers sizes until none exceeds another by more than the gradation times their distance: shortest paths
 /// from all vertices at once, each starting at its own size.
 fn grade(mesh: &TriMesh, edges: &[(usize, usize)], size: &mut [f64]) {
+    // Adjacency in compressed rows.
     let mut start = vec![0_usize; size.len() + 1];
     for (a, b) in edges {
         start[*a + 1] += 1;
@@ -85,7 +86,7 @@ fn grade(mesh: &TriMesh, edges: &[(usize, usize)], size: &mut [f64]) {
             place[v] += 1;
         }
     }
-    // Positive numbers order like their bits.
+    // Dijkstra's algorithm. Positive numbers sort like their bits.
     let mut heap: BinaryHeap<Reverse<(u64, usize)>> =
         size.iter().enumerate().map(|(v, h)| Reverse((h.to_bits(), v))).collect();
     while let Some(Reverse((bits, v))) = heap.pop() {

@@ -1,8 +1,6 @@
-//! A surface that its reflections in up to three orthogonal planes map onto itself, kept as the part between
-//! the planes.
+//! A surface symmetric about up to three orthogonal planes, stored as the part between the planes.
 //!
-//! The rest is copies with signs changed, so that the symmetry is exact: a solver may rely on it to the last
-//! bit.
+//! The rest is copies with signs changed, so that the symmetry is exact to the last bit.
 
 use std::collections::HashMap;
 
@@ -54,14 +52,13 @@ impl SymmetricMesh {
         let mut whole = TriMesh::default();
         let mut origin = Vec::new();
         let count = self.cell.vertices.len();
-        // Numbers of the vertices of each image, by its place among the images.
+        // Vertex numbers of each image.
         let mut numbers: Vec<Vec<u32>> = Vec::new();
         let images = self.images();
         for signs in &images {
             let mut number = Vec::with_capacity(count);
             for (original, position) in self.cell.vertices.iter().enumerate() {
-                // A vertex on a plane is its own image: it has the number that it got without that
-                // reflection.
+                // A vertex on a plane is its own image and keeps the number it has without that reflection.
                 let folded = DVec3::select(position.cmpeq(DVec3::ZERO), DVec3::ONE, *signs);
                 let earlier = images.iter().position(|i| *i == folded).filter(|i| *i < numbers.len());
                 number.push(match earlier {
@@ -73,6 +70,7 @@ impl SymmetricMesh {
                     }
                 });
             }
+            // An odd number of reflections reverses the orientation.
             let flipped = signs.x * signs.y * signs.z < 0.0;
             whole.triangles.extend(self.cell.triangles.iter().map(|t| {
                 let [a, b, c] = t.map(|v| number[v as usize]);
@@ -84,8 +82,8 @@ impl SymmetricMesh {
     }
 }
 
-/// A frame with the given orthogonal directions among its axes, and which axes they are. Directions along
-/// coordinate axes give the identity.
+/// A frame that contains the given orthogonal directions among its axes, and flags for those axes. Directions
+/// along coordinate axes give the identity.
 pub(super) fn frame_of(normals: &[DVec3]) -> (DMat3, BVec3) {
     let mut columns = [None; 3];
     for normal in normals.iter().take(3) {
@@ -94,7 +92,7 @@ pub(super) fn frame_of(normals: &[DVec3]) -> (DMat3, BVec3) {
         columns[axis] = Some(if normal[axis] < 0.0 { -*normal } else { *normal });
     }
     let mirrors = BVec3::from_array(columns.map(|c| c.is_some()));
-    // Missing axes: what is left of the coordinate axes.
+    // Missing axes: coordinate axes, orthogonalised.
     for k in 0..3 {
         if columns[k].is_none() {
             let rest = |axis: DVec3| columns.iter().flatten().fold(axis, |a, c| a - a.dot(*c) * *c);
@@ -112,6 +110,7 @@ pub(super) fn frame_of(normals: &[DVec3]) -> (DMat3, BVec3) {
 
 /// The part of a closed surface where the coordinate along `axis` is positive.
 pub(super) fn positive_half(mesh: &TriMesh, axis: usize) -> TriMesh {
+    // Snap vertices close to the plane onto it.
     let mut shortest = vec![f64::INFINITY; mesh.vertices.len()];
     for (t, corners) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = mesh.corners(t);
@@ -126,6 +125,7 @@ pub(super) fn positive_half(mesh: &TriMesh, axis: usize) -> TriMesh {
     }
     let mut half = TriMesh { vertices, triangles: Vec::new() };
     let mut cuts: HashMap<(u32, u32), u32> = HashMap::new();
+    // Clip each triangle; cut points are shared between neighbours.
     for corners in &mesh.triangles {
         let mut kept: Vec<u32> = Vec::with_capacity(4);
         for k in 0..3 {
@@ -149,6 +149,6 @@ pub(super) fn positive_half(mesh: &TriMesh, axis: usize) -> TriMesh {
             half.triangles.extend((2..kept.len()).map(|k| [kept[0], kept[k - 1], kept[k]]));
         }
     }
-    // Drops the vertices of the other half.
+    // Drop the vertices of the other half.
     half.weld(0.0)
 }

@@ -1,9 +1,10 @@
-//! Vertices such that flat triangles bound the same volume as the surface they follow.
+//! Vertices of flat triangles that enclose the same volume as the reference surface.
 //!
 //! Triangles with their corners on a convex surface lose 1 to 6 % of its volume, and the pressure of an
-//! accelerated body is off by as much. Two steps: the signed distance from each triangle to the surface,
-//! along the triangle's normal, is brought to zero in the mean (least squares per vertex over the triangles
-//! around it); then all vertices move along their normals by one length that makes the volume exact.
+//! accelerated body has the same error. Two steps correct this. First, the signed distance from each triangle
+//! to the surface, along the triangle's normal, is made zero in the mean (least squares per vertex over the
+//! triangles around it). Then all vertices move along their normals by one length that makes the volume
+//! exact.
 //!
 //! The displacement u of a vertex minimises Σ w (n·u − d)² over the sample points of its triangles. On a
 //! smooth surface n is the normal at the vertex and u is along it; on a sharp edge n is that of each
@@ -16,7 +17,7 @@ use glam::{BVec3, DMat3, DVec3};
 use super::guide::Guide;
 
 const SWEEPS: usize = 5;
-/// Ridge of the least squares, in units of the trace: holds the directions that no triangle determines.
+/// Ridge of the least squares, in units of the trace: fixes the directions that no triangle determines.
 const RIDGE: f64 = 0.05;
 /// Two orbits of three barycentric points and their weight in the mean: exact for polynomials of degree 4.
 ///
@@ -24,8 +25,8 @@ const RIDGE: f64 = 0.05;
 const ORBITS: [(f64, f64); 2] =
     [(0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322)];
 
-/// Signed volume \[m³\] of the cone from the origin over a surface: of a solid, or of the part of a symmetric
-/// solid that planes through the origin cut out.
+/// Signed volume \[m³\] of the cone from the origin over a surface: that of a solid, or of the part of a
+/// symmetric solid between planes through the origin.
 pub(super) fn cone_volume(mesh: &TriMesh) -> f64 {
     let cone = |t| {
         let [a, b, c] = mesh.corners(t);
@@ -34,12 +35,12 @@ pub(super) fn cone_volume(mesh: &TriMesh) -> f64 {
     (0..mesh.triangles.len()).map(cone).sum()
 }
 
-/// How a vertex may move.
+/// Degrees of freedom of a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Freedom {
-    /// Along which axes.
+    /// Free axes.
     pub(super) axes: BVec3,
-    /// Whether the faces around it get their own distances.
+    /// Whether each face around it has a separate distance.
     pub(super) sharp: bool,
 }
 
@@ -68,8 +69,7 @@ pub(super) fn fit(mesh: &mut TriMesh, freedom: &[Freedom], guide: &Guide) {
 
 /// Moves all faces outwards by the same length, such that the cone volume becomes `volume` \[m³\].
 pub(super) fn offset_to_volume(mesh: &mut TriMesh, freedom: &[Freedom], volume: f64) {
-    // The volume is a cubic of the length, of which the offset is a small part: Newton's steps square the
-    // error.
+    // The volume is a cubic of the length, and the offset is small: Newton's method converges quadratically.
     for _ in 0..4 {
         let mut systems = Systems::new(mesh, freedom);
         for (t, corners) in mesh.triangles.iter().enumerate() {
@@ -115,7 +115,7 @@ impl<'a> Systems<'a> {
         self.right[vertex] += scaled * distance;
     }
 
-    /// The minima; zero where nothing is determined.
+    /// The minimisers; zero where nothing is determined.
     fn solve(&self) -> Vec<DVec3> {
         let one = |(matrix, right): (&DMat3, &DVec3)| {
             let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;

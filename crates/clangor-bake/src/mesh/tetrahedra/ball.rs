@@ -1,5 +1,5 @@
-//! Balls and ellipsoids: the twenty tetrahedra between the faces of an icosahedron and its middle, divided
-//! evenly and pushed out radially to the sphere.
+//! Balls and ellipsoids: the twenty tetrahedra between the faces of an icosahedron and its centre, divided
+//! evenly and mapped radially to the sphere.
 
 use clangor_core::geometry::icosahedron::icosahedron;
 use glam::DVec3;
@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::block::divide_tetrahedron;
 use super::{TetMesh, TetMeshError};
 
-/// A ball stretched to the given semi-axes \[m\], with `divisions` elements from the middle to the surface.
+/// A ball scaled to the given semi-axes \[m\], with `divisions` elements from the centre to the surface.
 ///
 /// # Errors
 /// [`TetMeshError`] for semi-axes that are not positive and finite, or no divisions.
@@ -33,7 +33,7 @@ fn unit_ball(divisions: usize) -> (Vec<DVec3>, Vec<[u32; 4]>) {
     soup.welded(0.1 / divisions as f64)
 }
 
-/// Tetrahedra without their neighbours.
+/// Tetrahedra without connectivity.
 #[derive(Default)]
 pub(super) struct Soup {
     points: Vec<DVec3>,
@@ -44,7 +44,7 @@ impl Soup {
         self.points.extend(corners);
     }
 
-    /// Points closer than `tolerance` become one; the first of them stays.
+    /// Merges points closer than `tolerance`; the first of them remains.
     pub(super) fn welded(self, tolerance: f64) -> (Vec<DVec3>, Vec<[u32; 4]>) {
         let cell = |p: &DVec3| (*p / (2.0 * tolerance)).floor().as_i64vec3().to_array();
         let mut keys: Vec<([i64; 3], u32)> =

@@ -23,6 +23,7 @@ pub fn block(edges: DVec3, cells: [usize; 3]) -> Result<TetMesh, TetMeshError> {
 /// The unit cube as a grid of `cells`, mapped.
 pub(super) fn grid(cells: [usize; 3], map: impl Fn(DVec3) -> DVec3) -> (Vec<DVec3>, Vec<[u32; 4]>) {
     let [nx, ny, nz] = cells;
+    // Grid points.
     let mut points = Vec::with_capacity((nx + 1) * (ny + 1) * (nz + 1));
     for k in 0..=nz {
         for j in 0..=ny {
@@ -36,6 +37,7 @@ pub(super) fn grid(cells: [usize; 3], map: impl Fn(DVec3) -> DVec3) -> (Vec<DVec
         }
     }
     let at = |[i, j, k]: [usize; 3]| ((k * (ny + 1) + j) * (nx + 1) + i) as u32;
+    // Six Kuhn tetrahedra per cell, around the diagonal.
     let mut tetrahedra = Vec::with_capacity(6 * nx * ny * nz);
     for k in 0..nz {
         for j in 0..ny {

@@ -1,7 +1,7 @@
-//! Cylinders and tori: a square grid bent into a disc, raised or swept around.
+//! Cylinders and tori: a square grid mapped to a disc, extruded or swept around.
 //!
-//! The square becomes a disc by keeping squares as circles: Shirley and Chiu (1997), "A low distortion map
-//! between disk and square". Its corners land on the rim, where the diagonals of the grid split them.
+//! The map takes concentric squares to circles: Shirley and Chiu (1997), "A low distortion map between disk
+//! and square". The corners of the square lie on the rim, where the diagonals of the grid split them.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -44,7 +44,7 @@ pub fn torus(major: f64, minor: f64, across: usize, around: usize) -> Result<Tet
         let (sin, cos) = (TAU * at.z).sin_cos();
         DVec3::new((major + disc.x) * cos, disc.y, -(major + disc.x) * sin)
     });
-    // The last layer is the first.
+    // The last layer coincides with the first.
     points.truncate(points.len() / (around + 1) * around);
     let count = points.len() as u32;
     tetrahedra.iter_mut().flatten().for_each(|n| *n %= count);
@@ -59,7 +59,7 @@ fn check(sizes: &[f64], counts: &[usize]) -> Result<(), TetMeshError> {
     if sound { Ok(()) } else { Err(TetMeshError::Empty) }
 }
 
-/// The unit square, x and y of `at`, as the unit disc.
+/// Map of the unit square, x and y of `at`, to the unit disc.
 pub(super) fn disc(at: DVec3) -> DVec2 {
     let (u, v) = (2.0 * at.x - 1.0, 2.0 * at.y - 1.0);
     if u == 0.0 && v == 0.0 {

@@ -1,9 +1,9 @@
-//! Plates, bowls and coins: a square grid bent into a disc and laid between the under and the upper side of a
-//! wall of revolution.
+//! Plates, bowls and coins: a square grid mapped to a disc, between the lower and the upper side of a wall of
+//! revolution.
 //!
-//! A point of the disc at the part ρ of its radius lies on the lines that join points of the two sides at the
-//! part ρ of their lengths from the axis. Its elements are of nearly one size, where turning a section makes
-//! them wedges that are narrow near the axis and long at the rim.
+//! A point of the disc at the fraction ρ of its radius lies on the lines that connect points of the two sides
+//! at the fraction ρ of their lengths from the axis. Elements have nearly one size, whereas rotating a
+//! section makes wedges that are narrow near the axis and long at the rim.
 
 use clangor_core::geometry::meridian::Meridian;
 use glam::{DVec2, DVec3};
@@ -14,32 +14,33 @@ use crate::mesh::tetrahedra::cylinder::disc;
 
 /// Points on each piece of the meridian.
 const SAMPLES: usize = 64;
-/// Where the rim may be, in parts of the meridian.
+/// Candidate positions of the rim along the meridian.
 const RIMS: usize = 400;
 /// Largest thickness over the length of the sides.
 const THIN: f64 = 0.25;
-/// Chord of the rim over the thickness beside it: less than 1, because round rims narrow toward their end.
+/// Chord of the rim over the thickness beside it: less than 1, because rounded rims narrow towards their end.
 const CHORD: f64 = 0.85;
-/// Ends of pieces closer to the rim than this part of the thickness are its edges.
+/// Ends of pieces closer to the rim than this fraction of the thickness become its edges.
 const EDGE: f64 = 0.4;
 
-/// The section of a wall that is open above.
+/// The section of an open wall.
 pub struct Dish {
     points: Vec<DVec2>,
     /// Length of the meridian up to each point \[m\].
     lengths: Vec<f64>,
-    /// Where the rim begins and ends \[m\].
+    /// Interval of the rim \[m\].
     rim: [f64; 2],
     thickness: f64,
 }
 
 impl Dish {
-    /// The wall along a meridian; nothing if it is not thin or starts or ends off the axis.
+    /// The wall along a meridian; `None` if it is not thin, or starts or ends off the axis.
     pub fn of(meridian: &Meridian) -> Option<Self> {
         if meridian.is_loop() {
             return None;
         }
         let pieces = meridian.pieces();
+        // Sample the meridian by arc length.
         let mut points = vec![pieces[0].point(0.0)];
         for piece in pieces {
             points.extend((1..=SAMPLES).map(|k| piece.point(k as f64 / SAMPLES as f64)));
@@ -50,6 +51,7 @@ impl Dish {
         }
         let total = lengths[lengths.len() - 1];
         let mut dish = Dish { points, lengths, rim: [0.0; 2], thickness: 0.0 };
+        // Thickness between points at equal fractions of both sides.
         let walls = |dish: &Dish, rim: f64| -> Vec<f64> {
             let wall = |k: usize| {
                 let part = k as f64 / 40.0;
@@ -57,7 +59,7 @@ impl Dish {
             };
             (0..40).map(wall).collect()
         };
-        // Where the sides are closest together.
+        // Rim: the split that minimises the distance of the sides.
         let spread = |rim: f64| walls(&dish, rim).iter().map(|w| w * w).sum::<f64>();
         let rims = (RIMS / 4..3 * RIMS / 4).map(|k| total * k as f64 / RIMS as f64);
         let rim = rims.min_by(|a, b| spread(*a).total_cmp(&spread(*b)))?;
@@ -66,11 +68,13 @@ impl Dish {
         if thickest > THIN * rim.min(total - rim) {
             return None;
         }
+        // Interval of the rim: where its chord reaches the thickness.
         let thickness = walls[30];
         let step = 0.01 * thickness;
         let back = (1..400)
             .map(|k| k as f64 * step)
             .find(|back| dish.at(rim - back).distance(dish.at(rim + back)) >= CHORD * thickness)?;
+        // Snap to a geometric edge nearby.
         let to_edge = |at: f64| {
             let ends = (0..=pieces.len()).map(|k| dish.lengths[k * SAMPLES]);
             let near = ends.min_by(|a, b| (a - at).abs().total_cmp(&(b - at).abs()));
@@ -114,7 +118,7 @@ impl Dish {
         TetMesh::straight(points, &tetrahedra)
     }
 
-    /// The point after a length of the meridian.
+    /// The point at an arc length of the meridian.
     fn at(&self, length: f64) -> DVec2 {
         let next = self.lengths.partition_point(|l| *l < length).clamp(1, self.lengths.len() - 1);
         let (from, to) = (self.lengths[next - 1], self.lengths[next]);

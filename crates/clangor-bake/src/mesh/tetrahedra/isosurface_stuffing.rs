@@ -1,15 +1,15 @@
-//! The inside of any closed surface, filled with tetrahedra of nearly equal size.
+//! Isosurface stuffing: the interior of any closed surface, filled with tetrahedra of nearly equal size.
 //!
-//! A body-centred cubic grid has tetrahedra of one shape, better than any other that fills space by itself.
-//! Where an edge of it crosses the surface there is a cut. A grid point with a cut nearby moves onto it; the
-//! tetrahedra that are still cut after that keep their inner part, which the remaining cuts bound and which
-//! is divided anew. Since cuts near a grid point are gone, no part is a sliver.
+//! A body-centred cubic grid has tetrahedra of one well-shaped form. Each edge of the grid that crosses the
+//! surface has a cut point. A grid point with a cut nearby moves onto it. Tetrahedra that are still cut keep
+//! their inner part, bounded by the remaining cuts, which is divided again. Since no cuts remain near grid
+//! points, no part is a sliver.
 //!
 //! Source: Labelle and Shewchuk (2007), "Isosurface stuffing: fast tetrahedral meshes with good dihedral
-//! angles", with their distances for a point to move. Differs: the grid has one size, so walls decide it;
-//! inner parts are divided by a rule of our own (`clip`); the middles of surface edges move onto the surface;
-//! and the result is compared with the input, in volume and in the number of its handles and cavities,
-//! because a wall thinner than the grid falls into holes.
+//! angles", with their warping thresholds. Differs: the grid has one size, so walls decide it; inner parts
+//! are divided by another rule (`clip`); the midpoints of surface edges move onto the surface; and the result
+//! is compared with the input, in volume and in the number of handles and cavities, because a wall thinner
+//! than the grid gets holes.
 
 mod clip;
 
@@ -23,27 +23,27 @@ use glam::{DVec3, IVec3};
 use super::{TetMesh, TetMeshError};
 use clip::{Clipped, inner_part};
 
-/// A cut closer than this part of a long or a short edge draws its end.
+/// Fraction of a long or a short edge within which a cut attracts its end.
 const NEAR_LONG: f64 = 0.249_99;
 const NEAR_SHORT: f64 = 0.411_89;
-/// Pieces less high than this part of the edge are left out.
+/// Pieces lower than this fraction of the edge are dropped.
 const FLAT: f64 = 0.003;
 /// Largest relative error of the volume.
 const VOLUME_TOLERANCE: f64 = 0.03;
-/// Finest grid in relation to the wall thickness, and how often it is made finer.
+/// Finest grid relative to the wall thickness, and number of refinements.
 pub(crate) const GRID_PER_WALL: f64 = 1.05;
 const REFINEMENT: f64 = 0.8;
 const REFINEMENTS: usize = 3;
 /// Most points of a grid.
 const MOST_POINTS: f64 = 8e6;
 
-/// Why a surface cannot be filled.
+/// Reasons why a surface cannot be filled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StuffingError {
-    /// The size makes no sense.
+    /// Invalid edge length.
     #[error("the edge of the grid is {0} m, but must be positive")]
     Edge(f64),
-    /// The surface is not closed, or has no inside.
+    /// The surface is not closed, or has no interior.
     #[error("the surface bounds no solid, so it has no inside to mesh: {0}; a shell needs a thickness")]
     Input(MeshError),
     /// The grid would be too large.
@@ -59,7 +59,7 @@ pub enum StuffingError {
         /// Points of the grid.
         points: f64,
     },
-    /// Walls were not resolved.
+    /// Unresolved walls.
     #[error(
         "a grid of {edge:.3e} m does not resolve the surface: volume off by {volume_error:.1e}, Euler \
          characteristic {found} instead of {expected}; the thinnest walls are about {wall:.3e} m"
@@ -71,17 +71,17 @@ pub enum StuffingError {
         volume_error: f64,
         /// Vertices − edges + faces of the result's surface.
         found: i64,
-        /// The same of the input.
+        /// The same for the input.
         expected: i64,
         /// Thickness \[m\].
         wall: f64,
     },
-    /// The pieces do not fit.
+    /// The pieces do not form a valid mesh.
     #[error("the tetrahedra make no mesh: {0}")]
     Tetrahedra(#[from] TetMeshError),
 }
 
-/// How a surface was filled.
+/// Report of a filling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StuffingReport {
     /// Edge of the grid \[m\].
@@ -92,7 +92,7 @@ pub struct StuffingReport {
     pub volume_error: f64,
 }
 
-/// Fills a closed surface with a grid of at most `edge` \[m\], finer where walls demand it.
+/// Fills a closed surface with a grid of at most `edge` \[m\], finer where walls require it.
 ///
 /// # Errors
 /// [`StuffingError`].
@@ -100,6 +100,7 @@ pub fn stuff(surface: &TriMesh, edge: f64) -> Result<(TetMesh, StuffingReport), 
     if !(edge > 0.0 && edge.is_finite()) {
         return Err(StuffingError::Edge(edge));
     }
+    // Mass, topology and thinnest wall of the input.
     let mass = MassProperties::of(surface).map_err(StuffingError::Input)?;
     Topology::try_new(surface).map_err(StuffingError::Input)?;
     let tree = SurfaceTree::new(surface);
@@ -107,6 +108,7 @@ pub fn stuff(surface: &TriMesh, edge: f64) -> Result<(TetMesh, StuffingReport), 
     let expected = euler_characteristic(&surface.triangles);
     let mut edge = edge.min(GRID_PER_WALL * wall);
     let mut failure = StuffingError::Edge(edge);
+    // Refine until topology and volume agree with the input.
     for _ in 0..=REFINEMENTS {
         let (low, high) = surface.bounds();
         let points = 2.0 * ((high - low) / edge + 3.0).element_product();
@@ -115,13 +117,15 @@ pub fn stuff(surface: &TriMesh, edge: f64) -> Result<(TetMesh, StuffingReport), 
         }
         let Clipped { points, tetrahedra } = Grid::new(surface, &tree, edge).clip();
         if tetrahedra.is_empty() {
-            // All of the body fell between the points of the grid.
+            // The whole body lies between the points of the grid.
             failure = StuffingError::Unresolved { edge, volume_error: -1.0, found: 0, expected, wall };
             edge *= REFINEMENT;
             continue;
         }
+        // Midpoints of surface edges move to the nearest point of the surface.
         let nearest = |p: DVec3| tree.nearest(surface, p).map_or(p, |n| n.position);
         let mesh = TetMesh::curved(points, &tetrahedra, |middle, _, _| nearest(middle))?;
+        // Euler characteristic and volume of the result.
         let faces: Vec<[u32; 3]> = mesh.surface().iter().map(|f| [f[0], f[1], f[2]]).collect();
         let found = euler_characteristic(&faces);
         let volume_error = mesh.quality().volume / mass.volume - 1.0;
@@ -169,7 +173,7 @@ pub(crate) fn wall_thickness(surface: &TriMesh, tree: &SurfaceTree) -> f64 {
         .map_or(f64::INFINITY, |w| w.0)
 }
 
-/// A body-centred cubic grid: twice a cubic one, the second moved by half an edge along each axis.
+/// A body-centred cubic grid: two cubic ones, the second shifted by half an edge along each axis.
 struct Grid<'a> {
     surface: &'a TriMesh,
     tree: &'a SurfaceTree,
@@ -184,7 +188,7 @@ struct Grid<'a> {
 impl<'a> Grid<'a> {
     fn new(surface: &'a TriMesh, tree: &'a SurfaceTree, edge: f64) -> Self {
         let (low, high) = surface.bounds();
-        // One cube beyond the surface on each side, and the middle of the body at the middle of a cube.
+        // One cube of margin on each side, and the middle of the body at the middle of a cube.
         let cells = ((high - low) / edge).ceil().as_ivec3() + IVec3::splat(3);
         let origin = 0.5 * (low + high) - 0.5 * edge * cells.as_dvec3();
         let count = cells + IVec3::ONE;
@@ -202,7 +206,7 @@ impl<'a> Grid<'a> {
         let far = 2.0 * edge;
         let depth = |p: &DVec3| {
             let depth = -tree.signed_distance(surface, *p).unwrap_or(far);
-            // A point on the surface is on it exactly.
+            // A depth within rounding of the surface is exactly zero.
             if depth.abs() < 1e-6 * edge { 0.0 } else { depth }
         };
         let depth = positions.iter().map(depth).collect();
@@ -224,7 +228,7 @@ impl<'a> Grid<'a> {
         (half, IVec3::new(index % count.x, index / count.x % count.y, index / (count.x * count.y)))
     }
 
-    /// The fourteen neighbours of a point and whether the edge is a long one.
+    /// The fourteen neighbours of a point, with a flag for long edges.
     fn neighbours(&self, number: usize) -> impl Iterator<Item = (usize, bool)> {
         let (half, at) = self.place(number);
         let axes = [IVec3::X, IVec3::Y, IVec3::Z];
@@ -238,7 +242,7 @@ impl<'a> Grid<'a> {
         long.flatten().map(|n| (n, true)).chain(short.flatten().map(|n| (n, false)))
     }
 
-    /// Where the edge between two points of opposite sides meets the surface, the first point inside.
+    /// The point where the edge from an inner to an outer point meets the surface.
     fn cut(&self, inside: usize, outside: usize) -> DVec3 {
         let (from, to) = (self.positions[inside], self.positions[outside]);
         let direction = to - from;
@@ -247,7 +251,7 @@ impl<'a> Grid<'a> {
         from + direction * hit.unwrap_or(by_depth)
     }
 
-    /// Moves points onto cuts that are near them.
+    /// Warps points onto nearby cuts.
     fn warp(&mut self) {
         for n in 0..self.positions.len() {
             if self.depth[n] == 0.0 || self.depth[n].abs() > self.edge {
@@ -273,8 +277,9 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// The parts of all tetrahedra that lie inside.
+    /// The inner parts of all tetrahedra.
     fn clip(mut self) -> Clipped {
+        // Warp, then compute the remaining cuts.
         self.warp();
         let mut cuts: Vec<([u32; 2], DVec3)> = Vec::new();
         for n in
@@ -284,6 +289,7 @@ impl<'a> Grid<'a> {
                 cuts.push(([n as u32, other as u32], self.cut(n, other)));
             }
         }
+        // Number the cut points after the grid points.
         cuts.sort_unstable_by_key(|(pair, _)| *pair);
         let grid_points = self.positions.len();
         let mut points = self.positions.clone();
@@ -293,10 +299,11 @@ impl<'a> Grid<'a> {
             (grid_points + index) as u32
         };
         let mut clipped = Clipped { points, tetrahedra: Vec::new() };
+        // Keep, drop or clip each tetrahedron.
         for tetrahedron in self.tetrahedra() {
             let depth = tetrahedron.map(|n| self.depth[n as usize]);
             if depth.iter().all(|d| *d == 0.0) {
-                // Between two moved points on either face of a wall, or flat on the surface.
+                // All corners were moved: between the two faces of a wall, or flat on the surface.
                 let corners = tetrahedron.map(|n| self.positions[n as usize]);
                 if self.worth_keeping(corners) {
                     clipped.tetrahedra.push(tetrahedron);
@@ -305,8 +312,8 @@ impl<'a> Grid<'a> {
             }
             inner_part(&mut clipped, tetrahedron, depth, &cut);
         }
-        // A corner that only just missed the surface leaves a flat piece on it. Inside, the gap would show as
-        // a cavity.
+        // A corner that barely missed the surface leaves a flat piece on it, which is dropped. Inside, the
+        // gap would appear as a cavity.
         clipped.drop_flatter_than(FLAT * self.edge);
         clipped.compact()
     }
@@ -319,7 +326,7 @@ impl<'a> Grid<'a> {
         height > 0.1 * self.edge && depth > 0.02 * self.edge
     }
 
-    /// All tetrahedra that touch the inside: a long edge of each grid, at right angles.
+    /// All tetrahedra that touch the interior: each contains a long edge of each grid, at right angles.
     fn tetrahedra(&self) -> Vec<[u32; 4]> {
         let axes = [IVec3::X, IVec3::Y, IVec3::Z];
         let mut all = Vec::new();

@@ -11,7 +11,7 @@ use glam::{DMat3, DVec3};
 use super::TetMesh;
 use crate::quadrature::TETRAHEDRON_FIFTH_DEGREE;
 
-/// Measures of a mesh.
+/// Quality measures of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
     /// Number of elements.

@@ -1,4 +1,4 @@
-//! The volume mesh of a named shape: a grid of its own where it has one, else its filled surface.
+//! The volume mesh of a named shape: a structured grid where one exists, otherwise isosurface stuffing.
 
 use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::{TetMesh, ball, block, cylinder};
 use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
 
-/// A mesh with elements of about `edge` \[m\] or, where the shape demands it, shorter; in the frame of the
+/// A mesh with elements of about `edge` \[m\], shorter where the shape requires it, in the frame of the
 /// shape's surface mesh.
 ///
 /// # Errors

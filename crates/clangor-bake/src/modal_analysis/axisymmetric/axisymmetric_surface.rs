@@ -1,9 +1,8 @@
-//! The surface of an axisymmetric body as triangles of six nodes, and the motion there of what is known on
-//! the section.
+//! The surface of an axisymmetric body as six-node triangles, and section fields evaluated on it.
 //!
-//! Points along the curve become rings, whose numbers of points follow their length; neighbouring rings are
-//! laced together. All nodes lie on the true surface, and have the section's motion times the exact cos mφ or
-//! sin mφ.
+//! Points along the curve become rings with numbers of points in proportion to their length. Neighbouring
+//! rings are triangulated. All nodes lie on the true surface, and have the section's motion times the exact
+//! cos mφ or sin mφ.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -18,7 +17,7 @@ use super::section_mesh::SectionMesh;
 /// Points of the smallest ring.
 const LEAST_RING: usize = 8;
 
-/// A node: where on the curve, and at which angle.
+/// A node: its position on the curve, and its angle.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     piece: usize,
@@ -47,20 +46,21 @@ fn directions(turn: f64) -> (DVec3, DVec3) {
 }
 
 impl AxisymmetricSurface {
-    /// With edges of about `edge` \[m\], or shorter where the curve bends.
+    /// With edges of about `edge` \[m\], shorter where the curve bends.
     pub(super) fn new(meridian: &Meridian, edge: f64) -> Self {
         let rings = rings(meridian, edge);
         let pieces = meridian.pieces();
         let mut flat = TriMesh::default();
         let mut places = Vec::new();
         let mut starts = Vec::new();
+        // Corner nodes on the rings.
         for ring in &rings {
             starts.push(places.len() as u32);
             let (piece, parameter) = (ring.piece, ring.parameter);
             places.extend(ring.turns.iter().map(|turn| Place { piece, parameter, turn: *turn }));
         }
         let corners = places.len();
-        // The edge between rings belongs to the piece that begins at the lower one.
+        // The edge between two rings belongs to the piece that begins at the lower one.
         let pairs = if meridian.is_loop() { rings.len() } else { rings.len() - 1 };
         let mut bands = Vec::new();
         for below in 0..pairs {
@@ -69,6 +69,7 @@ impl AxisymmetricSurface {
             lace_pair(&mut flat, (&rings[below].turns, starts[below]), (&rings[above].turns, starts[above]));
             bands.extend((before..flat.triangles.len()).map(|_| below));
         }
+        // Mid-edge nodes, one per edge, on the true surface.
         let mut sides: Vec<([u32; 2], usize)> = Vec::new();
         for (t, band) in flat.triangles.iter().zip(&bands) {
             sides.extend((0..3).map(|k| (sorted([t[k], t[(k + 1) % 3]]), *band)));
@@ -87,6 +88,7 @@ impl AxisymmetricSurface {
                 [a, b, c, ab, bc, ca]
             })
             .collect();
+        // Positions of all nodes.
         let position = |place: &Place| {
             let point = pieces[place.piece].point(place.parameter);
             directions(place.turn).0 * point.x + DVec3::Y * point.y
@@ -95,14 +97,14 @@ impl AxisymmetricSurface {
         AxisymmetricSurface { surface: ModalSurface { nodes, triangles }, places }
     }
 
-    /// The motion of order m at the nodes, from that of the section's nodes; `across` turns it by a quarter
+    /// The motion of order m at the nodes, from that of the section's nodes. `across` shifts it by a quarter
     /// of its wave.
     pub(super) fn shape(&self, mesh: &SectionMesh, motion: &[DVec3], order: u32, across: bool) -> Vec<DVec3> {
         let at = |place: &Place| {
             let u = on_border(mesh, motion, place);
             let (out, around) = directions(place.turn);
             let (sin, cos) = (TAU * f64::from(order) * place.turn).sin_cos();
-            // For m = 0, W is the twist itself.
+            // For m = 0, W is the twist.
             let (cos, sin) = match (order, across) {
                 (0, _) => (1.0, 1.0),
                 (_, false) => (cos, sin),
@@ -127,7 +129,7 @@ fn between(rings: &[Ring], band: usize, starts: &[u32], [a, b]: [u32; 2], places
     let turn = match (pole(i), pole(j)) {
         (true, _) => to.turn,
         (_, true) => from.turn,
-        // Across the start of the circle the short way.
+        // The shorter way around, across φ = 0.
         _ if (from.turn - to.turn).abs() > 0.5 => (0.5 * (from.turn + to.turn + 1.0)).fract(),
         _ => 0.5 * (from.turn + to.turn),
     };
@@ -166,7 +168,7 @@ fn rings(meridian: &Meridian, edge: f64) -> Vec<Ring> {
     rings
 }
 
-/// What has these values at the nodes of the section, at a place of its border.
+/// Interpolates values at the nodes of the section to a position on its border.
 fn on_border(mesh: &SectionMesh, values: &[DVec3], place: &Place) -> DVec3 {
     let key = (place.piece, place.parameter);
     let after = mesh.border.partition_point(|e| (e.piece, e.range[0]) <= key);

@@ -1,5 +1,4 @@
-//! Stiffness and mass of a ring with a quadratic triangle for section, for motions of order m around the
-//! axis.
+//! Stiffness and mass of a ring with a quadratic triangle as section, for motions of azimuthal order m.
 //!
 //! ```text
 //! u = U(r, y) cos mφ e_r + V(r, y) cos mφ e_y + W(r, y) sin mφ e_φ
@@ -7,11 +6,11 @@
 //! 2 ε_ry = U_y + V_r          2 ε_rφ = W_r − W/r − m U/r    2 ε_yφ = W_y − m V/r         cos, sin, sin
 //! ```
 //!
-//! Integrals over φ are π, for m = 0 2π: there W stands for the twist, which is not coupled to U and V.
+//! The integral over φ is π, for m = 0 2π: there W is the twist, which is not coupled to U and V.
 //!
-//! On the axis a motion is smooth only if some of U, V and W vanish or agree, which nothing here demands:
-//! what violates it has a strain of the order of 1/r in the first element, which costs so much energy that it
-//! does not occur. Rigid motions, which obey, have no energy at any point.
+//! On the axis a motion is smooth only if some of U, V and W vanish or agree. This is not imposed: a
+//! violation has a strain of the order of 1/r in the first element, whose energy excludes it. Rigid motions
+//! satisfy the conditions and have no energy at any point.
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
@@ -55,6 +54,7 @@ pub(super) fn section_matrices(
     let turn = if order == 0 { std::f64::consts::TAU } else { std::f64::consts::PI };
     let mut stiffness = [[DMat3::ZERO; 6]; 6];
     let mut mass = [[0.0; 6]; 6];
+    // Quadrature over the triangle: Jacobian, gradients, and volume of the ring.
     for (at, weight) in TRIANGLE_FIFTH_DEGREE {
         let by_reference = jacobian(nodes, at);
         let to_space = by_reference.inverse().transpose();
@@ -62,7 +62,8 @@ pub(super) fn section_matrices(
         let shape = shapes(at);
         let r: f64 = nodes.iter().zip(shape).map(|(x, n)| x.x * n).sum();
         let volume = turn * r * 0.5 * weight * by_reference.determinant();
-        // What U, V, W of a node add to the divergence, the three strains and the three shears.
+        // Strain matrix: contributions of U, V, W of a node to the divergence, the three strains and the
+        // three shears.
         let strains: [[DVec3; 7]; 6] = std::array::from_fn(|i| {
             let (DVec2 { x: a, y: b }, n) = (slopes[i], shape[i] / r);
             [
@@ -75,6 +76,7 @@ pub(super) fn section_matrices(
                 DVec3::new(0.0, -m * n, b),
             ]
         });
+        // K = ∫ Bᵀ C B, M = ∫ ρ N N.
         let moduli = [lambda, 2.0 * mu, 2.0 * mu, 2.0 * mu, mu, mu, mu].map(|c| c * volume);
         for i in 0..6 {
             for j in 0..=i {
@@ -89,8 +91,8 @@ pub(super) fn section_matrices(
     ElementMatrices { stiffness, mass }
 }
 
-/// Motions of order m that cost no energy, at a point of the section: a lift and a twist, a shift and a tilt,
-/// or none.
+/// Zero-energy motions of order m at a point of the section: axial translation and rotation (m = 0),
+/// transverse translation and rotation (m = 1), none otherwise.
 pub(super) fn rigid_motions(nodes: &[DVec2], order: u32) -> Vec<Vec<DVec3>> {
     let middle = nodes.iter().map(|x| x.y).sum::<f64>() / nodes.len().max(1) as f64;
     let all = |motion: &dyn Fn(DVec2) -> DVec3| nodes.iter().map(|x| motion(*x)).collect();

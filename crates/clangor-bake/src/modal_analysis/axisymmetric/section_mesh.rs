@@ -1,7 +1,7 @@
 //! The section of an axisymmetric body as quadratic triangles with edges along its curve.
 //!
-//! Elements are as large as asked and no larger than the wall is thick there, so that one lies across it;
-//! sizes change slowly from place to place.
+//! Elements have the requested size, at most the local thickness of the wall, so that at least one spans it.
+//! Sizes vary gradually.
 
 use clangor_core::geometry::meridian::{Meridian, Piece};
 use glam::DVec2;
@@ -14,10 +14,10 @@ const GROWTH: f64 = 0.35;
 const CHORD: f64 = 0.7;
 /// Shortest edges, at sharp corners, over the median thickness.
 const LEAST_WALL: f64 = 0.15;
-/// Elements whose Jacobian falls below this part of the straight element's keep straight edges.
+/// Elements whose Jacobian falls below this fraction of the straight element's keep straight edges.
 const LEAST_CURVED: f64 = 0.3;
 
-/// Points on the curve, densely, to measure with.
+/// Dense sample points on the curve, for measurements.
 const MEASURES: usize = 48;
 
 /// Quadratic triangles; coordinates are (r, y).
@@ -42,7 +42,7 @@ pub(crate) struct BorderEdge {
     pub(crate) nodes: [u32; 3],
 }
 
-/// A place on the curve, where the size is known.
+/// A sample on the curve with its size.
 struct Measure {
     point: DVec2,
     /// Length of edges \[m\].
@@ -58,7 +58,7 @@ struct Sizes {
 }
 
 impl Sizes {
-    /// `most` \[m\] where nothing else demands less; all multiplied by `fineness`.
+    /// `most` \[m\] where no other limit applies; all multiplied by `fineness`.
     fn of(pieces: &[Piece], most: f64, fineness: f64) -> Self {
         let walls = walls(pieces);
         let least = LEAST_WALL * quantile(&walls, 0.5).min(most);
@@ -122,12 +122,12 @@ fn closed(meridian: &Meridian) -> Vec<Piece> {
     pieces
 }
 
-/// The piece and parameter of a measure.
+/// The piece and parameter of a sample.
 fn place(pieces: &[Piece], measure: usize) -> (&Piece, f64) {
     (&pieces[measure / MEASURES], ((measure % MEASURES) as f64 + 0.5) / MEASURES as f64)
 }
 
-/// Thickness behind each measure of the curve \[m\].
+/// Thickness behind each sample of the curve \[m\].
 fn walls(pieces: &[Piece]) -> Vec<f64> {
     let chords: Vec<[DVec2; 2]> = pieces
         .iter()
@@ -157,7 +157,7 @@ fn first_hit(chords: &[[DVec2; 2]], from: DVec2, direction: DVec2) -> f64 {
         .filter_map(|[a, b]| {
             let (u, v) = (*b - *a, *a - from);
             let cross = direction.perp_dot(u);
-            // Against chords that run the other way, into the material.
+            // Only chords of opposite direction, across the material.
             if cross <= 1e-9 * u.length() {
                 return None;
             }
@@ -168,11 +168,12 @@ fn first_hit(chords: &[[DVec2; 2]], from: DVec2, direction: DVec2) -> f64 {
 }
 
 impl SectionMesh {
-    /// A mesh with edges of at most `most` \[m\] and no longer than the wall is thick, all times `fineness`;
-    /// `None` if the curve crosses itself.
+    /// A mesh with edges of at most `most` \[m\] and at most the wall thickness, all times `fineness`; `None`
+    /// if the curve intersects itself.
     pub(crate) fn new(meridian: &Meridian, most: f64, fineness: f64) -> Option<Self> {
         let (pieces, on_curve) = (closed(meridian), meridian.pieces().len());
         let sizes = Sizes::of(&pieces, most, fineness);
+        // Boundary polygon, with the piece and parameters of each edge.
         let mut polygon = Vec::new();
         let mut ranges: Vec<(usize, [f64; 2])> = Vec::new();
         for (k, piece) in pieces.iter().enumerate() {
@@ -181,12 +182,13 @@ impl SectionMesh {
                 ranges.push((k, [range[0], range[1]]));
             }
         }
+        // Triangulate, then place midpoints on the curve.
         let Triangulation { points, triangles, .. } = fill(&polygon, &|p| sizes.at(p))?;
         let count = polygon.len();
         let middle_of = |edge: [u32; 2]| {
             let [a, b] = edge.map(|n| n as usize);
             let straight = 0.5 * (points[a] + points[b]);
-            // An edge of the polygon: its ends follow each other.
+            // An edge of the polygon has consecutive ends.
             let start = if b == a + 1 { Some(a) } else { (a == 0 && b + 1 == count).then_some(b) };
             match start.filter(|_| b < count) {
                 Some(start) => {
@@ -197,6 +199,7 @@ impl SectionMesh {
             }
         };
         let mut mesh = quadratic(&points, &triangles, middle_of);
+        // Border edges with their nodes.
         mesh.border = (0..count)
             .filter(|k| ranges[*k].0 < on_curve)
             .map(|k| {
@@ -225,9 +228,10 @@ impl SectionMesh {
     }
 }
 
-/// Triangles with middles on their edges; elements that those would spoil keep straight edges.
+/// Triangles with mid-edge nodes. Elements that curved edges would invert keep straight edges.
 fn quadratic(points: &[DVec2], triangles: &[[u32; 3]], middle: impl Fn([u32; 2]) -> DVec2) -> SectionMesh {
     let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|[a, b]| [a.min(b), a.max(b)]);
+    // Unique edges and their midpoints.
     let mut edges: Vec<[u32; 2]> = triangles.iter().flat_map(sides).collect();
     edges.sort_unstable();
     edges.dedup();
@@ -241,6 +245,7 @@ fn quadratic(points: &[DVec2], triangles: &[[u32; 3]], middle: impl Fn([u32; 2])
             std::array::from_fn(|k| if k < 3 { t[k] } else { middles[k - 3] })
         })
         .collect();
+    // Straighten elements with a small Jacobian.
     for element in &elements {
         let nodes_of = |nodes: &[DVec2]| element.map(|n| nodes[n as usize]);
         let own = nodes_of(&nodes);

@@ -1,8 +1,8 @@
-//! All modes of a section up to a frequency, order by order.
+//! All modes of a section up to a frequency, by azimuthal order.
 //!
 //! The lowest frequency of order m rises with m, at the latest where waves around the rim are shorter than
-//! those along the wall; orders are taken in turn until several have none in the band. Within an order the
-//! factorisations prove that none is missing.
+//! those along the wall. Orders are solved in turn until several have no mode in the band. Within an order
+//! the spectrum is complete (Sturm count).
 
 use glam::DVec3;
 
@@ -11,10 +11,10 @@ use super::section_mesh::SectionMesh;
 use crate::fem::{ElasticConstants, ElasticSystem, Elements};
 use crate::modal_analysis::eigensolver::{ModalError, solve};
 
-/// The search ends after so many orders, from the third on, without modes in the band.
+/// Consecutive orders without modes in the band, from order 2 on, that end the search.
 const EMPTY_ORDERS: u32 = 3;
 
-/// A mode of a section; of an order above 0 it stands for two of the body.
+/// A mode of a section; above order 0 it represents two modes of the body.
 #[derive(Clone, Debug)]
 pub(crate) struct SectionMode {
     pub(super) frequency: f64,
@@ -31,7 +31,7 @@ pub(super) struct SectionSpectrum {
     pub(super) modes: Vec<SectionMode>,
     /// Largest relative residual.
     pub(super) residual: f64,
-    /// The lowest frequency, in the band or above it \[Hz\].
+    /// The lowest frequency, within the band or above it \[Hz\].
     pub(super) first: f64,
 }
 
@@ -42,6 +42,7 @@ pub(super) fn spectrum(
 ) -> Result<SectionSpectrum, ModalError> {
     let mut found = SectionSpectrum { modes: Vec::new(), residual: 0.0, first: f64::INFINITY };
     let (mut order, mut empty) = (0, 0);
+    // Solve order by order until several are empty.
     while order < 2 || empty < EMPTY_ORDERS {
         match solve(&system(mesh, constants, order), limit) {
             Ok(modes) => {
@@ -62,6 +63,7 @@ pub(super) fn spectrum(
         }
         order += 1;
     }
+    // Sort by frequency, then order.
     found.modes.sort_by(|a, b| a.frequency.total_cmp(&b.frequency).then(a.order.cmp(&b.order)));
     found.first = found.modes.first().map_or(found.first, |m| m.frequency);
     Ok(found)

@@ -1,25 +1,24 @@
-//! A plane polygon filled with triangles of a given size.
+//! Triangulation of a plane polygon with a given element size.
 //!
-//! Ears are clipped off the polygon; edges are flipped until no triangle has a neighbour's corner within its
-//! circle; then the centres of circles that are too large become new corners, except near the border, which
-//! stays as it is. All triangles are proper at all times, whatever rounding does, because nothing but a
-//! convex pair is ever flipped.
+//! Ear clipping gives an initial triangulation. Edges are flipped until it is Delaunay. Then the
+//! circumcentres of triangles that are too large become new corners, except near the border, which stays
+//! unchanged. Triangles keep a positive area despite rounding, because only convex pairs are flipped.
 //!
-//! Source: Lawson (1977) for the flips; Chew (1989), Ruppert (1995) for the centres. Differs: the border is
-//! never cut, because it comes with edges of the right size.
+//! Source: Lawson (1977) for the flips; Chew (1989), Ruppert (1995) for the circumcentres. Differs: the
+//! border is never divided, because its edges already have the right size.
 
 use glam::DVec2;
 
 const NONE: u32 = u32::MAX;
-/// Circles of a larger radius, over the size asked for, get a new corner: 0.58 would be that of an
+/// Circumradius, relative to the target size, above which a triangle gets a new corner: 0.58 is that of an
 /// equilateral triangle.
 const TOO_LARGE: f64 = 0.85;
-/// So do circles larger than this many times the shortest edge: an angle of 21°.
+/// Largest ratio of circumradius to shortest edge: an angle of 21°.
 const TOO_FLAT: f64 = 1.4;
 /// Passes of smoothing.
 const SMOOTHINGS: usize = 4;
 
-/// Triangles, counter-clockwise, and what lies across from each corner.
+/// Triangles, counter-clockwise, and the neighbour opposite each corner.
 pub(super) struct Triangulation {
     pub(super) points: Vec<DVec2>,
     pub(super) triangles: Vec<[u32; 3]>,
@@ -32,8 +31,8 @@ fn area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// Fills a simple polygon, counter-clockwise, whose edges have about the size that `size` asks for; `None` if
-/// it is not simple.
+/// Fills a simple polygon, counter-clockwise, whose edges have about the length given by `size`; `None` if it
+/// is not simple.
 pub(super) fn fill(polygon: &[DVec2], size: &dyn Fn(DVec2) -> f64) -> Option<Triangulation> {
     let triangles = clip_ears(polygon)?;
     let mut mesh = Triangulation {
@@ -58,6 +57,7 @@ fn clip_ears(polygon: &[DVec2]) -> Option<Vec<[u32; 3]>> {
     let mut triangles = Vec::with_capacity(polygon.len());
     let at = |n: u32| polygon[n as usize];
     let (mut k, mut failures) = (0, 0);
+    // Cut off convex corners whose triangle contains no other vertex.
     while ring.len() > 3 {
         let count = ring.len();
         if failures > count {
@@ -76,7 +76,7 @@ fn clip_ears(polygon: &[DVec2]) -> Option<Vec<[u32; 3]>> {
             triangles.push(corners);
             ring.remove(k);
             failures = 0;
-            // Skips the next corner, so that ears are not a fan.
+            // Skip the next corner, so that ears do not form a fan.
             k += 1;
         } else {
             k += 1;
@@ -125,7 +125,7 @@ impl Triangulation {
 
     /// Flips edges of these triangles, and of those that this changes, until all are Delaunay's.
     fn flip_all(&mut self, mut stack: Vec<u32>) {
-        // A bound that rounding cannot exceed for ever.
+        // A bound that rounding cannot exceed indefinitely.
         let mut left = 100 * (stack.len() + self.triangles.len());
         while let Some(t) = stack.pop() {
             for k in 0..3 {
@@ -141,7 +141,7 @@ impl Triangulation {
         }
     }
 
-    /// Replaces the edge across from corner k by the other diagonal of its two triangles, if that is better.
+    /// Flips the edge opposite corner k if that is closer to Delaunay.
     fn flip(&mut self, t: u32, k: usize) -> bool {
         let s = self.neighbours[t as usize][k];
         if s == NONE {
@@ -150,19 +150,21 @@ impl Triangulation {
         let own = self.triangles[t as usize];
         let other = self.triangles[s as usize];
         let Some(j) = (0..3).find(|j| self.neighbours[s as usize][*j] == t) else { return false };
+        // The two triangles must form a convex quadrangle.
         let [a, b, c, d] = [own[k], own[(k + 1) % 3], own[(k + 2) % 3], other[j]];
         let [pa, pb, pc, pd] = [a, b, c, d].map(|n| self.points[n as usize]);
         let scale = (pc - pb).length_squared();
         if area(pa, pb, pd) <= 1e-9 * scale || area(pa, pd, pc) <= 1e-9 * scale {
             return false;
         }
-        // The angles at a and d sum to more than π: sin(α + δ) < 0.
+        // Delaunay test: the angles at a and d sum to more than π, sin(α + δ) < 0.
         let (ab, ac, db, dc) = (pb - pa, pc - pa, pb - pd, pc - pd);
         let (cos_a, sin_a) = (ab.dot(ac), ab.perp_dot(ac));
         let (cos_d, sin_d) = (dc.dot(db), dc.perp_dot(db));
         if sin_a * cos_d + cos_a * sin_d >= -1e-10 * scale * scale {
             return false;
         }
+        // Replace both triangles and relink the neighbours.
         let beyond = |t: u32, k: usize| self.neighbours[t as usize][k];
         let (t_b, t_c) = (beyond(t, (k + 1) % 3), beyond(t, (k + 2) % 3));
         // In s the corners run d, c, b.
@@ -186,7 +188,7 @@ impl Triangulation {
         }
     }
 
-    /// The triangle that holds a point, walking from another; nothing if the border is in the way.
+    /// The triangle that contains a point, walking from another; `None` if the border intervenes.
     fn walk(&self, from: u32, to: DVec2) -> Option<u32> {
         let mut t = from;
         for _ in 0..self.triangles.len() {
@@ -204,7 +206,7 @@ impl Triangulation {
         None
     }
 
-    /// Adds corners until all triangles are as small and as round as asked.
+    /// Inserts corners until all triangles meet the size and shape limits.
     fn refine(&mut self, size: &dyn Fn(DVec2) -> f64) {
         let mut stack: Vec<u32> = (0..self.triangles.len() as u32).collect();
         while let Some(t) = stack.pop() {
@@ -231,7 +233,7 @@ impl Triangulation {
         }
     }
 
-    /// Whether a point in a triangle is too near to the border or to a corner.
+    /// Whether a point in a triangle is too close to the border or to a corner.
     fn crowds(&self, t: u32, point: DVec2, wanted: f64) -> bool {
         let near = |t: u32| {
             (0..3).any(|k| {
@@ -245,7 +247,7 @@ impl Triangulation {
         near(t) || self.neighbours[t as usize].iter().any(|n| *n != NONE && near(*n))
     }
 
-    /// A triangle in three.
+    /// Splits a triangle into three.
     fn split(&mut self, t: u32, point: DVec2) {
         let p = self.points.len() as u32;
         self.points.push(point);
@@ -259,7 +261,7 @@ impl Triangulation {
         self.relink(nb, t, v);
     }
 
-    /// Moves inner corners to the middle of their neighbours where no triangle suffers.
+    /// Moves inner corners to the mean of their neighbours where no triangle degrades.
     fn smooth(&mut self) {
         let mut around: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
         for (t, corners) in self.triangles.iter().enumerate() {
@@ -274,7 +276,7 @@ impl Triangulation {
                 around.iter().map(|t| roundness(mesh.corners(*t))).fold(f64::INFINITY, f64::min)
             };
             let (before, old) = (worst(self), self.points[n]);
-            // Every neighbour is met twice.
+            // Every neighbour occurs twice.
             let others = around.iter().flat_map(|t| self.triangles[*t as usize]).filter(|m| *m as usize != n);
             let (sum, count) =
                 others.fold((DVec2::ZERO, 0.0), |(s, c), m| (s + self.points[m as usize], c + 1.0));

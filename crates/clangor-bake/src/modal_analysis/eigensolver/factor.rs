@@ -1,14 +1,13 @@
-//! Sparse factors of K − σ M, and how many eigenvalues lie below σ.
+//! Sparse factors of K − σ M, and the number of eigenvalues below σ (Sturm count).
 //!
 //! ```text
 //! P (K − σ M) Pᵀ = L D Lᵀ
 //! ```
 //!
-//! By Sylvester's law of inertia D has as many negative entries as there are eigenvalues below σ. That number
-//! is exact however badly an iteration goes, so it is what the completeness of a spectrum is proven with.
+//! By Sylvester's law of inertia D has as many negative entries as there are eigenvalues below σ. The count
+//! does not depend on any iteration, so it proves that a spectrum is complete.
 //!
-//! There is no pivoting. Where a pivot comes out small, the factors lose digits; this is measured by solving
-//! for a known vector.
+//! There is no pivoting. Small pivots lose digits; a solve with a known solution measures the loss.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
@@ -19,7 +18,7 @@ use super::ModalError;
 use crate::fem::ElasticSystem;
 use crate::fem::elimination::Elimination;
 
-/// Largest relative error of a solve that is good enough: the iteration after it mends the rest.
+/// Largest acceptable relative error of a solve; the iteration corrects the rest.
 const WORST_SOLVE: f64 = 1e-5;
 
 /// Factors at one shift.
@@ -58,7 +57,7 @@ pub(super) fn factor<'a>(
     let below = negative_pivots(structure, &values);
     let factor = Factor { structure, values, below };
     let error = factor.solve_error(system, shift);
-    // A comparison that is false for NaN.
+    // This comparison is false for NaN.
     if error <= WORST_SOLVE { Ok(factor) } else { Err(ModalError::Singular { shift }) }
 }
 

@@ -5,11 +5,11 @@
 //! ```
 //!
 //! The operator is symmetric in the inner product of the mass. Its extreme eigenvalues are those nearest the
-//! shift, on both sides, and a Krylov space of blocks finds them first; blocks, because a factor is read once
-//! for all their columns and because a degenerate pair shows in one of them. Every new block is made
-//! orthogonal to all before and to the vectors that are known already, rigid motions first, so no eigenvalue
-//! is found twice. When the basis is full its best half starts a new one (thick restart: Wu and Simon 2000,
-//! "Thick-restart Lanczos method for large symmetric eigenvalue problems").
+//! shift, on both sides, and converge first in a block Krylov space. Blocks read a factor once for all their
+//! columns and resolve degenerate pairs. Every new block is made orthogonal to all previous ones and to the
+//! known vectors, rigid motions first, so no eigenvalue is found twice. When the basis is full, its best half
+//! starts a new one (thick restart: Wu and Simon 2000, "Thick-restart Lanczos method for large symmetric
+//! eigenvalue problems").
 //!
 //! A Ritz vector with ‖OP u − θ u‖ = ρ gets one more application of the operator, after which
 //!
@@ -17,8 +17,8 @@
 //! K u − ω² M u = −M r / θ²,    relative to ω² M u: (ρ/|θ|) |ω² − σ| / ω²
 //! ```
 //!
-//! Without that, errors of high frequency, which K amplifies by up to 10⁸, would leave residuals of 1e-3 at
-//! frequencies that are right to ten digits. The bound is what convergence is judged by.
+//! Otherwise errors of high frequency, which K amplifies by up to 10⁸, would leave residuals of 1e-3 at
+//! frequencies that are correct to ten digits. This bound is the convergence criterion.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -34,27 +34,27 @@ use crate::fem::ElasticSystem;
 
 /// Bound of the relative residual at which a Ritz vector has converged.
 const CONVERGED: f64 = 1e-8;
-/// Modes so low that the last factor of the bound is larger are not pressed further from this shift: their
-/// residual is rounding. They want a lower one.
+/// Upper limit of the last factor of the bound. Modes so low that it is larger have residuals at rounding
+/// level; they need a lower shift.
 const MOST_AMPLIFIED: f64 = 100.0;
 /// Columns of a block.
 pub(super) const BLOCK: usize = 8;
 /// Restarts before giving up.
 const MOST_RESTARTS: usize = 30;
 
-/// What to look for.
+/// Input of a search.
 pub(super) struct Search<'a> {
     pub(super) system: &'a ElasticSystem,
     pub(super) factor: &'a Factor<'a>,
     /// σ [1/s²].
     pub(super) shift: f64,
-    /// Orthonormal vectors to stay away from: rigid motions, modes that are known.
+    /// Orthonormal vectors to exclude: rigid motions and known modes.
     pub(super) known: MatRef<'a, f64>,
     /// ω² of interest [1/s²].
     pub(super) range: [f64; 2],
-    /// How many there are in the range below the shift; all are wanted.
+    /// Number of eigenvalues in the range below the shift; all are required.
     pub(super) below: usize,
-    /// How many above the shift are wanted.
+    /// Number of eigenvalues above the shift that are required.
     pub(super) above: usize,
 }
 
@@ -95,11 +95,12 @@ impl Search<'_> {
         3 * self.system.node_count()
     }
 
-    /// Runs until everything wanted has converged.
+    /// Iterates until all required eigenvalues have converged.
     ///
     /// # Errors
     /// [`ModalError::Incomplete`] if it does not.
     pub(super) fn run(&self) -> Result<Found, ModalError> {
+        // Basis size, and the first convergence check.
         let wanted = self.below + self.above;
         let free = self.system.free_count() - self.known.ncols();
         let cap = (5 * wanted + 12 * BLOCK).min(free / BLOCK * BLOCK);
@@ -107,11 +108,13 @@ impl Search<'_> {
         let mut next_check = (2 * wanted).max(4 * BLOCK).min(cap);
         let mut restarts = 0;
         loop {
+            // Lanczos step: apply the operator and orthogonalise.
             let coupling = basis.extend();
             if basis.used < next_check && basis.used + BLOCK <= cap {
                 basis.append(coupling);
                 continue;
             }
+            // Rayleigh–Ritz, and convergence on either side of the shift.
             let ritz = basis.ritz(&coupling);
             let converged = self.converged(&ritz);
             let count = |low: f64, high: f64| {
@@ -128,6 +131,7 @@ impl Search<'_> {
             if below >= self.below && above >= self.above {
                 return Ok(basis.found(&ritz, &converged));
             }
+            // Extend the basis, or restart it from the best Ritz vectors when full.
             if basis.used + BLOCK <= cap {
                 basis.append(coupling);
             } else {
@@ -176,7 +180,7 @@ impl Search<'_> {
     }
 }
 
-/// Writes up to [`BLOCK`] columns side by side, row after row; lanes beyond them keep what they hold.
+/// Interleaves up to [`BLOCK`] columns row by row; the remaining lanes are unchanged.
 pub(super) fn pack(columns: MatRef<'_, f64>, rows: &mut [f64]) {
     for k in 0..columns.ncols() {
         let lane = rows.iter_mut().skip(k).step_by(BLOCK);
@@ -200,7 +204,7 @@ impl<'a> Basis<'a> {
             restarted: false,
             solves: 0,
         };
-        // The start holds little of the frequencies that are not wanted.
+        // One application of the operator suppresses high frequencies in the start block.
         block = search.heavy(block.as_ref());
         search.factor.solve(block.as_mut());
         let (block, heavy, _) = basis.orthonormal(block);
@@ -219,14 +223,14 @@ impl<'a> Basis<'a> {
         self.vectors.subcols_mut(at, BLOCK).copy_from(block);
     }
 
-    /// Applies the operator to the last block, and leaves of the result what is new: the next block, M times
-    /// it, and its coefficients in the result.
+    /// Applies the operator to the last block and orthogonalises the result: the next block, M times it, and
+    /// its coefficients in the result.
     fn extend(&mut self) -> (Mat<f64>, Mat<f64>, Mat<f64>) {
         let (known, last) = (self.known(), self.used - BLOCK);
         let mut image = self.heavy[1].clone();
         self.search.factor.solve(image.as_mut());
         self.solves += BLOCK;
-        // In exact arithmetic only the last two blocks have a share, or all of a restarted basis.
+        // In exact arithmetic only the last two blocks couple, or all of a restarted basis.
         let recent = if self.restarted { 0 } else { self.used - BLOCK - self.heavy[0].ncols() };
         let count = self.used - recent;
         let mut share = Mat::<f64>::zeros(count, BLOCK);
@@ -251,7 +255,7 @@ impl<'a> Basis<'a> {
         (block, heavy, coefficients)
     }
 
-    /// Takes the next block into the basis.
+    /// Appends the next block to the basis.
     fn append(&mut self, (block, heavy, coefficients): (Mat<f64>, Mat<f64>, Mat<f64>)) {
         self.place(&block);
         let last = self.used - BLOCK;
@@ -279,7 +283,7 @@ impl<'a> Basis<'a> {
             heavy = self.search.heavy(block.as_ref());
             let (factors, replaced) = gram_schmidt(&mut block, &mut heavy, &mut seed);
             total = &factors * &total;
-            // A random replacement has yet to be made orthogonal.
+            // A random replacement column needs another orthogonalisation.
             if !replaced || pass > 3 {
                 break;
             }
@@ -346,7 +350,7 @@ impl<'a> Basis<'a> {
     }
 }
 
-/// Eigenvectors of a small symmetric matrix; of what they miss the residual tells.
+/// Eigenvectors of a small symmetric matrix. The residual measures their error.
 ///
 /// By QR iteration: faer 0.24's divide and conquer, which it takes for sizes from 128, mixes up eigenvalues
 /// that nearly coincide (seen: values off by 1e-5 in the spectrum of a ball).
@@ -371,7 +375,7 @@ fn multiply(result: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>, fac
 }
 
 /// Makes the columns of a block orthonormal; `heavy` is M times the block before and after. Returns R with
-/// before = after × R, and whether a column had nothing of its own and was replaced by a random one.
+/// before = after × R, and whether a dependent column was replaced by a random one.
 fn gram_schmidt(block: &mut Mat<f64>, heavy: &mut Mat<f64>, seed: &mut u64) -> (Mat<f64>, bool) {
     let width = block.ncols();
     let mut factors = Mat::<f64>::zeros(width, width);
@@ -379,6 +383,7 @@ fn gram_schmidt(block: &mut Mat<f64>, heavy: &mut Mat<f64>, seed: &mut u64) -> (
     for k in 0..width {
         let dot = |a: &Mat<f64>, i: usize, b: &Mat<f64>, j: usize| a.col(i).transpose() * b.col(j);
         let before = dot(block, k, heavy, k).max(0.0).sqrt();
+        // Modified Gram–Schmidt, twice for orthogonality to rounding.
         for _ in 0..2 {
             for i in 0..k {
                 let share = dot(heavy, i, block, k);
@@ -389,6 +394,7 @@ fn gram_schmidt(block: &mut Mat<f64>, heavy: &mut Mat<f64>, seed: &mut u64) -> (
                 }
             }
         }
+        // A dependent column is replaced by a random one.
         let norm = dot(block, k, heavy, k).max(0.0).sqrt();
         if norm <= 1e-12 * before || norm.is_nan() || norm == 0.0 {
             replaced = true;
@@ -396,6 +402,7 @@ fn gram_schmidt(block: &mut Mat<f64>, heavy: &mut Mat<f64>, seed: &mut u64) -> (
             heavy.col_mut(k).fill(0.0);
             continue;
         }
+        // Normalise.
         factors[(k, k)] = norm;
         for m in [&mut *block, &mut *heavy] {
             m.col_mut(k).iter_mut().for_each(|x| *x /= norm);

@@ -1,13 +1,13 @@
-//! The lowest frequency of a free body alone, fast.
+//! Fast estimate of the lowest frequency of a free body.
 //!
-//! Lanczos iteration with one vector on (K + s M)⁻¹ M, away from the rigid motions; θ, the largest eigenvalue
-//! of its few coefficients, gives ω² = 1/θ − s from above. One factorisation, at s > 0, where the matrix is
-//! positive definite, and a dozen solves: nothing proves that a lower mode was not missed, but a start that
-//! holds none of it would have to be made for that.
+//! Lanczos iteration with one vector on (K + s M)⁻¹ M, orthogonal to the rigid motions. θ, the largest
+//! eigenvalue of its tridiagonal matrix, gives ω² = 1/θ − s from above. It needs one factorisation, at s > 0,
+//! where the matrix is positive definite, and a dozen solves. There is no proof that no lower mode exists;
+//! missing it would need a start vector without any component of it.
 //!
 //! With V the volume, L the longest extent and c_s the speed of shear waves, s = ¼ (c_s V/L³)² is below the
-//! square of the lowest frequency of plates and blocks, and by less than a slender bar's is above it too
-//! small to spoil digits.
+//! square of the lowest frequency of plates and blocks. For a slender bar it is above, by too little to lose
+//! digits.
 
 use faer::Mat;
 
@@ -18,7 +18,7 @@ use crate::fem::{ElasticConstants, ElasticSystem};
 
 /// Most steps.
 const MOST_STEPS: usize = 40;
-/// Change of ω² in two steps at which it holds still.
+/// Relative change of ω² over two steps that counts as converged.
 const STILL: f64 = 2e-3;
 
 /// The lowest frequency \[Hz\] of a free body of this material, within 0.2 % of that of its mesh.
@@ -31,11 +31,13 @@ pub fn lowest_frequency(system: &ElasticSystem, constants: &ElasticConstants) ->
     if !(shift > 0.0 && shift.is_finite()) {
         return Err(ModalError::Singular { shift });
     }
+    // Factorisation; K + s M must be positive definite.
     let structure = Elimination::new(system)?;
     let factor = factor(&structure, system, -shift)?;
     if factor.below > 0 {
         return Err(ModalError::Singular { shift: -shift });
     }
+    // Rigid motions and the random start vector.
     let rigid = system.rigid_motions();
     let mut heavy_rigid = vec![vec![0.0; size]; rigid.len()];
     rigid.iter().zip(&mut heavy_rigid).for_each(|(r, h)| system.multiply_mass(r, 1, h));
@@ -46,6 +48,7 @@ pub fn lowest_frequency(system: &ElasticSystem, constants: &ElasticConstants) ->
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
     let mut before = [f64::INFINITY; 2];
     for step in 0..MOST_STEPS.min(size - rigid.len()) {
+        // Orthogonalise, twice, against rigid motions and the basis.
         for _ in 0..2 {
             let known = rigid.iter().zip(&heavy_rigid).chain(basis.iter().zip(&heavy_basis));
             for (vector, heavy) in known {
@@ -53,6 +56,7 @@ pub fn lowest_frequency(system: &ElasticSystem, constants: &ElasticConstants) ->
                 next.iter_mut().zip(vector).for_each(|(x, v)| *x -= share * v);
             }
         }
+        // Normalise in the mass.
         system.multiply_mass(&next, 1, &mut heavy);
         let norm = dot(&next, &heavy).sqrt();
         if norm.is_nan() || norm == 0.0 {
@@ -62,12 +66,14 @@ pub fn lowest_frequency(system: &ElasticSystem, constants: &ElasticConstants) ->
         if step > 0 {
             beside.push(norm);
         }
+        // Apply the operator: one forward and back substitution.
         let mut image = Mat::from_fn(size, 1, |i, _| heavy[i]);
         factor.solve(image.as_mut());
         let image: Vec<f64> = image.col(0).iter().copied().collect();
         diagonal.push(dot(&heavy, &image));
         basis.push(std::mem::replace(&mut next, image));
         heavy_basis.push(heavy.clone());
+        // Largest Ritz value; stop once it is stationary.
         let square = 1.0 / largest(&diagonal, &beside) - shift;
         if (before[0] - square).abs() <= STILL * square {
             return Ok(frequency(square));

@@ -1,10 +1,9 @@
-//! The whole band, slice by slice.
+//! The whole band, by spectrum slicing.
 //!
 //! Shifts σ₁ < σ₂ < … lie inside the band, and every factorisation counts the modes below it. Around each
-//! shift the iteration finds all modes down to the shift before that are not known yet, and half of those up
-//! to the next; at the last shift, all up to the limit. What is known is kept out of the next iteration, so
-//! that neighbours agree on who found what without comparing frequencies, which no degenerate pair would
-//! survive.
+//! shift the iteration finds all unknown modes down to the previous shift, and half of those up to the next;
+//! at the last shift, all up to the limit. Known modes are excluded from the next iteration, so that no
+//! frequencies need comparing, which would fail for degenerate pairs.
 
 use std::f64::consts::TAU;
 
@@ -19,16 +18,16 @@ use crate::fem::elimination::Elimination;
 
 /// Modes of a slice.
 const SLICE: usize = 140;
-/// Where shifts lie in their slices, as parts of them; others where the first do not count what they find.
+/// Relative positions of shifts in their slices, with alternatives for when counts and modes disagree.
 const PLACES: [f64; 3] = [0.75, 0.72, 0.77];
-/// Modes of a larger residual are found again, together with those up to so many times the lowest ω² among
-/// them, and so often at most.
+/// Residual above which modes are recomputed, ratio of ω² of the modes recomputed together, and largest
+/// number of attempts.
 const POLISHED: f64 = 4e-7;
 const POLISHED_TOGETHER: f64 = 400.0;
 const POLISHES: usize = 4;
-/// Largest residual of what is returned.
+/// Largest residual of an accepted mode.
 const WORST_RESIDUAL: f64 = 1e-5;
-/// How far a shift moves when it meets an eigenvalue, relative.
+/// Relative displacement of a shift that meets an eigenvalue.
 const NUDGE: f64 = 1e-4;
 const NUDGES: usize = 4;
 
@@ -39,7 +38,7 @@ const NUDGES: usize = 4;
 pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalError> {
     let mut outcome = solve_at(system, max_frequency, PLACES[0]);
     for place in &PLACES[1..] {
-        // A shift that lies on a mode, but for rounding, counts it on one side and finds it on the other.
+        // A shift within rounding of a mode may count it on one side and find it on the other.
         if !matches!(outcome, Err(ModalError::Incomplete { .. })) {
             break;
         }
@@ -48,11 +47,12 @@ pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalE
     outcome
 }
 
-/// The same with shifts at some place in their slices.
+/// The same with shifts at a given position in their slices.
 fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Modes, ModalError> {
     if !(max_frequency > 0.0 && max_frequency.is_finite()) {
         return Err(ModalError::Frequency(max_frequency));
     }
+    // Factor at the upper limit: number of modes in the band.
     let rigid = system.rigid_count();
     let structure = Elimination::new(system)?;
     let limit = (TAU * max_frequency).powi(2);
@@ -62,6 +62,7 @@ fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Mo
     }
     let total = top.below - rigid;
     let mut band = Band::new(system);
+    // Empty band: find the first mode above it.
     if total == 0 {
         let first = Search {
             system,
@@ -77,10 +78,12 @@ fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Mo
     }
     let top_below = top.below;
     drop(top);
+    // Factor at the shifts, with a count at each.
     let mut shifts: Vec<(f64, Factor<'_>)> = Vec::new();
     for fraction in fractions(total, place) {
         shifts.push(factor_near(&structure, system, fraction * limit)?);
     }
+    // Lanczos iteration at each shift, for the modes between its neighbours.
     for k in 0..shifts.len() {
         let (shift, factor) = &shifts[k];
         let before = if k == 0 { (0.0, rigid) } else { (shifts[k - 1].0, shifts[k - 1].1.below) };
@@ -96,10 +99,12 @@ fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Mo
         )?;
         band.search(factor, *shift, [before.0, end], below, above)?;
     }
+    // Sturm counts of all shifts.
     let mut counts: Vec<(f64, usize)> =
         shifts.iter().map(|(shift, factor)| (frequency(*shift), factor.below - rigid)).collect();
     counts.push((frequency(limit), total));
     drop(shifts);
+    // Recompute inaccurate modes, then verify the counts.
     let residual = band.polish(&structure, limit)?;
     if residual.is_nan() || residual > WORST_RESIDUAL {
         return Err(ModalError::Inaccurate { residual });
@@ -107,13 +112,13 @@ fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Mo
     band.finish(counts, max_frequency, residual)
 }
 
-/// Where the shifts lie, as parts of the highest ω².
+/// Positions of the shifts, as fractions of the highest ω².
 fn fractions(total: usize, place: f64) -> Vec<f64> {
     let slices = total.div_ceil(SLICE);
     (0..slices).map(|k| ((k as f64 + place) / slices as f64).powi(2)).collect()
 }
 
-/// Factors near ω² = `shift`, on an eigenvalue just beside it.
+/// Factors near ω² = `shift`, displaced slightly if it is an eigenvalue.
 fn factor_near<'a>(
     structure: &'a Elimination,
     system: &ElasticSystem,
@@ -132,7 +137,7 @@ fn factor_near<'a>(
 
 struct Band<'a> {
     system: &'a ElasticSystem,
-    /// How many motions are rigid.
+    /// Number of rigid motions.
     rigid: usize,
     /// Rigid motions, then modes.
     known: Mat<f64>,
@@ -160,7 +165,7 @@ impl<'a> Band<'a> {
         below: usize,
         above: usize,
     ) -> Result<(), ModalError> {
-        // Modes far from this slice are not found again anyway.
+        // Orthogonality to modes far from this slice is implied.
         let near: Vec<usize> = (0..self.rigid)
             .chain((0..self.values.len()).filter(|k| self.values[*k] > range[0]).map(|k| k + self.rigid))
             .collect();
@@ -198,17 +203,18 @@ impl<'a> Band<'a> {
         residuals
     }
 
-    /// Finds modes anew from a shift just below them, where rounding in factors of higher shifts has spoilt
-    /// them; none beyond the ω² of `limit` [1/s²].
+    /// Recomputes modes from a shift just below them, where rounding in factors of higher shifts has degraded
+    /// them; none above the ω² of `limit` [1/s²].
     fn polish(&mut self, structure: &Elimination, limit: f64) -> Result<f64, ModalError> {
         let rigid = self.rigid;
         for _ in 0..POLISHES {
+            // Lowest inaccurate mode.
             let residuals = self.residuals();
             let bad = (0..residuals.len()).filter(|k| residuals[*k] > POLISHED);
             let Some(lowest) = bad.map(|k| self.values[k]).reduce(f64::min) else { break };
             let mut sorted = self.values.clone();
             sorted.sort_by(f64::total_cmp);
-            // The group begins and ends at gaps, so that no degenerate pair is torn.
+            // The group begins and ends at gaps, so that no degenerate pair is split.
             let mut start = sorted.partition_point(|v| *v < lowest);
             while start > 0 && sorted[start] < 1.01 * sorted[start - 1] {
                 start -= 1;
@@ -218,6 +224,7 @@ impl<'a> Band<'a> {
             let high = ends.map_or(limit, |k| 0.5 * (sorted[k - 1] + sorted[k]));
             let below = if start == 0 { 0.0 } else { sorted[start - 1] };
             let low = 0.5 * (below + sorted[start]);
+            // Factor just below the group, and check the count.
             let (shift, factor) = factor_near(structure, self.system, low)?;
             if factor.below != self.rigid + start {
                 return Err(ModalError::Incomplete {
@@ -226,6 +233,7 @@ impl<'a> Band<'a> {
                     frequency: frequency(shift),
                 });
             }
+            // Drop the modes of the group.
             let keep: Vec<usize> =
                 (0..self.values.len()).filter(|k| self.values[*k] < low || self.values[*k] > high).collect();
             let again = self.values.len() - keep.len();
@@ -233,14 +241,14 @@ impl<'a> Band<'a> {
             let columns = keep.len() + rigid;
             self.known = Mat::from_fn(self.known.nrows(), columns, |i, k| self.known[(i, kept(k))]);
             self.values = keep.iter().map(|k| self.values[*k]).collect();
-            // Not from the mode below on, which is kept: rounding may lift it over such a border, and it came
-            // twice.
+            // Search from the shift, not from the kept mode below: rounding could lift that mode into the
+            // range, and it would occur twice.
             self.search(&factor, shift, [shift, high], 0, again)?;
         }
         Ok(self.residuals().into_iter().fold(0.0, f64::max))
     }
 
-    /// Checks the counts and puts the modes in order.
+    /// Verifies the counts and sorts the modes.
     fn finish(
         self,
         counts: Vec<(f64, usize)>,
@@ -275,7 +283,7 @@ mod tests {
     use crate::mesh::tetrahedra::block::block;
     use crate::modal_analysis::eigensolver::random;
 
-    /// A window had 100 modes where 99 were counted: modes found anew brought the one below them along.
+    /// A window had 100 modes where 99 were counted: the recomputed group included the mode below it.
     #[test]
     fn modes_found_anew_are_found_once() {
         let mesh = block(DVec3::new(0.6, 0.8, 0.01), [5, 6, 1]).expect("a box");

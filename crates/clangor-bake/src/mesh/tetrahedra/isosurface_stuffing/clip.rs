@@ -1,15 +1,15 @@
-//! The part of a tetrahedron that lies on the inner side of a surface, divided into tetrahedra.
+//! The part of a tetrahedron on the inner side of a surface, divided into tetrahedra.
 //!
-//! The part is a convex body with triangles and quadrangles for faces. A quadrangle on a face of the
-//! tetrahedron is seen from both sides, so its diagonal must not depend on the side: it is the shorter one.
-//! If all quadrangles that do not hold a certain corner leave the rest to be seen from it, the body is a fan
-//! from that corner; else from a new point in its middle.
+//! The part is a convex polyhedron with triangular and quadrangular faces. A quadrangle on a face of the
+//! tetrahedron belongs to two neighbours, so its diagonal must be the same for both: the shorter one. The
+//! polyhedron is a fan from one of its corners if that gives no flat piece, otherwise from a new point in its
+//! middle.
 
 use glam::DVec3;
 
 use crate::mesh::tetrahedra::FACES;
 
-/// Points and tetrahedra.
+/// Points and tetrahedra of the clipped grid.
 pub(super) struct Clipped {
     pub(super) points: Vec<DVec3>,
     pub(super) tetrahedra: Vec<[u32; 4]>,
@@ -32,7 +32,7 @@ impl Clipped {
         Clipped { points, tetrahedra }
     }
 
-    /// Leaves out tetrahedra whose smallest height is less than `height` \[m\].
+    /// Drops tetrahedra whose smallest height is less than `height` \[m\].
     pub(super) fn drop_flatter_than(&mut self, height: f64) {
         let points = &self.points;
         self.tetrahedra.retain(|t| {
@@ -57,7 +57,7 @@ impl Clipped {
             [a, b, c] => vec![[a, b, c]],
             [a, b, c, d] => {
                 let (ac, bd) = (self.distance(a, c), self.distance(b, d));
-                // Equal lengths, up to rounding: the diagonal of the smallest number.
+                // Equal lengths up to rounding: the diagonal with the smallest number.
                 let even = (ac - bd).abs() <= 1e-9 * (ac + bd);
                 let first = if even { a.min(c) < b.min(d) } else { ac < bd };
                 if first { vec![[a, b, c], [a, c, d]] } else { vec![[b, c, d], [b, d, a]] }
@@ -67,7 +67,7 @@ impl Clipped {
     }
 }
 
-/// Adds the part of a tetrahedron where `depth` is positive; `cut` numbers the point on the edge from an
+/// Adds the part of a tetrahedron where `depth` is positive. `cut` returns the point on the edge from an
 /// inner to an outer corner.
 pub(super) fn inner_part(
     clipped: &mut Clipped,
@@ -83,8 +83,9 @@ pub(super) fn inner_part(
         return;
     }
     let mut triangles: Vec<[u32; 3]> = Vec::new();
-    // Pairs of points of the section, one on each face that it crosses.
+    // Segments of the section with the surface, one on each face that it crosses.
     let mut section: Vec<[u32; 2]> = Vec::new();
+    // Clip each face to its inner polygon.
     for face in FACES {
         let mut polygon: Vec<u32> = Vec::new();
         let mut on_surface: Vec<u32> = Vec::new();
@@ -110,6 +111,7 @@ pub(super) fn inner_part(
             section.push([a.min(b), a.max(b)]);
         }
     }
+    // Close the polyhedron with the section, and divide it.
     section.sort_unstable();
     section.dedup();
     if let Some(ring) = ring_of(&section) {
@@ -142,8 +144,8 @@ fn fan(clipped: &mut Clipped, triangles: &[[u32; 3]]) {
         let [a, b, c] = [a, b, c].map(|n| clipped.points[n as usize] - apex);
         a.dot(b.cross(c)).abs()
     };
-    // The corner from which the flattest piece is thickest. Triangles that lie in one plane with it are no
-    // pieces, and a corner that has such is no apex unless they hold it.
+    // Apex whose flattest tetrahedron is thickest. Triangles coplanar with a corner give no volume, and
+    // exclude it as apex unless they contain it.
     let best = corners
         .iter()
         .map(|apex| {
@@ -153,6 +155,7 @@ fn fan(clipped: &mut Clipped, triangles: &[[u32; 3]]) {
         })
         .fold((0.0, u32::MAX), |best, next| if next.0 > best.0 { next } else { best });
     let size = triangles.iter().map(|[a, b, _]| clipped.distance(*a, *b)).fold(0.0, f64::max).powf(1.5);
+    // If no corner serves, a new point in the middle.
     let apex = if best.0 > 1e-6 * size {
         best.1
     } else {

@@ -1,5 +1,5 @@
-//! Reproduces tables and figures of the papers, each by a program of its own in `src/bin`; here is what
-//! several of them share.
+//! Reproduces tables and figures of the papers, each by a separate program in `src/bin`; this library holds
+//! their shared code.
 //!
 //! Run one by `cargo run --release -p clangor-validation --bin NAME`:
 //!

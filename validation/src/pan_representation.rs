@@ -1,4 +1,4 @@
-//! Errors of the published representation of acceleration noise against the field that it was fitted to.
+//! Errors of the published representation of acceleration noise relative to the fitted field.
 
 pub mod errors;
 pub mod solved_field;

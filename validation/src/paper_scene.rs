@@ -1,7 +1,7 @@
 //! Bodies and random impulses between them: timelines as dense as those of the papers' scenes.
 //!
-//! An impulse is one row between two bodies that touch at a point, with random places above a table, random
-//! turns and 0.1 to 2 m/s of approach. Both bodies sound if both are free.
+//! An impulse is one row between two bodies that touch at a point, at random places above a table, with
+//! random orientations and approach speeds of 0.1 to 2 m/s. Both bodies sound if both are free.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -37,7 +37,7 @@ pub struct Group {
     pub material: &'static str,
     /// Number of bodies.
     pub count: usize,
-    /// Which sound model they get.
+    /// Sound model of the bodies.
     pub rule: AccelerationRule,
 }
 
@@ -77,7 +77,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// With as many bodies as the groups say, and a table if `table`.
+    /// With the bodies of all groups, and a table if `table`.
     pub fn new(groups: &[Group], table: bool) -> Self {
         let mut stage = Stage { bodies: Vec::new(), rules: Vec::new() };
         for group in groups {
@@ -126,7 +126,7 @@ impl Stage {
         self.rules.push(rule);
     }
 
-    /// Fields for a band [Hz], from the cache or baked; prints what was baked and what is amiss.
+    /// Fields for a band [Hz], from the cache or baked; prints the bakes and their warnings.
     pub fn models(
         &self,
         frequency: f64,
@@ -150,12 +150,13 @@ impl Stage {
         found.bodies
     }
 
-    /// As many impulses as asked for, evenly over `seconds`. With a table, every other body is the table.
+    /// `impulses` impulses, evenly over `seconds`. With a table, every second body is the table.
     pub fn timeline(&self, impulses: usize, seconds: f64) -> Timeline {
         let mut uniform = Uniform(11);
         let mut timeline = Timeline::default();
         let table = self.bodies.iter().position(|b| b.motion == Motion::Fixed);
         let free = self.bodies.len() - usize::from(table.is_some());
+        // Random pair, point, normal and speed.
         for i in 0..impulses {
             let time = seconds * (i as f64 + 0.5) / impulses as f64;
             let a = (uniform.sample() * free as f64) as usize;
@@ -167,6 +168,7 @@ impl Stage {
             let normal = uniform.direction();
             let speed = 0.1 + 1.9 * uniform.sample();
             let mut mass = f64::INFINITY;
+            // Poses of the free bodies, then the contact.
             for (body, side) in [(a, 1.0), (b, -1.0)] {
                 if Some(body) == table {
                     continue;
@@ -234,15 +236,15 @@ impl Stage {
     }
 }
 
-/// What a rendering cost.
+/// Cost of a rendering.
 pub struct Rendered {
     /// CPU time of all threads from the timeline to the file \[s\].
     pub seconds: f64,
-    /// Clicks: bodies that sounded, over all impulses.
+    /// Number of clicks: sounding bodies over all impulses.
     pub clicks: u64,
 }
 
-/// Where fields are kept between runs of the programs.
+/// Cache folder shared by runs of the programs.
 pub fn cache() -> ModelCache {
     ModelCache::new(std::env::temp_dir().join("clangor-paper-scenes"))
 }

@@ -1,4 +1,4 @@
-//! Offline numerics: the sound models of a body of any shape, from its acceleration and from its modes.
+//! Offline numerics: the sound models of a body of any shape, from its rigid acceleration and from its modes.
 //!
 //! ```text
 //! acceleration: shape ─► RadiationSolver ─► multipoles at some k ─► rational fit ─► AccelerationField
@@ -18,7 +18,7 @@
 //! | [`stress`] | quasi-static stress under contact forces, for fracture |
 //! | [`reference`](mod@reference) | the representations that \[PAN\] and \[PROXY\] published |
 //!
-//! Everything here may be slow, threaded and heavy. The results are the types of
+//! Computations here may be slow, multithreaded and memory-intensive. The results are the types of
 //! `clangor_core::sound_model`, which the runtime library evaluates.
 
 pub mod acceleration;

@@ -1,7 +1,7 @@
-//! What solvers of ringing answer: the field of each mode of one body at the mode's own frequency.
+//! Interface of the modal radiation solvers: the field of each mode of one body at the mode's own frequency.
 //!
 //! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ U(x)·n on the surface, outgoing, e^{+iωt}: the
-//! pressure of a modal acceleration q̈ = 1, k = ω/c. What comes of it is the transfer of
+//! pressure of a modal acceleration q̈ = 1, k = ω/c. The result is the transfer of
 //! `clangor_core::sound_model::modal::model`.
 
 pub mod axisymmetric;
@@ -23,7 +23,7 @@ use glam::DVec3;
 use crate::bem::triangles::MOST_ORDER;
 use crate::radiation::RadiationError;
 
-/// A mode to be radiated.
+/// A mode to radiate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModalMotion<'a> {
     /// k = ω/c [1/m].
@@ -34,8 +34,8 @@ pub struct ModalMotion<'a> {
 
 /// A solver of the modes of one body, in the frame with the centre of mass at the origin.
 pub trait ModalSolver {
-    /// The transfers of the modes, in the same order, for multipoles about the origin that are made 1 on the
-    /// sphere of `ModalSurface::radius`. `progress` receives the number of completed modes.
+    /// The transfers of the modes, in the same order, as multipoles about the origin that are normalised on
+    /// the sphere of `ModalSurface::radius`. `progress` receives the number of completed modes.
     ///
     /// # Errors
     /// [`RadiationError`].
@@ -47,8 +47,8 @@ pub trait ModalSolver {
     ) -> Result<Vec<ModalTransfer>, RadiationError>;
 }
 
-/// Whether every mode moves every node of a surface that has faces, and needs no more multipoles than are
-/// computed.
+/// Checks that the surface has faces, that every mode has a motion for every node, and that the multipole
+/// order is supported.
 fn check(surface: &ModalSurface, motions: &[ModalMotion<'_>]) -> Result<(), RadiationError> {
     let nodes = surface.nodes.len();
     let orders = |motion: &ModalMotion<'_>| (motion.wavenumber * surface.radius() + 4.0).ceil() as usize;

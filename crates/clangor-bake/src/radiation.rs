@@ -1,16 +1,16 @@
-//! What every radiation solver answers: the field of six rigid motions at given wavenumbers.
+//! Interface of the radiation solvers: the field of six rigid motions at given wavenumbers.
 //!
 //! The exterior Neumann problem Δp + k²p = 0, ∂p/∂n = −ρ a_n on the surface, outgoing, with ρ = 1 and a_n =
 //! g_i(x): e_i·n for a unit acceleration along an axis, (e_i × x)·n for a unit angular acceleration about an
 //! axis through the centre of mass, which is the origin. Time dependence e^{+iωt}, so that a wavenumber with
-//! negative imaginary part belongs to a motion that grows, and keeps resonances away.
+//! negative imaginary part belongs to a growing motion, away from the resonances.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
 
-/// Why a field cannot be computed.
+/// Reasons why a field cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RadiationError {
     /// More unknowns than a dense solution can hold.
@@ -21,21 +21,21 @@ pub enum RadiationError {
     TooLarge {
         /// Unknowns needed.
         unknowns: usize,
-        /// Most that are solved.
+        /// Largest number supported.
         most: usize,
         /// Wavenumber k [1/m].
         wavenumber: f64,
     },
-    /// Points inside the body that do not come to rest.
+    /// Residual pressure at points inside the body.
     #[error("the solution at {wavenumber:.4e} 1/m cannot be told from a resonance of the body's inside")]
     Resonance {
         /// Wavenumber k [1/m].
         wavenumber: f64,
     },
-    /// Nothing that could move.
+    /// A surface without faces.
     #[error("the surface has no triangles")]
     Empty,
-    /// A solver for another body than the one whose modes it is given.
+    /// The solver belongs to another body than the modes.
     #[error("a body of {radius:.4} m is {distance:.4} m from the surface whose modes it is to radiate")]
     OffSurface {
         /// Largest distance between the two surfaces \[m\].
@@ -43,7 +43,7 @@ pub enum RadiationError {
         /// Bounding radius \[m\].
         radius: f64,
     },
-    /// A mode that does not say how every node moves.
+    /// A mode without a motion for every node.
     #[error("a mode moves {given} nodes of a surface that has {nodes}")]
     Shape {
         /// Nodes of the mode.
@@ -51,7 +51,7 @@ pub enum RadiationError {
         /// Nodes of the surface.
         nodes: usize,
     },
-    /// More multipoles than are computed.
+    /// More multipoles than supported.
     #[error(
         "a mode at {wavenumber:.4e} 1/m needs multipoles to order {order}, more than the {most} that are \
          computed"
@@ -88,12 +88,12 @@ pub struct RadiationSample {
     pub surface_pressure: Vec<[Complex64; RIGID_DOFS]>,
 }
 
-/// A solver of the six motions of one body, in the frame with the centre of mass at the origin.
+/// A solver of the six rigid motions of one body, in the frame with the centre of mass at the origin.
 pub trait RadiationSolver: Sync {
     /// The six fields at each wavenumber [1/m], in the same order; `order` is the highest n of the
     /// coefficients.
     ///
-    /// A solver may move a wavenumber off the real axis, and says so in the sample.
+    /// A solver may shift a wavenumber off the real axis, and records that in the sample.
     ///
     /// # Errors
     /// [`RadiationError`].
@@ -102,8 +102,7 @@ pub trait RadiationSolver: Sync {
     /// Bounding radius R \[m\] about the centre of mass: the radius of the coefficients.
     fn reference_radius(&self) -> f64;
 
-    /// Where surface pressures are given, if they are: the boundary integral over this mesh is the near
-    /// field.
+    /// Mesh of the surface pressures, if any. The boundary integral over it gives the near field.
     fn surface(&self) -> Option<&TriMesh>;
 }
 

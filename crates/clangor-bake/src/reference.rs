@@ -1,10 +1,11 @@
-//! From a field at given wavenumbers to the published representation: pulses along directions, fitted in 1/r.
+//! Fit of the published representation to a field at given wavenumbers: pulses along directions, expanded in
+//! 1/r.
 //!
-//! Along each direction the pressure of the pulse ψ(t; h) is taken at M radii R_1 … R_M from 2 R to 4 R in
-//! equal ratios, by Fourier synthesis of the spectrum of the field times that of the pulse; the papers take
-//! it from a finite-difference simulation. Then the signals q_k are fitted in one of two ways ([`Fit`]): all
-//! samples at once by a truncated singular value decomposition (\[PAN\] eq. (25)), or one wavelet coefficient
-//! at a time (\[PROXY\] eq. (14)).
+//! Along each direction the pressure of the pulse ψ(t; h) is evaluated at M radii R_1 … R_M from 2 R to 4 R
+//! in equal ratios, by Fourier synthesis of the spectrum of the field times that of the pulse; the papers use
+//! a finite-difference simulation. Then the signals q_k are fitted in one of two ways ([`Fit`]): all samples
+//! at once by a truncated singular value decomposition (\[PAN\] eq. (25)), or one wavelet coefficient at a
+//! time (\[PROXY\] eq. (14)).
 //!
 //! Units as in [`clangor_core::reference::pan_representation`]: lengths in R, times in R/c, pressures in ρR.
 
@@ -25,28 +26,28 @@ pub use self::of_model::{PanForm, PanModelError, pan_model};
 pub use self::sampling::{FieldSampler, half_sine_spectrum, synthesize};
 use self::series_fit::{CirculantFit, pseudo_inverse};
 
-/// How the signals q_k are found.
+/// Method of the fit for the signals q_k.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fit {
     /// \[PAN\] eq. (25): least squares over all samples of all radii, singular values below `truncation` of
     /// the largest left out.
     ///
-    /// Differs: the paper does not print its truncation; and here time is periodic, so that the Fourier
-    /// transform takes the system apart into one of M equations for each frequency, whose singular values
-    /// together are those of the whole.
+    /// Differs: the paper does not give its truncation. Time is periodic here, so that the Fourier transform
+    /// decouples the system into one of M equations for each frequency, whose singular values together are
+    /// those of the whole.
     TruncatedSvd {
         /// Smallest singular value over the largest.
         truncation: f64,
     },
-    /// \[PROXY\] eq. (14): least squares for each wavelet coefficient. Kept are the places where at some
-    /// radius the coefficient is at least `tolerance` ε of the largest at that radius.
+    /// \[PROXY\] eq. (14): least squares for each wavelet coefficient. A coefficient is kept if at some
+    /// radius it is at least `tolerance` ε of the largest at that radius.
     Wavelets {
         /// ε.
         tolerance: f64,
     },
 }
 
-/// What to store.
+/// Settings of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PanOptions {
     /// h [R/c].
@@ -59,9 +60,9 @@ pub struct PanOptions {
     pub terms: usize,
     /// M: radii, at least `terms` and two.
     pub radii: usize,
-    /// Where.
+    /// Directions.
     pub directions: Directions,
-    /// How.
+    /// Method.
     pub fit: Fit,
 }
 
@@ -71,8 +72,8 @@ pub fn fit_radii(count: usize) -> Vec<f64> {
 }
 
 impl PanOptions {
-    /// t − r/c of the first sample [R/c]: the wave leaves the body up to R/c before one from the centre
-    /// would, the pulse begins 2h before its middle, and the wavelets at the beginning are given room.
+    /// t − r/c of the first sample [R/c]: the wave leaves the body up to R/c before one from the centre, the
+    /// pulse begins 2h before its middle, and a margin remains for the wavelets at the beginning.
     pub fn start(&self) -> f64 {
         -1.0 - 2.0 * self.pulse - 16.0 * self.step
     }
@@ -83,18 +84,18 @@ impl PanOptions {
     }
 }
 
-/// Why there is no published field.
+/// Reasons why the published fit fails.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PanFitError {
-    /// Options that make no sense.
+    /// Invalid option.
     #[error("{what} is {value}")]
     BadOption {
-        /// Which.
+        /// Name of the option.
         what: &'static str,
         /// Its value.
         value: f64,
     },
-    /// A singular value decomposition that failed.
+    /// The singular value decomposition failed.
     #[error("the singular values of the fit do not converge")]
     SingularValues,
 }
@@ -102,10 +103,10 @@ pub enum PanFitError {
 /// Fits the published representation at the [`fit_radii`].
 ///
 /// `spectra` is the field: p e^{iκ|x|}/(ρR) of z = e_1 … e_6 at x, at the [`PanOptions::wavenumbers`]; zero
-/// where it is not known.
+/// where unknown.
 ///
 /// # Errors
-/// Options that make no sense.
+/// [`PanFitError`] for invalid options.
 pub fn fit(
     options: &PanOptions,
     spectra: &(dyn Fn(DVec3) -> [Vec<Complex64>; RIGID_DOFS] + Sync),
@@ -113,11 +114,10 @@ pub fn fit(
     fit_at(options, &fit_radii(options.radii), spectra)
 }
 
-/// The same at other radii \[R\], of which \[PROXY\] prints nothing but their number; one that is named twice
-/// counts twice.
+/// The same at other radii \[R\]; \[PROXY\] gives only their number. A repeated radius has double weight.
 ///
 /// # Errors
-/// Options that make no sense, radii that are not as many as the options say, or below 1.
+/// [`PanFitError`] for invalid options, a different number of radii than in the options, or a radius below 1.
 pub fn fit_at(
     options: &PanOptions,
     radii: &[f64],
@@ -134,6 +134,7 @@ pub fn fit_at(
     let start = options.start();
     let pulse = sampling::pulse_spectrum(options);
     let signals = match options.fit {
+        // Wavelets: transform the signals at the radii, then one least-squares fit per coefficient.
         Fit::Wavelets { tolerance } => {
             let inverse = pseudo_inverse(radii, options.terms)?;
             let pairs: Vec<Vec<(u16, Vec<f32>)>> = vectors
@@ -159,6 +160,7 @@ pub fn fit_at(
             Signals::Wavelets(packed(&pairs))
         }
         Fit::TruncatedSvd { truncation } => {
+            // Truncated SVD: one system per frequency, for all samples.
             let system = CirculantFit::new(options, radii, truncation)?;
             let samples: Vec<Vec<f32>> = vectors
                 .par_iter()
@@ -234,11 +236,11 @@ fn shell_spectra(
     radii.iter().map(|r| spectra(direction * *r)).collect()
 }
 
-/// Places that are kept, with their N values.
+/// Indices of the kept coefficients, with their N values.
 fn compressed(shells: &[Vec<f64>], inverse: &[Vec<f64>], tolerance: f64) -> Vec<(u16, Vec<f32>)> {
     let least: Vec<f64> =
         shells.iter().map(|c| tolerance * c.iter().fold(0.0, |m: f64, x| m.max(x.abs()))).collect();
-    // A body that radiates nothing in this degree of freedom has nothing to store.
+    // A degree of freedom that radiates nothing stores nothing.
     let silent = least.iter().all(|l| *l <= f64::MIN_POSITIVE) && tolerance > 0.0;
     (0..if silent { 0 } else { shells[0].len() })
         .filter(|&j| shells.iter().zip(&least).any(|(c, least)| c[j].abs() >= *least))

@@ -1,4 +1,4 @@
-//! Soundbanks of ellipsoids, computed from nothing: their acceleration noise and their modes.
+//! Soundbanks of ellipsoids, baked from first principles: acceleration noise and modes.
 
 pub mod acceleration;
 pub mod modal;

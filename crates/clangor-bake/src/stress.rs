@@ -1,19 +1,19 @@
-//! Quasistatic stress of a free body under contact loads, many times over.
+//! Quasistatic stress of a free body under many contact loads.
 //!
 //! ```text
 //! K u = f − r,    σ = C ε(u),    E_S = ½ uᵀ (f − r)
 //! ```
 //!
-//! The reaction r holds the body in balance: by default the inertia of its rigid acceleration (see
-//! `balance`). K is factored once (see `anchored_factor`); a load then costs a forward and a backward
-//! substitution, or, where the body was loaded there before, sums over stored columns (see `unit_loads`).
-//! Contact forces are spread over a patch (see `contact_tractions`).
+//! The reaction r balances the load: by default the inertia of the rigid acceleration (see `balance`). K is
+//! factorised once (see `anchored_factor`). A load then costs a forward and a back substitution or, at places
+//! loaded before, sums over stored columns (see `unit_loads`). Contact forces are distributed over a patch
+//! (see `contact_tractions`).
 //!
-//! It is what a body would carry if the forces rose slowly: no waves run through it. That holds where
-//! contacts last longer than waves take through the body.
+//! This is the stress under slowly rising forces, without elastic waves. It holds where contacts last longer
+//! than waves take through the body.
 //!
-//! Source: \[FRAC\] §3.1, App. B, C. Differs: inertia instead of a reaction spread equally over the nodes;
-//! quadratic elements, of which the stress is linear; recovered stress at the corners.
+//! Source: \[FRAC\] §3.1, App. B, C. Differs: inertia instead of a reaction distributed equally over the
+//! nodes; quadratic elements, whose stress is linear; recovered stress at the corners.
 
 mod anchored_factor;
 mod balance;
@@ -37,20 +37,20 @@ use recovery::Recovery;
 pub use symmetric_tensor::SymmetricTensor;
 use unit_loads::UnitLoads;
 
-/// Middles of edges farther from the middle than this part of their length are curved.
+/// Relative distance of a midpoint from the middle of its edge above which the edge is curved.
 const STRAIGHT: f64 = 1e-6;
-/// Columns that are solved for together: more cost less each, but take more memory.
+/// Columns solved together: more cost less each, but take more memory.
 const COLUMNS_TOGETHER: usize = 12;
 
-/// How stress is computed.
+/// Settings of the stress computation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StressOptions {
-    /// What balances a load.
+    /// Reaction that balances a load.
     pub reaction: Reaction,
-    /// Radius over which a contact force is spread \[m\], no less than an edge of the mesh; `None` for 1 % of
-    /// the longest extent of the body.
+    /// Radius over which a contact force is distributed \[m\], at least an edge of the mesh; `None` for 1 %
+    /// of the longest extent of the body.
     pub contact_radius: Option<f64>,
-    /// Room for stored columns \[bytes\].
+    /// Memory limit of stored columns \[bytes\].
     pub cache_bytes: usize,
 }
 
@@ -63,28 +63,28 @@ impl Default for StressOptions {
 /// A contact force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointLoad {
-    /// Where, in the frame of the mesh \[m\]; the nearest point of the surface counts.
+    /// Position in the frame of the mesh \[m\], projected onto the surface.
     pub point: DVec3,
     /// Force on the body \[N\].
     pub force: DVec3,
 }
 
-/// Why there is no stress.
+/// Reasons why stress cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ElastostaticsError {
     /// No elements.
     #[error("the mesh has no elements")]
     Empty,
-    /// An edge is not straight.
+    /// A curved edge.
     #[error("element {element} has a curved edge; the stress of a body needs straight ones")]
     Curved {
         /// The element.
         element: usize,
     },
-    /// More bodies than one.
+    /// More than one connected body.
     #[error("the mesh falls into {0} parts that do not hang together")]
     LooseParts(usize),
-    /// The stiffness has more motions without force than six, or elements are too distorted.
+    /// The stiffness has more than six zero-energy motions, or elements are too distorted.
     #[error(
         "the stiffness cannot be inverted (relative error {error:.1e}): parts hang together by a point or \
          an edge only, or elements are too distorted"
@@ -93,21 +93,21 @@ pub enum ElastostaticsError {
         /// Relative error of the displacement under a known load.
         error: f64,
     },
-    /// The radius of contacts makes no sense.
+    /// Invalid contact radius.
     #[error("the contact radius is {0} m, but must not be negative")]
     ContactRadius(f64),
     /// A load or displacement is not finite.
     #[error("load or displacement {index} is not finite")]
     Load {
-        /// Which.
+        /// Name of the quantity.
         index: usize,
     },
     /// Forces or displacements do not fit the mesh.
     #[error("there are {forces} vectors for {nodes} nodes")]
     ForceCount {
-        /// How many are given.
+        /// Number given.
         forces: usize,
-        /// Nodes there are.
+        /// Number of nodes.
         nodes: usize,
     },
     /// No memory for the factor.
@@ -124,7 +124,7 @@ impl From<OutOfMemory> for ElastostaticsError {
     }
 }
 
-/// How a load deforms a body. Corners are the first nodes of the mesh.
+/// Deformation of a body under a load. Corners are the first nodes of the mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deformation {
     /// Displacement of each node, without rigid motion \[m\].
@@ -144,16 +144,16 @@ pub struct Deformation {
 /// The largest principal stress of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tension {
-    /// The stress; negative if the whole body is pressed from all sides \[Pa\].
+    /// The stress; negative if the whole body is in compression \[Pa\].
     pub stress: f64,
-    /// At which corner of the mesh.
+    /// Corner of the mesh.
     pub corner: usize,
-    /// Unit vector along it; a crack opens across.
+    /// Unit vector along it; a crack opens perpendicular to it.
     pub direction: DVec3,
 }
 
 impl Deformation {
-    /// Where the body is pulled most.
+    /// Position and value of the largest tension.
     pub fn maximum_tension(&self) -> Tension {
         let stresses = self.corner_stress.iter().map(|s| s.largest()).enumerate();
         let (corner, _) =
@@ -162,7 +162,7 @@ impl Deformation {
         Tension { stress, corner, direction }
     }
 
-    /// The same under forces that are `factor` times as large.
+    /// The same under forces scaled by `factor`.
     pub fn scaled(mut self, factor: f64) -> Self {
         self.displacement.iter_mut().for_each(|u| *u *= factor);
         let stresses = self.corner_stress.iter_mut().chain(&mut self.element_stress);
@@ -194,6 +194,7 @@ impl StressBody {
         constants: &ElasticConstants,
         options: &StressOptions,
     ) -> Result<Self, ElastostaticsError> {
+        // Validate the mesh: straight elements, one connected body.
         if mesh.elements.is_empty() {
             return Err(ElastostaticsError::Empty);
         }
@@ -204,6 +205,7 @@ impl StressBody {
         if parts != 1 {
             return Err(ElastostaticsError::LooseParts(parts));
         }
+        // Contact radius, by default a fraction of the extent.
         let (low, high) = mesh
             .nodes
             .iter()
@@ -212,6 +214,7 @@ impl StressBody {
         if !(radius >= 0.0 && radius.is_finite()) {
             return Err(ElastostaticsError::ContactRadius(radius));
         }
+        // Assembly, balance, factorisation, and the operators of loads and recovery.
         let system = ElasticSystem::new(&mesh, constants);
         let balance = Balance::new(&system, options.reaction);
         let factor = AnchoredFactor::new(&system, &balance)?;
@@ -252,7 +255,7 @@ impl StressBody {
         Ok(forces)
     }
 
-    /// How contact forces, all at once, deform the body.
+    /// Deformation under simultaneous contact forces.
     ///
     /// # Errors
     /// [`ElastostaticsError::Load`].
@@ -260,7 +263,7 @@ impl StressBody {
         self.solve_forces(self.contact_forces(loads)?)
     }
 
-    /// How forces on the nodes \[N\] deform the body.
+    /// Deformation under forces on the nodes \[N\].
     ///
     /// # Errors
     /// [`ElastostaticsError::ForceCount`], [`ElastostaticsError::Load`].
@@ -285,7 +288,7 @@ impl StressBody {
         Ok(self.recovery.deformation(&self.mesh, displacement))
     }
 
-    /// Whether there is one finite vector for each node.
+    /// Checks that there is one finite vector for each node.
     fn check(&self, vectors: &[DVec3]) -> Result<(), ElastostaticsError> {
         let nodes = self.mesh.nodes.len();
         if vectors.len() != nodes {
@@ -297,8 +300,8 @@ impl StressBody {
         }
     }
 
-    /// An upper bound of the largest principal stress under contact forces \[Pa\], without a solve; `None`
-    /// where the body was not loaded before.
+    /// An upper bound of the largest principal stress under contact forces \[Pa\], without a solve; `None` at
+    /// places that were not loaded before.
     ///
     /// # Errors
     /// [`ElastostaticsError::Load`].
@@ -306,8 +309,8 @@ impl StressBody {
         Ok(self.unit_loads.bound(&self.vertex_forces(loads)?))
     }
 
-    /// Where contact forces pull the body most, from stored columns; those that are missing are solved for
-    /// and stored.
+    /// Largest principal stress under contact forces, from stored columns. Missing columns are solved and
+    /// stored.
     ///
     /// # Errors
     /// [`ElastostaticsError::Load`].
@@ -325,8 +328,8 @@ impl StressBody {
         Ok(Tension { stress, corner, direction })
     }
 
-    /// Where contact forces pull the body most, if anywhere as much as `strength` \[Pa\]; mostly without a
-    /// solve.
+    /// Largest principal stress under contact forces if it reaches `strength` \[Pa\], otherwise `None`;
+    /// mostly without a solve.
     ///
     /// # Errors
     /// [`ElastostaticsError::Load`].

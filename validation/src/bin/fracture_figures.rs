@@ -1,5 +1,5 @@
-//! \[FRAC\] Figs. 4 and 5 for a tile of 12 × 12 × 0.6 cm that hits stone at 4 m/s, with ten patterns of
-//! cracks each.
+//! \[FRAC\] Figs. 4 and 5 for a tile of 12 × 12 × 0.6 cm that hits stone at 4 m/s, with ten crack patterns
+//! each.
 //!
 //! `cargo run --release -p clangor-validation --bin fracture_figures -- toughness FILE.svg|FILE.png`
 //! draws number, mass and pitch of the fragments against the toughness, `-- onset FILE.svg|FILE.png` the
@@ -37,7 +37,7 @@ struct Panel {
 }
 
 impl Panel {
-    /// The place of a point, whose coordinates are logarithms where the axes are.
+    /// Position of a point in the picture; coordinates are logarithms on logarithmic axes.
     fn place(&self, x: f64, y: f64) -> DVec2 {
         let part = |v: f64, [low, high]: [f64; 2]| (v - low) / (high - low);
         self.corner + self.extent * DVec2::new(part(x, self.across), 1.0 - part(y, self.up))
@@ -74,6 +74,7 @@ fn pieces(toughness: f64, seed: u64) -> [f64; 3] {
 }
 
 fn toughness(canvas: &mut dyn Canvas) {
+    // Simulate all patterns.
     let found: Vec<Vec<[f64; 3]>> =
         TOUGHNESSES.iter().map(|g| (0..SEEDS).map(|seed| pieces(*g, seed)).collect()).collect();
     let title =
@@ -82,6 +83,7 @@ fn toughness(canvas: &mut dyn Canvas) {
     println!("{:>10} {:>8} {:>12} {:>12}", "G_c [J/m²]", "pieces", "mass [g]", "pitch [kHz]");
     let panels = [("pieces", 1.0), ("median mass [g]", 1e3), ("median lowest frequency [kHz]", 1e-3)];
     let mut medians = vec![[0.0; 3]; TOUGHNESSES.len()];
+    // One panel per quantity: frame, ticks, points and medians.
     for (k, (name, unit)) in panels.into_iter().enumerate() {
         let values: Vec<Vec<f64>> = found.iter().map(|of| of.iter().map(|v| unit * v[k]).collect()).collect();
         let all = || values.iter().flatten().copied();
@@ -117,10 +119,10 @@ fn toughness(canvas: &mut dyn Canvas) {
     }
 }
 
-/// Clicks, ringing, and both.
+/// Acceleration noise, modal sound, and both.
 const PARTS: [(bool, bool); 3] = [(true, false), (false, true), (true, true)];
 
-/// The levels of a sound in steps from its first sound on \[dB re 20 µPa\].
+/// The levels of a sound in steps from its onset \[dB re 20 µPa\].
 fn envelope(samples: &[f64]) -> Vec<f64> {
     let step = (1e-3 * STEP * 48_000.0) as usize;
     let rest = &samples[onset_sample(samples)..];
@@ -131,6 +133,7 @@ fn envelope(samples: &[f64]) -> Vec<f64> {
 fn onset(canvas: &mut dyn Canvas) {
     let mut rises = vec![Vec::new(); PARTS.len()];
     let mut envelopes = [Vec::new(), Vec::new()];
+    // Simulate each pattern with and without crack impulses; onset energies and envelopes.
     for seed in 0..SEEDS {
         let mut energies = [[0.0; 2]; 3];
         for (which, crack_impulses) in [false, true].into_iter().enumerate() {
@@ -151,6 +154,7 @@ fn onset(canvas: &mut dyn Canvas) {
     let title = "A breaking tile with (red) and without (blue) the impulses of its cracks";
     canvas.text(DVec2::new(0.5 * WIDTH as f64, 24.0), Align::Middle, TextStyle::Title, title);
     let end = 1e3 * DURATION - 20.0;
+    // Left panel: envelopes and their medians.
     let left = Panel {
         corner: DVec2::new(70.0, 80.0),
         extent: DVec2::new(700.0, 300.0),
@@ -172,6 +176,7 @@ fn onset(canvas: &mut dyn Canvas) {
         let line: Vec<DVec2> = (0..count).map(|k| point(k, medians(k))).collect();
         canvas.line(&line, 2.5, middle);
     }
+    // Right panel: level difference at the onset.
     let right = Panel {
         corner: DVec2::new(850.0, 80.0),
         extent: DVec2::new(360.0, 300.0),

@@ -43,6 +43,7 @@ fn main() {
     };
     let fine = Directions::Angles { rows: 40, columns: 80 };
     let coarse = Directions::Angles { rows: 5, columns: 10 };
+    // Reference field.
     let solved = match SolvedField::new(&solver, &options(1.0, fine), highest, 2) {
         Ok(solved) => solved,
         Err(error) => {
@@ -54,12 +55,13 @@ fn main() {
     let listeners = directions(40);
     let spectra = |x: DVec3| solved.spectra(x);
     let contact = Push::HalfSine { duration: CONTACT / unit, onset: 0.25 * CONTACT / unit };
-    // Only the directions around the listeners are looked at: the others may be silent.
+    // Only directions near the listeners are used; the others may be zero.
     let zero = solved.spectra(DVec3::Z * 2.0).map(|s| vec![num_complex::Complex64::ZERO; s.len()]);
     let around = |x: DVec3| {
         let near = listeners.iter().any(|l| l.dot(x) > 0.99 * x.length());
         if near { solved.spectra(x) } else { zero.clone() }
     };
+    // Fit each representation and report its errors.
     let report = |name: &str, widening: f64, grid: Directions, masked: bool| {
         let options = options(widening, grid);
         let fitted = if masked { fit(&options, &around) } else { fit(&options, &spectra) };

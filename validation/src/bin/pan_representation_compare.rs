@@ -1,11 +1,11 @@
-//! The published representation of acceleration noise against multipoles on the same bodies: errors at 2, 8
-//! and 100 R, bytes, time of a contact.
+//! The published representation of acceleration noise compared with multipoles on the same bodies: errors at
+//! 2, 8 and 100 R, bytes, time of a contact.
 //!
 //! `cargo run --release -p clangor-validation --bin pan_representation_compare`
 //!
-//! A body is known to κ = 20, 20 kHz for R = 55 mm. The published pulse h = 0.25 R/c is at 1 % of its peak
-//! there; a contact lasts five of them. Errors are relative L2 of the sound of the half-sine over 40
-//! directions off every grid, worst translation and worst rotation, against the field with all its
+//! The field of a body extends to κ = 20, 20 kHz for R = 55 mm. The published pulse h = 0.25 R/c is at 1 % of
+//! its peak there; a contact lasts five of them. Errors are relative L2 of the sound of the half-sine over 40
+//! directions off every grid, worst translation and worst rotation, relative to the field with all its
 //! multipoles.
 
 use std::hint::black_box;
@@ -85,6 +85,7 @@ fn body(field: &AccelerationField) {
         ("PROXY octant, ε = 0.01", octant, false),
         ("PROXY octant, ε = 0.04", PanOptions { fit: Fit::Wavelets { tolerance: 0.04 }, ..octant }, false),
     ];
+    // Published representations.
     for (name, options, masked) in rows {
         let fitted = if masked { fit(&options, &around) } else { fit(&options, &spectra) };
         let Ok(published) = fitted else { continue };
@@ -100,10 +101,11 @@ fn body(field: &AccelerationField) {
                 ))
             })
             .collect();
-        // A grid that is mostly silent says nothing of the time.
+        // The time of a mostly zero grid is meaningless.
         let time = if masked { String::new() } else { format!("{:.0} µs", published_time(&published)) };
         println!("| {name} | {} | {} | {time} |", line.join(" | "), published.bytes());
     }
+    // Truncated multipoles.
     for order in [8, 10, 12] {
         let ours = truncated(field, order);
         let own = FieldSampler::new(&ours, &octant.wavenumbers());

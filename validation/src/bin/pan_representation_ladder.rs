@@ -1,12 +1,12 @@
-//! \[PROXY\] §5: storage of the ellipsoid bank against the tolerance ε, and what limits the error at ε =
+//! \[PROXY\] §5: storage of the ellipsoid bank against the tolerance ε, and the limits of the error at ε =
 //! 0.01.
 //!
 //! `cargo run --release -p clangor-validation --bin pan_representation_ladder -- [bank]`;
 //! `only=ACROSS:ALONG` chooses spheroids.
 //!
-//! The paper's pulse needs kA = 80, which is solved for eight bodies of revolution; to kA = 20, where the
-//! pulse is four times as long for the same body, the bank that comes with the program has all 66, and shows
-//! how well the eight stand for them.
+//! The paper's pulse needs kA = 80, which is solved for eight bodies of revolution. Up to kA = 20, where the
+//! pulse is four times as long for the same body, the program's bank has all 66 ellipsoids and shows how well
+//! the eight represent them.
 
 use std::collections::BTreeMap;
 
@@ -31,8 +31,8 @@ const PRINTED: [(f64, f64); 7] =
     [(0.01, 26.0), (0.02, 20.0), (0.04, 16.0), (0.08, 12.0), (0.16, 7.3), (0.32, 4.5), (0.64, 2.6)];
 /// Highest κ solved: at 80 the pulse of 0.1 ms is at 1 % of its peak.
 const HIGHEST: f64 = 80.0;
-/// Semi-axes across and along the axis of revolution, of the values of the bank, and for how many of its 66
-/// ellipsoids each stands: those with the nearest shortest axis, shared by the flat and the long.
+/// Semi-axes across and along the axis of revolution, of the values of the bank, and the number of its 66
+/// ellipsoids that each represents: those with the nearest shortest axis, shared by the flat and the long.
 const SPHEROIDS: [(f64, f64, f64); 8] = [
     (1.0, 1.0, 2.0),
     (1.0, 0.81, 8.0),
@@ -43,9 +43,9 @@ const SPHEROIDS: [(f64, f64, f64); 8] = [
     (0.24, 1.0, 11.0),
     (0.05, 1.0, 8.0),
 ];
-/// How much longer the pulse and the samples are for the bank that ends at kA = 20.
+/// Factor on the pulse and the samples for the bank that ends at kA = 20.
 const STRETCH: f64 = 4.0;
-/// Radii of the fit that are tried besides those of \[PAN\].
+/// Radii of further fits, besides those of \[PAN\].
 const OTHER_RADII: [(&str, [f64; 5]); 4] = [
     ("2 to 2.5 R", [2.0, 2.12, 2.24, 2.37, 2.5]),
     ("2 to 3 R", [2.0, 2.22, 2.45, 2.71, 3.0]),
@@ -67,7 +67,7 @@ fn options(tolerance: f64, stretch: f64) -> PanOptions {
     }
 }
 
-/// A field at the points of the fit, which seven tolerances ask for again and again.
+/// Cache of a field at the points of the fit, shared by seven tolerances.
 struct Remembered<'a> {
     points: BTreeMap<[u64; 3], Spectra>,
     field: &'a (dyn Fn(DVec3) -> Spectra + Sync),
@@ -170,7 +170,7 @@ fn body(field: &Remembered) -> Vec<usize> {
     bytes
 }
 
-/// What the series alone costs, ε = 0: worst motion against itself, and against the loudest.
+/// Error of the series alone, ε = 0: worst motion relative to itself, and to the strongest.
 fn series(field: &Remembered) {
     let spectra = |x: DVec3| field.at(x);
     let stored = Directions::OCTANT_45.vectors();

@@ -13,8 +13,8 @@ use clangor_core::shape::Shape;
 use clangor_pipeline::stages::sound_models::{AccelerationBake, SoundModelRequest, bake_model};
 use clangor_validation::cpu_time::cpu_time;
 
-/// Name, shape, accuracy, and what \[PAN\] prints: minutes of simulation and fit, megabytes at 40 × 80 and 5
-/// × 10.
+/// Name, shape, accuracy, and the printed values of \[PAN\]: minutes of simulation and fit, megabytes at 40 ×
+/// 80 and 5 × 10.
 const MODELS: &[(&str, &str, f64, f64, f64, f64)] = &[
     ("ball", "sphere:0.0075", 1e-4, 6.0 + 57.7 / 60.0, 23.5, 0.42),
     ("bowl", "bowl", 1e-2, 42.0 + 35.0 / 60.0, 133.0, 2.15),

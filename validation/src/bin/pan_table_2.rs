@@ -5,10 +5,10 @@
 //! a name is any part of that of a scene.
 //!
 //! The papers' scenes are not published, only their numbers of impulses faster than v_min. Here each is an
-//! impulse between two bodies of the scene, both of which sound; with a table, one of them is the table,
-//! which is silent. Times are CPU time from the timeline to the WAV file (contact forces, synthesis,
-//! writing), for one microphone; the papers' are of 8 cores. Fields are baked first, to 20 kHz at 1 % (with
-//! the mug to 6 kHz), and kept in the system's temporary folder.
+//! impulse between two sounding bodies of the scene; with a table, one of them is the table, which is silent.
+//! Times are CPU time from the timeline to the WAV file (contact forces, synthesis, writing), for one
+//! microphone; the papers' are of 8 cores. Fields are baked first, to 20 kHz at 1 % (with the mug to 6 kHz),
+//! and kept in the system's temporary folder.
 
 use clangor_core::sound_model::AccelerationRule;
 use clangor_pipeline::formats::soundbank::default_bank;
@@ -120,12 +120,12 @@ fn proxy_scenes() -> Vec<Scene> {
     ]
 }
 
-/// A thousand rocks, each of its own form, from 0.2 to 1.8 times the mean radius.
+/// A thousand rocks of different shapes, from 0.2 to 1.8 times the mean radius.
 fn rocks(mean: f64) -> Vec<Group> {
     (0..10)
         .map(|size| {
             let radius = mean * (0.29 + 0.158 * f64::from(size));
-            // The shapes of a bench live as long as it.
+            // Shapes live until the end of the program.
             let shape: &'static str = format!("rock:{{n}}x{radius:.5}@{:.5}", 0.5 * radius).leak();
             proxy(shape, "granite", 100)
         })

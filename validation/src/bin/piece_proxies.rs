@@ -1,4 +1,4 @@
-//! Fragments with modes of their own and with those of ellipsoids of the bank: lowest frequencies, time, and
+//! Fragments with individual modes compared with ellipsoid proxies of the bank: lowest frequencies, time, and
 //! differences of their spectra.
 //!
 //! `cargo run --release -p clangor-validation --bin piece_proxies -- timeline FOLDER [COUNT]` for pieces of a
@@ -36,7 +36,7 @@ use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_validation::cpu_time::cpu_time;
 use thread_time::thread_time;
 
-/// Polynomial degrees that are compared; fragments are rendered with the last.
+/// Polynomial degrees compared; fragments are rendered with the last.
 const POLYNOMIAL_DEGREES: [usize; 3] = [4, 6, 8];
 /// Thresholds of \[FRAC\] Table 2, and one below all.
 const THRESHOLDS: [f64; 5] = [0.0, 600.0, 2000.0, 3400.0, 4000.0];
@@ -56,7 +56,7 @@ fn main() {
     }
 }
 
-/// What rings.
+/// A fragment.
 struct Piece {
     /// About its centre of mass.
     surface: TriMesh,
@@ -77,7 +77,7 @@ impl Piece {
     }
 }
 
-/// All pieces that were born.
+/// All fragments of the simulation.
 fn of_timeline(folder: &str) -> Vec<Piece> {
     let reader = TimelineReader::open(Path::new(folder)).expect("a timeline");
     let of_body = |body: &clangor_core::body::Body| match &*body.surface {
@@ -87,7 +87,7 @@ fn of_timeline(folder: &str) -> Vec<Piece> {
     reader.births().iter().filter_map(of_body).collect()
 }
 
-/// So many of them, evenly by their lowest frequencies, in the band.
+/// A number of them, evenly by lowest frequency, within the band.
 fn chosen(pieces: Vec<Piece>, count: usize) -> Vec<Piece> {
     let triangles = pieces.iter().map(|piece| piece.surface.triangles.len());
     let (all, most) = (pieces.len(), triangles.max().unwrap_or(0));
@@ -101,7 +101,7 @@ fn chosen(pieces: Vec<Piece>, count: usize) -> Vec<Piece> {
     sorted.into_iter().enumerate().filter(|(k, _)| wanted.contains(k)).map(|(_, (_, piece))| piece).collect()
 }
 
-/// Lowest frequencies alone, and what they take.
+/// Prints lowest frequencies and their computation times.
 fn frequencies(pieces: &[Piece]) {
     let options = ModalBakeOptions { mesh_error: 0.01, ..ModalBakeOptions::new(Medium::AIR) };
     println!("triangles  extents mm  [Hz (over own), ms] by degree {POLYNOMIAL_DEGREES:?}  own Hz, CPU-s");
@@ -154,11 +154,11 @@ fn spectrum(source: &ModalSource, surface: &TriMesh, seed: u64) -> [f64; BANDS] 
     sums
 }
 
-/// Root mean square of the differences [dB] of the envelopes, octaves around each third octave that is within
-/// 20 dB of the loudest of either, where 30 dB below is nothing; and how much louder the proxy is in all.
+/// Root mean square of the differences [dB] of the envelopes, octaves around each third octave within 20 dB
+/// of the strongest of either, with a floor 30 dB below; and the total level difference of the proxy.
 fn distance(own: &[f64; BANDS], proxy: &[f64; BANDS]) -> (f64, f64) {
     let level = |sums: &[f64; BANDS]| -> Vec<f64> {
-        // The envelope: over three third octaves.
+        // The envelope: mean over three third octaves.
         let at = |k: usize| sums[k.saturating_sub(1)..(k + 2).min(BANDS)].iter().sum::<f64>();
         (0..BANDS).map(|k| 10.0 * at(k).max(1e-300).log10()).collect()
     };
@@ -203,12 +203,14 @@ fn compare(pieces: &[Piece]) {
          dB: by place (louder), by normal"
     );
     for (at, piece) in pieces.iter().enumerate() {
+        // Proxy: lowest frequency and lookup, timed.
         let start = thread_time();
         let first = piece.first(POLYNOMIAL_DEGREES[2]);
         let ready = proxy(&bank, piece, first);
         let by_place = played(ready.clone(), ContactMapping::Position, &piece.material);
         let taken = thread_time() - start;
         let by_normal = played(ready.clone(), ContactMapping::Normal, &piece.material);
+        // Reference: modal analysis and radiation, timed.
         let begun = cpu_time();
         let geometry = BakeGeometry::Mesh(piece.surface.clone());
         let found = find_modes(&geometry, &piece.material, &options, &mut |_| ControlFlow::Continue(()));
@@ -219,6 +221,7 @@ fn compare(pieces: &[Piece]) {
                 continue;
             }
         };
+        // Print frequencies, times and mode counts.
         let own_first =
             model.modes.first().map(|m| m.frequency).or(evidence.first_frequency).unwrap_or(f64::NAN);
         radiate(&geometry, &mut model, &mut evidence, &options, &mut |_| ControlFlow::Continue(()))
@@ -242,6 +245,7 @@ fn compare(pieces: &[Piece]) {
             println!("  silent");
             continue;
         }
+        // Spectra of random impacts, and their differences.
         let own = ModalSource::new(Arc::new(model), &piece.material.damping, &ModalSettings::default())
             .expect("a source");
         let spectra =
@@ -259,8 +263,8 @@ fn compare(pieces: &[Piece]) {
     );
 }
 
-/// Prints how far the sum of all fragments is off when those above each threshold are proxies; of each
-/// fragment its first frequency \[Hz\] and the spectra of itself and of both proxies.
+/// Prints the error of the sum of all fragments when those above each threshold are proxies. Each fragment
+/// has its first frequency \[Hz\] and the spectra of its own modes and of both proxies.
 fn print_thresholds(all: &[(f64, [[f64; BANDS]; 3])]) {
     for threshold in THRESHOLDS {
         let replaced = |first: f64| first > threshold;
@@ -311,7 +315,7 @@ fn broken_plate(count: usize, size: f64, thickness: f64) -> Vec<TriMesh> {
             }
             polygon = cut;
         }
-        // Corners that nearly coincide make needles.
+        // Nearly coincident corners would make slivers.
         let far = |k: &usize| polygon[*k].distance(polygon[(k + 1) % polygon.len()]) > 0.002 * size;
         prism(&(0..polygon.len()).filter(far).map(|k| polygon[k]).collect::<Vec<_>>(), thickness)
     };

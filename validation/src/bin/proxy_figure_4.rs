@@ -23,7 +23,7 @@ const PULSE: f64 = 0.25;
 const STEP: f64 = 0.04;
 const LENGTH: usize = 512;
 const START: f64 = -2.0;
-/// Samples that are drawn: the sound is over after that.
+/// Samples drawn; the signal ends before.
 const DRAWN: usize = 150;
 /// Distance of the listener \[A\].
 const DISTANCE: f64 = 3.0;
@@ -54,7 +54,7 @@ fn change(from: &[Vec<f64>], to: &[Vec<f64>]) -> f64 {
     f64::sqrt(difference / f64::max(sizes[0], sizes[1]))
 }
 
-/// From blue to red.
+/// Colour scale from blue to red.
 fn colour(step: usize) -> Colour {
     let part = step as f64 / (STEPS - 1) as f64;
     [33.0 + 180.0 * part, 70.0 + 60.0 * (part * (1.0 - part) * 4.0), 190.0 - 160.0 * part].map(|c| c as u8)
@@ -128,6 +128,7 @@ fn main() {
         Box::new(Svg::new(size.x as usize, size.y as usize))
     };
     let bank = default_bank().expect("the bank of the program");
+    // Fields of the bank, pulse spectrum and listener.
     let field = |b: f64, c: f64| -> &AccelerationField {
         let near = bank.bank().entries().iter().find(|e| (e.b - b).abs() + (e.c - c).abs() < 1e-6);
         &near.expect("an ellipsoid of the bank").field
@@ -149,6 +150,7 @@ fn main() {
         TextStyle::Title,
         "p_3 of ellipsoids of the bank, 3 A away along (1, 1, 1), h = 0.25 A/c",
     );
+    // One panel per family of ellipsoids.
     for (panel, (title, varied, member)) in families.into_iter().enumerate() {
         let (corner, extent) = (DVec2::new(75.0 + 410.0 * panel as f64, 78.0), DVec2::new(310.0, 320.0));
         let mut heard: Vec<Vec<f64>> = Vec::new();
@@ -159,6 +161,7 @@ fn main() {
             heard.push(pulse_at(&sampler, &gains, listener));
             all.push(directions(16).map(|d| pulse_at(&sampler, &gains, d * DISTANCE)).collect());
         }
+        // Change between neighbours.
         let changes: Vec<f64> = all.windows(2).map(|pair| change(&pair[0], &pair[1])).collect();
         let listed: Vec<String> = changes.iter().map(|c| format!("{:.1}", 100.0 * c)).collect();
         println!(
@@ -166,6 +169,7 @@ fn main() {
             listed.join(" ")
         );
 
+        // Draw the pulses, legend and axes.
         let largest = heard.iter().flatten().fold(0.0_f64, |m, p| m.max(p.abs()));
         let plot = Plot { corner, extent, largest };
         canvas.line(

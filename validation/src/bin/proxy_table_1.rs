@@ -33,7 +33,7 @@ struct Model {
     pulse: Option<(f64, f64, usize)>,
     /// Band of our field in the scene \[Hz\].
     band: f64,
-    /// The scene: seconds, impulses, whether there is a table.
+    /// The scene: seconds, impulses, with or without a table.
     scene: Option<(f64, usize, bool)>,
     /// Megabytes and seconds, \[PAN\] and \[PROXY\].
     printed: &'static str,
@@ -95,6 +95,7 @@ fn request(model: &Model, frequency: f64) -> SoundModelRequest<AccelerationBake>
 
 /// Bytes of the published representation, and CPU time of a contact \[s\].
 fn published(model: &Model, (pulse, lasting, length): (f64, f64, usize)) -> (usize, f64) {
+    // Baked field, and the published representation fitted to it.
     let wanted = request(model, 0.8 / pulse);
     let baked = obtain(&wanted, Some(&cache()), &mut |_| ControlFlow::Continue(())).expect("a field").file;
     let unit = baked.acceleration.radius / Medium::AIR.sound_speed;
@@ -111,6 +112,7 @@ fn published(model: &Model, (pulse, lasting, length): (f64, f64, usize)) -> (usi
     let field = fit(&options, &|x| sampler.spectra(x)).expect("options that make sense");
     let bytes = field.bytes();
     let playable = PanModel::new(baked.acceleration.radius, vec![field]).expect("a field");
+    // Time of random contacts.
     let mut uniform = Uniform(5);
     let contacts = 400;
     let begin = cpu_time();
@@ -133,6 +135,7 @@ fn main() {
     println!("| model | printed, PAN → PROXY | ours, published form | its time | ours | its time |");
     println!("|---|---|---|---|---|---|");
     for model in MODELS.iter().filter(|m| wanted.is_empty() || wanted.iter().any(|w| w == m.name)) {
+        // Size of the multipole model, and time of the scene.
         let ours = obtain(&request(model, model.band), Some(&cache()), &mut |_| ControlFlow::Continue(()));
         let size = ours.expect("a field").file.encode().expect("a sound model").len();
         let rendered = model.scene.map(|(seconds, impulses, table)| {

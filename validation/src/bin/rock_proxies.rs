@@ -1,11 +1,11 @@
-//! What a stone loses by sounding as an ellipsoid, the mean of those of the bank around it or the nearest, or
-//! as a sphere: third-octave levels of twenty stones.
+//! Error of replacing a stone by an ellipsoid, the mean of those of the bank around it or the nearest, or by
+//! a sphere: third-octave levels of twenty stones.
 //!
 //! `cargo run --release -p clangor-validation --bin rock_proxies [-- ROCKS]`
 //!
-//! Each stone is struck at random points of its surface along the inward normal and heard from random
-//! directions at 1 m; the levels of the third-octave bands from 500 Hz to 16 kHz are compared with those of
-//! its own field.
+//! Each stone receives impacts at random points of its surface along the inward normal; listeners are in
+//! random directions at 1 m. The levels of the third-octave bands from 500 Hz to 16 kHz are compared with
+//! those of its individual field.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
@@ -48,7 +48,7 @@ impl Heard<'_> {
     }
 }
 
-/// The pressure² of a sphere that gets the acceleration, summed over a band.
+/// The squared pressure of a sphere with this acceleration, summed over a band.
 fn sphere_band(radius: f64, a: DVec3, x: DVec3, centre: f64) -> f64 {
     use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
     let unit = Medium { density: 1.0, sound_speed: 1.0 };
@@ -77,6 +77,7 @@ fn main() {
             Shape::parse(&format!("rock:{seed}x0.015")).expect("a rock").surface().expect("a solid");
         let Surface::Mesh(mesh) = &surface else { panic!("a mesh") };
         let MassProperties { volume, inertia, .. } = mass;
+        // Reference: individual field. Proxies: mean and nearest ellipsoid, sphere.
         let options = BakeOptions::new(TAU * 20_000.0 / AIR.sound_speed, 1e-2);
         let request =
             SoundModelRequest::new("rock", &surface, mass, AccelerationBake(options)).expect("a body");
@@ -89,6 +90,7 @@ fn main() {
         let heard_nearest = Heard(entry, proxy.radius, proxy.rotation);
         let radius = (0.75 * volume / PI).cbrt();
         let triangles = mesh.mesh.triangles.len();
+        // Third-octave levels of random impacts.
         for (impact, direction) in directions(IMPACTS).enumerate() {
             let t = (impact * 7919 + seed * 104_729) % triangles;
             let impulse = -mesh.mesh.area_vector(t).normalize();

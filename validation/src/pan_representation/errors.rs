@@ -1,4 +1,4 @@
-//! Errors of a published field against the field it was fitted from.
+//! Errors of a published field relative to the field it was fitted to.
 
 use clangor_bake::reference::{half_sine_spectrum, synthesize};
 use clangor_core::glam::DVec3;
@@ -7,7 +7,7 @@ use clangor_core::reference::pan_representation::pulse::pulse_spectrum;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use num_complex::Complex64;
 
-/// What the body is pushed by.
+/// Force that drives the body.
 #[derive(Clone, Copy)]
 pub enum Push {
     /// One pulse ψ of the field.
@@ -16,12 +16,12 @@ pub enum Push {
     HalfSine {
         /// τ [R/c].
         duration: f64,
-        /// When it begins after the first pulse [R/c].
+        /// Onset after the first pulse [R/c].
         onset: f64,
     },
 }
 
-/// Spread over the sphere by the golden angle, off every grid.
+/// Directions over the sphere by the golden angle, off every grid.
 pub fn directions(count: usize) -> Vec<DVec3> {
     let golden = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
     (0..count)
@@ -47,11 +47,13 @@ pub fn signals(
     z[degree] = 1.0;
     let response = field.response(&z, x, f64::INFINITY);
     match push {
+        // Exact reference: synthesis of the pulse spectrum.
         Push::Pulse => {
             let gains: Vec<f64> = wavenumbers.map(|k| pulse_spectrum(k, field.pulse)).collect();
             (response.samples, synthesize(exact, &gains, field.step, field.start))
         }
         Push::HalfSine { duration, onset } => {
+            // Sum of shifted pulses, and its exact reference.
             let weights: Vec<f64> = (0..=((onset + duration) / field.pulse) as usize)
                 .map(|k| (k as f64 * field.pulse - onset).max(0.0) / duration)
                 .map(|x| (std::f64::consts::PI * x).sin())

@@ -1,8 +1,8 @@
 //! A field at every wavenumber of a Fourier grid, from solves on a coarser one.
 //!
-//! The response to an acceleration is over after a while, T: solves Δκ = 2π/T apart hold all of it. Solvers
-//! may stay off the real axis by the same distance everywhere, k = κ − iσ; then what they see is the response
-//! times e^{−σu}.
+//! The response to an acceleration ends after a time T: solves Δκ = 2π/T apart capture all of it. Solvers may
+//! shift the wavenumbers by a constant, k = κ − iσ; they then give the spectrum of the response times
+//! e^{−σu}.
 
 use clangor_bake::radiation::{RadiationError, RadiationSolver};
 use clangor_bake::reference::{PanOptions, synthesize};
@@ -29,8 +29,8 @@ pub struct SolvedField {
 }
 
 impl SolvedField {
-    /// Solves for what `options` need, up to `highest` κ; the response fades in the time of the signals over
-    /// `ratio`.
+    /// Solves for the wavenumbers of `options`, up to `highest` κ. The response must decay within the time of
+    /// the signals over `ratio`.
     pub fn new(
         solver: &dyn RadiationSolver,
         options: &PanOptions,
@@ -41,11 +41,12 @@ impl SolvedField {
         let solved_length = options.length / ratio;
         let spacing = std::f64::consts::TAU / (solved_length as f64 * options.step);
         let count = ((highest / spacing) as usize).min(solved_length / 2);
-        // Zero itself may be out of reach of a solver.
+        // Solvers may not support zero.
         let kappas: Vec<f64> = (0..=count).map(|m| if m == 0 { 1e-3 } else { m as f64 * spacing }).collect();
         let wavenumbers: Vec<f64> = kappas.iter().map(|k| k / radius).collect();
         let order = highest.ceil() as usize + 6;
         let samples = solver.solve(&wavenumbers, order)?;
+        // Keep terms above rounding.
         let mut terms = vec![Vec::new(); RIGID_DOFS];
         for (degree, terms) in terms.iter_mut().enumerate() {
             let unit = if degree < 3 { radius } else { radius * radius };
@@ -77,7 +78,7 @@ impl SolvedField {
         })
     }
 
-    /// Solves.
+    /// Number of solves.
     pub fn solves(&self) -> usize {
         self.s.len()
     }
@@ -87,6 +88,7 @@ impl SolvedField {
         let distance = x.length();
         let mut harmonics = Vec::new();
         solid_harmonics(x / distance, self.order, &mut harmonics);
+        // Radial factors at each wavenumber.
         let mut radial = Vec::new();
         let mut all = Vec::with_capacity(self.s.len() * (self.order + 1));
         for s in &self.s {
@@ -97,6 +99,7 @@ impl SolvedField {
         let mut planner = RealFftPlanner::<f64>::new();
         let plan = planner.plan_fft_forward(self.length);
         std::array::from_fn(|degree| {
+            // Spectrum on the coarse grid.
             let mut spectrum = vec![Complex64::ZERO; self.solved_length / 2 + 1];
             for (n, m, values) in &self.terms[degree] {
                 let y = harmonics[index(*n, *m)];
@@ -104,12 +107,14 @@ impl SolvedField {
                     spectrum[j] += self.gains[j] * y * value * all[j * (self.order + 1) + n];
                 }
             }
+            // To the time domain, where the damping is undone.
             let ones = vec![1.0; spectrum.len()];
             let damped = synthesize(&spectrum, &ones, self.step, self.start);
             let mut signal = plan.make_input_vec();
             for (l, (x, y)) in signal.iter_mut().zip(damped).enumerate() {
                 *x = y * (growth * (self.start + l as f64 * self.step)).exp();
             }
+            // Spectrum on the fine grid.
             let mut spectrum = plan.make_output_vec();
             plan.process(&mut signal, &mut spectrum).expect("buffers of the plan's own lengths");
             let spacing = std::f64::consts::TAU / (self.length as f64 * self.step);

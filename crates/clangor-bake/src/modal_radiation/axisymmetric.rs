@@ -1,4 +1,4 @@
-//! Radiation of the modes of axisymmetric bodies: each mode by its orders around the axis.
+//! Radiation of the modes of axisymmetric bodies: each mode by its azimuthal orders.
 //!
 //! The normal motion of the surface is sampled on rings of the meridian and split:
 //!
@@ -6,14 +6,14 @@
 //! U·n (s, φ) = Σ_m C_m(s) cos mφ + S_m(s) sin mφ
 //! ```
 //!
-//! A mode of a perfect body has one m, and comes in pairs, C and S, but for m = 0. Modes of a mesh have a
-//! little of other orders, which the body has not; what is less than a thousandth of the power is left out,
-//! else a little of m = 0 would outshout a high m that hardly radiates. Each C_m and S_m is a field of
-//! [`azimuthal`](crate::bem::axisymmetric::azimuthal) waves; modes of the same frequency and order share the
-//! matrix.
+//! A mode of a perfect body has one order m. For m > 0 it is one of a pair, C and S. Modes of a mesh have
+//! small parts of other orders, which the body has not. Parts below a thousandth of the power are dropped;
+//! otherwise a spurious m = 0 would radiate more than a high m that hardly radiates. Each C_m and S_m is a
+//! field of [`azimuthal`](crate::bem::axisymmetric::azimuthal) waves. Modes of the same frequency and order
+//! share the matrix.
 //!
-//! Panels are fit for the air's waves and for those of the surface, whose mean square wavenumber is ∫ a'² r
-//! ds / ∫ a² r ds. The part of order 0 is given the volume flux of the whole surface back (see
+//! Panels resolve the waves in the air and those of the surface, whose mean square wavenumber is ∫ a'² r ds /
+//! ∫ a² r ds. The part of order 0 is corrected to the volume flux of the whole surface (see
 //! [`surface_motion`](super::surface_motion)).
 
 mod harmonic_rotation;
@@ -39,17 +39,18 @@ use crate::bem::axisymmetric::AxisymmetricOptions;
 use crate::bem::axisymmetric::azimuthal::{AzimuthalSolver, MeridianMesh, MeridianNode, RingWave};
 use crate::radiation::RadiationError;
 
-/// Share of ∫ (U·n)² dS below which an order is taken for an accident of the mesh.
+/// Share of ∫ (U·n)² dS below which an order counts as an artefact of the mesh.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// ∫ (U·n)² dS of an order over ∫ |U|² dS below which nothing pushes the air: what the flat faces of a mesh
-/// make of a motion along the surface.
+/// Ratio of ∫ (U·n)² dS of an order to ∫ |U|² dS below which it does not radiate: tangential motion acquires
+/// a normal part on the flat faces of a mesh.
 const LEAST_PUSH: f64 = 1e-7;
 
-/// Relative distance of wavenumbers that are the same.
+/// Relative difference below which wavenumbers count as equal.
 const SAME: f64 = 1e-6;
 
-/// Distance of the meridian from the surface, in bounding radii, from which they are not the same body's.
+/// Largest distance of the meridian from the surface, in bounding radii; beyond it they belong to different
+/// bodies.
 const FARTHEST: f64 = 0.05;
 
 /// Samples around the axis per edge of the surface on the widest ring, and their limits.
@@ -60,13 +61,13 @@ const SAMPLES: [usize; 2] = [64, 512];
 #[derive(Clone, Debug)]
 pub struct AxisymmetricModalSolver {
     meridian: Meridian,
-    /// Directions e₁, e₂ across the axis, from which φ is counted, and the axis.
+    /// Directions e₁, e₂ across the axis, from which φ is measured, and the axis.
     frame: DMat3,
     options: AxisymmetricOptions,
 }
 
 impl AxisymmetricModalSolver {
-    /// For a meridian whose y = 0 is the centre of mass, rotated about `axis` through the origin.
+    /// For a meridian about the centre of mass (y = 0), rotated about `axis` through the origin.
     pub fn new(meridian: &Meridian, axis: DVec3) -> Self {
         let axis = axis.normalize();
         let first = axis.any_orthonormal_vector();
@@ -74,14 +75,14 @@ impl AxisymmetricModalSolver {
         AxisymmetricModalSolver { meridian: meridian.clone(), frame, options: AxisymmetricOptions::new(0.0) }
     }
 
-    /// With panels of another fineness; the highest wavenumber of the options is not used.
+    /// With panels of different resolution. The highest wavenumber of the options is ignored.
     pub fn with_options(mut self, options: AxisymmetricOptions) -> Self {
         self.options = options;
         self
     }
 }
 
-/// Where normal motions are sampled: on rings through the nodes of the finest panels that any mode may need.
+/// Sampling points of normal motions: rings through the nodes of the finest panels that any mode may need.
 struct Rings {
     mesh: MeridianMesh,
     /// 2π r ds of each node \[m²\].
@@ -95,9 +96,9 @@ struct Rings {
 /// C_m and S_m at the nodes, order by order.
 type Parts = Vec<[Vec<f64>; 2]>;
 
-/// Waves to be solved: one order of the modes of one frequency.
+/// Waves to solve: one order of the modes of one frequency.
 struct Job {
-    /// k [1/m] of the body's motion, and what the panels are to resolve.
+    /// k [1/m] of the body's motion, and the wavenumber that the panels resolve.
     wavenumber: f64,
     fineness: f64,
     order: usize,
@@ -133,10 +134,12 @@ impl ModalSolver for AxisymmetricModalSolver {
         if let Some(ModalMotion { wavenumber, .. }) = motions.iter().find(|motion| !is_wave(motion)) {
             return Err(RadiationError::NotFinite { wavenumber: *wavenumber });
         }
+        // Sampling rings, fine enough for the highest wavenumber.
         let radius = surface.radius();
         let solver = AzimuthalSolver::new(&self.meridian, radius, self.options);
         let highest = motions.iter().map(|m| m.wavenumber).fold(0.0, f64::max);
         let rings = self.rings(&solver, surface, highest)?;
+        // Azimuthal Fourier decomposition of all modes; finest panels first.
         let clusters = clusters(motions);
         let mut jobs: Vec<Job> =
             clusters.par_iter().flat_map_iter(|cluster| rings.jobs(cluster, motions)).collect();
@@ -146,7 +149,7 @@ impl ModalSolver for AxisymmetricModalSolver {
             waiting[part.mode] += 1;
         }
         let fluxes: Vec<f64> = motions.par_iter().map(|motion| volume_flux(surface, motion.shape)).collect();
-        // About the axis of the body, with as many orders as each mode got.
+        // Coefficients about the body's axis, up to the order of each mode.
         let mut about_axis: Vec<Vec<Complex64>> = motions.iter().map(|_| vec![Complex64::ZERO]).collect();
         let mut rest = jobs.as_slice();
         while let Some(finest) = rest.first() {
@@ -154,6 +157,7 @@ impl ModalSolver for AxisymmetricModalSolver {
             if progress(done).is_break() {
                 return Err(RadiationError::Interrupted);
             }
+            // Mesh of the batch, and its normal accelerations with the exact volume flux.
             let mesh = solver.mesh(finest.fineness)?;
             let (batch, later) = rest.split_at(solver.batch(&mesh).min(rest.len()));
             rest = later;
@@ -175,6 +179,7 @@ impl ModalSolver for AxisymmetricModalSolver {
                     }
                 })
                 .collect();
+            // Solve, and collect the coefficients of each mode.
             for (job, fields) in batch.iter().zip(solver.solve(&mesh, &waves)?) {
                 for (part, field) in job.parts.iter().zip(fields) {
                     let own = &mut about_axis[part.mode];
@@ -188,6 +193,7 @@ impl ModalSolver for AxisymmetricModalSolver {
                 }
             }
         }
+        // Rotation from the body's axis to its frame.
         let transfers = self.rotated(about_axis, &clusters, radius);
         match progress(motions.len()) {
             ControlFlow::Continue(()) => Ok(transfers),
@@ -197,7 +203,7 @@ impl ModalSolver for AxisymmetricModalSolver {
 }
 
 impl AxisymmetricModalSolver {
-    /// Where motions up to a wavenumber [1/m] are sampled.
+    /// Sampling rings for motions up to a wavenumber [1/m].
     fn rings(
         &self,
         solver: &AzimuthalSolver,
@@ -205,15 +211,17 @@ impl AxisymmetricModalSolver {
         highest: f64,
     ) -> Result<Rings, RadiationError> {
         let edge = mean_edge(surface);
-        // Two elements span half a wave or more.
+        // Two elements resolve at least half a wave.
         let mesh = solver.mesh(highest.max(TAU / (4.0 * edge)))?;
         let nodes: Vec<MeridianNode> = mesh.nodes().collect();
+        // Angles around the axis, for the widest ring.
         let widest = nodes.iter().map(|n| n.position.x).fold(0.0, f64::max);
         let angles = ((SAMPLES_PER_EDGE * TAU * widest / edge) as usize)
             .clamp(SAMPLES[0], SAMPLES[1])
             .next_multiple_of(8);
         let turns: Vec<(f64, f64)> =
             (0..angles).map(|k| (TAU * k as f64 / angles as f64).sin_cos()).collect();
+        // Positions on the rings, and the nearest points of the surface.
         let on_rings = |of: fn(&MeridianNode) -> DVec2| -> Vec<DVec3> {
             let at = |p: DVec2, (sin, cos): (f64, f64)| self.frame * DVec3::new(p.x * cos, p.x * sin, p.y);
             nodes.iter().flat_map(|node| turns.iter().map(move |turn| at(of(node), *turn))).collect()
@@ -233,7 +241,7 @@ impl AxisymmetricModalSolver {
         })
     }
 
-    /// The coefficients in the axes of the body, with as many orders as count.
+    /// The coefficients in the frame of the body, up to the significant order.
     fn rotated(
         &self,
         about_axis: Vec<Vec<Complex64>>,
@@ -271,7 +279,7 @@ fn mean_edge(surface: &ModalSurface) -> f64 {
     surface.triangles.iter().map(around).sum::<f64>() / surface.triangles.len() as f64
 }
 
-/// Modes of the same frequency together.
+/// Groups modes of the same frequency.
 fn clusters(motions: &[ModalMotion<'_>]) -> Vec<Cluster> {
     let mut ascending: Vec<usize> = (0..motions.len()).collect();
     ascending.sort_by(|a, b| motions[*a].wavenumber.total_cmp(&motions[*b].wavenumber));
@@ -288,13 +296,14 @@ fn clusters(motions: &[ModalMotion<'_>]) -> Vec<Cluster> {
 }
 
 impl Rings {
-    /// What has to be solved of the modes of one frequency.
+    /// The systems to solve for the modes of one frequency.
     ///
-    /// Orders are chosen for all of them together, so that it does not matter which of a degenerate pair's
-    /// many bases it is.
+    /// Orders are chosen for all of them together, so that the result does not depend on the basis of a
+    /// degenerate pair.
     fn jobs(&self, cluster: &Cluster, motions: &[ModalMotion<'_>]) -> Vec<Job> {
         let (squares, mut modes): (Vec<f64>, Vec<Parts>) =
             cluster.modes.iter().map(|mode| self.split(motions[*mode].shape)).unzip();
+        // Power of each order, and the threshold.
         let square = |values: &[f64]| values.iter().zip(&self.areas).map(|(u, a)| u * u * a).sum::<f64>();
         let power = |m: usize| -> f64 {
             let turn = if m == 0 { 1.0 } else { 0.5 };
@@ -314,6 +323,7 @@ impl Rings {
                     motion: std::mem::take(&mut own[order][usize::from(*is_sine)]),
                 }));
             }
+            // Panel resolution: wavenumber of the surface motion, of the air, and of the order.
             let slopes: f64 = parts.iter().map(|part| self.mesh.slope_square(&part.motion)).sum();
             let squares: f64 = parts.iter().map(|part| square(&part.motion)).sum();
             let bending = (TAU * slopes / squares).sqrt();
@@ -337,7 +347,7 @@ impl Rings {
                 square += u.length_squared() * self.areas[node] / angles as f64;
                 *value = u.dot(*n);
             }
-            // The lengths are those that it was planned for.
+            // The lengths match those of the plan.
             let done = self.fourier.process(&mut ring, &mut spectrum);
             debug_assert!(done.is_ok());
             for (m, (part, c)) in parts.iter_mut().zip(&spectrum).enumerate() {
@@ -349,7 +359,7 @@ impl Rings {
         (square, parts)
     }
 
-    /// Orders from 0 that the samples tell apart with certainty.
+    /// Orders from 0 that the samples resolve without aliasing.
     fn orders(&self) -> usize {
         self.fourier.len() / 4
     }

@@ -1,27 +1,25 @@
 //! Radiation of the modes of any closed surface, by boundary elements on triangles.
 //!
-//! By reciprocity ([`TriangleSolver::radiate`]) one factorisation serves all modes at its wavenumber. Hence
-//! two ways:
+//! By reciprocity ([`TriangleSolver::radiate`]) one factorisation serves all modes at its wavenumber. There
+//! are two strategies:
 //!
-//! * *direct*: one system for each mode, at its own wavenumber: where there are few, and in cavities, whose
-//!   resonances no ladder of wavenumbers resolves;
-//! * *ladder*: systems at wavenumbers Δκ apart, κ = kR; every mode takes part in the six nearest, and its
-//!   multipoles are interpolated by a polynomial of degree five. Multipoles of size 1 on the sphere of radius
-//!   R, without e^{−ikR}, are smooth in k: what sound takes to get there, from anywhere on the body, is −R/c
-//!   … R/c and its echoes. Below zero they are their own conjugates.
+//! * *direct*: one system for each mode, at its own wavenumber: for few modes, and for cavities, whose
+//! resonances no ladder of wavenumbers resolves;
+//! * *ladder*: systems at wavenumbers Δκ apart, κ = kR. The multipoles of a mode are interpolated from the
+//! six nearest by a polynomial of degree five. Multipoles normalised on the sphere of radius R, without
+//! e^{−ikR}, are smooth in k: their delays, from any point of the body, are −R/c … R/c and echoes. At
+//! negative κ they are complex conjugates.
 //!
-//! Each octave has its own mesh, as fine as its waves, the walls and the edges ask for
-//! ([`resolution`](crate::mesh::remesh::resolution)); bending waves, which may be shorter than the waves in
-//! air, need no mesh, only a quadrature ([`NormalVelocityProjection`]). Mirror planes divide the systems; a
-//! mode has one parity, mostly.
+//! Each octave has its own mesh, as fine as its waves, the walls and the edges require
+//! ([`resolution`](crate::mesh::remesh::resolution)). Bending waves may be shorter than the waves in air;
+//! they need only a quadrature ([`NormalVelocityProjection`]), not a mesh. Mirror planes divide the systems;
+//! most modes have one parity.
 //!
-//! Lengths are in bounding radii, and digits that rounding may change do not count where triangles are
-//! chosen: a body of another size has the same triangles, scaled, and with its frequencies in proportion the
-//! same transfers.
+//! Lengths are in bounding radii, and the choice of triangles ignores digits at rounding level. A body of
+//! another size has the same triangles, scaled, and with its frequencies in proportion the same transfers.
 //!
-//! The power is too low by 0.2 % where nine edges are on a wave and by 1.7 % where five are; six at least are
-//! asked for. The error grows with k^3.5 (spheres of 1280 triangles, n ≤ 5;
-//! tests/analytic_modal_sphere_flat.rs).
+//! The power is too low by 0.2 % with nine edges per wavelength and by 1.7 % with five; at least six are
+//! used. The error grows with k^3.5 (spheres of 1280 triangles, n ≤ 5; tests/analytic_modal_sphere_flat.rs).
 
 use std::ops::ControlFlow;
 
@@ -45,19 +43,19 @@ use crate::radiation::RadiationError;
 
 /// Spacing in κ of a ladder around bodies without cavities.
 const SOLID_SPACING: f64 = 0.75;
-/// The same where sound is caught.
+/// The same for bodies with cavities.
 const CAVITY_SPACING: f64 = 0.3;
-/// Systems of a ladder that a mode takes part in.
+/// Systems of a ladder that each mode uses.
 const STENCIL: usize = 6;
 /// Meshes: for the whole band, for half of it, for a quarter.
 const MESHES: usize = 3;
-/// A coarser mesh with more than this part of the unknowns of the next finer is not worth its preparation.
+/// Largest unknowns of a coarser mesh, relative to the next finer one, that justify its preparation.
 const WORTH: f64 = 0.75;
-/// Modes with wavenumbers closer than this part are solved together.
+/// Relative difference of wavenumbers below which modes are solved together.
 const TOGETHER: f64 = 1e-4;
 /// Memory of the systems that are solved at the same time [bytes].
 const MEMORY: usize = 4 << 30;
-/// Parts of the bounding radius that count where triangles are chosen.
+/// Fractions of the bounding radius that are significant for the choice of triangles.
 const DIGITS: f64 = (1_u64 << 32) as f64;
 
 /// The modes of a closed surface by boundary elements.
@@ -66,11 +64,11 @@ pub struct BemModalSolver {
     /// The finest first.
     bands: Vec<Band>,
     spacing: f64,
-    /// What lengths of the bands are in \[m\].
+    /// Unit of length of the bands \[m\].
     unit: f64,
 }
 
-/// A mesh and what it is good for.
+/// A mesh and its band.
 #[derive(Clone, Debug)]
 struct Band {
     mesh: SymmetricMesh,
@@ -78,12 +76,12 @@ struct Band {
     highest: f64,
 }
 
-/// A system to be solved.
+/// A system to solve.
 #[derive(Clone, Debug, PartialEq)]
 struct Rung {
     /// [1/unit].
     wavenumber: f64,
-    /// Motions, what the solution counts in theirs, and its conjugate.
+    /// Motions with the weights of the solution and of its conjugate.
     uses: Vec<(usize, [f64; 2])>,
 }
 
@@ -115,7 +113,7 @@ impl BemModalSolver {
             let planes = centred_mirrors(surface, &mass, accuracy * fineness.wall, highest);
             let mesh = match remesh_symmetric(surface, &planes, &fineness.options) {
                 Ok((mesh, _)) if !planes.is_empty() => mesh,
-                // A mesh that cannot be cut at its planes may do as a whole.
+                // A mesh that cannot be cut at its planes may work as a whole.
                 _ => whole(remesh(surface, &fineness.options)?.0),
             };
             bands.push((Band { mesh, highest }, fineness.unknowns));
@@ -123,7 +121,7 @@ impl BemModalSolver {
         Ok(BemModalSolver { bands: bands.into_iter().map(|(band, _)| band).collect(), spacing, unit })
     }
 
-    /// With triangles as they are, for all modes.
+    /// With the given triangles, for all modes.
     pub fn on(mesh: SymmetricMesh) -> Self {
         BemModalSolver {
             bands: vec![Band { mesh, highest: f64::INFINITY }],
@@ -156,12 +154,14 @@ impl ModalSolver for BemModalSolver {
         progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<Vec<ModalTransfer>, RadiationError> {
         check(surface, motions)?;
+        // Work in units of the bounding radius.
         let nodes = surface.nodes.iter().map(|x| *x / self.unit).collect();
         let surface = &ModalSurface { nodes, triangles: surface.triangles.clone() };
         let radius = surface.radius();
         let wavenumber = |motion: usize| motions[motion].wavenumber * self.unit;
         let mut transfers = vec![ModalTransfer { order: 0, coefficients: Vec::new() }; motions.len()];
         let mut before = 0;
+        // Each band with its modes: solver, and loads of the normal velocities.
         for (band, own) in self.bands.iter().zip(self.shares(motions)) {
             if own.is_empty() {
                 continue;
@@ -178,6 +178,7 @@ impl ModalSolver for BemModalSolver {
                 orders.iter().map(|n| vec![Complex64::ZERO; (n + 1) * (n + 1)]).collect();
             let entries = solver.unknowns() * solver.unknowns() * band.mesh.images().len();
             let together = (MEMORY / (entries.max(1) * 8)).clamp(1, rayon::current_num_threads().max(1));
+            // Assembly, factorisation and reciprocity, as many systems at once as fit in memory.
             for (round, batch) in rungs.chunks(together).enumerate() {
                 if progress(before + own.len() * (round * together) / rungs.len()).is_break() {
                     return Err(RadiationError::Interrupted);
@@ -190,6 +191,7 @@ impl ModalSolver for BemModalSolver {
                         solver.radiate(rung.wavenumber, highest, radius, &used)
                     })
                     .collect();
+                // Interpolation in wavenumber.
                 for (rung, solved) in batch.iter().zip(solved?) {
                     for ((i, [own, mirrored]), coefficients) in rung.uses.iter().zip(solved) {
                         for (sum, c) in sums[*i].iter_mut().zip(coefficients) {
@@ -199,6 +201,7 @@ impl ModalSolver for BemModalSolver {
                 }
             }
             before += own.len();
+            // Normalise and truncate the multipoles.
             for (i, mut sum) in own.iter().zip(sums) {
                 sum.iter_mut().for_each(|c| *c /= radius);
                 transfers[*i] = trimmed(sum, wavenumber(*i) * radius);
@@ -209,7 +212,7 @@ impl ModalSolver for BemModalSolver {
     }
 }
 
-/// The systems that modes of these wavenumbers need: a ladder, or one for each if these are fewer.
+/// The systems for modes of these wavenumbers: a ladder, or one for each mode if that is fewer.
 fn rungs(wavenumbers: &[f64], spacing: f64) -> Vec<Rung> {
     let mut sorted: Vec<usize> = (0..wavenumbers.len()).collect();
     sorted.sort_by(|a, b| wavenumbers[*a].total_cmp(&wavenumbers[*b]));
@@ -228,13 +231,14 @@ fn rungs(wavenumbers: &[f64], spacing: f64) -> Vec<Rung> {
 fn ladder(wavenumbers: &[f64], spacing: f64) -> Vec<Rung> {
     let mut rungs: Vec<Rung> = Vec::new();
     for (motion, k) in wavenumbers.iter().enumerate() {
+        // Lagrange weights of the nearest nodes.
         let x = k / spacing - 0.5;
         let first = x.floor() as i64 - (STENCIL / 2) as i64 + 1;
         let nodes: Vec<i64> = (first..first + STENCIL as i64).collect();
         for node in &nodes {
             let others = nodes.iter().filter(|other| *other != node);
             let weight: f64 = others.map(|other| (x - *other as f64) / (node - other) as f64).product();
-            // Below zero: the conjugate of the mirror image.
+            // Negative wavenumbers are conjugates of their mirror image.
             let (place, side) = if *node < 0 { (-1 - node, 1) } else { (*node, 0) };
             let wavenumber = (place as f64 + 0.5) * spacing;
             let rung = match rungs.iter_mut().find(|rung| rung.wavenumber == wavenumber) {
@@ -260,20 +264,20 @@ fn ladder(wavenumbers: &[f64], spacing: f64) -> Vec<Rung> {
     rungs
 }
 
-/// Orders that are computed.
+/// Multipole order to compute.
 pub(super) fn order(kappa: f64) -> usize {
     ((kappa + 4.0).ceil() as usize).clamp(10, MOST_ORDER)
 }
 
-/// A transfer without the highest orders, as long as they are nothing.
+/// A transfer without negligible highest orders.
 pub(super) fn trimmed(mut coefficients: Vec<Complex64>, kappa: f64) -> ModalTransfer {
     let order = last_order(&[&coefficients], kappa);
     coefficients.truncate((order + 1) * (order + 1));
     ModalTransfer { order, coefficients }
 }
 
-/// Normals of the mirror planes of a surface, if they go through the origin: a plane that misses it by δ
-/// would shift the phase by kδ.
+/// Normals of the mirror planes of a surface that pass through the origin: an offset δ would shift the phase
+/// by kδ.
 pub(super) fn centred_mirrors(
     surface: &TriMesh,
     mass: &MassProperties,
@@ -287,7 +291,7 @@ pub(super) fn centred_mirrors(
     mirror_planes(surface, tolerance).into_iter().map(|plane| plane.normal).collect()
 }
 
-/// A mesh without symmetry.
+/// A mesh without mirror planes.
 fn whole(cell: TriMesh) -> SymmetricMesh {
     SymmetricMesh { cell, mirrors: BVec3::FALSE, frame: DMat3::IDENTITY }
 }

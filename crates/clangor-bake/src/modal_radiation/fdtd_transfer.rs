@@ -1,8 +1,8 @@
 //! Radiation of the modes of any closed surface by finite differences in time, several modes in one run.
 //!
-//! For what boundary elements cannot reach: large bodies without mirror planes. The motion of a mode acts on
-//! the cells that the surface cuts, U taken at the nearest face that looks the same way, and its flux made
-//! the true one. What this method costs and what its error is, [`crate::fdtd`] says; how modes share a run,
+//! For large bodies without mirror planes, beyond the reach of boundary elements. The motion of a mode acts
+//! on the cells that the surface cuts, with U from the nearest face of similar orientation, and its flux
+//! corrected to the exact one. For cost and error see [`crate::fdtd`]; for the modes of a shared run,
 //! [`crate::fdtd::WaveSolver::run_modes`].
 
 use std::ops::ControlFlow;
@@ -22,9 +22,9 @@ use crate::fdtd::{Boundary, WaveError, WaveMotion, WaveOptions, WaveSolver};
 use crate::modal_radiation::bem_transfer::{order, trimmed};
 use crate::radiation::RadiationError;
 
-/// Cells on the shortest wave, across a wall and on the radius, at least.
+/// Least number of cells per shortest wavelength, across a wall and on the radius.
 const CELLS: [f64; 3] = [10.0, 2.0, 8.0];
-/// Time after the bursts, in R/c, that a body without cavities and one with them are heard.
+/// Time after the bursts, in R/c, for a body without cavities and with them.
 const LONGEST: [f64; 2] = [6.0, 30.0];
 
 /// The modes of a closed surface by finite differences.
@@ -84,12 +84,14 @@ impl ModalSolver for FdtdModalSolver {
     ) -> Result<Vec<ModalTransfer>, RadiationError> {
         check(surface, motions)?;
         let radius = surface.radius();
+        // Surface point that drives each cut cell.
         let locator = SurfaceLocator::new(surface);
         let places = self.solver.places();
         let area: f64 = places.iter().map(|place| place.area.length()).sum();
         let located: Option<Vec<_>> =
             places.iter().map(|place| locator.nearest_facing(place.position, place.area)).collect();
         let located = located.ok_or(RadiationError::Empty)?;
+        // Normal flux of each mode through the cells, with the exact volume flux.
         let driven: Vec<WaveMotion> = motions
             .iter()
             .map(|motion| {
@@ -106,10 +108,11 @@ impl ModalSolver for FdtdModalSolver {
         }
         let mut on_progress =
             |on_progress: &BakeProgress| progress((on_progress.done * motions.len() as f64) as usize);
+        // Time stepping of all modes.
         let solved = watched(&mut on_progress, |report| self.solver.run_modes(&driven, report))
             .map_err(|_| RadiationError::Interrupted)?;
         let of_motion = |(motion, mut coefficients): (&ModalMotion<'_>, Vec<Complex64>)| {
-            // From the sphere around the surface to the one around the elements.
+            // Multipoles from the sphere around the surface to that around the elements.
             let kappa = motion.wavenumber * self.radius;
             let highest = order(motion.wavenumber * radius).min(coefficients.len().isqrt() - 1);
             let mut waves = Vec::new();

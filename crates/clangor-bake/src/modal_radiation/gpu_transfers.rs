@@ -1,13 +1,14 @@
-//! Transfers of many modes at many places on a graphics processor (\[FRAC\] §4): what
-//! `ModalTransfer::undelayed` gives.
+//! Transfers of many modes at many places on a graphics processor (\[FRAC\] §4), equal to
+//! `ModalTransfer::undelayed`.
 //!
 //! ```text
 //! harmonics: Y of every place ─┐
 //! waves: θₙ ratios of every place and mode ─┴─► sums: Σ_n waves Σ_m c Y of every place and mode ─► read
 //! ```
 //!
-//! The coefficients stay on the device; a call sends directions and distances and brings back one complex
-//! number for each mode and place. All in `f32`: products of the ratios of up to 60 orders keep 1e-5.
+//! The coefficients stay on the device. A call sends directions and distances and returns one complex number
+//! for each mode and place. All arithmetic is `f32`: products of the ratios of up to 60 orders are accurate
+//! to 1e-5.
 
 use clangor_core::sound_model::modal::model::ModalTransfer;
 use glam::DVec3;
@@ -41,7 +42,7 @@ struct Prepared {
 }
 
 impl GpuTransfers {
-    /// Sends transfers with their wavenumbers κ = kR to the device.
+    /// Uploads transfers with their wavenumbers κ = kR to the device.
     ///
     /// # Errors
     /// [`GpuError`].

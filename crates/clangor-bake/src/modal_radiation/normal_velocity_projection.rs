@@ -1,20 +1,20 @@
-//! The normal motion of a mode, as loads on the vertices of another mesh of the same surface.
+//! The normal velocity of a mode, as loads on the vertices of another mesh of the same surface.
 //!
 //! ```text
 //! wᵢ = ∫ φᵢ (U·n − δ) dS,    δ = (∫ U·n dS − V̇)/S
 //! ```
 //!
 //! over the flat triangles of the acoustic mesh with *their* normals, φᵢ linear, U interpolated between the
-//! six nodes of the nearest element face that looks the same way. V̇ is the flux of the motion through the
-//! elements' own faces. A body of nearly constant volume displaces next to nothing, and interpolation leaves
-//! some 10⁻³ of what moves: a monopole, which radiates where the true motion hardly does. δ takes it away.
+//! six nodes of the nearest element face of similar orientation. V̇ is the flux of the motion through the
+//! elements' own faces. A body of nearly constant volume has a net flux near zero, but interpolation leaves
+//! about 10⁻³ of the flux that moves: a spurious monopole. δ removes it.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator, node_weights};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Shares of the corners and weight of the points of a rule that is exact for quartics.
+/// Barycentric coordinates and weights of a rule that is exact for quartics.
 const RULE: [([f64; 3], f64); 6] = {
     const A: f64 = 0.445_948_490_915_965;
     const B: f64 = 0.091_576_213_509_771;
@@ -30,15 +30,15 @@ const RULE: [([f64; 3], f64); 6] = {
     ]
 };
 
-/// Most parts into which the edge of an acoustic triangle is cut to follow the elements.
+/// Largest number of parts of an acoustic triangle's edge, to follow the elements.
 const MOST_PARTS: usize = 8;
 
-/// From the motion of the nodes to the loads, the same for all modes.
+/// The map from the motion of the nodes to the loads, the same for all modes.
 #[derive(Clone, Debug)]
 pub struct NormalVelocityProjection {
     /// First entry of each vertex, one more than vertices.
     starts: Vec<u32>,
-    /// Node, and what its motion counts [m²].
+    /// Node, and the weight of its motion [m²].
     entries: Vec<(u32, DVec3)>,
     /// ∫ φᵢ dS [m²].
     areas: Vec<f64>,
@@ -75,7 +75,7 @@ impl NormalVelocityProjection {
         Some(NormalVelocityProjection { starts, entries, areas, flux: node_fluxes(surface) })
     }
 
-    /// wᵢ of a mode with this motion of the nodes, in its units times m².
+    /// wᵢ of a mode with this motion of the nodes, in its unit times m².
     pub fn of(&self, shape: &[DVec3]) -> Vec<f64> {
         let flux: f64 = self.flux.iter().zip(shape).map(|(n, u)| n.dot(*u)).sum();
         let mut loads = self.interpolated(shape);
@@ -122,9 +122,9 @@ fn loads_of_triangle(
     merged(sums)
 }
 
-/// Entries of the same vertex and node added up.
+/// Merges entries of the same vertex and node.
 fn merged(mut entries: Vec<(u32, u32, DVec3)>) -> Vec<(u32, u32, DVec3)> {
-    // The sort is stable: sums have one order.
+    // The sort is stable, so that sums have a fixed order.
     entries.sort_by_key(|(vertex, node, _)| (*vertex, *node));
     let same = entries.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
     same.map(|same| (same[0].0, same[0].1, same.iter().map(|entry| entry.2).sum())).collect()

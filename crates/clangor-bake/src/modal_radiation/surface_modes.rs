@@ -1,4 +1,5 @@
-//! Which method radiates the modes of a closed surface: boundary elements, or finite differences in time.
+//! Choice of the method that radiates the modes of a closed surface: boundary elements, or finite differences
+//! in time.
 //!
 //! Boundary elements to 20 kHz, CPU-s on one core:
 //!
@@ -10,10 +11,11 @@
 //! ```
 //!
 //! of which assembly takes 5e-8 N²/2^planes and the factorisation 4.3e-11 n³ for each system of n unknowns.
-//! Finite differences run some 8e8 cell updates per second; by their count, the mug in cells of 1.7 mm takes
-//! 1e10 for a mode alone, as much time as elements take, and less for modes that share a run. But their error
-//! is 0.5 % for a rounded die and 2 to 5 % for walls of few cells with sharp edges. So elements are the rule
-//! while a system fits in memory; a body of thousands of unknowns without mirror planes is run in time.
+//! Finite differences perform about 8e8 cell updates per second. By their count, the mug in cells of 1.7 mm
+//! takes 1e10 for a single mode, as long as boundary elements, and less for modes that share a run. But their
+//! error is 0.5 % for a rounded die and 2 to 5 % for walls of few cells with sharp edges. Boundary elements
+//! are therefore preferred while a system fits in memory; a body of thousands of unknowns without mirror
+//! planes is simulated in time.
 
 use std::ops::ControlFlow;
 
@@ -33,16 +35,16 @@ use crate::radiation::RadiationError;
 /// CPU-s per square of the unknowns, and per cube of those of a system.
 const ASSEMBLY: f64 = 5e-8;
 const FACTORISATION: f64 = 4.3e-11;
-/// Cost of the average mode, for which half of the finest mesh may do, in that of the highest.
+/// Cost of an average mode, for which half of the finest mesh may suffice, relative to the highest.
 const AVERAGE: f64 = 0.6;
 /// Cell updates per CPU-s.
 const UPDATES: f64 = 8e8;
-/// CPU-s that are not worth a look at the other method.
+/// CPU-s below which the other method is not considered.
 const CHEAP: f64 = 100.0;
-/// How many times cheaper finite differences must be, which are less accurate.
+/// Cost ratio above which the less accurate finite differences are chosen.
 const PREFERENCE: f64 = 4.0;
 
-/// The modes of a closed surface by whichever method suits it.
+/// The modes of a closed surface by the cheaper adequate method.
 #[derive(Clone, Debug)]
 pub enum SurfaceModes {
     /// By boundary elements.
@@ -52,7 +54,7 @@ pub enum SurfaceModes {
 }
 
 impl SurfaceModes {
-    /// Prepares the surface of a body whose centre of mass is at the origin, for so many modes up to
+    /// Prepares the surface of a body whose centre of mass is at the origin, for a number of modes up to
     /// `highest` [1/m] and a level error of `accuracy`.
     ///
     /// # Errors
@@ -82,7 +84,7 @@ impl SurfaceModes {
         Ok(SurfaceModes::Triangles(BemModalSolver::try_new(surface, highest, accuracy)?))
     }
 
-    /// The method, in words.
+    /// Name of the method.
     pub fn method(&self) -> &'static str {
         match self {
             SurfaceModes::Triangles(_) => "boundary elements on triangles",

@@ -1,13 +1,12 @@
-//! The motion of a mode at the points of another mesh, and the volume that it displaces.
+//! The motion of a mode at the points of another mesh, and its volume flux.
 //!
 //! ```text
 //! U(x) = Σ Uᵢ Nᵢ(L),    V̇ = ∮ U·n dS = ∫∫ U·(∂x/∂L₁ × ∂x/∂L₂) dL₁ dL₂
 //! ```
 //!
-//! Nᵢ are the weights of the six nodes of a triangle, for positions too. A body of nearly constant volume
-//! displaces next to nothing; on another mesh the interpolated motion may displace a thousandth of what
-//! moves, which radiates as a monopole where the true motion hardly radiates at all. [`balance`] gives it
-//! back the true flux.
+//! Nᵢ are the shape functions of the six nodes of a triangle, also for positions. A body of nearly constant
+//! volume has a net flux near zero. On another mesh the interpolated motion may have a net flux of a
+//! thousandth of the total, a spurious monopole. [`balance`] restores the exact flux.
 
 use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator, SurfacePoint, node_weights};
 use glam::DVec3;
@@ -30,15 +29,15 @@ const RULE: [([f64; 3], f64); 6] = {
     ]
 };
 
-/// Finds once where points lie on a surface, for the shapes of any number of modes.
+/// Locates points on a surface once, for the shapes of any number of modes.
 #[derive(Clone, Debug)]
 pub struct MotionSampler {
     places: Vec<SurfacePoint>,
 }
 
 impl MotionSampler {
-    /// For points on or near the surface \[m\]; each gets the motion of the place nearest to it. `None` for
-    /// an empty surface.
+    /// For points on or near the surface \[m\]; each takes the motion of the nearest point. `None` for an
+    /// empty surface.
     pub fn new(surface: &ModalSurface, points: &[DVec3]) -> Option<Self> {
         let locator = SurfaceLocator::new(surface);
         let places = points.par_iter().map(|x| locator.nearest(*x)).collect::<Option<Vec<_>>>()?;
@@ -72,8 +71,7 @@ pub fn volume_flux(surface: &ModalSurface, shape: &[DVec3]) -> f64 {
     surface.triangles.iter().map(at_triangle).sum()
 }
 
-/// Changes normal motions by the same amount everywhere, so that their flux is `flux`; `areas` \[m²\] sum to
-/// the surface.
+/// Shifts normal motions uniformly, so that their flux is `flux`; `areas` \[m²\] sum to the surface.
 pub fn balance(motions: &mut [f64], areas: &[f64], flux: f64) {
     let found: f64 = motions.iter().zip(areas).map(|(u, a)| u * a).sum();
     let area: f64 = areas.iter().sum();
@@ -99,7 +97,7 @@ mod tests {
         let mesh = ellipsoid(DVec3::new(1.0, 0.8, 0.6), 3).expect("a mesh");
         let surface = ModalSurface { nodes: mesh.nodes.clone(), triangles: mesh.surface() };
         let volume = mesh.quality().volume;
-        // Linear motions keep to the rule exactly: div U times the volume. Residual seen: 1e-15.
+        // Linear motions satisfy div U times the volume exactly. Residual seen: 1e-15.
         let stretch: Vec<DVec3> = mesh.nodes.iter().map(|x| *x * DVec3::new(2.0, -0.5, 1.0)).collect();
         assert!((volume_flux(&surface, &stretch) / (2.5 * volume) - 1.0).abs() < 1e-12);
         let turn: Vec<DVec3> = mesh.nodes.iter().map(|x| DVec3::new(0.3, 0.5, -0.2).cross(*x)).collect();

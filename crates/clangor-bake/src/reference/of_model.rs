@@ -1,9 +1,8 @@
-//! The published representation of a field that we have: PAN's grids of directions, or PROXY's octant of
-//! wavelets.
+//! The published representation of a baked field: PAN's grids of directions, or PROXY's octant of wavelets.
 //!
-//! The shortest pulse is as short as the band of the field allows: h = 5/κ, whose spectrum is at 1 % of its
-//! peak at the highest κ. Beside it stand 2h, 4h and 8h (\[PAN\] fig. 9), sampled at steps that grow with
-//! them. N = 2 powers of 1/r are fitted to M = 5 radii, as printed.
+//! The shortest pulse is limited by the band of the field: h = 5/κ, whose spectrum is at 1 % of its peak at
+//! the highest κ. Three longer pulses of 2h, 4h and 8h complete it (\[PAN\] fig. 9), sampled at steps in
+//! proportion. N = 2 powers of 1/r are fitted to M = 5 radii, as published.
 
 use clangor_core::reference::pan_representation::directions::Directions;
 use clangor_core::reference::pan_representation::{PanError, PanModel};
@@ -11,7 +10,7 @@ use clangor_core::sound_model::acceleration::model::AccelerationModel;
 
 use super::{FieldSampler, Fit, PanFitError, PanOptions, fit};
 
-/// Which of the published forms.
+/// Choice of the published form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PanForm {
     /// \[PAN\]: a grid in angles, all samples.
@@ -29,22 +28,22 @@ pub enum PanForm {
     },
 }
 
-/// Why a field has no published form.
+/// Reasons why a field has no published form.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PanModelError {
-    /// It is not symmetric.
+    /// The field lacks the three mirror symmetries.
     #[error(
         "the octant needs a body with three planes of symmetry along its axes, and {part:.1e} of this field \
          is not symmetric; use a grid in angles"
     )]
     Asymmetric {
-        /// Part of the field, relative L2.
+        /// Fraction of the field, relative L2.
         part: f64,
     },
     /// The fit failed.
     #[error(transparent)]
     Fit(#[from] PanFitError),
-    /// The result cannot be played.
+    /// The result cannot be evaluated.
     #[error(transparent)]
     Model(#[from] PanError),
 }
@@ -55,7 +54,7 @@ const OCTAVES: i32 = 3;
 const SAMPLES_PER_PULSE: f64 = 12.5;
 /// Smallest singular value over the largest of PAN's fit.
 const TRUNCATION: f64 = 1e-3;
-/// Part of a field that may not be symmetric, of a body that is.
+/// Largest asymmetric fraction of a field that counts as symmetric.
 const MOST_ASYMMETRY: f64 = 1e-3;
 
 /// Fits the published representation to a model.
@@ -80,8 +79,8 @@ pub fn pan_model(model: &AccelerationModel, form: PanForm) -> Result<PanModel, P
         .map(|octave| {
             let pulse = 5.0 / field.max_wavenumber * 2f64.powi(octave);
             let step = pulse / SAMPLES_PER_PULSE;
-            // From before the body's near side speaks until all has died away, with room for the ends of the
-            // fit.
+            // From the earliest arrival from the body to the end of the response, with a margin for the ends
+            // of the fit.
             let seconds = field.ring_time + 2.0 + 4.0 * pulse + 64.0 * step;
             let length = ((seconds / step).ceil() as usize).next_power_of_two();
             let options = PanOptions { pulse, step, length, terms: 2, radii: 5, directions, fit: how };
@@ -92,13 +91,14 @@ pub fn pan_model(model: &AccelerationModel, form: PanForm) -> Result<PanModel, P
     Ok(PanModel::new(model.radius, fields)?)
 }
 
-/// Part of a field, relative L2 of its coefficients, that a body with three planes of symmetry does not have.
+/// Fraction of a field, relative L2 of its coefficients, that violates the parities of a body with three
+/// planes of symmetry.
 fn asymmetry(model: &AccelerationModel) -> f64 {
     let field = &model.field;
     let (mut odd, mut all) = (0.0, 0.0);
     let rows = field.real.chunks(field.nodes.len()).zip(field.imaginary.chunks(field.nodes.len()));
     for (term, (real, imaginary)) in field.terms.iter().zip(rows) {
-        // The monopole is zero of such a body, whatever its factor.
+        // The monopole of such a body is zero, whatever its factor.
         let square: f64 = real.iter().chain(imaginary).map(|q| f64::from(*q).powi(2)).sum();
         all += square;
         if parity(term.n, term.m) != ODD[usize::from(term.degree)] {

@@ -25,7 +25,7 @@ pub(super) fn pulse_spectrum(options: &PanOptions) -> Vec<f64> {
 pub fn half_sine_spectrum(wavenumber: f64, duration: f64) -> Complex64 {
     let x = 0.5 * wavenumber * duration;
     let below = 1.0 - (2.0 * x / std::f64::consts::PI).powi(2);
-    // cos x/(1 − (2x/π)²) is π/4 at x = π/2, where both vanish.
+    // The limit of cos x/(1 − (2x/π)²) at x = π/2, where both vanish, is π/4.
     let centred = if below.abs() < 1e-7 { std::f64::consts::FRAC_PI_4 } else { x.cos() / below };
     2.0 * duration / std::f64::consts::PI * centred * Complex64::new(x.cos(), -x.sin())
 }
@@ -43,7 +43,7 @@ pub fn synthesize(field: &[Complex64], factor: &[f64], step: f64, start: f64) ->
         .zip(wavenumbers(step, length))
         .map(|((f, g), k)| f * Complex64::from_polar(g * scale, k * start))
         .collect();
-    // A real signal has a real mean and a real alternating part.
+    // The mean and the alternating part of a real signal are real.
     spectrum[0].im = 0.0;
     spectrum[length / 2].im = 0.0;
     let mut samples = plan.make_output_vec();
@@ -51,16 +51,16 @@ pub fn synthesize(field: &[Complex64], factor: &[f64], step: f64, start: f64) ->
     samples
 }
 
-/// A field at many wavenumbers: the interpolation in frequency as a matrix, made once for all points.
+/// A field at many wavenumbers: the interpolation in frequency as a matrix, shared by all points.
 pub struct FieldSampler<'a> {
     field: &'a AccelerationField,
-    /// For each wavenumber, for each node, what multiplies its value and the conjugate of its value.
+    /// For each wavenumber and node, the factors of its value and of the conjugate of its value.
     weights: Vec<[Complex64; 2]>,
     wavenumbers: usize,
 }
 
 impl<'a> FieldSampler<'a> {
-    /// For these wavenumbers κ. From 90 % of the field's band on it is faded out, and it is zero above.
+    /// For these wavenumbers κ. Fades out from 90 % of the field's band on, and is zero above the band.
     pub fn new(field: &'a AccelerationField, wavenumbers: &[f64]) -> Self {
         let count = field.nodes.len();
         let mut weights = Vec::with_capacity(wavenumbers.len() * count);
@@ -91,16 +91,18 @@ impl<'a> FieldSampler<'a> {
         let count = field.nodes.len();
         let order = field.order();
         let distance = x.length();
+        // Angular and radial factors at the point.
         let mut harmonics = Vec::new();
         solid_harmonics(x / distance, order, &mut harmonics);
         let mut factors = Vec::new();
         let mut radial = Vec::with_capacity(count * (order + 1));
         for node in &field.nodes {
             outgoing(node.s, distance, order, &mut factors);
-            // The monopole's factor, which the coefficient does not hold.
+            // The monopole's factor s², which the coefficient excludes.
             factors[0] *= node.s * node.s;
             radial.extend_from_slice(&factors);
         }
+        // Sum of the terms at each node of the interpolation.
         let mut values = vec![Complex64::ZERO; RIGID_DOFS * count];
         for (row, term) in field.terms.iter().enumerate() {
             let n = usize::from(term.n);
@@ -112,6 +114,7 @@ impl<'a> FieldSampler<'a> {
                 *value += y * q * radial[j * (order + 1) + n];
             }
         }
+        // Interpolation to the wavenumbers.
         std::array::from_fn(|degree| {
             let values = &values[degree * count..][..count];
             (0..self.wavenumbers)

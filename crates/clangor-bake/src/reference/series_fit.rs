@@ -23,7 +23,7 @@ pub(super) fn pseudo_inverse(radii: &[f64], terms: usize) -> Result<Vec<Vec<f64>
 /// With b_i(κ) = Σ_n ψ(nΔt − r_i; Δt) e^{−iκnΔt}, the spectrum of ψ sampled at the delay of radius i, the
 /// samples at radius i of Σ_k q_k/r^k have the spectrum b_i Σ_k q̂_k r_i^{−k}.
 pub(super) struct CirculantFit {
-    /// For each wavenumber, the N × M truncated pseudo-inverse, by rows, with the delay of the data in it.
+    /// For each wavenumber, the N × M truncated pseudo-inverse, by rows, including the delay of the data.
     inverses: Vec<Complex64>,
     terms: usize,
     radii: usize,
@@ -59,7 +59,7 @@ impl CirculantFit {
         Ok(CirculantFit { inverses, terms, radii: count })
     }
 
-    /// Spectra of the q_k from those of the pressures without delay at the radii.
+    /// Spectra of the q_k from those of the undelayed pressures at the radii.
     pub(super) fn solve(
         &self,
         shells: &[[Vec<Complex64>; RIGID_DOFS]],
@@ -81,7 +81,7 @@ impl CirculantFit {
     }
 }
 
-/// b(κ) of a delay; five taps of ψ are not zero.
+/// Spectrum b(κ) of a delay; ψ has five non-zero taps.
 fn delayed_filter(wavenumber: f64, delay: f64, step: f64) -> Complex64 {
     let middle = (delay / step).round() as i64;
     (middle - 3..=middle + 3)

@@ -1,15 +1,15 @@
-//! The bank of ellipsoids that stand for bodies without a field of their own.
+//! The bank of ellipsoids that replace bodies without an individual acceleration model.
 //!
 //! \[PROXY\] §5 has 66 ellipsoids, A = 0.5 m ≥ B ≥ C, B and C from 0.025 m to 0.5 m in steps of 0.0475 m.
-//! Here A = 1, as the size of an ellipsoid is no property of its field, and instead of 500³ cells in time
-//! each is a boundary integral equation on one octant at a few frequencies.
+//! Here A = 1, as the field does not depend on the size of an ellipsoid. Each is a boundary integral equation
+//! on one octant at a few frequencies, instead of 500³ cells in time.
 //!
-//! Differs: the band. 48 kHz and A = 0.5 m would be kA = 440, of which a proxy of small debris never hears: a
-//! body of A = 2.7, 5.5 and 10 cm reaches kA = 10, 20 and 37 at 20 kHz.
+//! Differs: the band. 48 kHz and A = 0.5 m would be kA = 440, which no proxy of small debris needs: a body of
+//! A = 2.7, 5.5 and 10 cm reaches kA = 10, 20 and 37 at 20 kHz.
 //!
 //! Measured by `tests/paper_proxy_bank.rs`, for ellipsoids between those of the bank, at 2 A and kA to 14:
-//! the nearest is off by 7 to 55 % per motion, the bilinear mean of the four around it by 2 to 5 % (10 % for
-//! a motion that is nearly silent).
+//! the error of the nearest is 7 to 55 % per motion, that of the bilinear mean of the four around it 2 to 5 %
+//! (10 % for a motion that is nearly silent).
 
 use std::ops::ControlFlow;
 
@@ -23,10 +23,10 @@ use crate::bem::symmetric_patches::SymmetricPatchSolver;
 
 /// Values of B and of C, in units of A.
 const STEPS: usize = 11;
-/// Distance between frequencies solved first, in κ: half of what the slowest pole of an ellipsoid needs, so
-/// that a test seldom adds any.
+/// Initial spacing of frequencies in κ: half of what the slowest pole of an ellipsoid needs, so that a test
+/// seldom adds any.
 const SPACING: f64 = 20.0 / 14.0;
-/// Nearest distance, in units of A, at which the terms left out must not be missed.
+/// Nearest distance, in units of A, at which the truncation must hold.
 const NEAREST: f64 = 1.2;
 
 /// Proportions (B/A, C/A) of the 66 ellipsoids, ascending in B, then in C.
@@ -55,7 +55,7 @@ pub fn build_bank(
         entries.push(entry);
         evidence.push(found);
     }
-    // The proportions are in order, so that the bank takes them as they are.
+    // The proportions are sorted as the bank requires.
     let bank = EllipsoidBank::try_new(entries).unwrap_or_default();
     Ok((bank, evidence))
 }
@@ -71,7 +71,7 @@ pub fn bank_entry(
     accuracy: f64,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(BankEntry, Evidence), BakeError> {
-    // Half of the error is the solver's and the fit's, half that of the terms left out.
+    // Half of the error is for the solver and the fit, half for the truncation.
     let options = BakeOptions { method: Method::Bem, ..BakeOptions::new(max_wavenumber, 0.5 * accuracy) };
     let solver = SymmetricPatchSolver::ellipsoid(DVec3::new(1.0, b, c), max_wavenumber, options.accuracy)?;
     let (mut model, mut evidence) = bake_with(&solver, SPACING, &options, progress)?;
@@ -81,14 +81,15 @@ pub fn bank_entry(
     Ok((BankEntry { b, c, field: model.field }, evidence))
 }
 
-/// Leaves out the faintest terms: together, at [`NEAREST`] and at every node, below `accuracy` of the loudest
+/// Drops the weakest terms: together, at [`NEAREST`] and at every node, below `accuracy` of the strongest
 /// motion.
 ///
-/// Terms of the first two orders stay, as they outlast the others with distance.
+/// Terms of the first two orders are kept, as they decay least with distance.
 fn leave_out_faint_terms(field: &mut AccelerationField, accuracy: f64) {
     let (order, count) = (field.order(), field.nodes.len());
     let mut energy = vec![vec![0.0; count]; field.terms.len()];
     let mut loudest = vec![0.0_f64; count];
+    // Energy of each term and of the strongest motion at each node.
     for (j, node) in field.nodes.iter().enumerate() {
         let mut radial = Vec::new();
         outgoing(node.s, NEAREST, order, &mut radial);
@@ -101,12 +102,14 @@ fn leave_out_faint_terms(field: &mut AccelerationField, accuracy: f64) {
         }
         loudest[j] = by_motion.into_iter().fold(f64::MIN_POSITIVE, f64::max);
     }
+    // Terms above order 2, weakest first.
     let level = |row: usize| energy[row].iter().zip(&loudest).map(|(e, l)| e / l).fold(0.0, f64::max);
     let mut faintest: Vec<(f64, usize)> =
         (0..field.terms.len()).filter(|&row| field.terms[row].n > 2).map(|row| (level(row), row)).collect();
     faintest.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
     let mut keep = vec![true; field.terms.len()];
     let mut left_out = [0.0; RIGID_DOFS];
+    // Drop terms while their sum per motion stays below the threshold.
     for (level, row) in faintest {
         let sum = &mut left_out[usize::from(field.terms[row].degree)];
         *sum += level;
@@ -115,6 +118,7 @@ fn leave_out_faint_terms(field: &mut AccelerationField, accuracy: f64) {
         }
         keep[row] = false;
     }
+    // Remove the dropped rows.
     let rows = |values: &[f32]| -> Vec<f32> {
         values.chunks(count).zip(&keep).filter(|(_, keep)| **keep).flat_map(|(row, _)| row).copied().collect()
     };

@@ -1,13 +1,13 @@
-//! The bank of ellipsoids that ring for small bodies without modes of their own, baked.
+//! Bake of the modal soundbank: ellipsoids that replace small bodies without individual modes.
 //!
-//! \[FRAC\] §5. The modes of each ellipsoid are polynomials ([`ellipsoid_modes`]), its sound is that of
-//! every body: the meridian where two axes are equal, triangles on an eighth where none are
+//! \[FRAC\] §5. The modes of each ellipsoid are polynomials ([`ellipsoid_modes`]). Its radiation uses the
+//! general solvers: the meridian where two axes are equal, triangles on an octant otherwise
 //! ([`modal::radiate`](crate::modal::radiate)).
 //!
 //! An ellipsoid has all modes that a body of its proportions needs to 20 kHz, if its lowest mode is above
-//! [`BankOptions::least_first_frequency`] and ‖(a, b, c)‖ below [`BankOptions::largest_size`]: with S =
-//! min(f_p/f_least, largest) they are baked to 20 kHz × S/m, which is \[FRAC\]'s rule that the scale γ must
-//! be below 1, for ellipsoids of S instead of a metre.
+//! [`BankOptions::least_first_frequency`] and ‖(a, b, c)‖ below [`BankOptions::largest_size`]. With S =
+//! min(f_p/f_least, largest) modes are baked to 20 kHz × S/m. This is \[FRAC\]'s rule that the scale γ must
+//! be below 1, for ellipsoids of size S instead of a metre.
 
 pub mod ellipsoid_modes;
 pub mod first_frequency;
@@ -31,20 +31,20 @@ use ellipsoid_modes::BallPolynomials;
 pub use first_frequency::{FirstFrequencyError, first_frequency, first_frequency_of_surface};
 use surface::EllipsoidSurface;
 
-/// How to bake a bank.
+/// Settings of the bake.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BankOptions {
-    /// What the ellipsoids are made of, and what carries their sound.
+    /// Material of the ellipsoids, and the surrounding medium.
     pub material: BankMaterial,
-    /// Modes below this are wanted, of bodies of any size \[Hz\].
+    /// Upper limit of the band for bodies of any size \[Hz\].
     pub max_frequency: f64,
-    /// Lowest frequency of the deepest body that is to be served \[Hz\].
+    /// Lowest first frequency of the bodies served \[Hz\].
     pub least_first_frequency: f64,
     /// ‖(a, b, c)‖ of the largest \[m\].
     pub largest_size: f64,
     /// Least a/c.
     pub thinnest: f64,
-    /// Largest difference of the logarithms of frequencies between neighbours.
+    /// Largest difference of log frequency between neighbours.
     pub spacing: f64,
     /// Degree of the polynomials.
     pub degree: usize,
@@ -53,7 +53,7 @@ pub struct BankOptions {
 }
 
 impl BankOptions {
-    /// For bodies of a material to 20 kHz.
+    /// For bodies of a material, up to 20 kHz.
     pub fn new(material: BankMaterial) -> Self {
         BankOptions {
             material,
@@ -68,26 +68,26 @@ impl BankOptions {
     }
 }
 
-/// Why there is no bank.
+/// Reasons why the bake fails.
 #[derive(Debug, thiserror::Error)]
 pub enum ModalSoundbankBakeError {
-    /// The sound of an ellipsoid cannot be computed.
+    /// The radiation of an ellipsoid failed.
     #[error("ellipsoid {semi_axes}: {source}")]
     Ellipsoid {
         /// Its semi-axes \[m\].
         semi_axes: DVec3,
-        /// Why.
+        /// Cause.
         source: ModalBakeError,
     },
-    /// Options that make no bank.
+    /// Invalid option.
     #[error("{what} is {value}")]
     Options {
-        /// Which.
+        /// Name of the option.
         what: &'static str,
         /// Its value.
         value: f64,
     },
-    /// What was baked is no bank.
+    /// The baked data do not form a valid bank.
     #[error(transparent)]
     Bank(#[from] ModalSoundbankError),
     /// Stopped by the caller.
@@ -128,11 +128,13 @@ pub fn ringing_ellipsoid(
     options: &BankOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<RingingEllipsoid, ModalSoundbankBakeError> {
+    // Band of the ellipsoid, from its lowest frequency.
     let material = &options.material;
     let first = in_hertz(material, polynomials.first(semi_axes, material.poisson_ratio));
     let size = (first / options.least_first_frequency).min(options.largest_size);
-    // However large the body, one mode must be there to scale by.
+    // At least one mode is needed for scaling, however large the body.
     let max_frequency = (options.max_frequency * size).max(1.01 * first);
+    // Modes, then their radiation.
     let mut model = modal_model(polynomials, semi_axes, material, max_frequency);
     let geometry = BakeGeometry::Ellipsoid { semi_axes };
     let settings = ModalBakeOptions {
@@ -146,6 +148,7 @@ pub fn ringing_ellipsoid(
         Err(source) => return Err(ModalSoundbankBakeError::Ellipsoid { semi_axes, source }),
         Ok(()) => {}
     }
+    // Keep the coefficients of each mode's parity.
     let modes = model.model.modes.into_iter().zip(model.modes).map(|(mode, own)| EllipsoidMode {
         transfer: mode.transfer.as_ref().map_or_else(Vec::new, |t| of_parity(t, own.parity)),
         order: mode.transfer.as_ref().map_or(0, |t| t.order),
@@ -174,6 +177,7 @@ pub fn modal_model(
     material: &BankMaterial,
     max_frequency: f64,
 ) -> SampledModes {
+    // Modes in dimensionless form; scale frequencies and shapes to the material.
     let limit = TAU * max_frequency / material.speed();
     let found = polynomials.modes(semi_axes, material.poisson_ratio, limit);
     let surface = EllipsoidSurface::new(semi_axes, polynomials.degree());

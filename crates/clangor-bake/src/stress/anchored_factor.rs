@@ -4,17 +4,17 @@
 //! K u = f,    P K_h Pᵀ = L Lᵀ
 //! ```
 //!
-//! K does not resist the six rigid motions. Six unknowns are held, so chosen that no rigid motion is left:
-//! K_h is K with their rows and columns cut off. Where the forces balance, whatever holds the body carries
-//! nothing, and u is right up to a rigid motion.
+//! K does not resist the six rigid motions. Six unknowns are fixed such that no rigid motion remains: K_h is
+//! K with their rows and columns decoupled. Where the forces balance, the supports carry no load, and u is
+//! exact up to a rigid motion.
 //!
-//! Source: \[FRAC\] App. B. Differs: there three points are held along directions of their own, by a sparse
-//! change of basis; here unknowns are held as they are, picked by pivots from the rows of the rigid motions,
-//! which cannot fail where three points happen to lie on one line.
+//! Source: \[FRAC\] App. B. Differs: the paper fixes three points along chosen directions, by a sparse change
+//! of basis. Here plain unknowns are fixed, chosen by pivoting on the rows of the rigid motions, which cannot
+//! fail for collinear points.
 //!
 //! A force on few nodes fills only a part of L⁻¹ f: the path from their columns to the root of the
-//! elimination tree. The forward substitution visits only that. The reaction, which loads all nodes, is a sum
-//! of six loads known beforehand.
+//! elimination tree. The forward substitution visits only that. The reaction, which loads all nodes, is a
+//! combination of six precomputed loads.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -30,16 +30,16 @@ use super::balance::{Balance, Motion};
 use crate::fem::ElasticSystem;
 use crate::fem::elimination::Elimination;
 
-/// Largest relative error of the displacement that is good enough: a thousandth of the error of a fine mesh.
+/// Largest acceptable relative error of the displacement: a thousandth of the error of a fine mesh.
 const WORST_SOLVE: f64 = 1e-5;
 
 pub(super) struct AnchoredFactor {
     structure: Elimination,
     values: Vec<f64>,
     held: [usize; 6],
-    /// The supernode that each starts to fill next, itself for a root.
+    /// Parent of each supernode in the elimination tree, itself for a root.
     parents: Vec<u32>,
-    /// Of each column.
+    /// Supernode of each column.
     supernode_of: Vec<u32>,
     /// Displacements under the forces of unit motions.
     under_motions: [Vec<f64>; 6],
@@ -47,10 +47,12 @@ pub(super) struct AnchoredFactor {
 
 impl AnchoredFactor {
     pub(super) fn new(system: &ElasticSystem, balance: &Balance) -> Result<Self, ElastostaticsError> {
+        // Assembly, with the fixed unknowns decoupled.
         let structure = Elimination::new(system)?;
         let held = held_unknowns(system.nodes());
         let mut entries = structure.gather(system, |entry| system.shifted_block(entry, 0.0));
         structure.detach(&mut entries, &held);
+        // Numeric Cholesky factorisation.
         let mut values = structure.room()?;
         let scratch = structure.cholesky().factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         let mut buffer = MemBuffer::try_new(scratch).map_err(|_| structure.out_of_memory())?;
@@ -66,6 +68,7 @@ impl AnchoredFactor {
                 Spec::default(),
             )
             .map_err(|_| ElastostaticsError::Singular { error: f64::INFINITY })?;
+        // Elimination tree of the supernodes.
         let mut supernode_of = vec![0_u32; structure.size()];
         let mut parents = Vec::new();
         let supernodes = structure.supernodes();
@@ -79,14 +82,16 @@ impl AnchoredFactor {
         }
         let under_motions = std::array::from_fn(|_| Vec::new());
         let mut factor = AnchoredFactor { structure, values, held, parents, supernode_of, under_motions };
+        // Displacements under the reactions of unit motions.
         let units = Motion::units();
         let mut all: Vec<f64> =
             units.iter().flat_map(|m| balance.forces_of(*m)).flat_map(|f| f.to_array()).collect();
         factor.substitute(&mut all, 6);
         let size = factor.structure.size();
         factor.under_motions = std::array::from_fn(|k| all[k * size..(k + 1) * size].to_vec());
+        // Residual of a known solution.
         let error = factor.solve_error(system, balance);
-        // A comparison that is false for NaN.
+        // This comparison is false for NaN.
         if error <= WORST_SOLVE { Ok(factor) } else { Err(ElastostaticsError::Singular { error }) }
     }
 
@@ -95,8 +100,8 @@ impl AnchoredFactor {
         self.values.len()
     }
 
-    /// Displacements \[m\], up to a rigid motion, under loads, one after the other, that the reaction
-    /// balances with given motions; in place.
+    /// Displacements \[m\], up to a rigid motion, under loads, one after the other, whose reaction is that of
+    /// the given motions; in place.
     pub(super) fn solve(&self, loads: &mut [f64], motions: &[Motion]) {
         self.substitute(loads, motions.len());
         for (u, motion) in loads.chunks_exact_mut(self.structure.size()).zip(motions) {
@@ -110,6 +115,7 @@ impl AnchoredFactor {
     fn substitute(&self, loads: &mut [f64], width: usize) {
         let size = self.structure.size();
         let order = self.structure.order();
+        // Apply the supports and permute.
         for load in loads.chunks_exact_mut(size) {
             self.held.iter().for_each(|k| load[*k] = 0.0);
         }
@@ -120,6 +126,7 @@ impl AnchoredFactor {
         let count = symbolic.n_supernodes();
         let longest = (0..count).map(|s| symbolic.supernode(s).pattern().len()).max().unwrap_or(0);
         let mut buffer = vec![0.0; longest * width];
+        // Forward substitution, on the reached supernodes only.
         for s in self.reached(&x, width) {
             let block = factor.supernode(s);
             let (columns, rows) = (block.val().ncols(), block.pattern());
@@ -134,6 +141,7 @@ impl AnchoredFactor {
                 rows.iter().zip(below_part).for_each(|(row, part)| x[*row] -= part);
             }
         }
+        // Back substitution.
         for s in (0..count).rev() {
             let block = factor.supernode(s);
             let (columns, rows) = (block.val().ncols(), block.pattern());
@@ -148,12 +156,13 @@ impl AnchoredFactor {
             matmul(own.rb_mut(), Accum::Add, below.transpose(), below_part, -1.0, Par::Seq);
             solve_upper_triangular_in_place(diagonal.transpose(), own.rb_mut(), Par::Seq);
         }
+        // Permute back.
         for (load, x) in loads.chunks_exact_mut(size).zip(x.chunks_exact(size)) {
             order.iter().zip(x).for_each(|(unknown, x)| load[*unknown] = *x);
         }
     }
 
-    /// Supernodes in which L⁻¹ f is not zero, ascending.
+    /// Supernodes in which L⁻¹ f is non-zero, ascending.
     fn reached(&self, x: &[f64], width: usize) -> Vec<usize> {
         let size = self.structure.size();
         let mut reached = vec![false; self.parents.len()];
@@ -167,11 +176,11 @@ impl AnchoredFactor {
         (0..reached.len()).filter(|s| reached[*s]).collect()
     }
 
-    /// Relative error of the displacement that is found for the forces of a known one.
+    /// Relative error of the solution for the forces of a known displacement.
     fn solve_error(&self, system: &ElasticSystem, balance: &Balance) -> f64 {
         let nodes = system.nodes();
         let size = nodes.iter().fold(f64::MIN_POSITIVE, |size, x| size.max(x.length()));
-        // Bends of the whole body: what is soft is what rounding hurts most.
+        // Bending of the whole body: rounding affects soft motions most.
         let bend = |x: &DVec3| {
             let y = *x / size;
             DVec3::new(y.y * y.z, y.z * y.x, y.x * y.y)
@@ -190,8 +199,8 @@ impl AnchoredFactor {
     }
 }
 
-/// Six unknowns that together allow no rigid motion: at each step the one that what is left of the motions
-/// moves most.
+/// Six unknowns that together exclude rigid motions: at each step the one that the remaining motions move
+/// most.
 fn held_unknowns(nodes: &[DVec3]) -> [usize; 6] {
     let middle = nodes.iter().sum::<DVec3>() / nodes.len().max(1) as f64;
     let size = nodes.iter().fold(f64::MIN_POSITIVE, |size, x| size.max(x.distance(middle)));

@@ -1,12 +1,12 @@
-//! What holds a free body in balance under forces that do not balance each other.
+//! Reaction that balances the forces on a free body.
 //!
 //! ```text
 //! f − W T (TᵀW T)⁻¹ Tᵀ f,    u − T (TᵀW T)⁻¹ Tᵀ W u,    T the six rigid motions at the nodes
 //! ```
 //!
-//! With the mass for W it is inertia: the body accelerates as a rigid one, and each part of it needs its
-//! share of the force. With W = 1 it is the projection P = I − Q Qᵀ of \[FRAC\] App. B, which spreads the
-//! reaction over the nodes equally, and so puts more of it where the mesh is fine.
+//! With the mass for W it is inertia: the body accelerates rigidly, and each part takes its share of the
+//! force. With W = 1 it is the projection P = I − Q Qᵀ of \[FRAC\] App. B, which distributes the reaction
+//! equally over the nodes, hence more of it where the mesh is fine.
 //!
 //! Differs from \[FRAC\]: T is orthogonalised about the centre of W in closed form instead of by a QR
 //! factorisation.
@@ -39,7 +39,7 @@ impl Motion {
     }
 }
 
-/// W of a mesh, by its products with translations and turns.
+/// W of a mesh, by its products with translations and rotations.
 pub(super) struct Balance {
     /// Positions about the centre \[m\].
     arms: Vec<DVec3>,
@@ -77,19 +77,19 @@ impl Balance {
         Balance { arms, weights, moments, total, inverse_inertia: inertia.inverse() }
     }
 
-    /// How forces move the body: its acceleration, along and about each axis, for the mass for W.
+    /// Rigid motion due to forces: the acceleration along and about each axis, if W is the mass.
     pub(super) fn motion(&self, forces: &[DVec3]) -> Motion {
         let force: DVec3 = forces.iter().sum();
         let torque: DVec3 = self.arms.iter().zip(forces).map(|(x, f)| x.cross(*f)).sum();
         Motion { along: force / self.total, about: self.inverse_inertia * torque }
     }
 
-    /// The forces W T a that a motion takes.
+    /// The forces W T a of a motion.
     pub(super) fn forces_of(&self, motion: Motion) -> impl Iterator<Item = DVec3> {
         self.weights.iter().zip(&self.moments).map(move |(w, s)| motion.along * *w + motion.about.cross(*s))
     }
 
-    /// Takes from a displacement what does not deform the body.
+    /// Removes the rigid motion from a displacement.
     pub(super) fn remove_rigid_motion(&self, displacement: &mut [DVec3]) {
         let push =
             self.weights.iter().zip(displacement.iter()).map(|(w, u)| *u * *w).sum::<DVec3>() / self.total;

@@ -1,21 +1,20 @@
-//! Forces on the surface as forces on the nodes.
+//! Conversion of surface forces to nodal forces.
 //!
 //! ```text
 //! f_n = ∫ t N_n dS,    N_n the shape functions of the six nodes of a face
 //! ```
 //!
-//! A force at a point makes an infinite stress there, and on a mesh one that grows as elements shrink. A
-//! contact is no point: its force is spread around as a pressure ∝ 1 − d²/r² within the distance r along the
-//! surface, where r is the radius of the contact, but no less than the longest edge at that vertex, below
-//! which a mesh does not see a difference. Such a patch belongs to each vertex of the surface; a force inside
-//! a face goes to the patches of its three corners by its barycentric coordinates, so that the load moves
-//! continuously with its point.
+//! A point force causes an infinite stress, which on a mesh grows as elements shrink. A contact has a finite
+//! area: its force is distributed as a pressure ∝ 1 − d²/r² within the distance r along the surface. r is the
+//! radius of the contact, at least the longest edge at the vertex, below which the mesh does not resolve it.
+//! Each vertex of the surface has such a patch. A force inside a face is shared by the patches of its three
+//! corners by barycentric coordinates, so that the load varies continuously with the point.
 //!
-//! The force is kept exactly. Its torque is off by the distance of the middle of the patch from the point, at
-//! edges of the body up to a third of r; the reaction balances what is applied.
+//! The force is exact. Its torque has an error of the force times the distance of the patch's centroid from
+//! the point, at edges of the body up to a third of r; the reaction balances the applied load.
 //!
-//! Differs from \[FRAC\], which does not say how contacts load the mesh: forces on single nodes would break a
-//! body by the tension beside them as soon as its mesh is fine enough, however weak they are.
+//! Differs from \[FRAC\], which does not specify how contacts load the mesh. Forces on single nodes would
+//! break a body of a fine mesh by the tension beside them, however weak they are.
 
 use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -24,13 +23,13 @@ use glam::{DMat3, DVec3};
 use crate::mesh::tetrahedra::TetMesh;
 use crate::quadrature::TRIANGLE_FIFTH_DEGREE;
 
-/// The surface of a body, ready for loads.
+/// The surface of a body with its contact patches.
 pub(super) struct ContactTractions {
     surface: TriMesh,
     tree: SurfaceTree,
     /// The six nodes of each triangle.
     faces: Vec<[u32; 6]>,
-    /// Where the triangles of each vertex start in `triangles`, and the end.
+    /// Start of each vertex in `triangles`, and the end.
     starts: Vec<u32>,
     triangles: Vec<u32>,
     /// Least radius of a patch \[m\].
@@ -70,8 +69,8 @@ impl ContactTractions {
         self.surface.vertices.len()
     }
 
-    /// The vertices whose patches carry a force at a point, with their shares; nothing for a point that is
-    /// not finite.
+    /// The vertices whose patches carry a force at a point, with their shares; empty for a point that is not
+    /// finite.
     pub(super) fn shares(&self, point: DVec3) -> Option<[(usize, f64); 3]> {
         let nearest = self.tree.nearest(&self.surface, point)?;
         let corners = self.surface.triangles[nearest.triangle];
@@ -141,7 +140,7 @@ impl ContactTractions {
             .map(|t| *t as usize)
     }
 
-    /// Triangles that hang together with a vertex through vertices closer than a radius, itself included.
+    /// Triangles connected to a vertex through vertices closer than a radius, itself included.
     fn triangles_within(&self, vertex: usize, radius: f64) -> Vec<usize> {
         let centre = self.surface.vertices[vertex];
         let mut reached = vec![vertex];

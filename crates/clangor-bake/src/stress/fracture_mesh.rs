@@ -1,14 +1,13 @@
-//! A mesh of straight tetrahedra for the stress and the breaking of a body.
+//! Straight tetrahedral meshes for the stress and fracture of bodies.
 //!
-//! The edges of its elements bound the smallest pieces that make sense, and its nodes decide what a solve
-//! costs; so its size is chosen by nodes. Boxes, rounded ones too, are grids of cells, thin ones with two
-//! layers where nodes allow; ellipsoids are divided icosahedra; plates, bowls and coins are discs of cells;
-//! other axisymmetric bodies are rotated sections of triangles; anything else is filled with a grid that is
-//! cut at the surface.
+//! The element edges limit the smallest pieces, and the nodes determine the cost of a solve, so the size is
+//! chosen by the number of nodes. Boxes, also rounded, are grids of cells, thin ones with two layers where
+//! nodes allow. Ellipsoids are divided icosahedra. Plates, bowls and coins are discs of cells. Other
+//! axisymmetric bodies are rotated sections of triangles. All other bodies use isosurface stuffing.
 //!
-//! Straight edges cut corners off round bodies. The mesh is scaled to the volume of the body and moved to its
-//! centre of mass, so that mass is kept; its moments of inertia are then off by about the part of the volume
-//! that was missing.
+//! Straight edges lose volume on convex bodies. The mesh is scaled to the volume of the body and moved to its
+//! centre of mass, so that mass is exact. The relative error of its moments of inertia is about that of the
+//! lost volume.
 
 use std::f64::consts::{PI, TAU};
 
@@ -23,43 +22,43 @@ use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
 use crate::mesh::tetrahedra::{TetMesh, TetMeshError, axisymmetric, ball, block};
 use crate::modal_analysis::axisymmetric::section_mesh::SectionMesh;
 
-/// Nodes, middles of edges included, where no edge is asked for.
+/// Default number of nodes, midpoints of edges included.
 const NODES: usize = 10_000;
-/// Elements from the middle of an ellipsoid to its surface for about as many.
+/// Elements from the centre of an ellipsoid to its surface for about that number.
 const BALL_DIVISIONS: f64 = 7.0;
 /// Most nodes of a mesh: its factor takes about two gigabytes.
 const MOST_NODES: usize = 80_000;
-/// Edge over the thickness of a plate up to which two layers are worth their nodes.
+/// Ratio of edge to plate thickness up to which two layers justify their nodes.
 const TWO_LAYERS: f64 = 3.0;
-/// Largest part of the volume that straight edges may lose.
+/// Largest fraction of the volume that straight edges may lose.
 const MOST_LOST: f64 = 0.15;
-/// Edges in the section over the thickness of walls.
+/// Edges of the section, relative to the thickness of walls.
 const SECTION_EDGE: f64 = 2.0;
-/// Steps around the axis at least.
+/// Least number of sectors around the axis.
 const LEAST_SECTORS: f64 = 12.0;
-/// How much finer each trial is.
+/// Ratio of edges between trials.
 const STEP: f64 = 0.93;
 const MOST_STEPS: i32 = 200;
 
-/// Why a body has no mesh to break.
+/// Reasons why a body has no fracture mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FractureMeshError {
-    /// The edge makes no sense.
+    /// Invalid edge length.
     #[error("the edge of elements is {0} m, but must be positive")]
     Edge(f64),
-    /// The body cannot be filled.
+    /// Isosurface stuffing failed.
     #[error(transparent)]
     Filling(#[from] StuffingError),
-    /// The elements do not fit.
+    /// The elements do not form a valid mesh.
     #[error("the tetrahedra make no mesh: {0}")]
     Tetrahedra(#[from] TetMeshError),
-    /// The section crosses itself.
+    /// The section intersects itself.
     #[error("the section of the body crosses itself")]
     Section,
-    /// The body falls apart.
+    /// The mesh is not connected.
     #[error("the body falls into {0} parts that do not hang together")]
     LooseParts(usize),
-    /// Too fine.
+    /// Too many nodes.
     #[error(
         "the mesh has {nodes} nodes, more than the {most} allowed: ask for longer edges or thicken the walls"
     )]
@@ -69,10 +68,10 @@ pub enum FractureMeshError {
         /// Nodes allowed.
         most: usize,
     },
-    /// The mesh does not follow the body.
+    /// The mesh does not match the volume of the body.
     #[error("straight edges lose {:.0} % of the volume: ask for shorter ones", 100.0 * lost)]
     Coarse {
-        /// Part of the volume.
+        /// Fraction of the volume.
         lost: f64,
     },
 }
@@ -86,6 +85,7 @@ pub fn fracture_mesh(geometry: &BakeGeometry, edge: Option<f64>) -> Result<TetMe
     if let Some(edge) = edge.filter(|e| !(*e > 0.0 && e.is_finite())) {
         return Err(FractureMeshError::Edge(edge));
     }
+    // Mesh by the class of the geometry.
     let (mesh, volume, centre) = match geometry {
         BakeGeometry::Ellipsoid { semi_axes } => {
             let divisions =
@@ -115,6 +115,7 @@ pub fn fracture_mesh(geometry: &BakeGeometry, edge: Option<f64>) -> Result<TetMe
             (mesh, mass.volume, mass.centre_of_mass)
         }
     };
+    // One connected body; scale it to the exact volume.
     check_nodes(mesh.nodes.len())?;
     match mesh.parts() {
         1 => fitted(mesh, volume, centre),
@@ -160,7 +161,7 @@ fn grid_nodes(cells: [usize; 3]) -> usize {
     cells.iter().fold(1, |nodes: usize, n| nodes.saturating_mul(n.saturating_mul(2).saturating_add(1)))
 }
 
-/// The cells for an edge or, without, for the shortest edge that keeps to the number of nodes.
+/// The cells for an edge or, without one, for the shortest edge within the node limit.
 fn finest(
     longest: f64,
     edge: Option<f64>,
@@ -175,7 +176,7 @@ fn finest(
     Ok(cells)
 }
 
-/// A grid in a box with rounded edges: boxes of all sizes about the middle are rounded alike.
+/// A grid in a rounded box: concentric shells of boxes with proportional rounding.
 fn rounded_box(edges: DVec3, round: f64, cells: [usize; 3]) -> Result<TetMesh, TetMeshError> {
     let mesh = block::block(edges, cells)?;
     if round == 0.0 {
@@ -197,7 +198,7 @@ fn rounded_box(edges: DVec3, round: f64, cells: [usize; 3]) -> Result<TetMesh, T
     TetMesh::straight(points, &elements)
 }
 
-/// The kernel, slabs on its faces, quarter cylinders on its edges and a ball in its corners.
+/// The core, slabs on its faces, quarter cylinders on its edges and a ball in its corners.
 fn rounded_box_volume(edges: DVec3, round: f64) -> f64 {
     let kernel = edges - 2.0 * round;
     let faces = kernel.x * kernel.y + kernel.y * kernel.z + kernel.z * kernel.x;
@@ -207,11 +208,11 @@ fn rounded_box_volume(edges: DVec3, round: f64) -> f64 {
         + 4.0 / 3.0 * PI * round.powi(3)
 }
 
-/// A grid on a thin wall, or a section filled with triangles and rotated.
+/// A grid on a thin wall, or a triangulated section rotated about the axis.
 fn axisymmetric_mesh(meridian: &Meridian, edge: Option<f64>) -> Result<TetMesh, FractureMeshError> {
     if let Some(dish) = Dish::of(meridian) {
         let sizes = DVec3::new(dish.width(), dish.width(), dish.thickness());
-        // Even, so that there is a node on the axis.
+        // An even number, so that a node lies on the axis.
         let even = |edge: f64| {
             let [across, _, layers] = cells(sizes, edge);
             [across + across % 2, across + across % 2, layers]
@@ -219,17 +220,19 @@ fn axisymmetric_mesh(meridian: &Meridian, edge: Option<f64>) -> Result<TetMesh, 
         let [across, _, layers] = finest(sizes.x, edge, even)?;
         return Ok(dish.mesh(across, layers)?);
     }
+    // Thick body: mesh of the section, rotated.
     let radius = meridian.bounding_radius();
     let widest = meridian.pieces().iter().flat_map(|p| [p.point(0.0).x, p.point(0.5).x, p.point(1.0).x]);
     let around = TAU * widest.fold(0.0, f64::max);
     let of_edge = |edge: f64| -> Result<(SectionMesh, usize), FractureMeshError> {
-        // Walls have one element across, not longer than twice their thickness.
+        // Walls have one element through the thickness, at most twice as long as that.
         let section = SectionMesh::new(meridian, edge / SECTION_EDGE, SECTION_EDGE)
             .ok_or(FractureMeshError::Section)?;
         Ok((section, (around / edge).ceil().max(LEAST_SECTORS) as usize))
     };
     let nodes = |(section, sectors): &(SectionMesh, usize)| 2 * sectors * section.nodes.len();
     let length: f64 = meridian.pieces().iter().map(|p| p.length(0.0, 1.0)).sum();
+    // Given edge, or the finest within the node limit.
     let made = match edge {
         Some(edge) => {
             check_nodes((around / edge * length / edge) as usize)?;

@@ -1,19 +1,19 @@
-//! From displacements to stress and energy.
+//! Stress and energy from displacements.
 //!
 //! ```text
 //! σ = λ tr ε 1 + 2 μ ε,    ε = ½ (∇u + ∇uᵀ),    w = ½ σ : ε = (σ : σ − λ/(3λ + 2μ) (tr σ)²) / (4 μ)
 //! ```
 //!
-//! In a straight quadratic tetrahedron the stress is linear, and jumps to its neighbours. At a corner it is
-//! taken from the linear field nearest, in the sense of ∫ |σ* − σ|² dV, to that of all elements that meet
-//! there: it is more accurate than that of any of them, and exact where the stress of the body is linear, as
-//! in bending.
+//! In a straight quadratic tetrahedron the stress is linear, and discontinuous at its faces. At a corner the
+//! recovered stress is that of the linear field closest, in the sense of ∫ |σ* − σ|² dV, to the stress of all
+//! adjacent elements. It is more accurate than that of any of them, and exact where the stress of the body is
+//! linear, as in bending.
 //!
 //! Source: Zienkiewicz and Zhu (1992), "The superconvergent patch recovery". Differs: the fit is by volume,
-//! which the linear stress of the elements allows in closed form, and not by sampling points.
+//! which linear element stress allows in closed form, instead of by sampling points.
 //!
-//! Between corners the recovered stress is taken as linear. Its largest principal value is convex, so that it
-//! is largest at a corner.
+//! Between corners the recovered stress is linear. Its largest principal value is convex, so that the maximum
+//! lies at a corner.
 
 use glam::{DMat3, DVec3};
 
@@ -21,7 +21,7 @@ use super::{Deformation, SymmetricTensor};
 use crate::fem::ElasticConstants;
 use crate::mesh::tetrahedra::{EDGES, TetMesh};
 
-/// What depends on the mesh alone.
+/// Precomputed weights that depend on the mesh alone.
 pub(super) struct Recovery {
     lambda: f64,
     mu: f64,
@@ -29,7 +29,7 @@ pub(super) struct Recovery {
     shares: Vec<[[f64; 4]; 4]>,
     /// Volumes of the elements \[m³\].
     volumes: Vec<f64>,
-    /// The sum of those that meet at each corner \[m³\].
+    /// The sum over the elements at each corner \[m³\].
     around: Vec<f64>,
 }
 
@@ -42,7 +42,7 @@ impl Recovery {
         };
         let volumes: Vec<f64> = mesh.elements.iter().map(volume).collect();
         let mut around = vec![0.0; mesh.corners];
-        // Moments about each corner, where rounding is least: of first and second order.
+        // First and second moments of each patch about its corner, where rounding is least.
         let mut first = vec![DVec3::ZERO; mesh.corners];
         let mut second = vec![DMat3::ZERO; mesh.corners];
         for (element, volume) in mesh.elements.iter().zip(&volumes) {
@@ -56,7 +56,7 @@ impl Recovery {
                 second[n] += (outer(sum) + arms.into_iter().map(outer).sum::<DMat3>()) * (0.05 * volume);
             }
         }
-        // How far the corner is from the middle of its patch, in the metric of the fit.
+        // Position of the corner relative to the patch's centroid, in the metric of the fit.
         let slopes: Vec<DVec3> = (0..mesh.corners)
             .map(|n| {
                 let middle = first[n] / around[n];
@@ -64,6 +64,7 @@ impl Recovery {
                 (second[n] - outer * around[n]).inverse() * -middle
             })
             .collect();
+        // Weight of the stress at corner k in the fit at corner c.
         let shares_of = |(element, volume): (&[u32; 10], &f64)| {
             let corners = corners_of(element);
             std::array::from_fn(|c| {
@@ -90,7 +91,7 @@ impl Recovery {
         let gradients = [-(g1 + g2 + g3), g1, g2, g3];
         let u = nodes.map(|n| displacement[n as usize]);
         let outer = |u: DVec3, g: DVec3| DMat3::from_cols(u * g.x, u * g.y, u * g.z);
-        // At corner k only its own shape function and those of the edges from it are more than −g.
+        // At corner k, only its own shape function and those of adjacent midpoints differ from −g.
         let mut slopes = [DMat3::ZERO; 4];
         for k in 0..4 {
             let own = outer(u[k], gradients[k]);
@@ -99,10 +100,12 @@ impl Recovery {
                 .enumerate()
                 .for_each(|(other, s)| *s += own * if other == k { 3.0 } else { -1.0 });
         }
+        // Midpoints contribute to both ends of their edge.
         for ([i, j], middle) in EDGES.into_iter().zip(&u[4..]) {
             slopes[i] += outer(4.0 * *middle, gradients[j]);
             slopes[j] += outer(4.0 * *middle, gradients[i]);
         }
+        // Hooke's law.
         slopes.map(|slope| {
             let strain = SymmetricTensor::of(slope);
             let pressure = self.lambda * strain.trace();
@@ -146,17 +149,19 @@ impl Recovery {
             (Vec::with_capacity(count), Vec::with_capacity(count));
         let spherical = self.lambda / (3.0 * self.lambda + 2.0 * self.mu);
         let mut strain_energy = 0.0;
+        // Stress of the element, added to its corners.
         for e in 0..count {
             let stress = self.in_element(mesh, e, &displacement);
             self.gather(mesh, e, &stress, &mut corner_stress);
             let sum = stress.iter().fold(SymmetricTensor::ZERO, |sum, s| sum + *s);
             element_stress.push(sum * 0.25);
-            // The mean over an element of a product of two linear fields.
+            // Mean over an element of a product of two linear fields.
             let square = |s: SymmetricTensor| s.contract(s) - spherical * s.trace() * s.trace();
             let mean = (square(sum) + stress.into_iter().map(square).sum::<f64>()) / 20.0;
             let density = mean / (4.0 * self.mu);
             element_energy_density.push(density);
             strain_energy += density * self.volumes[e];
+            // Energy density at the corners, weighted by volume.
             for corner in mesh.elements[e][..4].iter().map(|n| *n as usize) {
                 corner_energy_density[corner] += density * self.volumes[e] / self.around[corner];
             }

@@ -1,11 +1,11 @@
-//! Symmetric 3 × 3 tensors: stresses, and what is largest in them.
+//! Symmetric 3 × 3 tensors: stresses and their principal values.
 //!
 //! ```text
 //! λ₁ = q + 2 p cos(⅓ arccos(det(σ − q)/(2 p³))),    q = tr σ/3,    6 p² = |σ − q|²
 //! ```
 //!
-//! The largest principal stress has this closed form (Smith 1961, "Eigenvalues of a symmetric 3 × 3 matrix");
-//! directions come from Jacobi rotations, which are right for equal principal stresses too.
+//! The largest principal stress has this closed form (Smith 1961, "Eigenvalues of a symmetric 3 × 3 matrix").
+//! Directions come from Jacobi rotations, which also handle equal principal stresses.
 
 use std::ops::{Add, AddAssign, Mul};
 
@@ -22,7 +22,7 @@ pub struct SymmetricTensor {
 }
 
 impl SymmetricTensor {
-    /// No stress.
+    /// Zero stress.
     pub const ZERO: Self = SymmetricTensor { diagonal: DVec3::ZERO, off_diagonal: DVec3::ZERO };
 
     /// The symmetric part of a matrix.
@@ -86,13 +86,13 @@ impl SymmetricTensor {
     pub(super) fn most_largest(self) -> f64 {
         let mean = self.trace() / 3.0;
         let square = (self.diagonal - mean).length_squared() + 2.0 * self.off_diagonal.length_squared();
-        // The largest of three values of sum zero is at most √(2/3) of the root of their squares.
+        // The largest of three values of sum zero is at most √(2/3) of the root of the sum of their squares.
         mean + (2.0 / 3.0 * square).sqrt() * (1.0 + 1e-12)
     }
 
     /// The largest principal value and its direction, a unit vector whose largest component is positive.
     pub fn largest_with_direction(self) -> (f64, DVec3) {
-        // The third axis of a rotation has no sign of its own.
+        // The sign of the third axis of a rotation is determined by the other two.
         let (values, axes) = principal_axes(self.matrix());
         let axis = axes.z_axis;
         (values.z, if axis[axis.abs().max_position()] < 0.0 { -axis } else { axis })

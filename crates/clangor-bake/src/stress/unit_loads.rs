@@ -1,24 +1,24 @@
-//! The stress of unit forces at the places where a body was loaded before: a load there is a sum.
+//! The stress of unit forces at places loaded before: a load there is a linear combination.
 //!
 //! ```text
 //! σ(f) = Σ_j Σ_a f_ja S_ja,    λ₁(σ(f)) ≤ Σ_j Σ_a |f_ja| max over the body of λ₁(± S_ja)
 //! ```
 //!
 //! with S_ja the recovered stress at all corners under a unit force on the patch of vertex j along axis a of
-//! a frame, of which the first axis is the inward normal; ± is the sign of f_ja. The bound on the right holds
-//! because the largest principal value of a symmetric tensor is convex and of first degree, hence
+//! a frame whose first axis is the inward normal; ± is the sign of f_ja. The bound on the right holds because
+//! the largest principal value of a symmetric tensor is convex and homogeneous of degree one, hence
 //! subadditive: λ₁(A + B) ≤ λ₁(A) + λ₁(B). It costs a few products and shows for most loads that nothing
 //! breaks.
 //!
-//! Columns are stored in single precision, the least recently used given up first. Bounds take six numbers
-//! and stay.
+//! Columns are stored in single precision; the least recently used are evicted first. Bounds take six numbers
+//! and are kept.
 
 use glam::{DMat3, DVec3};
 
 use super::SymmetricTensor;
 
 const NONE: u32 = u32::MAX;
-/// Corners that are summed together, so that the sums stay in the nearest cache.
+/// Corners summed together, so that the sums stay in the first-level cache.
 const BLOCK: usize = 256;
 /// Margin of the bound for rounding in single precision.
 const ROUNDING: f64 = 1e-5;
@@ -57,7 +57,7 @@ impl UnitLoads {
         }
     }
 
-    /// How many vertices fit.
+    /// Number of vertices that fit.
     pub(super) fn capacity(&self) -> usize {
         self.capacity
     }
@@ -66,7 +66,7 @@ impl UnitLoads {
         self.slot_of[vertex] != NONE
     }
 
-    /// An upper bound of the largest principal stress \[Pa\], if all vertices are known.
+    /// An upper bound of the largest principal stress \[Pa\], if all vertices are stored.
     pub(super) fn bound(&self, forces: &[(usize, DVec3)]) -> Option<f64> {
         let mut sum = 0.0;
         for (vertex, force) in forces {
@@ -77,7 +77,7 @@ impl UnitLoads {
         Some(sum + ROUNDING * sum.abs())
     }
 
-    /// Marks vertices as used just now, so that making room for others spares them.
+    /// Marks vertices as recently used, so that they are not evicted.
     pub(super) fn touch(&mut self, forces: &[(usize, DVec3)]) {
         self.clock += 1;
         for (vertex, _) in forces {
@@ -117,6 +117,7 @@ impl UnitLoads {
 
     /// The corner of largest principal stress, and the stress there \[Pa\]; all vertices must be stored.
     pub(super) fn maximum(&self, forces: &[(usize, DVec3)]) -> (usize, SymmetricTensor) {
+        // Force components in the frames of the vertices, with their columns.
         let terms: Vec<(&[f32], f32)> = forces
             .iter()
             .flat_map(|(vertex, force)| {
@@ -129,6 +130,7 @@ impl UnitLoads {
         let (mut most, mut place, mut there) = (f64::NEG_INFINITY, 0, SymmetricTensor::ZERO);
         for start in (0..self.corners).step_by(BLOCK) {
             let count = BLOCK.min(self.corners - start);
+            // Linear combination of the columns, block by block.
             let mut sums = [[0.0_f32; BLOCK]; 6];
             for (columns, factor) in &terms {
                 for (k, sum) in sums.iter_mut().enumerate() {
@@ -138,6 +140,7 @@ impl UnitLoads {
                     }
                 }
             }
+            // Largest principal stress; the cheap bound skips most corners.
             for n in 0..count {
                 let tensor = SymmetricTensor::from_array(sums.each_ref().map(|sum| f64::from(sum[n])));
                 if tensor.most_largest() > most {

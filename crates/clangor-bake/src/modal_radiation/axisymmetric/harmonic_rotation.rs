@@ -1,4 +1,4 @@
-//! Real spherical harmonics about one axis, in terms of those about another.
+//! Rotation of real spherical harmonics.
 //!
 //! ```text
 //! Y_nm(Qᵀx) = Σ_m' R^n_mm' Y_nm'(x)
@@ -33,7 +33,7 @@ impl HarmonicRotation {
         HarmonicRotation { degrees }
     }
 
-    /// The coefficients about z of what has these coefficients about the third axis.
+    /// Coefficients about z from coefficients about the third axis.
     pub(super) fn turn(&self, coefficients: &[Complex64]) -> Vec<Complex64> {
         let mut out = Vec::with_capacity(coefficients.len());
         for (n, matrix) in self.degrees.iter().enumerate() {
@@ -59,6 +59,7 @@ impl HarmonicRotation {
 fn step(n: isize, first: &[f64], below: &[f64]) -> Vec<f64> {
     let one = |i: isize, j: isize| first[((i + 1) * 3 + j + 1) as usize];
     let before = |i: isize, j: isize| below[((i + n - 1) * (2 * n - 1) + j + n - 1) as usize];
+    // Terms P of the recurrence.
     let product = |i: isize, row: isize, column: isize| {
         if column == n {
             one(i, 1) * before(row, n - 1) - one(i, -1) * before(row, 1 - n)
@@ -72,6 +73,7 @@ fn step(n: isize, first: &[f64], below: &[f64]) -> Vec<f64> {
     let mut out = Vec::with_capacity(count(n as usize) - count(n as usize - 1));
     for row in -n..=n {
         let size = row.abs();
+        // Coefficients u, v, w of the recurrence.
         for column in -n..=n {
             let divisor = if column.abs() == n { 2 * n * (2 * n - 1) } else { (n + column) * (n - column) };
             let part = |square: isize| (square as f64 / divisor as f64).sqrt();
@@ -87,7 +89,7 @@ fn step(n: isize, first: &[f64], below: &[f64]) -> Vec<f64> {
                 _ if row > 0 => 0.5 * v * (product(1, row - 1, column) - product(-1, 1 - row, column)),
                 _ => 0.5 * v * (product(1, row + 1, column) + product(-1, -row - 1, column)),
             };
-            // w is zero where the row above is not there.
+            // w is zero where row ± 1 does not exist.
             if row != 0 && size < n - 1 {
                 sum -= 0.5
                     * w

@@ -1,21 +1,21 @@
 //! Modes of a free ellipsoid by the Rayleigh–Ritz method with polynomials.
 //!
-//! With x = (a ξ, b η, c ζ) every ellipsoid is the unit ball, and polynomials on it that are orthonormal
-//! there make the mass matrix a number. The stiffness is a sum of integrals that belong to the ball alone,
-//! over products of semi-axes:
+//! With x = (a ξ, b η, c ζ) every ellipsoid maps to the unit ball. Polynomials orthonormal on the ball make
+//! the mass matrix a multiple of the identity. The stiffness is a sum of integrals over the ball, divided by
+//! products of semi-axes:
 //!
 //! ```text
 //! u_i = Σ q_ip φ_p(ξ)
 //! K_ip,jq = λ ∫ ∂_iφ_p ∂_jφ_q /(a_i a_j) + μ ∫ ∂_jφ_p ∂_iφ_q /(a_i a_j) + δ_ij μ Σ_k ∫ ∂_kφ_p ∂_kφ_q /a_k²
 //! ```
 //!
-//! so that the integrals are computed once and an ellipsoid is eight small symmetric eigenvalue problems, one
-//! for each parity class. Frequencies come from above and converge with the degree faster than any power.
-//! Source: Visscher et al. (1991), "On the normal modes of free vibration of inhomogeneous and anisotropic
-//! elastic objects".
+//! so that the integrals are computed once, and an ellipsoid takes eight small symmetric eigenvalue problems,
+//! one for each parity class. Frequencies converge from above, faster than any power of the degree. Source:
+//! Visscher et al. (1991), "On the normal modes of free vibration of inhomogeneous and anisotropic elastic
+//! objects".
 //!
-//! On the surface a polynomial of degree N is a sum of spherical harmonics of (ξ, η, ζ) up to N, and that is
-//! how shapes are given: see `clangor_core::sound_model::soundbank::modal_soundbank`.
+//! On the surface a polynomial of degree N is a sum of spherical harmonics of (ξ, η, ζ) up to degree N.
+//! Shapes are given in these: see `clangor_core::sound_model::soundbank::modal_soundbank`.
 
 use clangor_core::math::spherical_harmonics::solid_harmonics;
 use clangor_core::sound_model::soundbank::modal_soundbank::parity_harmonics;
@@ -27,9 +27,9 @@ use rayon::prelude::*;
 use crate::modal_analysis::eigensolver::symmetric_eigenvectors;
 use crate::quadrature::gauss_legendre;
 
-/// Part by which frequencies of one pair of an axisymmetric ellipsoid may differ from rounding.
+/// Relative difference of the frequencies of a degenerate pair due to rounding.
 const PAIR: f64 = 1e-7;
-/// Part of the largest coefficient from which another is as large.
+/// Fraction of the largest coefficient above which another counts as equally large.
 const AS_LARGE: f64 = 0.999;
 
 /// Parity classes: bit 0 is set where a function is odd in x, bit 1 in y, bit 2 in z.
@@ -69,11 +69,11 @@ struct Point {
 }
 
 impl BallPolynomials {
-    /// Of an even degree from 2.
+    /// Even degree, at least 2.
     pub fn new(degree: usize) -> Self {
         let degree = degree.max(2).next_multiple_of(2);
         let points = ball_points(degree);
-        // The rule on the sphere is the outermost shell's, over its weights.
+        // The rule on the sphere is that of the outermost shell, divided by its weights.
         let shell = sphere_points(degree);
         let classes =
             (0..CLASSES).into_par_iter().map(|parity| scalars(parity as u8, degree, &points, &shell));
@@ -88,9 +88,8 @@ impl BallPolynomials {
     /// All modes below an angular frequency of the ellipsoid of E = 1, ρ = 1 and this Poisson ratio, by
     /// frequency. Rigid motions are left out.
     ///
-    /// Modes of one frequency come in the order of their parities, and the first of the largest coefficients
-    /// is positive: an ellipsoid of another size has the same modes in the same order and with the same
-    /// signs.
+    /// Modes of one frequency are sorted by parity, and the first of the largest coefficients is positive.
+    /// Ellipsoids of other sizes therefore have the same modes in the same order and with the same signs.
     pub fn modes(&self, semi_axes: DVec3, poisson_ratio: f64, limit: f64) -> Vec<EllipsoidMode> {
         let mut modes: Vec<EllipsoidMode> = (0..CLASSES)
             .into_par_iter()
@@ -122,6 +121,7 @@ impl BallPolynomials {
         let counts = of.map(|scalars| scalars.slopes[0].ncols());
         let starts = [0, counts[0], counts[0] + counts[1]];
         let size = counts.iter().sum();
+        // Assembly: 3 × 3 blocks of the stiffness, lower half, from integrals on the ball.
         let mut stiffness = Mat::<f64>::zeros(size, size);
         for i in 0..3 {
             for j in 0..=i {
@@ -139,6 +139,7 @@ impl BallPolynomials {
                 }
             }
         }
+        // Symmetrise, and solve the eigenvalue problem.
         for column in 0..size {
             for row in 0..column {
                 stiffness[(row, column)] = stiffness[(column, row)];
@@ -146,6 +147,7 @@ impl BallPolynomials {
         }
         let vectors = symmetric_eigenvectors(stiffness.as_ref());
         let images = &stiffness * &vectors;
+        // Eigenvalues as Rayleigh quotients, sorted; rigid motions come first.
         let mut order: Vec<(f64, usize)> =
             (0..size).map(|k| (vectors.col(k).transpose() * images.col(k), k)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -153,6 +155,7 @@ impl BallPolynomials {
         let kept =
             order.into_iter().skip(rigid_motions(parity)).filter(|(square, _)| *square < limit * limit);
         kept.map(|(square, k)| {
+            // Shapes as harmonics on the surface, normalised, with a fixed sign.
             let mut shape: [Vec<f64>; 3] = [0, 1, 2].map(|i| {
                 let own = vectors.col(k).subrows(starts[i], counts[i]);
                 let values = &of[i].harmonics * own;
@@ -174,7 +177,7 @@ fn rigid_motions(parity: usize) -> usize {
     usize::from(matches!(parity.count_ones(), 1 | 2))
 }
 
-/// The half of a Gauss–Legendre rule on [−1, 1] that lies above 0, for even functions.
+/// The positive half of a Gauss–Legendre rule on [−1, 1], for even functions.
 fn half_rule(points: usize) -> impl Iterator<Item = (f64, f64)> {
     gauss_legendre(2 * points).into_iter().skip(points).map(|(x, w)| (2.0 * x - 1.0, 2.0 * w))
 }
@@ -194,7 +197,7 @@ fn sphere_points(degree: usize) -> Vec<(DVec3, f64)> {
         .collect()
 }
 
-/// The same in the ball.
+/// A rule in the ball, exact likewise.
 fn ball_points(degree: usize) -> Vec<Point> {
     let shell = sphere_points(degree);
     half_rule(degree / 2 + 1)
@@ -208,10 +211,10 @@ fn ball_points(degree: usize) -> Vec<Point> {
         .collect()
 }
 
-/// Products of Legendre polynomials, made orthonormal on the ball by the process of Gram and Schmidt, done
-/// twice.
+/// Products of Legendre polynomials, made orthonormal on the ball by the Gram–Schmidt process, applied twice.
 fn scalars(parity: u8, degree: usize, points: &[Point], shell: &[(DVec3, f64)]) -> Scalars {
     let odd = [0, 1, 2].map(|axis| usize::from(parity >> axis & 1));
+    // Exponents of the parity, by total degree.
     let mut powers: Vec<[usize; 3]> = Vec::new();
     for l in (odd[0]..=degree).step_by(2) {
         for m in (odd[1]..=degree - l).step_by(2) {
@@ -220,13 +223,14 @@ fn scalars(parity: u8, degree: usize, points: &[Point], shell: &[(DVec3, f64)]) 
     }
     powers.sort_by_key(|p| (p.iter().sum::<usize>(), *p));
     let count = points.len();
-    // Values, three slopes, and values on the surface, one behind the other.
+    // One column each: values, three slopes, and values on the surface.
     let length = 4 * count + shell.len();
     let mut columns = vec![vec![0.0; length]; powers.len()];
     let tables: Vec<[Vec<(f64, f64)>; 3]> =
         points.iter().map(|p| (p.radius * p.direction).to_array().map(|x| legendre(x, degree))).collect();
     let outside: Vec<[Vec<(f64, f64)>; 3]> =
         shell.iter().map(|(d, _)| d.to_array().map(|x| legendre(x, degree))).collect();
+    // Products of Legendre polynomials at the points.
     for (column, [l, m, n]) in columns.iter_mut().zip(&powers) {
         for (at, (point, [x, y, z])) in points.iter().zip(&tables).enumerate() {
             let (p, q, r) = (x[*l], y[*m], z[*n]);
@@ -238,6 +242,7 @@ fn scalars(parity: u8, degree: usize, points: &[Point], shell: &[(DVec3, f64)]) 
             column[4 * count + at] = x[*l].0 * y[*m].0 * z[*n].0;
         }
     }
+    // Modified Gram–Schmidt, twice.
     for k in 0..columns.len() {
         let (done, rest) = columns.split_at_mut(k);
         let own = &mut rest[0];
@@ -250,6 +255,7 @@ fn scalars(parity: u8, degree: usize, points: &[Point], shell: &[(DVec3, f64)]) 
         let norm = dot(&own[..count], &own[..count]).sqrt();
         own.iter_mut().for_each(|x| *x /= norm);
     }
+    // Slopes at the points, and projection of the surface values onto harmonics.
     let slopes = [1, 2, 3].map(|k| Mat::from_fn(count, columns.len(), |at, p| columns[p][k * count + at]));
     let kept = parity_harmonics(parity, degree);
     let mut all = Vec::new();

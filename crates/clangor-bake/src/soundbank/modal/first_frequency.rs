@@ -1,6 +1,5 @@
-//! The lowest frequency of a body by elements, which is all that has to be known of it before an ellipsoid
-//! rings in its place; of a piece of a broken body [`solid_polynomials`](super::solid_polynomials) find it a
-//! hundred times faster.
+//! The lowest frequency of a body by finite elements, the only input of its modal proxy. For a fragment
+//! [`solid_polynomials`](super::solid_polynomials) compute it a hundred times faster.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 
@@ -9,21 +8,21 @@ use crate::mesh::tetrahedra::TetMesh;
 use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
 use crate::modal_analysis::eigensolver::{ModalError, lowest_frequency};
 
-/// Elements along the longest extent of a surface.
+/// Elements along the longest extent of a body.
 const ELEMENTS: f64 = 6.0;
 
-/// Why a lowest frequency is not known.
+/// Reasons why the lowest frequency cannot be computed.
 #[derive(Debug, thiserror::Error)]
 pub enum FirstFrequencyError {
     /// The body cannot be filled with tetrahedra.
     #[error(transparent)]
     Mesh(#[from] StuffingError),
-    /// The mode cannot be found.
+    /// The eigensolver failed.
     #[error(transparent)]
     Mode(#[from] ModalError),
 }
 
-/// The lowest frequency \[Hz\] of a free body of these tetrahedra.
+/// The lowest frequency \[Hz\] of a free body with this tetrahedral mesh.
 ///
 /// # Errors
 /// [`ModalError`].

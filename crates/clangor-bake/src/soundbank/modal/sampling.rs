@@ -1,9 +1,9 @@
-//! Which ellipsoids are in a bank: more where frequencies change fast, towards pancakes and cigars.
+//! Sampling of ellipsoid proportions: denser where frequencies vary fast, towards discs and needles.
 //!
 //! The patch of the unit sphere with t c ≤ a ≤ b ≤ c is one triangle: disc (t, 1, 1), needle (t, t, 1) and
-//! ball (1, 1, 1). An edge between two samples is halved while any of the lowest frequencies differs by more
-//! than a part, and with it the triangles on both sides. \[FRAC\] §5.3 names the lowest alone; along the edge
-//! from disc to needle that one hardly changes.
+//! ball (1, 1, 1). An edge between two samples is halved, with the triangles on both sides, while any of the
+//! lowest log frequencies differs by more than the spacing. \[FRAC\] §5.3 uses the lowest frequency alone,
+//! which hardly varies along the edge from disc to needle.
 
 use std::collections::BTreeMap;
 
@@ -12,15 +12,15 @@ use glam::DVec3;
 use super::{BankOptions, ModalSoundbankBakeError};
 use crate::soundbank::modal::ellipsoid_modes::BallPolynomials;
 
-/// Frequencies that neighbours are compared by.
+/// Number of frequencies compared between neighbours.
 const COMPARED: usize = 4;
-/// Samples at most.
+/// Largest number of samples.
 const MOST_SAMPLES: usize = 400;
 
 /// The normalised semi-axes of the ellipsoids, from the thinnest to the thickest.
 ///
 /// # Errors
-/// [`ModalSoundbankBakeError::Options`] for a spacing or a thickness from which no bank follows.
+/// [`ModalSoundbankBakeError::Options`] for an invalid spacing or thickness.
 pub fn samples(
     polynomials: &BallPolynomials,
     options: &BankOptions,
@@ -33,15 +33,18 @@ pub fn samples(
         return Err(ModalSoundbankBakeError::Options { what: "the spacing of the bank", value: spacing });
     }
     let nu = options.material.poisson_ratio;
+    // Logarithms of the lowest frequencies of a sample.
     let lowest = |axes: DVec3| -> Vec<f64> {
         let all = polynomials.modes(axes, nu, f64::INFINITY);
         all.iter().take(COMPARED).map(|mode| mode.angular_frequency.ln()).collect()
     };
+    // Initial triangle: disc, needle, ball.
     let mut points: Vec<DVec3> =
         [DVec3::new(t, 1.0, 1.0), DVec3::new(t, t, 1.0), DVec3::ONE].map(DVec3::normalize).to_vec();
     let mut frequencies: Vec<Vec<f64>> = points.iter().map(|p| lowest(*p)).collect();
     let mut triangles = vec![[0, 1, 2]];
     loop {
+        // Edge with the largest difference of log frequencies.
         let difference = |a: usize, b: usize| {
             let pairs = frequencies[a].iter().zip(&frequencies[b]);
             pairs.map(|(p, q)| (p - q).abs()).fold(0.0, f64::max)
@@ -57,6 +60,7 @@ pub fn samples(
         if points.len() == MOST_SAMPLES {
             return Err(ModalSoundbankBakeError::Options { what: "the spacing of the bank", value: spacing });
         }
+        // Halve it, and the triangles on both sides.
         let (a, b, middle) = (*a, *b, points.len());
         points.push((points[a] + points[b]).normalize());
         frequencies.push(lowest(points[middle]));

@@ -1,5 +1,5 @@
-//! The lowest frequency of a free solid of any form, by polynomials over it: the method of Ritz without a
-//! mesh of its inside.
+//! The lowest frequency of a free solid of any shape, by polynomials over it: the Rayleigh–Ritz method
+//! without a volume mesh.
 //!
 //! With ξ = Rᵀ(x − x̄)/ℓ in the principal frame, ℓ the largest extents from the centre of mass, and monomials
 //! φ_p(ξ) up to a degree,
@@ -16,14 +16,14 @@
 //! ∫ f dV = 1/(d + 3) ∮ f ξ·n dS,   on a triangle (a, b, c) with det(a, b, c) ∫∫ f du dv
 //! ```
 //!
-//! by a Gauss rule that is exact for the degree, or as good for a small triangle. So the roughness of a crack
-//! costs no more than its triangles. The frequency comes from above. Bending of a thin plate is not stiffer
-//! than it should be: to a deflection of degree N belong motions along the plate of the same degree.
+//! by a Gauss rule that is exact for the degree, or has a negligible error for a small triangle. A rough
+//! crack therefore costs only its triangles. The frequency converges from above. Thin plates are not too
+//! stiff in bending: a deflection of degree N involves in-plane motions of the same degree.
 //!
 //! Sources: Visscher et al. (1991), "On the normal modes of free vibration of inhomogeneous and anisotropic
-//! elastic objects", for bodies of simple form; the moments of a polyhedron are those of its signed
-//! tetrahedra. What it is not: a method for forms with deep notches, holes or thin walls around a hollow,
-//! whose lowest mode is no polynomial of low degree.
+//! elastic objects", for bodies of simple shape; the moments of a polyhedron are those of its signed
+//! tetrahedra. Not for shapes with deep notches, holes or thin walls around a cavity, whose lowest mode is no
+//! polynomial of low degree.
 
 use std::f64::consts::TAU;
 
@@ -41,32 +41,32 @@ use crate::fem::ElasticConstants;
 use crate::modal_analysis::eigensolver::symmetric_eigenvectors;
 use crate::quadrature::gauss_legendre;
 
-/// Degrees that are taken.
+/// Supported degrees.
 const RIGID_DOFS: std::ops::RangeInclusive<usize> = 2..=8;
-/// Fields of degree 2 in three components, rigid motions among them: the start of the iteration.
+/// Number of fields of degree 2 in three components, rigid motions included: start block of the iteration.
 const START: usize = 30;
-/// Change of ω² in a step at which it holds still.
+/// Relative change of ω² in a step that counts as converged.
 const STILL: f64 = 1e-6;
-/// Part of an integral over a triangle that its rule may leave out.
+/// Relative error of an integral over a triangle.
 const LEFT_OUT: f64 = 1e-12;
-/// Triangles whose points are in memory together.
+/// Triangles per batch of points.
 const BATCH: usize = 64;
 /// Most steps.
 const MOST_STEPS: usize = 30;
 
-/// Why polynomials do not give a lowest frequency.
+/// Reasons why polynomials give no lowest frequency.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SolidError {
-    /// The surface bounds no solid.
+    /// The surface encloses no solid.
     #[error(transparent)]
     Surface(#[from] MeshError),
-    /// A degree that is not taken.
+    /// Unsupported degree.
     #[error("polynomials of degree {0}; from 2 to 8 are taken")]
     Degree(usize),
-    /// Polynomials that are not independent to rounding, or a stiffness that is not positive.
+    /// Polynomials that are linearly dependent to rounding, or a stiffness that is not positive.
     #[error("the {matrix} of polynomials of degree {degree} over a solid of {extents} m is not positive")]
     Singular {
-        /// Which matrix.
+        /// Name of the matrix.
         matrix: &'static str,
         /// The degree.
         degree: usize,
@@ -75,8 +75,8 @@ pub enum SolidError {
     },
 }
 
-/// The lowest frequency \[Hz\] of a free solid bounded by a closed surface, by polynomials to a degree from 2
-/// to 8.
+/// The lowest frequency \[Hz\] of a free solid enclosed by a closed surface, by polynomials of a degree from
+/// 2 to 8.
 ///
 /// # Errors
 /// [`SolidError`].
@@ -88,6 +88,7 @@ pub fn lowest_by_polynomials(
     if !RIGID_DOFS.contains(&degree) {
         return Err(SolidError::Degree(degree));
     }
+    // Principal frame, scaled to unit extents; moments up to twice the degree.
     let mass = MassProperties::of(surface)?;
     let (_, axes) = principal_axes(mass.inertia);
     let rotated = surface.vertices.iter().map(|x| axes.transpose() * (*x - mass.centre_of_mass));
@@ -97,16 +98,18 @@ pub fn lowest_by_polynomials(
     let moments = Moments::of(&vertices, &surface.triangles, 2 * degree);
     let singular = |matrix| SolidError::Singular { matrix, degree, extents };
 
+    // Mass matrix and its Cholesky factor.
     let powers = powers(degree);
     let count = powers.len();
     let gram = Mat::from_fn(count, count, |p, q| moments.of_product(powers[p], powers[q]));
     let lower = gram.llt(Side::Lower).map_err(|_| singular("mass"))?;
-    // Rows: polynomials that are orthonormal on the solid.
+    // Rows: polynomials orthonormal on the solid.
     let mut orthonormal = Mat::<f64>::identity(count, count);
     solve_lower_triangular_in_place(lower.L(), orthonormal.as_mut(), Par::Seq);
 
     let (lambda, mu) =
         (constants.lame_lambda / constants.density, constants.shear_modulus / constants.density);
+    // Integrals of products of slopes.
     let slopes: [[Mat<f64>; 3]; 3] = std::array::from_fn(|k| {
         std::array::from_fn(|l| match l <= k {
             true => between(&orthonormal, &moments, &powers, [k, l], extents),
@@ -118,15 +121,17 @@ pub fn lowest_by_polynomials(
         true => slopes[k][l][(p, q)],
         false => slopes[l][k][(q, p)],
     };
+    // Stiffness matrix.
     let mut stiffness = Mat::from_fn(3 * count, 3 * count, |row, column| {
         let ([i, j], [p, q]) = ([row / count, column / count], [row % count, column % count]);
         let own = lambda * slope(i, j, p, q) + mu * slope(j, i, p, q);
         own + if i == j { mu * (0..3).map(|k| slope(k, k, p, q)).sum::<f64>() } else { 0.0 }
     });
     let unmoved = rigid_motions(lower.L(), &powers, extents);
-    // Rigid motions are lifted above all others.
+    // Shift the rigid motions above all other eigenvalues.
     let lift = (0..3 * count).map(|k| stiffness[(k, k)]).fold(0.0, f64::max);
     matmul(stiffness.as_mut(), Accum::Add, &unmoved, unmoved.transpose(), lift, Par::Seq);
+    // Lowest eigenvalue.
     let square = lowest(&stiffness, count).ok_or_else(|| singular("stiffness"))?;
     Ok(square.max(0.0).sqrt() / TAU)
 }
@@ -161,13 +166,14 @@ impl Moments {
         self.values[(self.row(i, j), k)] / (i + j + k + 3) as f64
     }
 
-    /// Of the solid within triangles that are counter-clockwise seen from outside.
+    /// Moments of the solid within triangles that are counter-clockwise seen from outside.
     fn of(vertices: &[DVec3], triangles: &[[u32; 3]], degree: usize) -> Self {
         let width = degree + 1;
         let rows = width * (width + 1) / 2;
         let mut moments = Moments { degree, values: Mat::zeros(rows, width) };
         let rules: Vec<Vec<[f64; 3]>> = (1..=degree / 2 + 1).map(triangle_rule).collect();
         for some in triangles.chunks(BATCH) {
+            // Quadrature points of the batch.
             let points: Vec<(DVec3, f64)> = some
                 .iter()
                 .flat_map(|corners| {
@@ -178,7 +184,7 @@ impl Moments {
                     rule.iter().map(move |[s, t, w]| (a + *s * (b - a) + *t * (c - a), w * volume))
                 })
                 .collect();
-            // Products of powers of ξ and η with weights, and powers of ζ.
+            // Weighted products of powers of ξ and η, and powers of ζ.
             let (mut flat, mut high) =
                 (Mat::<f64>::zeros(rows, points.len()), Mat::<f64>::zeros(width, points.len()));
             for (column, (point, weight)) in points.iter().enumerate() {
@@ -198,6 +204,7 @@ impl Moments {
                     of_z *= point.z;
                 }
             }
+            // All moments of the batch as one matrix product.
             matmul(moments.values.as_mut(), Accum::Add, &flat, high.transpose(), 1.0, Par::Seq);
         }
         moments
@@ -206,7 +213,7 @@ impl Moments {
 
 /// Points along an edge of this length, in extents of the solid, for polynomials of a degree.
 ///
-/// The rule of n points leaves about C(degree, 2n) (length/4)^2n, and nothing from half the degree on.
+/// The rule of n points has an error of about C(degree, 2n) (length/4)^2n, and none from half the degree on.
 fn points(length: f64, degree: usize) -> usize {
     let exact = degree / 2 + 1;
     let mut left = 1.0;
@@ -274,7 +281,7 @@ fn rigid_motions(lower: MatRef<'_, f64>, powers: &[[usize; 3]], extents: DVec3) 
     motions
 }
 
-/// By the process of Gram and Schmidt, done twice.
+/// Gram–Schmidt process, applied twice.
 fn orthonormalise(columns: &mut Mat<f64>) {
     for k in 0..columns.ncols() {
         for _ in 0..2 {

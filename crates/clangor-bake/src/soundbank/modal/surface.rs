@@ -1,4 +1,4 @@
-//! The surface of an ellipsoid as triangles of six nodes, and motions there from their harmonics.
+//! The surface of an ellipsoid as six-node triangles, and motions on it from their harmonics.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ pub struct EllipsoidSurface {
 }
 
 impl EllipsoidSurface {
-    /// The faces of an octahedron, divided and pushed out to the ball of which the ellipsoid is the image,
+    /// The faces of an octahedron, divided and projected onto the unit ball, then mapped to the ellipsoid;
     /// fine enough for shapes of this degree.
     pub fn new(semi_axes: DVec3, degree: usize) -> Self {
         let divisions = ((DIVISIONS_PER_DEGREE * degree as f64).ceil() as usize).max(4);
@@ -38,7 +38,7 @@ impl EllipsoidSurface {
         EllipsoidSurface { surface: ModalSurface { nodes, triangles }, degree, harmonics }
     }
 
-    /// What harmonics of a parity class are at the nodes.
+    /// Values of the harmonics of a parity class at the nodes.
     pub fn motion(&self, parity: u8, shape: &[Vec<f64>; 3]) -> Vec<DVec3> {
         let lists = [0, 1, 2].map(|axis| parity_harmonics(parity ^ (1 << axis), self.degree));
         let at = |values: &Vec<f64>| {
@@ -57,6 +57,7 @@ fn divided_octahedron(divisions: usize) -> (Vec<DVec3>, Vec<[u32; 6]>) {
     let mut known: BTreeMap<[i64; 3], u32> = BTreeMap::new();
     let mut directions = Vec::new();
     let mut triangles = Vec::new();
+    // Each octant: lattice nodes, shared at the borders, and their triangles.
     for octant in 0..8 {
         let sign = [0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { -1 } else { 1 });
         let flipped = sign.iter().product::<i64>() < 0;
@@ -96,7 +97,7 @@ mod tests {
         let mass = clangor_core::geometry::mass_properties::MassProperties::of(&surface.quarters());
         let volume = mass.expect("a solid").volume;
         let exact = 4.0 / 3.0 * std::f64::consts::PI * 0.09;
-        // Flat triangles are inside.
+        // Flat triangles lie inside.
         assert!(volume < exact && volume > 0.98 * exact, "{volume} {exact}");
         assert!((surface.radius() - 0.9).abs() < 1e-12);
     }

@@ -9,7 +9,7 @@
 //! | `pan_table_2` | \[PAN\] Table 2 and \[PROXY\] Table 2: time to synthesise each scene |
 //! | `pan_representation_bowl` | \[PAN\] figs. 8 and 9: errors of angular grids and pulse widths |
 //! | `pan_representation_ladder` | \[PROXY\] §5: storage against the tolerance ε |
-//! | `pan_representation_compare` | errors, bytes and time of the published representation and of multipoles |
+//! | `pan_representation_compare` | errors, bytes and time of published representation and multipoles |
 //! | `proxy_table_1` | \[PROXY\] Table 1: size and time of both representations |
 //! | `proxy_figure_4` | \[PROXY\] Fig. 4: pulses of ellipsoids along three edges of the bank |
 //! | `rock_proxies` | errors of ellipsoids and spheres that replace irregular stones |

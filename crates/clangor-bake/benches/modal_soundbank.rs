@@ -12,7 +12,7 @@ use std::sync::Arc;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
 use clangor_bake::soundbank::modal::ellipsoid_modes::BallPolynomials;
-use clangor_bake::soundbank::modal::{BankOptions, build_bank, ringing_ellipsoid, sampling};
+use clangor_bake::soundbank::modal::{ModalSoundbankOptions, build_bank, ringing_ellipsoid, sampling};
 use clangor_core::material::Material;
 use clangor_core::material::presets::GLASS;
 use clangor_core::math::random::SplitMix;
@@ -27,7 +27,7 @@ use glam::{DMat3, DVec3};
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let number = |i: usize, default: f64| arguments.get(i).and_then(|a| a.parse().ok()).unwrap_or(default);
-    let mut options = BankOptions::new(glass());
+    let mut options = ModalSoundbankOptions::new(glass());
     match arguments.first().map(String::as_str) {
         Some("samples") => {
             options.spacing = number(1, options.spacing);
@@ -54,7 +54,7 @@ fn glass() -> BankMaterial {
     BankMaterial { youngs_modulus, density, poisson_ratio, medium: Medium::AIR }
 }
 
-fn samples(options: &BankOptions) {
+fn samples(options: &ModalSoundbankOptions) {
     let start = seconds();
     let polynomials = BallPolynomials::new(options.degree);
     println!("integrals: {:.2} CPU-s", seconds() - start);
@@ -65,7 +65,7 @@ fn samples(options: &BankOptions) {
     }
 }
 
-fn build(path: &str, options: &BankOptions) {
+fn build(path: &str, options: &ModalSoundbankOptions) {
     let start = seconds();
     let mut done = 0;
     let bank = build_bank(options, &mut |part| {
@@ -90,7 +90,7 @@ fn build(path: &str, options: &BankOptions) {
     println!("{:.0} CPU-s, {:.3} MB", seconds() - start, 1e-6 * bytes.len() as f64);
 }
 
-fn entry(axes: DVec3, options: &BankOptions) {
+fn entry(axes: DVec3, options: &ModalSoundbankOptions) {
     let (polynomials, start) = (BallPolynomials::new(options.degree), seconds());
     let entry = ringing_ellipsoid(&polynomials, axes, options, &mut |_| ControlFlow::Continue(()));
     let entry = entry.expect("an ellipsoid");
@@ -134,7 +134,7 @@ fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
 }
 
 /// A body's own ringing, that of the entry of its own proportions, and that of the nearest of a bank.
-fn beside(bank: &ModalSoundbank, semi_axes: DVec3, options: &BankOptions) {
+fn beside(bank: &ModalSoundbank, semi_axes: DVec3, options: &ModalSoundbankOptions) {
     let material = GLASS.material();
     let bake = ModalBakeOptions { mesh_error: 0.005, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
     let geometry = BakeGeometry::Ellipsoid { semi_axes };

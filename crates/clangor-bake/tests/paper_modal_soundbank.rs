@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::{ModalBakeOptions, ModalEvidence, find_modes, radiate};
 use clangor_bake::soundbank::modal::ellipsoid_modes::BallPolynomials;
-use clangor_bake::soundbank::modal::{BankOptions, modal_model, ringing_ellipsoid};
+use clangor_bake::soundbank::modal::{ModalSoundbankOptions, modal_model, ringing_ellipsoid};
 use clangor_core::material::Material;
 use clangor_core::material::presets::{CERAMIC, GLASS};
 use clangor_core::medium::Medium;
@@ -27,13 +27,13 @@ fn material(of: &Material) -> BankMaterial {
 fn bank(polynomials: &BallPolynomials, axes: DVec3, modes: f64) -> ModalSoundbank {
     let material = material(&GLASS.material());
     let first = polynomials.first(axes, material.poisson_ratio) * material.speed() / TAU;
-    let options = BankOptions {
+    let options = ModalSoundbankOptions {
         degree: DEGREE,
         accuracy: 0.05,
         // So many times the lowest frequency.
         least_first_frequency: 20_000.0 / modes,
         largest_size: 10.0,
-        ..BankOptions::new(material)
+        ..ModalSoundbankOptions::new(material)
     };
     let entry = ringing_ellipsoid(polynomials, axes, &options, &mut |_| ControlFlow::Continue(()));
     let entry = entry.expect("an ellipsoid");

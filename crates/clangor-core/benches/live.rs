@@ -101,7 +101,7 @@ impl Load {
             controller.send(self.object_impact(time)).expect("room in the ring");
         }
         // Poses come as often as a picture is drawn; at rest once is enough.
-        if if self.moving { block % 6 == 0 } else { block == 0 } {
+        if if self.moving { block.is_multiple_of(6) } else { block == 0 } {
             self.send_motion(controller, time);
         }
     }

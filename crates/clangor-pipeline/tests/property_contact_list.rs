@@ -28,10 +28,14 @@ fn both_formats_say_the_same() {
         0.5,\"big, round ball\",\"say \"\"hi\"\"\",1,2,3,0,2,0,0.25,1.5,7\r\n\
         \n\
         0.25, die,,0,0,0,0,0,-1,1e-3,0.1,\n";
-    let jsonl = r#"
-        {"t": 0.5, "body_a": "big, round ball", "body_b": 2, "point": [1, 2, 3], "normal": [0, 2, 0], "impulse_n": 0.25, "speed": 1.5, "impact_id": 7}
-# a comment
-        {"t": 0.25, "body_a": 0, "kind": "impact", "point": [0, 0, 0], "normal": [0, 0, -1], "impulse_n": 1e-3, "velocity": [0, 0, 0.1]}"#;
+    let jsonl = concat!(
+        "\n",
+        r#"{"t": 0.5, "body_a": "big, round ball", "body_b": 2, "point": [1, 2, 3], "normal": [0, 2, 0], "#,
+        r#""impulse_n": 0.25, "speed": 1.5, "impact_id": 7}"#,
+        "\n# a comment\n",
+        r#"{"t": 0.25, "body_a": 0, "kind": "impact", "point": [0, 0, 0], "normal": [0, 0, -1], "#,
+        r#""impulse_n": 1e-3, "velocity": [0, 0, 0.1]}"#
+    );
     let rows = read_text("a.csv", csv).unwrap();
     assert_eq!(rows, read_text("a.jsonl", jsonl).unwrap());
     // Sorted, the normal made a unit vector, the second impact numbered after the largest number.

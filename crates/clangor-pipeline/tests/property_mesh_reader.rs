@@ -80,7 +80,8 @@ fn gltf(uri: &str) -> String {
         "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1}}]}}],
         "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}},
                       {{"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"}}],
-        "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 6}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}},
+                        {{"buffer": 0, "byteOffset": 36, "byteLength": 6}}],
         "buffers": [{{"byteLength": 42, "uri": "{uri}"}}]}}"#
     )
 }

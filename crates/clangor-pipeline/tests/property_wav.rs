@@ -27,7 +27,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn pascals_come_back_bit_exact(frames in prop::collection::vec(-1e6f32..1e6, 0..400), channels in 1u16..4) {
+    fn pascals_come_back_bit_exact(
+        frames in prop::collection::vec(-1e6f32..1e6, 0..400),
+        channels in 1u16..4,
+    ) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.wav");
         let whole = frames.len() / usize::from(channels) * usize::from(channels);

@@ -5,8 +5,8 @@
 //! ([`modal::radiate`](crate::modal::radiate)).
 //!
 //! An ellipsoid has all modes that a body of its proportions needs to 20 kHz, if its lowest mode is above
-//! [`BankOptions::least_first_frequency`] and ‖(a, b, c)‖ below [`BankOptions::largest_size`]. With S =
-//! min(f_p/f_least, largest) modes are baked to 20 kHz × S/m. This is \[FRAC\]'s rule that the scale γ must
+//! [`ModalSoundbankOptions::least_first_frequency`] and ‖(a, b, c)‖ below
+//! [`ModalSoundbankOptions::largest_size`]. With S = min(f_p/f_least, largest) modes are baked to 20 kHz × S/m. This is \[FRAC\]'s rule that the scale γ must
 //! be below 1, for ellipsoids of size S instead of a metre.
 
 pub mod ellipsoid_modes;
@@ -33,7 +33,7 @@ use surface::EllipsoidSurface;
 
 /// Settings of the bake.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BankOptions {
+pub struct ModalSoundbankOptions {
     /// Material of the ellipsoids, and the surrounding medium.
     pub material: BankMaterial,
     /// Upper limit of the band for bodies of any size \[Hz\].
@@ -52,10 +52,10 @@ pub struct BankOptions {
     pub accuracy: f64,
 }
 
-impl BankOptions {
+impl ModalSoundbankOptions {
     /// For bodies of a material, up to 20 kHz.
     pub fn new(material: BankMaterial) -> Self {
-        BankOptions {
+        ModalSoundbankOptions {
             material,
             max_frequency: 20_000.0,
             least_first_frequency: 1_000.0,
@@ -100,7 +100,7 @@ pub enum ModalSoundbankBakeError {
 /// # Errors
 /// [`ModalSoundbankBakeError`].
 pub fn build_bank(
-    options: &BankOptions,
+    options: &ModalSoundbankOptions,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<ModalSoundbank, ModalSoundbankBakeError> {
     let polynomials = BallPolynomials::new(options.degree);
@@ -125,7 +125,7 @@ fn in_hertz(material: &BankMaterial, angular_frequency: f64) -> f64 {
 pub fn ringing_ellipsoid(
     polynomials: &BallPolynomials,
     semi_axes: DVec3,
-    options: &BankOptions,
+    options: &ModalSoundbankOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<RingingEllipsoid, ModalSoundbankBakeError> {
     // Band of the ellipsoid, from its lowest frequency.

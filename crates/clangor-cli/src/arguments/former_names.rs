@@ -33,7 +33,7 @@ pub(crate) struct Renewed {
 pub(crate) fn renew(words: impl IntoIterator<Item = OsString>) -> Renewed {
     let mut renewed = Renewed { words: Vec::new(), warnings: Vec::new() };
     let mut words = words.into_iter();
-    while let Some(word) = words.next() {
+    for word in words.by_ref() {
         if word == "--" {
             renewed.words.push(word);
             break;

@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::time::Instant;
 
-use clangor_bake::soundbank::modal::BankOptions as ModalSoundbankOptions;
+use clangor_bake::soundbank::modal::ModalSoundbankOptions;
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::files::ellipsoid_bank_file::BankFile;
 use clangor_core::sound_model::files::modal_soundbank_file::ModalSoundbankFile;
 use clangor_pipeline::formats::atomic_file::{check_folder, write_atomically};
 use clangor_pipeline::formats::modal_soundbank::{bank_material, build_modal_soundbank};
 use clangor_pipeline::formats::model_cache::ModelCache;
-use clangor_pipeline::formats::soundbank::{BankOptions, build_bank};
+use clangor_pipeline::formats::soundbank::{EllipsoidBankOptions, build_bank};
 use clangor_pipeline::stages::sound_models::SoundModelError;
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
@@ -33,7 +33,7 @@ pub(crate) fn run(options: &Bank, global: &Global, console: &Console) -> Result<
         }
         BankAction::Build { output: Some(output), accuracy, max_wavenumber, .. } => {
             let accuracy = accuracy.unwrap_or(ACCURACY);
-            build(output, &BankOptions { accuracy, max_wavenumber: *max_wavenumber }, console)
+            build(output, &EllipsoidBankOptions { accuracy, max_wavenumber: *max_wavenumber }, console)
         }
         BankAction::Build { output: None, .. } => {
             Err(Failure::new("the bank of clicks needs a file: add -o BANK.safetensors"))
@@ -56,7 +56,7 @@ pub(crate) fn run(options: &Bank, global: &Global, console: &Console) -> Result<
 }
 
 /// Bakes every ellipsoid.
-fn build(output: &Path, options: &BankOptions, console: &Console) -> Result<(), Failure> {
+fn build(output: &Path, options: &EllipsoidBankOptions, console: &Console) -> Result<(), Failure> {
     check_ending(output, "safetensors")?;
     check_folder(output).map_err(Failure::new)?;
     let started = Instant::now();

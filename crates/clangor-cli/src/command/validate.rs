@@ -38,7 +38,10 @@ pub(crate) fn run(options: &Validate, console: &Console) -> Result<(), Failure> 
             "unit": c.unit,
             "holds": c.holds(),
         })).collect::<Vec<_>>(),
-        "timings": table.timings.iter().map(|t| json!({ "what": t.what, "cpu_s": t.cpu_seconds })).collect::<Vec<_>>(),
+        "timings": table.timings.iter().map(|t| json!({
+            "what": t.what,
+            "cpu_s": t.cpu_seconds,
+        })).collect::<Vec<_>>(),
     }));
     let broken = table.checks.iter().filter(|c| !c.holds()).count();
     if broken > 0 {

@@ -7,7 +7,7 @@
 
 use std::ops::ControlFlow;
 
-use clangor_bake::soundbank::modal::{BankOptions, ModalSoundbankBakeError, build_bank};
+use clangor_bake::soundbank::modal::{ModalSoundbankBakeError, ModalSoundbankOptions, build_bank};
 use clangor_core::material::Material;
 use clangor_core::material::presets::GLASS;
 use clangor_core::medium::Medium;
@@ -36,7 +36,7 @@ pub fn bank_material(material: &Material, medium: Medium) -> BankMaterial {
 /// [`ModalSoundbankBakeError`].
 pub fn build_modal_soundbank(
     material: &str,
-    options: &BankOptions,
+    options: &ModalSoundbankOptions,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<ModalSoundbankFile, ModalSoundbankBakeError> {
     let bank = build_bank(options, progress)?;
@@ -87,7 +87,7 @@ pub fn obtain_modal_soundbank(
     if let Some(bank) = default_modal_soundbank().filter(|bank| serves(bank.material(), &of).is_ok()) {
         return Ok(ObtainedBank { bank, remarks });
     }
-    let options = BankOptions::new(of);
+    let options = ModalSoundbankOptions::new(of);
     let key = modal_soundbank_key(&options);
     match cache.map_or(Lookup::Missing, |cache| cache.read::<ModalSoundbankFile>(&key)) {
         Lookup::Found(file) => return Ok(ObtainedBank { bank: file.bank, remarks }),

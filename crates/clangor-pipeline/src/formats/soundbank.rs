@@ -22,7 +22,7 @@ pub fn default_bank() -> Option<BankEvaluator> {
 
 /// How to build a bank.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BankOptions {
+pub struct EllipsoidBankOptions {
     /// Highest kA, with A the longest semi-axis.
     pub max_wavenumber: f64,
     /// Level error asked for.
@@ -34,7 +34,7 @@ pub struct BankOptions {
 /// # Errors
 /// [`BakeError`].
 pub fn build_bank(
-    options: &BankOptions,
+    options: &EllipsoidBankOptions,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<BankFile, BakeError> {
     let mut on_progress = |p: &BakeProgress| progress(p.done);

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::{BankOptions, ModalSoundbankBakeError};
+use super::{ModalSoundbankBakeError, ModalSoundbankOptions};
 use crate::soundbank::modal::ellipsoid_modes::BallPolynomials;
 
 /// Number of frequencies compared between neighbours.
@@ -23,7 +23,7 @@ const MOST_SAMPLES: usize = 400;
 /// [`ModalSoundbankBakeError::Options`] for an invalid spacing or thickness.
 pub fn samples(
     polynomials: &BallPolynomials,
-    options: &BankOptions,
+    options: &ModalSoundbankOptions,
 ) -> Result<Vec<DVec3>, ModalSoundbankBakeError> {
     let (t, spacing) = (options.thinnest, options.spacing);
     if !(1e-3..0.9).contains(&t) {

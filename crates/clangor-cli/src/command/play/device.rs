@@ -77,7 +77,10 @@ impl Output {
     pub(super) fn open(name: Option<&str>) -> Result<Self, Failure> {
         let device = match name {
             None => cpal::default_host().default_output_device().ok_or_else(|| {
-                Failure::new("there is no audio device to play on; `clangor render` writes the sound to a file instead")
+                Failure::new(
+                    "there is no audio device to play on; `clangor render` writes the sound to a \
+                    file instead",
+                )
             })?,
             Some(wanted) => {
                 let is_wanted = |device: &Device| {

@@ -3,7 +3,7 @@
 use clangor_bake::acceleration::{BakeOptions, Method};
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::ModalBakeOptions;
-use clangor_bake::soundbank::modal::BankOptions;
+use clangor_bake::soundbank::modal::ModalSoundbankOptions;
 use clangor_core::geometry::meridian::Piece;
 use clangor_core::material::Material;
 use clangor_core::sound_model::files::{modal_file, modal_soundbank_file, model_file};
@@ -73,13 +73,13 @@ pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &Mo
 }
 
 /// The hash of everything that a bank of ringing ellipsoids depends on.
-pub fn modal_soundbank_key(options: &BankOptions) -> String {
+pub fn modal_soundbank_key(options: &ModalSoundbankOptions) -> String {
     let mut inputs = Inputs(Hasher::new());
     inputs.text("modal bank");
     inputs.whole(modal_soundbank_file::VERSION.into());
     inputs.whole(MODAL_SOLVERS.into());
-    let BankOptions { material, max_frequency, least_first_frequency, largest_size, .. } = *options;
-    let BankOptions { thinnest, spacing, degree, accuracy, .. } = *options;
+    let ModalSoundbankOptions { material, max_frequency, least_first_frequency, largest_size, .. } = *options;
+    let ModalSoundbankOptions { thinnest, spacing, degree, accuracy, .. } = *options;
     let numbers = [material.youngs_modulus, material.density, material.poisson_ratio];
     numbers.into_iter().for_each(|n| inputs.number(n));
     let numbers = [material.medium.density, material.medium.sound_speed, max_frequency];

@@ -1,7 +1,7 @@
-//! The bodies of a scene as dynamics and sound see them: placed, weighed, with a surface and a material.
+//! The bodies of a scene for dynamics and sound: pose, mass, surface and material.
 //!
-//! A [`World`] is what `clangor-sim` simulates: a scene whose files have been read, whose counts have been
-//! expanded and whose shapes have become surfaces.
+//! A [`World`] is the input of `clangor-sim`: a scene with its files read, its copies placed and its shapes
+//! converted to surfaces.
 
 use std::sync::Arc;
 
@@ -42,11 +42,11 @@ pub enum Surface {
     /// A half-space, solid where `normal · (x − position) < 0`. Always fixed; the body frame's y axis is the
     /// normal.
     HalfSpace,
-    /// Anything else.
+    /// Any other closed surface.
     Mesh(MeshSurface),
 }
 
-/// A closed triangle surface with what contact and collision need of it.
+/// A closed triangle surface with the data for contact and collision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshSurface {
     /// The surface, centre of mass at the origin.
@@ -57,13 +57,13 @@ pub struct MeshSurface {
     pub parts: Vec<ConvexPart>,
     /// Volume \[m³\].
     pub volume: f64,
-    /// Finds the nearest triangle.
+    /// Search tree for the nearest triangle.
     tree: SurfaceTree,
 }
 
 impl MeshSurface {
-    /// Moves a closed mesh and the parts that stand for it in collisions to the centre of mass, and prepares
-    /// what contact asks of them. The mass properties are those of unit density in the frame of `mesh`.
+    /// Moves a closed mesh and its convex collision parts to the centre of mass, and prepares the contact
+    /// queries. The mass properties are those of unit density in the frame of `mesh`.
     ///
     /// # Errors
     /// [`MeshError`] if the mesh does not bound a solid.
@@ -140,7 +140,7 @@ impl Surface {
             Surface::Sphere { .. } | Surface::HalfSpace => 1.0,
             Surface::Mesh(surface) => {
                 let hull = extreme_hull(&surface.mesh, 100).and_then(|hull| MassProperties::of(&hull));
-                // Without a hull it has no thickness, and fills nothing.
+                // A degenerate hull has no volume: the ratio is zero.
                 hull.map_or(0.0, |hull| surface.volume / hull.volume)
             }
         }
@@ -156,29 +156,29 @@ impl Surface {
     }
 }
 
-/// What moves a body.
+/// Cause of a body's motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Gravity, contacts and links.
     Free,
-    /// Nothing.
+    /// No motion.
     Fixed,
     /// A prescribed track; contacts do not move it.
     Keyframed(Track),
 }
 
-/// When a body exists. One that breaks dies, and its pieces are born at the same instant.
+/// Span of existence of a body. A body that breaks dies, and its pieces are born at the same instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Life {
-    /// First instant \[s\]; 0 for a body that is there from the beginning.
+    /// First instant \[s\]; 0 for a body present from the beginning.
     pub birth: f64,
-    /// Last instant \[s\]; infinite for one that lasts.
+    /// Last instant \[s\]; infinite for a body that does not break.
     pub death: f64,
-    /// The body of which it is a piece.
+    /// The body of which it is a piece; `None` for a body of the scene.
     pub parent: Option<BodyId>,
 }
 
-/// By how much the times of a birth and of what happens then may differ \[s\].
+/// Tolerance between the time of a birth and those of events at that instant \[s\].
 const ROUNDING: f64 = 1e-9;
 
 impl Life {
@@ -190,7 +190,7 @@ impl Life {
         Life { birth, parent: Some(parent), ..Life::LASTING }
     }
 
-    /// Whether the body exists at a time \[s\], but for rounding; both ends belong to its life.
+    /// Whether the body exists at a time \[s\], up to rounding; both ends are included.
     pub fn holds(&self, time: f64) -> bool {
         (self.birth <= 0.0 || time >= self.birth - ROUNDING) && time <= self.death + ROUNDING
     }
@@ -202,7 +202,7 @@ impl Default for Life {
     }
 }
 
-/// A body at the beginning of its life.
+/// A body at the beginning of its existence.
 ///
 /// ```
 /// use clangor_core::body::Body;
@@ -233,12 +233,12 @@ pub struct Body {
     pub velocity: DVec3,
     /// Angular velocity at birth \[rad/s\], world frame.
     pub angular_velocity: DVec3,
-    /// What moves it.
+    /// Cause of its motion.
     pub motion: Motion,
     /// Lower bound of the local contact radius \[m\], for edges and vertices, where mesh curvature is
     /// meaningless.
     pub edge_radius: f64,
-    /// When it exists.
+    /// Span of its existence.
     pub life: Life,
 }
 
@@ -328,7 +328,7 @@ impl Body {
         Body { angular_velocity, ..self }
     }
 
-    /// The same body, moved by something else.
+    /// The same body with another cause of motion.
     #[must_use]
     pub fn with_motion(self, motion: Motion) -> Self {
         Body { motion, ..self }
@@ -355,7 +355,7 @@ pub enum Link {
     Hang {
         /// The sphere.
         body: BodyId,
-        /// Where the rod ends \[m\], world.
+        /// Fixed end of the rod \[m\], world.
         anchor: DVec3,
     },
     /// A linear spring to the centre of mass of `body` from that of another body, or from a fixed point.
@@ -382,12 +382,12 @@ pub enum SpringEnd {
     Body(BodyId),
 }
 
-/// Everything that moves or stands still, at t = 0.
+/// The dynamic system at t = 0: bodies, links and gravity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
     /// The bodies; a [`BodyId`] is an index into them.
     pub bodies: Vec<Body>,
-    /// Springs and hung spheres.
+    /// Springs and suspended spheres.
     pub links: Vec<Link>,
     /// Gravity \[m/s²\].
     pub gravity: DVec3,

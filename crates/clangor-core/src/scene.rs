@@ -1,4 +1,4 @@
-//! Scenes: what the user wrote, as typed data, with every error found at once.
+//! Scenes: the scene file as typed data, with all errors reported at once.
 //!
 //! ```text
 //! text ──► Scene::from_toml ──► Scene ──► instantiate(loader) ──► World

@@ -1,12 +1,12 @@
-//! What happened: contacts, poses and fractures over time, the waist between dynamics and sound.
+//! Timeline: contacts, poses and fractures over time, the interface between dynamics and sound.
 //!
-//! Our own solvers, an importer and a hand-written list produce the same rows; sound reads nothing else.
+//! Solvers, importers and hand-written lists produce the same rows; sound synthesis has no other input.
 
 use glam::{DQuat, DVec3};
 
 use crate::body::{Body, BodyId};
 
-/// What a contact row records.
+/// Kind of a contact row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum ContactKind {
@@ -18,7 +18,7 @@ pub enum ContactKind {
     Constraint = 2,
     /// The release of a crack.
     Fracture = 3,
-    /// The last momentum taken from a body that falls asleep.
+    /// Momentum removed from a body when it falls asleep.
     Sleep = 4,
 }
 
@@ -39,7 +39,7 @@ pub struct ContactRow {
     pub body_a: BodyId,
     /// The body on which its opposite acts; [`BodyId::WORLD`] if none.
     pub body_b: BodyId,
-    /// What the row records.
+    /// Kind of the row.
     pub kind: ContactKind,
     /// Contact point \[m\], world.
     pub point: DVec3,
@@ -56,17 +56,17 @@ pub struct ContactRow {
     pub velocity: DVec3,
     /// Overlap \[m\]; negative for a gap.
     pub depth: f64,
-    /// Shared by the rows of one impact; 0 for rows that belong to none.
+    /// Impact id, shared by the rows of one impact; 0 for rows outside impacts.
     pub impact_id: u64,
 }
 
 impl ContactRow {
-    /// Whole impulse on A \[N s\].
+    /// Total impulse on A \[N s\].
     pub fn impulse(&self) -> DVec3 {
         self.normal * self.impulse_n + self.impulse_t
     }
 
-    /// Speed at which the surfaces approached \[m/s\]; 0 if they parted.
+    /// Approach speed of the surfaces \[m/s\]; 0 if they separate.
     pub fn approach_speed(&self) -> f64 {
         (-self.velocity.dot(self.normal)).max(0.0)
     }
@@ -89,10 +89,10 @@ pub struct PoseRow {
     pub angular_velocity: DVec3,
 }
 
-/// A body that broke.
+/// Fracture of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FractureRow {
-    /// When \[s\]: death of the parent and birth of the pieces.
+    /// Time \[s\]: death of the parent and birth of the pieces.
     pub time: f64,
     /// The body that broke.
     pub parent: BodyId,
@@ -100,7 +100,7 @@ pub struct FractureRow {
     pub first_child: BodyId,
     /// Number of pieces.
     pub children: u32,
-    /// Energy ½ m V² with which the impacts came that broke it \[J\].
+    /// Energy ½ m V² of the impacts that broke it \[J\].
     pub impact_energy: f64,
     /// Strain energy in the parent \[J\].
     pub strain_energy: f64,
@@ -110,14 +110,14 @@ pub struct FractureRow {
     pub kinetic_energy_gain: f64,
     /// Area of the cracks, each counted once \[m²\].
     pub crack_area: f64,
-    /// How long the impulses of the cracks act \[s\].
+    /// Duration of the impulses of the cracks \[s\].
     pub duration: f64,
-    /// Seed of the pattern.
+    /// Seed of the crack pattern.
     pub seed: u64,
 }
 
 impl FractureRow {
-    /// A fracture of `parent` of which nothing is known yet.
+    /// A fracture of `parent` whose other fields are zero.
     pub const fn of(parent: BodyId) -> Self {
         FractureRow {
             time: 0.0,
@@ -140,7 +140,7 @@ impl FractureRow {
     }
 }
 
-/// Where a simulation puts its rows as they happen: memory, or a file.
+/// Receiver of the rows of a simulation: memory, or a file.
 ///
 /// Rows come in order of time within each kind, up to the merging window of impacts (0.5 ms).
 pub trait TimelineSink {
@@ -167,8 +167,8 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Every body that ever was: those of the world at the beginning, `start`, then those born later, each
-    /// with its whole life.
+    /// All bodies at any time: those of the world at the beginning, `start`, then those born later, each with
+    /// its complete span of existence.
     pub fn all_bodies(&self, start: &[Body]) -> Vec<Body> {
         let mut bodies = [start, &self.births].concat();
         for fracture in &self.fractures {
@@ -192,7 +192,7 @@ impl TimelineSink for Timeline {
     }
 
     fn fracture(&mut self, row: &FractureRow, children: &[Body]) -> std::io::Result<()> {
-        // Of the bodies that were there from the beginning only the number is known.
+        // Only the number of bodies at the beginning is known.
         let start = row.first_child.index().saturating_sub(self.births.len());
         let born = row.parent.index().checked_sub(start);
         if let Some(parent) = born.and_then(|at| self.births.get_mut(at)) {

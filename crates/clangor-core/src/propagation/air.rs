@@ -1,4 +1,4 @@
-//! What air takes from a wave: ISO 9613-1:1993, "Acoustics — Attenuation of sound during propagation outdoors
+//! Absorption of sound in air: ISO 9613-1:1993, "Acoustics — Attenuation of sound during propagation outdoors
 //! — Part 1: Calculation of the absorption of sound by the atmosphere".
 //!
 //! ```text
@@ -9,9 +9,9 @@
 //! h = h_r (p_sat/p_r)/(p/p_r),   p_sat/p_r = 10^(4.6151 − 6.8346 (273.16/T)^1.261)
 //! ```
 //!
-//! with T₀ = 293.15 K, p_r = 101.325 kPa, and the relative humidity h_r in percent. Viscosity, heat
-//! conduction and the vibration of molecules; no wind, no fog. The dispersion that goes with it, below 1e-4
-//! of the speed, is left out.
+//! with T₀ = 293.15 K, p_r = 101.325 kPa, and the relative humidity h_r in percent. Included are viscosity,
+//! heat conduction and molecular relaxation; not wind or fog. The associated dispersion, below 1e-4 of the
+//! speed, is neglected.
 
 use std::f64::consts::LN_10;
 
@@ -27,7 +27,7 @@ pub struct Air {
 }
 
 impl Default for Air {
-    /// A room: 20 °C, half saturated, at sea level.
+    /// Indoor air: 20 °C, relative humidity 0.5, sea level.
     fn default() -> Self {
         Air { celsius: 20.0, humidity: 0.5, pressure: REFERENCE_PRESSURE }
     }
@@ -36,7 +36,7 @@ impl Default for Air {
 /// p_r \[Pa\].
 const REFERENCE_PRESSURE: f64 = 101_325.0;
 
-/// Pressure falls by e over this many decibels.
+/// Decibels per neper: pressure falls by the factor e over this level difference.
 const DECIBELS_PER_NEPER: f64 = 20.0 / LN_10;
 
 impl Air {
@@ -80,7 +80,7 @@ mod tests {
             for (k, printed) in row.into_iter().enumerate() {
                 let frequency = 1000.0 * 10.0_f64.powf(0.3 * (k as f64 - 4.0));
                 let seen = 1000.0 * DECIBELS_PER_NEPER * air.attenuation(frequency);
-                // Half a unit of the last digit that is printed.
+                // Half a unit of the last printed digit.
                 let rounding = if printed > 100.0 { 0.5 } else { 0.05 };
                 assert!(
                     (seen - printed).abs() < rounding + 2e-3 * printed,

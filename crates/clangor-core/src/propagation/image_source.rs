@@ -5,27 +5,27 @@
 //! x' = 2 n L + x,  or  2 n L − x        along each axis, from the lowest wall on, n = …, −1, 0, 1, …
 //! ```
 //!
-//! The image met the lowest wall |n|, the highest |n| times; the mirrored one |n − 1| and |n|. The source is
-//! mirrored as a whole, with its motion and its field: what it makes at a receiver, the source itself makes
-//! at the receiver mirrored the same way (\[HW\] §4). Exact for rigid walls; for others as far as their
-//! reflectance does not depend on the angle.
+//! The image has met the lowest wall |n| times and the highest |n| times; the mirrored one |n − 1| and |n|
+//! times. The source is mirrored as a whole, with its motion and its field. By reciprocity, the source itself
+//! makes at the mirrored receiver what its image makes at the receiver (\[HW\] §4). Exact for rigid walls;
+//! approximate for walls whose reflectance depends on the angle.
 
 use glam::DVec3;
 
 use crate::propagation::room::Room;
 
-/// One way from a source to a receiver by reflections.
+/// A propagation path from a source to a receiver by reflections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageSource {
     /// Whether each axis is mirrored.
     pub mirrored: [bool; 3],
-    /// Where the origin of the world goes \[m\].
+    /// Image of the origin of the world \[m\].
     pub origin: DVec3,
-    /// How often each wall was met, in the order of the room's walls.
+    /// Number of reflections in each wall, in the order of the room's walls.
     pub reflections: [u32; 6],
 }
 
-/// Every image with one to so many reflections as the room asks for, those with the fewest first.
+/// Every image with one reflection up to the order of the room, in ascending order.
 pub fn image_sources(room: &Room) -> Vec<ImageSource> {
     let order = room.image_order;
     let reach = order as i32;
@@ -62,17 +62,17 @@ pub fn image_sources(room: &Room) -> Vec<ImageSource> {
 }
 
 impl ImageSource {
-    /// Whether the lowest wall across y, the floor, was met.
+    /// Whether the lowest wall across y, the floor, reflects it.
     pub fn met_floor(&self) -> bool {
         self.reflections[2] > 0
     }
 
-    /// How many reflections.
+    /// Number of reflections.
     pub fn order(&self) -> u32 {
         self.reflections.iter().sum()
     }
 
-    /// A vector of the world as the image has it.
+    /// Image of a vector of the world.
     pub fn turned(&self, vector: DVec3) -> DVec3 {
         let sign = |axis: usize| if self.mirrored[axis] { -1.0 } else { 1.0 };
         vector * DVec3::new(sign(0), sign(1), sign(2))
@@ -88,7 +88,7 @@ impl ImageSource {
         self.origin + self.turned(point)
     }
 
-    /// The point [m, world] of which this is the image: a receiver as the source itself sees it.
+    /// The point [m, world] whose image is this one: a receiver in the space of the source itself.
     pub fn unfolded(&self, image: DVec3) -> DVec3 {
         self.turned(image - self.origin)
     }
@@ -156,7 +156,7 @@ mod tests {
                 .collect();
             for (place, walls) in &sequences {
                 let same = |image: &ImageSource| image.image(point).distance(*place) < 1e-9;
-                // What leads back through another wall between is none of its own: x, y, x is y.
+                // A path back through another wall between is not a separate image: x, y, x is y.
                 if let Some(at) = images.iter().position(same) {
                     found[at] |= images[at].order() as usize == walls.len();
                 }

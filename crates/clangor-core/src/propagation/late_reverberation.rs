@@ -1,24 +1,25 @@
-//! All late reflections of a room together: a feedback delay network.
+//! Late reverberation of a room: a feedback delay network.
 //!
-//! Energy that has left a source of unit pressure at 1 m fills the room evenly and decays, so that the
-//! squared response is
+//! The energy of a source with unit pressure at 1 m fills the room evenly and decays, so that the squared
+//! response is
 //!
 //! ```text
 //! h²(t) = (4π c/V) e^(−13.8 t/T(f))
 //! T = (24 ln 10/c) V / (−S ln(1 − ᾱ) + 8 α_air V)          Eyring (1930), with the air
 //! ```
 //!
-//! Sixteen delay lines of different lengths D_i feed one another through an orthogonal matrix, which keeps
-//! energy; what passes a line is attenuated by 60 D_i/T(f) decibels, so that every mode of the network decays
-//! as the room does (J.-M. Jot and A. Chaigne 1991). The attenuation is a chain of octave filters, whose
-//! gains are found so that together they meet T at the middle of every octave: neighbours overlap (S. J.
-//! Schlecht and E. A. P. Habets 2017, "Accurate reverberation time control in feedback delay networks").
+//! Sixteen delay lines of different lengths D_i feed one another through an orthogonal matrix, which
+//! conserves energy. Each line attenuates by 60 D_i/T(f) decibels, so that every mode of the network decays
+//! as the room does (J.-M. Jot and A. Chaigne 1991). The attenuation is a chain of octave filters.
+//! Neighbouring filters overlap, so their gains are solved for together, to meet T at the middle of every
+//! octave (S. J. Schlecht and E. A. P. Habets 2017, "Accurate reverberation time control in feedback delay
+//! networks").
 //!
-//! What goes in are reflections that an image source has heard, times their distance: they carry what the
-//! source radiates in several directions. What comes out is as loud as statistics of the room say, in
-//! pascals, for each receiver another sum of the lines, and so not the same in both ears. It is not the
-//! room's own fine structure: single late echoes of a long corridor, or the flutter between two hard walls,
-//! are not there.
+//! The input is the pressure of the first-order reflections, times their distance: it contains the radiation
+//! of the source in several directions. The output is pressure in pascals at the level that room statistics
+//! predict. Each receiver has another sum of the lines, so both ears get different signals. Not covered: the
+//! fine structure of a room, such as single late echoes of a long corridor or the flutter between two hard
+//! walls.
 
 use std::f64::consts::{LN_10, PI, TAU};
 
@@ -29,18 +30,18 @@ use crate::propagation::wall::OCTAVES;
 const LINES: usize = 16;
 /// Octave filters: those of the walls, one below and one above.
 const SECTIONS: usize = OCTAVES.len() + 2;
-/// Middle over width of a filter: so wide that octaves join without ripples.
+/// Centre frequency over bandwidth of a filter: wide enough for octaves to join without ripples.
 const QUALITY: f64 = 1.0;
-/// Filters have their middles below this share of the sample rate.
+/// Centre frequencies of filters are below this fraction of the sample rate.
 const HIGHEST_MIDDLE: f64 = 0.4;
-/// Shortest line \[s\]: below, the network rings.
+/// Shortest line \[s\]: with a shorter one, the network rings.
 const SHORTEST: f64 = 0.013;
-/// What passes a line is not attenuated by more \[dB\]: walls that absorb all leave nothing to hear.
+/// Largest attenuation of one line \[dB\]; with perfectly absorbing walls nothing audible remains.
 const SILENCE: f64 = 200.0;
 /// The longest line over the shortest.
 const SPREAD: f64 = 2.3;
 
-/// How long the room needs to fall by 60 dB.
+/// Reverberation time of a room: the time for a decay by 60 dB.
 #[derive(Clone, Debug)]
 pub struct ReverberationTimes<'a> {
     room: &'a Room,
@@ -49,7 +50,7 @@ pub struct ReverberationTimes<'a> {
 }
 
 impl<'a> ReverberationTimes<'a> {
-    /// Of a room filled with air that takes from the sound, or does not.
+    /// For a room filled with air that absorbs or not.
     pub fn new(room: &'a Room, air: Option<&'a Air>, sound_speed: f64) -> Self {
         ReverberationTimes { room, air, sound_speed }
     }
@@ -68,7 +69,7 @@ impl<'a> ReverberationTimes<'a> {
     }
 }
 
-/// The network, with what sounds in it.
+/// The network and its state.
 #[derive(Clone, Debug)]
 pub struct LateReverberation {
     lines: [Line; LINES],
@@ -76,14 +77,14 @@ pub struct LateReverberation {
     input_gain: f64,
 }
 
-/// Samples on their way.
+/// Samples in a delay line.
 #[derive(Clone, Debug)]
 struct Line {
     samples: Vec<f64>,
     next: usize,
 }
 
-/// One octave of all lines: transposed direct form II, y = b₀ x + s₁.
+/// One octave filter of all lines: transposed direct form II, y = b₀ x + s₁.
 #[derive(Clone, Debug)]
 struct Filter {
     b: [[f64; LINES]; 3],
@@ -92,9 +93,9 @@ struct Filter {
 }
 
 impl LateReverberation {
-    /// Inputs, each of which enters the lines with other signs.
+    /// Number of inputs, each of which enters the lines with other signs.
     pub const INPUTS: usize = 6;
-    /// Outputs at most that differ from each other and from the inputs.
+    /// Largest number of outputs that differ from each other and from the inputs.
     pub const OUTPUTS: usize = LINES - Self::INPUTS;
 
     /// An empty room, for samples at a `rate` \[Hz\].
@@ -107,8 +108,7 @@ impl LateReverberation {
         if let Some(octave) = OCTAVES.into_iter().find(|f| !times.at(*f).is_finite()) {
             return Err(RoomError::Undamped { octave });
         }
-        // From one wall to the next it is 4 V/S in the mean. The inputs have met one wall, the first output a
-        // second.
+        // The mean free path is 4 V/S. The inputs have met one wall, the first output a second.
         let free_path = 4.0 * room.volume() / room.wall_areas().iter().sum::<f64>();
         let shortest = (free_path / sound_speed).max(SHORTEST) * rate;
         let mut lengths = [0; LINES];
@@ -134,12 +134,12 @@ impl LateReverberation {
         Ok(LateReverberation {
             lines: lengths.map(|length| Line { samples: vec![0.0; length], next: 0 }),
             filters,
-            // Each of the inputs is heard as if it were the only one: they share the energy.
+            // Each input has the level for a single one: they share the energy.
             input_gain: (energy / (LINES * Self::INPUTS) as f64).sqrt(),
         })
     }
 
-    /// Forgets what sounds.
+    /// Clears all delay lines and filters.
     pub fn silence(&mut self) {
         self.lines.iter_mut().for_each(|line| line.samples.fill(0.0));
         self.filters.iter_mut().for_each(|filter| filter.s = [[0.0; LINES]; 2]);
@@ -166,7 +166,7 @@ impl LateReverberation {
     }
 }
 
-/// Element of a matrix of signs with orthogonal rows: Hadamard's.
+/// Element of a matrix of signs with orthogonal rows (Hadamard).
 fn sign(row: usize, column: usize) -> f64 {
     if (row & column).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 }
 }
@@ -254,7 +254,8 @@ impl Section {
         }
     }
 
-    /// The one of this number in a chain, with its middle \[Hz\]; `None` above what the rate holds.
+    /// The filter of this index in a chain, with its centre frequency \[Hz\]; `None` above the range of the
+    /// sample rate.
     fn of_chain(number: usize, decibels: f64, rate: f64) -> Option<(f64, Self)> {
         const EDGE: f64 = std::f64::consts::SQRT_2;
         let last = OCTAVES.len() - 1;
@@ -278,10 +279,10 @@ impl Section {
     }
 }
 
-/// A chain of filters that has the `wanted` decibels at the middle of every octave.
+/// A chain of filters with the `wanted` decibels at the middle of every octave.
 ///
-/// What is common to all octaves is a plain factor: filters that made it together would ripple between their
-/// middles.
+/// The part common to all octaves is a plain factor; filters in its place would ripple between their centre
+/// frequencies.
 fn sections(wanted: impl Fn(f64) -> f64, rate: f64) -> [Section; SECTIONS] {
     const THROUGH: Section = Section { b: [1.0, 0.0, 0.0], a: [0.0; 2] };
     let common = OCTAVES.map(&wanted).iter().sum::<f64>() / OCTAVES.len() as f64;
@@ -289,8 +290,8 @@ fn sections(wanted: impl Fn(f64) -> f64, rate: f64) -> [Section; SECTIONS] {
     let chain = |gains: &[f64; SECTIONS]| -> [Section; SECTIONS] {
         std::array::from_fn(|k| Section::of_chain(k, gains[k], rate).map_or(THROUGH, |(_, section)| section))
     };
-    // Each in turn makes up for what the others leave, as Gauss and Seidel did for linear equations; they
-    // overlap by less than half, so that thirty rounds leave 1e-6 dB.
+    // Gauss–Seidel iteration: each filter in turn compensates the remainder of the others. They overlap by
+    // less than half, so that thirty rounds leave 1e-6 dB.
     for _ in 0..30 {
         for k in 0..SECTIONS {
             let Some((middle, _)) = Section::of_chain(k, 0.0, rate) else { continue };

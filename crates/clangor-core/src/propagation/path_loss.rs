@@ -1,15 +1,15 @@
-//! What walls and air leave of the pressure of a wave on its way: a real factor for each frequency.
+//! Attenuation along a propagation path by walls and air: a real factor for each frequency.
 
 use super::{Air, ImageSource, OCTAVES, Room};
 use crate::propagation::wall::interpolated;
 
-/// From a source to a receiver, what is lost besides the spreading.
+/// Loss of a path from a source to a receiver, apart from spherical spreading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathLoss {
-    /// Product of the reflectances of all walls that were met, in octaves.
+    /// Product of the reflectances of all walls on the path, in octaves.
     reflectances: [f64; OCTAVES.len()],
     air: Option<Air>,
-    /// Whether the wave is multiplied by the distance \[m\] it has come.
+    /// Whether the wave is multiplied by the length of its path \[m\].
     unspread: bool,
 }
 
@@ -20,12 +20,12 @@ impl Default for PathLoss {
 }
 
 impl PathLoss {
-    /// Of the direct way through air that takes from the sound, or does not.
+    /// Of the direct path, through air that absorbs or not.
     pub fn through(air: Option<Air>) -> Self {
         PathLoss { reflectances: [1.0; OCTAVES.len()], air, unspread: false }
     }
 
-    /// Of the way by the walls that an image has met.
+    /// Of the path of an image source.
     pub fn by(image: &ImageSource, room: &Room, air: Option<Air>) -> Self {
         let mut loss = PathLoss::through(air);
         for (wall, times) in room.walls.iter().zip(image.reflections) {
@@ -36,24 +36,24 @@ impl PathLoss {
         loss
     }
 
-    /// The same, times the distance in metres: what
-    /// [`LateReverberation`](crate::propagation::LateReverberation) takes.
+    /// The same, times the distance in metres: the input of
+    /// [`LateReverberation`](crate::propagation::LateReverberation).
     pub fn unspread(self) -> Self {
         PathLoss { unspread: true, ..self }
     }
 
-    /// Whether nothing changes.
+    /// Whether there are no losses.
     pub fn is_none(&self) -> bool {
         *self == PathLoss::default()
     }
 
-    /// At a `frequency` \[Hz\]: what the walls leave, and the attenuation in the air [1/m].
+    /// At a `frequency` \[Hz\]: reflectance of the walls \[-\], and attenuation in air [1/m].
     pub fn at(&self, frequency: f64) -> (f64, f64) {
         let walls = interpolated(&self.reflectances, frequency);
         (walls, self.air.map_or(0.0, |air| air.attenuation(frequency)))
     }
 
-    /// Of a wave with these [`at`](Self::at) that has come `distance` \[m\].
+    /// Factor for a wave with these losses [`at`](Self::at) a frequency over a path of `distance` \[m\].
     pub fn gain(&self, (walls, attenuation): (f64, f64), distance: f64) -> f64 {
         let spread = if self.unspread { distance } else { 1.0 };
         spread * walls * (-attenuation * distance).exp()

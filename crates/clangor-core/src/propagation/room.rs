@@ -1,5 +1,4 @@
-//! What a room and its air do to sound on the way: reflections in the walls of a box, absorption, late
-//! reverberation.
+//! A room and its air: reflections in the walls of a box, absorption, late reverberation.
 //!
 //! ```text
 //! source ──► image sources of low order ─────────────────────────────► receiver
@@ -21,16 +20,16 @@ pub struct Room {
     pub lowest: DVec3,
     /// Its highest corner \[m\].
     pub highest: DVec3,
-    /// What the walls absorb: at the lowest and highest x, then y (floor and ceiling), then z.
+    /// Absorption of the walls: at the lowest and highest x, then y (floor and ceiling), then z.
     pub walls: [WallAbsorption; 6],
-    /// Up to so many reflections are images of their own.
+    /// Largest number of reflections of an image source.
     pub image_order: u32,
-    /// Whether later ones sound as well.
+    /// Whether late reverberation replaces the later reflections.
     pub late: bool,
 }
 
 impl Room {
-    /// Rejects what cannot be a room.
+    /// Rejects an invalid room.
     ///
     /// # Errors
     /// [`RoomError`].
@@ -57,7 +56,7 @@ impl Room {
         self.extent().element_product()
     }
 
-    /// Areas of the walls \[m²\], in their order.
+    /// Areas of the walls \[m²\], in the order of the walls.
     pub fn wall_areas(&self) -> [f64; 6] {
         let DVec3 { x, y, z } = self.extent();
         [y * z, y * z, x * z, x * z, x * y, x * y]

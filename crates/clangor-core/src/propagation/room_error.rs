@@ -1,4 +1,4 @@
-//! What can be wrong with a room.
+//! Errors in a room.
 
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ pub enum RoomError {
         /// The octave \[Hz\].
         octave: f64,
     },
-    /// A room that never falls silent, which late reverberation cannot follow.
+    /// A room without absorption, which has no reverberation time.
     #[error("the walls of the room absorb nothing at {octave} Hz, so that its reverberation never ends")]
     Undamped {
         /// The octave \[Hz\].

@@ -1,13 +1,13 @@
-//! What a wall takes from a wave: random-incidence absorption coefficients in octaves, as tables of building
-//! materials print them.
+//! Absorption of walls: random-incidence absorption coefficients in octaves, as in tables of building
+//! materials.
 //!
-//! A wave that meets a wall of absorption α keeps √(1 − α) of its pressure, with its sign: the wall is taken
-//! to be hard and its reflectance real and independent of the angle. A wall of felt, which turns the phase of
-//! low notes, is not here.
+//! A reflection at a wall of absorption α keeps √(1 − α) of the pressure, with its sign. The wall is assumed
+//! to be hard, with a real reflectance independent of the angle. Not covered: porous walls, which change the
+//! phase at low frequency.
 
 use super::room_error::RoomError;
 
-/// Middles of the octaves \[Hz\].
+/// Centre frequencies of the octaves \[Hz\].
 pub const OCTAVES: [f64; 7] = [125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
 
 /// Share of the energy of a wave that a wall absorbs, for each of the [`OCTAVES`].
@@ -27,14 +27,14 @@ impl WallAbsorption {
         }
     }
 
-    /// Share of the pressure of a wave of `frequency` \[Hz\] that returns. Between the middles of two octaves
-    /// it is interpolated over the logarithm of the frequency; beyond the last it is that of the last.
+    /// Reflectance of the pressure \[-\] at a `frequency` \[Hz\]. It is interpolated over the logarithm of
+    /// the frequency between the centres of octaves, and constant beyond the first and the last.
     pub fn reflectance(&self, frequency: f64) -> f64 {
         interpolated(&self.0.map(|share| (1.0 - share).sqrt()), frequency)
     }
 }
 
-/// A value for each octave, between them linear over the logarithm of the frequency \[Hz\].
+/// A value for each octave, interpolated over the logarithm of the frequency \[Hz\].
 pub(super) fn interpolated(values: &[f64; OCTAVES.len()], frequency: f64) -> f64 {
     let last = OCTAVES.len() - 1;
     let place = (frequency / OCTAVES[0]).log2().clamp(0.0, last as f64);

@@ -1,4 +1,4 @@
-//! What a scene says of its bodies, planes and links, before any mesh is read.
+//! Bodies, planes and links of a scene, before any mesh is read.
 
 use glam::DVec3;
 
@@ -17,40 +17,40 @@ pub struct BodyDescription {
     pub name: String,
     /// Shape or mesh file.
     pub geometry: Geometry,
-    /// Factors on all lengths of the geometry: least and greatest. Copies draw theirs uniformly between the
+    /// Range of the scale factor on all lengths: least and greatest. Copies draw it uniformly between the
     /// two.
     pub scale: [f64; 2],
     /// Material.
     pub material: Material,
-    /// Pose at t = 0; for copies, the orientation only. `position` is the centre of mass, or what `placed_by`
-    /// says.
+    /// Pose at t = 0; for copies, the orientation only. `placed_by` names the point of the body at
+    /// `position`.
     pub pose: Pose,
-    /// Which point of the body is at `pose.position`.
+    /// Point of the body at `pose.position`.
     pub placed_by: PlacedBy,
     /// Velocity of the centre of mass \[m/s\].
     pub velocity: DVec3,
     /// Angular velocity \[rad/s\], world frame.
     pub angular_velocity: DVec3,
-    /// What moves it.
+    /// Cause of its motion.
     pub motion: Motion,
     /// Lower bound of the local contact radius \[m\]; `None`:
     /// [`EDGE_RADIUS_RATIO`](crate::body::EDGE_RADIUS_RATIO) of its bounding radius.
     pub edge_radius: Option<f64>,
-    /// What it sounds as; `None`: what the `[render]` section says.
+    /// Acceleration model; `None`: that of the `[render]` section.
     pub sound: Option<AccelerationRule>,
-    /// Whether it rings, and with whose modes.
+    /// Modal model: its own modes, those of a proxy, or none.
     pub ringing: ModalRule,
-    /// How it breaks; `None` if it does not.
+    /// Fracture settings; `None` for a body that does not break.
     pub breaking: Option<Breaking>,
-    /// How many, and where.
+    /// Number and places of the copies.
     pub copies: Copies,
-    /// Where the body is written.
+    /// Place of the body in the text.
     pub place: Place,
-    /// Where its shape or mesh is written.
+    /// Place of its shape or mesh in the text.
     pub geometry_place: Place,
 }
 
-/// The point of a body that its position names.
+/// Point of a body to which its position refers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlacedBy {
     /// Its centre of mass.
@@ -110,7 +110,7 @@ impl BodyDescription {
         BodyDescription { angular_velocity, ..self }
     }
 
-    /// The same body, moved by something else.
+    /// The same body with another cause of motion.
     #[must_use]
     pub fn with_motion(self, motion: Motion) -> Self {
         BodyDescription { motion, ..self }
@@ -122,7 +122,7 @@ impl BodyDescription {
         BodyDescription { copies, ..self }
     }
 
-    /// How many bodies this stands for.
+    /// Number of bodies.
     pub fn count(&self) -> usize {
         match &self.copies {
             Copies::One => 1,
@@ -149,10 +149,10 @@ impl BodyDescription {
     }
 }
 
-/// Stands in a shape for the number of the copy, from 1: `rock:{n}x0.02` gives every copy a seed of its own.
+/// Placeholder in a shape for the number of the copy, from 1: `rock:{n}x0.02` gives every copy another seed.
 pub const COPY_NUMBER: &str = "{n}";
 
-/// Where the surface of a body comes from.
+/// Source of the surface of a body.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Geometry {
     /// Text of the shape library, such as `coin:0.01213x0.00175@0.0005`.
@@ -161,7 +161,7 @@ pub enum Geometry {
     File(String),
 }
 
-/// The geometry of one body, for whoever builds or reads it.
+/// Geometry of one body, as the loader gets it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GeometryReference {
     /// Shape or file.
@@ -171,7 +171,7 @@ pub struct GeometryReference {
 }
 
 impl GeometryReference {
-    /// What tells geometries apart.
+    /// Key that distinguishes geometries.
     pub(super) fn key(&self) -> (Geometry, u64) {
         (self.geometry.clone(), self.scale.to_bits())
     }
@@ -184,7 +184,7 @@ impl std::fmt::Display for GeometryReference {
     }
 }
 
-/// How many bodies a `[[body]]` stands for, and where they are.
+/// Number and places of the bodies of a `[[body]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Copies {
     /// One, at the pose of the description.
@@ -198,22 +198,21 @@ pub enum Copies {
 /// Copies scattered at random.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RandomPlacement {
-    /// How many.
+    /// Number of copies.
     pub count: usize,
     /// Corners of the box that holds the centres of mass \[m\].
     pub region: [DVec3; 2],
     /// Seed of the positions, orientations, spins and scales; `None`: the simulation's.
     pub seed: Option<u64>,
-    /// Every copy has an orientation of its own, uniform over all rotations.
+    /// Whether every copy has a random orientation, uniform over all rotations.
     pub random_orientation: bool,
-    /// Greatest random angular velocity \[rad/s\], uniform in the ball of this radius and added to the
-    /// body's.
+    /// Largest random angular velocity \[rad/s\], uniform in the ball of this radius and added to the body's.
     pub max_spin: f64,
-    /// Where the placement is written.
+    /// Place of the placement in the text.
     pub place: Place,
 }
 
-/// A `[[plane]]`: solid below, fixed.
+/// A `[[plane]]`: fixed, solid on the side opposite to its normal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneDescription {
     /// Name.
@@ -224,9 +223,9 @@ pub struct PlaneDescription {
     pub normal: DVec3,
     /// Material.
     pub material: Material,
-    /// Whether it is a wall, behind which a listener may be. To bodies that is the same.
+    /// Whether it is a wall, behind which a listener may be. For bodies there is no difference.
     pub thin: bool,
-    /// Where it is written.
+    /// Place of the plane in the text.
     pub place: Place,
 }
 
@@ -242,13 +241,13 @@ impl PlaneDescription {
 pub struct HangDescription {
     /// Name of the body, of one copy, or of all copies of a `[[body]]`.
     pub body: String,
-    /// Where the rod ends.
+    /// End of the rod.
     pub anchor: Anchor,
-    /// Where it is written.
+    /// Place of the link in the text.
     pub place: Place,
 }
 
-/// Where a rod ends.
+/// End of a rod.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
     /// At a point \[m\], world.
@@ -257,7 +256,7 @@ pub enum Anchor {
     Offset(DVec3),
 }
 
-/// A `[\[spring\]]`.
+/// A `[[spring]]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpringDescription {
     /// Name of the body at one end.
@@ -270,7 +269,7 @@ pub struct SpringDescription {
     pub stiffness: f64,
     /// Damping along the spring \[N s/m\].
     pub damping: f64,
-    /// Where it is written.
+    /// Place of the spring in the text.
     pub place: Place,
 }
 

@@ -1,34 +1,34 @@
-//! Whether a body may break, and how its fracture is computed: what a scene says under `fracture` of a
-//! `[[body]]`.
+//! Fracture settings of a body: the table `fracture` of a `[[body]]`.
 //!
 //! Strength and toughness are the material's: `tensile_strength` and `fracture_energy`.
 
 use glam::DVec3;
 
-/// How a body breaks.
+/// Fracture settings of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Breaking {
-    /// Longest edges of the tetrahedra in which stress is sought \[m\]; `None`: what suits the body.
+    /// Largest edge length of the tetrahedra of the stress solution \[m\]; `None`: chosen from the size of
+    /// the body.
     pub edge: Option<f64>,
-    /// Seed of the crack pattern; `None`: the simulation's, with the number of the body mixed in.
+    /// Seed of the crack pattern; `None`: derived from the simulation's seed and the number of the body.
     pub seed: Option<u64>,
-    /// Edge of the cube that is as large as the smallest piece allowed \[m\]; `None`: a tenth of the cube as
-    /// large as the body.
+    /// Edge of the cube with the volume of the smallest piece allowed \[m\]; `None`: a tenth of the edge of
+    /// the cube with the volume of the body.
     pub smallest_piece: Option<f64>,
-    /// Most pieces that the body and its pieces may fall into.
+    /// Largest number of pieces of the body, pieces of pieces included.
     pub most_pieces: usize,
-    /// Whether what is left of the strain energy drives the pieces apart.
+    /// Whether the remaining strain energy accelerates the pieces apart.
     pub crack_impulses: bool,
-    /// What holds a free body while its stress is computed.
+    /// Force that balances the contact forces on a free body in the stress solution.
     pub reaction: Reaction,
-    /// Which force an impulse stands for.
+    /// Force equivalent to an impulse.
     pub load: Load,
-    /// Where the body is scored. A scored body breaks along these planes and nowhere else.
+    /// Scored planes. A scored body breaks along these planes only.
     pub scores: Vec<Score>,
 }
 
 impl Breaking {
-    /// Most pieces, unless the scene names another number.
+    /// Default of the largest number of pieces.
     pub const MOST_PIECES: usize = 400;
 }
 
@@ -57,22 +57,22 @@ pub enum Reaction {
     LeastResidual,
 }
 
-/// The force that an impulse j stands for.
+/// Force equivalent to an impulse j.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
     /// The peak of the contact's half-sine: (π/2) j/τ.
     HalfSinePeak,
-    /// j/Δt, as \[FRAC\] has it. Stress and what becomes of the body depend on the step.
+    /// j/Δt, as in \[FRAC\]. Stress and fracture then depend on the time step.
     Step,
 }
 
-/// A plane along which a body has been scored.
+/// A plane along which a body is scored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
     /// A point of the plane \[m\], in the frame of the body, about its centre of mass.
     pub point: DVec3,
     /// Its unit normal, in the frame of the body.
     pub normal: DVec3,
-    /// How deep the scratch is \[m\]: stress concentrates at its bottom. 0 for none.
+    /// Depth of the scratch \[m\], at whose bottom stress concentrates. 0 for none.
     pub depth: f64,
 }

@@ -1,7 +1,7 @@
 //! From TOML to a [`Scene`]: one decoder per section, errors collected throughout.
 //!
-//! Broken TOML does not hide the other errors: the parser recovers, the rest is decoded, and what may only be
-//! an echo of the broken place (anything on the same lines, missing keys, unknown names) is left out.
+//! A syntax error does not hide other errors: the parser recovers, and the rest is decoded. Possible
+//! consequences of the syntax error are not reported (errors on the same lines, missing keys, unknown names).
 
 mod body;
 mod breaking;
@@ -47,8 +47,8 @@ impl Scene {
     /// Reads a scene.
     ///
     /// # Errors
-    /// Every error of the text, in its order: TOML syntax, unknown keys, wrong types and ranges, names that
-    /// stand for nothing, settings that exclude each other.
+    /// Every error of the text, in its order: TOML syntax, unknown keys, wrong types and ranges, undefined
+    /// names, conflicting settings.
     pub fn from_toml(text: &str) -> Result<Scene, SceneErrors> {
         match decode(text) {
             (scene, errors) if errors.is_empty() => Ok(scene),
@@ -56,8 +56,8 @@ impl Scene {
         }
     }
 
-    /// As [`from_toml`](Self::from_toml); if there are errors, the mesh files are loaded too, so that missing
-    /// and bad ones are reported with the rest.
+    /// As [`from_toml`](Self::from_toml). If there are errors, the mesh files are loaded too, so that missing
+    /// and invalid files are reported with the rest.
     ///
     /// # Errors
     /// As `from_toml`, and those of the files beside them.
@@ -72,7 +72,7 @@ impl Scene {
     }
 }
 
-/// What could be read of a scene, and every error.
+/// The readable part of a scene, and every error.
 fn decode(text: &str) -> (Scene, Vec<SceneError>) {
     let (tree, syntax_errors) = DeTable::parse_recoverable(text);
     let mut d = Decoder::new(text);
@@ -85,7 +85,7 @@ fn decode(text: &str) -> (Scene, Vec<SceneError>) {
     (Scene { warnings: d.warnings, ..scene }, d.errors)
 }
 
-/// Adds the syntax errors, and drops what may follow from them.
+/// Adds the syntax errors, and drops errors that may result from them.
 fn keep_certain_errors(d: &mut Decoder<'_>, syntax_errors: &[toml::de::Error]) {
     let places: Vec<(Place, String)> = syntax_errors
         .iter()
@@ -151,7 +151,7 @@ fn check_version(d: &mut Decoder<'_>, top: &Section<'_>) {
     }
 }
 
-/// Warns of scenes that cannot make a sound.
+/// Warns of scenes that make no sound.
 fn check_silence(d: &mut Decoder<'_>, scene: &Scene, top: &Section<'_>) {
     if scene.listeners.is_empty() {
         d.warn(top.place.clone(), Doubt::NoListener);
@@ -228,7 +228,7 @@ mod tests {
             let text =
                 if example.contains("version") { example.into() } else { format!("version = 1\n{example}") };
             let scene = Scene::from_toml(&text).unwrap_or_else(|e| panic!("{example}\n{e}"));
-            // A fragment may lack a listener; a scene with bodies has no excuse.
+            // A text without bodies may lack a listener; a scene with bodies may not.
             assert!(scene.bodies.is_empty() || scene.warnings.is_empty(), "{example}\n{:?}", scene.warnings);
         }
     }

@@ -1,8 +1,7 @@
-//! What is wrong with a scene, where, and what to do about it.
+//! Errors and warnings of a scene: the problem, its place, and a remedy.
 //!
-//! Every error and warning names the byte span, line, column and field path of what the user wrote. The
-//! problem is typed and carries its numbers; its `Display` says what is wrong and [`Problem::remedy`] what to
-//! write instead.
+//! Every error and warning names the byte span, line, column and field path in the text. The problem is typed
+//! and carries its numbers. Its `Display` describes the error, and [`Problem::remedy`] the correction.
 
 use std::fmt;
 use std::ops::Range;
@@ -11,8 +10,8 @@ use super::suggest::nearest;
 use crate::propagation::room::RoomError;
 use crate::shape::ShapeError;
 
-/// Where in a scene something stands. What does not come from a text, such as a listener of the command line,
-/// has line 0.
+/// A place in a scene. Parts of a scene that do not come from a text, such as a listener of the command line,
+/// have line 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// Bytes of the text.
@@ -26,7 +25,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// What places are sorted by: the order of the text.
+    /// Sort key of places: the order of the text.
     pub(super) fn order(&self) -> (usize, String) {
         (self.span.start, self.field.clone())
     }
@@ -45,9 +44,9 @@ impl fmt::Display for Place {
 /// An error in a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneError {
-    /// Where.
+    /// Place.
     pub place: Place,
-    /// What.
+    /// Problem.
     pub problem: Problem,
 }
 
@@ -75,53 +74,53 @@ impl fmt::Display for SceneErrors {
 
 impl std::error::Error for SceneErrors {}
 
-/// What is wrong.
+/// Problem in a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Problem {
     /// The text is not TOML.
     #[error("not valid TOML: {message}")]
     Syntax {
-        /// The parser's words.
+        /// Message of the parser.
         message: String,
     },
-    /// A key that means nothing here.
+    /// An unknown key.
     #[error("unknown key `{key}`")]
     UnknownKey {
         /// The key.
         key: String,
         /// The accepted key that looks most like it.
         nearest: Option<String>,
-        /// Every key accepted here.
+        /// All accepted keys.
         accepted: &'static [&'static str],
     },
-    /// A key that must be there.
+    /// A missing key.
     #[error("`{key}` is missing")]
     Missing {
         /// The key.
         key: &'static str,
-        /// What it should be.
+        /// Expected content.
         expected: String,
     },
     /// A value of the wrong type.
     #[error("this is {found}")]
     WrongType {
-        /// What it is.
+        /// Type found.
         found: &'static str,
-        /// What it should be.
+        /// Expected type.
         expected: String,
     },
     /// An array of the wrong length.
     #[error("this has {found} elements")]
     WrongLength {
-        /// How many it has.
+        /// Length found.
         found: usize,
-        /// What it should be.
+        /// Expected content.
         expected: String,
     },
     /// NaN or an infinity.
     #[error("this is not a finite number")]
     NotFinite {
-        /// What it should be.
+        /// Expected content.
         expected: String,
     },
     /// A number outside its range.
@@ -129,19 +128,19 @@ pub enum Problem {
     OutOfRange {
         /// The number.
         value: f64,
-        /// What it should be.
+        /// Expected range.
         expected: String,
     },
-    /// A name that stands for nothing.
+    /// An undefined name.
     #[error("there is no {what} `{name}`")]
     UnknownName {
-        /// What kind of name.
+        /// Kind of name.
         what: &'static str,
         /// The name.
         name: String,
         /// The known name that looks most like it.
         nearest: Option<String>,
-        /// Every known name.
+        /// All known names.
         known: Vec<String>,
     },
     /// A name used twice.
@@ -149,10 +148,10 @@ pub enum Problem {
     DuplicateName {
         /// The name.
         name: String,
-        /// Where it was used first.
+        /// Place of its first use.
         first_line: usize,
     },
-    /// A name of no letters.
+    /// An empty name.
     #[error("this name is empty")]
     EmptyName,
     /// A material named like a preset.
@@ -166,15 +165,15 @@ pub enum Problem {
     Conflict {
         /// The key.
         key: &'static str,
-        /// What excludes it.
+        /// The conflicting key.
         other: &'static str,
     },
-    /// A body that is to break, of a material whose strength or toughness is not known.
+    /// A body with fracture settings, of a material without strength or toughness.
     #[error("it cannot break: material \"{material}\" has no `{missing}`")]
     CannotBreak {
         /// The material.
         material: String,
-        /// The number that it lacks.
+        /// The missing property.
         missing: &'static str,
     },
     /// A key without its partner.
@@ -182,16 +181,16 @@ pub enum Problem {
     Needs {
         /// The key.
         key: &'static str,
-        /// What is missing.
+        /// The missing key.
         other: &'static str,
     },
-    /// A format version that this program does not know.
+    /// An unsupported format version.
     #[error("version {found} is not supported")]
     UnsupportedVersion {
         /// The version.
         found: i64,
     },
-    /// A shape that the library does not make.
+    /// An invalid shape.
     #[error(transparent)]
     Shape(ShapeError),
     /// Geometry that its loader rejects.
@@ -199,15 +198,15 @@ pub enum Problem {
     Geometry {
         /// The shape or file.
         reference: String,
-        /// Why.
+        /// Reason.
         reason: String,
-        /// What to do.
+        /// Remedy.
         remedy: String,
     },
     /// A direction of no length.
     #[error("this vector has no direction")]
     NoDirection {
-        /// What it should be.
+        /// Expected content.
         expected: &'static str,
     },
     /// Times of keyframes that do not increase.
@@ -218,7 +217,7 @@ pub enum Problem {
         /// Time of the key before it \[s\].
         previous: f64,
     },
-    /// Frequencies of a table that do not ascend.
+    /// Frequencies of a table that are not in ascending order.
     #[error("frequencies must ascend, but {frequency} Hz follows {previous} Hz")]
     UnorderedFrequencies {
         /// The offending frequency \[Hz\].
@@ -226,7 +225,7 @@ pub enum Problem {
         /// The one before it \[Hz\].
         previous: f64,
     },
-    /// A size that no scene means.
+    /// A size outside the supported range.
     #[error("a bounding radius of {radius:.3e} m is absurd")]
     AbsurdSize {
         /// Bounding radius \[m\].
@@ -235,12 +234,12 @@ pub enum Problem {
     /// Too many bodies.
     #[error("the scene has {count} bodies")]
     TooManyBodies {
-        /// How many.
+        /// Number of bodies.
         count: u64,
-        /// How many there may be.
+        /// Largest number of bodies.
         limit: u64,
     },
-    /// Something as fast as sound.
+    /// A speed that is too close to that of sound, or above it.
     #[error("{} m/s is not slower than sound ({sound_speed} m/s)", readable(*speed))]
     Supersonic {
         /// Speed \[m/s\].
@@ -253,7 +252,7 @@ pub enum Problem {
     ListenerInside {
         /// The body.
         body: String,
-        /// How deep \[m\].
+        /// Depth \[m\].
         depth: f64,
     },
     /// A listener under a reflecting floor.
@@ -267,31 +266,31 @@ pub enum Problem {
     /// A listener outside the room.
     #[error("the listener leaves the room")]
     ListenerOutside,
-    /// A room that is none.
+    /// An invalid room.
     #[error(transparent)]
     Room(RoomError),
     /// Copies that do not fit in their region.
     #[error("only {placed} of {count} copies fit in the region without touching")]
     DoesNotFit {
-        /// How many were placed.
+        /// Number of copies placed.
         placed: usize,
-        /// How many were asked for.
+        /// Number of copies in the scene.
         count: usize,
     },
-    /// A link to a body that cannot have it.
+    /// A link to a body that does not admit it.
     #[error("the body `{body}` {reason}")]
     BadLink {
         /// The body.
         body: String,
-        /// Why it cannot.
+        /// Reason.
         reason: &'static str,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
 }
 
 impl Problem {
-    /// What the user should write instead.
+    /// The correction of the text.
     pub fn remedy(&self) -> String {
         match self {
             Problem::Syntax { message } => syntax_remedy(message).into(),
@@ -345,7 +344,7 @@ impl Problem {
     }
 }
 
-/// What to write instead of a bad shape.
+/// The correction of an invalid shape.
 fn shape_remedy(error: &ShapeError) -> String {
     match error {
         ShapeError::UnknownName { name, known } => match nearest(name, known.split(", ")) {
@@ -359,7 +358,7 @@ fn shape_remedy(error: &ShapeError) -> String {
     }
 }
 
-/// A remedy for the commonest slips of TOML.
+/// A remedy for the most frequent errors of TOML syntax.
 fn syntax_remedy(message: &str) -> &'static str {
     if message.contains("duplicate") {
         "keep one of the two, or write [[...]] for a list of tables"
@@ -376,7 +375,7 @@ fn syntax_remedy(message: &str) -> &'static str {
     }
 }
 
-/// A number without a train of zeros.
+/// A number without trailing zeros.
 pub(super) fn readable(value: f64) -> String {
     let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite();
     if plain { format!("{value}") } else { format!("{value:e}") }
@@ -389,12 +388,12 @@ fn abridged(names: &[String]) -> String {
     if names.len() > SHOWN { format!("{shown}, …") } else { shown }
 }
 
-/// Something that is allowed but probably not meant.
+/// A warning: accepted, but probably not intended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneWarning {
-    /// Where.
+    /// Place.
     pub place: Place,
-    /// What.
+    /// Doubt.
     pub doubt: Doubt,
 }
 
@@ -404,33 +403,33 @@ impl fmt::Display for SceneWarning {
     }
 }
 
-/// What is doubtful, and what to do if it was not meant.
+/// Doubtful part of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Doubt {
-    /// A number outside what is usual.
+    /// A number outside the usual range.
     #[error("{what} of {} {unit} is unusual (usually {usual}); check the unit", readable(*value))]
     Unusual {
-        /// What the number is.
+        /// Quantity.
         what: &'static str,
         /// The number.
         value: f64,
         /// Its unit.
         unit: &'static str,
-        /// What is usual.
+        /// Usual range.
         usual: &'static str,
     },
-    /// Nobody listens.
+    /// No listener.
     #[error("the scene has no listener, so nothing is heard; add a [[listener]]")]
     NoListener,
-    /// Nothing can collide.
+    /// No two bodies that could collide.
     #[error("nothing moves, so the scene is silent; add a free body, gravity, a velocity or keyframes")]
     NothingMoves,
-    /// A free body has nothing that it could ever hit.
+    /// A free body that cannot collide with anything.
     #[error(
         "there is one body and nothing that it could hit, so the scene is silent; add a [[plane]] or a body"
     )]
     NothingToHit,
-    /// A listener out of earshot.
+    /// A listener too far from all bodies.
     #[error(
         "the nearest body is {} m away, so next to nothing is heard; move the listener closer",
         readable(distance.round())
@@ -439,13 +438,13 @@ pub enum Doubt {
         /// Distance to the nearest body \[m\].
         distance: f64,
     },
-    /// The sample rate loses audible sound.
+    /// A sample rate that excludes audible frequencies.
     #[error("this sample rate cuts the band at {nyquist} Hz; 48000 keeps all that can be heard")]
     CutBand {
         /// Half of the sample rate \[Hz\].
         nyquist: f64,
     },
-    /// A key under the name that it had before.
+    /// A key under its former name.
     #[error("`{former}` is now `{key}`; the former name is accepted in this version only")]
     FormerKey {
         /// Its former name.
@@ -453,10 +452,10 @@ pub enum Doubt {
         /// Its name.
         key: &'static str,
     },
-    /// A warning from whoever built or read the geometry.
+    /// A warning of the geometry loader.
     #[error("{message}")]
     Geometry {
-        /// Its words.
+        /// Message.
         message: String,
     },
 }

@@ -1,7 +1,7 @@
-//! From a [`Scene`] to a [`World`]: geometry is loaded, copies are placed, links find their bodies.
+//! From a [`Scene`] to a [`World`]: loads geometry, places copies, and resolves links.
 //!
 //! Order of bodies: those of the file with their copies, then the planes. A scattered copy depends on the
-//! seed and on what is not scattered, then on the copies before it.
+//! seed, on the bodies that are not scattered, and on the copies before it.
 
 mod copies;
 mod geometry;
@@ -22,23 +22,22 @@ pub use copies::references;
 pub use geometry::{GeometryError, LoadedGeometry, Loader, load_shape};
 use problems::Problems;
 
-/// A world, and what is doubtful about it.
+/// A world, and the warnings of its construction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
     /// The world.
     pub world: World,
-    /// Allowed but probably not meant; those of the scene are not repeated.
+    /// Warnings; those of the scene are not repeated.
     pub warnings: Vec<SceneWarning>,
 }
 
 /// Instantiates a scene.
 ///
-/// `load` is asked once for each distinct geometry, in the order of [`references`]; [`load_shape`] does for
-/// shapes.
+/// `load` is called once for each distinct geometry, in the order of [`references`]; [`load_shape`] is
+/// sufficient for shapes.
 ///
 /// # Errors
-/// Everything that is wrong with the geometry, the placement, the links and the listeners, in the order of
-/// the file.
+/// All errors in geometry, placement, links and listeners, in the order of the file.
 pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, SceneErrors> {
     let mut problems = Problems::default();
     let total = scene.bodies.iter().fold(0u64, |sum, b| sum.saturating_add(b.count() as u64));

@@ -1,6 +1,6 @@
-//! Listeners: points, or pairs of points, where pressure is wanted; standing or moving.
+//! Listeners: points, or pairs of points, at which pressure is computed; at rest or moving.
 //!
-//! A listener's frame has x to its right, y up and −z ahead, as a camera's.
+//! The frame of a listener has x to the right, y up and −z ahead, as that of a camera.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -18,7 +18,7 @@ pub struct ListenerDescription {
     pub track: Track,
     /// Distance between the two receivers of a pair \[m\]; `None`: one receiver.
     pub spacing: Option<f64>,
-    /// Where it is written.
+    /// Place of the listener in the text.
     pub place: Place,
 }
 

@@ -1,9 +1,9 @@
-//! Random placement: copies of bodies in a box, none touching another or what stands there already.
+//! Random placement: copies of bodies in a box, without contact to each other or to other bodies.
 //!
 //! Random sequential addition: a centre is drawn uniformly in the region and kept if the copy's bounding ball
-//! is clear of everything placed before it. Bounding balls are enough because the copies fall and mix anyway;
-//! they jam at about 38 % of the volume, so a region should be several times larger than its balls. What
-//! stands there keeps its true surface, so that coins may start inside a bowl.
+//! does not touch anything placed before it. Bounding balls are sufficient because the copies fall and mix
+//! anyway. They jam at about 38 % of the volume, so a region should be several times larger than its balls.
+//! Other bodies keep their true surface, so that coins may start inside a bowl.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -89,7 +89,7 @@ impl Obstacle {
     }
 }
 
-/// Copies placed so far, and what stood there before them.
+/// Copies placed so far, and the bodies before them.
 pub(super) struct Packing {
     obstacles: Vec<Obstacle>,
     cell: f64,

@@ -1,4 +1,4 @@
-//! A scene as data: what it holds, what its bodies sound as, and how it is built without a text.
+//! A scene as data, and its construction without a text.
 
 use glam::DVec3;
 
@@ -18,7 +18,7 @@ pub const VERSION: i64 = 1;
 /// Most bodies that a scene may have.
 pub const MAX_BODIES: u64 = 100_000;
 
-/// Gravity where a scene names none [m/s²]: the standard acceleration of free fall (CGPM 1901), downwards.
+/// Default gravity [m/s²]: the standard acceleration of free fall (CGPM 1901), downwards.
 pub const STANDARD_GRAVITY: DVec3 = DVec3::new(0.0, -9.80665, 0.0);
 
 /// A scene: bodies, planes, links and listeners, with the settings of simulation and rendering.
@@ -51,17 +51,17 @@ pub struct Scene {
     pub bodies: Vec<BodyDescription>,
     /// Planes.
     pub planes: Vec<PlaneDescription>,
-    /// Hung spheres.
+    /// Suspended spheres.
     pub hangs: Vec<HangDescription>,
     /// Springs.
     pub springs: Vec<SpringDescription>,
     /// Listeners.
     pub listeners: Vec<ListenerDescription>,
-    /// Dynamics.
+    /// Settings of the dynamics.
     pub simulation: SimulationDescription,
-    /// Sound.
+    /// Settings of the rendering.
     pub render: RenderDescription,
-    /// What is allowed but probably not meant.
+    /// Warnings: accepted, but probably not intended.
     pub warnings: Vec<SceneWarning>,
 }
 
@@ -128,7 +128,7 @@ impl Scene {
         self
     }
 
-    /// The sound models asked for, one for each body of the instantiated scene in its order; none for planes.
+    /// The sound model rules, one for each body of the instantiated scene in its order; none for planes.
     pub fn sound_rules(&self) -> Vec<SoundRule> {
         let of = |body: &BodyDescription| {
             let rule =
@@ -138,7 +138,8 @@ impl Scene {
         self.bodies.iter().flat_map(of).collect()
     }
 
-    /// How each body of the instantiated scene breaks, in their order; `None` for those that do not.
+    /// Fracture settings of each body of the instantiated scene, in their order; `None` for those that do not
+    /// break.
     pub fn breaking_rules(&self) -> Vec<Option<&Breaking>> {
         let bodies = self.bodies.iter();
         bodies.flat_map(|body| std::iter::repeat_n(body.breaking.as_ref(), body.count())).collect()

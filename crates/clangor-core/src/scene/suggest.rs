@@ -21,10 +21,10 @@ fn edit_distance(a: &str, b: &str) -> usize {
     last[b.len()]
 }
 
-/// The known name nearest to `name`, if it is near enough to be what was meant: at most a third of its
-/// letters wrong, or one of the two contained in the other.
+/// The known name nearest to `name`, if it is a likely correction: at most a third of its letters differ, or
+/// one contains the other.
 pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    // Longer than any name that the format knows: not worth the quadratic search.
+    // Longer than any name of the format: the quadratic search is not worth its cost.
     const LONGEST: usize = 64;
     if name.chars().count() > LONGEST {
         return None;

@@ -60,7 +60,7 @@ const PRESET_KEYS: &[&str] = &[
     "placement",
 ];
 
-/// A body that a scene may ask for by name.
+/// A preset body, by its name in scenes.
 #[derive(Clone, Copy)]
 struct BodyPreset {
     shape: &'static str,
@@ -163,7 +163,7 @@ fn body(
     })
 }
 
-/// An error for each velocity of a body that does not move freely.
+/// An error for each velocity of a body that is not free.
 fn refuse_velocities(d: &mut Decoder<'_>, section: &Section<'_>) {
     for key in ["velocity", "angular_velocity"] {
         if let Some(node) = section.get(key) {
@@ -187,7 +187,7 @@ fn material(
     materials.named(d, section, "material")
 }
 
-/// How a body breaks, if it can.
+/// The fracture settings of a body, if it can break.
 fn breakable(
     d: &mut Decoder<'_>,
     section: &Section<'_>,
@@ -232,7 +232,7 @@ fn motion(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Motion> {
 }
 
 fn velocity(d: &mut Decoder<'_>, section: &Section<'_>, key: &str, sound_speed: f64) -> Option<DVec3> {
-    // Faster than this, neither Hertz's law nor a rigid body is near the truth.
+    // Above this speed, neither Hertz's law nor the rigid body is a valid approximation.
     const USUAL_SPEED: f64 = 100.0;
     let node = section.get(key)?;
     let velocity = node.vector(d, "m/s")?;
@@ -288,7 +288,7 @@ fn positions(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<Vec<DVec3>> {
     read.into_iter().collect()
 }
 
-/// Reads a placement; its count comes from elsewhere.
+/// Reads a placement without its count.
 fn placement(d: &mut Decoder<'_>, node: &Node<'_>, body: &Section<'_>) -> Option<RandomPlacement> {
     let section = node.section(d, PLACEMENT_KEYS)?;
     let expected = "two corners in m, such as [[-0.1, 0.1, -0.1], [0.1, 0.5, 0.1]]";

@@ -1,7 +1,7 @@
 //! Keys of the scene format that have been renamed.
 //!
-//! A former key means what the new one means, and gives a warning. It is accepted for one version, where the
-//! new key is accepted.
+//! A former key has the meaning of its replacement, and gives a warning. It is accepted for one version,
+//! wherever the new key is accepted.
 
 /// A key that has been renamed.
 #[derive(Clone, Copy)]
@@ -10,7 +10,7 @@ pub(super) struct FormerKey {
     pub(super) name: &'static str,
     /// The key that replaces it.
     pub(super) replacement: &'static str,
-    /// What it conflicts with where both are there.
+    /// Conflict to report if both keys are present.
     pub(super) conflict: &'static str,
 }
 

@@ -7,7 +7,7 @@ use crate::shape::Shape;
 
 const SCALE: Quantity = Quantity::above(0.0, 1e6, "");
 
-/// The geometry of a body and where it is written.
+/// The geometry of a body and its place in the text.
 pub(super) fn geometry(
     d: &mut Decoder<'_>,
     section: &Section<'_>,
@@ -24,7 +24,7 @@ pub(super) fn geometry(
             d.error(node.place(d), Problem::Needs { key: COPY_NUMBER, other: "`count` or `positions`" });
             return None;
         }
-        // Any copy will do: its number is a seed.
+        // Any copy is sufficient: its number is only a seed.
         if let Err(error) = Shape::parse(&text.replace(COPY_NUMBER, "1")) {
             d.error(node.place(d), Problem::Shape(error));
             return None;

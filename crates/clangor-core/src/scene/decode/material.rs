@@ -1,4 +1,4 @@
-//! The sections `[material.NAME]`: a material of the user's own, or a preset with some numbers changed.
+//! The sections `[material.NAME]`: a material defined by the user, or a preset with some numbers changed.
 
 use super::reader::{Decoder, Node, Quantity, Section};
 use crate::material::{Damping, Material, presets};
@@ -32,7 +32,7 @@ const LOSS_FACTOR: Quantity = Quantity::between(1e-9, 1.0, "");
 const T60: Quantity = Quantity::between(1e-6, 1e4, "s");
 const FREQUENCY: Quantity = Quantity::between(1.0, 1e6, "Hz");
 
-/// Materials of the scene, by name; presets are found behind them.
+/// Materials of the scene, by name; presets follow.
 pub(super) struct Materials {
     custom: Vec<(String, Material)>,
 }
@@ -44,7 +44,7 @@ pub(super) fn materials(d: &mut Decoder<'_>, top: &Section<'_>) -> Materials {
         if presets::preset(name).is_some() {
             d.error(node.place(d), Problem::PresetName { name: name.to_owned() });
         }
-        // A material that failed still has a name, so that its bodies are not rejected as well.
+        // A material with errors keeps its name, so that its bodies are not rejected as well.
         let material = material(d, &node, name).unwrap_or_else(|| presets::STEEL.material());
         custom.push((name.to_owned(), material));
     }
@@ -220,7 +220,7 @@ fn rayleigh(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Damping> {
     Some(Damping::Rayleigh { alpha, beta, g })
 }
 
-/// Warns of a number outside the range of real solids, which is most often a slip of units.
+/// Warns of a number outside the range of real solids, most often a mistake in the unit.
 fn doubt(
     d: &mut Decoder<'_>,
     section: &Section<'_>,

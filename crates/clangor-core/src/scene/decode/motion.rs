@@ -14,7 +14,7 @@ pub(super) fn orientation(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<DQuat>
     let section = node.section(d, ORIENTATION_KEYS)?;
     section.exclude(d, "quaternion", "axis", "`axis` and `degrees`");
     if let Some(node) = section.get("quaternion") {
-        // Hand-written components are rounded; what is further from 1 is not a rotation that somebody meant.
+        // Hand-written components are rounded; a larger deviation from 1 is taken for a mistake.
         const MAX_LENGTH_ERROR: f64 = 1e-2;
         let quaternion = DQuat::from_array(node.numbers::<4>(d, Quantity::between(-2.0, 2.0, ""))?);
         if (quaternion.length() - 1.0).abs() > MAX_LENGTH_ERROR {

@@ -1,8 +1,7 @@
-//! Reading typed values from the span-keeping TOML tree, collecting every error on the way.
+//! Reading of typed values from the TOML tree with spans; collects all errors.
 //!
-//! serde's derive stops at the first error; this goes on. Each reader returns `None` where the value is
-//! absent or wrong, having noted what is wrong, so that the caller can continue with a default that is never
-//! used.
+//! serde's derive stops at the first error; this reader continues. Each method returns `None` for an absent
+//! or invalid value, and records the error. The caller continues with a default that is never used.
 
 use std::ops::Range;
 
@@ -14,12 +13,12 @@ use super::former_keys::FormerKey;
 use crate::scene::diagnostic::{Doubt, Place, Problem, SceneError, SceneWarning, readable};
 use crate::scene::suggest::nearest;
 
-/// Collects errors and warnings, and knows lines and columns.
+/// Collects errors and warnings, and computes lines and columns.
 pub(super) struct Decoder<'t> {
     text: &'t str,
     line_starts: Vec<usize>,
-    /// Continuation bytes of UTF-8 before each block of [`BLOCK`] bytes: a column is then found in constant
-    /// time, however long the line.
+    /// Number of UTF-8 continuation bytes before each block of [`BLOCK`] bytes. It makes the cost of a column
+    /// independent of the length of the line.
     continuations: Vec<usize>,
     pub(super) errors: Vec<SceneError>,
     pub(super) warnings: Vec<SceneWarning>,
@@ -46,7 +45,7 @@ impl<'t> Decoder<'t> {
         Place { span, line, column, field: field.into() }
     }
 
-    /// Characters that begin before a byte, which may be in the middle of one.
+    /// Number of characters that begin before a byte, which may be inside one.
     fn characters_before(&self, byte: usize) -> usize {
         let block = byte / BLOCK;
         let rest = &self.text.as_bytes()[block * BLOCK..byte];
@@ -66,7 +65,7 @@ fn count_continuations(bytes: &[u8]) -> usize {
     bytes.iter().filter(|b| (**b & 0xC0) == 0x80).count()
 }
 
-/// A quantity: its unit, and the numbers that it may be.
+/// A quantity: its unit and its range.
 #[derive(Clone, Copy)]
 pub(super) struct Quantity {
     unit: &'static str,
@@ -76,7 +75,7 @@ pub(super) struct Quantity {
 }
 
 impl Quantity {
-    /// A component of a vector: what keeps squares and cubes of lengths far from overflow.
+    /// A component of a vector, bounded so that squares and cubes of lengths do not overflow.
     pub(super) const fn coordinate(unit: &'static str) -> Self {
         Quantity::between(-1e5, 1e5, unit)
     }
@@ -100,7 +99,7 @@ impl Quantity {
         value <= self.high && if self.low_excluded { value > self.low } else { value >= self.low }
     }
 
-    /// In words.
+    /// Description in words.
     pub(super) fn expected(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" in {}", self.unit) };
         let range = match (self.low, self.high) {
@@ -114,7 +113,7 @@ impl Quantity {
     }
 }
 
-/// A value with its span and path; line and column are counted only when asked for.
+/// A value with its span and path; line and column are computed only when requested.
 #[derive(Clone)]
 pub(super) struct Node<'t> {
     value: &'t DeValue<'t>,
@@ -197,7 +196,7 @@ impl<'t> Node<'t> {
         None
     }
 
-    /// The number that is here, without judging it.
+    /// The number at this place, without a check of its range.
     pub(super) fn peek_number(&self) -> Option<f64> {
         match self.value {
             DeValue::Float(float) => float.as_str().replace('_', "").parse().ok(),
@@ -236,7 +235,7 @@ impl<'t> Node<'t> {
             d.error(self.place(d), Problem::WrongLength { found: elements.len(), expected });
             return None;
         }
-        // Every element is read before any is rejected.
+        // Every element is read before the array is rejected.
         let read: Vec<Option<f64>> = elements.iter().map(|e| e.number(d, quantity)).collect();
         let mut numbers = [0.0; N];
         for (slot, value) in numbers.iter_mut().zip(read) {
@@ -307,7 +306,7 @@ impl<'t> Node<'t> {
 pub(super) struct Section<'t> {
     table: &'t DeTable<'t>,
     pub(super) place: Place,
-    /// Keys that an unknown key was probably meant to be: they are not missing, only misspelt.
+    /// Likely intended keys of unknown keys: they count as misspelt, not as missing.
     misspelt: Vec<String>,
 }
 
@@ -345,7 +344,7 @@ impl<'t> Section<'t> {
         table.iter().filter_map(|(key, _)| Some((&**key.get_ref(), section.get(key.get_ref())?))).collect()
     }
 
-    /// Warns of a former key, or notes an error where its replacement is there too.
+    /// Warns of a former key, or records an error where its replacement is present too.
     fn note_former(&self, d: &mut Decoder<'_>, place: Place, former: FormerKey) {
         let FormerKey { name: key, replacement, conflict } = former;
         if self.table.iter().any(|(k, _)| &**k.get_ref() == replacement) {
@@ -355,7 +354,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// The key and the value of a key, which may be there under its former name.
+    /// The key and its value; the key may be present under its former name.
     fn entry(&self, key: &str) -> Option<(&'t str, &'t Spanned<DeValue<'t>>)> {
         let named = |name: &str| self.table.iter().find(|(k, _)| &**k.get_ref() == name);
         let (key, value) = named(key).or_else(|| named(FormerKey::replaced_by(key)?.name))?;
@@ -375,7 +374,7 @@ impl<'t> Section<'t> {
         self.entry(key).is_some()
     }
 
-    /// Whether a key is there, if only misspelt.
+    /// Whether a key is present, possibly misspelt.
     pub(super) fn mentions(&self, key: &str) -> bool {
         self.has(key) || self.misspelt.iter().any(|misspelt| misspelt == key)
     }
@@ -386,7 +385,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// Notes a conflict at `key` if both it and `other` are there.
+    /// Records a conflict at `key` if both it and `other` are present.
     pub(super) fn exclude(
         &self,
         d: &mut Decoder<'_>,

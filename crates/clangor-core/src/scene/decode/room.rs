@@ -5,10 +5,10 @@ use crate::propagation::{OCTAVES, Room, RoomError, WallAbsorption};
 use crate::scene::diagnostic::Problem;
 
 pub(super) const ROOM_KEYS: &[&str] = &["lowest", "highest", "absorption", "images", "late"];
-/// Names of the walls, in their order, after that of all that are not named.
+/// Names of the walls, in their order, after the name for all other walls.
 pub(super) const WALL_KEYS: &[&str] = &["walls", "x_low", "x_high", "floor", "ceiling", "z_low", "z_high"];
 
-/// Images of so many reflections are not single echoes to any ear.
+/// Largest order of image sources: above it, reflections are not audible as single echoes.
 const MOST_IMAGES: i64 = 8;
 
 pub(super) fn room(d: &mut Decoder<'_>, top: &Section<'_>) -> Option<Room> {

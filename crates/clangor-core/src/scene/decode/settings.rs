@@ -17,7 +17,7 @@ use crate::sound_model::rule::ModalRule;
 
 pub(super) const MEDIUM_KEYS: &[&str] = &["density", "sound_speed", "temperature", "humidity"];
 
-/// The fluid, and the state of the air that it is if it is air.
+/// The fluid, and the state of the air if the fluid is air.
 pub(super) fn medium(d: &mut Decoder<'_>, top: &Section<'_>) -> (Medium, Air) {
     let Some(section) = top.get("medium").and_then(|node| node.section(d, MEDIUM_KEYS)) else {
         return (Medium::AIR, Air::default());
@@ -72,7 +72,7 @@ pub(super) fn simulation(d: &mut Decoder<'_>, top: &Section<'_>) -> SimulationDe
         seed: section.integer(d, "seed", 0, i64::MAX).map_or(default.seed, |seed| seed as u64),
         sleep: section.boolean(d, "sleep").unwrap_or(default.sleep),
     };
-    // Above a millisecond a body dropped from a table moves by its own thickness in a step.
+    // Above a millisecond, a falling body moves by its own thickness in a step.
     if settings.time_step > 1e-3
         && let Some(node) = section.get("time_step")
     {
@@ -106,7 +106,7 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "max_frequency",
     "compressor",
 ];
-/// The words for what a body sounds as.
+/// Names of the acceleration models of a body.
 pub(super) const SOUNDS: &[(&str, AccelerationRule)] = &[
     ("auto", AccelerationRule::Auto),
     ("own", AccelerationRule::Own),
@@ -114,7 +114,7 @@ pub(super) const SOUNDS: &[(&str, AccelerationRule)] = &[
     ("nearest-proxy", AccelerationRule::NearestProxy),
     ("sphere", AccelerationRule::Sphere),
 ];
-/// The words for whose modes a body rings with.
+/// Names of the modal models of a body.
 pub(super) const RINGING: &[(&str, ModalRule)] = &[
     ("auto", ModalRule::Auto),
     ("own", ModalRule::Own),
@@ -123,7 +123,7 @@ pub(super) const RINGING: &[(&str, ModalRule)] = &[
 ];
 pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];
 
-/// The section `[render]`, and the acoustics that it and `[room]` describe.
+/// The section `[render]`, and the acoustics described by it and `[room]`.
 pub(super) fn render(
     d: &mut Decoder<'_>,
     top: &Section<'_>,

@@ -1,4 +1,4 @@
-//! The bodies of a scene, copy by copy: loaded, weighed, checked for size, placed.
+//! The bodies of a scene, copy by copy: geometry, mass, checks of size, placement.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -14,13 +14,13 @@ use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::placement::{Obstacle, Packing, in_ball, rotation};
 use crate::scene::scene_description::Scene;
 
-/// A body that may still want a place.
+/// A body, not necessarily placed yet.
 pub(super) struct Draft<'s> {
     description: &'s BodyDescription,
     body: Body,
 }
 
-/// What one copy draws for itself.
+/// Random numbers of one copy.
 pub(super) struct Variation {
     /// Its geometry.
     pub(super) reference: GeometryReference,
@@ -30,7 +30,7 @@ pub(super) struct Variation {
     spin: DVec3,
 }
 
-/// The draws of a copy, counted from 0. They do not depend on how many its neighbours took.
+/// The random numbers of a copy, counted from 0. They do not depend on those of other copies.
 pub(super) fn variation(scene: &Scene, description: &BodyDescription, copy: usize) -> Variation {
     let seed = seed(scene, description) ^ (copy as u64 + 1).wrapping_mul(0xD1B5_4A32_D192_ED03);
     let mut random = SplitMix::new(seed);
@@ -47,8 +47,8 @@ pub(super) fn variation(scene: &Scene, description: &BodyDescription, copy: usiz
     }
 }
 
-/// Every distinct geometry of a scene, in the order of its bodies: what the loader of
-/// [`instantiate`](super::instantiate()) will be asked for.
+/// Every distinct geometry of a scene, in the order of its bodies: the arguments of the loader of
+/// [`instantiate`](super::instantiate()).
 pub fn references(scene: &Scene) -> Vec<GeometryReference> {
     let mut seen = BTreeSet::new();
     let mut references = Vec::new();
@@ -63,8 +63,8 @@ pub fn references(scene: &Scene) -> Vec<GeometryReference> {
     references
 }
 
-/// Seed of a `[[body]]`: its own or the scene's, with the name mixed in (FNV-1a), so that two do not draw
-/// alike.
+/// Seed of a `[[body]]`: its own or the scene's, with the name mixed in (FNV-1a), so that two bodies draw
+/// different numbers.
 fn seed(scene: &Scene, description: &BodyDescription) -> u64 {
     let own = match &description.copies {
         Copies::Random(placement) => placement.seed,
@@ -85,7 +85,7 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, problems: &mut 
             let geometry = loaded
                 .entry(reference.key())
                 .or_insert_with(|| geometry(description, &reference, load, problems));
-            // One error for a file, however many copies or scales of it are asked for.
+            // One error for a file, independent of the number of its copies and scales.
             let Some(geometry) = geometry else { break };
             let mut pose = description.pose;
             if let Copies::At(positions) = &description.copies {
@@ -110,7 +110,7 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, problems: &mut 
     drafts
 }
 
-/// Loads one geometry and judges its size; `None` after an error.
+/// Loads one geometry and checks its size; `None` after an error.
 fn geometry(
     description: &BodyDescription,
     reference: &GeometryReference,
@@ -144,11 +144,11 @@ fn geometry(
 const MIN_RADIUS: f64 = 1e-6;
 const MAX_RADIUS: f64 = 1e3;
 
-/// Bounding radii outside these are doubted [m].
+/// Bounding radii outside these give a warning [m].
 const USUAL_MIN_RADIUS: f64 = 0.5e-3;
 const USUAL_MAX_RADIUS: f64 = 10.0;
 
-/// Gives every scattered body a place.
+/// Places every scattered body.
 pub(super) fn place(
     scene: &Scene,
     drafts: Vec<Draft<'_>>,

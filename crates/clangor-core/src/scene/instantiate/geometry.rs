@@ -1,4 +1,4 @@
-//! Geometry of bodies: what a loader returns, and the loader that needs no files.
+//! Geometry of bodies: the result of a loader, and the loader that needs no files.
 
 use std::sync::Arc;
 
@@ -7,35 +7,35 @@ use crate::geometry::mass_properties::MassProperties;
 use crate::scene::body_description::{Geometry, GeometryReference};
 use crate::shape::Shape;
 
-/// A body's geometry, as the loader returns it.
+/// Geometry of a body, as the loader returns it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedGeometry {
     /// The surface, centre of mass at the origin, scaled.
     pub surface: Arc<Surface>,
     /// Mass properties of unit density, scaled, in the frame of the shape or file.
     pub mass: MassProperties,
-    /// What the user should know about it.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
-/// Why geometry cannot be used.
+/// Error of a loader.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{reason}; {remedy}")]
 pub struct GeometryError {
-    /// Why.
+    /// Reason.
     pub reason: String,
-    /// What to do.
+    /// Remedy.
     pub remedy: String,
 }
 
 /// Builds a shape or reads a mesh file.
 pub type Loader<'a> = dyn FnMut(&GeometryReference) -> Result<LoadedGeometry, GeometryError> + 'a;
 
-/// Loads a shape of the library, and rejects files: the loader of a scene without mesh files, and a part of
-/// any other.
+/// Loads a shape of the library, and rejects files. For scenes without mesh files, and as a part of other
+/// loaders.
 ///
 /// # Errors
-/// The shape's own words.
+/// The error of the shape.
 pub fn load_shape(reference: &GeometryReference) -> Result<LoadedGeometry, GeometryError> {
     let Geometry::Shape(text) = &reference.geometry else {
         return Err(GeometryError {

@@ -1,4 +1,4 @@
-//! Listeners against the bodies of a world: none may be inside one, none should be out of earshot.
+//! Checks of listeners against the bodies of a world: none inside a body, none too far away.
 
 use glam::DVec3;
 
@@ -7,10 +7,11 @@ use crate::body::{Body, Surface, World};
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::scene_description::Scene;
 
-/// A listener further than this from every body is doubted [m]: a click of 1 Pa at 10 cm is 60 dB down.
+/// Distance from all bodies above which a listener gives a warning [m]: a click of 1 Pa at 10 cm is 60 dB
+/// down.
 const EARSHOT: f64 = 100.0;
 
-/// Checks every receiver at every keyframe against the bodies as they start.
+/// Checks every receiver at every keyframe against the starting poses of the bodies.
 pub(super) fn check(scene: &Scene, world: &World, problems: &mut Problems) {
     // The planes are the last bodies.
     let first_plane = world.bodies.len() - scene.planes.len();
@@ -47,7 +48,7 @@ pub(super) fn check(scene: &Scene, world: &World, problems: &mut Problems) {
     }
 }
 
-/// How deep a point is inside a body [m]; 0 or less outside.
+/// Depth of a point inside a body [m]; 0 or less outside.
 fn depth(body: &Body, point: DVec3) -> f64 {
     let local = body.pose.body_from_world(point);
     match &*body.surface {

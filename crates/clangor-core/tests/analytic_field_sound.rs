@@ -81,7 +81,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn field_of_a_sphere_sounds_as_the_sphere() {
+fn field_of_a_sphere_gives_the_pressure_of_the_sphere() {
     let key = |time, x| Keyframe { time, pose: Pose::at(DVec3::new(x, 0.5, 0.2)) };
     let walker = Listener::mono("walker", Track::try_new(vec![key(0.0, 3.0), key(0.1, 0.0)]).unwrap());
     let radius = 0.0075;
@@ -182,7 +182,7 @@ fn fields_add_up_and_keep_their_energies() {
 }
 
 #[test]
-fn a_listener_in_the_bounding_sphere_hears_something_finite_and_in_the_body_nothing() {
+fn pressure_is_finite_in_the_bounding_sphere_and_absent_in_the_body() {
     let source = source(0.1, 0.7, DVec3::new(0.2, 0.0, -0.2), 12, 48_000, DQuat::IDENTITY);
     let at = |distance: f64| {
         let click = click(source.clone());

@@ -158,7 +158,7 @@ fn what_a_mode_loses_to_the_air_is_heard() {
 }
 
 #[test]
-fn a_moving_source_is_heard_with_the_doppler_shift_of_the_closed_form() {
+fn a_moving_source_has_the_doppler_shift_of_the_closed_form() {
     let (frequency, velocity, depth) = (6000.0, 8.0, 0.8);
     let modes = vec![mode(frequency, DVec3::Z, vec![Complex64::ONE])];
     let source = source(modes, &Damping::T60(1e4), &undamped_by_air());

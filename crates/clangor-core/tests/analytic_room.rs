@@ -140,7 +140,7 @@ fn the_room_is_as_loud_as_statistics_say() {
 }
 
 #[test]
-fn rooms_that_never_fall_silent_are_refused() {
+fn rooms_without_absorption_are_rejected() {
     let hard = Room { walls: [WallAbsorption::even(0.0); 6], ..room() };
     let refused = LateReverberation::new(&hard, None, Medium::AIR.sound_speed, RATE).map(|_| ());
     assert_eq!(refused, Err(RoomError::Undamped { octave: 125.0 }));

@@ -183,7 +183,7 @@ fn ears() -> Listener {
 }
 
 #[test]
-fn what_happens_live_sounds_as_it_does_offline() {
+fn live_events_agree_with_the_offline_rendering() {
     let settings = settings();
     let marbles: Vec<ImpactEvent> = (0..60).map(marble).collect();
     let pose = Pose::at(DVec3::new(0.1, -0.1, -0.3));
@@ -210,7 +210,7 @@ fn what_happens_live_sounds_as_it_does_offline() {
 }
 
 #[test]
-fn a_body_that_moves_sounds_as_it_does_offline() {
+fn a_moving_body_agrees_with_the_offline_rendering() {
     let settings = settings();
     let (from, velocity) = (DVec3::new(-0.3, 0.0, -0.5), DVec3::new(1.5, 0.2, -0.4));
     let at = |time: f64| Pose::at(from + velocity * time);

@@ -98,7 +98,7 @@ fn offline(clicks: &[AccelerationPulse], samples: usize) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn a_click_sounds_live_as_it_does_offline() {
+fn a_live_click_agrees_with_the_offline_click() {
     let (mut live, field) = live(&field());
     let (clicks, paths) = (clicks(&field), paths());
     let mut to_come = clicks.iter().peekable();
@@ -127,7 +127,7 @@ fn a_click_sounds_live_as_it_does_offline() {
 }
 
 #[test]
-fn nothing_is_allocated_while_it_plays() {
+fn live_clicks_allocate_nothing() {
     let (mut live, field) = live(&field());
     let (clicks, paths) = (clicks(&field), paths());
     let mut block = [0.0; BLOCK];
@@ -141,7 +141,7 @@ fn nothing_is_allocated_while_it_plays() {
 }
 
 #[test]
-fn what_cannot_be_heard_is_counted() {
+fn waves_left_out_are_counted() {
     let clicks = clicks(&SoundSource::Field(field()));
     let paths = PropagationPaths::new(Floor::None, None, None);
     let mut live = LivePulses::new(&RenderSettings::default(), paths.losses(), 1, 1, 0.1).unwrap();
@@ -159,7 +159,7 @@ fn what_cannot_be_heard_is_counted() {
 }
 
 #[test]
-fn an_ear_in_the_bounding_sphere_hears_the_field_on_it() {
+fn a_receiver_in_the_bounding_sphere_gets_the_field_on_it() {
     let radius = 0.02;
     let exact = sphere_field(1.0, DVec3::ZERO, 1, 6.0, 16);
     let near = sphere_near_field(&exact, 16);

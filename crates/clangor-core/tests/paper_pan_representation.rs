@@ -162,7 +162,7 @@ fn a_contact_is_the_sum_of_its_pulses_at_any_distance_and_time() {
 }
 
 #[test]
-fn a_body_of_twice_the_size_sounds_as_equation_10_says() {
+fn a_body_of_twice_the_size_obeys_equation_10() {
     let (air, radius, rate) = (Medium::AIR, 0.02, 48_000.0);
     let small = HeardContact { onset: 0.0, ..contact(radius, 3.0, 1e-4) };
     let large = HeardContact { onset: 0.0, ..contact(2.0 * radius, 3.0, 2e-4) };

@@ -173,7 +173,7 @@ fn pose(body: u32, x: f64, velocity: f64) -> PoseRow {
 }
 
 #[test]
-fn impact_crosses_narrow_gaps_as_none_and_wide_gaps_in_their_own_time() {
+fn impact_crosses_narrow_gaps_as_if_closed_and_wide_gaps_in_their_own_time() {
     // Balls of equal mass pass the whole velocity of 1 m/s on across three gaps.
     let balls: Vec<Body> = (0..4).map(|i| pan_steel_ball(0.01, DVec3::X * (0.02 * i as f64))).collect();
     let momentum = balls[0].mass;

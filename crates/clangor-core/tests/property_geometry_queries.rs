@@ -118,7 +118,7 @@ fn refinement_keeps_the_solid_and_shortens_its_edges() {
 }
 
 #[test]
-fn convex_and_concave_are_told_apart() {
+fn convex_and_concave_are_distinguished() {
     for text in ["box:0.1x0.05x0.2", "rock:9x0.03", "prism:5x0.02x0.01", "sphere:0.01"] {
         let mesh = Shape::parse(text).unwrap().mesh();
         assert!(concavity(&mesh).unwrap() < 1e-12, "{text}");

@@ -47,7 +47,7 @@ fn sound_changes_smoothly_with_the_direction_through_every_critical_angle() {
 }
 
 #[test]
-fn nothing_is_heard_before_the_first_wave_can_be_there() {
+fn no_pressure_before_the_first_wave_can_arrive() {
     for name in ["granite", "soil", "plastic"] {
         let ground = ground(name);
         let place = DVec3::new(1.5, 0.6, 0.0);

@@ -177,7 +177,7 @@ fn the_runtime_library_has_no_files_threads_or_clock() {
 }
 
 #[test]
-fn dynamics_knows_nothing_of_sound() {
+fn dynamics_does_not_depend_on_sound() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../clangor-sim/src");
     for path in sources(&root) {
         let breaks = path.components().any(|c| c.as_os_str() == "fracture" || c.as_os_str() == "fracture.rs");

@@ -152,7 +152,7 @@ fn nonsense_is_refused_and_counted() {
 }
 
 #[test]
-fn what_comes_too_late_is_heard_late_and_whole() {
+fn late_events_are_rendered_late_and_whole() {
     let wave = |time: f64, blocks: usize| {
         let (mut controller, mut engine) = start(&EngineSettings::default());
         listen(&mut engine, blocks);

@@ -69,7 +69,7 @@ fn row(kind: ContactKind, time: f64, [a, b]: [u32; 2]) -> ContactRow {
 }
 
 #[test]
-fn a_timeline_knows_all_bodies_and_their_lives() {
+fn a_timeline_lists_all_bodies_and_their_lives() {
     let (start, timeline) = broken();
     let lives: Vec<_> = timeline.all_bodies(&start).iter().map(|b| (b.life.birth, b.life.death)).collect();
     let later = 2.0 * BREAKS;

@@ -84,7 +84,7 @@ fn a_streamed_force_shakes_a_mode_as_a_steady_one_does() {
 }
 
 #[test]
-fn nothing_sounds_above_half_the_rate_of_the_steps() {
+fn no_sound_above_half_the_rate_of_the_steps() {
     // Images of a force at 1 kHz lie at 3 and 5 kHz, where there are modes.
     let tone = stream(|t| (TAU * 1000.0 * t).cos(), 0.3);
     let loudest = |frequency: f64| {

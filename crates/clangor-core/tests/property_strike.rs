@@ -56,7 +56,7 @@ fn output_begins_two_milliseconds_early_and_ends_on_request() {
 }
 
 #[test]
-fn any_solid_sounds_as_the_sphere_of_its_volume() {
+fn any_solid_radiates_as_the_sphere_of_its_volume() {
     let body = cube(0.02);
     let point = DVec3::new(0.003, 0.01, -0.002);
     let sound = strike(&body, &Strike { point, ..impact(0.0) }).unwrap();

@@ -263,7 +263,7 @@ fn samples_do_not_depend_on_segments_or_on_who_renders_which_block() {
 }
 
 #[test]
-fn moving_listener_hears_where_it_is_when_the_sound_arrives() {
+fn moving_listener_receives_at_its_place_at_the_arrival() {
     let key = |time, x| Keyframe { time, pose: Pose::at(DVec3::new(x, 0.5, 0.2)) };
     let track = Track::try_new(vec![key(0.0, 30.0), key(1.0, 0.0)]).unwrap();
     let listener = Listener::mono("walker", track);

@@ -1,7 +1,7 @@
 //! The sound model of one body of a scene: the field of its acceleration and the modes of its vibration.
 //!
-//! Each part is the body's own, that of a proxy, or the simplest there is: a sphere of equal volume for the
-//! acceleration, no modes for the vibration. With the part comes the reason for it.
+//! Each part is the body's own, that of a proxy, or the simplest: a sphere of equal volume for the
+//! acceleration, no modes for the vibration. Each part carries the reason for its choice.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,11 +14,11 @@ use crate::synthesis::source_rule::{Decision, Reason, SourceKind};
 /// A part of the sound of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SoundPart {
-    /// Pressure by the acceleration of the body as a whole.
+    /// Pressure from the acceleration of the rigid body.
     Acceleration,
-    /// Pressure by its modes.
+    /// Pressure from its modes.
     Modal,
-    /// Pressure by the ground that is hit.
+    /// Pressure from the ground under an impact.
     Ground,
 }
 
@@ -32,7 +32,7 @@ impl fmt::Display for SoundPart {
     }
 }
 
-/// How one body sounds.
+/// Sound model of one body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SoundModel {
     /// Field of its acceleration.
@@ -41,29 +41,29 @@ pub struct SoundModel {
     pub modal: BodyModes,
 }
 
-/// The field of an accelerated body.
+/// Acceleration model of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccelerationPart {
-    /// What radiates.
+    /// The source.
     pub source: SoundSource,
-    /// What it is: the next best where the field that was decided on is missing.
+    /// Its kind: the next best where the chosen field is missing.
     pub kind: SourceKind,
-    /// What was decided on, and why.
+    /// The choice, with its reason.
     pub decision: Decision,
 }
 
-/// The modes of a body.
+/// Modal model of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BodyModes {
-    /// Its own; bodies of the same form and material share them.
+    /// Its own; bodies of equal form and material share it.
     Own(Arc<ModalModel>),
-    /// Those of an ellipsoid.
+    /// Modes of an ellipsoid.
     Proxy(Arc<ModalProxy>),
     /// None.
     None(NoModes),
 }
 
-/// Why a body has no modes.
+/// Reason for which a body has no modes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoModes {
     /// All modes lie above the band.
@@ -79,7 +79,7 @@ pub enum NoModes {
     Unstruck,
     /// Too many bodies of different forms.
     TooManyForms {
-        /// Largest number of forms whose modes are computed unasked.
+        /// Largest number of forms whose modes are computed without a request.
         most: usize,
     },
     /// Its modes or their transfers cannot be computed.
@@ -102,7 +102,7 @@ impl SoundModel {
 }
 
 impl BodyModes {
-    /// Its own modes, if it has some.
+    /// Its own modes, if any.
     pub fn own(&self) -> Option<&Arc<ModalModel>> {
         match self {
             BodyModes::Own(model) => Some(model),

@@ -1,10 +1,10 @@
-//! What a scene asks of the sound model of a body, part by part.
+//! Rules of a scene for the sound model of a body, part by part.
 
 use std::fmt;
 
 use crate::body::Body;
 
-/// What is asked of the sound model of one body.
+/// Rule for the sound model of one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SoundRule {
     /// Field of its acceleration.
@@ -13,10 +13,10 @@ pub struct SoundRule {
     pub modal: ModalRule,
 }
 
-/// Which field an accelerated body radiates.
+/// Rule for the field of an accelerated body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AccelerationRule {
-    /// By size and convexity.
+    /// Chosen by size and convexity.
     #[default]
     Auto,
     /// A field of its own.
@@ -29,10 +29,10 @@ pub enum AccelerationRule {
     Sphere,
 }
 
-/// Which modes a body vibrates in.
+/// Rule for the modes of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ModalRule {
-    /// Its own, unless that takes too long; those of a piece of a broken body follow the render settings.
+    /// Its own, unless that takes too long; the render settings decide for pieces of broken bodies.
     #[default]
     Auto,
     /// Its own.
@@ -44,8 +44,8 @@ pub enum ModalRule {
 }
 
 impl SoundRule {
-    /// The rule of the pieces of a body of this rule. Pieces of a body under [`AccelerationRule::Auto`]
-    /// radiate as ellipsoids of any size: they are many, and each is heard for an instant.
+    /// The rule of the pieces of a body with this rule. Pieces of a body under [`AccelerationRule::Auto`]
+    /// radiate as ellipsoids of any size: they are many, and their sounds are short.
     #[must_use]
     pub fn of_pieces(self) -> Self {
         let acceleration = match self.acceleration {

@@ -1,5 +1,5 @@
-//! The pressure field of a rigid body that is accelerated: six degrees of freedom, every frequency of a band,
-//! every point outside.
+//! The pressure field of an accelerated rigid body: six degrees of freedom, every frequency of a band, every
+//! point outside.
 //!
 //! With R the bounding radius of the body about its centre of mass, x the position over R, s = iκ = ikR, unit
 //! directions and accelerations a = (a₁, a₂, a₃) [m/s²], α = (α₁, α₂, α₃) [rad/s²] in the axes of the body,
@@ -10,11 +10,11 @@
 //! g_n(s, x) = x^{−(n+1)} θₙ(s x)/θₙ(s),   g_0 = s²/x
 //! ```
 //!
-//! Each term is an exact outgoing wave, so the near field and the far field are as right as the coefficients.
-//! The coefficients Q are dimensionless and depend on nothing but the shape and s: a body twice as large has
-//! the same field at half the frequency (\[PROXY\] eq. (10)). A rigid motion displaces no net volume, so that
-//! the monopole is of second order in s; g_0 carries this factor, which keeps the far field right at low
-//! frequency.
+//! Each term is an exact outgoing wave, so the near field and the far field have the accuracy of the
+//! coefficients. The coefficients Q are dimensionless and depend on the shape and s only: a body twice as
+//! large has the same field at half the frequency (\[PROXY\] eq. (10)). A rigid motion displaces no net
+//! volume, so the monopole is of second order in s. g_0 carries this factor, which keeps the far field
+//! accurate at low frequency.
 //!
 //! In frequency Q is rational, in the barycentric form of Nakatsukasa, Sète and Trefethen (2018): a few nodes
 //! s_j, mirrored by conj(s_j), with weights w_j, the same for all coefficients:
@@ -24,8 +24,8 @@
 //!        / Σ_j [ w_j/(s − s_j) + conj(w_j)/(s − conj s_j) ]
 //! ```
 //!
-//! Interpolation commutes with everything that is linear: a click interpolates the pressure at the listener
-//! without e^{−s|x|}, from its values at the nodes.
+//! Interpolation commutes with linear operations: a click interpolates the pressure at the listener without
+//! e^{−s|x|}, from its values at the nodes.
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -45,7 +45,7 @@ pub struct Node {
     pub weight: Complex64,
 }
 
-/// Which coefficient a row of values is.
+/// Indices of the coefficient of a row of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Term {
     /// n.
@@ -59,14 +59,14 @@ pub struct Term {
 /// Field of a shape; see the module.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AccelerationField {
-    /// Highest κ = kR at which it is known.
+    /// Highest κ = kR of the field.
     pub max_wavenumber: f64,
     /// Time, in R/c, after which the sound of a sudden acceleration has fallen by 100 dB, counted from the
     /// passing of a wave from the centre of mass.
     pub ring_time: f64,
     /// Nodes in frequency.
     pub nodes: Vec<Node>,
-    /// Which coefficients there are, in ascending order; the others are zero.
+    /// Indices of the coefficients, in ascending order; all others are zero.
     pub terms: Vec<Term>,
     /// Real parts of Q: for each term, its values at the nodes.
     pub real: Vec<f32>,
@@ -103,14 +103,14 @@ impl AccelerationField {
             .map(|j| {
                 let s = self.nodes[j].s;
                 outgoing(s, distance, order, &mut radial);
-                // The monopole's factor, which the coefficient does not hold.
+                // The monopole's factor, which is not part of the coefficient.
                 radial[0] *= s * s;
                 (0..=order).map(|n| radial[n] * sums[n * count + j]).sum()
             })
             .collect()
     }
 
-    /// Value at `s` of what has the given `values` at the nodes.
+    /// Interpolation to `s` of the given `values` at the nodes.
     pub fn interpolate(&self, s: Complex64, values: &[Complex64]) -> Complex64 {
         let (mut above, mut below) = (Complex64::ZERO, Complex64::ZERO);
         for (node, value) in self.nodes.iter().zip(values) {
@@ -128,8 +128,8 @@ impl AccelerationField {
         above / below
     }
 
-    /// p/ρ [m²/s² · m⁻¹·R] at `x` (in units of R) for κ = `wavenumber`: multiply by ρ R for pascals. The
-    /// phase e^{−iκ|x|} is in it.
+    /// p/ρ [m²/s² · m⁻¹·R] at `x` (in units of R) for κ = `wavenumber`: multiply by ρ R for pascals. It
+    /// includes the phase e^{−iκ|x|}.
     pub fn pressure(&self, z: &[f64; RIGID_DOFS], x: DVec3, wavenumber: f64) -> Complex64 {
         let s = Complex64::new(0.0, wavenumber);
         (-s * x.length()).exp() * self.interpolate(s, &self.at_nodes(z, x))

@@ -1,4 +1,4 @@
-//! An [`AccelerationField`] checked, and laid out so that one evaluation at its nodes takes microseconds.
+//! A validated [`AccelerationField`], in a layout that makes one evaluation at its nodes take microseconds.
 //!
 //! The pressure at the nodes is a sum over terms, then over orders:
 //!
@@ -8,11 +8,11 @@
 //! ```
 //!
 //! where τₙ = θₙ(sx)/xⁿ stays in range at any distance, and θ₀ is replaced by 1/s². The inner sum is nearly
-//! all of the work: real factors times complex values, of which eight nodes make one group of 16 numbers side
-//! by side, in single precision as they are stored. Up to three groups are summed at once, so that a factor
-//! is loaded once for all of them, and lie beside each other in memory. The outer sum is in double precision.
+//! all of the work: real factors times complex values. Eight nodes make one group of 16 numbers side by side,
+//! in single precision as they are stored. Up to three groups are summed at once, so that each factor is
+//! loaded once for all of them; they are adjacent in memory. The outer sum is in double precision.
 //!
-//! The vector instructions are the widest that the machine has, chosen when the program runs.
+//! The vector instructions are the widest of the machine, chosen at run time.
 
 use std::ops::Range;
 
@@ -24,14 +24,14 @@ use crate::math::radial::reverse_bessel;
 use crate::math::spherical_harmonics::{HarmonicTable, count, index};
 use crate::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 
-/// Nodes that are computed together.
+/// Nodes computed together.
 pub const GROUP: usize = 8;
-/// Groups that are summed at once.
+/// Groups summed at once.
 const MOST_GROUPS: usize = 3;
-/// Highest order that is played.
+/// Highest order evaluated.
 pub const MAX_ORDER: usize = 100;
 
-/// Why a field cannot be played.
+/// Error in a field.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FieldError {
     /// Arrays whose lengths contradict each other.
@@ -46,21 +46,21 @@ pub enum FieldError {
         nodes: usize,
         /// Terms times nodes.
         expected: usize,
-        /// Real parts there are.
+        /// Number of real parts.
         real: usize,
-        /// Imaginary parts there are.
+        /// Number of imaginary parts.
         imaginary: usize,
     },
     /// No nodes.
     #[error("the field has no nodes in frequency")]
     NoNodes,
-    /// A term that does not exist, or out of order.
+    /// A term that is undefined, or out of order.
     #[error(
         "term {index} of the field (n = {n}, m = {m}, degree {degree}) does not exist, comes twice or is \
         out of order"
     )]
     Term {
-        /// Place among the terms.
+        /// Index of the term.
         index: usize,
         /// n.
         n: u8,
@@ -72,7 +72,7 @@ pub enum FieldError {
     /// A number that is not finite, or not positive where it must be.
     #[error("{what} of the field is {value}")]
     Number {
-        /// Which.
+        /// Quantity.
         what: &'static str,
         /// Its value.
         value: f64,
@@ -91,16 +91,16 @@ pub struct NodeGroup {
 /// See the module.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldEvaluator {
-    /// Highest κ = kR at which it is known.
+    /// Highest κ = kR of the field.
     pub max_wavenumber: f64,
-    /// Time, in R/c, in which it dies away.
+    /// Decay time, in R/c.
     pub ring_time: f64,
     nodes: Vec<Node>,
-    /// s at the nodes; the last group is filled up with ones.
+    /// s at the nodes; the last group is padded with ones.
     places: Vec<NodeGroup>,
     /// 1/θₙ(s), or s² for n = 0: for each order, for each group.
     inverses: Vec<NodeGroup>,
-    /// Which rows are of each order.
+    /// Ranges of the rows of each order.
     rows: Vec<Range<usize>>,
     /// Index of the factor of each row: degree times number of harmonics, plus harmonic.
     factors: Vec<u32>,
@@ -118,10 +118,10 @@ pub struct FieldScratch {
 }
 
 impl FieldEvaluator {
-    /// Checks a field and lays it out.
+    /// Validates a field and computes its layout.
     ///
     /// # Errors
-    /// [`FieldError`] for a field that contradicts itself or holds numbers that are not finite.
+    /// [`FieldError`] for an inconsistent field, or numbers that are not finite.
     pub fn try_new(field: &AccelerationField) -> Result<Self, FieldError> {
         check(field)?;
         let order = field.order();
@@ -191,9 +191,8 @@ impl FieldEvaluator {
         self.rows.len() - 1
     }
 
-    /// p e^{s|x|}/(ρ R) at every node, for z = (a, R α), at `x` in units of R, |x| ≥ 1: what
-    /// [`AccelerationField::at_nodes`] gives, up to the rounding of single precision. Lanes without a node
-    /// get zero.
+    /// p e^{s|x|}/(ρ R) at every node, for z = (a, R α), at `x` in units of R, |x| ≥ 1. Equals
+    /// [`AccelerationField::at_nodes`] up to the rounding of single precision. Lanes without a node get zero.
     pub fn at_nodes(
         &self,
         z: &[f64; RIGID_DOFS],
@@ -204,7 +203,7 @@ impl FieldEvaluator {
         let groups = self.places.len();
         values.clear();
         values.resize(groups, NodeGroup::default());
-        // Single precision has less range than an impulse may ask for.
+        // The range of single precision is smaller than that of impulses.
         let size = z.iter().fold(0.0f64, |m, z| m.max(z.abs()));
         let distance = x.length();
         if size == 0.0 {
@@ -306,8 +305,8 @@ fn step(s: &NodeGroup, here: &NodeGroup, before: &NodeGroup, nearness: f64, n: u
     next
 }
 
-/// Σ factor · values over the rows of one order and G groups, in PARTS sums by turns, so that an addition
-/// need not wait for the one before it.
+/// Σ factor · values over the rows of one order and G groups, in PARTS alternating sums, so that an addition
+/// does not depend on the one before it.
 #[inline(always)]
 fn contract<S: Simd, const G: usize, const PARTS: usize>(
     simd: S,
@@ -367,7 +366,7 @@ fn add_order(
     }
 }
 
-/// Rejects what would put NaN or nonsense into the sound.
+/// Rejects fields that would put NaN or wrong values into the sound.
 fn check(field: &AccelerationField) -> Result<(), FieldError> {
     let AccelerationField { nodes, terms, real, imaginary, .. } = field;
     let expected = terms.len() * nodes.len();

@@ -1,4 +1,4 @@
-//! What bodies are played with: a model of one body, or the bank of ellipsoids, checked and laid out.
+//! Acceleration models ready for evaluation: the model of one body, or the bank of ellipsoids.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::sound_model::acceleration::model::AccelerationModel;
 use crate::sound_model::acceleration::near_field::NearField;
 use crate::sound_model::soundbank::ellipsoid_bank::{EllipsoidBank, Proxy};
 
-/// An [`AccelerationModel`] to be played.
+/// An [`AccelerationModel`] ready for evaluation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelEvaluator {
     /// Bounding radius R \[m\] about the centre of mass.
@@ -19,10 +19,10 @@ pub struct ModelEvaluator {
 }
 
 impl ModelEvaluator {
-    /// Checks a model and lays it out.
+    /// Validates a model and computes its layout.
     ///
     /// # Errors
-    /// [`FieldError`] for a model that contradicts itself or holds numbers that are not finite.
+    /// [`FieldError`] for an inconsistent model, or numbers that are not finite.
     pub fn try_new(model: &AccelerationModel) -> Result<Self, FieldError> {
         let radius = model.radius;
         if !(radius > 0.0 && radius.is_finite()) {
@@ -36,7 +36,7 @@ impl ModelEvaluator {
     }
 }
 
-/// An [`EllipsoidBank`] to be played.
+/// An [`EllipsoidBank`] ready for evaluation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BankEvaluator {
     bank: EllipsoidBank,
@@ -44,10 +44,10 @@ pub struct BankEvaluator {
 }
 
 impl BankEvaluator {
-    /// Checks the fields of a bank and lays them out.
+    /// Validates the fields of a bank and computes their layout.
     ///
     /// # Errors
-    /// [`FieldError`] for a field that contradicts itself or holds numbers that are not finite.
+    /// [`FieldError`] for an inconsistent field, or numbers that are not finite.
     pub fn try_new(bank: EllipsoidBank) -> Result<Self, FieldError> {
         let lay_out = |entry: &crate::sound_model::soundbank::ellipsoid_bank::BankEntry| {
             FieldEvaluator::try_new(&entry.field).map(Arc::new)
@@ -56,7 +56,7 @@ impl BankEvaluator {
         Ok(BankEvaluator { bank, fields })
     }
 
-    /// The bank itself, which knows which ellipsoid stands for a body.
+    /// The bank, which selects the ellipsoid for a body.
     pub fn bank(&self) -> &EllipsoidBank {
         &self.bank
     }

@@ -1,22 +1,22 @@
 //! The field close to a body, inside the ball where its multipoles converge.
 //!
-//! Multipoles about the centre of mass are valid outside the bounding sphere only, and converge slowly just
-//! outside it. Closer, the pressure is the boundary integral over the surface,
+//! Multipoles about the centre of mass are valid only outside the bounding sphere, and converge slowly just
+//! outside it. Closer to the body, the pressure is the boundary integral over the surface,
 //!
 //! ```text
 //! p(x) = ∫ (p ∂G/∂n + ρ a_n G) dS,    G = e^{−ikr}/(4πr)
 //! ```
 //!
-//! with the surface pressure p that the solver found, linear on each triangle, and a_n of the rigid motion.
+//! with the surface pressure p of the solver, linear on each triangle, and a_n of the rigid motion.
 //!
-//! Each triangle has one quadrature point where it is small against its distance, seven where it is nearer,
-//! and is divided in four where it is nearer still, down to a thousandth of its size. The pressure at x takes
+//! A triangle that is small against its distance has one quadrature point, a nearer one seven. An even nearer
+//! one is divided in four, recursively, down to a thousandth of its size. The pressure at x takes
 //! milliseconds instead of microseconds.
 //!
-//! A bowl has 14 000 vertices, six motions and 40 nodes. But around its axis, and from one mirror image to
-//! the other, the pressure of a motion is the same spectrum times a number: each spectrum is kept once, in 16
-//! bits, and each vertex and motion names one with a factor. What is within [`SAME_SPECTRUM`] of its size
-//! counts as the same.
+//! A bowl has 14 000 vertices, six motions and 40 nodes. However, around its axis and between mirror images,
+//! the pressure of a motion is the same spectrum times a number. Each spectrum is therefore stored once, in
+//! 16 bits, and each vertex and motion refers to one with a factor. Spectra that differ by less than
+//! [`SAME_SPECTRUM`] of their size count as equal.
 
 use glam::DVec3;
 use num_complex::Complex32;
@@ -26,16 +26,16 @@ use crate::math::random::SplitMix;
 use crate::sound_model::acceleration::field::{Node, RIGID_DOFS};
 use crate::sound_model::acceleration::field_evaluator::{FieldError, GROUP, NodeGroup};
 
-/// Distance from the centre of mass, over R, from which on the multipoles speak alone.
+/// Distance from the centre of mass, over R, from which on only the multipoles count.
 pub const FAR: f64 = 1.2;
-/// Distance, over R, up to which the boundary integral speaks alone.
+/// Distance, over R, up to which only the boundary integral counts.
 pub const NEAR: f64 = 1.1;
-/// Divisions of a triangle, at most.
+/// Largest number of divisions of a triangle.
 const MAX_DIVISIONS: u32 = 10;
 
-/// Difference of two spectra, over their size, below which one stands for both.
+/// Difference of two spectra, over their size, below which they are merged.
 pub const SAME_SPECTRUM: f64 = 5e-5;
-/// A spectrum this small against the loudest is none.
+/// Ratio to the loudest spectrum below which a spectrum counts as zero.
 const SILENT: f64 = 1e-7;
 
 /// Surface pressures of the six motions, in the units of
@@ -47,11 +47,11 @@ pub struct NearField {
     pub surface: TriMesh,
     /// Real and imaginary parts of each spectrum at the nodes of the field, in units of its scale.
     pub spectra: Vec<[i16; 2]>,
-    /// What one unit of each spectrum is.
+    /// Scale of each spectrum.
     pub scales: Vec<f32>,
-    /// For each vertex, for each degree of freedom: which spectrum.
+    /// Index of the spectrum, for each vertex, for each degree of freedom.
     pub which: Vec<u32>,
-    /// And times what it is the pressure.
+    /// Factor on that spectrum.
     pub factors: Vec<f32>,
 }
 
@@ -65,15 +65,15 @@ struct Sample {
 }
 
 impl NearField {
-    /// From pressures: for each vertex, for each degree of freedom, the values at so many nodes, in the order
-    /// of the field.
+    /// From pressures, for each vertex, for each degree of freedom, at this number of nodes, in the order of
+    /// the field.
     pub fn from_pressures(surface: TriMesh, nodes: usize, pressures: &[Complex32]) -> Self {
         let rows: Vec<&[Complex32]> = pressures.chunks_exact(nodes.max(1)).collect();
         let square = |x: f32| f64::from(x) * f64::from(x);
         let size = |row: &[Complex32]| row.iter().map(|p| square(p.re) + square(p.im)).sum::<f64>().sqrt();
         let sizes: Vec<f64> = rows.iter().map(|row| size(row)).collect();
         let silent = SILENT * sizes.iter().fold(0.0, |m: f64, s| m.max(*s));
-        // The same spectra have the same projection on any vector, but for the sign.
+        // Equal spectra have equal projections on any vector, up to the sign.
         let mut random = SplitMix::new(1);
         let probe: Vec<[f64; 2]> = (0..nodes).map(|_| [(); 2].map(|()| random.uniform(-1.0, 1.0))).collect();
         let probe_size = probe.iter().flatten().map(|p| p * p).sum::<f64>().sqrt();
@@ -91,10 +91,10 @@ impl NearField {
             spectra: Vec::new(),
             scales: Vec::new(),
             which: vec![0; rows.len()],
-            // What is not finite stays so, and is rejected by whoever plays it.
+            // Values that are not finite are kept; evaluators reject them.
             factors: sizes.iter().map(|size| if size.is_finite() { 0.0 } else { f32::NAN }).collect(),
         };
-        // Spectra whose projection is not too far below: their number, and a row that has them.
+        // Spectra whose projection is little below: index, and a row that has them.
         let mut recent: Vec<(f64, u32, usize)> = Vec::new();
         for (projection, at) in order {
             recent.retain(|(before, ..)| projection - before <= SAME_SPECTRUM * probe_size);
@@ -130,7 +130,7 @@ impl NearField {
         self.scales.len() as u32 - 1
     }
 
-    /// Rejects what would put NaN or nonsense into the sound of a field with so many nodes.
+    /// Rejects what would put NaN or wrong values into the sound of a field with this number of nodes.
     pub(super) fn check(&self, nodes: usize) -> Result<(), FieldError> {
         let NearField { surface: TriMesh { vertices, triangles }, spectra, scales, which, factors } = self;
         let expected = vertices.len() * RIGID_DOFS;

@@ -1,4 +1,4 @@
-//! The field of an ellipsoid between those of a bank: the weighted mean of the ellipsoids around it.
+//! Field of an ellipsoid between those of a bank: the weighted mean of the neighbouring ellipsoids.
 //!
 //! \[PROXY\] §3 takes the nearest ellipsoid. Differs: the fields of the corners of the cell of (B/A, C/A) in
 //! which the body is are averaged with bilinear weights, or linear ones in the three corners of a cell on the
@@ -8,11 +8,11 @@
 //! Q(s) = Σ_e w_e Q^e(s)
 //! ```
 //!
-//! Each ellipsoid has nodes of its own, so that the coefficients of the others are interpolated to the nodes
-//! of the nearest first. Only the orders that a body of this size radiates in the band are kept: n ≤ κ + 3,
-//! and at least [`LEAST_ORDER`].
+//! Each ellipsoid has other nodes. The coefficients of the others are first interpolated to the nodes of the
+//! nearest. Only the orders that a body of this size radiates in the band are kept: n ≤ κ + 3, and at least
+//! [`LEAST_ORDER`].
 //!
-//! This is done once for each body; its clicks cost what those of any field do.
+//! This is done once for each body; its clicks cost the same as those of any field.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -24,12 +24,12 @@ use crate::sound_model::acceleration::field_evaluator::FieldEvaluator;
 use crate::sound_model::acceleration::model_evaluator::BankEvaluator;
 use crate::sound_model::soundbank::ellipsoid_bank::{EllipsoidBank, Proxy};
 
-/// Highest order that is kept of the smallest bodies: their near field needs it.
+/// Orders kept for the smallest bodies: their near field needs them.
 pub const LEAST_ORDER: usize = 10;
-/// Orders above κ.
+/// Orders kept above κ.
 const MORE_ORDERS: f64 = 3.0;
 
-/// Makes the fields of proxies, and keeps what several need.
+/// Computes and caches the fields of proxies.
 #[derive(Clone, Debug)]
 pub struct ProxyFields<'a> {
     bank: &'a BankEvaluator,
@@ -39,7 +39,7 @@ pub struct ProxyFields<'a> {
     fields: BTreeMap<FieldKey, Arc<FieldEvaluator>>,
 }
 
-/// Coefficients of an ellipsoid at the nodes of another: of which, at whose.
+/// Coefficients of one ellipsoid at the nodes of another: indices of the two.
 type MovedFields = BTreeMap<(usize, usize), Arc<[Complex32]>>;
 /// Ellipsoids, bits of their weights, highest order.
 type FieldKey = ([(usize, u64); 4], usize);
@@ -63,7 +63,7 @@ impl<'a> ProxyFields<'a> {
             return Arc::clone(field);
         }
         let field = mean_of(self.bank.bank(), proxy, order, &mut self.moved);
-        // A mean of fields that can be played can be played.
+        // A mean of valid fields is valid.
         let field =
             FieldEvaluator::try_new(&field).map_or_else(|_| Arc::clone(self.bank.field(proxy)), Arc::new);
         self.fields.insert(key, Arc::clone(&field));
@@ -71,7 +71,7 @@ impl<'a> ProxyFields<'a> {
     }
 }
 
-/// The field that stands for a body, of orders up to `order`.
+/// The field of the proxy of a body, of orders up to `order`.
 pub fn mean_field(bank: &EllipsoidBank, proxy: &Proxy, order: usize) -> AccelerationField {
     mean_of(bank, proxy, order, &mut BTreeMap::new())
 }
@@ -109,8 +109,7 @@ fn mean_of(bank: &EllipsoidBank, proxy: &Proxy, order: usize, moved: &mut MovedF
     }
 }
 
-/// The coefficients of a field at these nodes, which are its own or those of another: for each term, for each
-/// node.
+/// The coefficients of a field at these nodes, its own or another's: for each term, for each node.
 fn at_nodes_of(field: &AccelerationField, nodes: &[Node], own: bool) -> Arc<[Complex32]> {
     let values = field.real.iter().zip(&field.imaginary).map(|(re, im)| Complex32::new(*re, *im));
     if own {

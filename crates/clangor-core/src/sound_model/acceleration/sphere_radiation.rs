@@ -1,4 +1,4 @@
-//! Sound of a rigid sphere that is accelerated along a line.
+//! Pressure of a rigid sphere that is accelerated along a line.
 //!
 //! A rigid sphere of radius a with acceleration A(t) radiates a pure dipole. With W = c/a the transfer from
 //! acceleration to pressure at distance r and angle θ from the acceleration is
@@ -8,15 +8,15 @@
 //! ```
 //!
 //! exact at every frequency and distance r ≥ a, near field included: the solution of Koss and Alfredson
-//! (1973). The two poles W(−1 ± i) let the sound ring at ka = 1 and die as e^{−ct/a}. Rotation of a sphere
-//! radiates nothing.
+//! (1973). Because of the two poles W(−1 ± i), the sound rings at ka = 1 and decays as e^{−ct/a}. Rotation of
+//! a sphere radiates nothing.
 //!
-//! \[HW\] eq. (1) is its limit for ka → 0 far away, iω ρ a³ cosθ / (2 c r) · e^{−iωr/c}; it is too loud by
-//! √(1 + (ka)⁴/4), 10 % at ka = 0.957, and stays selectable for comparison.
+//! Its limit for ka → 0 in the far field is \[HW\] eq. (1), iω ρ a³ cosθ / (2 c r) · e^{−iωr/c}. That limit
+//! is too loud by √(1 + (ka)⁴/4), 10 % at ka = 0.957. It stays selectable for comparison.
 
 use crate::medium::Medium;
 
-/// Which field an accelerated sphere makes.
+/// Field of an accelerated sphere.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SphereModel {
     /// The exact field.

@@ -1,10 +1,10 @@
 //! A soundbank of ellipsoids as bytes: many fields in one small file; docs/format/model.md describes it.
 //!
-//! Two things make it small. A body radiates into few multipoles at low frequencies, so that every node keeps
-//! the orders up to one of its own: those whose coefficients together exceed a tolerance of the loudest
-//! motion at that node, on the bounding sphere, where high orders are loudest; n ≤ 2, which outlasts all
-//! others with distance, stays. And the coefficients are 16-bit integers with one scale for each term: off by
-//! at most 1/65534 of the largest value of the term.
+//! Two measures make the file small. First, a body radiates few multipoles at low frequencies, so every node
+//! has its own highest order. It keeps the orders whose coefficients together exceed a tolerance of the
+//! loudest motion at that node, on the bounding sphere, where high orders are loudest. Orders n ≤ 2, which
+//! decay least with distance, are always kept. Second, the coefficients are 16-bit integers with one scale
+//! for each term: the error is at most 1/65534 of the largest value of the term.
 
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -16,10 +16,10 @@ use crate::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 
 /// Version of the format.
 pub const VERSION: u32 = 1;
-/// What the description calls the file.
+/// Kind of the file in its description.
 pub const KIND: &str = "ellipsoid soundbank";
 
-/// Most ellipsoids that a file may hold.
+/// Largest number of ellipsoids in a file.
 const MOST_ELLIPSOIDS: usize = 10_000;
 /// Multipoles up to this n are kept at every node.
 const ALWAYS_KEPT: u8 = 2;
@@ -29,22 +29,22 @@ const ALWAYS_KEPT: u8 = 2;
 pub struct BankFile {
     /// The ellipsoids.
     pub bank: EllipsoidBank,
-    /// How it was built, and how good it is.
+    /// Its origin and accuracy.
     pub origin: BankOrigin,
 }
 
-/// How a bank was built, and how good it is.
+/// Origin and accuracy of a bank.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BankOrigin {
     /// Program and version.
     pub program: String,
-    /// Level error that was asked for.
+    /// Level error requested.
     pub asked_accuracy: f64,
     /// Solver, in words.
     pub method: String,
-    /// Frequencies solved, of all ellipsoids together.
+    /// Number of frequencies solved, of all ellipsoids together.
     pub solves: u64,
-    /// Largest level error of any rational fit at frequencies that it had not seen.
+    /// Largest level error of any rational fit at frequencies outside the fit.
     pub held_out_error: f64,
 }
 
@@ -64,7 +64,7 @@ impl BankFile {
     /// The bytes of the file; coefficients that together are below `tolerance` of the loudest are left out.
     ///
     /// # Errors
-    /// [`TensorFileError`] for fields that could not be played.
+    /// [`TensorFileError`] for invalid fields.
     pub fn encode(&self, tolerance: f64) -> Result<Vec<u8>, TensorFileError> {
         let entries = self.bank.entries();
         let (mut ellipsoids, mut counts) = (Vec::new(), Vec::new());
@@ -144,7 +144,7 @@ impl BankFile {
     }
 }
 
-/// What has not been read of the long arrays.
+/// Read positions in the long arrays.
 struct Parts<'a> {
     nodes: &'a [f64],
     orders: &'a [i16],
@@ -190,7 +190,7 @@ impl Parts<'_> {
         Ok(field)
     }
 
-    /// Rejects what belongs to no ellipsoid.
+    /// Rejects data beyond the last ellipsoid.
     fn check_end(&self) -> Result<(), TensorFileError> {
         let left = [
             ("nodes", self.nodes.len()),

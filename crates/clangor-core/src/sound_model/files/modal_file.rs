@@ -1,13 +1,12 @@
-//! How a body rings, as bytes: a file of its own, or a part of a sound model; docs/format/model.md describes
-//! both.
+//! Modal models as bytes: a file of its own, or a part of a sound model; docs/format/model.md describes both.
 //!
-//! Unlike the click, ringing belongs to a material and a medium: other stiffness is other modes, and a
-//! transfer holds at the frequency of its mode alone. Damping is in neither: it may change without another
-//! bake.
+//! Unlike an acceleration model, a modal model belongs to one material and one medium. The stiffness
+//! determines the modes, and a transfer holds only at the frequency of its mode. Damping is not stored: it
+//! may change without another bake.
 //!
-//! Frequencies are stored in 64 bits, shapes and transfers in 32: the 24 bits of a number are sharper than
-//! any mesh. What is computed is rounded alike ([`ModalPart::rounded`]), so that it sounds the same from the
-//! file, bit by bit.
+//! Frequencies are stored in 64 bits, shapes and transfers in 32, whose 24 significant bits exceed the
+//! accuracy of any mesh. Computed models are rounded in the same way ([`ModalPart::rounded`]), so that they
+//! give the same samples as the file, bit by bit.
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -20,64 +19,64 @@ use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, Tens
 use crate::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use crate::sound_model::modal::surface::ModalSurface;
 
-/// Version of the format of a file with nothing but ringing.
+/// Version of the format of a file with a modal model only.
 pub const VERSION: u32 = 1;
-/// What the description calls such a file.
+/// Kind of such a file in its description.
 pub const KIND: &str = "modal model";
 
-/// Highest n that a file may have.
+/// Largest n in a file.
 const HIGHEST_ORDER: usize = 255;
 /// How far outside the bounding sphere a node may be, over the radius.
 const OUTSIDE: f64 = 1e-6;
 
-/// How a body rings, and nothing else.
+/// A modal model only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalFile {
-    /// How it rings.
+    /// The modal model.
     pub modal: ModalPart,
-    /// What it was baked from.
+    /// The solid that was baked.
     pub solid: Solid,
 }
 
-/// How a body rings, with its origin.
+/// A modal model with its origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalPart {
     /// The modes.
     pub model: ModalModel,
-    /// How they were computed, and how good they are.
+    /// Its origin and accuracy.
     pub origin: ModalOrigin,
 }
 
-/// How modes and their sound were computed, and how good they are.
+/// Origin and accuracy of modes and transfers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModalOrigin {
     /// Program and version.
     pub program: String,
     /// Hash of geometry, elasticity, medium and options.
     pub inputs: String,
-    /// The material, as the person named it.
+    /// The material, as given by the user.
     pub material: String,
     /// Young's modulus \[Pa\].
     #[serde(rename = "youngs_modulus_pa")]
     pub youngs_modulus: f64,
     /// Poisson's ratio \[-\].
     pub poisson_ratio: f64,
-    /// Part of a frequency by which a finer mesh may change it, that was asked for.
+    /// Relative change of a frequency by a finer mesh that was requested as tolerance.
     pub asked_mesh_error: f64,
-    /// Level error of the transfers that was asked for.
+    /// Level error of the transfers that was requested.
     pub asked_accuracy: f64,
-    /// The volume mesh, in words.
+    /// The volume mesh, as text.
     pub mesh: String,
     /// Nodes of the volume mesh.
     pub nodes: u64,
     /// Largest ‖K u − ω² M u‖ / ‖ω² M u‖ \[-\].
     pub residual: f64,
-    /// The lowest mode \[Hz\] of a body that has none below the highest frequency; absent of one that has.
+    /// Lowest mode \[Hz\] of a body without modes below the highest frequency; absent for all others.
     #[serde(rename = "first_frequency_hz", default, skip_serializing_if = "Option::is_none")]
     pub first_frequency: Option<f64>,
-    /// Solver of the transfers, in words; empty without transfers.
+    /// Solver of the transfers, as text; empty without transfers.
     pub method: String,
-    /// What a user should know.
+    /// Notes for the user.
     pub warnings: Vec<String>,
 }
 
@@ -138,7 +137,7 @@ impl ModalFile {
 }
 
 impl ModalPart {
-    /// The same with shapes and transfers as a file keeps them.
+    /// The same with shapes and transfers in the precision of the file.
     #[must_use]
     pub fn rounded(mut self) -> Self {
         for mode in &mut self.model.modes {
@@ -149,7 +148,7 @@ impl ModalPart {
         self
     }
 
-    /// Adds the arrays to a file, and describes the rest.
+    /// Adds the arrays to a file, and returns the description of the rest.
     pub(super) fn put(&self, file: &mut TensorWriter) -> ModalDescription {
         let ModalModel { radius, medium, density, max_frequency, surface, modes } = &self.model;
         let nodes = surface.nodes.len();
@@ -181,7 +180,7 @@ impl ModalPart {
         }
     }
 
-    /// Takes it out of a file.
+    /// Reads it from a file.
     pub(super) fn take(
         file: &TensorReader<'_>,
         modal: ModalDescription,
@@ -243,7 +242,7 @@ impl ModalPart {
                 format!("is {}, not between -1 and 0.5", self.origin.poisson_ratio),
             ));
         }
-        // Without modes there is nothing to say where they are.
+        // Without modes there are no shapes, and no surface is needed.
         if !modes.is_empty() {
             check_surface(surface, *radius)?;
         }
@@ -255,7 +254,7 @@ impl ModalPart {
                 return Err(TensorFileError::value(what(), "is below the one before it"));
             }
             last = mode.frequency;
-            // An error that nobody has estimated is not a number.
+            // An error without estimate is NaN.
             if mode.mesh_error < 0.0 || mode.mesh_error.is_infinite() {
                 return Err(TensorFileError::value(
                     format!("the mesh error of mode {at}"),
@@ -279,7 +278,7 @@ fn single(x: f64) -> f64 {
     f64::from(x as f32)
 }
 
-/// The transfers of the modes, which lie one behind the other; −1 is the order of none.
+/// The transfers of the modes, concatenated; −1 is the order of a mode without transfer.
 fn take_transfers(
     orders: &[i16],
     real: &[f32],
@@ -344,7 +343,7 @@ fn check_shape(at: usize, mode: &ModalMode, nodes: usize) -> Result<(), TensorFi
             expected: format!("of {nodes}"),
         });
     }
-    // In the precision of the file, in which a number may be too large.
+    // In the precision of the file, whose range may be too small for a number.
     match mode.shape.iter().position(|u| !u.as_vec3().is_finite()) {
         Some(node) => {
             Err(TensorFileError::value(format!("node {node} of the shape of mode {at}"), "is not finite"))

@@ -1,4 +1,4 @@
-//! A bank of ringing ellipsoids as bytes; docs/format/model.md describes it.
+//! A modal soundbank of ellipsoids as bytes; docs/format/model.md describes it.
 //!
 //! Only harmonics of the parity of a mode are stored, an eighth of all, as 16-bit integers with one scale for
 //! the shape and one for the multipoles of each mode: off by at most 1/65534 of the largest.
@@ -15,10 +15,10 @@ use crate::sound_model::soundbank::modal_soundbank::{
 
 /// Version of the format.
 pub const VERSION: u32 = 1;
-/// What the description calls the file.
+/// Kind of the file in its description.
 pub const KIND: &str = "modal ellipsoid soundbank";
 
-/// Most ellipsoids, and highest degree and order, that a file may have.
+/// Limits of a file: number of ellipsoids, highest degree, highest order.
 const MOST_ELLIPSOIDS: usize = 10_000;
 const HIGHEST_DEGREE: usize = 64;
 const HIGHEST_ORDER: i16 = 255;
@@ -28,27 +28,27 @@ const HIGHEST_ORDER: i16 = 255;
 pub struct ModalSoundbankFile {
     /// The ellipsoids.
     pub bank: ModalSoundbank,
-    /// How it was built.
+    /// Its origin and accuracy.
     pub origin: ModalSoundbankOrigin,
 }
 
-/// How a bank was built.
+/// Origin and accuracy of a bank.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModalSoundbankOrigin {
     /// Program and version.
     pub program: String,
     /// Hash of material, medium and options.
     pub inputs: String,
-    /// The material, as the person named it.
+    /// The material, as given by the user.
     pub material: String,
-    /// Level error of the transfers that was asked for.
+    /// Level error of the transfers that was requested.
     pub asked_accuracy: f64,
     /// Largest difference of the logarithms of frequencies between neighbours.
     pub spacing: f64,
-    /// Bodies of a lowest frequency from here \[Hz\] have all modes below the highest.
+    /// Lowest frequency of a body \[Hz\] from which on it has all modes below the highest frequency.
     #[serde(rename = "least_first_frequency_hz")]
     pub least_first_frequency: f64,
-    /// And of a size ‖(a, b, c)‖ up to this \[m\].
+    /// Largest size ‖(a, b, c)‖ of a body for which that holds \[m\].
     #[serde(rename = "largest_size_m")]
     pub largest_size: f64,
     /// The highest frequency \[Hz\].
@@ -79,7 +79,7 @@ impl ModalSoundbankFile {
     /// The bytes of the file. The same bank gives the same bytes.
     ///
     /// # Errors
-    /// [`TensorFileError`] for numbers that the file cannot hold.
+    /// [`TensorFileError`] for numbers outside the range of the file.
     pub fn encode(&self) -> Result<Vec<u8>, TensorFileError> {
         let entries = self.bank.entries();
         let modes: Vec<&EllipsoidMode> = entries.iter().flat_map(|entry| &entry.modes).collect();
@@ -192,7 +192,7 @@ impl ModalSoundbankFile {
     }
 }
 
-/// Adds numbers as parts of the largest of them; its 32767th part.
+/// Adds numbers as 16-bit multiples of 1/32767 of the largest of them.
 fn put(numbers: impl Iterator<Item = f64> + Clone, all: &mut Vec<i16>) -> f32 {
     let largest = numbers.clone().fold(0.0, |m: f64, x| m.max(x.abs()));
     let scale = (largest / f64::from(i16::MAX)) as f32;

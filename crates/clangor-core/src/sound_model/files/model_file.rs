@@ -1,13 +1,13 @@
-//! A baked sound model as bytes: what `NAME.safetensors` holds; docs/format/model.md describes it for other
-//! programs.
+//! A baked sound model as bytes: the content of `NAME.safetensors`; docs/format/model.md describes it for
+//! other programs.
 //!
-//! The file carries the model, the solid that it was baked from (so that it can be struck without its mesh),
-//! and how good it is and how that is known. The click depends on the shape alone: not on a material, and on
-//! the medium only through κ = ωR/c, so that one file serves every material and every gas. Ringing, which
-//! does depend on both, is a part that may be there ([`modal_file`](crate::sound_model::files::modal_file));
+//! The file carries the model, the solid that was baked (so that it can be struck without its mesh), and the
+//! accuracy of the model with its evidence. The acceleration model depends on the shape alone: not on a
+//! material, and on the medium only through κ = ωR/c. One file serves every material and every gas. The modal
+//! model depends on both and is an optional part ([`modal_file`](crate::sound_model::files::modal_file));
 //! older programs read the file without it.
 //!
-//! Reading never trusts: shapes, order and range of every number are checked, after the hash of the whole.
+//! Reading validates everything: the hash of the whole file, then shapes, order and range of every number.
 
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -27,19 +27,19 @@ use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, Tens
 
 /// Version of the format.
 pub const VERSION: u32 = 2;
-/// What the description calls the file.
+/// Kind of the file in its description.
 pub const KIND: &str = "sound model";
 
 /// A sound model with its origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelFile {
-    /// What the body sounds like when it is accelerated.
+    /// Acceleration model of the body.
     pub acceleration: AccelerationModel,
-    /// How it rings, of one material in one medium.
+    /// Modal model, for one material in one medium.
     pub modal: Option<ModalPart>,
-    /// What it was baked from.
+    /// The solid that was baked.
     pub solid: Solid,
-    /// How it was baked, and how good it is.
+    /// Origin and accuracy.
     pub origin: Origin,
 }
 
@@ -161,7 +161,7 @@ impl ModelFile {
         Ok(model)
     }
 
-    /// Whether every number can be; shapes are right by construction once a file has been read.
+    /// Whether every number is valid; reading a file has already validated the shapes.
     fn check(&self) -> Result<(), TensorFileError> {
         let AccelerationModel { radius, field, near } = &self.acceleration;
         if !RADII.contains(radius) {
@@ -181,7 +181,7 @@ impl ModelFile {
     }
 }
 
-/// Rejects a near field that names spectra that are not there.
+/// Rejects a near field that refers to missing spectra.
 fn check_spectra(near: &NearField, nodes: usize) -> Result<(), TensorFileError> {
     let NearField { surface, spectra, scales, which, factors } = near;
     let lengths = [

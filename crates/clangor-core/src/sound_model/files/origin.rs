@@ -1,28 +1,28 @@
-//! How the sound model in a file was baked, and how good it is.
+//! Origin and accuracy of the sound model in a file.
 
 use serde::{Deserialize, Serialize};
 
 use crate::sound_model::files::number_checks::positive;
 use crate::sound_model::files::tensor_file::TensorFileError;
 
-/// How a model was baked, and how good it is.
+/// Origin and accuracy of a model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// Program and version.
     pub program: String,
     /// Hash of geometry and options.
     pub inputs: String,
-    /// Level error that was asked for.
+    /// Level error requested.
     pub asked_accuracy: f64,
-    /// Solver, in words.
+    /// Solver, as text.
     pub method: String,
-    /// Unknowns of the largest system, or cells.
+    /// Number of unknowns of the largest system, or of cells.
     pub unknowns: u64,
-    /// Frequencies solved.
+    /// Number of frequencies solved.
     pub solves: u64,
-    /// Largest level error of the rational fit at frequencies that it had not seen.
+    /// Largest level error of the rational fit at frequencies outside the fit.
     pub held_out_error: f64,
-    /// What a user should know.
+    /// Notes for the user.
     pub warnings: Vec<String>,
 }
 

@@ -1,5 +1,5 @@
-//! The solid that a sound model was baked from, as part of a file: mass properties and surface, so that it
-//! can be struck without its mesh.
+//! The solid that was baked, as part of a file: mass properties and surface, so that it can be struck without
+//! its mesh.
 
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -10,10 +10,10 @@ use crate::sound_model::files::number_checks::positive;
 use crate::sound_model::files::surface_mesh::{check_mesh, put_mesh, take_mesh};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter};
 
-/// The solid that a model was baked from.
+/// The solid that was baked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
-    /// What was baked, as the person named it: a shape or a mesh file.
+    /// Name given by the user: a shape or a mesh file.
     pub name: String,
     /// Volume, centre of mass in the frame of the file, and inertia, all of unit density.
     pub mass: MassProperties,
@@ -32,7 +32,7 @@ pub(crate) struct SolidDescription {
 }
 
 impl Solid {
-    /// Adds the surface to a file, and describes the rest.
+    /// Adds the surface to a file, and returns the description of the rest.
     pub(crate) fn put(&self, file: &mut TensorWriter) -> SolidDescription {
         if let Some(surface) = &self.surface {
             put_mesh(file, "solid", surface);
@@ -45,7 +45,7 @@ impl Solid {
         }
     }
 
-    /// Takes it out of a file.
+    /// Reads it from a file.
     pub(crate) fn take(file: &TensorReader<'_>, solid: SolidDescription) -> Result<Self, TensorFileError> {
         let mass = MassProperties {
             volume: solid.volume_m3,
@@ -55,7 +55,7 @@ impl Solid {
         Ok(Solid { name: solid.name, mass, surface: take_mesh(file, "solid")? })
     }
 
-    /// Rejects what no solid of this bounding radius \[m\] is.
+    /// Rejects mass properties that no solid of this bounding radius \[m\] has.
     pub(crate) fn check(&self, radius: f64) -> Result<(), TensorFileError> {
         if let Some(surface) = &self.surface {
             check_mesh("solid", surface, radius)?;

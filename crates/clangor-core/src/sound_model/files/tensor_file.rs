@@ -1,12 +1,12 @@
 //! Named arrays with a description, as bytes: the container of sound models and soundbanks.
 //!
-//! The container is safetensors: a JSON header that names type, shape and place of each array, then the
-//! arrays, little endian. The header holds the description as one JSON text under the key `clangor`, and the
-//! array `content_hash` the XXH3-128 of all bytes of the file, its own 16 taken as zero. A file that was cut
-//! short, damaged or edited is told from a whole one by that; it is no protection against forgery, so that
-//! every number is checked besides by whoever reads it.
+//! The container is safetensors: a JSON header with type, shape and place of each array, then the arrays,
+//! little endian. The header holds the description as one JSON text under the key `clangor`. The array
+//! `content_hash` holds the XXH3-128 of all bytes of the file, with its own 16 taken as zero. The hash
+//! detects truncated, damaged and edited files. It does not protect against forgery, so readers validate
+//! every number too.
 //!
-//! This is no file system: bytes come in and go out.
+//! This module does no input or output: it converts from and to bytes.
 
 use std::borrow::Cow;
 
@@ -16,19 +16,19 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use twox_hash::xxhash3_128::Hasher;
 
-/// Why bytes are no sound model or soundbank.
+/// Error in the bytes of a sound model or soundbank.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TensorFileError {
-    /// Not safetensors, or not all of it.
+    /// Not safetensors, or truncated.
     #[error("it is not a whole safetensors file: {reason}")]
     Container {
-        /// What the reader of the container says.
+        /// Message of the reader of the container.
         reason: String,
     },
-    /// Another program's.
+    /// A file of another program.
     #[error("it was not written by Clangor: {what} is missing")]
     Foreign {
-        /// What every file of ours has.
+        /// Content that all files of this program have.
         what: &'static str,
     },
     /// Damaged or edited.
@@ -39,29 +39,29 @@ pub enum TensorFileError {
         /// Hash that the file names.
         expected: String,
     },
-    /// A soundbank where a model is wanted, for instance.
+    /// Another kind of file, such as a soundbank in place of a model.
     #[error("it is a {found}, not a {expected}")]
     Kind {
-        /// What the file says it is.
+        /// Kind of the file.
         found: String,
-        /// What is wanted.
+        /// Kind expected.
         expected: &'static str,
     },
-    /// Written by a newer program, or one too old.
+    /// Written by a newer program, or by one that is too old.
     #[error("it has format version {found}, and this program reads version {known}; bake it again")]
     Version {
-        /// The file's.
+        /// Version of the file.
         found: u32,
-        /// The program's.
+        /// Version of the program.
         known: u32,
     },
-    /// The description cannot be understood.
+    /// An invalid description.
     #[error("its description is wrong: {reason}")]
     Description {
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// An array that is needed.
+    /// A missing array.
     #[error("the array \"{name}\" is missing")]
     Missing {
         /// The array.
@@ -74,21 +74,21 @@ pub enum TensorFileError {
         name: String,
         /// Its type and shape.
         found: String,
-        /// Those that it must have.
+        /// Expected type and shape.
         expected: String,
     },
-    /// A number that cannot be.
+    /// An invalid number.
     #[error("{what} {reason}")]
     Value {
         /// Quantity.
         what: String,
-        /// What is wrong with it.
+        /// Reason.
         reason: String,
     },
 }
 
 impl TensorFileError {
-    /// A number that cannot be.
+    /// An invalid number.
     pub(crate) fn value(what: impl Into<String>, reason: impl Into<String>) -> Self {
         TensorFileError::Value { what: what.into(), reason: reason.into() }
     }
@@ -126,7 +126,7 @@ impl View for &Array {
     }
 }
 
-/// A number that arrays are made of.
+/// An element type of arrays.
 pub(crate) trait Element: Copy {
     /// Its type in the file.
     const DTYPE: Dtype;
@@ -135,7 +135,7 @@ pub(crate) trait Element: Copy {
 
     /// Appends its bytes.
     fn put(self, bytes: &mut Vec<u8>);
-    /// From its bytes, of which there are [`LENGTH`](Self::LENGTH).
+    /// Reads it from [`LENGTH`](Self::LENGTH) bytes.
     fn take(bytes: &[u8]) -> Self;
 }
 
@@ -164,14 +164,14 @@ element!(u32, U32);
 element!(i16, I16);
 element!(u16, U16);
 
-/// Collects arrays.
+/// Builder of a file.
 #[derive(Default)]
 pub(crate) struct TensorWriter {
     arrays: Vec<(String, Array)>,
 }
 
 impl TensorWriter {
-    /// Adds an array; `shape` says how many `numbers` there are.
+    /// Adds an array; the product of `shape` is the number of `numbers`.
     pub(crate) fn add<T: Element>(
         &mut self,
         name: &str,
@@ -186,7 +186,7 @@ impl TensorWriter {
     /// The bytes of the file.
     ///
     /// # Errors
-    /// [`TensorFileError`] for arrays whose shape is not that of their numbers, and for numbers in the
+    /// [`TensorFileError`] for arrays whose shape does not fit their numbers, and for numbers in the
     /// description that are not finite.
     pub(crate) fn finish(mut self, description: &impl Serialize) -> Result<Vec<u8>, TensorFileError> {
         let text = serde_json::to_string(description)
@@ -195,7 +195,7 @@ impl TensorWriter {
             HASH.into(),
             Array { dtype: Dtype::U8, shape: vec![HASH_LENGTH], bytes: vec![0; HASH_LENGTH] },
         ));
-        // One entry only: the order of several would differ from run to run.
+        // One entry only: the order of several would vary from run to run.
         let header = [(DESCRIPTION.to_string(), text)].into_iter().collect();
         let arrays = self.arrays.iter().map(|(name, array)| (name.as_str(), array));
         let mut bytes = safetensors::serialize(arrays, Some(header)).map_err(container)?;
@@ -207,13 +207,13 @@ impl TensorWriter {
     }
 }
 
-/// Arrays of a file whose hash is right.
+/// Arrays of a file with a valid hash.
 pub(crate) struct TensorReader<'a> {
     tensors: SafeTensors<'a>,
     description: String,
 }
 
-/// The part of a description that says what the file is.
+/// The part of a description with the kind of the file.
 #[derive(serde::Deserialize)]
 struct Kind {
     kind: String,
@@ -259,12 +259,12 @@ impl<'a> TensorReader<'a> {
             .map_err(|e| TensorFileError::Description { reason: e.to_string() })
     }
 
-    /// Whether an array is there.
+    /// Whether an array is present.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.tensors.tensor(name).is_ok()
     }
 
-    /// An array of two or more axes whose first may have any length, which is returned too.
+    /// An array of two or more axes, the first of any length; returns that length too.
     pub(crate) fn rows<T: Element>(
         &self,
         name: &str,
@@ -298,7 +298,7 @@ impl<'a> TensorReader<'a> {
     }
 }
 
-/// Rejects an array in which a number is infinite or none.
+/// Rejects an array with NaN or infinite numbers.
 pub(crate) fn check_finite<T: Copy + Into<f64>>(name: &str, numbers: &[T]) -> Result<(), TensorFileError> {
     match numbers.iter().position(|n| !(*n).into().is_finite()) {
         Some(at) => {
@@ -312,7 +312,7 @@ fn container(error: safetensors::SafeTensorError) -> TensorFileError {
     TensorFileError::Container { reason: error.to_string() }
 }
 
-/// Where in the file the hash is.
+/// Place of the hash in the file.
 fn hash_place(header_length: usize, metadata: &Metadata) -> Result<usize, TensorFileError> {
     let info = metadata.info(HASH).ok_or(TensorFileError::Foreign { what: "the content's hash" })?;
     if info.dtype != Dtype::U8 || info.shape != [HASH_LENGTH] {

@@ -1,4 +1,4 @@
-//! How a free body rings: its modes, and the sound of each.
+//! Modal model of a free body: its modes, and the transfer of each.
 //!
 //! A mode moves the surface by u(x, t) = U(x) q(t), with ∫ ρ U² dV = 1. A force f at x drives it by Q =
 //! U(x)·f:
@@ -15,8 +15,8 @@
 //! p(x) = ρ R q̈ e^{−s|x|} Σ_n |x|^{−(n+1)} θₙ(s|x|)/θₙ(s) Σ_m Yₙₘ(x/|x|) cₙₘ
 //! ```
 //!
-//! It is \[FRAC\] eq. (22) with each wave made 1 on the sphere of radius R, so that nothing over- or
-//! underflows. Damping is not here: it is the material's, and can change without another bake.
+//! It is \[FRAC\] eq. (22) with each wave normalised to 1 on the sphere of radius R, so that nothing over- or
+//! underflows. Damping is not part of the model: it is the material's, and can change without another bake.
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -26,30 +26,29 @@ use crate::math::spherical_harmonics::solid_harmonics;
 use crate::medium::Medium;
 use crate::sound_model::modal::surface::ModalSurface;
 
-/// How a free body rings.
+/// Modal model of a free body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalModel {
     /// R, largest distance of the surface from the centre of mass \[m\].
     pub radius: f64,
-    /// What carries the sound: the transfers hold for it alone.
+    /// Medium of the transfers, which hold for it alone.
     pub medium: Medium,
-    /// Density of the body [kg/m³], with which shapes are normalised.
+    /// Density of the body [kg/m³], by which shapes are normalised.
     pub density: f64,
-    /// There are no other modes below this \[Hz\].
+    /// All modes below this frequency \[Hz\] are present.
     pub max_frequency: f64,
-    /// Where shapes are given.
+    /// Surface on which shapes are given.
     pub surface: ModalSurface,
     /// The modes, by frequency.
     pub modes: Vec<ModalMode>,
 }
 
-/// A mode, and how it sounds.
+/// A mode and its transfer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalMode {
     /// ω/2π without damping \[Hz\].
     pub frequency: f64,
-    /// By what part of itself a finer mesh would change the frequency; an estimate. Not a number where none
-    /// was made.
+    /// Estimate of the relative change of the frequency by a finer mesh. NaN without an estimate.
     pub mesh_error: f64,
     /// U at the nodes of the surface [kg^−½].
     pub shape: Vec<DVec3>,
@@ -83,8 +82,8 @@ impl ModalTransfer {
             .sum()
     }
 
-    /// Time-mean power radiated by q̈ of amplitude 1, over ρ R⁴/c [1/kg], for κ = kR = `wavenumber`: that of
-    /// each wave adds up.
+    /// Time-mean power radiated by q̈ of amplitude 1, over ρ R⁴/c [1/kg], for κ = kR = `wavenumber`: the sum
+    /// of the powers of the waves.
     pub fn power(&self, wavenumber: f64) -> f64 {
         let s = Complex64::new(0.0, wavenumber);
         // |hₙ(kr)/hₙ(kR)|² → |1/θₙ(s)|² κ^{2n} / x² far away; the ratio κ/|tₙ| stays of the size of 1.

@@ -1,14 +1,14 @@
-//! The surface of a vibrating body: triangles of six nodes, and where on them a point lies.
+//! The surface of a vibrating body: triangles of six nodes, and location of points on them.
 //!
 //! A face of a quadratic tetrahedron has three corners and three mid-edge nodes. With the weights L₀ + L₁ +
-//! L₂ = 1 of a point what the nodes have is interpolated as
+//! L₂ = 1 of a point, nodal values are interpolated as
 //!
 //! ```text
 //! u(L) = Σ uᵢ Lᵢ (2 Lᵢ − 1) + Σ u_ij 4 Lᵢ Lⱼ
 //! ```
 //!
-//! the same as inside the element. Linear interpolation between the nodes would lose some per cent of the
-//! mode's motion where two elements span half a wave of bending.
+//! as inside the element. Linear interpolation between the nodes would lose some per cent of the mode's
+//! motion where two elements span half a bending wave.
 
 use glam::DVec3;
 
@@ -40,13 +40,13 @@ pub struct ModalSurface {
 pub struct SurfacePoint {
     /// The six nodes around it.
     pub nodes: [u32; 6],
-    /// What each counts; they sum to 1.
+    /// Their weights; they sum to 1.
     pub weights: [f64; 6],
-    /// Distance of the point asked for from the surface \[m\].
+    /// Distance of the query point from the surface \[m\].
     pub distance: f64,
 }
 
-/// Finds places on a surface.
+/// Search for places on a surface.
 #[derive(Clone, Debug)]
 pub struct SurfaceLocator {
     quarters: TriMesh,
@@ -77,13 +77,13 @@ impl SurfaceLocator {
         SurfaceLocator { quarters, tree, triangles: surface.triangles.clone() }
     }
 
-    /// The place of the surface nearest to a point [m, frame of the body]; nothing on an empty surface.
+    /// The place of the surface nearest to a point [m, frame of the body]; `None` on an empty surface.
     pub fn nearest(&self, point: DVec3) -> Option<SurfacePoint> {
         Some(self.place(self.tree.nearest(&self.quarters, point)?))
     }
 
-    /// The nearest place whose outside is that of `normal`, of any length, as long as there is one: the two
-    /// sides of a thin wall are told apart.
+    /// The nearest place whose outer side is that of `normal`, of any length, if there is one: it
+    /// distinguishes the two sides of a thin wall.
     pub fn nearest_facing(&self, point: DVec3, normal: DVec3) -> Option<SurfacePoint> {
         let faces = |t: usize| {
             let own = self.quarters.area_vector(t);
@@ -104,13 +104,13 @@ impl SurfaceLocator {
 }
 
 impl SurfacePoint {
-    /// The value there of what has these values at the nodes.
+    /// Interpolation at this place of values at the nodes.
     pub fn interpolate(&self, values: &[DVec3]) -> DVec3 {
         self.nodes.iter().zip(self.weights).map(|(n, w)| values[*n as usize] * w).sum()
     }
 }
 
-/// What the six nodes count at a point of these corner weights.
+/// Weights of the six nodes at a point of these corner weights.
 pub fn node_weights([a, b, c]: [f64; 3]) -> [f64; 6] {
     [a * (2.0 * a - 1.0), b * (2.0 * b - 1.0), c * (2.0 * c - 1.0), 4.0 * a * b, 4.0 * b * c, 4.0 * c * a]
 }
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sides_of_a_wall_are_told_apart() {
+    fn the_sides_of_a_wall_are_distinguished() {
         let (thickness, width) = (0.01, 1.0);
         let mut nodes = Vec::new();
         for z in [0.0, thickness] {

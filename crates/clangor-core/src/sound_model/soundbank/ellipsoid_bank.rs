@@ -1,5 +1,5 @@
-//! Fields of ellipsoids of many proportions, and which of them stands for a body that has no field of its
-//! own.
+//! Soundbank of the fields of ellipsoids of many proportions, and selection of the one for a body without a
+//! field of its own.
 //!
 //! \[PROXY\] §3: a body is replaced by the ellipsoid with the same principal axes and moments of inertia,
 //! uniformly rescaled to the same volume. With the moments per unit mass I₁ ≤ I₂ ≤ I₃, eq. (11) inverted is
@@ -8,12 +8,12 @@
 //! A² = 5/2 (I₂ + I₃ − I₁),   B² = 5/2 (I₁ + I₃ − I₂),   C² = 5/2 (I₁ + I₂ − I₃)
 //! ```
 //!
-//! The bank holds ellipsoids with A = 1. As an [`AccelerationField`] has no unit of length, eq. (10) is
-//! nothing but the choice of its radius, R = A. The rules of sign between octants, eqs. (16)–(21), are in the
-//! terms: a motion has only the harmonics of its own parity.
+//! The bank holds ellipsoids with A = 1. As an [`AccelerationField`] has no unit of length, eq. (10) is the
+//! choice of its radius, R = A. The terms contain the rules of sign between octants, eqs. (16)–(21): a motion
+//! has only the harmonics of its own parity.
 //!
-//! It is good for small convex bodies. A bowl has the inertia of a large ellipsoid and the volume of a small
-//! one, and sounds like neither.
+//! The approximation is good for small convex bodies. It fails for a bowl, with the inertia of a large
+//! ellipsoid and the volume of a small one.
 
 use std::f64::consts::PI;
 
@@ -40,13 +40,13 @@ pub struct EllipsoidBank {
     entries: Vec<BankEntry>,
 }
 
-/// Why ellipsoids do not make a bank.
+/// Error in the ellipsoids of a bank.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BankError {
     /// Axes that are not 1 ≥ B ≥ C > 0.
     #[error("ellipsoid {index} of the bank has the semi-axes 1 : {b} : {c}; expected 1 ≥ b ≥ c > 0")]
     Axes {
-        /// Which.
+        /// Index of the ellipsoid.
         index: usize,
         /// Second semi-axis.
         b: f64,
@@ -55,29 +55,29 @@ pub enum BankError {
     },
 }
 
-/// Difference below which two proportions are one.
+/// Difference below which two proportions count as equal.
 const SAME_PROPORTION: f64 = 1e-6;
 
-/// The ellipsoid that stands for a body.
+/// The ellipsoid that represents a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proxy {
     /// Semi-axes A ≥ B ≥ C \[m\] of the ellipsoid that has the volume and the proportions of inertia of the
     /// body.
     pub semi_axes: DVec3,
-    /// Which ellipsoid of the bank is nearest to it.
+    /// Index of the nearest ellipsoid of the bank.
     pub entry: usize,
-    /// The ellipsoids whose mean stands for it, with weights that sum to 1: those around it, or the nearest
-    /// alone.
+    /// The ellipsoids whose mean represents it, with weights that sum to 1: the neighbouring ones, or the
+    /// nearest alone.
     pub mean: [(usize, f64); 4],
     /// Radius R \[m\] of that ellipsoid's field.
     pub radius: f64,
-    /// From the frame of the field to the frame of the body, about its centre of mass: a rotation. A
-    /// position, an acceleration or an angular acceleration of the body goes to the field by its transpose.
+    /// Rotation from the frame of the field to the frame of the body, about its centre of mass. Positions and
+    /// accelerations of the body are transformed to the field by its transpose.
     pub rotation: DMat3,
 }
 
 impl Proxy {
-    /// The same body, played as the nearest ellipsoid alone.
+    /// The same body, represented by the nearest ellipsoid alone.
     pub fn of_nearest(self) -> Self {
         Proxy { mean: alone(self.entry), ..self }
     }
@@ -107,10 +107,10 @@ impl EllipsoidBank {
         &self.entries
     }
 
-    /// The ellipsoid of the bank that stands for a body with this `inertia` about its centre of mass, per
+    /// The ellipsoid of the bank that represents a body with this `inertia` about its centre of mass, per
     /// unit density \[m⁵\], and this `volume` \[m³\].
     ///
-    /// Nothing for an empty bank, and for inertia or volume that no body has.
+    /// `None` for an empty bank, and for an invalid inertia or volume.
     pub fn proxy_for(&self, inertia: DMat3, volume: f64) -> Option<Proxy> {
         let (semi_axes, rotation) = matched_ellipsoid(inertia, volume)?;
         let (b, c) = (semi_axes.y / semi_axes.x, semi_axes.z / semi_axes.x);
@@ -121,20 +121,20 @@ impl EllipsoidBank {
         Some(Proxy { semi_axes, entry: nearest, mean, radius: semi_axes.x, rotation })
     }
 
-    /// The ellipsoids at the corners of the cell in which 1 : b : c is, with their weights; nothing unless
-    /// the bank is a grid there. What is outside the grid is moved to its edge.
+    /// The ellipsoids at the corners of the cell that contains 1 : b : c, with their weights; `None` unless
+    /// the bank is a grid there. Points outside the grid are moved to its edge.
     fn around(&self, b: f64, c: f64) -> Option<[(usize, f64); 4]> {
         let mut steps: Vec<f64> = self.entries.iter().map(|e| e.b).collect();
         steps.dedup();
         let last = steps.len().checked_sub(2)?;
-        // The step below, and the part of the way to the next.
+        // The step below, and the fraction of the distance to the next.
         let place = |x: f64| {
             let i = steps.partition_point(|s| *s <= x).saturating_sub(1).min(last);
             (i, ((x - steps[i]) / (steps[i + 1] - steps[i])).clamp(0.0, 1.0))
         };
         let ((i, u), (j, v)) = (place(b), place(c));
         let corners = if i == j {
-            // Above the diagonal B = C there is nothing.
+            // There are no ellipsoids above the diagonal B = C.
             let v = v.min(u);
             [(i, i, 1.0 - u), (i + 1, i, u - v), (i + 1, i + 1, v), (i, i, 0.0)]
         } else {
@@ -155,7 +155,8 @@ impl EllipsoidBank {
 /// Semi-axes A ≥ B ≥ C \[m\] of the ellipsoid with the proportions of this inertia and this volume, and the
 /// rotation from its axes to the frame of the inertia.
 ///
-/// Nothing where volume or inertia is not positive. A tensor that no solid has, I₃ > I₁ + I₂, counts as flat.
+/// `None` for a volume or inertia that is not positive. A tensor with I₃ > I₁ + I₂, which no solid has,
+/// counts as flat.
 pub fn matched_ellipsoid(inertia: DMat3, volume: f64) -> Option<(DVec3, DMat3)> {
     let (moments, rotation) = principal_axes(inertia);
     let sum = moments.element_sum();
@@ -225,7 +226,7 @@ mod tests {
             let mean = |of: fn(&BankEntry) -> f64| -> f64 {
                 proxy.mean.iter().map(|(e, weight)| weight * of(&bank.entries()[*e])).sum()
             };
-            // Residual seen: 3e-16. What is linear in B and C is met.
+            // Residual seen: 3e-16. Functions linear in B and C are reproduced.
             assert!((mean(|_| 1.0) - 1.0).abs() < 1e-12);
             assert!((mean(|e| e.b) - b).abs() < 1e-12 && (mean(|e| e.c) - c).abs() < 1e-12, "{proxy:?}");
             assert!(proxy.mean.iter().all(|(_, weight)| (0.0..=1.0).contains(weight)), "{proxy:?}");
@@ -237,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_body_has_gives_nothing_and_a_flat_one_is_clamped() {
+    fn invalid_inertia_gives_none_and_a_flat_one_is_clamped() {
         let bank = EllipsoidBank::try_new(vec![BankEntry { b: 1.0, c: 0.05, field: silent() }]).unwrap();
         let sphere = MassProperties::of_sphere(0.01);
         assert!(bank.proxy_for(sphere.inertia, sphere.volume).is_some());

@@ -1,4 +1,5 @@
-//! How ellipsoids of many proportions ring, and which of them stands for a body that has no modes of its own.
+//! Modal soundbank of ellipsoids of many proportions, and selection of the one for a body without modes of
+//! its own.
 //!
 //! \[FRAC\] §5. The bank holds ellipsoids with semi-axes a ≤ b ≤ c, a² + b² + c² = 1 m², of one material in
 //! one medium. With the principal moments I₁ ≥ I₂ ≥ I₃ of a body, eq. (12) is the ellipsoid with the same

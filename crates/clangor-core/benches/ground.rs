@@ -1,4 +1,4 @@
-//! How loud the ground is beside the click of what falls on it, and what it costs:
+//! Level of the ground beside the click of a falling body, and its cost:
 //! `cargo bench --profile release -p clangor-core --bench ground`.
 
 use std::sync::Arc;
@@ -83,8 +83,7 @@ fn main() {
             println!("  {ground:9} τ = {:4.0} µs   {}", 1e6 * click.duration, levels.join("   "));
         }
     }
-    // Impacts all over a floor of 2 m by 2 m: the directions that are computed on the way belong to their
-    // cost.
+    // Impacts all over a floor of 2 m by 2 m: the directions computed for them are part of the cost.
     for (what, index) in [("click of the sphere", 0), ("ground", 1), ("slab", 2)] {
         for (count, distance) in [(10, 0.5), (200, 0.5), (5000, 0.5), (5000, 2.0), (5000, 8.0)] {
             let (click, pressed) = impact("steel", 0.0075, "concrete");

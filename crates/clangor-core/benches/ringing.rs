@@ -1,16 +1,16 @@
-//! Time to play ringing bodies, on one core: `cargo bench --profile release -p clangor-core --bench ringing`.
-//! It is that of the processor where the system tells (Linux), so that other programs do not count.
+//! Processor time of modal sound, on one core:
+//! `cargo bench --profile release -p clangor-core --bench ringing`.
+//! Other programs do not count where the system reports thread time (Linux).
 //!
-//! * `bank`: modes ringing at 48 kHz, heard by one, two and four receivers, at rest and with transfers that
-//!   move; how many play in real time, and whether the cost grows with their number as it should.
+//! * `bank`: modes ringing at 48 kHz with one, two and four receivers, with fixed and with varying transfers;
+//!   the number of modes in real time, and the growth of the cost with their number.
 //! * `impacts`: the same with a hundred impacts a second.
 //! * `voice`: these 76 modes in a body that is struck four times a second while it moves, for two receivers
-//!   over a floor: all that a plate costs.
-//! * `transfer`: the transfers of 76 modes of about 70 000 coefficients for a new place, as \[FRAC\] times
-//!   them (156 ms on eight cores, 0.3 ms on its graphics processor), and with \[FRAC\]'s own rule for the
-//!   order.
+//!   over a floor: the total cost of a plate.
+//! * `transfer`: the transfers of 76 modes of about 70 000 coefficients for a new place, as timed by \[FRAC\]
+//!   (156 ms on eight cores, 0.3 ms on its graphics processor), and with \[FRAC\]'s own rule for the order.
 //!
-//! Words after `--` choose among them.
+//! Words after `--` select among them.
 
 mod thread_time;
 
@@ -49,7 +49,7 @@ fn best(mut work: impl FnMut()) -> f64 {
     (0..5).map(|_| measure()).fold(f64::INFINITY, f64::min)
 }
 
-/// Time [s] for a second of so many modes, heard by so many receivers.
+/// Time [s] for a second of this number of modes and receivers.
 fn bank(modes: usize, receivers: usize, moving: bool, impacts: bool) -> f64 {
     let resonances: Vec<Resonance> = (0..modes)
         .map(|i| Resonance { frequency: 100.0 + 19_000.0 * i as f64 / modes as f64, damping_ratio: 1e-5 })

@@ -1,5 +1,5 @@
-//! Time to synthesise sound, on one core: `cargo bench -p clangor-core`. It is that of the processor where
-//! the system tells (Linux), so that other programs do not count.
+//! Processor time of sound synthesis, on one core: `cargo bench -p clangor-core`. Other programs do not count
+//! where the system reports thread time (Linux).
 //!
 //! * Spheres: a generated timeline of 23 000 impulses of two balls each for two receivers, as in the ball
 //!   drop of \[PAN\] Table 2, with and without a rigid floor.
@@ -11,7 +11,7 @@
 //! * A pile: 96 000 impulses between 1000 rocks of as many sizes, through the fields of 66 and of 1000
 //!   ellipsoids.
 //!
-//! Words after `--` choose the lines that hold one of them: `spheres`, `own`, `ellipsoid`, `bowl`, `mug`,
+//! Words after `--` select the lines that contain one of them: `spheres`, `own`, `ellipsoid`, `bowl`, `mug`,
 //! `near`, `pile`.
 
 mod thread_time;
@@ -97,7 +97,7 @@ fn render(clicks: &[AccelerationPulse], receivers: usize, floor: Floor) {
     black_box(signal.take_until((SECONDS * 48_000.0) as i64));
 }
 
-/// The least time [s] of several measurements, each of which repeats until the steps of the clock do not
+/// The least time [s] of several measurements. Each repeats until the resolution of the clock does not
 /// matter.
 fn best(clicks: &[AccelerationPulse], receivers: usize, floor: Floor) -> f64 {
     let measure = || {
@@ -112,12 +112,12 @@ fn best(clicks: &[AccelerationPulse], receivers: usize, floor: Floor) -> f64 {
     (0..MEASUREMENTS).map(|_| measure()).fold(f64::INFINITY, f64::min)
 }
 
-/// Time that a measurement takes at least [s].
+/// Least duration of a measurement [s].
 const LEAST_SECONDS: f64 = 0.2;
-/// Measurements of which the least counts.
+/// Number of measurements, of which the least counts.
 const MEASUREMENTS: usize = 5;
 
-/// Which terms a field has.
+/// Terms of a field.
 #[derive(Clone, Copy)]
 enum Terms {
     /// So many of all those up to its order.
@@ -266,7 +266,7 @@ fn pile(asked: &Asked) {
     }
 }
 
-/// The words of the command line.
+/// Words of the command line.
 struct Asked(Vec<String>);
 
 impl Asked {
@@ -276,7 +276,7 @@ impl Asked {
 }
 
 fn main() {
-    // Cargo adds an option of its own.
+    // Cargo adds its own option.
     let asked = Asked(std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect());
     spheres(&asked);
     fields(&asked);

@@ -1,4 +1,4 @@
-//! Acoustics of the place where sound is heard: fluid, air absorption, room, reflecting floor, band limit.
+//! Acoustics of a scene: fluid, air absorption, room, reflecting floor, band limit.
 //!
 //! Shared by scenes, the offline renderer and the real-time engine. The propagation paths that follow from it
 //! are computed in [`propagation`](crate::propagation).

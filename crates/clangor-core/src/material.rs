@@ -1,5 +1,4 @@
-//! What a body is made of: elasticity for the contact, losses for the motion, damping and strength for the
-//! sound.
+//! Materials: elasticity for the contact, losses for the motion, damping and strength for the sound.
 
 pub mod damping;
 pub mod presets;
@@ -30,7 +29,7 @@ pub struct Material {
     pub tensile_strength: Option<f64>,
     /// Critical energy release rate G_c \[J/m²\], if known.
     pub fracture_energy: Option<f64>,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub source: String,
 }
 
@@ -41,7 +40,7 @@ impl Material {
     }
 }
 
-/// Coefficients of a touching pair.
+/// Coefficients of a pair of materials in contact.
 ///
 /// Restitution and friction are geometric means, rolling loss is the larger of the two. Materials carry one
 /// number each, so a rule is needed; this one is symmetric, leaves a pair of equals unchanged, and gives 0 if
@@ -59,7 +58,7 @@ pub struct PairCoefficients {
 impl PairCoefficients {
     /// Combines two materials.
     pub fn of(a: &Material, b: &Material) -> Self {
-        // The square root of a square is not always exact: equals must stay bit-equal.
+        // The square root of a square is not always exact; equal values must stay bit-equal.
         let mean = |x: f64, y: f64| if x == y { x } else { (x * y).sqrt() };
         PairCoefficients {
             restitution: mean(a.restitution, b.restitution),

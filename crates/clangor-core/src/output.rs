@@ -1,4 +1,4 @@
-//! What may be done to pressure on its way to a file. Files themselves, levels and loudness are
+//! Processing of pressure before it is written to a file. Files, levels and loudness are in
 //! `clangor-pipeline`.
 
 pub mod compressor;

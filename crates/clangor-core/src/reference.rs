@@ -1,4 +1,4 @@
-//! The door to what the papers print, kept for comparison with the main path.
+//! Published representations of the papers, for comparison with the main path.
 //!
 //! * [`pan_representation`]: acceleration noise of a body as a series in 1/r along directions, \[PAN\] eqs.
 //!   (18)–(22), \[PROXY\] eqs. (8), (10), (15) and algorithm 1; [`pan_file`]: the same as bytes;
@@ -8,8 +8,8 @@
 //!   \[FRAC\] eq. (8), §4 and §6.
 //!
 //! The main path reaches them through the re-exports of this module only, at one variant each:
-//! `SoundSource::Reference`, `Ground::Reference`, `ModalPressure::Reference`, `TransferOrder::Reference`. Its
-//! own fields and transfers are smaller, faster and right at every distance and frequency.
+//! `SoundSource::Reference`, `Ground::Reference`, `ModalPressure::Reference`, `TransferOrder::Reference`. The
+//! fields and transfers of the main path are smaller, faster and accurate at every distance and frequency.
 
 pub mod frac_transfer;
 pub mod pan_file;

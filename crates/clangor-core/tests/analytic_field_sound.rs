@@ -1,4 +1,4 @@
-//! Clicks that sound as fields, against spheres, whose field is known: through the whole renderer.
+//! Clicks of fields, against spheres, whose field is known: through the whole renderer.
 
 #[path = "bodies/sphere_field.rs"]
 mod sphere_field;

@@ -1,4 +1,4 @@
-//! Mass properties against closed forms, and what they must not depend on.
+//! Mass properties against closed forms, and their invariances.
 
 use std::f64::consts::PI;
 

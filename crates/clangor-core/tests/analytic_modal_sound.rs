@@ -1,5 +1,5 @@
-//! Ringing against closed forms: level and phase after an impact, silence under a load, the energy that is
-//! radiated, a moving source, and what must not depend on the rate or on the choice of modes.
+//! Modal sound against closed forms: level and phase after an impact, silence under a constant load, radiated
+//! energy, a moving source, and independence of the rate and of the choice of modes.
 
 mod ringing;
 
@@ -43,7 +43,7 @@ fn acceleration(pole: Complex64, duration: f64, time: f64) -> Complex64 {
     -I * pole * pole / pole.im * transform * (pole * time).exp()
 }
 
-/// What the receivers of a listener hear in the first `count` samples.
+/// The first `count` samples at the receivers of a listener.
 fn heard(
     source: &Arc<ModalSource>,
     poses: &PoseHistory,
@@ -127,7 +127,7 @@ fn a_load_at_rest_is_silent_and_the_published_form_is_not() {
 
 #[test]
 fn what_a_mode_loses_to_the_air_is_heard() {
-    // Nothing but radiation damps: the energy of the impact passes a sphere around the body.
+    // Radiation is the only damping: the energy of the impact passes a sphere around the body.
     let frequency = 3000.0;
     let modes = vec![mode(frequency, 3.0 * DVec3::Z, vec![Complex64::new(0.5, 0.25)])];
     let source = source(modes, &Damping::LossFactor(0.0), &ModalSettings::default());
@@ -163,7 +163,7 @@ fn a_moving_source_has_the_doppler_shift_of_the_closed_form() {
     let modes = vec![mode(frequency, DVec3::Z, vec![Complex64::ONE])];
     let source = source(modes, &Damping::T60(1e4), &undamped_by_air());
     let key = |time: f64| Keyframe { time, pose: Pose::at(DVec3::X * velocity * (time - 0.25)) };
-    // Keys outside the time that is heard: a track begins and ends at rest.
+    // Keys outside the rendered time: a track begins and ends at rest.
     let track = Track::try_new((-4..9).map(|i| key(0.25 * f64::from(i))).collect()).unwrap();
     let onset = 0.02;
     let pose = track.sample(onset).0;
@@ -207,7 +207,7 @@ fn turning_a_degenerate_pair_and_cutting_time_change_nothing() {
             mode(frequency, cos * v - sin * u, mix(&b, &a, cos, -sin)),
         ],
     ];
-    // A spinning body that moves, heard by two, over a floor. Modes of other symmetry than these would
+    // A spinning body that moves, with two receivers, over a floor. Modes of other symmetry than these would
     // radiate alike.
     let turn = |i: i32| Pose {
         position: DVec3::new(0.1 * f64::from(i), 0.5, 0.0),
@@ -253,7 +253,7 @@ fn an_impact_in_real_time_rings_as_one_that_was_known_ahead() {
     let render = |ahead: bool| {
         let mut bank =
             ResonatorBank::new(&resonances, 1, SampleRate::HZ_48000, 21_600.0, ModalPressure::Acceleration);
-        // Modes above 23.2 kHz are not there.
+        // Modes above 23.2 kHz are left out.
         assert_eq!(bank.played(), resonances.iter().filter(|r| r.frequency < 23_200.0).count());
         bank.set_transfers(0, &transfers);
         bank.jump_to_transfers();
@@ -277,7 +277,7 @@ fn an_impact_in_real_time_rings_as_one_that_was_known_ahead() {
     }
 }
 
-/// Three modes with directions of their own, which die in a few hundredths of a second.
+/// Three modes with different directions, which decay in a few hundredths of a second.
 fn directed() -> Arc<ModalSource> {
     let value = |i: usize, p: f64| Complex64::new((p * i as f64).sin(), (p * i as f64 + p).cos());
     let modes = [(800.0, 9), (5000.0, 36), (12_000.0, 100)]
@@ -304,7 +304,7 @@ fn impacts_add_up_though_modes_die_in_between() {
     };
     let [both, first, second] = [&pulses[..], &pulses[..1], &pulses[1..]].map(render);
     let sum: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
-    // What has died away is gone when the next impact comes. Residual seen: 0.
+    // The state has decayed when the next impact comes. Residual seen: 0.
     assert!(largest_difference(&both, &sum) < 1e-12, "{:e}", largest_difference(&both, &sum));
 }
 

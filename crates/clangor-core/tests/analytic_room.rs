@@ -1,4 +1,4 @@
-//! A room against its statistics: how fast it falls silent, and how loud it is until then.
+//! A room against its statistics: decay time, and level during the decay.
 
 use std::f64::consts::{LN_10, PI, TAU};
 
@@ -24,7 +24,7 @@ fn room() -> Room {
     }
 }
 
-/// The sound of a pulse of 1 Pa m of energy in each input in turn, added up in the mean of squares.
+/// Mean square of the sound of a pulse of 1 Pa m of energy in each input in turn.
 fn response(input: usize, seconds: f64) -> Vec<f64> {
     let (room, air) = (room(), Air::default());
     let mut network =
@@ -58,7 +58,7 @@ fn octave(sound: &[f64], middle: f64) -> Vec<f64> {
     sound
 }
 
-/// Twice the time in which the energy that is still to come falls from −5 to −35 dB \[s\].
+/// Twice the time in which the remaining energy falls from −5 to −35 dB \[s\].
 fn decay_time(to_come: &[f64]) -> f64 {
     let reaches = |decibels: f64| {
         let limit = to_come[0] * 10.0_f64.powf(0.1 * decibels);
@@ -134,7 +134,7 @@ fn the_room_is_as_loud_as_statistics_say() {
         let wanted = 4.0 * PI * speed / room.volume() / decay;
         let decibels = 10.0 * (heard / sent / wanted).log10();
         println!("{middle} Hz: {decibels:.2} dB");
-        // The first 13 ms, which are the images' part, would be 1.3 to 1.9 dB of it.
+        // The first 13 ms belong to the images; they would be 1.3 to 1.9 dB of it.
         assert!((-2.0..0.0).contains(&decibels), "{middle} Hz: {decibels} dB");
     }
 }

@@ -1,4 +1,4 @@
-//! A struck sphere against the exact field, reached by another route: outgoing spherical Hankel functions in
+//! A struck sphere against the exact field by an independent method: outgoing spherical Hankel functions in
 //! complex arithmetic, and the force's spectrum by quadrature of the force.
 
 mod bodies;

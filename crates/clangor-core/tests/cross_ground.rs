@@ -1,4 +1,4 @@
-//! The sound of the ground by two other ways: the integral over slownesses, and over the surface and time.
+//! The sound of the ground by two other methods: the integral over slownesses, and over the surface and time.
 
 #[path = "bodies/mod.rs"]
 #[allow(dead_code)]
@@ -44,7 +44,7 @@ fn bessel_j0(z: Complex64) -> Complex64 {
     sum
 }
 
-/// I(x, θ) along a way above the singularities of f, by the midpoint rule in steps that vanish at its ends.
+/// I(x, θ) along a path above the singularities of f, by the midpoint rule in steps that vanish at its ends.
 fn by_slownesses(ground: &GroundSource, x: f64, theta: f64) -> Complex64 {
     let (cos, sin) = (theta.cos(), theta.sin());
     let end = 1.5 * ground.solid.shear_square.sqrt().max(1.0) + 0.2;
@@ -170,7 +170,7 @@ fn rendered_impact_is_the_integral_over_the_surface() {
                 let tau = last - s * s;
                 2.0 * s * force(tau) * solid.step_displacement(tau)
             });
-            // What is left is at rest: F″ of all times before.
+            // The rest is at rest: F″ of all times before.
             let h = 1e-6;
             let then = t - r * last / speed;
             let bend = (ForceProfile::Gaussian.value(then + h, duration)

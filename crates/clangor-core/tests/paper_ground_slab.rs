@@ -1,5 +1,4 @@
-//! The ground as a slab, [FRAC] §6: how many modes it has, and that impacts on it are the response of those
-//! modes.
+//! The ground as a slab, [FRAC] §6: the number of its modes, and impacts as the response of those modes.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! The published representation plays what the papers' equations say, on the field that fits them exactly: a
-//! ball has N = 2 terms of 1/r, and its pressure is known in closed form.
+//! The published representation obeys the papers' equations, on a field that it fits exactly: a ball has N =
+//! 2 terms of 1/r, and its pressure has a closed form.
 
 use std::f64::consts::{PI, TAU};
 

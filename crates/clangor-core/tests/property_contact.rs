@@ -1,4 +1,4 @@
-//! What must hold for any impact: momentum, symmetry, the bounds of Hertz's formula, the order of chains.
+//! Invariants of any impact: momentum, symmetry, the bounds of Hertz's formula, the order of chains.
 
 mod bodies;
 
@@ -183,7 +183,7 @@ fn impact_crosses_narrow_gaps_as_if_closed_and_wide_gaps_in_their_own_time() {
             let (x, time) = (0.02 * f64::from(i), 1.0 + gap * f64::from(i));
             let touch = row(i + 1, i, DVec3::X * (x + 0.01), DVec3::X, 1.0, momentum, u64::from(i) + 1);
             rows.push(ContactRow { time, ..touch });
-            // What comes before the whole instant: without gaps only the first ball moves.
+            // Approach before the instant: without gaps only the first ball moves.
             let moving = if i == 0 || gap > 0.0 { 1.0 } else { 0.0 };
             poses.push(PoseRow { time, ..pose(i, x, moving) });
             poses.push(PoseRow { time, ..pose(i + 1, x + 0.02, 0.0) });

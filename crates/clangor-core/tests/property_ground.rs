@@ -1,4 +1,4 @@
-//! What must hold of the sound of the ground whatever the material and the place.
+//! Invariants of the sound of the ground for any material and place.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -117,7 +117,7 @@ fn ground_is_pressed_by_what_falls_on_it() {
         let SoundSource::Ground { impulse, .. } = clicks[0].source else { panic!("a ground") };
         assert!((impulse - 0.07).abs() < 1e-15 && clicks[0].centre.y.abs() < 1e-15);
         assert_eq!((clicks[0].body, clicks[0].time), (plane, 0.3));
-        // A listener below hears nothing.
+        // A listener below gets no pressure.
         assert!(clicks[0].source.silent_at(DVec3::new(0.3, -0.1, 0.0)));
         assert!(ground_clicks(&pulses[0], &world.bodies, &BTreeMap::new()).is_empty());
     }

@@ -1,5 +1,5 @@
-//! What a live engine must bear: too much, too late, too far, nonsense; and that nothing which changes is
-//! heard as a click.
+//! Robustness of a live engine: too many events, late and distant ones, invalid numbers; and changes without
+//! audible clicks.
 
 #[expect(dead_code, reason = "parts of it are for other tests")]
 mod ringing;
@@ -20,7 +20,7 @@ use ringing::{mode, source};
 
 const BLOCK: usize = 128;
 
-/// One mode at 400 Hz that hardly decays, heard everywhere alike.
+/// One mode at 400 Hz that hardly decays, with equal pressure in all directions.
 fn hum() -> Arc<ModalSource> {
     let modes = vec![mode(400.0, DVec3::Z, vec![Complex64::ONE])];
     source(modes, &Damping::T60(30.0), &ModalSettings { radiation_damping: false, ..Default::default() })
@@ -53,7 +53,7 @@ fn start(settings: &EngineSettings) -> (Controller, Engine) {
     (controller, engine)
 }
 
-/// What the first ear hears in so many blocks.
+/// The samples of the first receiver in this number of blocks.
 fn listen(engine: &mut Engine, blocks: usize) -> Vec<f64> {
     (0..blocks).flat_map(|_| engine.render(BLOCK)[0].clone()).collect()
 }
@@ -94,7 +94,7 @@ fn a_million_impacts_a_second_are_borne_and_counted() {
     assert_eq!((report.taken, report.lost), (sent, full));
     // Two ears: two waves of each click, at most 100 in a block.
     assert!(report.waves <= 40 * 100 && report.shed > 10_000, "{report:?}");
-    // And afterwards it is as it was.
+    // Afterwards the state is as before.
     listen(&mut engine, 200);
     let before = controller.report();
     controller.send(Event::Impact(marble(engine.time()))).unwrap();
@@ -143,7 +143,7 @@ fn nonsense_is_refused_and_counted() {
     for event in nonsense {
         controller.send(event).unwrap();
     }
-    // What lasts too long for a wave is rejected at both ears; what is too far is not waited for.
+    // A force too long for a wave is rejected at both ears; a wave from too far away is left out.
     controller.send(Event::Impact(ImpactEvent { duration: 1.0, ..good })).unwrap();
     controller.send(Event::Impact(ImpactEvent { pose: Pose::at(1e4 * DVec3::X), ..good })).unwrap();
     assert!(listen(&mut engine, 40).iter().all(|p| !p.is_nan()));
@@ -168,7 +168,7 @@ fn late_events_are_rendered_late_and_whole() {
 
 #[test]
 fn too_many_modes_fade_out_the_quietest() {
-    // Of three hums as many as two may ring: 16 modes and the work of listening, for two ears.
+    // Of three hums the budget allows two: 16 modes and the delay lines, for two ears.
     let budget = Budget { mode_paths: 2 * 2 * (16 + 8), ..Budget::default() };
     let settings = EngineSettings { budget, ..EngineSettings::default() };
     let play = |impacts: &[(usize, f64)]| {
@@ -187,7 +187,7 @@ fn too_many_modes_fade_out_the_quietest() {
     let (heard, report) = play(&[(0, 1.0), (1, 0.1), (2, 1.0)]);
     assert_eq!((report.shed_voices, report.modes), (1, 32), "{report:?}");
     let (both, _) = play(&[(0, 1.0), (2, 1.0)]);
-    // What is left is the two loud ones, and no step on the path to it.
+    // The two loud ones remain, without a step in the transition.
     let apart = heard[9000..].iter().zip(&both[9000..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     // Residual seen: 0; the steepest is 1 %.
     assert!(apart < 1e-9 * loudest(&both), "{apart:e}");
@@ -199,7 +199,7 @@ fn what_changes_makes_no_click() {
     let place = DVec3::new(0.3, 0.5, 0.8);
     let other = || EngineSettings::default().with_floor(Floor::Rigid { height: -0.5 });
     let another = SoundingObject::new(None, Some(hum()), &other());
-    // What is heard afterwards: nothing, or something.
+    // Afterwards: silence, or sound.
     let changes: [(&str, bool, Vec<Event>); 10] = [
         ("nothing", true, vec![]),
         ("the ears step aside", true, vec![both_ears(DVec3::new(0.5, 0.6, 0.9))]),
@@ -243,7 +243,7 @@ fn an_object_too_large_for_the_budget_rings_all_the_same() {
             controller.send(Event::Impact(bell(slot, 0.01))).unwrap();
         }
         let heard: Vec<f64> = (0..60).flat_map(|_| engine.render(frames)[0].clone()).collect();
-        // Two begin at once, and there is room for one: the other waits for a block.
+        // Two begin at once, and the budget allows one: the other waits for a block.
         let report = controller.report();
         let heard_of = (report.shed, report.late, report.voices);
         assert!(loudest(&heard) > 0.0 && heard_of == (0, 1, 2), "{frames}: {report:?}");

@@ -1,4 +1,4 @@
-//! Bodies that are born and die: when they may be struck, where they are, and how their sound ends.
+//! Bodies that are born and die: valid times of impacts, poses, and the end of their sound.
 
 #[allow(dead_code)]
 mod ringing;
@@ -118,7 +118,7 @@ fn cracks_push_both_sides_apart_for_as_long_as_the_fracture_takes() {
     let bodies = timeline.all_bodies(&start);
     let poses = PoseHistory::try_new(&bodies, &[]).unwrap();
     let rows = [row(ContactKind::Fracture, BREAKS, [1, 2]), row(ContactKind::Fracture, BREAKS, [1, 2])];
-    // An impact is not the business of cracks, nor a crack that of impacts.
+    // Crack pulses ignore impacts, and impact pulses ignore cracks.
     let (none, report) = impact_pulses(&bodies, &rows, &poses, &ContactSettings::default()).unwrap();
     assert!(none.is_empty() && report.slow == 0);
     let pulses = crack_pulses(&bodies, &rows, &timeline.fractures, &poses, ForceProfile::HalfSine).unwrap();
@@ -130,7 +130,7 @@ fn cracks_push_both_sides_apart_for_as_long_as_the_fracture_takes() {
     assert!(
         (a.impulse + b.impulse).length() < 1e-15 && (a.impulse - DVec3::new(0.4, 0.2, 0.0)).length() < 1e-15
     );
-    // ½ m V² is what the two would have of the crack alone. Residual seen: 0.
+    // ½ m V² is the energy of the two by the crack alone. Residual seen: 0.
     let energy = |share: &clangor_core::contact::BodyPulse| {
         let (p, l) = (share.impulse.length_squared(), share.angular_impulse.length_squared());
         0.5 * (p / 0.5 + l / 0.1)
@@ -147,7 +147,7 @@ fn cracks_push_both_sides_apart_for_as_long_as_the_fracture_takes() {
     assert!(matches!(error, ContactError::NoDuration { .. }), "{error}");
 }
 
-/// What is heard of a bell that dies, at 1 m.
+/// Samples of a bell that dies, at 1 m.
 fn heard(death: f64, count: usize) -> Vec<f64> {
     let modes = vec![mode(1200.0, DVec3::Z, vec![Complex64::new(0.6, -0.8)])];
     let source = source(modes, &Damping::T60(2.0), &ModalSettings::default());

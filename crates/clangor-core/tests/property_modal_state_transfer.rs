@@ -1,5 +1,5 @@
-//! ModalAnalysis that goes from a body that breaks to its pieces: what breaks into itself rings on, and no
-//! energy is made.
+//! Vibration inherited by the pieces of a broken body: a body that breaks into itself continues to ring, and
+//! energy does not grow.
 
 #[allow(dead_code)]
 mod ringing;
@@ -123,7 +123,7 @@ fn struck(id: u32) -> ImpactPulse {
     pulse
 }
 
-/// What is heard of a body.
+/// Samples of a body.
 fn heard(source: &Arc<ModalSource>, id: u32, poses: &PoseHistory, state: Option<&ModalState>) -> Vec<f64> {
     let listener = Listener::fixed("ear", DVec3::new(0.3, 0.4, 0.2));
     let settings = RenderSettings::default();
@@ -141,8 +141,8 @@ fn state_at_death(source: &ModalSource) -> ModalState {
     ModalState::after_impacts(source, BodyId(0), &[struck(0), struck(1)], BREAKS)
 }
 
-/// What is wrong where a body becomes itself, in axes that are turned and a little off the grid of samples,
-/// over the peak of what is heard then.
+/// Error where a body becomes itself, in rotated axes and a little off the grid of samples, over the peak of
+/// the sound then.
 fn residual(
     whole: &Arc<ModalSource>,
     piece: &Arc<ModalSource>,
@@ -158,7 +158,7 @@ fn residual(
     assert!(given <= energy * (1.0 + 1e-12) && given > 0.999 * energy, "{given} of {energy}");
     let expected = heard(whole, 1, &poses, None);
     let parts = [heard(whole, 0, &poses, None), heard(piece, 2, &poses, Some(&handed.state))];
-    // The parent is over when its fade is, and the piece is silent before.
+    // The parent ends with its fade, and the piece is silent before.
     let fade = ((BREAKS + 0.54 / 343.2 - 5e-4) * 48_000.0) as usize;
     let peak = |samples: &[f64]| samples.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
     assert!(peak(&parts[0][fade + 130..]) < 1e-9 * peak(&expected), "the parent goes on");
@@ -242,7 +242,7 @@ fn halves_have_no_more_than_the_whole_had() {
         let shares: f64 = handed.iter().map(|h| h.share).sum();
         assert!((shares / energy - 1.0).abs() < 0.05, "{shares} of {energy}");
         let free: f64 = handed.iter().zip(&pieces).map(|(h, piece)| h.state.energy(piece)).sum();
-        // The whole bends more slowly than the halves, which take part of it along as a motion as a whole.
+        // The whole bends more slowly than the halves, which take part of that motion as a rigid motion.
         let mut bounded: Vec<(&ModalSource, &mut Handed)> =
             pieces.iter().map(|piece| &**piece).zip(&mut handed).collect();
         let given = bound_energy(&mut bounded, energy);

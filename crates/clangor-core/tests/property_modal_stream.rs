@@ -1,4 +1,4 @@
-//! Gentle forces, contact damping, and what rendering may not do: allocate.
+//! Force streams, contact damping, and rendering without allocation.
 
 mod ringing;
 
@@ -129,7 +129,7 @@ fn a_load_leaves_no_force_and_a_body_at_rest_no_sound() {
     let bump = |i: usize| if i == 1000 { 1.0 } else { 0.0 };
     let mut rows: Vec<ContactRow> =
         (0..2000).map(|i| row(i as f64 * STEP, STEP * (9.81 + bump(i)))).collect();
-    // An impact is no part of the stream; an impact slower than v_min is.
+    // An impact is not part of the stream; an impact slower than v_min is.
     let impact = |time: f64, speed: f64, id: u64| ContactRow {
         kind: ContactKind::Impact,
         velocity: -speed * DVec3::Y,
@@ -142,7 +142,7 @@ fn a_load_leaves_no_force_and_a_body_at_rest_no_sound() {
     assert_eq!(forces.len(), 2001);
     assert!(forces.windows(2).all(|pair| pair[0].time <= pair[1].time));
     let impulse = |i: usize| forces[i].points[0].impulse.y;
-    // Far from the bump and from the ends the load is gone. Residual seen: 5e-3, a step more or less in 50
+    // Far from the bump and from the ends the load is removed. Residual seen: 5e-3, a step more or less in 50
     // ms.
     assert!((0..2000).filter(|i| (200..800).contains(i)).all(|i| impulse(i).abs() < 0.01 * 9.81 * STEP));
     assert!((impulse(1000) / STEP - 1.0).abs() < 0.1, "{}", impulse(1000) / STEP);

@@ -1,4 +1,4 @@
-//! The bank of ringing ellipsoids: which stands for a body, how it is scaled and turned, where contacts act,
+//! The modal soundbank of ellipsoids: choice of the proxy of a body, its scale and rotation, contact points,
 //! and its file.
 
 use std::f64::consts::{PI, TAU};
@@ -126,7 +126,7 @@ fn base_frequencies_agree_and_the_rest_follows_eq_9() {
         let factor = gamma.powf(-1.5) / (GLASS.density * volume(axes) / 0.1).sqrt();
         assert!((*scaled - factor * *own).length() < 1e-12 * scaled.length());
     }
-    // Only so many modes are in a narrower band.
+    // A narrower band has fewer modes.
     let narrow = ProxyBody { max_frequency: 5000.0, ..body(axes, DMat3::IDENTITY) };
     assert_eq!(bank.proxy_for(&narrow).expect("a proxy").mode_count(), 2);
 }
@@ -294,7 +294,7 @@ fn a_file_holds_what_it_was_given() {
             assert!(pairs.into_iter().all(|(r, g)| (r - g).norm() <= 0.73 / 32767.0));
         }
     }
-    // What was read is written alike.
+    // A file that was read is written with the same bytes.
     assert_eq!(read.encode().expect("bytes"), bytes);
 }
 

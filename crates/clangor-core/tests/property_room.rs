@@ -1,4 +1,4 @@
-//! Sound by the walls of a room and through air: clicks and ringing, against what each way leaves by itself.
+//! Sound in a room with absorbing walls and air: clicks and ringing, against the loss of each single path.
 
 mod ringing;
 

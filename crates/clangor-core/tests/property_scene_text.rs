@@ -1,4 +1,4 @@
-//! Whatever the text, reading it ends in a scene or in located errors with remedies: never in a panic.
+//! Any text results in a scene or in located errors with remedies: never in a panic.
 
 use clangor_core::scene::Scene;
 use clangor_core::scene::instantiate::load_shape;

@@ -1,4 +1,4 @@
-//! What bodies sound as: the rule, its reasons, what a scene says, and the frame of an ellipsoid.
+//! Sources of bodies: the rule, its reasons, the choice of a scene, and the frame of an ellipsoid.
 
 use clangor_core::body::Body;
 use clangor_core::glam::DVec3;
@@ -68,7 +68,7 @@ fn rule_goes_by_shape_size_and_hull() {
     assert_eq!((fixed.kind, fixed.reason), (SourceKind::Sphere, Reason::Immovable));
     let alone = decide(&body("die", ""), AccelerationRule::Auto, None, k);
     assert_eq!((alone.kind, alone.reason), (SourceKind::Own, Reason::NoEllipsoid));
-    // What a person reads.
+    // The text for a user.
     assert_eq!(bowl.to_string().split(':').next(), Some("field of its own"), "{bowl}");
     assert!(rock.to_string().contains("convex hull"), "{rock}");
 

@@ -1,4 +1,4 @@
-//! What `strike` must hold for any body: default duration, output times, refusals.
+//! Invariants of `strike` for any body: default duration, output times, errors.
 
 mod bodies;
 

@@ -1,4 +1,4 @@
-//! What must hold for any clicks: linearity, symmetry, exact onsets, no aliasing, the floor, energy, the same
+//! Invariants of any clicks: linearity, symmetry, exact onsets, no aliasing, the floor, energy, the same
 //! bits.
 
 use std::f64::consts::TAU;
@@ -111,7 +111,7 @@ fn low_rate_is_the_high_rate_without_what_it_cannot_carry() {
     );
     // Residual seen: 1.7e-9, the reach of the band limit at both rates; bar 1e-4.
     assert!(error < 1e-8, "{error:e}");
-    // And nothing is left of what the low rate cannot carry.
+    // Nothing remains above the band of the low rate.
     let above = |f| spectrum_at(&low, 48_000.0, f).norm() / spectrum_at(&high, 192_000.0, f).norm();
     for frequency in [23_300.0, 23_700.0, 24_000.0] {
         // Seen: 1.7e-9.
@@ -318,7 +318,7 @@ fn clicks_that_end_before_the_start_are_not_rendered() {
     let mut renderer = Renderer::new(&microphone(), &late).unwrap();
     renderer.push(&click()).unwrap();
     assert_eq!(renderer.take_all().len(), 0);
-    // One that is heard across the start keeps its end.
+    // A sound that overlaps the start keeps its end.
     let across = RenderSettings { start: 662.0 / 48_000.0, ..full };
     let (whole, end) = (render(&[click()], &full), render(&[click()], &across));
     // Residual seen: 1.3e-10.

@@ -1,4 +1,4 @@
-//! The table of material presets in the documentation is that of the program.
+//! The table of material presets in the documentation agrees with the program.
 
 use clangor_core::material::presets::{ALIASES, PRESETS, names, preset};
 use clangor_core::material::{Damping, PairCoefficients};
@@ -55,7 +55,7 @@ fn dry_air_at_20_degrees_is_the_default() {
     // The printed values are rounded: residuals seen 1e-5 kg/m³ and 0.03 m/s.
     assert!((air.density - Medium::AIR.density).abs() < 5e-5, "{}", air.density);
     assert!((air.sound_speed - Medium::AIR.sound_speed).abs() < 0.05, "{}", air.sound_speed);
-    // 0 °C: 331.3 m/s and 1.293 kg/m³, as every table has it.
+    // 0 °C: 331.3 m/s and 1.293 kg/m³, as in standard tables.
     let cold = Medium::dry_air(0.0);
     assert!((cold.sound_speed - 331.3).abs() < 0.1 && (cold.density - 1.293).abs() < 0.001);
 }

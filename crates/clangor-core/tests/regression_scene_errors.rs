@@ -3,7 +3,7 @@
 use clangor_core::scene::Scene;
 use clangor_core::scene::diagnostic::SceneErrors;
 
-/// What an error must say: place (`line:column`), field, words of the message, words of the remedy.
+/// Expected error: place (`line:column`), field, words of the message, words of the remedy.
 type Expected = (&'static str, &'static str, &'static str, &'static str);
 
 /// Checks that a scene has exactly these errors, in this order.
@@ -22,7 +22,7 @@ fn refuse(text: &str, expected: &[Expected]) {
     }
 }
 
-/// A ball of which some lines are given.
+/// A ball with some given lines.
 fn ball(lines: &str) -> String {
     format!("version = 1\n[[body]]\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\n{lines}\n")
 }
@@ -418,8 +418,7 @@ fn syntax_errors_do_not_hide_the_others() {
         "version = 1\nversion = 1",
         &[("2:1", "", "not valid TOML: duplicate key", "keep one of the two")],
     );
-    // Two syntax errors and two of meaning; the unknown body may be an echo of the broken name and is left
-    // out.
+    // Two syntax errors and two of meaning; the unknown body may result from the broken name and is left out.
     refuse(
         "version = 1\n[render]\nbits = \n[[body]]\nshape = \"sphere\"\nmaterial = steel\nvelocty = 3\nscale \
          = -1\n\

@@ -1,4 +1,4 @@
-//! From scene to world: masses, poses, names, links; and what is rejected once geometry is known.
+//! From scene to world: masses, poses, names, links; and errors that depend on the geometry.
 
 use std::f64::consts::PI;
 
@@ -51,7 +51,7 @@ fn a_body_has_the_mass_of_its_material_and_its_origin_where_asked() {
     assert_eq!((cuboid.velocity, cuboid.angular_velocity), (DVec3::X, DVec3::Y));
     assert!((cuboid.edge_radius / (0.02 * cuboid.surface.bounding_radius()) - 1.0).abs() < 1e-14);
 
-    // Upside down: the foot is at the origin that was asked for, the centre of mass 4 cm below it.
+    // Upside down: the foot is at the requested origin, the centre of mass 4 cm below it.
     assert_eq!(mug.edge_radius, 0.002);
     // A mug's centre of mass is 39.95 mm above its foot.
     assert!((mug.pose.position.y - (0.5 - 0.04)).abs() < 1e-4, "{}", mug.pose.position);
@@ -206,7 +206,7 @@ fn a_listener_inside_a_body_is_refused() {
          move the listener outside, or the body away from it"
     );
     assert!(refusal(&at("[5, -1, 0]")).contains("inside the body `plane-1` by 1.000e0 m"));
-    // Behind a thin wall one may listen, inside a ball not even there.
+    // Behind a thin wall a listener is valid, inside a ball it is not.
     let thin = |position: &str| at(position).replace("\"wood\"", "\"wood\"\nthin = true");
     assert!(instantiate(&decode(&thin("[5, -1, 0]")), &mut load_shape).is_ok());
     assert!(refusal(&thin("[0, 1.008, 0]")).contains("inside the body `ball`"));
@@ -220,7 +220,7 @@ fn a_listener_inside_a_body_is_refused() {
     assert!(instantiate(&decode(&text), &mut load_shape).is_ok());
     let mug =
         "[[body]]\nshape = \"mug\"\nmaterial = \"ceramic\"\norigin = [0, 0, 0]\n[[listener]]\nposition = ";
-    // In the cavity one may listen, in the wall not.
+    // In the cavity a listener is valid, in the wall it is not.
     assert!(instantiate(&decode(&format!("{mug}[0, 0.05, 0]")), &mut load_shape).is_ok());
     assert!(refusal(&format!("{mug}[-0.0395, 0.05, 0]")).contains("inside the body `body-1`"));
 }
@@ -247,7 +247,7 @@ fn loader_errors_stand_at_the_key() {
     })
     .unwrap_err();
     let printed: Vec<String> = errors.iter().map(ToString::to_string).collect();
-    // A file that two bodies share is read, and reported, once.
+    // A file shared by two bodies is read, and reported, once.
     let expected = [
         "7:8: body[1].mesh: `lost.obj` cannot be used: no such file; correct the path",
         "13:8: body[3].mesh: `torn.stl (scale 0.001)` cannot be used: the mesh is open; close its holes",
@@ -267,7 +267,7 @@ fn bad_files_are_reported_beside_the_errors_of_the_text() {
     );
     let SceneErrors(errors) = Scene::from_toml_with_files(&text, &mut load_shape).unwrap_err();
     let fields: Vec<&str> = errors.iter().map(|e| e.place.field.as_str()).collect();
-    // A body that cannot be read is not loaded.
+    // A body with errors is not loaded.
     assert_eq!(fields, ["body[0].velocty", "body[1].scale", "body[2].mesh"]);
 }
 

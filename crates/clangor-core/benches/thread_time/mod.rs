@@ -1,10 +1,9 @@
-//! What a thread has used of the processor.
+//! Processor time of a thread.
 
 use std::sync::LazyLock;
 use std::time::Instant;
 
-/// Time that this thread has had \[s\], or else that on the wall; in Linux counted in steps of some
-/// milliseconds.
+/// Processor time of this thread \[s\]; in Linux in steps of some milliseconds, elsewhere wall time.
 pub(crate) fn thread_time() -> f64 {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
     let statistics = std::fs::read_to_string("/proc/self/schedstat").ok();

@@ -1,8 +1,8 @@
-//! The curve that a body of revolution is turned from, in the half-plane (r, y) beside its axis.
+//! Meridian of a body of revolution: a curve in the half-plane (r, y) beside its axis.
 //!
 //! Unlike a mesh it is exact: straight lines and arcs of circles and ellipses. It runs counter-clockwise
-//! around the material, so that the outward normal is to the right of its direction: from the axis below to
-//! the axis above, or around a closed loop off the axis.
+//! around the material, so that the outward normal is to the right of its direction. It leads from the lower
+//! to the upper part of the axis, or around a closed loop off the axis.
 //!
 //! ```text
 //! V = ∮ π r² dy,    y_c = ∮ π r² y dy / V
@@ -12,19 +12,19 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec2;
 
-/// Why a curve bounds no body of revolution.
+/// Error in the meridian of a body of revolution.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeridianError {
     /// No pieces, or a coordinate that is not finite.
     #[error("piece {piece} of the meridian is not finite")]
     NotFinite {
-        /// Which piece.
+        /// Index of the piece.
         piece: usize,
     },
     /// A point on the wrong side of the axis.
     #[error("piece {piece} of the meridian reaches r = {r:.3e}, across the axis")]
     CrossesAxis {
-        /// Which piece.
+        /// Index of the piece.
         piece: usize,
         /// Its smallest radius \[m\].
         r: f64,
@@ -37,7 +37,7 @@ pub enum MeridianError {
         /// Its end \[m\].
         point: DVec2,
     },
-    /// The material is on the wrong side, or there is none.
+    /// The curve has the wrong sense, or encloses no volume.
     #[error(
         "the meridian encloses a volume of {volume:.3e} m³; it must run counter-clockwise around the material"
     )]

@@ -1,4 +1,4 @@
-//! What can be wrong with a triangle mesh that is to bound a solid, and the check of its numbers.
+//! Errors in a triangle mesh that should bound a solid, and the check of its numbers.
 //!
 //! The check of the whole surface is [`check_solid`](super::solid::check_solid).
 
@@ -6,13 +6,13 @@ use glam::DVec3;
 
 use super::tri_mesh::TriMesh;
 
-/// What is wrong with a mesh. Positions are in the frame of the mesh \[m\].
+/// Error in a mesh. Positions are in the frame of the mesh \[m\].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
-    /// Nothing to bound a solid.
+    /// An empty mesh.
     #[error("the mesh has no triangles")]
     Empty,
-    /// A triangle names a vertex that is not there.
+    /// A triangle refers to a missing vertex.
     #[error("triangle {triangle} names vertex {index}, but there are {vertices} vertices")]
     IndexOutOfRange {
         /// The triangle.
@@ -33,19 +33,19 @@ pub enum MeshError {
         "{count} triangles have no area, the first is triangle {triangle} near {position}; weld or remesh"
     )]
     Degenerate {
-        /// How many.
+        /// Number of such triangles.
         count: usize,
         /// The first of them.
         triangle: usize,
-        /// Where it is.
+        /// Place of the first.
         position: DVec3,
     },
     /// Vertices coincide.
     #[error("{count} vertices coincide with another, the first at {position}; weld the mesh")]
     Duplicate {
-        /// How many vertices could go.
+        /// Number of redundant vertices.
         count: usize,
-        /// Where the first is.
+        /// Place of the first.
         position: DVec3,
     },
     /// Edges with a triangle on one side only.
@@ -54,7 +54,7 @@ pub enum MeshError {
         or give the shell a thickness"
     )]
     Open {
-        /// How many edges.
+        /// Number of edges.
         edges: usize,
         /// Middle of the first.
         position: DVec3,
@@ -62,7 +62,7 @@ pub enum MeshError {
     /// Edges with more than two triangles.
     #[error("{edges} edges have more than two triangles, one near {position}")]
     NonManifold {
-        /// How many edges.
+        /// Number of edges.
         edges: usize,
         /// Middle of the first.
         position: DVec3,
@@ -70,7 +70,7 @@ pub enum MeshError {
     /// Neighbouring triangles wind in opposite senses.
     #[error("triangles wind inconsistently across {edges} edges, one near {position}; recompute the normals")]
     Winding {
-        /// How many edges.
+        /// Number of edges.
         edges: usize,
         /// Middle of the first.
         position: DVec3,
@@ -80,7 +80,7 @@ pub enum MeshError {
     Inverted {
         /// Signed volume \[m³\].
         volume: f64,
-        /// Where.
+        /// Place.
         position: DVec3,
     },
     /// The surface encloses nothing.
@@ -89,7 +89,7 @@ pub enum MeshError {
         /// Signed volume \[m³\].
         volume: f64,
     },
-    /// A component lies inside another and is no cavity.
+    /// A component lies inside another, but is not a cavity.
     #[error("a component near {position} lies inside another, so that its volume would count twice")]
     Nested {
         /// A vertex of the inner component.
@@ -102,7 +102,7 @@ pub enum MeshError {
         first: usize,
         /// The other.
         second: usize,
-        /// Where.
+        /// Place.
         position: DVec3,
     },
 }

@@ -1,4 +1,4 @@
-//! How well convex parts stand for a surface: how far their union sticks out of it or falls short of it.
+//! Accuracy of convex parts as approximation of a surface: how far their union protrudes or falls short.
 
 use std::f64::consts::{PI, TAU};
 
@@ -27,11 +27,11 @@ impl PartsFit {
     }
 }
 
-/// Measures parts against the closed surface that they stand for, on samples `spacing` \[m\] apart.
+/// Measures parts against the closed surface that they approximate, on samples `spacing` \[m\] apart.
 ///
-/// The union's boundary is sampled and its distance to the surface taken; vertices and centroids of the
-/// surface that no part holds count with their distance to the nearest part. Both distances are exact, so the
-/// result is a lower bound that grows to the true one as the samples become dense.
+/// The boundary of the union is sampled, and its distance to the surface taken. Vertices and centroids of the
+/// surface outside all parts count with their distance to the nearest part. Both distances are exact, so the
+/// result is a lower bound that converges to the true value as the samples become dense.
 ///
 /// # Errors
 /// [`MeshError`] for a part without volume or a surface that is not closed.
@@ -42,7 +42,7 @@ pub fn measure_parts(mesh: &TriMesh, parts: &[ConvexPart], spacing: f64) -> Resu
     let mut fit = PartsFit::default();
     for (k, solid) in solids.iter().enumerate() {
         for (point, normal) in solid.surface_samples(spacing) {
-            // Walls that two parts share are inside the union.
+            // Walls shared by two parts are inside the union.
             let beyond = point + normal * nudge;
             if solids.iter().enumerate().any(|(j, other)| j != k && other.contains(beyond, 0.1 * nudge)) {
                 continue;

@@ -1,4 +1,4 @@
-//! How fast vibration dies in a material: the damping ratio ξ of a mode of angular frequency ω = 2πf, in
+//! Damping of vibration in a material: the damping ratio ξ of a mode of angular frequency ω = 2πf, in
 //!
 //! ```text
 //! q̈ + 2 ξ ω q̇ + ω² q = Q,   T60 = 3 ln 10 / (ξ ω)
@@ -8,18 +8,18 @@
 //! ```
 //!
 //! The term with the pseudo-inverse of the stiffness is that of \[PAN\], which damps low modes most. α, β and
-//! g belong to the material: a body of another size has other ω and so other ξ.
+//! g belong to the material: a body of another size has other ω and therefore other ξ.
 //!
-//! Tables against frequency are interpolated in the logarithms of both, and constant outside. Times measured
-//! on single modes go to those within [`MODE_MATCH`] of their frequency: a pair of modes of one frequency has
-//! one T60.
+//! Tables against frequency are interpolated in the logarithms of both, and constant outside. Decay times
+//! measured on single modes apply to modes within [`MODE_MATCH`] of their frequency. A pair of modes of one
+//! frequency has one T60.
 
 use std::f64::consts::{LN_10, TAU};
 
-/// How far a mode may be from the frequency of a measured decay, as a part of it: half a semitone.
+/// Largest relative distance of a mode from the frequency of a measured decay: half a semitone.
 pub const MODE_MATCH: f64 = 0.03;
 
-/// How fast vibration dies in a material. Frequencies are in hertz and ascend.
+/// Damping of a material. Frequencies are in hertz and in ascending order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Damping {
     /// Loss factor η \[-\], the same at every frequency: T60 = 6 ln 10 / (2π η f).
@@ -43,29 +43,29 @@ pub enum Damping {
     Modes {
         /// The modes.
         t60: Vec<[f64; 2]>,
-        /// What holds for all others.
+        /// Damping of all other modes.
         otherwise: Box<Damping>,
     },
 }
 
-/// Why numbers are no damping.
+/// Error in the numbers of a damping model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DampingError {
-    /// A number that no damping has.
+    /// A number outside the valid range.
     #[error("{what} is {value}")]
     Value {
-        /// What the number is.
+        /// Quantity.
         what: &'static str,
-        /// The number.
+        /// Its value.
         value: f64,
     },
     /// A table without rows.
     #[error("the table of {what} is empty")]
     Empty {
-        /// What it is a table of.
+        /// Quantity of the table.
         what: &'static str,
     },
-    /// Frequencies that do not ascend.
+    /// Frequencies that are not in ascending order.
     #[error("{frequency} Hz follows {previous} Hz, but frequencies must ascend")]
     Order {
         /// Frequency out of order \[Hz\].
@@ -78,7 +78,7 @@ pub enum DampingError {
 impl Damping {
     /// ξ of a mode of this frequency \[Hz\].
     ///
-    /// From 1 on a mode does not ring: it creeps back.
+    /// A mode with ξ of 1 or more does not oscillate.
     pub fn damping_ratio(&self, frequency: f64) -> f64 {
         let omega = TAU * frequency;
         let of_time = |t60: f64| 3.0 * LN_10 / (omega * t60);
@@ -106,8 +106,8 @@ impl Damping {
         measured.filter(|at| !frequencies.iter().any(|f| distance(*at, *f) <= MODE_MATCH)).collect()
     }
 
-    /// Rejects numbers that are not positive, or zero where that is no damping, and frequencies that do not
-    /// ascend.
+    /// Rejects numbers that are not positive, zeros where zero is invalid, and frequencies that are not in
+    /// ascending order.
     ///
     /// # Errors
     /// [`DampingError`].
@@ -154,7 +154,7 @@ fn check_rows(table: &'static str, what: &'static str, rows: &[[f64; 2]]) -> Res
     }
 }
 
-/// The value at a frequency, between rows of a table on a power law.
+/// Interpolation at a frequency by a power law between the rows of a table.
 fn interpolated(rows: &[[f64; 2]], frequency: f64) -> f64 {
     let next = rows.partition_point(|row| row[0] <= frequency);
     match (next.checked_sub(1).and_then(|before| rows.get(before)), rows.get(next)) {
@@ -167,12 +167,12 @@ fn interpolated(rows: &[[f64; 2]], frequency: f64) -> f64 {
     }
 }
 
-/// |a − b| as a part of `at`.
+/// |a − b| relative to `at`.
 fn distance(at: f64, frequency: f64) -> f64 {
     (frequency / at - 1.0).abs()
 }
 
-/// The value of the nearest row that is near enough.
+/// The value of the nearest row within the tolerance.
 fn nearest_row(rows: &[[f64; 2]], frequency: f64) -> Option<f64> {
     let near = rows.iter().map(|[at, value]| (distance(*at, frequency), *value));
     near.filter(|(d, _)| *d <= MODE_MATCH).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, value)| value)
@@ -185,7 +185,7 @@ mod tests {
     #[test]
     fn every_kind_gives_the_decay_that_it_names() {
         let f = 1000.0;
-        // 60 dB in half a second, said in four ways. Residual seen: 1e-16.
+        // 60 dB in half a second, in four equivalent forms. Residual seen: 1e-16.
         let t60 = 0.5;
         let rate = 3.0 * LN_10 / t60;
         let omega = TAU * f;

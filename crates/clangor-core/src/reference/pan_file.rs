@@ -33,7 +33,7 @@ pub fn is_kind(kind: &str) -> bool {
     [NAMES.kind, FORMER_NAMES.kind].contains(&kind)
 }
 
-/// Most fields, of as many pulses.
+/// Largest number of fields, one for each pulse.
 const MOST_FIELDS: usize = 16;
 
 /// A PAN model with its origin.
@@ -41,9 +41,9 @@ const MOST_FIELDS: usize = 16;
 pub struct PanFile {
     /// The signals.
     pub model: PanModel,
-    /// What they are of.
+    /// The solid that was baked.
     pub solid: Solid,
-    /// How the field that they stand for was baked, and how good it is.
+    /// Origin and accuracy of the underlying field.
     pub origin: Origin,
 }
 
@@ -79,7 +79,7 @@ const UNITS: &str = "lengths over the bounding radius R = radius_m about the cen
 R/c, pressures over (density R) for accelerations (a, R alpha); solid.* in metres; no material and no \
 medium is in it";
 
-/// Most divisions of an angle or an edge.
+/// Largest number of divisions of an angle or an edge.
 const MOST_DIVISIONS: usize = 4096;
 
 impl PanFile {

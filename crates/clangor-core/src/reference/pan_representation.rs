@@ -1,4 +1,4 @@
-//! The published representation of acceleration noise, beside our multipoles: \[PAN\] §4.2 and \[PROXY\] §4.
+//! The published representation of acceleration noise: \[PAN\] §4.2 and \[PROXY\] §4.
 //!
 //! The pressure of a short acceleration pulse ψ(t; h) in each of the six rigid degrees of freedom is stored
 //! along a number of [`directions`], as a series in the distance whose coefficients are signals in time:
@@ -15,8 +15,8 @@
 //! body β times as large has the same signals with the pulse βh, which is \[PROXY\] eq. (10).
 //!
 //! A field of wavelet coefficients sampled faster than the output needs is reconstructed at a lower rate,
-//! octave by octave (\[PROXY\] algorithm 1). Differs: the reconstructed signal is taken at the times where it
-//! belongs, μ samples later at each octave ([`wavelet::HALVING_SHIFT`]); the papers do not mention the shift.
+//! octave by octave (\[PROXY\] algorithm 1). Differs: the reconstructed signal is evaluated at its true
+//! times, μ samples later at each octave ([`wavelet::HALVING_SHIFT`]); the papers do not mention the shift.
 //!
 //! Differs: between samples the summed signal is the band-limited one, below 0.45 of the output rate; \[PAN\]
 //! eq. (22) interpolates with ψ, which at the output rate would alias.
@@ -24,9 +24,9 @@
 //! Fields with pulses h, 2h, 4h and 8h can stand side by side (\[PAN\] fig. 9); a contact takes the longest
 //! pulse that is at most a fifth of it, which is how \[PAN\] §4.3 chooses h for the shortest contact.
 //!
-//! It is here to be compared with:
+//! It serves for comparison:
 //! [`AccelerationField`](crate::sound_model::acceleration::field::AccelerationField) is smaller, faster and
-//! right at every distance.
+//! valid at every distance.
 
 pub mod directions;
 pub mod pulse;
@@ -42,46 +42,46 @@ use self::signals::Signals;
 use crate::medium::Medium;
 use crate::sound_model::acceleration::field::RIGID_DOFS;
 
-/// Duration of a contact over the longest pulse that may stand for it (\[PAN\] §4.3).
+/// Duration of a contact over the longest pulse that may represent it (\[PAN\] §4.3).
 pub const PULSES_PER_CONTACT: f64 = 5.0;
 /// Highest frequency of the output over its rate.
 pub const OUTPUT_BAND: f64 = 0.45;
-/// Most samples of a sound, and most pulses of a contact.
+/// Largest number of samples of a sound, and of pulses of a contact.
 const MOST: f64 = 16_777_216.0;
-/// What is left out at the ends of a signal, over its peak.
+/// Relative amplitude of the omitted ends of a signal, over its peak.
 const SILENCE: f64 = 1e-6;
 
-/// Why the published representation cannot be used.
+/// Error in the published representation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PanError {
-    /// No field at all.
+    /// No field.
     #[error("a published model needs at least one field")]
     Empty,
-    /// A stored field that is not what it says.
+    /// An inconsistent field.
     #[error("field {field} of the published model is inconsistent: {what}")]
     Inconsistent {
-        /// Which field.
+        /// Index of the field.
         field: usize,
-        /// What does not hold.
+        /// The violated condition.
         what: &'static str,
     },
     /// A number that must be finite, or positive.
     #[error("{what} is {value}")]
     BadNumber {
-        /// Which.
+        /// Quantity.
         what: &'static str,
         /// Its value.
         value: f64,
     },
-    /// A sound too long to be held.
+    /// A sound too long for the memory.
     #[error("a contact of {duration} s needs {samples:.3e} samples, more than {most}", most = MOST)]
     TooLong {
         /// Duration \[s\].
         duration: f64,
-        /// Samples, or pulses if these are more.
+        /// Number of samples, or of pulses if that is larger.
         samples: f64,
     },
-    /// The series in 1/r means nothing inside the bounding sphere.
+    /// The listener is inside the bounding sphere, where the series in 1/r is invalid.
     #[error("the listener is {distance} m from the centre of mass, inside the bounding sphere of {radius} m")]
     ListenerInside {
         /// Distance \[m\].
@@ -104,7 +104,7 @@ pub struct PanField {
     pub length: usize,
     /// N: powers of 1/r.
     pub terms: usize,
-    /// Where the signals are.
+    /// Directions of the signals.
     pub directions: Directions,
     /// The signals.
     pub signals: Signals,
@@ -190,7 +190,7 @@ fn filtered(q: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// A contact that accelerates the body along a half-sine, and who hears it.
+/// A contact that accelerates the body along a half-sine, and its listener.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeardContact {
     /// Peak of the acceleration, a [m/s²] then α [rad/s²], in the frame of the body.
@@ -203,7 +203,7 @@ pub struct HeardContact {
     pub listener: DVec3,
 }
 
-/// How an acceleration runs over time: `shape` of the time after the onset, zero before `from` and after `to`
+/// Time profile of an acceleration: `shape` of the time after the onset, zero before `from` and after `to`
 /// \[s\].
 #[derive(Clone, Copy)]
 pub struct ForceWindow<'a> {
@@ -218,7 +218,7 @@ pub struct ForceWindow<'a> {
 /// Samples of a sound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedContact {
-    /// Number of the first sample: sample n is heard at n over the rate \[s\].
+    /// Index of the first sample: sample n is received at n over the rate \[s\].
     pub first: i64,
     /// Pressure \[Pa\].
     pub samples: Vec<f64>,
@@ -235,7 +235,7 @@ impl PanModel {
     /// A body of bounding radius `radius` \[m\] with fields of one or more pulses.
     ///
     /// # Errors
-    /// Fields that contradict themselves.
+    /// Inconsistent fields.
     pub fn new(radius: f64, mut fields: Vec<PanField>) -> Result<Self, PanError> {
         check("the bounding radius", radius, radius > 0.0)?;
         if fields.is_empty() {
@@ -268,7 +268,7 @@ impl PanModel {
     /// The field for a contact of this duration \[s\].
     pub fn field(&self, duration: f64, sound_speed: f64) -> &PanField {
         let longest = duration * sound_speed / (self.radius * PULSES_PER_CONTACT);
-        // As many as are short enough, and one in any case.
+        // The pulses short enough for the contact, and at least one.
         let fitting = self.fields.partition_point(|f| f.pulse <= longest * (1.0 + 1e-9));
         &self.fields[fitting.max(1) - 1]
     }
@@ -294,8 +294,8 @@ impl PanModel {
         )
     }
 
-    /// The sound of a contact that runs in another way, at `rate` samples per second, without what lies above
-    /// `highest` \[Hz\], at most [`OUTPUT_BAND`] of the rate.
+    /// The sound of a contact with another time profile, at `rate` samples per second, without components
+    /// above `highest` \[Hz\], at most [`OUTPUT_BAND`] of the rate.
     ///
     /// # Errors
     /// Numbers that are not finite, a listener inside the bounding sphere.

@@ -1,9 +1,9 @@
 //! Evaluates the click of a body in the [`pan_representation`](super::pan_representation).
 //!
-//! Its sound is computed in time, as \[PAN\] and \[PROXY\] do, and added to the samples of a block; the band
-//! limit is that of [`resampling`](super::pan_representation::resampling), not of
+//! The sound is computed in the time domain, as in \[PAN\] and \[PROXY\], and added to the samples of a
+//! block. The band limit is that of [`resampling`](super::pan_representation::resampling), not of
 //! [`lowpass`](crate::synthesis::lowpass). Inside the bounding sphere, where the series in 1/r diverges, a
-//! receiver gets what is on the sphere in its direction.
+//! receiver gets the sound on the sphere in its direction.
 
 use glam::DVec3;
 

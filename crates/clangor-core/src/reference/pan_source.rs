@@ -9,12 +9,12 @@ use crate::medium::Medium;
 use crate::reference::pan_representation::PanModel;
 use crate::synthesis::body_interior::inside;
 
-/// A \[PAN\] model as a body uses it.
+/// A \[PAN\] model with the size of its body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanSource {
     /// The signals; bodies of the same shape share them.
     pub model: Arc<PanModel>,
-    /// The body, where no listener hears anything.
+    /// The body, inside which receivers get no pressure.
     pub surface: Arc<Surface>,
     /// Bounding radius of the body \[m\].
     bounding_radius: f64,
@@ -27,7 +27,7 @@ impl PanSource {
         PanSource { model, surface, bounding_radius }
     }
 
-    /// Time \[s\] for which the longest signal goes on after a wave from the centre of mass passes.
+    /// Time \[s\] for which the longest signal continues after the passing of a wave from the centre of mass.
     pub(crate) fn ring_time(&self, medium: &Medium) -> f64 {
         let ends = self.model.fields().iter().map(|f| f.start + f.step * f.length as f64);
         ends.fold(0.0, f64::max) * self.model.radius() / medium.sound_speed

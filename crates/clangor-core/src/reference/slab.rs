@@ -1,23 +1,23 @@
-//! \[FRAC\] §6: the ground as a slab of 9 m × 9 m × 0.9 m that rings at 700 Hz to 4 kHz, struck in its
-//! middle, heard from the place that was struck.
+//! \[FRAC\] §6: the ground as a slab of 9 m × 9 m × 0.9 m that rings at 700 Hz to 4 kHz. The force acts at
+//! its middle, and distances count from the point of impact.
 //!
 //! ```text
 //! q̈ᵢ + 2ξωᵢ q̇ᵢ + ωᵢ² qᵢ = Uᵢ F,   p(t) = Σ |pᵢ| qᵢ(t − r/c)          [FRAC] eq. (8)
 //! |pᵢ| = ρc ωᵢ Uᵢ √(ab σᵢ/8π) / max(r, R)
 //! ```
 //!
-//! with Uᵢ the motion of the middle, R the radius of the slab, and |pᵢ| what spreads the power of the mode
-//! over a half-sphere.
+//! with Uᵢ the motion of the middle, and R the radius of the slab. |pᵢ| spreads the power of the mode over a
+//! half-sphere.
 //!
-//! Differs: \[FRAC\] solves for the modes of a concrete slab and their multipoles. Here they are in closed
-//! form: Mindlin's plate (shear and rotary inertia; its correction is that which gives short waves the speed
-//! of Rayleigh's), supported along its edges, the upper side in a baffle, and a mode that is faster than
-//! sound radiates σ = 1/√(1 − (kc/ω)²) of what it would as a piston; slower ones nothing. Between those
-//! frequencies it has 1113 modes of bending and shear, where the paper counts 1000; those that have a node in
-//! the middle, three of four, are silent.
+//! Differs: \[FRAC\] solves for the modes of a concrete slab and their multipoles. Here they have a closed
+//! form: Mindlin's plate (shear and rotary inertia, with the correction that gives short waves the speed of
+//! Rayleigh's), supported along its edges, the upper side in a baffle. A mode faster than sound radiates σ =
+//! 1/√(1 − (kc/ω)²) of its power as a piston; slower ones radiate nothing. Between those frequencies it has
+//! 1113 modes of bending and shear, where the paper counts 1000. Modes with a node in the middle, three of
+//! four, are silent.
 //!
-//! What is wrong with it as physics is kept: the sound comes from a point, and stops at 700 Hz and 4 kHz. For
-//! that, [`source`](crate::synthesis::ground::source).
+//! The physical defects of the published model are kept: the sound comes from a point, and stops at 700 Hz
+//! and 4 kHz. [`source`](crate::synthesis::ground::source) has neither defect.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, OnceLock};
@@ -33,11 +33,11 @@ use crate::synthesis::spectrum::{ArrivingForce, Grid, LANES, Rotation, Spectrum}
 const EDGE: f64 = 9.0;
 /// Thickness \[m\].
 const THICKNESS: f64 = 0.9;
-/// The modes that are played \[Hz\].
+/// Band of the modes \[Hz\].
 const BAND: [f64; 2] = [700.0, 4000.0];
-/// What is left of a mode when it is no longer followed: e^−9.2, 80 dB.
+/// Relative amplitude at which a mode is no longer followed: e^−9.2, 80 dB.
 const FOLDS: f64 = 9.2;
-/// Lengths of blocks for which the response is kept: powers of two.
+/// Number of block lengths for which the response is cached: powers of two.
 const LENGTHS: usize = 32;
 
 /// A mode that an impact on the middle drives.
@@ -126,7 +126,7 @@ impl SlabSource {
         self.all_modes
     }
 
-    /// R \[m\]: within this distance of the place that is struck the sound is that at R.
+    /// R \[m\]: within this distance of the point of impact the sound is that at R.
     pub fn radius() -> f64 {
         0.5 * (2.0 * EDGE * EDGE + THICKNESS * THICKNESS).sqrt()
     }
@@ -148,7 +148,7 @@ impl SlabSource {
         self.modes.iter().map(part).sum()
     }
 
-    /// Time \[s\] until an impact has died away.
+    /// Decay time of an impact \[s\].
     pub(crate) fn ring_time(&self) -> f64 {
         let decay =
             self.modes.iter().map(|mode| mode.damping_ratio * mode.omega).fold(f64::INFINITY, f64::min);
@@ -217,7 +217,7 @@ struct Mindlin {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Branch {
     omega: f64,
-    /// Part of the kinetic energy that is in the motion across the plate.
+    /// Fraction of the kinetic energy in the transverse motion.
     motion: f64,
 }
 
@@ -243,7 +243,7 @@ impl Mindlin {
         let half = (0.25 * (a - c) * (a - c) + b * b).sqrt();
         [-half, half].map(|part| {
             let square = 0.5 * (a + c) + part;
-            // Of the slow wave, the product of both squares over the fast one loses no digits.
+            // For the slow wave, the product of both squares over the fast one loses no digits.
             let square = if part < 0.0 { (a * c - b * b) / (0.5 * (a + c) + half) } else { square };
             let turn = (square - a) / b;
             Branch { omega: square.sqrt(), motion: 1.0 / (1.0 + turn * turn) }

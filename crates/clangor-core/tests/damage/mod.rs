@@ -1,4 +1,4 @@
-//! Damage to files of tensors: cuts and flips that must be noticed, and edits that carry the right hash.
+//! Damage to files of tensors: cuts and flips that must be detected, and edits with a valid hash.
 
 use safetensors::SafeTensors;
 use twox_hash::xxhash3_128::Hasher;
@@ -22,8 +22,7 @@ pub(crate) fn edit(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
     forge(edited)
 }
 
-/// The file with these bits flipped and the hash that then belongs to it; nothing if no reader would find a
-/// hash in it.
+/// The file with these bits flipped and a valid hash; `None` if no reader would find a hash in it.
 pub(crate) fn forged_damage(mut bytes: Vec<u8>, flips: &[(proptest::sample::Index, u8)]) -> Option<Vec<u8>> {
     for (at, bit) in flips {
         let at = at.index(bytes.len());
@@ -33,7 +32,7 @@ pub(crate) fn forged_damage(mut bytes: Vec<u8>, flips: &[(proptest::sample::Inde
     SafeTensors::deserialize(&bytes).is_ok_and(whole).then(|| forge(bytes))
 }
 
-/// Cuts the file at every length and flips a bit in every byte: a reader must notice each time.
+/// Cuts the file at every length and flips a bit in every byte: a reader must detect each.
 pub(crate) fn all_is_noticed<T, E>(bytes: &[u8], read: impl Fn(&[u8]) -> Result<T, E>) {
     for length in 0..bytes.len() {
         assert!(read(&bytes[..length]).is_err(), "{length}");

@@ -41,7 +41,7 @@ pub(crate) fn source(modes: Vec<ModalMode>, damping: &Damping, settings: &ModalS
     Arc::new(ModalSource::new(Arc::new(model), damping, settings).expect("a good model"))
 }
 
-/// A ball that moves as told.
+/// A ball with a prescribed motion.
 pub(crate) fn body(motion: Motion) -> Body {
     let pose = match &motion {
         Motion::Keyframed(track) => track.sample(0.0).0,
@@ -54,7 +54,7 @@ pub(crate) fn body(motion: Motion) -> Body {
         .with_edge_radius(1e-3)
 }
 
-/// Where one body is, which moves as told.
+/// Poses of one body with a prescribed motion.
 pub(crate) fn poses(motion: Motion) -> PoseHistory {
     PoseHistory::try_new(&[body(motion)], &[]).expect("a history")
 }

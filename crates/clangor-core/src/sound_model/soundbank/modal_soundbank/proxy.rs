@@ -1,4 +1,4 @@
-//! An ellipsoid of the bank, scaled and turned to stand for a body.
+//! Modal proxy: an ellipsoid of the bank, scaled and rotated to represent a body.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -11,25 +11,25 @@ use super::{
 };
 use crate::sound_model::modal::model::ModalTransfer;
 
-/// What has to be known of a body.
+/// Properties of a body that determine its proxy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProxyBody {
-    /// About its centre of mass, in its frame [kg m²]; only proportions count.
+    /// Inertia about its centre of mass, in its frame [kg m²]; only proportions count.
     pub inertia: DMat3,
-    /// Mass \[kg\], which says how far an impact moves it.
+    /// Mass \[kg\], which determines the response to an impact.
     pub mass: f64,
     /// Its lowest frequency \[Hz\].
     pub first_frequency: f64,
-    /// Its material, and what carries its sound.
+    /// Its material, and the medium.
     pub material: BankMaterial,
-    /// Modes above this are left out \[Hz\].
+    /// Highest frequency of the modes \[Hz\]; higher ones are left out.
     pub max_frequency: f64,
 }
 
-/// Why a body has no proxy.
+/// Error in the proxy of a body.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ModalProxyError {
-    /// A number that no body has.
+    /// A number outside the range of bodies.
     #[error("the body has {what} {value}")]
     Body {
         /// Quantity.
@@ -37,13 +37,13 @@ pub enum ModalProxyError {
         /// Its value.
         value: f64,
     },
-    /// An inertia that no body has.
+    /// An invalid inertia.
     #[error("the body has an inertia that no body has")]
     Inertia,
-    /// A material too unlike that of the bank.
+    /// A material too different from that of the bank.
     #[error("a bank of {what} {bank} does not serve a body of {body}")]
     Material {
-        /// What differs.
+        /// Quantity that differs.
         what: &'static str,
         /// Its value in the bank.
         bank: f64,
@@ -52,25 +52,25 @@ pub enum ModalProxyError {
     },
 }
 
-/// Where a contact with the body is on its proxy.
+/// Mapping of a contact point from a body to its proxy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ContactMapping {
-    /// Where the proxy has the normal of the contact, \[FRAC\] App. F. Every impact on the face of a plate is
-    /// one on its middle, where most modes have a node.
+    /// The point of the proxy with the normal of the contact, \[FRAC\] App. F. Every impact on the face of a
+    /// plate is mapped to the middle of the face, where most modes have a node.
     Normal,
-    /// Where the direction from the centre of mass meets the proxy, after both are made balls; along the
-    /// thickness of the body what side it is on.
+    /// The point of the proxy in the direction from the centre of mass, after both are scaled to balls. Along
+    /// the thickness of the body, only the side counts.
     #[default]
     Position,
 }
 
-/// An ellipsoid that rings for a body.
+/// A modal proxy of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalProxy {
     ellipsoid: Arc<RingingEllipsoid>,
     basis: Arc<ShapeBasis>,
     material: BankMaterial,
-    /// Which of the bank it is.
+    /// Index of the ellipsoid in the bank.
     entry: usize,
     /// γ.
     scale: f64,
@@ -127,7 +127,7 @@ impl ModalProxy {
         })
     }
 
-    /// Which ellipsoid of the bank it is.
+    /// Index of the ellipsoid in the bank.
     pub fn entry(&self) -> usize {
         self.entry
     }
@@ -152,7 +152,7 @@ impl ModalProxy {
         self.rotation
     }
 
-    /// What it is made of, and what carries its sound.
+    /// Its material, and the medium.
     pub fn material(&self) -> &BankMaterial {
         &self.material
     }
@@ -162,7 +162,7 @@ impl ModalProxy {
         self.modes
     }
 
-    /// Below this no mode is missing \[Hz\].
+    /// All modes below this frequency \[Hz\] are present.
     pub fn complete_below(&self) -> f64 {
         self.ellipsoid.max_frequency * self.frequency_factor
     }
@@ -178,8 +178,8 @@ impl ModalProxy {
         ModalTransfer { order: own.order, coefficients: all_multipoles(own, self.transfer_factor) }
     }
 
-    /// The direction ξ, frame of the proxy, at which a contact acts: its place on the body \[m\] and the
-    /// outer normal there, both in the frame of the body; the normal may have any length.
+    /// Direction ξ, frame of the proxy, at which a contact acts. The place on the body \[m\] and the outer
+    /// normal there are in the frame of the body; the normal may have any length.
     pub fn contact(&self, place: DVec3, normal: DVec3, mapping: ContactMapping) -> DVec3 {
         let axes = self.ellipsoid.semi_axes;
         let by_normal = || (axes * (self.rotation * normal)).try_normalize();
@@ -191,12 +191,13 @@ impl ModalProxy {
         found.unwrap_or(DVec3::Z)
     }
 
-    /// The point \[m\] of the proxy's surface in a direction ξ, frame of the proxy.
+    /// The point \[m\] of the proxy's surface in a direction ξ, both in the frame of the proxy.
     pub fn surface_point(&self, direction: DVec3) -> DVec3 {
         self.semi_axes() * direction
     }
 
-    /// U [kg^−½] of all modes in a direction ξ, both in the frame of the proxy; `harmonics` is memory.
+    /// U [kg^−½] of all modes in a direction ξ, both in the frame of the proxy; `harmonics` is working
+    /// memory.
     pub fn motions(&self, direction: DVec3, harmonics: &mut Vec<f64>, motions: &mut Vec<DVec3>) {
         self.basis.table.evaluate(direction, harmonics);
         motions.clear();
@@ -205,7 +206,7 @@ impl ModalProxy {
     }
 }
 
-/// Whether bodies of a material may be played with a bank of another.
+/// Checks that a bank can represent bodies of another material.
 ///
 /// # Errors
 /// [`ModalProxyError::Material`].

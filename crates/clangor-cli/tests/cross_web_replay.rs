@@ -1,5 +1,4 @@
-//! The file that the page replays, played by the live engine as the page does it, sounds as `clangor render`
-//! does.
+//! A replay file played by the real-time engine, as the page plays it, sounds as `clangor render` does.
 
 mod program;
 mod sound_file;
@@ -7,15 +6,15 @@ mod sound_file;
 use std::fs;
 use std::path::Path;
 
-use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::glam::DVec3;
 use clangor_core::material::Damping;
-use clangor_core::pose::Pose;
-use clangor_core::realtime::{EngineSettings, Event, ImpactEvent, ImpactTarget, SoundingObject, engine};
+use clangor_core::realtime::event_row::{self, ROW};
+use clangor_core::realtime::{EngineSettings, Event, SoundingObject, engine};
 use clangor_core::scene::Scene;
 use safetensors::SafeTensors;
 use serde_json::Value;
 
-/// A disc with a field and modes of its own, a die as an ellipsoid, a bar that rings as one, and a ball.
+/// A disc with its own field and modes, a die and a bar as ellipsoids, and a ball.
 const SCENE: &str = r#"
 version = 1
 
@@ -70,8 +69,8 @@ fn numbers<const N: usize, T>(bytes: &[u8], of: impl Fn([u8; N]) -> T) -> Vec<T>
     bytes.as_chunks::<N>().0.iter().map(|b| of(*b)).collect()
 }
 
-/// Plays a replay file from its beginning, as the page does; left and right \[Pa\], from the time 0 of the
-/// run on.
+/// Plays a replay file from its beginning, as the page does. Returns the left and the right channel \[Pa\],
+/// from time 0 of the run.
 fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
     let bytes = fs::read(path).expect("a file");
     let arrays = SafeTensors::deserialize(&bytes).expect("safetensors");
@@ -98,32 +97,10 @@ fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
         |values: &Value| DVec3::from_array(serde_json::from_value(values.clone()).expect("a vector"));
     let listener = &report["listeners"][0];
     controller.send(Event::Receivers([vector(&listener["left"]), vector(&listener["right"])])).expect("room");
-    for e in numbers(&array("events"), f64::from_le_bytes).as_chunks::<24>().0 {
-        let vector = |at: usize| DVec3::new(e[at], e[at + 1], e[at + 2]);
-        let pose = Pose { position: vector(4), orientation: DQuat::from_xyzw(e[7], e[8], e[9], e[10]) };
-        let (time, slot) = (e[1], e[3] as usize);
-        let target = match e[0] as u32 {
-            0 => ImpactTarget::Sphere { radius: e[3] },
-            1 => ImpactTarget::Object { slot },
-            2 => {
-                let (velocity, angular_velocity) = (vector(11), vector(14));
-                let event = Event::Pose { slot, time, pose, velocity, angular_velocity };
-                controller.send(event).expect("room");
-                continue;
-            }
-            other => panic!("nothing ends in this scene, but there is an event of kind {other}"),
-        };
-        let impact = ImpactEvent {
-            target,
-            time,
-            duration: e[2],
-            pose,
-            velocity_change: vector(11),
-            angular_velocity_change: vector(14),
-            point: vector(17),
-            impulse: vector(20),
-        };
-        controller.send(Event::Impact(impact)).expect("room");
+    for row in numbers(&array("events"), f64::from_le_bytes).as_chunks::<ROW>().0 {
+        let event = event_row::decode(row).expect("a known kind");
+        assert!(!matches!(event, Event::End { .. }), "no body of this scene breaks");
+        controller.send(event).expect("room");
     }
     let latency = (live.latency() * settings.sample_rate.as_f64()).round() as usize;
     let mut ears = [Vec::new(), Vec::new()];
@@ -153,7 +130,7 @@ fn the_page_hears_what_is_rendered() {
         let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|p| p * p).sum::<f64>().sqrt();
         let apart =
             norm(&mut ear.iter().zip(&rendered).map(|(a, b)| a - b)) / norm(&mut rendered.iter().copied());
-        // Seen: 0.021 and 0.023, of bodies that move on in straight lines between what is told of them.
+        // Seen: 0.021 and 0.023. Between pose events, bodies move in straight lines.
         assert!(apart < 0.05, "{name}: {apart}");
     }
 }

@@ -1,12 +1,13 @@
-//! A finished run as one file that the page replays: surfaces, motion, impacts, and what sounds in them.
+//! A finished run as one file that the page replays: surfaces, motion, events and sound models.
 //!
-//! docs/format/replay.md describes the file. Nothing in it has to be simulated or baked: whoever plays it
-//! draws the poses, hands the events to the live engine as their time comes, and may listen from anywhere.
+//! docs/format/replay.md describes the file. A player needs no simulation and no bake: it draws the poses,
+//! sends the events to the real-time engine at their times, and places the listener anywhere.
 //!
-//! A body that is struck has up to two slots of the engine, since fields and modes of the ellipsoids that
-//! stand for pieces have frames of their own. Differs from `render`: what
-//! [`live_score`](crate::stages::event_schedule) leaves out, and close to a body its far field.
+//! A body with impacts has up to two slots of the engine, because the acceleration field and the modes of
+//! the ellipsoids that replace pieces have different frames. Differs from `render`: the parts that
+//! [`event_schedule`](crate::stages::event_schedule) leaves out, and the near field.
 
+mod events;
 mod motion;
 mod sounds;
 mod surfaces;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::{ContactError, ContactSettings};
+use clangor_core::realtime::event_row::ROW;
 use clangor_core::sound_model::SoundModel;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::model_evaluator::BankEvaluator;
@@ -27,6 +29,7 @@ use clangor_core::timeline::Timeline;
 use safetensors::tensor::{Dtype, TensorView};
 use serde_json::{Value, json};
 
+use self::events::event_rows;
 use self::motion::Motions;
 use self::sounds::Sounds;
 use self::surfaces::Surfaces;
@@ -37,18 +40,16 @@ use crate::stages::render::forces;
 pub const VERSION: u32 = 1;
 /// Poses per second \[Hz\].
 pub const FRAME_RATE: f64 = 120.0;
-/// Numbers of an event.
-const STRIDE: usize = 24;
-/// Slots that the engine of the page has.
+/// Slots of the page's engine.
 const MOST_SOUNDS: usize = 1024;
 
-/// Why no file could be written.
+/// Reasons why a replay cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The contacts cannot be turned into forces.
     #[error(transparent)]
     Contact(#[from] ContactError),
-    /// What a body sounds like cannot be written.
+    /// The sound model of a body cannot be encoded.
     #[error("the sound of \"{body}\" cannot be written: {source}")]
     Sound {
         /// The body.
@@ -56,53 +57,53 @@ pub enum ReplayError {
         /// Why.
         source: TensorFileError,
     },
-    /// More than the page plays.
+    /// The run needs more slots than the page has.
     #[error("{count} sounds of bodies are struck, and the page plays {MOST_SOUNDS}")]
     TooMany {
-        /// How many.
+        /// Slots needed.
         count: usize,
     },
-    /// The container cannot hold it.
+    /// The container cannot be encoded.
     #[error("the file cannot be made: {0}")]
     Container(#[from] safetensors::SafeTensorError),
-    /// The file could not be put in place.
+    /// The file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
 }
 
-/// What goes into the file.
+/// Content of a replay.
 pub struct Replay<'a> {
-    /// All that ever were.
+    /// All bodies of the run, in the order of their numbers.
     pub bodies: &'a [Body],
-    /// What rings, with its modes.
+    /// Modal sources by body.
     pub ringing: &'a BTreeMap<BodyId, Arc<ModalSource>>,
-    /// Whether impacts put no more energy into modes than the motion lost.
+    /// Whether impacts are lengthened until the modes gain no more energy than the motion lost.
     pub limit_energy: bool,
     /// The whole run.
     pub timeline: &'a Timeline,
-    /// Whether clicks are heard.
+    /// Whether acceleration noise is included.
     pub clicks: bool,
     /// The sound model of each body.
     pub models: &'a [SoundModel],
-    /// The model of a body that clicks by a field of its own.
+    /// The acceleration model of a body with a field of its own.
     pub own_model: &'a dyn Fn(BodyId) -> Option<AccelerationModel>,
-    /// The ellipsoids that stand for others.
+    /// The soundbank of ellipsoids.
     pub bank: Option<&'a BankEvaluator>,
-    /// k = 2πf/c [1/m] of the highest frequency that is heard.
+    /// k = 2πf/c [1/m] at the highest frequency computed.
     pub max_wavenumber: f64,
-    /// How impacts become forces.
+    /// Settings of the contact forces.
     pub contact: &'a ContactSettings,
-    /// Who may listen.
+    /// Listeners of the scene.
     pub listeners: &'a [Listener],
-    /// The scene's text, of which medium, floor, room and air count.
+    /// The scene as TOML; a player reads medium, floor, room and air from it.
     pub scene: &'a str,
     /// End of the run \[s\].
     pub duration: f64,
-    /// Pressure that is as loud as can be \[Pa\], to begin with.
+    /// Initial full-scale pressure \[Pa\].
     pub full_scale: f64,
 }
 
-/// What was written.
+/// Counts of what was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReplaySummary {
     /// Bodies.
@@ -113,7 +114,7 @@ pub struct ReplaySummary {
     pub events: usize,
     /// Poses.
     pub poses: usize,
-    /// Length of the file.
+    /// Length of the file \[bytes\].
     pub bytes: usize,
 }
 
@@ -140,7 +141,7 @@ pub fn encode(replay: &Replay<'_>) -> Result<(Vec<u8>, ReplaySummary), ReplayErr
     if sounds.slots.len() > MOST_SOUNDS {
         return Err(ReplayError::TooMany { count: sounds.slots.len() });
     }
-    let events = sounds.events(replay, &forces);
+    let events = event_rows(&sounds, replay, &forces);
     let description = description(replay, &surfaces, &motions, &sounds);
 
     let mut arrays: Vec<(&str, Dtype, Vec<usize>, Vec<u8>)> = Vec::new();
@@ -150,7 +151,7 @@ pub fn encode(replay: &Replay<'_>) -> Result<(Vec<u8>, ReplaySummary), ReplayErr
     add(
         "events",
         Dtype::F64,
-        &[events.len(), STRIDE],
+        &[events.len(), ROW],
         events.iter().flatten().flat_map(|x| x.to_le_bytes()).collect(),
     );
     add(

@@ -1,4 +1,4 @@
-//! Where bodies are, [`FRAME_RATE`] times a second, while they exist and until they move no more.
+//! Poses of the bodies at [`FRAME_RATE`], from the birth of each body until it dies or comes to rest.
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::PoseHistory;
@@ -6,9 +6,9 @@ use clangor_core::contact::PoseHistory;
 use super::FRAME_RATE;
 
 pub(super) struct Motions {
-    /// Positions \[m\] and orientations x, y, z, w; those of a body follow each other.
+    /// Positions \[m\] and orientations x, y, z, w; the rows of a body are consecutive.
     pub(super) rows: Vec<[f32; 7]>,
-    /// Of each body.
+    /// Motion of each body.
     pub(super) bodies: Vec<Motion>,
 }
 
@@ -33,7 +33,7 @@ impl Motions {
                 let (x, q) = (pose.position.as_vec3(), pose.orientation.normalize().as_quat());
                 rows.push([x.x, x.y, x.z, q.x, q.y, q.z, q.w]);
             }
-            // What lies still to the end is said once.
+            // Equal poses at the end are stored once.
             while rows.len() > first_row + 1 && rows[rows.len() - 1] == rows[rows.len() - 2] {
                 rows.pop();
             }

@@ -1,19 +1,18 @@
-//! What sounds, as files for the slots of a live engine, and the events that make it sound.
+//! The sound models of the bodies with impacts, as files for the slots of the real-time engine.
 //!
-//! A body rings by few of the numbers of its modes: those at the places where it is struck. So the file of a
-//! ringing body has no surface but these places, each a triangle without area, and the shapes of the modes
-//! there. An ellipsoid in place of a piece is given the motions that the impacts on the piece make in it, and
-//! looks like any other body.
+//! Of the mode shapes, only the values at the points of impact are needed. The surface in the file of a modal
+//! body is therefore the list of these points, each a triangle without area. For an ellipsoid that replaces a
+//! piece, the file contains the mode shapes at the points to which the impacts on the piece are mapped.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId};
-use clangor_core::contact::{BodyPulse, ImpactPulse};
+use clangor_core::contact::ImpactPulse;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::medium::Medium;
+use clangor_core::realtime::ImpactTarget;
 use clangor_core::sound_model::BodyModes;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::proxy_field::{LEAST_ORDER, mean_field};
@@ -22,51 +21,37 @@ use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator};
 use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
-use clangor_core::synthesis::modal::ModalSource;
 use clangor_core::synthesis::source_rule::SourceKind;
 use serde_json::{Value, json};
 
-use super::{Replay, ReplayError, STRIDE};
-use crate::stages::event_schedule::Moving;
-use crate::stages::render::{Forces, impacts_on};
+use super::{Replay, ReplayError};
 
-/// Places on one body at most; what strikes elsewhere strikes the nearest.
+/// Largest number of points of impact on a body; further impacts act at the nearest point.
 const MOST_PLACES: usize = 256;
-/// Part of the bounding radius within which places are one.
+/// Points closer than this part of the bounding radius are merged.
 const SAME_PLACE: f64 = 1e-4;
-/// Places are kept inside the bounding sphere, as far from the centre as this part of it.
+/// Largest distance of a point from the centre, as part of the bounding radius.
 const INSIDE: f64 = 0.999_999;
-/// Longest T60 that is told \[s\].
+/// Longest T60 that is written \[s\].
 const LONGEST_T60: f64 = 1000.0;
-
-/// How far a ringing body may be from where it was told to be \[m\], and turned \[rad\].
-const LARGEST_STEP: f64 = 2e-4;
-const LARGEST_TURN: f64 = 5e-3;
-/// How often that is looked at \[s\].
-const LOOK_EVERY: f64 = 1.0 / 480.0;
 
 /// A slot of the engine.
 pub(super) struct Slot {
     body: BodyId,
-    /// From the frame of what sounds to that of the body.
-    rotation: DQuat,
+    /// Rotation from the frame of the sound model to that of the body.
+    pub(super) rotation: DQuat,
     /// The file.
     pub(super) bytes: Vec<u8>,
-    /// Frequencies \[Hz\] and T60 \[s\] of its material; of what does not ring none.
-    t60: Vec<[f64; 2]>,
+    /// Frequencies \[Hz\] and T60 \[s\] of its material; empty without modes.
+    pub(super) t60: Vec<[f64; 2]>,
 }
 
 pub(super) struct Sounds {
     pub(super) slots: Vec<Slot>,
-    /// What each struck body clicks as.
-    clicks: BTreeMap<BodyId, AccelerationPulse>,
-    /// Slots in which bodies ring, and the places there.
-    rings: BTreeMap<BodyId, (usize, Places)>,
-}
-
-enum AccelerationPulse {
-    Sphere { radius: f64 },
-    Slot(usize),
+    /// Target of the acceleration noise of each body with impacts.
+    pub(super) clicks: BTreeMap<BodyId, ImpactTarget>,
+    /// Slot with the modes of each modal body, and its points of impact.
+    pub(super) rings: BTreeMap<BodyId, (usize, Places)>,
 }
 
 impl Slot {
@@ -75,16 +60,16 @@ impl Slot {
     }
 }
 
-/// Places that are struck, in the frame of the body \[m\].
+/// Points of impact in the frame of the body \[m\].
 #[derive(Default)]
-struct Places {
+pub(super) struct Places {
     radius: f64,
-    places: Vec<DVec3>,
+    pub(super) places: Vec<DVec3>,
 }
 
 impl Places {
-    /// Which place stands for one.
-    fn of(&self, place: DVec3) -> Option<usize> {
+    /// Index of the point nearest to a point of impact; `None` if there are no points.
+    pub(super) fn of(&self, place: DVec3) -> Option<usize> {
         let place = self.inside(place);
         let distance = |at: &usize| self.places[*at].distance_squared(place);
         (0..self.places.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
@@ -103,7 +88,7 @@ impl Places {
     }
 }
 
-/// How one body rings.
+/// The modes of a body.
 enum Modes<'a> {
     Own(&'a ModalModel),
     Proxy(&'a ModalProxy),
@@ -131,7 +116,7 @@ impl Modes<'_> {
         }
     }
 
-    /// From the frame of the body to that of the modes.
+    /// Rotation from the frame of the body to that of the modes.
     fn rotation(&self) -> DMat3 {
         match self {
             Modes::Own(_) => DMat3::IDENTITY,
@@ -151,7 +136,7 @@ impl Modes<'_> {
         }
     }
 
-    /// For each mode, its motions [kg^−½] at places of the body, in the frame of the modes.
+    /// Displacement of each mode [kg^−½] at points of the body, in the frame of the modes.
     fn shapes(&self, places: &[DVec3]) -> Vec<Vec<DVec3>> {
         match self {
             Modes::Own(model) => {
@@ -202,148 +187,16 @@ impl Sounds {
         Ok(sounds)
     }
 
-    /// What a body clicks as, in a slot of its own unless it is a sphere.
-    fn click(&mut self, replay: &Replay<'_>, id: BodyId) -> Result<AccelerationPulse, ReplayError> {
+    /// Target of the acceleration noise of a body: a sphere, or a new slot with its sound model.
+    fn click(&mut self, replay: &Replay<'_>, id: BodyId) -> Result<ImpactTarget, ReplayError> {
         Ok(match click_file(replay, id)? {
             Some(slot) => {
                 self.slots.push(slot);
-                AccelerationPulse::Slot(self.slots.len() - 1)
+                ImpactTarget::Object { slot: self.slots.len() - 1 }
             }
-            None => {
-                AccelerationPulse::Sphere { radius: replay.bodies[id.index()].surface.equal_volume_radius() }
-            }
+            None => ImpactTarget::Sphere { radius: replay.bodies[id.index()].surface.equal_volume_radius() },
         })
     }
-
-    /// All events, in order of time.
-    pub(super) fn events(&self, replay: &Replay<'_>, forces: &Forces) -> Vec<[f64; STRIDE]> {
-        let mut events = Vec::new();
-        for id in self.rings.keys() {
-            self.add_poses(*id, replay, forces, &mut events);
-        }
-        // For each body that rings, the impacts on it in their order, as long as its modes feel them.
-        let felt = |(id, source): (&BodyId, &Arc<ModalSource>)| {
-            (*id, impacts_on(*id, source, &forces.pulses, replay.limit_energy).0.into_iter())
-        };
-        let mut felt: BTreeMap<BodyId, _> = replay.ringing.iter().map(felt).collect();
-        for pulse in &forces.pulses {
-            for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
-                let Some(share) = share else { continue };
-                let clicks = match self.clicks.get(&share.body) {
-                    Some(AccelerationPulse::Sphere { radius }) => Some((0.0, *radius, DQuat::IDENTITY)),
-                    Some(AccelerationPulse::Slot(slot)) => {
-                        Some((1.0, *slot as f64, self.slots[*slot].rotation))
-                    }
-                    None => None,
-                };
-                if let Some((kind, what, rotation)) = clicks {
-                    let whole = Moved { share, velocity: true };
-                    let load = PointLoad { point: pulse.point, impulse: DVec3::ZERO };
-                    events.push(event((kind, what), rotation, pulse, &whole, load));
-                }
-                let Some((slot, places)) = self.rings.get(&share.body) else { continue };
-                let Some(felt) = felt.get_mut(&share.body).and_then(Iterator::next) else { continue };
-                let still = Moved { share, velocity: false };
-                for (point, impulse) in &pulse.points {
-                    let Some(at) = places.of(share.pose.body_from_world(*point)) else { continue };
-                    let place = share.pose.world_from_body(places.places[at]);
-                    let rotation = self.slots[*slot].rotation;
-                    let load = PointLoad { point: place, impulse: sign * *impulse };
-                    events.push(event((1.0, *slot as f64), rotation, &felt, &still, load));
-                }
-            }
-        }
-        for (id, (slot, _)) in &self.rings {
-            let death = replay.bodies[id.index()].life.death;
-            if death.is_finite() {
-                let mut row = [0.0; STRIDE];
-                (row[0], row[1], row[3], row[10], row[23]) = (3.0, death, *slot as f64, 1.0, f64::from(id.0));
-                events.push(row);
-            }
-        }
-        // Poses stay before the impacts of their time.
-        events.sort_by(|a, b| a[1].total_cmp(&b[1]));
-        events
-    }
-
-    /// Where a ringing body is: at every impact, and whenever it is no longer where it would be if it had
-    /// gone on as it was told to move; from the first impact until it has died away.
-    fn add_poses(&self, id: BodyId, replay: &Replay<'_>, forces: &Forces, events: &mut Vec<[f64; STRIDE]>) {
-        let Some((slot, _)) = self.rings.get(&id) else { return };
-        let Slot { rotation, t60, .. } = &self.slots[*slot];
-        let strikes = |pulse: &&ImpactPulse| pulse.bodies.iter().flatten().any(|share| share.body == id);
-        let mut impacts = forces.pulses.iter().filter(strikes).map(|pulse| pulse.onset).peekable();
-        let Some(first) = impacts.peek().copied() else { return };
-        let last = forces.pulses.iter().filter(strikes).map(|pulse| pulse.onset).fold(first, f64::max);
-        let longest = t60.iter().map(|row| row[1]).fold(0.0, f64::max);
-        let end = replay.bodies[id.index()].life.death.min(replay.duration).min(last + longest);
-        let mut reported: Option<(f64, Moving)> = None;
-        let mut time = first;
-        while time <= end {
-            let impact = impacts.next_if(|impact| *impact <= time);
-            let at = impact.unwrap_or(time);
-            let pose = forces.poses.at(id, at);
-            let off = reported.is_none_or(|(since, moving)| {
-                let expected = moving.after(at - since);
-                expected.position.distance(pose.position) > LARGEST_STEP
-                    || expected.orientation.angle_between(pose.orientation) > LARGEST_TURN
-            });
-            if impact.is_some() || off {
-                let moving = Moving::of(&forces.poses, id, at);
-                events.push(pose_event(*slot, id, at, &moving, *rotation));
-                reported = Some((at, moving));
-            }
-            if impact.is_none() {
-                time += LOOK_EVERY;
-            }
-        }
-    }
-}
-
-fn pose_event(slot: usize, id: BodyId, time: f64, moving: &Moving, rotation: DQuat) -> [f64; STRIDE] {
-    let mut row = [0.0; STRIDE];
-    (row[0], row[1], row[3], row[23]) = (2.0, time, slot as f64, f64::from(id.0));
-    row[4..7].copy_from_slice(&moving.pose.position.to_array());
-    row[7..11].copy_from_slice(&(moving.pose.orientation * rotation).normalize().to_array());
-    row[11..14].copy_from_slice(&moving.velocity.to_array());
-    row[14..17].copy_from_slice(&moving.angular_velocity.to_array());
-    row
-}
-
-/// A body, and whether it moves as a whole.
-struct Moved<'a> {
-    share: &'a BodyPulse,
-    velocity: bool,
-}
-
-/// A load at a point of the surface.
-struct PointLoad {
-    point: DVec3,
-    impulse: DVec3,
-}
-
-/// The row of an impact: its kind, and the radius of the sphere or the slot of the object.
-fn event(
-    (kind, what): (f64, f64),
-    rotation: DQuat,
-    pulse: &ImpactPulse,
-    moved: &Moved<'_>,
-    load: PointLoad,
-) -> [f64; STRIDE] {
-    let PointLoad { point, impulse } = load;
-    let Moved { share, velocity } = *moved;
-    let orientation = (share.pose.orientation * rotation).normalize();
-    let changes = [share.velocity_change, share.angular_velocity_change]
-        .map(|v| if velocity { v } else { DVec3::ZERO });
-    let vectors = [share.pose.position, changes[0], changes[1], point, impulse];
-    let mut row = [0.0; STRIDE];
-    (row[0], row[1], row[2], row[3]) = (kind, pulse.onset, pulse.duration, what);
-    row[7..11].copy_from_slice(&orientation.to_array());
-    for (at, vector) in [4, 11, 14, 17, 20].into_iter().zip(vectors) {
-        row[at..at + 3].copy_from_slice(&vector.to_array());
-    }
-    row[23] = f64::from(share.body.0);
-    row
 }
 
 fn modes_of<'a>(replay: &Replay<'a>, id: BodyId) -> Option<Modes<'a>> {
@@ -355,11 +208,11 @@ fn modes_of<'a>(replay: &Replay<'a>, id: BodyId) -> Option<Modes<'a>> {
     Some(modes).filter(|modes| !modes.modes().is_empty())
 }
 
-/// The solid of a body, in another frame about its centre of mass, without its surface.
+/// Mass properties of a body in another frame about its centre of mass, without surface.
 fn solid(body: &Body, from_body: DMat3) -> Solid {
     let density = body.material.density;
     let inertia = from_body * (body.inertia * density.recip()) * from_body.transpose();
-    // Symmetric to rounding: a file must be to less.
+    // The product is symmetric only to rounding; the file format requires exact symmetry.
     let inertia = 0.5 * (inertia + inertia.transpose());
     let mass = MassProperties { volume: body.mass / density, centre_of_mass: DVec3::ZERO, inertia };
     Solid { name: body.name.clone(), mass, surface: None }
@@ -369,7 +222,7 @@ fn program() -> String {
     format!("clangor {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// What a body clicks as, unless that is a sphere.
+/// The acceleration model of a body as a file; `None` for a sphere.
 fn click_file(replay: &Replay<'_>, id: BodyId) -> Result<Option<Slot>, ReplayError> {
     let body = &replay.bodies[id.index()];
     let (acceleration, rotation, method) =
@@ -409,7 +262,7 @@ fn click_file(replay: &Replay<'_>, id: BodyId) -> Result<Option<Slot>, ReplayErr
     Ok(Some(Slot { body: id, rotation: DQuat::from_mat3(&rotation), bytes, t60: Vec::new() }))
 }
 
-/// How a body rings that is struck at these places.
+/// The modes of a body at its points of impact as a file.
 fn ringing_file(id: BodyId, body: &Body, modes: &Modes<'_>, places: &[DVec3]) -> Result<Slot, ReplayError> {
     let from_body = modes.rotation();
     let surface = ModalSurface {

@@ -1,4 +1,4 @@
-//! What bodies look like: spheres, planes, and meshes, which copies share.
+//! Shapes of the bodies: spheres, planes and meshes. Copies of a body share a mesh.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,11 +9,11 @@ use serde_json::{Value, json};
 pub(super) struct Surfaces {
     /// Vertices of all meshes \[m\], about the centres of mass.
     pub(super) vertices: Vec<[f32; 3]>,
-    /// Triangles of all meshes, each by the vertices of its own.
+    /// Triangles of all meshes, as indices into the vertices of their own mesh.
     pub(super) triangles: Vec<[u32; 3]>,
-    /// First vertex, vertices, first triangle, triangles of each mesh.
+    /// For each mesh: first vertex, vertex count, first triangle, triangle count.
     pub(super) ranges: Vec<[u32; 4]>,
-    /// Of each body.
+    /// Form of each body.
     forms: Vec<Form>,
 }
 

@@ -1,5 +1,5 @@
-// Draws all balls with one call, and below them soft shadows with another. Per ball the graphics processor
-// gets eight numbers: place, radius, orientation.
+// Draws all balls in one draw call and their soft shadows in another. Attributes per ball: position, radius,
+// orientation.
 
 import {
   DynamicDrawUsage,
@@ -14,9 +14,8 @@ import { POSE_STRIDE } from './event-layout.js';
 import { lookOf } from './looks.js';
 import { STUDIO_LIGHT } from './studio-light.js';
 
-// A ball is a square that faces the camera, on which the fragment shader draws a sphere: round at any size,
-// for two triangles. It stands at the foremost point of the ball, so that what the ball lies on does not cut
-// it.
+// A ball is a square that faces the camera, on which the fragment shader draws a sphere: exact at any size,
+// with two triangles. The square is at the foremost point of the ball, so that the ground does not cut it.
 const BALL_VERTEX = /* glsl */ `
   attribute vec4 place;
   attribute vec4 turn;
@@ -41,7 +40,7 @@ const BALL_VERTEX = /* glsl */ `
     vTurn = turn;
     vTint = tint;
     vLook = look;
-    // Seen from nearby the outline of a ball is larger than the ball.
+    // In perspective, the outline of a near ball is larger than its radius.
     float outline = place.w * distance / sqrt(max(1e-9, distance * distance - place.w * place.w));
     vec3 at = place.xyz + outline * (position.x * vRight + position.y * vUp);
     vec4 seen = projectionMatrix * viewMatrix * vec4(at, 1.0);
@@ -78,7 +77,7 @@ const BALL_FRAGMENT = /* glsl */ `
       float own = n.y + 2.0 * dot(cross(vTurn.xyz, cross(vTurn.xyz, n) - vTurn.w * n), vec3(0.0, 1.0, 0.0));
       colour = mix(vec3(0.86, 0.83, 0.76), colour, step(abs(own), 0.5));
     }
-    // The floor is near: less light from below.
+    // Near the floor: less light from below.
     float near = exp(-(vPlace.y / vPlace.w + n.y - floorHeight / vPlace.w) / 0.9);
     float open = 1.0 - 0.65 * near;
     vec3 light;
@@ -90,7 +89,7 @@ const BALL_FRAGMENT = /* glsl */ `
     } else {
       light = colour * soft_light(n) * open + (0.035 + 0.6 * edge) * mirrored;
     }
-    // look.y: how lately it was hit.
+    // look.y: glow after an impact.
     light += accent * vLook.y * (0.25 + 0.75 * (1.0 - facing));
     gl_FragColor = vec4(tone(light), 1.0);
     #include <colorspace_fragment>
@@ -104,7 +103,7 @@ const SHADOW_VERTEX = /* glsl */ `
   varying float vDark;
   void main() {
     float height = max(0.0, place.y - place.w - floorHeight);
-    // Higher up than this nobody sees it.
+    // Above this height the shadow is invisible.
     float near = 1.0 - height / (7.0 * place.w);
     float spread = step(0.0, near) * (place.w * 1.25 + 0.2 * height);
     vAt = position.xy;
@@ -141,7 +140,7 @@ export class BallsPicture {
       transparent: true,
       depthWrite: false,
     });
-    /** Which body is which ball. @type {number[]} */
+    /** Body number of each ball. @type {number[]} */
     this.bodyOf = [];
     this.capacity = 0;
   }

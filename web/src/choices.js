@@ -1,12 +1,12 @@
-// Groups of radio buttons and lists, made from what can be chosen.
+// Fills groups of radio buttons and lists with options.
 
 /**
- * Fills a fieldset (or the like) with radio buttons.
+ * Fills a group with radio buttons.
  * @param {HTMLElement} group
  * @param {[string, string][]} options value and name
  * @param {string} chosen
  * @param {(value: string) => void} change
- * @returns {(value: string) => void} chooses without calling `change`; nothing, if there is no such value
+ * @returns {(value: string) => void} selects a value without calling `change`; ignores unknown values
  */
 export function radioButtons(group, options, chosen, change) {
   /** @type {Map<string, HTMLInputElement>} */

@@ -1,11 +1,10 @@
-// Which moment of the world belongs to which moment of the sound. The sound's clock leads: it never waits,
-// and the world is computed a little ahead of it. Both run at the same rate; what changes is the offset
-// between them.
+// Maps world time to audio time. The audio clock is the master: it never waits, and the world is simulated
+// slightly ahead of it. Both run at the same rate; only the offset between them changes.
 
-/** How far the world is computed ahead of the sound [s]: the longest that a tick may take to be answered. */
+/** Time by which the world is ahead of the sound [s]; upper bound of the response time to a tick. */
 export const LEAD = 0.02;
 
-/** Further behind than this [s], the world does not try to catch up: that would only make it later still. */
+/** Delay [s] above which the world skips time instead of catching up. */
 const PATIENCE = 0.25;
 
 export class WorldClock {
@@ -15,19 +14,19 @@ export class WorldClock {
     this.offset = null;
     /** Samples per second of the sound. */
     this.sampleRate = 48000;
-    /** How often the world was too slow. */
+    /** Number of time skips. */
     this.skips = 0;
   }
 
-  /** The next tick starts anew from wherever the world is then. */
+  /** The next tick sets a new offset from the world time then reached. */
   stop() {
     this.offset = null;
   }
 
   /**
-   * The time to which the world has to be computed [s].
-   * @param {number} soundTime what has been handed out to be heard [s]
-   * @param {number} worldTime where the world is [s]
+   * The time to which the world must be simulated [s].
+   * @param {number} soundTime audio time rendered so far [s]
+   * @param {number} worldTime time reached by the world [s]
    */
   due(soundTime, worldTime) {
     if (!Number.isFinite(soundTime)) return worldTime;
@@ -42,7 +41,7 @@ export class WorldClock {
   }
 
   /**
-   * Offsets are whole numbers of samples, so that a replay gives the very samples that were heard.
+   * Offsets are whole numbers of samples, so that a replay gives identical samples.
    * @param {number} duration [s]
    */
   wholeSamples(duration) {

@@ -1,4 +1,4 @@
-// Buttons, sliders and lists: what each does, and what each shows.
+// Buttons, sliders and lists: their actions and displays.
 
 import { radioButtons, selection } from './choices.js';
 import { KEPT } from './history.js';
@@ -8,10 +8,10 @@ import { presetOfRun, PRESETS } from './presets.js';
 import { BALL_MATERIALS, COUNTS, WALL_MATERIALS } from './sphere-box.js';
 import { MALLETS } from './strike.js';
 
-/** Speeds of replay that can be chosen. */
+/** Replay rates. */
 const RATES = { 1: '1×', 0.5: '½', 0.25: '¼', 0.1: '⅒' };
 
-/** What follows the first gesture within this time belongs to it [ms]. */
+/** Events within this time after the first gesture belong to it [ms]. */
 const GESTURE = 700;
 
 /** Width of windows on which settings lie over the picture [CSS pixels]; as in style.css. */
@@ -20,7 +20,7 @@ const SMALL = 760;
 /** Pressure at full scale and its level re 20 µPa. @param {number} value [Pa] */
 const fullScaleText = (value) => `${pascals(value)} · ${(20 * Math.log10(value / 20e-6)).toFixed(0)} dB`;
 
-/** @param {string} id @returns {any} the element, of whatever kind it is */
+/** @param {string} id @returns {any} the element */
 const element = (id) => document.getElementById(id);
 
 export class Controls {
@@ -54,21 +54,20 @@ export class Controls {
     this.bindTransport();
     for (const kind of ['pointerup', 'click']) addEventListener(kind, () => this.wake(false));
     addEventListener('keydown', () => this.wake(true));
-    // Who clicks a button goes on with the picture: the space bar then stops time and does not press the
-    // button again.
+    // A clicked button loses the focus, so that the space bar pauses and does not press the button again.
     addEventListener('click', (event) => {
       const target = /** @type {HTMLElement} */ (event.target);
       if (event.detail > 0 && target.closest('button, label') && !target.closest('dialog')) {
         picture.canvas.focus({ preventScroll: true });
       }
     });
-    // Small windows begin with the picture alone.
+    // Small windows start with the settings hidden.
     if (innerWidth <= SMALL) this.showSettings(false);
     addEventListener('resize', () => this.leaveRoom());
     this.leaveRoom();
   }
 
-  /** Lets the picture know what lies on it. */
+  /** Sets the areas that cover the picture. */
   leaveRoom() {
     const settings = element('settings').getBoundingClientRect();
     const beside = innerWidth > SMALL && settings.width > 0;
@@ -272,8 +271,8 @@ export class Controls {
   }
 
   /**
-   * Any gesture turns the sound on: browsers allow none before.
-   * @param {boolean} drop whether the very first one also drops a ball
+   * Turns the sound on; browsers require a gesture.
+   * @param {boolean} drop whether the first gesture also drops a ball
    */
   wake(drop) {
     if (this.sound.on) return;
@@ -364,7 +363,7 @@ export class Controls {
     return element('log-details').open;
   }
 
-  /** Tells the sound where the ears are, if they have moved. */
+  /** Sends the ear positions to the sound if they have changed. */
   followEars() {
     if (this.listeners.places.length === 0) return;
     const ears = this.listeners.ears(this.picture.view);
@@ -374,7 +373,7 @@ export class Controls {
     this.sound.listener(ears);
   }
 
-  /** @param {number} time of the world that is heard [s] */
+  /** @param {number} time audible world time [s] */
   followTime(time) {
     const { transport } = this;
     const { start, end } = transport.history;
@@ -400,7 +399,7 @@ export class Controls {
       `${count} balls · ${synth[8]} modes vibrating · audio thread ${(100 * load).toFixed(0)} % busy`;
   }
 
-  /** What a pointer on the picture does. @returns {import('./gestures.js').Actions} */
+  /** Actions of pointers on the picture. @returns {import('./gestures.js').Actions} */
   actions() {
     const { stage, listeners, picture } = this;
     const hint = element('hint-at-pointer');
@@ -416,7 +415,7 @@ export class Controls {
         listeners.move(index, place);
         this.listenFrom(String(index));
       },
-      // Across the whole scene: as fast as a fall of three times its size.
+      // A drag across the whole scene gives the speed of a fall of three times its size.
       throwRate: () => Math.sqrt(60 / picture.scale) * 1.2,
       tell: (text, x, y) => {
         hint.textContent = text;

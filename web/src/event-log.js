@@ -1,9 +1,9 @@
-// What hit what, when, how fast and how hard: the latest contacts in words.
+// The latest contacts as text: time, bodies, speed, impulse and duration.
 
 /** Rows kept. */
 const ROWS = 40;
 
-/** Rows that are added at once, at most: of a thousand hits in a frame nobody reads more. */
+/** Largest number of rows added per frame. */
 const ROWS_PER_UPDATE = 8;
 
 export class EventLog {
@@ -20,7 +20,7 @@ export class EventLog {
 
   /**
    * @param {import('./history.js').History} history
-   * @param {number} time of the world that is heard [s]
+   * @param {number} time audible world time [s]
    * @param {(body: number) => string} nameOf
    */
   update(history, time, nameOf) {

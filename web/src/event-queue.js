@@ -1,6 +1,5 @@
-// Events that wait for their time, earliest first: a binary heap of fixed size. The audio thread neither
-// allocates nor waits for more than its share, whatever is thrown at it: what does not fit, or has no time,
-// is counted and dropped.
+// Queue of events ordered by time: a binary heap of fixed size. The audio thread does not allocate, and its
+// work is bounded: events that do not fit, or have no valid time, are counted and dropped.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
 
@@ -10,7 +9,7 @@ export class EventQueue {
     this.capacity = capacity;
     this.events = new Float64Array(capacity * EVENT_STRIDE);
     this.times = new Float64Array(capacity);
-    // Order of arrival decides among events of one time.
+    // Events of equal time keep the order of arrival.
     this.arrivals = new Float64Array(capacity);
     this.heap = new Int32Array(capacity);
     this.free = new Int32Array(capacity);
@@ -105,7 +104,7 @@ export class EventQueue {
     }
   }
 
-  /** @param {number} a @param {number} b places in the heap */
+  /** @param {number} a @param {number} b positions in the heap */
   swap(a, b) {
     const slot = this.heap[a];
     this.heap[a] = this.heap[b];

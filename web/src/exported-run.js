@@ -1,6 +1,5 @@
-// A finished run from `clangor export web` (docs/format/replay.md): bodies, how they moved, every impact, and
-// the sound models of what was hit. Nothing is simulated: it becomes a history that is replayed, with the
-// listener free to move.
+// A finished run from `clangor export web` (docs/format/replay.md): bodies, motion, impacts and sound models.
+// It is replayed as a history, without simulation; the listener can move.
 
 import { EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
 import { openTensors } from './model-file.js';
@@ -68,7 +67,7 @@ export function readRun(file) {
   };
 }
 
-/** Where a body is in each frame: its rows, the first before them, the last after them. */
+/** Pose of a body in each frame; the first row before its rows, the last row after them. */
 class Path {
   /** @param {any} body @param {number} rate [Hz] @param {Float32Array} rows */
   constructor(body, rate, rows) {
@@ -165,7 +164,7 @@ function readSolids(about, array, poses) {
 }
 
 /**
- * A box around all that moves, half as large again.
+ * A box around all moving bodies, enlarged by half.
  * @param {import('./world.js').Body[]} bodies
  * @param {any} about
  * @param {Float32Array} rows
@@ -175,7 +174,7 @@ function extentOf(bodies, about, rows) {
   const high = [-Infinity, -Infinity, -Infinity];
   about.bodies.forEach((/** @type {any} */ body, /** @type {number} */ index) => {
     if (bodies[index].plane) return;
-    // Where it begins: pieces that fly away would make everything small.
+    // Only the initial poses: pieces that fly away would enlarge the box too much.
     for (let axis = 0; axis < 3; axis += 1) {
       const x = rows[body.first_row * POSE_STRIDE + axis];
       low[axis] = Math.min(low[axis], x);

@@ -1,17 +1,17 @@
-// What a pointer does on the picture, be it mouse, pen or finger: drag a ball to throw it, drag a listener to
-// move it, hit an object, tap the air to drop a ball, drag the air to look around, two fingers or the wheel
-// to come closer.
+// Gestures of mouse, pen and touch on the picture: drag a ball to throw it, drag a listener to move it, tap
+// an object to strike it, tap the background to drop a ball, drag the background to rotate the view, pinch or
+// wheel to zoom.
 
 import { Vector3 } from 'three';
 
 /** Less movement than this is a tap [CSS pixels]. */
 const TAP_SLACK = 7;
 
-/** By how much a finger, a mouse may miss a ball [CSS pixels]. */
+/** Tolerance around a ball for touch and mouse [CSS pixels]. */
 const FINGER_SLACK = 16;
 const MOUSE_SLACK = 4;
 
-/** Radians per pixel of dragging the air. */
+/** Rotation of the view [rad] per pixel of dragging. */
 const ORBIT_RATE = 0.006;
 
 /** @typedef {import('./strike.js').PlacedSolid} PlacedSolid */
@@ -138,7 +138,7 @@ export class Gestures {
       }
       case 'ball': {
         const { body, place } = this.held;
-        // The ball goes on moving while the arrow is drawn: the arrow goes with it.
+        // The ball continues to move while the arrow is drawn; the arrow follows it.
         place.fromArray(this.picture.poses, body * 7);
         const end = this.picture.pointFacing(at.x, at.y, place);
         this.picture.showArrow(place, end);

@@ -1,12 +1,12 @@
-// The last half minute of the world, for drawing the moment that is being heard and for replay: poses,
-// contacts and the events that made the sound. All times are those of the world.
+// The last half minute of the world, for drawing the audible moment and for replay: poses, contacts and sound
+// events. All times are those of the world.
 
 import { CONTACT, CONTACT_STRIDE, EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
 
-/** What is kept [s]. */
+/** Duration kept [s]. */
 export const KEPT = 30;
 
-/** Most numbers in the kept poses: 96 MB. With thousands of bodies that is less than half a minute. */
+/** Largest number of values in the poses: 96 MB. With thousands of bodies that is less than half a minute. */
 const MOST_POSE_NUMBERS = 24e6;
 
 /**
@@ -86,7 +86,7 @@ export class History {
       numbers -= frames[stale].poses.length;
       stale += 1;
     }
-    // Thrown away by the hundred: removing from the front moves all the rest.
+    // Removed in batches, because removal at the front moves all other entries.
     if (stale < 100 && this.poseNumbers <= MOST_POSE_NUMBERS) return;
     this.poseNumbers = numbers;
     frames.splice(0, stale);
@@ -95,7 +95,7 @@ export class History {
   }
 
   /**
-   * The poses at a moment, between two frames on the straight line, into `target` as far as it reaches.
+   * Writes the poses at a time into `target`, as many as fit, linear between two frames.
    * @param {number} time [s]
    * @param {Float32Array} target rows of `POSE_STRIDE`
    * @returns {number} bodies written
@@ -132,7 +132,7 @@ export class History {
   }
 
   /**
-   * The events from a moment on, as rows in order of time; before them, the last pose of each loaded object.
+   * The events from a time on, as rows in order of time, preceded by the last pose of each loaded object.
    * @param {number} from [s]
    */
   eventsFrom(from) {

@@ -1,6 +1,6 @@
-// Keys of the whole page, wherever the focus is, except where they write or move something of their own.
+// Keyboard shortcuts of the page, except while the focus is on a text field, slider or list.
 
-/** Radians, and factor of distance, per key. */
+/** Rotation [rad] and factor of distance per key press. */
 const TURN = 0.09;
 const STEP = 1.12;
 
@@ -41,7 +41,7 @@ export class Keyboard {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const target = /** @type {HTMLElement} */ (event.target);
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    // Buttons, sliders and lists keep the keys by which they are used.
+    // Buttons, sliders and lists keep their own keys.
     const own = target.closest('button, summary') ? [' '] : [];
     if (target.closest('input, select, dialog')) {
       own.push(' ', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Escape');

@@ -1,5 +1,4 @@
-// Level meter in real units: sound pressure level re 20 µPa of what reaches the ears, and the peak in
-// pascals.
+// Level meter in real units: sound pressure level re 20 µPa at the ears, and the peak in pascals.
 
 /** Reference pressure of sound in air [Pa]. */
 const REFERENCE = 20e-6;
@@ -8,15 +7,15 @@ const REFERENCE = 20e-6;
 const LOW = 20;
 const HIGH = 120;
 
-/** The bar falls so fast when it becomes quieter [dB/s]. */
+/** Decay rate of the bar [dB/s]. */
 const FALL = 30;
 
-/** The number of the peak stays so long [s]. */
+/** Hold time of the peak value [s]. */
 const HOLD = 1.5;
 
 export class LevelMeter {
   /**
-   * @param {HTMLElement} bar its part is set as `--level`
+   * @param {HTMLElement} bar gets its filled part as `--level`
    * @param {HTMLElement} level for the number in dB
    * @param {HTMLElement} peak for the number in pascals
    */

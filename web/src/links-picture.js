@@ -1,4 +1,4 @@
-// Draws rods and springs as lines: a rod is straight, a spring winds.
+// Draws rods as straight lines and springs as helices.
 
 import {
   BufferAttribute,

@@ -1,5 +1,5 @@
-// Marks of the four listeners: a numbered head with ears, of the same size wherever it is, on a thread down
-// to the ground.
+// Marks of the four listeners: a numbered head of constant size on the screen, with a line down to the
+// ground.
 
 import { BufferGeometry, Color, Group, Line, LineBasicMaterial, Vector3 } from 'three';
 

@@ -1,12 +1,12 @@
-// Four places to listen from, one of them in use; or the eye of the camera. Each is a pair of ears 17 cm
-// apart, that look at the middle of the scene.
+// Four listener positions, one of them active, or the position of the camera. Each is a pair of ears 17 cm
+// apart that faces the middle of the scene.
 
 import { Vector3 } from 'three';
 
 /** Distance between the ears [m]. */
 const SPACING = 0.17;
 
-/** How close to the ground a listener may go [m]. */
+/** Least height of a listener above the ground [m]. */
 const CLEARANCE = 0.02;
 
 export class Listeners {
@@ -33,7 +33,7 @@ export class Listeners {
   }
 
   /**
-   * The ears in use.
+   * The active ears.
    * @param {import('./orbit-camera.js').OrbitCamera} view
    * @returns {import('./sound.js').Ears}
    */

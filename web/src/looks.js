@@ -1,9 +1,8 @@
-// How materials look: a colour and a kind of surface by name. What is not named here gets a colour of its
-// own.
+// Appearance of materials by name: colour and kind of surface. Other names get a distinct colour.
 
 import { Color } from 'three';
 
-/** Kinds of surface, as the shader of the balls knows them. */
+/** Kinds of surface of the ball shader. */
 const DULL = 0;
 const METAL = 1;
 const CLEAR = 2;
@@ -44,7 +43,7 @@ export function lookOf(material, index) {
       stripe: number >= 8 ? 1 : 0,
     };
   }
-  // Materials of a scene's own are mostly named after what they start from, such as `tuned-brass`.
+  // Materials of a scene are mostly named after their base, such as `tuned-brass`.
   const known = Object.keys(LOOKS).find((name) => material.endsWith(name));
   const look = known && LOOKS[known];
   if (look) return { colour: new Color(look[0]), surface: look[1], stripe: 0 };

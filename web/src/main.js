@@ -1,4 +1,4 @@
-// The page. Follows what happens from the scene to the ears and eyes:
+// Entry point of the page. Data flow from the scene to sound and picture:
 //
 //   preset ─► Stage ─► World (worker) ─ events ─► worklet (Sound) ─► ears
 //                        └─ poses, contacts ─► History ─► Transport (which moment) ─► Picture, EventLog
@@ -19,7 +19,7 @@ import { Stage } from './stage.js';
 import { Transport } from './transport.js';
 import { World } from './world.js';
 
-/** Frames of the picture between two updates of words and numbers. */
+/** Frames between two updates of the text and numbers. */
 const FRAMES_PER_WORDS = 8;
 
 /** @param {string} id */

@@ -1,6 +1,5 @@
-// Reads what the page needs of a baked sound model (docs/format/model.md): its surface, to draw and to hit
-// it, and its mass, to know how an impact moves it. The sound itself is read by the wasm module, which also
-// checks the file.
+// Reads the surface and the mass properties of a baked sound model (docs/format/model.md), for drawing,
+// picking and impacts. The wasm module reads the sound and checks the file.
 
 /**
  * @typedef {object} Solid

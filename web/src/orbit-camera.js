@@ -1,4 +1,4 @@
-// A camera that goes around a point: two angles and a distance.
+// A camera that orbits a point, given by two angles and a distance.
 
 import { PerspectiveCamera, Vector3 } from 'three';
 
@@ -12,7 +12,7 @@ export class OrbitCamera {
     this.distance = 1;
     this.azimuth = 0;
     this.elevation = 0.3;
-    /** Narrow windows see the scene from further away. */
+    /** Factor of the distance in narrow windows. */
     this.stepBack = 1;
   }
 
@@ -34,7 +34,7 @@ export class OrbitCamera {
    */
   resize(width, height, covered) {
     const free = [width - covered.left - covered.right, height - covered.top - covered.bottom];
-    // The scene stands in the middle of what is free, and as large as that allows.
+    // The scene is centred in the free area and scaled to it.
     const across = (covered.left - covered.right) / 2;
     const down = (covered.top - covered.bottom) / 2;
     this.camera.aspect = width / height;
@@ -50,7 +50,7 @@ export class OrbitCamera {
     this.place();
   }
 
-  /** @param {number} factor above 1 goes away */
+  /** @param {number} factor of the distance */
   zoom(factor) {
     this.distance = Math.min(this.furthest, Math.max(this.nearest, this.distance * factor));
     this.place();

@@ -1,5 +1,5 @@
-// The picture: everything that is seen of the world at one moment. It adapts its resolution to what the
-// computer can bear, for the sound comes first.
+// The picture of the world at one moment. Its resolution adapts to the frame rate, because sound has
+// priority.
 
 import { ArrowHelper, Color, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from 'three';
 import { BallsPicture } from './balls-picture.js';
@@ -14,10 +14,10 @@ import { SolidsPicture } from './solids-picture.js';
 const ACCENT = new Color('#f2b15c');
 const BACKGROUND = new Color('#0d1015');
 
-/** Frames whose duration decides on the resolution. */
+/** Number of frames over which the frame time is averaged. */
 const FRAMES_PER_DECISION = 40;
 
-/** Slower than this [ms per frame] the picture becomes coarser; faster than the second it becomes finer. */
+/** Frame times [ms]: above the first, the resolution decreases; below the second, it increases. */
 const TOO_SLOW = 30;
 const FAST = 19;
 
@@ -58,7 +58,7 @@ export class Picture {
     this.bodies = [];
     /** Size of the scene [m]. */
     this.scale = 1;
-    /** What other things cover at the edges of the canvas [CSS pixels]. */
+    /** Covered areas at the edges of the canvas [CSS pixels]. */
     this.covered = { top: 0, right: 0, bottom: 0, left: 0 };
     this.calm = matchMedia('(prefers-reduced-motion: reduce)');
     this.sharpness = software ? 0.8 : 1;
@@ -100,11 +100,11 @@ export class Picture {
 
   /**
    * @param {import('./history.js').History} history
-   * @param {number} time of the world that is heard [s]
+   * @param {number} time audible world time [s]
    * @param {import('./listeners.js').Listeners} listeners
    */
   draw(history, time, listeners) {
-    // First, since a canvas of another size is empty.
+    // First, because resizing clears the canvas.
     this.adapt();
     this.known = history.poses(time, this.poses);
     const contacts = this.calm.matches ? [] : history.contactsBetween(time - RIPPLE_TIME, time);
@@ -129,7 +129,7 @@ export class Picture {
     const duration = now - this.lastDraw;
     this.lastDraw = now;
     this.frames += 1;
-    // A hidden tab draws nothing for a while: that says nothing about speed.
+    // Long gaps come from hidden tabs and are not frame times.
     if (duration > 500) return;
     this.durations.push(duration);
     if (this.durations.length < FRAMES_PER_DECISION) return;
@@ -154,7 +154,7 @@ export class Picture {
   /**
    * The free ball under a point of the window.
    * @param {number} x @param {number} y
-   * @param {number} slack by how much one may miss, in pixels
+   * @param {number} slack tolerance [CSS pixels]
    * @returns {{ body: number, place: Vector3 } | null}
    */
   ballAt(x, y, slack) {
@@ -178,7 +178,7 @@ export class Picture {
   }
 
   /**
-   * Where a point of the window lies on the plane through `through` that faces the camera.
+   * Projects a point of the window onto the plane through `through` that faces the camera.
    * @param {number} x @param {number} y
    * @param {Vector3} through
    */
@@ -207,7 +207,7 @@ export class Picture {
   }
 }
 
-/** Whether there is no graphics processor: smooth edges cost too much then. */
+/** Whether rendering is in software; antialiasing is then too slow. */
 function drawsInSoftware() {
   const context = document.createElement('canvas').getContext('webgl2');
   const names = context?.getExtension('WEBGL_debug_renderer_info');

@@ -1,6 +1,5 @@
-// Draws the fixed planes: each is cut by all others and by the box that the picture shows, so that what is
-// left is the inside of a container; ground that faces up is a surface with a grid of decimetres, walls are
-// outlines.
+// Draws the fixed planes, each clipped by all others and by the drawn extent, so that the inside of a
+// container remains. Planes that face up are surfaces with a grid of decimetres, walls are outlines.
 
 import {
   AdditiveBlending,
@@ -106,7 +105,7 @@ function ground(corners, colour, extent) {
   return mesh;
 }
 
-/** An outline; a pane as well where things lie on it. @param {Vector3[]} corners @param {boolean} slope */
+/** An outline, and a pane for a slope. @param {Vector3[]} corners @param {boolean} slope */
 function wall(corners, slope) {
   const outline = new LineLoop(
     new BufferGeometry().setFromPoints(corners),
@@ -140,7 +139,7 @@ function fan(corners) {
 }
 
 /**
- * The part of a plane that the others and the extent leave.
+ * The part of a plane inside the other planes and the extent.
  * @param {import('./world.js').Body} plane
  * @param {import('./world.js').Body[]} planes
  * @param {Extent} extent

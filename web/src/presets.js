@@ -1,4 +1,4 @@
-// The scenes of the page: what to load, how to look at it, where to listen, how loud it is.
+// The scenes of the page: content, view, listeners and full-scale pressure.
 
 import newtonsCradle from '../../scenes/newtons-cradle.toml';
 import poolBreak from '../../scenes/pool-break.toml';
@@ -14,14 +14,14 @@ import { boxScene, halfEdge } from './sphere-box.js';
  * @property {string} id
  * @property {string} name
  * @property {string} story one sentence under the picture
- * @property {string} how what one can do here
+ * @property {string} how hint about the gestures
  * @property {(box: import('./sphere-box.js').BoxSettings) => string} scene text
  * @property {(box: import('./sphere-box.js').BoxSettings) => import('./planes-picture.js').Extent} extent
  * @property {import('./orbit-camera.js').View} view
  * @property {number[][]} ears places of the four listeners [m]
  * @property {number} fullScale pressure at full scale [Pa]
  * @property {boolean} [room] whether it starts in a room
- * @property {Drop} drop what falls when one asks for a ball
+ * @property {Drop} drop the ball that a gesture adds
  * @property {RainPlan} [rain]
  * @property {import('./exported-run.js').ExportedRun} [run] instead of a scene that is simulated
  * @property {{ model: string, position: number[] }[]} [objects] loaded objects: file, position of the lowest

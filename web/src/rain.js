@@ -1,5 +1,5 @@
-// Balls that fall one by one into the scene, at regular times of the world, until there are enough of them.
-// Then the oldest ball is thrown up again. Deterministic: the same scene rains alike every time.
+// Adds falling balls to the scene at regular world times, up to a number. Then it throws the oldest ball up
+// again. Deterministic: every run of a scene is the same.
 
 import { addSphere } from './add-sphere.js';
 
@@ -43,7 +43,7 @@ export class Rain {
     const [low, high] = region;
     const position = low.map((least, axis) => between(least, high[axis]));
     const material = materials[this.bodies.length % materials.length];
-    // Negative where another ball occupies the place: the next one follows soon.
+    // Negative where another ball occupies the position; the next try follows soon.
     const body = addSphere(world, material, between(...radii), position, [0, 0, 0]);
     if (body < 0) return false;
     this.bodies.push(body);

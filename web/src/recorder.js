@@ -1,4 +1,4 @@
-// Records what reaches the ears, in pascals, and hands it to the browser as a WAV file.
+// Records the sound at the ears in pascals and downloads it as a WAV file.
 
 import { wavFile } from './wav-file.js';
 
@@ -28,7 +28,7 @@ export class Recorder {
     this.sound.post({ kind: 'record', on: this.on });
   }
 
-  /** Ends what has become too long. */
+  /** Stops a recording that exceeds the limit. */
   watch() {
     if (this.length > LONGEST) this.toggle();
   }

@@ -1,6 +1,6 @@
-// The events of a replay, handed out as their times come: a sorted list on the world's clock and a map from
-// that clock to the clock of the sound, at full speed or slower. The sounds themselves keep their length;
-// what slows down is the world.
+// Outputs the events of a replay at their times: a sorted list in world time and a map from world time to
+// audio time, at full speed or slower. A slow replay stretches the world time only; single sounds keep their
+// length.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
 
@@ -16,10 +16,10 @@ export class ReplayFeeder {
 
   /**
    * @param {Float64Array} events in order of time, on the world's clock; those before `from` are due at once
-   * @param {number} from moment of the world [s] that is heard …
+   * @param {number} from world time [s] that is audible …
    * @param {number} rate seconds of the world per second of sound
-   * @param {number} earliest time of the sound [s] at which it is heard; up to one sample later, so that the
-   *   shift is a whole number of samples and the samples are those of the first time
+   * @param {number} earliest … at this audio time [s], or up to one sample later, so that the shift is a
+   *   whole number of samples and the samples are identical to the first ones
    * @param {number} samplesPerSecond
    */
   start(events, from, rate, earliest, samplesPerSecond) {

@@ -1,6 +1,5 @@
-// A ring where and when two bodies hit each other, growing for a third of a second. Drawn from the contacts
-// around the moment that is shown, so that it is right in replay, in slow motion and when time is moved by
-// hand.
+// A ring at each contact that grows for a third of a second. Computed from the contacts around the shown
+// time, so that it is correct in replay, in slow motion and while scrubbing.
 
 import {
   AdditiveBlending,
@@ -12,10 +11,10 @@ import {
   ShaderMaterial,
 } from 'three';
 
-/** How long a ring is seen [s]. */
+/** Duration of a ring [s]. */
 export const RIPPLE_TIME = 0.33;
 
-/** Rings at a time; of more, the latest are drawn. */
+/** Largest number of rings; the latest are drawn. */
 const MOST = 96;
 
 const VERTEX = /* glsl */ `
@@ -92,7 +91,7 @@ export class RipplesPicture {
 }
 
 /**
- * How strongly a contact is shown, 0 to 1: by its speed, from a centimetre per second to four metres.
+ * Strength of the ring of a contact, 0 to 1, by its approach speed from 0.01 to 4 m/s.
  * @param {import('./history.js').Contact} contact
  */
 export function loudness(contact) {

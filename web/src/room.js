@@ -1,5 +1,5 @@
-// The room around every scene: a living room's size for small things, a hall for a table; plaster, a wooden
-// floor at the height of the ground, a carpet's worth of curtains on one side.
+// The room around every scene: the size of a living room for small scenes, of a hall for a table; plaster
+// walls, a wooden floor at the height of the ground, curtains on one side.
 
 /** Position of the middle of the scene in the room, as parts of its width and depth. */
 const SCENE_POSITION = [0.42, 0.45];
@@ -8,7 +8,7 @@ const SCENE_POSITION = [0.42, 0.45];
 const SIZE = [4.2, 2.7, 5.1];
 
 /**
- * The text of a scene for the sound, with a room around it. Without reflections it sounds as outdoors.
+ * The text of a scene for the sound, with a room around it. Without reflections, the field is free.
  * @param {string} scene
  * @param {import('./planes-picture.js').Extent} extent
  * @returns {string}

@@ -112,7 +112,7 @@ export class SolidsPicture {
       mesh.position.fromArray(object.position);
       mesh.userData.object = object;
       this.group.add(mesh);
-      // What moves throws none.
+      // Moving objects have no shadow.
       if (!Number.isFinite(object.solid.lowest)) continue;
       const shadow = new Mesh(new CircleGeometry(1, 40), SHADOW);
       shadow.rotation.x = -Math.PI / 2;
@@ -149,7 +149,7 @@ export class SolidsPicture {
     const [first] = ray.intersectObjects(this.group.children, false);
     if (!first || !first.face) return null;
     const normal = first.face.normal.clone().transformDirection(first.object.matrixWorld);
-    // An impact comes from the side of the onlooker.
+    // The normal points towards the camera.
     if (normal.dot(ray.ray.direction) > 0) normal.negate();
     return {
       object: first.object.userData.object,

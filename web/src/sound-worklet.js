@@ -7,13 +7,13 @@ import { EventQueue } from './event-queue.js';
 import { ReplayFeeder } from './replay-feeder.js';
 import { WasmInstance } from './wasm-instance.js';
 
-/** Events are given to the synthesis so long before their time [s]. */
+/** Time by which events are given to the synthesis in advance [s]. */
 const HORIZON = 0.03;
 
 /** Events waiting for their time, at most. */
 const QUEUE_CAPACITY = 32768;
 
-/** Most events given to the synthesis in one block; the others follow in the next, milliseconds late. */
+/** Largest number of events given to the synthesis per block; the others follow in the next block. */
 const EVENTS_PER_BLOCK = 256;
 
 /** Blocks between two ticks: 10.7 ms at 48 kHz. */
@@ -22,7 +22,7 @@ const BLOCKS_PER_TICK = 4;
 /** Blocks between two reports of level and load: 43 ms at 48 kHz. */
 const BLOCKS_PER_REPORT = 16;
 
-/** What counts as sound when one waits for it: −140 dB re full scale. */
+/** Threshold of the first sound in the latency measurement: −140 dB re full scale. */
 const AUDIBLE = 1e-7;
 
 /** Frames per message of a recording. */
@@ -66,7 +66,7 @@ class SoundProcessor extends AudioWorkletProcessor {
           // The text comes as bytes: there is no TextEncoder here.
           this.synth.check(exports.synth_start(sampleRate, 128, this.synth.writeBytes(message.bytes)));
           this.originFrame = currentFrame;
-          // It starts with the receivers and reflections of the scene.
+          // The start sets the receivers and reflections of the scene.
           if (this.ears) exports.synth_listener(...this.ears);
           exports.synth_reflections(this.reflections ? 1 : 0);
           this.port.postMessage({ kind: 'started', latency: exports.synth_latency() });
@@ -85,7 +85,7 @@ class SoundProcessor extends AudioWorkletProcessor {
         case 'events':
           this.queue.add(message.events);
           break;
-        // Impacts of the page: they happen as soon as possible, and the page receives their time.
+        // Impacts of the page start as soon as possible; the page receives their time.
         case 'strike': {
           const { events } = message;
           for (let at = EVENT.time; at < events.length; at += EVENT_STRIDE) {
@@ -194,7 +194,7 @@ class SoundProcessor extends AudioWorkletProcessor {
 
     this.blocks += 1;
     if (this.blocks % BLOCKS_PER_TICK === 0) this.worldPort?.postMessage({ time: end });
-    // Date.now counts whole milliseconds; the sum over many blocks is right in the mean nevertheless.
+    // Date.now counts whole milliseconds; the sum over many blocks is correct on average.
     this.busy += Date.now() - begun;
     if (this.blocks % BLOCKS_PER_REPORT === 0) this.report();
     return true;
@@ -206,7 +206,7 @@ class SoundProcessor extends AudioWorkletProcessor {
     const origin = this.originFrame / sampleRate;
     const events = this.batch.subarray(0, count * EVENT_STRIDE);
     for (let at = EVENT.time; at < events.length; at += EVENT_STRIDE) {
-      // What was so before the start, such as the pose of an object, has time 0.
+      // Events before the start, such as the pose of an object, get time 0.
       events[at] = Math.max(0, events[at] - origin);
     }
     this.synth.writeNumbers(events);

@@ -1,5 +1,5 @@
-// The page's end of the line to the audio thread: starts it at the first gesture, knows which moment is being
-// heard, and measures what comes out. The graph: worklet → volume → speakers, and → analyser for the
+// The page's interface to the audio thread: starts it at the first gesture, tracks the audible time, and
+// receives levels. The graph: worklet → volume → speakers, and → analyser for the
 // spectrogram.
 
 /** @typedef {{ left: number[], right: number[] }} Ears two points [m] */
@@ -15,9 +15,9 @@
  * @property {Float64Array} synth counts of the synthesis
  */
 
-/** What is loaded into the synthesis: by slot. @typedef {Map<number, Uint8Array>} Models */
+/** Loaded sound models by slot. @typedef {Map<number, Uint8Array>} Models */
 
-/** Buffer asked of the browser [s]: twice the shortest, without gaps on a busy computer, and not audible. */
+/** Output buffer requested [s]: twice the shortest, which avoids gaps on a busy computer. */
 const BUFFER = 0.02;
 
 export class Sound extends EventTarget {
@@ -48,7 +48,7 @@ export class Sound extends EventTarget {
   }
 
   /**
-   * To be called from a gesture: browsers allow no sound before.
+   * Must be called from a gesture, as browsers require.
    * @param {(port: MessagePort, sampleRate: number) => void} connectWorld gets the port of the ticks
    */
   async start(connectWorld) {
@@ -79,7 +79,7 @@ export class Sound extends EventTarget {
     this.say('on', null);
   }
 
-  /** Muted, everything goes on but what comes out of the speakers. @param {boolean} muted */
+  /** Mutes the output; synthesis and recording continue. @param {boolean} muted */
   mute(muted) {
     this.muted = muted;
     if (this.context && this.volume) {
@@ -107,7 +107,7 @@ export class Sound extends EventTarget {
   }
 
   /**
-   * Sends a setting, now or when the worklet starts; of each kind (and slot) the last counts.
+   * Sends a setting, now or when the worklet starts; the last of each kind (and slot) is kept.
    * @param {any} message
    */
   set(message) {
@@ -154,7 +154,7 @@ export class Sound extends EventTarget {
   }
 
   /**
-   * The time of the context that is heard at this moment [s], by what the browser knows about its buffers.
+   * The audible time of the context [s], from the browser's output timestamp.
    */
   audibleTime() {
     const { context } = this;
@@ -163,7 +163,7 @@ export class Sound extends EventTarget {
     const now = performance.now();
     if (stamp.contextTime && stamp.performanceTime && now - stamp.performanceTime < 500) {
       const time = stamp.contextTime + (now - stamp.performanceTime) / 1000;
-      // Some browsers stamp what has not been computed yet.
+      // Some browsers return a timestamp ahead of the rendered time.
       if (time > 0 && time <= context.currentTime + 0.05) return time;
     }
     return context.currentTime - (context.outputLatency || context.baseLatency || 0);

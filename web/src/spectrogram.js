@@ -1,15 +1,15 @@
-// The spectrum of what is heard, as it happens: time to the left, octaves upwards.
+// Spectrogram of the output in real time: time from right to left, octaves upwards.
 
-/** What is shown: frequency [Hz] and level [dB re full scale]. */
+/** Ranges shown: frequency [Hz] and level [dB re full scale]. */
 const LOWEST = 60;
 const HIGHEST = 20000;
 const QUIETEST = -110;
 const LOUDEST = -20;
 
-/** Columns per second, however many pictures are drawn. */
+/** Columns per second, independent of the frame rate. */
 const SPEED = 60;
 
-/** Frequencies that are written beside the picture [Hz]. */
+/** Labelled frequencies [Hz]. */
 const MARKS = [100, 1000, 10000];
 
 export class Spectrogram {
@@ -61,7 +61,7 @@ export class Spectrogram {
     for (let x = width - columns; x < width; x += 1) context.putImageData(column, x, 0);
   }
 
-  /** Where to write which frequency, from the top as parts of the height. */
+  /** Positions of the labels, from the top, as parts of the height. */
   static marks() {
     return MARKS.map((frequency) => ({
       text: frequency >= 1000 ? `${frequency / 1000} kHz` : `${frequency} Hz`,

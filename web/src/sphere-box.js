@@ -1,7 +1,7 @@
-// The scene of the sphere box, written from what is chosen: how many balls of which material and size, in a
-// box of which walls. The materials are those of Table 1 in [HW], and real steel.
+// The scene of the sphere box, from its settings: number, material and size of the balls, and the walls. The
+// materials are those of Table 1 in [HW], and real steel.
 
-/** What can be chosen for balls, by the name of the material. */
+/** Materials of the balls. */
 export const BALL_MATERIALS = {
   steel: 'Steel',
   glass: 'Glass',
@@ -31,7 +31,7 @@ export const COUNTS = [1, 2, 5, 10, 20, 50, 100, 200, 300, 500, 1000, 2000];
  * @property {boolean} gravity
  */
 
-/** Without gravity the balls start in these directions in equal numbers [m/s]; with it they are let go. */
+/** Without gravity the balls start in these directions in equal numbers [m/s]; with gravity they start at rest. */
 const DRIFTS = [
   [0.6, 0.5, 0.3],
   [-0.6, -0.4, 0.5],
@@ -41,7 +41,7 @@ const DRIFTS = [
 const LET_GO = [[0, 0, 0]];
 
 /**
- * Half the edge of the box [m]: the balls fill at most a thirtieth of it, so that they find places.
+ * Half the edge of the box [m]: the balls fill at most a thirtieth of it, so that random placement succeeds.
  * @param {BoxSettings} settings
  */
 export function halfEdge({ radius, count }) {

@@ -1,5 +1,5 @@
-// What is being played: the scene with its settings, and everything one can do to it. Knows the world, the
-// sound and the history, but nothing of the picture or of buttons.
+// The current scene with its settings, and the actions on it. Uses the world, the sound and the history, but
+// neither the picture nor the controls.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
 import { readSolid } from './model-file.js';
@@ -7,7 +7,7 @@ import { randomNumbers } from './rain.js';
 import { inRoom } from './room.js';
 import { restingPose, strike } from './strike.js';
 
-/** A throw that nobody aimed: upwards and a little aside [m/s]. */
+/** Velocity of a throw without direction [m/s]. */
 const TOSS = 2.4;
 
 /** Keys of objects beside the bodies of a world go down from here; −1 is the world itself. */
@@ -30,7 +30,7 @@ export class Stage extends EventTarget {
     this.preset = /** @type {any} */ (null);
     /** @type {import('./sphere-box.js').BoxSettings} */
     this.box = { material: 'mixed', walls: 'granite', radius: 0.012, count: 50, gravity: true };
-    /** What falls next. */
+    /** The ball dropped next. */
     this.drop = { material: 'steel', radius: 0.01 };
     this.gravityOn = true;
     /** @type {keyof typeof import('./strike.js').MALLETS} */
@@ -76,7 +76,7 @@ export class Stage extends EventTarget {
     this.history.clear();
     this.impacts = [];
     const objects = await this.loadObjects(preset.objects ?? []);
-    // Another scene was chosen while the files came.
+    // Another scene was selected while the files were loading.
     if (preset !== this.preset) return;
     this.objects = objects;
     this.sound.scene(inRoom(text, preset.extent(this.box)));
@@ -140,7 +140,7 @@ export class Stage extends EventTarget {
 
   /** @param {number[]} place [m] */
   dropAt([x, y, z]) {
-    // Balls would fall through objects that are no bodies of the world.
+    // Loaded objects are not bodies of the world: balls would fall through them.
     if (this.transport.finished || this.objects.length > 0) return;
     this.transport.goLive();
     const { radius } = this.drop;
@@ -162,7 +162,7 @@ export class Stage extends EventTarget {
     this.dropAt([inside(0), height, inside(2)]);
   }
 
-  /** Highest that a ball can be in a closed scene [m]. */
+  /** Largest height of a ball in a closed scene [m]. */
   ceiling() {
     const lid = this.world.bodies.find((body) => body.plane && body.normal[1] < -0.999);
     return lid ? -lid.distance - 1.2 * this.drop.radius : Infinity;
@@ -174,7 +174,7 @@ export class Stage extends EventTarget {
     this.world.throw(body, velocity);
   }
 
-  /** Throws up any of the balls. */
+  /** Throws a random ball upwards. */
   throwSomething() {
     const free = this.world.bodies.flatMap((body, index) => (body.free && body.radius > 0 ? [index] : []));
     if (free.length === 0) return;
@@ -203,7 +203,7 @@ export class Stage extends EventTarget {
     this.sound.post({ kind: 'strike', events: impact.event });
   }
 
-  /** Strikes any object somewhere. */
+  /** Strikes a random object at a random point. */
   strikeSomething() {
     if (this.objects.length === 0) return;
     const object = this.objects[Math.floor(this.random() * this.objects.length)];

@@ -3,9 +3,8 @@
 //
 //   m = 1/(1/m₁ + 1/m₂ₑ)   J = (1 + e) m V   τ = 2.87 (m² / (r E*² V))^{1/5}   1/E* = Σ (1 − ν²)/E
 //
-// m₂ₑ is the effective mass of the object at the point, 1/m₂ₑ = 1/m₂ + (p × n)·I⁻¹(p × n). The object stays
-// where it is: it lies so softly that it rings as if it were free, and what the impact gives it is lost
-// before the next.
+// m₂ₑ is the effective mass of the object at the point, 1/m₂ₑ = 1/m₂ + (p × n)·I⁻¹(p × n). The object does
+// not move: its support is so soft that it vibrates as a free body, and its rigid motion is neglected.
 
 import { EVENT, EVENT_KIND, EVENT_STRIDE } from './event-layout.js';
 
@@ -19,7 +18,7 @@ const ELASTICITY = {
   rubber: { modulus: 3e6, poisson: 0.49, density: 1100 },
 };
 
-/** What one can strike with. Radius [m]. */
+/** Mallets. Radius [m]. */
 export const MALLETS = {
   steel: { name: 'Steel', material: 'steel', radius: 0.006 },
   wood: { name: 'Wood', material: 'wood', radius: 0.01 },
@@ -84,7 +83,7 @@ export function strike(object, point, normal, speed, malletName) {
 }
 
 /**
- * The pose of an object that lies still.
+ * The pose event of an object at rest.
  * @param {PlacedSolid} object
  */
 export function restingPose(object) {

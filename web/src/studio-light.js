@@ -1,6 +1,5 @@
 // The light of the page, as GLSL: a dark studio with one large soft lamp and a strip behind. It is a formula
-// and not a picture, so that balls mirror it for nothing, and a computer without a graphics processor can
-// bear it.
+// and not a texture, so that reflections are cheap also without a graphics processor.
 
 export const STUDIO_LIGHT = /* glsl */ `
   const vec3 LAMP = normalize(vec3(-0.45, 0.82, 0.36));

@@ -1,5 +1,5 @@
-// Which moment is shown and heard: live, or one of the last half minute, standing or running, at full speed
-// or slower.
+// Controls which world time is shown and audible: live, or a time in the last half minute, paused or replayed
+// at full speed or slower.
 
 /** @typedef {'live' | 'paused' | 'replaying'} Mode */
 
@@ -17,11 +17,11 @@ export class Transport extends EventTarget {
     /** @type {Mode} */
     this.mode = 'live';
     this.rate = 1;
-    /** Whether all there is lies in the history: nothing is live. */
+    /** Whether the history holds a finished run, without a live world. */
     this.finished = false;
-    /** The moment at which it is paused or from which it replays [s of the world]. */
+    /** World time of the pause or of the start of the replay [s]. */
     this.moment = 0;
-    /** When that moment is due to be handed out [s of the sound]; null until the worklet has said so.
+    /** Audio time at which that world time is rendered [s]; null until the worklet reports it.
      * @type {number | null} */
     this.startedAt = null;
     /** Time of the sound minus time of the world, as of the last frame [s].
@@ -33,13 +33,13 @@ export class Transport extends EventTarget {
     });
   }
 
-  /** Time of the sound at the source of what is heard now [s]. */
+  /** Audio time at the source of the sound that is audible now [s]. */
   heard() {
     if (!this.sound.on) return performance.now() / 1000;
     return this.sound.audibleTime() - this.sound.latency;
   }
 
-  /** The moment of the world that is heard and to be shown [s]. */
+  /** World time that is audible and shown [s]. */
   shown() {
     const { history } = this;
     switch (this.mode) {

@@ -1,7 +1,7 @@
-// One instance of clangor.wasm with the memory that it shares with nobody: text, bytes and numbers in and
-// out. The exports are those of crates/clangor-web; this file knows only how they take and hand out memory.
+// One instance of clangor.wasm with its own memory: passes text, bytes and numbers in and out. The exports
+// are those of crates/clangor-web; this file only handles memory.
 
-/** A failure that the module reports in words. */
+/** A failure with the message of the module. */
 export class ModuleError extends Error {}
 
 export class WasmInstance {
@@ -9,7 +9,7 @@ export class WasmInstance {
   constructor(module) {
     /** @type {Record<string, any>} */
     this.exports = new WebAssembly.Instance(module, {}).exports;
-    // Views are made anew when the memory has grown: its old buffer is empty then.
+    // Views are renewed when the memory has grown, which detaches its old buffer.
     this.buffer = null;
     this.refresh();
   }
@@ -76,7 +76,7 @@ export class WasmInstance {
   }
 
   /**
-   * Passes a status on, or throws what went wrong.
+   * Returns a status, or throws the module's message for a negative one.
    * @param {number} status
    */
   check(status) {

@@ -1,6 +1,6 @@
-// The thread of the world: simulates a little ahead of the sound, whose worklet tells it the time, and hands
-// out what happened: events to the worklet without a detour, poses and contacts to the page. It has no
-// timers, so that a browser that slows down the timers of hidden tabs changes nothing.
+// The thread of the world: simulates slightly ahead of the audio clock, whose ticks come from the worklet. It
+// sends events directly to the worklet, and poses and contacts to the page. It uses no timers, because
+// browsers throttle the timers of hidden tabs.
 
 import { WorldClock } from './clock.js';
 import { addSphere } from './add-sphere.js';
@@ -16,10 +16,10 @@ import { shiftTimes } from './shift-times.js';
 import { Rain } from './rain.js';
 import { WasmInstance } from './wasm-instance.js';
 
-/** Least distance in time between two poses sent to the page [s]. */
+/** Least interval between two poses sent to the page [s]. */
 const POSE_INTERVAL = 1 / 75;
 
-/** Longest that one tick may be computed [s]; what is missing comes with the next. */
+/** Longest computation per tick [s]; the next tick continues it. */
 const TICK_BUDGET = 0.012;
 
 const clock = new WorldClock();
@@ -32,13 +32,13 @@ let world;
 let worklet = null;
 let generation = 0;
 let running = false;
-/** Who drives the clock: the sound, or the page as long as there is none.
+/** Source of the clock: the sound, or the page while there is no sound.
  * @type {'page' | 'sound'} */
 let driver = 'page';
 let lastPoseTime = -Infinity;
 /** @type {Rain | null} */
 let rain = null;
-/** Contacts and events since the last frame that the page got, on the world's clock.
+/** Contacts and events since the last frame sent to the page, in world time.
  * @type {Float64Array[]} */
 let contacts = [];
 /** @type {Float64Array[]} */
@@ -64,7 +64,7 @@ function load(message) {
   contacts = [];
   events = [];
   lastPoseTime = -Infinity;
-  // A new instance: whatever happened to the last one is over.
+  // A new instance, independent of failures of the last one.
   world = new WasmInstance(module);
   world.check(world.exports.world_load(world.writeBytes(new TextEncoder().encode(message.text))));
   world.check(world.exports.world_materials());
@@ -76,7 +76,7 @@ function load(message) {
   running = true;
 }
 
-/** Computes until the world is where the sound will soon be.
+/** Simulates up to the time that the sound needs next.
  * @param {number} soundTime [s] @param {'page' | 'sound'} from */
 function tick(soundTime, from) {
   if (!running) return;
@@ -146,7 +146,7 @@ function join(parts) {
   return whole;
 }
 
-/** What the page may ask for, by the kind of its message.
+/** Handlers of the page's messages by kind.
  * @type {Record<string, (message: any) => void>} */
 const answers = {
   start(message) {
@@ -180,7 +180,7 @@ const answers = {
   },
 };
 
-/** Runs what may fail; the page learns why, and the world goes on with the next message.
+/** Runs an action and reports its failure to the page; the next message is handled as usual.
  * @param {() => void} action */
 function guard(action) {
   try {

@@ -1,4 +1,4 @@
-// The page's end of the line to the world's thread: what to load, throw, add; and what comes back.
+// The page's interface to the world's thread: commands and results.
 
 /**
  * @typedef {object} Body
@@ -22,7 +22,7 @@
  * @typedef {object} Frame
  * @property {number} time of the world [s]
  * @property {number | null} offset time of the sound minus time of the world [s]
- * @property {number} skips how often the world was too slow
+ * @property {number} skips number of time skips
  * @property {Float32Array} poses
  * @property {Float64Array} contacts
  * @property {Float64Array} events
@@ -53,7 +53,7 @@ export class World extends EventTarget {
 
   /** @param {any} message */
   receive(message) {
-    // What the last scene still had to say is of no interest.
+    // Messages of the last scene are ignored.
     if (message.generation !== this.generation) return;
     switch (message.kind) {
       case 'loaded':
@@ -82,7 +82,7 @@ export class World extends EventTarget {
   }
 
   /**
-   * Stops, and shows bodies that another part of the page moves.
+   * Stops the simulation and shows bodies that another part of the page moves.
    * @param {Body[]} bodies
    * @param {{ name: string }[]} materials
    */

@@ -3,20 +3,19 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { openBrowser } from '../scripts/browser.mjs';
-
-/** @typedef {any} Parts what main.js leaves for tests */
+import { EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from '../src/event-layout.js';
 
 /** @type {Awaited<ReturnType<typeof openBrowser>>} */
 let session;
 
 before(async () => {
-  // Small: what is tested is not the picture, and that is drawn without a graphics processor.
+  // A small window, because rendering is in software and the picture is not tested here.
   session = await openBrowser({ autoplay: false, context: { viewport: { width: 800, height: 500 } } });
 });
 after(() => session?.close());
 
 /**
- * Opens a preset and turns its sound on by a click on the sound's button, as a visitor does.
+ * Opens a preset and turns the sound on by a click on its button.
  * @param {string} preset
  */
 async function opened(preset) {
@@ -28,7 +27,7 @@ async function opened(preset) {
 }
 
 /**
- * Loudest report of the next while.
+ * Largest peak of the reports in a time span.
  * @param {import('playwright-core').Page} page
  * @param {number} milliseconds
  */
@@ -109,7 +108,7 @@ test('an impact is handed out, with the base latency of the context, within 60 m
     `of which base latency ${(1000 * base).toFixed(1)} ms, ` +
       `latency of the synthesis ${(1000 * own).toFixed(1)} ms`,
   );
-  // On a machine that is busy with other things one of five may be late.
+  // On a busy machine one of five may be late.
   total.sort((a, b) => a - b);
   assert.ok(total[3] <= 60, `${total}`);
   await page.close();
@@ -144,24 +143,27 @@ test('a tap strikes an object where it is tapped, a drag throws a ball the way i
 
   await page.check('#presets input[value="trick"]', { force: true });
   await page.waitForTimeout(300);
-  const ball = await page.evaluate(() => {
+  const ball = await page.evaluate((stride) => {
     const { picture } = Reflect.get(globalThis, 'clangor');
     const point = picture.view.target
       .clone()
-      .fromArray(picture.poses, 7 * 9)
+      .fromArray(picture.poses, 9 * stride)
       .project(picture.view.camera);
     return [
       (0.5 + 0.5 * point.x) * picture.canvas.clientWidth,
       (0.5 - 0.5 * point.y) * picture.canvas.clientHeight,
     ];
-  });
-  const before = await page.evaluate(() => Reflect.get(globalThis, 'clangor').picture.poses[7 * 9]);
+  }, POSE_STRIDE);
+  /** x of that ball [m]. */
+  const ballX = () =>
+    page.evaluate((at) => Reflect.get(globalThis, 'clangor').picture.poses[at], 9 * POSE_STRIDE);
+  const before = await ballX();
   await page.mouse.move(ball[0], ball[1]);
   await page.mouse.down();
   await page.mouse.move(ball[0] + 60, ball[1], { steps: 4 });
   await page.mouse.up();
   await page.waitForTimeout(150);
-  const after = await page.evaluate(() => Reflect.get(globalThis, 'clangor').picture.poses[7 * 9]);
+  const after = await ballX();
   assert.ok(after > before + 0.01, `from ${before} to ${after} m`);
   await page.close();
 });
@@ -199,13 +201,13 @@ function topOfParabola([[t0, v0], [t1, v1], [t2, v2]]) {
 test('Newton’s cradle keeps the period of the elliptic integral and the impacts of the run', async () => {
   const { page } = await opened('cradle');
   await page.waitForTimeout(3500);
-  const { contacts, ends } = await page.evaluate(() => {
+  const { contacts, ends } = await page.evaluate((last) => {
     const { history } = Reflect.get(globalThis, 'clangor');
     return {
       contacts: history.contacts.map((/** @type {any} */ c) => [c.time, c.bodyA, c.bodyB, c.speed]),
-      ends: history.frames.map((/** @type {any} */ f) => [f.time, f.poses[0], f.poses[28], f.poses[29]]),
+      ends: history.frames.map((/** @type {any} */ f) => [f.time, f.poses[last], f.poses[last + 1]]),
     };
-  });
+  }, 4 * POSE_STRIDE);
   // Impacts of an outer ball: faster than those between balls that hardly move.
   const impacts = contacts
     .filter((/** @type {number[]} */ c) => c[3] > 0.3)
@@ -218,7 +220,7 @@ test('Newton’s cradle keeps the period of the elliptic integral and the impact
   const [anchor, length] = [0.04402, 0.15];
   const swing = ends
     .filter(([time]) => time > groups[0] && time < groups[1])
-    .map(([time, , x, y]) => [time, Math.atan2(x - anchor, 0.25 - y)]);
+    .map(([time, x, y]) => [time, Math.atan2(x - anchor, 0.25 - y)]);
   const top = swing.findIndex(([, angle]) => angle === Math.max(...swing.map((entry) => entry[1])));
   const widest = topOfParabola(swing.slice(top - 1, top + 2));
   const period = 4 * Math.sqrt(length / 9.80665) * ellipticK(Math.sin(widest / 2));
@@ -257,7 +259,7 @@ test('a hidden tab goes on, and shows the present when it comes back', async () 
   const other = await session.browser.newPage();
   await other.bringToFront();
   await page.evaluate(() => {
-    // A browser without windows calls no tab hidden: what a hidden one lacks is its frames.
+    // A headless browser reports no tab as hidden; holding back the animation frames has the same effect.
     const { requestAnimationFrame: original } = globalThis;
     Reflect.set(globalThis, 'held', []);
     globalThis.requestAnimationFrame = (callback) => Reflect.get(globalThis, 'held').push(callback);
@@ -281,7 +283,7 @@ test('a hidden tab goes on, and shows the present when it comes back', async () 
 test('replay: pause, scrub, play again from other ears, live', async () => {
   const { page, complaints } = await opened('trick');
   await page.waitForTimeout(2200);
-  // The button that turned the sound on has not kept the focus: this does not mute.
+  // The sound button has not kept the focus, so the space bar does not mute.
   await page.keyboard.press(' ');
   assert.equal(await page.evaluate(() => Reflect.get(globalThis, 'clangor').transport.mode), 'paused');
   const end = await page.evaluate(() => Reflect.get(globalThis, 'clangor').history.end);
@@ -309,9 +311,10 @@ test('replay: pause, scrub, play again from other ears, live', async () => {
   await page.close();
 });
 
-test('a million events per second, and numbers that are none: it says so and keeps running', async () => {
+test('a million events per second, and invalid numbers: the page counts them and keeps running', async () => {
   const { page } = await opened('drops');
-  const hostile = await page.evaluate(async () => {
+  const layout = { event: EVENT, kind: EVENT_KIND, stride: EVENT_STRIDE };
+  const hostile = await page.evaluate(async ({ event: at, kind, stride }) => {
     const { sound, world } = Reflect.get(globalThis, 'clangor');
     /** @type {any[]} */
     const reports = [];
@@ -319,13 +322,17 @@ test('a million events per second, and numbers that are none: it says so and kee
     const rows = 10000;
     const begin = sound.context.currentTime;
     for (let batch = 0; batch < 100; batch += 1) {
-      const events = new Float64Array(24 * rows);
+      const events = new Float64Array(stride * rows);
       const now = sound.context.currentTime;
       for (let row = 0; row < rows; row += 1) {
         const bad = [NaN, Infinity, -1e300, 1e300, 0][row % 5];
-        events.set([0, now + row / rows, 1e-4, 0.01, bad, 0, 0], 24 * row);
-        events[24 * row + 11] = row % 3 === 0 ? bad : 1;
-        if (row % 7 === 0) events[24 * row + 1] = NaN;
+        const first = stride * row;
+        events[first + at.kind] = kind.sphereImpact;
+        events[first + at.time] = row % 7 === 0 ? NaN : now + row / rows;
+        events[first + at.duration] = 1e-4;
+        events[first + at.radius] = 0.01;
+        events[first + at.centre] = bad;
+        events[first + at.velocityChange] = row % 3 === 0 ? bad : 1;
       }
       sound.post({ kind: 'events', events }, [events.buffer]);
       await new Promise((done) => setTimeout(done, 10));
@@ -349,7 +356,7 @@ test('a million events per second, and numbers that are none: it says so and kee
       audio: sound.context.currentTime - begin,
       load: reports[reports.length - 1].load,
     };
-  });
+  }, layout);
   console.log(hostile);
   assert.ok(hostile.finite);
   assert.ok(hostile.dropped > 100000);

@@ -7,7 +7,7 @@ import { EVENT, EVENT_STRIDE } from '../src/event-layout.js';
 
 const RATE = 48000;
 
-/** Density [kg/m³] and speed of sound [m/s] of the air of a scene that says nothing. */
+/** Density [kg/m³] and speed of sound [m/s] of the air of a scene without `[medium]`. */
 const AIR = { density: 1.2041, speed: 343.2 };
 
 /** Two steel balls meet head on at (1 − 2·0.01)/2 seconds, in free space: centres 1 m apart, 1 m/s each. */
@@ -37,18 +37,18 @@ let page;
 
 before(async () => {
   session = await openBrowser();
-  // Nothing but the files of the page runs here.
+  // An empty page of the same origin.
   page = await session.browser.newPage();
   await page.goto(`${session.address}icon.svg`);
 });
 after(() => session?.close());
 
 /**
- * What happens in a scene until a moment, by the world's half of the module.
+ * The events of a scene up to a time, from the world's functions of the module.
  * @param {string} scene @param {number} until [s]
  */
 function happens(scene, until) {
-  return page.evaluate(async ([text, end]) => {
+  return page.evaluate(async ([text, end, stride]) => {
     const { instance } = await WebAssembly.instantiateStreaming(fetch('clangor.wasm'));
     const wasm = /** @type {any} */ (instance.exports);
     const bytes = new TextEncoder().encode(text);
@@ -57,15 +57,15 @@ function happens(scene, until) {
     if (wasm.world_load(bytes.length) < 0) throw new Error('the scene is refused');
     while (wasm.world_advance(end, 1) === 1);
     const count = wasm.world_events_count();
-    return [...new Float64Array(wasm.memory.buffer, wasm.world_events(), 24 * count)];
-  }, /** @type {[string, number]} */ ([scene, until]));
+    return [...new Float64Array(wasm.memory.buffer, wasm.world_events(), stride * count)];
+  }, /** @type {[string, number, number]} */ ([scene, until, EVENT_STRIDE]));
 }
 
 /**
- * What the worklet plays.
+ * The output of the worklet.
  * @param {object} what
  * @param {string} what.scene
- * @param {number[]} what.events rows of 24 numbers
+ * @param {number[]} what.events rows of `EVENT_STRIDE`
  * @param {number[]} what.left place of the left ear [m]
  * @param {number[]} what.right
  * @param {number} what.seconds
@@ -133,14 +133,14 @@ function played(what) {
 function closedForm(events, ear, latency, samples) {
   const pressure = new Float64Array(samples);
   for (let at = 0; at < events.length; at += EVENT_STRIDE) {
-    const [, time, duration, radius] = events.slice(at, at + 4);
+    const [time, duration, radius] = [EVENT.time, EVENT.duration, EVENT.radius].map((i) => events[at + i]);
     const towards = ear.map((x, axis) => x - events[at + EVENT.centre + axis]);
     const change = events.slice(at + EVENT.velocityChange, at + EVENT.velocityChange + 3);
     const distance = Math.hypot(...towards);
     const along = towards.reduce((sum, x, axis) => sum + x * change[axis], 0) / distance;
     const T = radius / AIR.speed;
     const front = time + latency + (distance - radius) / AIR.speed;
-    // Small steps of a stiff equation: a hundredth of its time constant.
+    // The equation is stiff: steps of a hundredth of its time constant.
     const steps = Math.ceil(1 / RATE / Math.min(0.01 * T, 0.005 * duration));
     const step = 1 / RATE / steps;
     let y = 0;
@@ -214,7 +214,7 @@ function shiftBetween(a, b) {
 test('two balls collide, and their sound arrives at the sample of the closed form', async () => {
   const events = await happens(COLLISION, 0.6);
   assert.equal(events.length, 2 * EVENT_STRIDE, 'one impact for each ball');
-  assert.ok(Math.abs(events[1] - MEETING) < 1e-9, `met at ${events[1]}`);
+  assert.ok(Math.abs(events[EVENT.time] - MEETING) < 1e-9, `met at ${events[EVENT.time]}`);
   const ear = [0.9, 0.3, 0.2];
   const { left, latency } = await played({ scene: COLLISION, events, left: ear, right: ear, seconds: 0.6 });
   const expected = closedForm(events, ear, latency, left.length);
@@ -227,7 +227,7 @@ test('two balls collide, and their sound arrives at the sample of the closed for
     `peak late by ${late[0]}, onset by ${late[1]} samples; latency ${(1000 * latency).toFixed(2)} ms`,
   );
   assert.ok(Math.abs(late[0]) <= 1 && Math.abs(late[1]) <= 1);
-  // Seen: 0.06 %, of which most is where the samples lie on the peak.
+  // Seen: 0.06 %, mostly from the positions of the samples on the peak.
   assert.ok(Math.abs(20 * Math.abs(left[loudest(left)]) - peak) < 0.01 * peak);
 });
 

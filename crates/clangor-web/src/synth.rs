@@ -74,7 +74,7 @@ impl Default for Level {
     }
 }
 
-/// Why the synthesis refuses.
+/// Reasons for the synthesis's refusals.
 #[derive(Debug, thiserror::Error)]
 enum SynthError {
     #[error("the scene is not UTF-8 text")]
@@ -128,7 +128,7 @@ impl State {
         }
         match &mut self.playing {
             Some(playing) => put(Some(playing), slot, &file)?,
-            // Nothing plays yet: only checks whether the file can be read.
+            // Not started yet: only checks that the file is readable.
             None => drop(file.object(&EngineSettings::default())?),
         }
         self.files.insert(slot, file);

@@ -1,4 +1,4 @@
-//! What the page and the module hand each other besides numbers: bytes in, text out.
+//! Memory shared by the page and the module: bytes in, text out.
 
 use std::cell::RefCell;
 
@@ -6,12 +6,12 @@ use std::cell::RefCell;
 const LARGEST: u32 = 1 << 28;
 
 thread_local! {
-    // Words, because what lies there may be numbers.
+    // Words of 8 bytes, because the content may be f64.
     static BUFFER: RefCell<Vec<u64>> = const { RefCell::new(Vec::new()) };
     static MESSAGE: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Room for so many bytes, aligned to 8, valid until the next call; null beyond 256 MiB.
+/// Returns a buffer of this length \[bytes\], aligned to 8, valid until the next call; null beyond 256 MiB.
 pub fn buffer(bytes: u32) -> *const u64 {
     if bytes > LARGEST {
         return std::ptr::null();
@@ -25,27 +25,27 @@ pub fn buffer(bytes: u32) -> *const u64 {
     })
 }
 
-/// The last refusal or report, UTF-8.
+/// The last error message or report, UTF-8.
 pub fn message() -> *const u8 {
     MESSAGE.with_borrow(|text| text.as_ptr())
 }
 
-/// Its length \[bytes\].
+/// Length of [`message`] \[bytes\].
 pub fn message_length() -> u32 {
     MESSAGE.with_borrow(|text| text.len() as u32)
 }
 
-/// What [`message`] tells.
+/// The text of [`message`].
 pub fn last_message() -> String {
     MESSAGE.with_borrow(String::clone)
 }
 
-/// Sets what [`message`] tells.
+/// Sets the text of [`message`].
 pub fn tell(text: String) {
     MESSAGE.replace(text);
 }
 
-/// The status of an outcome; a refusal is told.
+/// Status code of a result; an error sets [`message`].
 pub fn status<E: std::fmt::Display>(outcome: Result<i32, E>) -> i32 {
     outcome.unwrap_or_else(|error| {
         tell(error.to_string());
@@ -66,7 +66,7 @@ pub fn write(bytes: &[u8]) -> u32 {
     bytes.len() as u32
 }
 
-/// The first bytes of the buffer; as many as there are, if fewer.
+/// The first bytes of the buffer, at most its length.
 pub fn bytes(count: u32) -> Vec<u8> {
     BUFFER.with_borrow(|buffer| {
         let words = &buffer[..buffer.len().min(count.div_ceil(8) as usize)];

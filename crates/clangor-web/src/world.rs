@@ -24,9 +24,9 @@ use crate::wasm_buffer::{self, status};
 
 /// Numbers of a ball to be added by [`world_add_sphere`].
 pub const SPHERE_NUMBERS: usize = 7;
-/// Events that the solvers compute in a second, with a margin: a processor of 2015 in a browser.
+/// Events that the solvers compute per second, a low estimate: a processor of 2015 in a browser.
 const EVENTS_PER_SECOND: f64 = 2e5;
-/// Longest computation that may be asked for at once, and the one where none is asked for \[s\].
+/// Largest and default computation time per call \[s\].
 const LONGEST_BUDGET: f64 = 2.0;
 const USUAL_BUDGET: f64 = 0.02;
 
@@ -46,7 +46,7 @@ struct State {
     velocities: Vec<f32>,
 }
 
-/// Why the world refuses.
+/// Reasons for the world's refusals.
 #[derive(Debug, thiserror::Error)]
 enum WorldError {
     #[error("the scene is not UTF-8 text")]
@@ -130,18 +130,18 @@ pub fn world_load(scene_bytes: u32) -> i32 {
     STATE.with_borrow_mut(|state| status(state.load(&text)))
 }
 
-/// Goes on to a time \[s\]. 0: done; 1: not yet, after computing for about so many seconds (0: 20 ms), call
-/// again.
+/// Advances to a time \[s\]. Returns 0 when done, and 1 after about the given computation time \[s\] (0: 20
+/// ms); call again then.
 pub fn world_advance(until: f64, budget_s_hint: f64) -> i32 {
     STATE.with_borrow_mut(|state| status(state.advance(until, budget_s_hint)))
 }
 
-/// The time reached \[s\]; up to 2 ms beyond what was asked for.
+/// The time reached \[s\], at most 2 ms beyond the time requested.
 pub fn world_time() -> f64 {
     STATE.with_borrow(|state| state.world.as_ref().map_or(0.0, LiveWorld::time))
 }
 
-/// Number of bodies; a number that has become free is given to a body that is added later.
+/// Number of bodies. The number of a removed body is reused for a body added later.
 pub fn world_body_count() -> u32 {
     STATE.with_borrow(|state| state.world.as_ref().map_or(0, LiveWorld::count) as u32)
 }
@@ -205,8 +205,8 @@ fn described_link(link: &Link) -> [f64; LINK_STRIDE] {
     }
 }
 
-/// Tells the materials in the message, as a JSON list in the order of their indices: those of the scene, then
-/// the library's. Returns their number.
+/// Sets the message to the materials, a JSON list in the order of their indices: those of the
+/// scene, then the library's. Returns their number.
 pub fn world_materials() -> i32 {
     STATE.with_borrow(|state| {
         let list: Vec<_> = state
@@ -252,7 +252,7 @@ pub fn world_events_count() -> u32 {
     STATE.with_borrow(|state| (state.events.len() / EVENT_STRIDE) as u32)
 }
 
-/// The events, on the clock of the world: a click for each ball that an impact moves.
+/// The events in world time: one impact for each ball that a contact accelerates.
 pub fn world_events() -> *const f64 {
     STATE.with_borrow(|state| state.events.as_ptr())
 }
@@ -289,7 +289,7 @@ fn change(act: impl FnOnce(&mut LiveWorld) -> Result<i32, LiveError>) -> i32 {
     })
 }
 
-/// Gives the centre of a ball a velocity [m/s].
+/// Sets the velocity of the centre of a ball [m/s].
 pub fn world_set_velocity(body: u32, x: f64, y: f64, z: f64) -> i32 {
     change(|world| world.set_velocity(BodyId(body), DVec3::new(x, y, z)).map(|()| 0))
 }
@@ -329,7 +329,7 @@ pub fn world_energy() -> f64 {
     STATE.with_borrow(|state| state.world.as_ref().map_or(0.0, LiveWorld::energy))
 }
 
-/// What moves the world: 0 the exact solver, 1 the stepped one.
+/// Solver in use: 0 exact, 1 stepped.
 pub fn world_solver() -> u32 {
     STATE.with_borrow(|state| match state.world.as_ref().map(LiveWorld::solver) {
         None | Some(Solver::Spheres) => 0,

@@ -31,7 +31,7 @@ export const COUNTS = [1, 2, 5, 10, 20, 50, 100, 200, 300, 500, 1000, 2000];
  * @property {boolean} gravity
  */
 
-/** Without gravity the balls start in these directions in equal numbers [m/s]; with gravity they start at rest. */
+/** Velocities without gravity, in equal numbers [m/s]; with gravity the balls start at rest. */
 const DRIFTS = [
   [0.6, 0.5, 0.3],
   [-0.6, -0.4, 0.5],

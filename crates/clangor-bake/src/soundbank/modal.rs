@@ -6,8 +6,9 @@
 //!
 //! An ellipsoid has all modes that a body of its proportions needs to 20 kHz, if its lowest mode is above
 //! [`ModalSoundbankOptions::least_first_frequency`] and ‖(a, b, c)‖ below
-//! [`ModalSoundbankOptions::largest_size`]. With S = min(f_p/f_least, largest) modes are baked to 20 kHz × S/m. This is \[FRAC\]'s rule that the scale γ must
-//! be below 1, for ellipsoids of size S instead of a metre.
+//! [`ModalSoundbankOptions::largest_size`]. With S = min(f_p/f_least, largest) modes are baked to
+//! 20 kHz × S/m. This is \[FRAC\]'s rule that the scale γ must be below 1, for ellipsoids of size S instead
+//! of a metre.
 
 pub mod ellipsoid_modes;
 pub mod first_frequency;

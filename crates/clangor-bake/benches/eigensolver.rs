@@ -1,8 +1,8 @@
 //! Time per mode: `cargo bench --profile release -p clangor-bake --bench eigensolver`.
 //!
-//! All modes of square plates and a block, thin and solid, at about 12 000 and 30 000 nodes. Processor time
-//! of assembly, ordering, factors and iteration, so that other work on the machine does not count. Last, the
-//! block as the program solves it: by bricks and mirror planes, on two meshes.
+//! All modes of square plates and a block, thin and solid, at about 12 000 and 30 000 nodes. Measures
+//! processor time of assembly, ordering, factorisation and iteration, independent of other load on the
+//! machine. Last, the block as the program solves it: hexahedra of order 4 and mirror planes, on two meshes.
 
 mod cpu_time;
 

@@ -1,8 +1,8 @@
-//! Time of stress: `cargo bench --profile release -p clangor-bake --bench elastostatics`.
+//! Time of the stress solver: `cargo bench --profile release -p clangor-bake --bench elastostatics`.
 //!
-//! A thin plate and a block at about 12 000 and 60 000 nodes: factor, solve with all fields, new columns,
-//! stored ones. Processor time, so that other work on the machine does not count; half of it is the time on
-//! two idle cores.
+//! A thin plate and a block at about 12 000 and 60 000 nodes: factorisation, solve with all fields, new
+//! columns, stored ones. Measures processor time, independent of other load; half of it is the time on two
+//! idle cores.
 
 use std::time::Instant;
 
@@ -12,8 +12,7 @@ use clangor_bake::stress::{PointLoad, StressBody, StressOptions};
 use clangor_core::material::presets::GLASS;
 use glam::DVec3;
 
-/// Seconds that this process has run, all threads together; on systems that do not tell, the clock on the
-/// wall.
+/// CPU time of the process, all threads together \[s\]; wall-clock time on systems that do not report it.
 fn processor_time(start: Instant) -> f64 {
     std::fs::read_to_string("/proc/self/stat")
         .ok()
@@ -54,7 +53,7 @@ fn main() {
             Err(error) => return println!("{name}: {error}"),
         };
         let factor = processor_time(start) - before;
-        // Four contacts below, moved a little from load to load.
+        // Four contacts below, displaced slightly from load to load.
         let loads = |k: usize| -> Vec<PointLoad> {
             let place = |a: f64, b: f64| PointLoad {
                 point: DVec3::new(a * edges.x, b * edges.y, -0.5 * edges.z) * (1.0 + 1e-6 * k as f64),

@@ -1,9 +1,9 @@
 //! Throughput of the time-domain solver: `cargo bench -p clangor-bake --bench fdtd`, with `--features gpu`
 //! also on a graphics processor.
 //!
-//! Cell updates per second and core of six runs around a sphere, absorbing layers, recording and all, on
-//! grids of three sizes. Processor time, so that other work on the machine does not count; on a graphics
-//! processor the clock on the wall. A device in software is slow, and gets the smallest grid only.
+//! Cell updates per second and core of six runs around a sphere, including absorbing layers and recording, on
+//! grids of three sizes. Measures processor time, independent of other load; on a graphics processor
+//! wall-clock time. A software device is slow, and runs the smallest grid only.
 
 mod cpu_time;
 

@@ -1,8 +1,8 @@
 //! Radiation of all modes of axisymmetric bodies:
 //! `cargo bench --profile release -p clangor-bake --bench modal_axisymmetric`.
 //!
-//! Processor time of the radiation alone, and the power of each mode against that of a finer run with `--
-//! finer`. Names of shapes choose some of them.
+//! Measures processor time of the radiation alone, and with `-- finer` the power of each mode relative to
+//! that of a finer run. Names of shapes select some of them.
 
 mod cpu_time;
 

@@ -63,7 +63,7 @@ fn main() {
 
     let by_elements = |part: f64| {
         let start = cpu_time();
-        // The error of waves is of second order in the edges.
+        // The error of the waves is of second order in the edges.
         let solver =
             BemModalSolver::try_new(&surface, highest / part.sqrt(), part * accuracy).expect("a mesh");
         let transfers = timed(&solver, &elements, &motions);

@@ -1,5 +1,5 @@
-//! The modal bank: its samples, an entry, and an ellipsoid that rings by itself, as the entry of its own
-//! proportions and as the nearest of a bank, stage by stage.
+//! The modal bank: its samples, an entry, and the modes of an ellipsoid compared with the entry of the same
+//! proportions and with the nearest entry of a bank, stage by stage.
 //!
 //! `cargo bench -p clangor-bake --bench modal_soundbank -- samples [SPACING] [THINNEST]` | `-- entry A B C
 //! [ACCURACY]` | `-- build BANK.safetensors` | `-- beside BANK.safetensors A B C [m]`; of fragments: the
@@ -107,8 +107,8 @@ const BANDS: usize = 11;
 /// Lowest centre \[Hz\].
 const LOWEST: f64 = 2_000.0;
 
-/// What impacts at random places of an ellipsoid, along its normal, and random directions make of modes: in
-/// each third octave their number, Σ (U·n)², Σ |H|² and Σ (ω U·n |H|)²/4ξω.
+/// Statistics of modes under impacts at random places of an ellipsoid, along its normal, and random
+/// directions: in each third octave their number, Σ (U·n)², Σ |H|² and Σ (ω U·n |H|)²/4ξω.
 fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
     let mut sums = [[0.0; 4]; BANDS];
     let mut random = SplitMix::new(1);
@@ -133,8 +133,8 @@ fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
     sums
 }
 
-/// A body's own ringing, that of the entry of its own proportions, and that of the nearest of a bank.
 fn beside(bank: &ModalSoundbank, semi_axes: DVec3, options: &ModalSoundbankOptions) {
+/// Compares a body's own modes, the entry of the same proportions, and the nearest entry of a bank.
     let material = GLASS.material();
     let bake = ModalBakeOptions { mesh_error: 0.005, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
     let geometry = BakeGeometry::Ellipsoid { semi_axes };

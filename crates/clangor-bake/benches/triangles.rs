@@ -7,7 +7,7 @@ use clangor_bake::bem::triangles::{Equation, TriangleSolver};
 use clangor_bake::radiation::RadiationSolver;
 use clangor_core::shape::Shape;
 
-/// Runs of which the fastest counts.
+/// Number of runs; the fastest counts.
 const RUNS: usize = 3;
 
 fn main() {
@@ -38,7 +38,7 @@ fn best<T>(mut run: impl FnMut() -> T) -> (f64, T) {
     (1..RUNS).map(|_| timed()).fold(first, |a, b| if b.0 < a.0 { b } else { a })
 }
 
-/// Processor time of this thread where the system tells it, time of day elsewhere [s].
+/// Processor time of this thread where the system reports it, wall-clock time elsewhere [s].
 fn seconds() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     match text.split_whitespace().next().and_then(|nanoseconds| nanoseconds.parse::<f64>().ok()) {

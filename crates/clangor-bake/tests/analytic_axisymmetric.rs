@@ -13,7 +13,7 @@ use num_complex::Complex64;
 fn sphere_error(a: f64, wavenumbers: &[f64], damped: bool) -> f64 {
     let meridian = Meridian::spheroid(a, a).expect("a ball");
     let highest = wavenumbers.iter().copied().fold(0.0, f64::max);
-    // Any axis: the coefficients are in the axes of the body.
+    // Any axis works: the coefficients are in the frame of the body.
     let axis = DVec3::new(0.3, -0.5, 0.8);
     let solver = AxisymmetricSolver::new(&meridian, axis, AxisymmetricOptions::new(highest));
     assert_eq!(solver.is_damped(), damped);
@@ -83,8 +83,7 @@ fn spheroids_have_the_added_mass_of_lamb_moving_and_turning() {
             println!("{across} {along} degree {degree}: {error:.1e}");
             assert!(error < 1e-6, "{across} {along} degree {degree}: {error:e}");
         }
-        // Turning about x: p = D yz on the surface, D from the added inertia; the moment is that of p and
-        // a_n.
+        // Rotation about x: p = D yz on the surface, D from the added inertia. The moment combines p and a_n.
         let (b, c_square) = (along * along, across * across);
         let (sum, gap) = (b + c_square, b - c_square);
         let moment = sum * gap * (beta - alpha) / (2.0 * gap + sum * (alpha - beta)) + gap;

@@ -14,7 +14,7 @@ use glam::DVec3;
 
 const RADIUS: f64 = 0.025;
 
-/// Largest relative error of the first 20 modes, which must not be out of order by more.
+/// Largest relative error of the first 20 modes; their order may differ by no more.
 fn worst_error(poisson_ratio: f64, divisions: usize) -> f64 {
     let material = Material { poisson_ratio, ..GLASS.material() };
     let exact = frequencies(&material, RADIUS);
@@ -35,7 +35,7 @@ fn the_first_twenty_modes_are_the_exact_ones() {
     }
 }
 
-/// Estimated over true errors of the first 20 modes, and the largest true error.
+/// Ratio of estimated to true errors of the first 20 modes, and the largest true error.
 fn estimates(semi_axes: DVec3, accuracy: f64) -> (Vec<f64>, f64) {
     let material = GLASS.material();
     let exact = frequencies(&material, RADIUS);
@@ -52,7 +52,7 @@ fn estimates(semi_axes: DVec3, accuracy: f64) -> (Vec<f64>, f64) {
 
 #[test]
 fn the_estimated_error_of_tetrahedra_is_the_true_one() {
-    // Slightly off a body axisymmetric about y, which would not be filled with tetrahedra.
+    // Slightly off an axisymmetric body about y, which would use the section instead of tetrahedra.
     let (ratios, worst) = estimates(DVec3::new(RADIUS, RADIUS, RADIUS * (1.0 + 1e-9)), 5e-3);
     // Seen: 0.72 to 0.91, 9e-4.
     assert!(ratios.iter().all(|r| *r > 0.5 && *r < 1.5), "{ratios:.2?}");

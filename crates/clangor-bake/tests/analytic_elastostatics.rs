@@ -15,7 +15,7 @@ fn body(mesh: TetMesh) -> StressBody {
     StressBody::new(mesh, &glass(), &StressOptions::default()).expect("a body")
 }
 
-/// A block whose inner corners are moved about, so that no two elements are alike.
+/// A block whose inner corners are displaced, so that all elements differ.
 fn irregular_block(edges: DVec3, cells: [usize; 3]) -> TetMesh {
     let mesh = block(edges, cells).expect("a block");
     let inside = |x: DVec3| (0..3).all(|a| x[a].abs() < 0.499 * edges[a]);
@@ -64,7 +64,7 @@ fn uniform_stress_is_found_exactly() {
     assert!((found.strain_energy / (density * edges.element_product()) - 1.0).abs() < 1e-8);
 }
 
-/// A bar along x and where it ends.
+/// A bar along x and its length.
 const LENGTH: f64 = 0.12;
 const HEIGHT: f64 = 0.01;
 const DEPTH: f64 = 0.01;
@@ -78,7 +78,7 @@ fn a_free_bar_is_pulled() {
     let body = bar([24, 3, 3]);
     let force = 500.0;
     let exact = force / (HEIGHT * DEPTH);
-    // Pulled at both ends by a pressure that is not uniform: what is left in the middle is, by Saint-Venant.
+    // Non-uniform tension at both ends: by Saint-Venant's principle it is uniform in the middle.
     let profile = |x: DVec3| 1.5 * (1.0 - (2.0 * x.y / HEIGHT).powi(2));
     let traction = |x: DVec3, n: DVec3| if n.x.abs() > 0.9 { n * exact * profile(x) } else { DVec3::ZERO };
     let found = body.solve_forces(body.traction_forces(traction)).expect("a deformation");
@@ -87,7 +87,7 @@ fn a_free_bar_is_pulled() {
     // Seen: 1.2e-6.
     let error = largest_difference(&middle, pulled) / exact;
     assert!(error < 5e-3, "{error:.1e}");
-    // The bar is its own mirror image, and so is its stress: each corner has a twin at −x.
+    // The bar is mirror-symmetric, and so is its stress: each corner has an image at −x.
     let twin = |x: DVec3| {
         let mirrored = x * DVec3::new(-1.0, 1.0, 1.0);
         let corners = &body.mesh().nodes[..body.mesh().corners];
@@ -108,7 +108,7 @@ fn corners(body: &StressBody, found: &Deformation, take: impl Fn(DVec3) -> bool)
 
 #[test]
 fn a_bar_bends_between_four_patches() {
-    // Elements of 3⅓ mm; patches of four of them: down at the outer ends, up at the inner supports.
+    // Elements of 3⅓ mm; patches of four of them: forces down at the outer ends, up at the inner supports.
     let body = bar([36, 3, 3]);
     let cell = LENGTH / 36.0;
     let total = 200.0;

@@ -1,4 +1,4 @@
-//! The time-domain solver on a sphere, which the exact field judges from 100 Hz to 20 kHz (of a ball of 7.5
+//! The time-domain solver on a sphere, compared with the exact field from 100 Hz to 20 kHz (for a ball of 7.5
 //! mm).
 
 use std::f64::consts::PI;
@@ -72,7 +72,7 @@ fn cut_cells_are_accurate_and_of_second_order() {
         let samples = run(&sphere(DVec3::ZERO), cells, Boundary::CutCells);
         for (k, sample) in WAVENUMBERS.iter().zip(&samples) {
             for rotation in &sample.coefficients[3..] {
-                // Rotation is silent. Residual seen: 4e-6, rounding of f32 and of the facets.
+                // Rotation radiates nothing. Residual seen: 4e-6, rounding of f32 and of the facets.
                 assert!(size(rotation, *k) < 1e-4 * size(&sample.coefficients[0], *k));
             }
         }
@@ -99,7 +99,7 @@ fn rotation_about_a_point_off_centre_is_a_translation() {
     for (k, sample) in WAVENUMBERS.iter().zip(&samples) {
         let translations = &sample.coefficients;
         for axis in 0..3 {
-            // e × d of a turn about the origin.
+            // e × d of a rotation about the origin.
             let shift = DVec3::AXES[axis].cross(middle);
             let expected: Vec<Complex64> = (0..count(ORDER))
                 .map(|i| (0..3).map(|a| shift[a] * translations[a][i]).sum::<Complex64>())
@@ -133,7 +133,7 @@ fn a_shell_of_half_a_cell_lets_nothing_through() {
     let solver = WaveSolver::try_new(&shell, options).unwrap();
     assert!(solver.closed_cells() > 100);
     let samples = solver.run(&|_| ControlFlow::Continue(())).unwrap().samples(&WAVENUMBERS, ORDER);
-    // What leaks would be heard best where the air inside resonates, at k = 2.2. Left: the wall is up to a
+    // A leak would be strongest at the resonance of the interior, k = 2.2. Remainder: the wall is up to a
     // cell thicker. Seen: 0.16.
     assert!(error(&samples) < 0.2, "{}", error(&samples));
 }

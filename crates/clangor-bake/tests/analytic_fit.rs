@@ -1,4 +1,4 @@
-//! The fit over frequency against a body whose field is known: the sphere.
+//! The fit over frequency for a body with a known field: the sphere.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;

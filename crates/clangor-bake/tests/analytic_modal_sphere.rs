@@ -1,4 +1,4 @@
-//! Vibrating spheres at any frequency, resonances of the inside among them, against the closed form.
+//! Vibrating spheres at any frequency, including resonances of the interior, against the closed form.
 //!
 //! A normal acceleration Y_n makes the pressure p = a Y_n/(n + 1 + s² θₙ₋₁(s)/θₙ(s)), s = ika, on the
 //! surface.
@@ -110,7 +110,7 @@ fn modes_of_a_sphere_radiate_as_they_should() {
     let mesh = ellipsoid(DVec3::ONE, 8).expect("a mesh");
     let surface = ModalSurface { nodes: mesh.nodes.clone(), triangles: mesh.surface() };
     let ball = Meridian::spheroid(1.0, 1.0).expect("a ball");
-    // Any axis will do.
+    // Any axis works.
     let solver = AxisymmetricModalSolver::new(&ball, DVec3::new(0.48, -0.6, 0.64));
     let mut values = Vec::new();
     let shapes: Vec<(usize, usize, Vec<DVec3>)> = [(0, 0), (1, 1), (1, -1), (2, 0), (5, -3)]
@@ -125,7 +125,7 @@ fn modes_of_a_sphere_radiate_as_they_should() {
         .into();
     let mut worst = 0.0_f64;
     for at_first in [0.1, 1.0, 4.493_409_457_909, 9.355_812_111_043, 20.0] {
-        // Apart, else they were taken for bases of one another.
+        // Different frequencies, so that they are not grouped as one degenerate set.
         let apart = |i: usize| at_first * (1.0 + 1e-5 * i as f64);
         let motions: Vec<ModalMotion<'_>> = shapes
             .iter()

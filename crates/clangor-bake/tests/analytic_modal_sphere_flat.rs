@@ -31,7 +31,7 @@ fn elements() -> ModalSurface {
     let mut nodes: Vec<DVec3> = mesh.vertices.iter().map(|v| v.normalize()).collect();
     let mut triangles = Vec::new();
     for [a, b, c] in &mesh.triangles {
-        // Middles twice, once for each side: nothing asks that they be shared.
+        // Each midpoint occurs twice, once for each side: sharing is not required.
         let first = nodes.len() as u32;
         for (p, q) in [(a, b), (b, c), (c, a)] {
             nodes.push((nodes[*p as usize] + nodes[*q as usize]).normalize());

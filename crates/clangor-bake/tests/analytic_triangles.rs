@@ -95,7 +95,7 @@ fn turning_about_a_point_off_centre_is_a_translation() {
             wrong += (p[d + 3] - expected).norm_sqr();
             size += expected.norm_sqr();
         }
-        // Residual seen: 2.1e-3, what 500 triangles turn instead of a sphere.
+        // Residual seen: 2.1e-3, the asymmetry of 500 triangles in place of a sphere.
         assert!((wrong / size).sqrt() < 4e-3, "{d}: {}", (wrong / size).sqrt());
     }
 }

@@ -7,7 +7,7 @@ use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use clangor_core::shape::Shape;
 use glam::DVec3;
 
-/// Largest level error: of each motion against the loudest, rotations at equal surface speed.
+/// Largest level error: of each motion relative to the strongest, rotations at equal surface speed.
 fn level_error(found: &[RadiationSample], exact: &[RadiationSample], radius: f64) -> f64 {
     let unit = |degree: usize| if degree < 3 { 1.0 } else { radius };
     let mut worst = 0.0_f64;

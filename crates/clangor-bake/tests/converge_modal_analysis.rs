@@ -1,4 +1,4 @@
-//! Whether the estimate of what a finer mesh would change is what a much finer mesh does change.
+//! The estimated discretisation error agrees with the difference to a much finer mesh.
 
 use std::ops::ControlFlow;
 
@@ -15,7 +15,7 @@ const BAR: [f64; 10] =
 const PLATE: [f64; 10] =
     [516.129, 751.957, 864.413, 1303.872, 1303.872, 2216.041, 2216.041, 2354.829, 2578.310, 2770.506];
 
-/// A relative error, and what was estimated for it, of each mode.
+/// The relative error of each mode, and its estimate.
 fn errors(edges: DVec3, preset: &Preset, limit: f64, reference: &[f64]) -> Vec<[f64; 2]> {
     let geometry = BakeGeometry::RoundedBox { edges, round: 0.0 };
     let constants = ElasticConstants::of(&preset.material()).expect("an elastic material");
@@ -50,7 +50,8 @@ fn estimates_of_a_bar_and_a_plate_are_not_below_the_truth() {
     }
 }
 
-/// Thin panes take few bricks where tetrahedra, many times as long as the pane is thick, bend too hard.
+/// Thin panes need few hexahedra; tetrahedra many times as long as the pane is thick are too stiff in
+/// bending.
 #[test]
 fn thin_panes_need_few_nodes() {
     let edges = DVec3::new(0.4, 0.004, 0.4);
@@ -69,7 +70,7 @@ fn thin_panes_need_few_nodes() {
     }
 }
 
-/// A foil needs millions of elements: that is said at once, not after they are made.
+/// A foil needs millions of elements: the error is reported before they are made.
 #[test]
 fn a_foil_is_refused_with_the_size_of_its_mesh() {
     let constants = ElasticConstants::of(&GLASS.material()).expect("an elastic material");

@@ -1,6 +1,6 @@
-//! How fine the panels of vibrating axisymmetric bodies have to be: radiated power against a finer run.
+//! Panel resolution for vibrating axisymmetric bodies: radiated power against a finer run.
 //!
-//! The shapes bend as modes do, with as many waves on the surface as in the air or more. For true modes:
+//! The shapes bend as modes do, with at least as many waves on the surface as in the air. For true modes:
 //! `cargo bench --profile release -p clangor-bake --bench modal_axisymmetric -- finer`.
 
 use std::ops::ControlFlow;
@@ -43,7 +43,7 @@ fn the_default_panels_give_the_power() {
                 let at = |x: &DVec3| {
                     let (r, phi) = (x.x.hypot(x.z) / radius, x.z.atan2(x.x));
                     let m = f64::from(*m);
-                    // Square to the wall of the bowl, nearly.
+                    // Nearly perpendicular to the wall of the bowl.
                     let out = (DVec3::new(x.x, 0.5 * x.y - 0.5 * radius, x.z)).normalize();
                     out * ((m * phi).cos() * r.powf(m.min(6.0)) * (std::f64::consts::TAU * waves * r).cos())
                 };
@@ -68,7 +68,7 @@ fn the_default_panels_give_the_power() {
         for (((kr, m, _), coarse), fine) in cases.iter().zip(&coarse).zip(&fine) {
             let error = coarse.power(*kr) / fine.power(*kr) - 1.0;
             println!("{name} kR {kr} m {m}: order {} power {error:.1e}", coarse.order);
-            // Residual seen: 1.3e-3 without an order around the axis, of the kinks of the surface; else 8e-5.
+            // Residual seen: 1.3e-3 for m = 0, from the kinks of the surface; otherwise 8e-5.
             assert!(error.abs() < 5e-3, "{name} {kr} {m}: {error:e}");
         }
     }

@@ -1,4 +1,4 @@
-//! The edge lengths that the rule chooses keep the accuracy asked for, against meshes that are several times
+//! The edge lengths of the resolution rule meet the requested accuracy, compared with meshes several times
 //! finer.
 
 use std::f64::consts::TAU;
@@ -48,8 +48,8 @@ fn norm(coefficients: impl Iterator<Item = Complex64>) -> f64 {
     coefficients.map(|c| c.norm_sqr()).sum::<f64>().sqrt()
 }
 
-/// Level error at 20 kHz of what the rule chooses for `accuracy`, against edges of `fine` times those, and
-/// its unknowns.
+/// Level error at 20 kHz of the rule's mesh for `accuracy`, relative to edges of `fine` times those, and its
+/// unknowns.
 fn kept(input: &TriMesh, accuracy: f64, fine: f64) -> (f64, usize) {
     let input = &input.relative_to(MassProperties::of(input).unwrap().centre_of_mass);
     let chosen = resolution(input, HIGHEST, accuracy).unwrap().options;

@@ -1,4 +1,4 @@
-//! The solver of symmetric patches against itself with finer patches, where no closed form is known.
+//! The solver of symmetric patches compared with finer patches, where no closed form is known.
 
 use clangor_bake::bem::symmetric_patches::SymmetricPatchSolver;
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};

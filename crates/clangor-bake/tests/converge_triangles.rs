@@ -1,4 +1,4 @@
-//! Galerkin boundary elements on finer and finer spheres.
+//! Galerkin boundary elements on successively finer spheres.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, SphereTransfer};
 use num_complex::Complex64;
 
-/// Relative error of the pressure on the surface of a sphere that moves along z, and the longest edge.
+/// Relative error of the pressure on the surface of a sphere moving along z, and the longest edge.
 fn surface_error(edge: f64, k: f64) -> (f64, f64) {
     let mut mesh = Shape::parse(&format!("sphere:1@{edge}")).unwrap().mesh();
     let scale = (4.0 / 3.0 * PI / MassProperties::of(&mesh).unwrap().volume).cbrt();

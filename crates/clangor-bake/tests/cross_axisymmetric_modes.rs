@@ -1,5 +1,5 @@
-//! Axisymmetric bodies: the section's modes against those of tetrahedra, frequencies and shapes; the surface
-//! they are given on against the exact volume.
+//! Axisymmetric bodies: the section's modes against those of tetrahedra, frequencies and shapes; their
+//! surface against the exact volume.
 
 use std::ops::ControlFlow;
 
@@ -21,7 +21,7 @@ fn axisymmetric(shape: &str, constants: &ElasticConstants, limit: f64) -> ModalA
     modal_analysis(&geometry, constants, &ModalAnalysisOptions::to(limit), &mut go_on).expect("modes")
 }
 
-/// Σ u(x) u(y)ᵀ over the modes of one frequency, which does not depend on which of them are taken.
+/// Σ u(x) u(y)ᵀ over the modes of one frequency, independent of the choice of basis.
 fn product(shapes: &[(DVec3, DVec3)]) -> DMat3 {
     shapes.iter().map(|(u, v)| DMat3::from_cols(*u * v.x, *u * v.y, *u * v.z)).sum()
 }
@@ -68,7 +68,7 @@ fn sections_and_tetrahedra_agree() {
         on_surface.sort_unstable();
         on_surface.dedup();
         let (frequency, shape_error) = differences(&axisymmetric, &filled, &mesh.nodes, &on_surface);
-        // Seen: 2.2e-3, 2.1e-2; 8.6e-4, 3.0e-2. Most of it is the tetrahedra's.
+        // Seen: 2.2e-3, 2.1e-2; 8.6e-4, 3.0e-2. Most of it is the error of the tetrahedra.
         assert!(frequency < 4e-3 && shape_error < 0.05, "{shape}: {frequency:.1e} {shape_error:.1e}");
     }
 }
@@ -81,7 +81,7 @@ fn surfaces_are_closed_and_have_the_volume() {
         let mass = MassProperties::of(&axisymmetric.surface.quarters()).expect("a closed surface");
         let exact = Shape::parse(shape).expect("a shape").meridian().expect("a section").volume();
         let error = mass.volume / exact - 1.0;
-        // Seen: 2e-3, 1e-3, 4e-3, 2e-2, lost to the facets.
+        // Seen: 2e-3, 1e-3, 4e-3, 2e-2, from the facets.
         assert!(error.abs() < 0.02, "{shape}: {error:.1e}");
     }
 }

@@ -1,4 +1,4 @@
-//! Boundary elements against finite differences in time: nothing in common but the equations.
+//! Boundary elements against finite differences in time: independent methods for the same equations.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::ControlFlow;
@@ -86,7 +86,7 @@ fn a_coin_sounds_alike() {
     assert!(errors.worst_level() < 0.01, "{errors:?}");
 }
 
-/// A cup 52 mm wide and 65 mm high, walls of 6 mm, all edges but that of the foot round.
+/// A cup 52 mm wide and 65 mm high, walls of 6 mm, all edges rounded except that of the foot.
 fn cup() -> Meridian {
     let line = |from: [f64; 2], to: [f64; 2]| Piece::Line { from: from.into(), to: to.into() };
     let arc = |centre: [f64; 2], radius: f64, from: f64, to: f64| {
@@ -163,7 +163,7 @@ fn an_open_cup_rings_alike() {
         let (a, b) = (energies(&waves, middle), energies(&elements, middle));
         let loudest = b.iter().copied().fold(0.0, f64::max);
         for motion in 0..6 {
-            // A turn about the axis is silent.
+            // Rotation about the axis radiates nothing.
             if b[motion] > 1e-6 * loudest {
                 let decibels = 10.0 * (a[motion] / b[motion]).log10();
                 // Residual seen: 0.06 dB.
@@ -177,7 +177,7 @@ fn an_open_cup_rings_alike() {
 /// Order of the error at a sharp edge of 90°: the energy of a flow that grows as r^(−1/3) towards it.
 const EDGE_ORDER: f64 = 4.0 / 3.0;
 
-/// Where values at two widths of cells or triangles go as the width goes to zero.
+/// Extrapolation of values at two sizes of cells or triangles to size zero.
 fn limit(coarse: &[RadiationSample], fine: &[RadiationSample], ratio: f64) -> Vec<RadiationSample> {
     let excess = 1.0 / (ratio.powf(EDGE_ORDER) - 1.0);
     let mut limit = fine.to_vec();

@@ -1,4 +1,4 @@
-//! Sections read off meshes against the exact ones of the shapes that the meshes were made from.
+//! Sections detected on meshes against the exact ones of their shapes.
 
 use std::ops::ControlFlow;
 
@@ -31,7 +31,7 @@ fn a_bowl_of_triangles_rings_as_the_exact_one() {
     let exact = Shape::parse("bowl").expect("a shape").meridian().expect("a section").about_centre_of_mass();
     let rough = mesh("bowl");
     let fit = fitted_meridian(&rough).expect("an axisymmetric body");
-    // Seen: 1.3e-4 m; the facets cut some per mille of the volume off.
+    // Seen: 1.3e-4 m; the facets reduce the volume by some per mille.
     let lost = fit.meridian.volume() / exact.volume() - 1.0;
     assert!(fit.deviation < 3e-4 && lost.abs() < 0.02, "{:.1e} {lost:.1e}", fit.deviation);
     let (fitted, exact) =

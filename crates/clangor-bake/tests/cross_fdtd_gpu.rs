@@ -1,7 +1,6 @@
-//! The time loop on a graphics processor against the same on the processor: what is recorded is equal to
-//! 1e-5.
+//! The time loop on a graphics processor against that on the processor: the records agree to 1e-5.
 //!
-//! Needs the feature `gpu` and a Vulkan device; one in software will do. Without one it says `skipped:`.
+//! Needs the feature `gpu` and a Vulkan device; a software device works. Without one it prints `skipped:`.
 
 use std::ops::ControlFlow;
 
@@ -10,7 +9,7 @@ use clangor_bake::gpu::{Gpu, GpuError};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::shape::Shape;
 
-/// Whether there is a device; if not, says so.
+/// Whether there is a device; if not, prints a message.
 fn has_device() -> bool {
     match Gpu::open() {
         Ok(gpu) => {
@@ -39,8 +38,8 @@ fn run(solver: &WaveSolver, device: WaveDevice) -> WaveField {
     solver.run_on(device, &|_| ControlFlow::Continue(())).expect("a run")
 }
 
-/// Largest difference of the recorded multipoles of a motion over the largest multipole of that motion, whose
-/// size is at least `least` of that of the loudest motion.
+/// Largest difference of the recorded multipoles of a motion over the largest multipole of that motion, or
+/// over `least` of that of the strongest motion if that is larger.
 fn difference(here: &WaveField, there: &WaveField, least: f64) -> f64 {
     let largest = |signal: &[f64]| signal.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     let loudest = here.signals().iter().map(|s| largest(s)).fold(0.0, f64::max);
@@ -61,8 +60,7 @@ fn a_sphere_radiates_alike_on_both() {
     }
     let solver = solver(&mesh("sphere:1@0.05"), 0.25, 4.0);
     let (here, there) = (run(&solver, WaveDevice::Cpu), run(&solver, WaveDevice::Gpu));
-    // The rotations of a sphere are silent: what they radiate is rounding, and counts against the
-    // translations.
+    // The rotations of a sphere radiate only rounding, which is compared with the translations.
     let difference = difference(&here, &there, 1.0);
     println!("residual {difference:.2e}");
     assert!(difference < 1e-5, "{difference:e}");
@@ -74,7 +72,7 @@ fn a_key_radiates_alike_on_both() {
     if !has_device() {
         return;
     }
-    // Concave, with a hole and thin walls: no two motions alike.
+    // Concave, with a hole and thin walls: all motions differ.
     let mesh = mesh("key");
     let spacing = mesh.bounding_radius(clangor_core::glam::DVec3::ZERO) / 8.0;
     let solver = solver(&mesh, spacing, 1.0 / spacing);

@@ -1,4 +1,4 @@
-//! The lowest frequency of a body, found alone by elements or by polynomials, against all modes of the same
+//! The lowest frequency of a body, by elements or by polynomials alone, against the full spectrum of the same
 //! mesh and of finer ones.
 
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
@@ -51,8 +51,8 @@ fn coarse_meshes_are_within_two_per_cent() {
     assert!((found / 516.129 - 1.0).abs() < 0.03, "{found}");
 }
 
-/// Polynomials need no mesh of the inside: plate and bar as above, and splinters of a plate with six corners,
-/// one of them notched.
+/// Polynomials need no volume mesh: plate and bar as above, and splinters of a plate with six corners, one of
+/// them notched.
 #[test]
 fn polynomials_are_as_good_as_elements() {
     let glass = ElasticConstants::of(&GLASS.material()).expect("an elastic material");
@@ -76,13 +76,13 @@ fn polynomials_are_as_good_as_elements() {
         let ratios = [4, 6, 8]
             .map(|degree| lowest_by_polynomials(&surface, &glass, degree).expect("a frequency") / elements);
         println!("{name}: {elements:.0} Hz by elements, polynomials over it {ratios:.3?}");
-        // Elements on a grid of a sixth of the length are no better judges than this.
+        // Elements on a grid of a sixth of the length are no more accurate than this.
         assert!((0.985..1.015).contains(&ratios[2]) && ratios[0] < 1.07, "{ratios:?}");
         assert!(ratios[1] < ratios[0] && ratios[2] < ratios[1], "{ratios:?}");
     }
 }
 
-/// A prism with a base that is seen whole from its last corner.
+/// A prism whose base is star-shaped about its last corner.
 fn prism(polygon: &[DVec2], thickness: f64) -> TriMesh {
     let count = polygon.len() as u32;
     let at = |z: f64| polygon.iter().map(move |p| DVec3::new(p.x, p.y, z));
@@ -109,8 +109,7 @@ fn what_has_no_lowest_mode_is_refused() {
     elements.extend(one.elements.iter().map(|e| e.map(|n| n + shift)));
     let two = TetMesh { nodes, corners: 0, elements };
     let constants = ElasticConstants::of(&GLASS.material()).expect("an elastic material");
-    // Two bodies have six motions without energy more than one: nothing finite comes out, or a frequency next
-    // to 0.
+    // Two bodies have additional zero-energy motions: the result is not finite, or a frequency near 0.
     match first_frequency(&two, &constants) {
         Ok(found) => assert!(found < 100.0, "{found}"),
         Err(error) => println!("{error}"),

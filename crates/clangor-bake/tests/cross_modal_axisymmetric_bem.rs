@@ -1,4 +1,4 @@
-//! Modes of axisymmetric bodies by their orders around the axis against triangles that know of no axis.
+//! Modes of axisymmetric bodies by azimuthal order against triangles that ignore the symmetry.
 
 use std::ops::ControlFlow;
 
@@ -63,8 +63,8 @@ fn compare(name: &str, edge: f64, highest: f64, accuracy: f64) -> (f64, f64) {
 #[test]
 fn a_coin_rings_alike() {
     let (field, power) = compare("coin", 2e-3, 350.0, 5e-3);
-    // Residuals seen: 2.6 % of m = 0, whose middle and rim cancel, 1.1 % of the others; 2.1 %, too quiet on
-    // the shortest wave.
+    // Residuals seen: 2.6 % of m = 0, whose middle and rim cancel, 1.1 % of the others; 2.1 %, too low at the
+    // shortest wave.
     assert!(field < 0.04 && power < 0.03, "{field} {power}");
 }
 

@@ -22,8 +22,8 @@ fn solve(
     solver.transfers(surface, motions, &mut |_| ControlFlow::Continue(())).expect("a solution")
 }
 
-/// Errors of field and power of five motions that stretch, bend and twist, at wavenumbers up to `kappa`/R, of
-/// which the finite differences run several at once.
+/// Errors of field and power of five motions that stretch, bend and twist, at wavenumbers up to `kappa`/R.
+/// The finite differences run several together.
 fn compare(name: &str, kappa: f64, spacing: f64, accuracy: f64) -> Vec<[f64; 2]> {
     let mesh = shape(name);
     let surface = faces(&mesh);
@@ -68,7 +68,7 @@ fn compare(name: &str, kappa: f64, spacing: f64, accuracy: f64) -> Vec<[f64; 2]>
 fn modes_of_a_die_sound_alike() {
     let errors = compare("die:0.015x0.003", 4.0, 8e-4, 5e-3);
     for (i, [field, power]) in errors.iter().enumerate() {
-        // Residuals seen: 0.5 % and 0.7 %; 3.6 % and 3.4 % of the twist, which only the edges radiate.
+        // Residuals seen: 0.5 % and 0.7 %; 3.6 % and 3.4 % of the twist, which radiates from the edges only.
         let bound = if i == 2 { 0.06 } else { 0.015 };
         assert!(*field < bound && *power < bound, "{errors:?}");
     }

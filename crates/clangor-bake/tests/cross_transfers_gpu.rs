@@ -1,6 +1,6 @@
 //! Transfers on a graphics processor against those on the processor: equal to 1e-5 of the largest of a mode.
 //!
-//! Needs the feature `gpu` and a Vulkan device; one in software will do. Without one it says `skipped:`.
+//! Needs the feature `gpu` and a Vulkan device; a software device works. Without one it prints `skipped:`.
 
 use clangor_bake::gpu::{Gpu, GpuError};
 use clangor_bake::modal_radiation::gpu_transfers::GpuTransfers;
@@ -20,7 +20,7 @@ fn transfers_are_alike_on_both() {
         Err(why) => panic!("{why}"),
     };
     println!("on {}", gpu.name());
-    // Orders about κ + 4, coefficients that fall with n, as those of a body do.
+    // Orders about κ + 4, and coefficients that decay with n, as those of real bodies do.
     let transfers: Vec<(ModalTransfer, f64)> = (0..20)
         .map(|mode| {
             let wavenumber = 0.5 + 1.6 * mode as f64;
@@ -44,7 +44,7 @@ fn transfers_are_alike_on_both() {
         })
         .chain([2.0 * DVec3::Z, -2.0 * DVec3::Z])
         .collect();
-    // Twice: the second call finds its buffers ready.
+    // Two calls: the second reuses the buffers.
     for places in [&places[..], &places[..], &places[..5]] {
         let values = there.evaluate(places).expect("a run");
         assert_eq!(values.len(), places.len() * transfers.len());

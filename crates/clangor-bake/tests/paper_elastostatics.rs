@@ -1,5 +1,5 @@
-//! Quasistatic stress as \[FRAC\] §3.1 prints it, against dense algebra; and what its projection costs on
-//! graded meshes.
+//! Quasistatic stress as in \[FRAC\] §3.1, against dense algebra; and the error of its projection on graded
+//! meshes.
 
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::mesh::tetrahedra::block::block;
@@ -137,7 +137,7 @@ fn both_reactions_agree_with_a_dense_pseudo_inverse() {
 const LENGTH: f64 = 0.2;
 const THICKNESS: f64 = 0.005;
 
-/// A square plate with all its nodes evenly spread, or crowded toward one edge.
+/// A square plate with nodes spread evenly, or graded towards one edge.
 fn plate(graded: bool) -> TetMesh {
     let mesh = block(DVec3::new(LENGTH, LENGTH, THICKNESS), [24, 24, 1]).expect("a plate");
     if !graded {
@@ -156,19 +156,19 @@ fn plate(graded: bool) -> TetMesh {
 #[test]
 fn inertia_relief_does_not_feel_the_mesh() {
     let total = 20.0;
-    // Pushed along one edge, evenly.
+    // A uniform load along one edge.
     let peak = |graded: bool, reaction: Reaction| {
         let body = body(&plate(graded), reaction);
         let pressure = DVec3::Z * total / (LENGTH * THICKNESS);
         let traction = |_: DVec3, n: DVec3| if n.x < -0.9 { pressure } else { DVec3::ZERO };
         body.solve_forces(body.traction_forces(traction)).expect("a deformation").maximum_tension().stress
     };
-    // A beam thrown by one end: the moment is F x (1 − x/L)², at most 4/27 F L.
+    // A beam accelerated by a force at one end: the moment is F x (1 − x/L)², at most 4/27 F L.
     let beam = 4.0 / 27.0 * total * LENGTH * 6.0 / (LENGTH * THICKNESS * THICKNESS);
     let change = |reaction| peak(true, reaction) / peak(false, reaction) - 1.0;
     let (relief, published) = (change(Reaction::InertiaRelief), change(Reaction::LeastResidual));
     let of_beam = peak(true, Reaction::InertiaRelief) / beam;
-    // Seen: -0.06 %; -18.9 %; 1.3 % above the beam's.
+    // Seen: -0.06 %; -18.9 %; 1.3 % above the value of the beam.
     assert!(relief.abs() < 0.02, "{relief:.3}");
     assert!(published.abs() > 0.05, "{published:.3}");
     assert!((of_beam - 1.0).abs() < 0.03, "{of_beam:.3}");

@@ -1,4 +1,4 @@
-//! \[FRAC\] eq. (9) for our bank: an ellipsoid baked at another size against the bank's, scaled.
+//! \[FRAC\] eq. (9) for the bank: an ellipsoid baked at another size against the scaled entry of the bank.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
@@ -30,7 +30,7 @@ fn bank(polynomials: &BallPolynomials, axes: DVec3, modes: f64) -> ModalSoundban
     let options = ModalSoundbankOptions {
         degree: DEGREE,
         accuracy: 0.05,
-        // So many times the lowest frequency.
+        // Band, in multiples of the lowest frequency.
         least_first_frequency: 20_000.0 / modes,
         largest_size: 10.0,
         ..ModalSoundbankOptions::new(material)
@@ -56,8 +56,8 @@ fn scaled_against_baked(axes: DVec3, modes: f64, size: f64) -> Difference {
     let polynomials = BallPolynomials::new(DEGREE);
     let bank = bank(&polynomials, axes, modes);
     let limit = bank.entries()[0].max_frequency / size;
-    // The same at another size, from the beginning. Equal axes are told apart by next to nothing, so that
-    // they are not rotated.
+    // The same at another size, baked directly. Semi-axes differ slightly, so that equal ones are not
+    // permuted.
     let named = size * axes * DVec3::new(1.0, 1.0, 1.0 + 1e-7);
     let mut baked = modal_model(&polynomials, size * axes, bank.material(), limit).model;
     let options =
@@ -116,7 +116,7 @@ fn shape_error(proxy: &ModalProxy, mode: usize, baked: &ModalModel) -> f64 {
     baked.surface.nodes.iter().zip(shape).step_by(7).map(error).fold(0.0, f64::max)
 }
 
-/// Pairs of an axisymmetric ellipsoid are the two of different parity, in the order of the parities.
+/// Modes of a pair of an axisymmetric ellipsoid have different parities, and are sorted by them.
 #[test]
 fn a_round_ellipsoid_of_another_size_is_the_scaled_one() {
     let worst = scaled_against_baked(DVec3::new(0.25, 1.0, 1.0), 2.5, 0.031);
@@ -133,7 +133,7 @@ fn a_triaxial_ellipsoid_of_another_size_is_the_scaled_one() {
     assert!(worst.frequency < 1e-4 && worst.shape < 1e-4 && worst.transfer < 1e-4, "{worst:?}");
 }
 
-/// The bank's ellipsoid, of polynomials and rotated, against one of another method: the section, and the
+/// The bank's ellipsoid, of polynomials and rotated, against an independent method: the section, in the
 /// body's own frame.
 #[test]
 fn a_scaled_ellipsoid_is_the_body_baked_by_itself() {
@@ -165,8 +165,8 @@ fn a_scaled_ellipsoid_is_the_body_baked_by_itself() {
         })
         .expect("a proxy");
     assert_eq!(proxy.mode_count(), own.modes.len());
-    // Pairs have many bases: what is compared is the sum over modes of one frequency, at places around the
-    // body.
+    // Degenerate pairs have many bases, so the sum over modes of one frequency is compared, at places around
+    // the body.
     let mut at = 0;
     while at < own.modes.len() {
         let f = own.modes[at].frequency;
@@ -182,7 +182,7 @@ fn a_scaled_ellipsoid_is_the_body_baked_by_itself() {
             let by_proxy = square(&|k| proxy.transfer(k).undelayed(rotated, kappa).norm_sqr());
             loud = loud.max(by_own.sqrt());
             error = error.max((by_own.sqrt() - by_proxy.sqrt()).abs());
-            // The motion of a place on the surface, along its normal.
+            // The normal motion at a point of the surface.
             let place = semi_axes * x.normalize();
             let locator = clangor_core::sound_model::modal::surface::SurfaceLocator::new(&own.surface);
             let point = locator.nearest(place).expect("a place");
@@ -206,7 +206,7 @@ fn a_scaled_ellipsoid_is_the_body_baked_by_itself() {
     }
 }
 
-/// What a similar material loses: ceramic by the bank of glass, whose kR is 5.7 % lower.
+/// Error for a similar material: ceramic from the bank of glass, whose kR is 5.7 % lower.
 #[test]
 fn ceramic_by_the_bank_of_glass() {
     let polynomials = BallPolynomials::new(DEGREE);

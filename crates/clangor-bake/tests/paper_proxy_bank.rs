@@ -1,5 +1,4 @@
-//! The bank of ellipsoids: how long it takes, how large it is, how smooth (\[PROXY\] Fig. 4), how good the
-//! nearest is.
+//! The bank of ellipsoids: bake time, size, smoothness (\[PROXY\] Fig. 4), and error of the nearest entry.
 //!
 //! `cargo test -p clangor-bake --release --test paper_proxy_bank -- --ignored --nocapture` builds the whole
 //! bank, about two minutes of CPU time.
@@ -43,11 +42,11 @@ fn neighbours_in_the_bank_sound_alike() {
     let mut quiet = |_: &_| ControlFlow::Continue(());
     let mut entry = |b, c| bank_entry(b, c, 14.0, 3e-3, &mut quiet).unwrap();
     let (near, evidence) = entry(1.0, 0.525);
-    // The fit's own evidence, at frequencies that it had not seen.
+    // The fit's own evidence, at held-out frequencies.
     assert!(evidence.held_out_error < 3e-3, "{}", evidence.held_out_error);
     let (next, _) = entry(1.0, 0.43);
     let change = difference(&pressures(&next.field, 2, 1.0), &pressures(&near.field, 2, 1.0));
-    // Seen: 0.28 over the whole band, most of it phase at its top, where k ΔC = 1.3.
+    // Seen: 0.28 over the whole band, most of it phase at the upper end, where k ΔC = 1.3.
     assert!(change < 0.4, "{change}");
 }
 

@@ -1,4 +1,4 @@
-//! \[PROXY\] §5: storage against the tolerance ε of the wavelets, and what it costs in accuracy.
+//! \[PROXY\] §5: storage against the tolerance ε of the wavelets, and the loss of accuracy.
 //!
 //! The fields here are known in closed form at every frequency; the ladder over ellipsoids of the published
 //! bank is printed by `cargo run --release -p clangor-validation --bin pan_representation_ladder`.
@@ -34,8 +34,7 @@ fn fitted(balls: &[Ball], options: &PanOptions) -> PanField {
     fit(options, &|x| spectra(balls, x, &wavenumbers)).expect("valid options")
 }
 
-/// Relative L2 error of the pulses of each motion over directions at a distance; 0 for a motion without
-/// sound.
+/// Relative L2 error of the pulses of each motion over directions at a distance; 0 for a silent motion.
 fn errors(field: &PanField, balls: &[Ball], directions: &[DVec3], distance: f64) -> [f64; RIGID_DOFS] {
     let spacing = std::f64::consts::TAU / (field.length as f64 * field.step);
     let wavenumbers: Vec<f64> = (0..=field.length / 2).map(|m| m as f64 * spacing).collect();
@@ -98,12 +97,12 @@ fn storage_falls_with_the_tolerance_as_printed() {
         let error = worst(errors(field, &balls, &directions[..12], 2.0));
         assert!(error > before, "{tolerance}: {error}");
         before = error;
-        // Six balls are not an ellipsoid: the last step is 34 % off, the others are within 15 %.
+        // Six balls are not an ellipsoid: the error of the last step is 34 %, that of the others within 15 %.
         assert!((ratio / (megabytes / 26.0) - 1.0).abs() < 0.4, "{tolerance}: {ratio}");
     }
 }
 
-/// N = 2 is the whole series of a ball: the truncated singular values fit it, at every distance.
+/// N = 2 is the complete series of a ball: the truncated SVD fits it at every distance.
 #[test]
 fn the_fit_of_all_samples_finds_the_two_terms_of_a_ball() {
     let options = PanOptions {
@@ -116,13 +115,13 @@ fn the_fit_of_all_samples_finds_the_two_terms_of_a_ball() {
     let field = fitted(&ball(), &options);
     for distance in [2.0, 4.0, 8.0, 100.0] {
         let error = worst(errors(&field, &ball(), &options.directions.vectors(), distance));
-        // Residual seen: 2.2e-5 at 100 R, from the values that the truncation leaves out.
+        // Residual seen: 2.2e-5 at 100 R, from the truncated singular values.
         assert!(error < 1e-4, "{distance} R: {error}");
     }
 }
 
-/// Beyond the radii of the fit the terms of higher order that N = 2 lacks are mistaken for 1/r: \[PAN\] §5
-/// saw it as a delay.
+/// Beyond the radii of the fit, terms of higher order than N = 2 alias into 1/r. \[PAN\] §5 observed it as a
+/// delay.
 #[test]
 fn the_error_grows_outwards_where_the_field_has_more_terms() {
     let options = published(0.0);

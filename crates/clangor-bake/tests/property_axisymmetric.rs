@@ -1,5 +1,4 @@
-//! Conservation laws of the meridian solver: power and reciprocity, on the mesh and pressures that it gives
-//! away.
+//! Conservation laws of the meridian solver: power and reciprocity, on its own mesh and surface pressures.
 
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver, rigid_motions};
@@ -12,7 +11,7 @@ fn solve(name: &str, kr: f64, axis: glam::DVec3) -> (AxisymmetricSolver, Radiati
     let shape = Shape::parse(name).expect("a shape");
     let meridian = shape.meridian().expect("an axisymmetric body").about_centre_of_mass();
     let wavenumber = kr / meridian.bounding_radius();
-    // 100 edges on a wave: the linear mesh is what limits the balance.
+    // 100 edges per wavelength: the linear mesh limits the balance.
     let solver =
         AxisymmetricSolver::new(&meridian, axis, AxisymmetricOptions::new(wavenumber)).with_surface(240.0);
     let sample = solver.solve(&[wavenumber], 16).expect("a field").remove(0);
@@ -45,7 +44,7 @@ fn power_leaves_the_surface_as_it_arrives_far_away_and_motions_act_on_each_other
         let mut theta = Vec::new();
         reverse_bessel(s, 16, &mut theta);
         for i in 0..RIGID_DOFS {
-            // ½ ∫ |p|² r² dΩ/(ρc) far away; v = a/(iω) on the surface; ρ = c = 1.
+            // ½ ∫ |p|² r² dΩ/(ρc) in the far field; v = a/(iω) on the surface; ρ = c = 1.
             let c = &sample.coefficients[i];
             let far: f64 = (0..=16)
                 .map(|n| {

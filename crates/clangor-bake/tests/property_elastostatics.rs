@@ -1,5 +1,5 @@
-//! What must hold of the stress of any body: nothing from rigid motions, stored columns as good as a solve,
-//! bounds that hold, forces kept, bad input refused; and of the meshes that bodies break on.
+//! Properties of the stress of any body: none from rigid motions, stored columns agree with solves, bounds
+//! hold, forces are conserved, bad input is rejected; and of fracture meshes.
 
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
@@ -45,9 +45,9 @@ fn rigid_motions_and_free_fall_have_no_stress() {
             let size = |s: &SymmetricTensor| s.contract(*s).sqrt();
             stress.iter().map(size).fold(0.0, f64::max)
         };
-        // Of what a strain as large as the turn would make. Residuals seen: below 5e-13.
+        // Relative to the stress of a strain of the size of the rotation. Residuals seen: below 5e-13.
         assert!(most(&found.corner_stress) < 1e-8 * glass().shear_modulus * turn.length());
-        // The force of inertia under any acceleration, but turned around, is what balances it.
+        // The inertia force of any acceleration, reversed, balances it.
         let system = ElasticSystem::new(&mesh, &glass());
         let push: Vec<f64> =
             mesh.nodes.iter().flat_map(|x| (DVec3::new(1.0, 2.0, 3.0) + turn.cross(*x)).to_array()).collect();
@@ -81,7 +81,7 @@ fn some_loads(mesh: &TetMesh, k: usize) -> Vec<PointLoad> {
 fn stored_columns_are_as_good_as_a_solve() {
     for mesh in [ellipsoid(), plate()] {
         let mut all = body(mesh.clone(), &StressOptions::default());
-        // Room for a dozen vertices, and for none.
+        // Memory for a dozen vertices, and for none.
         let bytes = 12 * 72 * mesh.corners;
         let mut few = body(mesh.clone(), &StressOptions { cache_bytes: bytes, ..StressOptions::default() });
         let mut none = body(mesh.clone(), &StressOptions { cache_bytes: 0, ..StressOptions::default() });
@@ -144,7 +144,7 @@ fn bad_input_is_refused() {
         TetMesh::straight(points, &[[0, 1, 2, 3], second]).expect("two tetrahedra")
     };
     assert_eq!(new(twice(DVec3::splat(3.0), [4, 5, 6, 7])), Some(ElastostaticsError::LooseParts(2)));
-    // Two that share a point only: the mesh has no loose node but hinges.
+    // Two bodies that share only a point: all nodes are connected, but the joint is a hinge.
     let points = tetrahedron.into_iter().chain([-DVec3::X, -DVec3::Y, -DVec3::Z]).collect();
     let hinged = TetMesh::straight(points, &[[0, 1, 2, 3], [0, 4, 5, 6]]).expect("two tetrahedra");
     assert!(matches!(new(hinged), Some(ElastostaticsError::Singular { .. })));
@@ -188,7 +188,7 @@ fn volume_of(geometry: &BakeGeometry) -> f64 {
         }
         BakeGeometry::RoundedBox { edges, round } => {
             let pi = std::f64::consts::PI;
-            // Less what is cut off along edges and at corners.
+            // Less the parts cut off along edges and at corners.
             let along = (*edges - 2.0 * round).element_sum() * 4.0 * (1.0 - 0.25 * pi) * round.powi(2);
             edges.element_product() - along - (8.0 - 4.0 / 3.0 * pi) * round.powi(3)
         }
@@ -232,7 +232,7 @@ fn a_turned_square_is_a_prism() {
         assert!((mesh.quality().volume / exact - 1.0).abs() < 1e-13);
         assert_eq!((mesh.surface().len(), mesh.parts()), (4 * sectors, 1));
     }
-    // A ring: no point on the axis.
+    // A ring, without a point on the axis.
     let ring = points.map(|p| p + 2.0 * DVec2::X);
     let mesh = sweep_section(&ring, &[[0, 1, 2], [0, 2, 3]], 5).expect("a ring");
     assert_eq!((mesh.surface().len(), mesh.elements.len()), (40, 30));

@@ -1,4 +1,4 @@
-//! What has to hold for the modes of any axisymmetric body.
+//! Properties of the modes of any axisymmetric body.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -18,7 +18,7 @@ use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 use num_complex::Complex64;
 
-/// A body about its centre of mass: its meridian and the surface of tetrahedra in it.
+/// A body about its centre of mass: its meridian and the surface of its tetrahedral mesh.
 fn body(name: &str, edge: f64) -> (Meridian, ModalSurface) {
     let shape = Shape::parse(name).expect("a shape");
     let meridian = shape.meridian().expect("an axisymmetric body");
@@ -51,7 +51,7 @@ fn field(sample: &RadiationSample, degree: usize, radius: f64, x: DVec3) -> Comp
     (0..=order).map(|n| (n * n..count(n)).map(|i| c[i] * harmonics[i]).sum::<Complex64>() * waves[n]).sum()
 }
 
-/// Power at the surface over that of the multipoles, less 1, of a motion along the axis.
+/// Power at the surface over that of the multipoles, minus 1, for a motion along the axis.
 fn power_balance(solver: &AzimuthalSolver, wavenumber: f64, m: usize, radius: f64) -> f64 {
     let mesh = solver.mesh(wavenumber).expect("panels");
     let acceleration: Vec<f64> = mesh
@@ -97,10 +97,10 @@ fn a_rigid_translation_sounds_like_acceleration_noise() {
             let expected: Complex64 = (0..3).map(|d| along(d) * direction[d]).sum();
             let error = (found - expected).norm() / loudest;
             println!("{name} {direction}: {error:.1e}");
-            // Residual seen: 2e-4 of the bowl, whose surface is made of straight edges.
+            // Residual seen: 2e-4 of the bowl, whose surface has straight edges.
             assert!(error < 1e-3, "{name} {direction}: {found} {expected}");
         }
-        // Turning about the axis pushes no air.
+        // Rotation about the axis radiates nothing.
         let power = |i: usize| found[i].power(wavenumber * radius);
         let ratio = power(4) / (radius * radius * power(1));
         println!("{name} turning: {ratio:.1e}");
@@ -113,7 +113,7 @@ fn a_rigid_translation_sounds_like_acceleration_noise() {
 fn a_pair_may_have_any_basis() {
     let (meridian, surface) = body("coin", 2e-3);
     let radius = surface.radius();
-    // A pair of m = 3, with some m = 0 and 1 that are not the same in both.
+    // A pair of m = 3, with different spurious parts of m = 0 and 1.
     let bend = |phase: f64, other: f64| -> Vec<DVec3> {
         let at = |x: &DVec3| {
             let (r, phi) = (x.x.hypot(x.z) / radius, x.z.atan2(x.x));
@@ -164,8 +164,8 @@ fn power_leaves_the_surface_as_it_arrives_far_away() {
 }
 #[test]
 fn resonances_inside_a_thick_body_are_not_heard() {
-    // Radius 1, height 1: k² = j_ms² + (πl)². Power is lost or made there if the pressure is not the right
-    // one.
+    // Radius 1, height 1: k² = j_ms² + (πl)². A wrong solution for the pressure would violate the power
+    // balance.
     let zeros = [(0, 2.404_825_557_695_773), (1, 3.831_705_970_207_512), (2, 5.135_622_301_840_683)];
     let shape = Shape::parse("cylinder:1x1").expect("a shape");
     let meridian = shape.meridian().expect("an axisymmetric body").about_centre_of_mass();

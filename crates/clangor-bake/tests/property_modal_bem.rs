@@ -1,6 +1,6 @@
-//! What must hold of the modes of any body: rigid motions sound as the acceleration noise does, power leaves
-//! the surface as it arrives far away, a ladder of wavenumbers gives what the mode's own does, and no false
-//! flux is heard.
+//! Properties of the modes of any body: rigid motions radiate as acceleration noise does, power at the
+//! surface equals power in the far field, a ladder of wavenumbers agrees with direct solves, and there is no
+//! spurious flux.
 
 mod solids;
 
@@ -30,7 +30,7 @@ fn solve(solver: &BemModalSolver, surface: &ModalSurface, motions: &[ModalMotion
     solver.transfers(surface, motions, &mut |_| ControlFlow::Continue(())).expect("a solution")
 }
 
-/// Relative difference of coefficients, of the lesser order.
+/// Relative difference of coefficients up to the lower order.
 fn apart(a: &[Complex64], b: &[Complex64]) -> f64 {
     let wrong: f64 = a.iter().zip(b).map(|(a, b)| (a - b).norm_sqr()).sum();
     let size: f64 = b.iter().map(|b| b.norm_sqr()).sum();
@@ -60,7 +60,7 @@ fn rigid_translations_sound_as_acceleration_noise() {
                 order: 12,
                 coefficients: sample.coefficients[axis].iter().map(|c| c / own).collect(),
             };
-            // At the same places, whatever sphere the multipoles are made 1 on.
+            // At the same places, whatever sphere normalises the multipoles.
             let (mut wrong, mut size) = (0.0, 0.0);
             for k in 0..60 {
                 let z = 1.0 - (2.0 * f64::from(k) + 1.0) / 60.0;
@@ -86,7 +86,7 @@ fn power_leaves_the_surface_as_it_arrives() {
     let (whole, _) = acoustic.whole();
     let radius = surface.radius();
     let wavenumber = 3.0 / radius;
-    // Bending of no parity.
+    // Bending without a parity.
     let motion =
         |x: DVec3| (40.0 * x.x + 0.7).sin() * DVec3::Z + DVec3::new(0.3, 0.2 * (150.0 * x.z).cos(), 0.0);
     let shape: Vec<DVec3> = surface.nodes.iter().map(|x| motion(*x)).collect();
@@ -141,8 +141,8 @@ fn a_ladder_gives_what_the_wavenumbers_of_the_modes_do() {
     assert!(worst < 1e-3, "{worst}");
 }
 
-/// U = A x with trace A = 0 displaces nothing, but on a coarse mesh of no symmetry, whose faces are below the
-/// sphere, it seems to: a monopole, louder at low frequency than the quadrupole that there is.
+/// U = A x with trace A = 0 has no net flux. On a coarse mesh without symmetry, whose faces lie below the
+/// sphere, it appears to have one: a monopole, stronger at low frequency than the true quadrupole.
 #[test]
 fn false_flux_is_not_heard() {
     let sphere = shape("sphere:1@0.3");
@@ -169,7 +169,7 @@ fn false_flux_is_not_heard() {
     coefficients[6] = (TAU * 8.0 / 15.0).sqrt() / slope;
     let exact = ModalTransfer { order: 2, coefficients }.power(kappa);
     let (with, without) = (power(operator.of(&shape)) / exact, power(operator.interpolated(&shape)) / exact);
-    // Seen: 0.89, of a body whose faces are below the sphere, and 26.
+    // Seen: 0.89, for a body whose faces lie below the sphere, and 26.
     assert!((with - 1.0).abs() < 0.25 && without > 2.0, "{with} {without}");
 }
 

@@ -1,5 +1,5 @@
-//! What must hold of every spectrum: as many modes as the factorisations count, small residuals, orthonormal
-//! shapes, no dependence on where the body lies or how the band is cut.
+//! Properties of every spectrum: complete (Sturm count), small residuals, orthonormal shapes, independent of
+//! the body's position and of the slicing of the band.
 
 use clangor_bake::fem::{ElasticConstants, ElasticError, ElasticSystem};
 use clangor_bake::mesh::tetrahedra::{TetMesh, shape_mesh};

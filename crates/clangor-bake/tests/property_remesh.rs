@@ -1,4 +1,4 @@
-//! A remeshed surface bounds the same solid with better triangles.
+//! A remeshed surface encloses the same solid with better triangles.
 
 use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
 use clangor_bake::mesh::remesh::resolution::resolution;
@@ -25,7 +25,8 @@ fn euler(mesh: &TriMesh) -> i64 {
     used.iter().filter(|u| **u).count() as i64 - mesh.triangles.len() as i64 / 2
 }
 
-/// Remeshes, and checks what must hold for every surface; Hausdorff distance in shortest edges, both ways.
+/// Remeshes, and checks the invariants of every surface; Hausdorff distance in shortest edges, in both
+/// directions.
 fn checked(name: &str, input: &TriMesh, options: &RemeshOptions) -> (TriMesh, RemeshReport, f64) {
     let (mesh, report) = remesh(input, options).unwrap();
     let (before, after) = (check_solid(input).unwrap(), check_solid(&mesh).unwrap());
@@ -84,7 +85,7 @@ fn a_handle_and_a_hole_survive_coarse_edges() {
     checked("key", &key, &millimetres(1.5, 5.0));
 }
 
-/// Edges longer than the wall: every vertex still lies on the face that it began on.
+/// Edges longer than the wall: every vertex stays on its initial face.
 #[test]
 fn the_faces_of_a_thin_wall_are_not_welded() {
     let wall = shape("cylinder:0.02x0.0006@0.0008");
@@ -98,12 +99,12 @@ fn the_faces_of_a_thin_wall_are_not_welded() {
     assert!(most < 3e-8);
 }
 
-/// Sharp edges carry vertices, so that a box stays a box however coarse the mesh is.
+/// Sharp edges keep vertices, so that a box remains a box at any mesh size.
 #[test]
 fn a_box_keeps_its_edges_and_corners() {
     let half = DVec3::new(0.02, 0.01, 0.005);
     let (mesh, report, _) = checked("box", &shape("box:0.04x0.02x0.01"), &millimetres(4.0, 6.0));
-    // Residual seen: 3e-14, before the offset had anything to do.
+    // Residual seen: 3e-14, before the offset.
     assert!(report.volume_error.abs() < 1e-12, "{report:?}");
     let on = |v: &DVec3, planes: usize| {
         let touching = (v.abs() - half).to_array().iter().filter(|d| d.abs() < 1e-12).count();
@@ -113,7 +114,7 @@ fn a_box_keeps_its_edges_and_corners() {
     assert!(mesh.vertices.iter().all(|v| on(v, 1) || on(v, 2) || on(v, 3)));
 }
 
-/// Edges are as long as asked where the surface is flat, and short where it turns.
+/// Edges have the requested length where the surface is flat, and are short where it curves.
 #[test]
 fn edges_have_the_length_asked_for() {
     let (mesh, ..) = checked("die", &shape("die:0.03x0.002@0.0007"), &millimetres(0.8, 4.0));
@@ -156,7 +157,7 @@ fn what_cannot_be_remeshed_is_refused() {
     for bad in [millimetres(0.0, 1.0), millimetres(2.0, 1.0), millimetres(1.0, f64::NAN)] {
         assert!(matches!(remesh(&sphere, &bad), Err(RemeshError::Edges { .. })), "{bad:?}");
     }
-    // Three edges around the tube, at best.
+    // Three edges around the tube at most.
     let ring = shape("torus:0.05x0.002");
     let refused = remesh(&ring, &millimetres(40.0, 40.0));
     println!("{refused:?}");
@@ -214,7 +215,7 @@ fn symmetric_bodies_get_symmetric_meshes() {
     }
 }
 
-/// More accuracy or a higher band never makes fewer unknowns, and the estimate is near what comes out.
+/// More accuracy or a higher band never reduces the unknowns, and the estimate is close to the result.
 #[test]
 fn the_resolution_follows_accuracy_wall_and_wave() {
     for (name, wall) in [("key", 1.8e-3), ("mug", 4.98e-3), ("box:0.04x0.02x0.01", 0.01)] {

@@ -1,4 +1,4 @@
-//! A field has the same bits whatever the number of threads that compute it, by every solver.
+//! Every solver gives the same bits on any number of threads.
 
 use std::ops::ControlFlow;
 

@@ -1,4 +1,4 @@
-//! What every field of a Galerkin solution must satisfy, whatever the body.
+//! Properties of every Galerkin solution, for any body.
 
 use std::f64::consts::{PI, TAU};
 
@@ -136,7 +136,7 @@ fn the_field_meets_the_pressure_and_the_motion_on_the_surface() {
         }
     }
     let seen = [0, 1].map(|c| (wrong[c] / size[c]).sqrt());
-    // Residuals seen: 9e-4, and 8 % of a motion that the bends between flat triangles spoil.
+    // Residuals seen: 9e-4, and 8 % for a motion affected by the kinks between flat triangles.
     assert!(seen[0] < 1e-2 && seen[1] < 1.5e-1, "{seen:?}");
 }
 
@@ -158,8 +158,8 @@ fn a_solution_does_not_depend_on_what_was_prepared() {
     assert_eq!(narrow, sample(3.0));
 }
 
-/// The difference of two solutions' surface pressures and of their coefficients, of the worst motion relative
-/// to the loudest translation or rotation.
+/// The difference of two solutions' surface pressures and of their coefficients, for the worst motion
+/// relative to the strongest translation or rotation.
 fn difference(a: &RadiationSample, b: &RadiationSample) -> f64 {
     type Values = Vec<[Complex64; RIGID_DOFS]>;
     let coefficients = |s: &RadiationSample| -> Values {
@@ -178,8 +178,7 @@ fn difference(a: &RadiationSample, b: &RadiationSample) -> f64 {
     apart(&a.surface_pressure, &b.surface_pressure).max(apart(&coefficients(a), &coefficients(b)))
 }
 
-/// One, two and three mirror planes, along coordinate axes and not: what the cell gives is what the whole
-/// surface does.
+/// One, two and three mirror planes, along coordinate axes and not: the cell agrees with the whole surface.
 #[test]
 fn a_cell_and_its_images_are_the_whole_surface() {
     let tilt = DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5));
@@ -203,13 +202,13 @@ fn a_cell_and_its_images_are_the_whole_surface() {
         let folded = TriangleSolver::try_symmetric(&symmetric, k, Equation::BurtonMiller).unwrap();
         let full = TriangleSolver::try_new(&whole, k, Equation::BurtonMiller).unwrap();
         assert_eq!(folded.surface().unwrap(), &whole);
-        // Vertices on the planes do not get fewer.
+        // Vertices on the planes do not decrease.
         assert!(folded.unknowns() < (report.unknowns >> planes) * 7 / 4, "{name}");
         let solve = |solver: &TriangleSolver| solver.solve(&[k], 6).unwrap().remove(0);
         let seen = difference(&solve(&folded), &solve(&full));
         println!("{name}: {} of {} unknowns, {seen:.1e}", folded.unknowns(), report.unknowns);
-        // Residuals seen: 5e-4, 3e-4, 3e-4, 3e-5. Naming the corners of the triangles in another order makes
-        // as much, because the rules for touching triangles are not symmetric in them.
+        // Residuals seen: 5e-4, 3e-4, 3e-4, 3e-5. Permuting the corners of the triangles changes as much,
+        // because the rules for touching triangles are not symmetric in them.
         assert!(seen < 1e-3, "{name}: {seen:e}");
     }
 }

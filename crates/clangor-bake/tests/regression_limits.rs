@@ -1,4 +1,4 @@
-//! What a bake says of walls thinner than its triangles resolve and of bodies too large for the band.
+//! Reports of a bake about walls thinner than its triangles resolve and bodies too large for the band.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;

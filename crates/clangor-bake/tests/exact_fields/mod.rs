@@ -1,4 +1,4 @@
-//! Fields known in closed form at every wavenumber, to fit and to compare with.
+//! Fields known in closed form at every wavenumber, for fits and comparisons.
 
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
@@ -6,7 +6,7 @@ use clangor_core::sound_model::acceleration::sphere_radiation::{SphereModel, Sph
 use glam::DVec3;
 use num_complex::Complex64;
 
-/// A rigid ball that belongs to a body: lengths over the bounding radius of the body.
+/// A rigid ball of a body: lengths over the bounding radius of the body.
 #[derive(Clone, Copy)]
 pub(crate) struct Ball {
     /// Its centre.
@@ -15,8 +15,7 @@ pub(crate) struct Ball {
     pub(crate) radius: f64,
 }
 
-/// p e^{iκ|x|}/(ρR) of the six motions of balls that are fixed to one another and do not scatter each other's
-/// sound.
+/// p e^{iκ|x|}/(ρR) of the six motions of rigidly connected balls that do not scatter each other's sound.
 pub(crate) fn spectra(balls: &[Ball], x: DVec3, wavenumbers: &[f64]) -> [Vec<Complex64>; RIGID_DOFS] {
     let unit = Medium { density: 1.0, sound_speed: 1.0 };
     let mut sums = std::array::from_fn(|_| vec![Complex64::ZERO; wavenumbers.len()]);
@@ -44,7 +43,7 @@ pub(crate) fn ball() -> Vec<Ball> {
     vec![Ball { centre: DVec3::ZERO, radius: 1.0 }]
 }
 
-/// Balls on three axes, of three sizes: three planes of symmetry, and all six motions sound.
+/// Balls on three axes, of three sizes: three planes of symmetry, and all six motions radiate.
 pub(crate) fn cross() -> Vec<Ball> {
     [(DVec3::X, 0.7, 0.3), (DVec3::Y, 0.5, 0.25), (DVec3::Z, 0.4, 0.2)]
         .into_iter()

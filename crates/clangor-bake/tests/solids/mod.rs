@@ -1,4 +1,4 @@
-//! Bodies of the shape library about their centres of mass, and their surfaces as modes see them.
+//! Bodies of the shape library about their centres of mass, and their surfaces as input of the modal solvers.
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;

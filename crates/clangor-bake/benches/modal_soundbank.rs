@@ -133,8 +133,8 @@ fn stages(source: &ModalSource, semi_axes: DVec3) -> [[f64; 4]; BANDS] {
     sums
 }
 
-fn beside(bank: &ModalSoundbank, semi_axes: DVec3, options: &ModalSoundbankOptions) {
 /// Compares a body's own modes, the entry of the same proportions, and the nearest entry of a bank.
+fn beside(bank: &ModalSoundbank, semi_axes: DVec3, options: &ModalSoundbankOptions) {
     let material = GLASS.material();
     let bake = ModalBakeOptions { mesh_error: 0.005, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
     let geometry = BakeGeometry::Ellipsoid { semi_axes };

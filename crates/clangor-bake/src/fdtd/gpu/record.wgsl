@@ -1,4 +1,5 @@
-// The pressure at the points of the sphere, by interpolation along each axis. One invocation for each point and lane.
+// The pressure at the points of the sphere, by interpolation along each axis. One invocation for each point
+// and lane.
 
 struct Point {
     // Cell of the first tap.

@@ -1,5 +1,5 @@
-// The cells near the body: p_new = 2p − p_old + Σ_j w_j (p_j − p) + a · drive + a'' · bend. One invocation for each row
-// and lane.
+// The cells near the body: p_new = 2p − p_old + Σ_j w_j (p_j − p) + a · drive + a'' · bend. One invocation
+// for each row and lane.
 
 struct Row {
     cell: u32,

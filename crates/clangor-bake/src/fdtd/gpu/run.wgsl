@@ -1,9 +1,9 @@
-// What all kernels of a run know. In front of it stand LAYER, FACES and SQUARE, as on the processor.
+// Parameters shared by all kernels of a run. LAYER, FACES and SQUARE are prepended, as on the processor.
 
 struct Run {
     // Cells along each axis.
     size: vec3<u32>,
-    // Motions that run side by side, one field after the other in each buffer.
+    // Motions that run side by side; their fields are consecutive in each buffer.
     lanes: u32,
     // Motion of the first of them.
     first: u32,
@@ -35,8 +35,8 @@ fn step_along(axis: u32) -> u32 {
     return select(select(run.size.x * run.size.y, run.size.x, axis == 1u), 1u, axis == 0u);
 }
 
-// Where the layers of a lane remember what is at face or cell `i` of the layer `side` across an axis; (u, v) is the
-// place along the two other axes.
+// Index of a lane's memory variable of face or cell `i` of the layer `side` across an axis; (u, v) is the
+// position along the two other axes.
 fn memory(lane: u32, axis: u32, side: u32, i: u32, u: u32, v: u32) -> u32 {
     let layer = ((lane * 3u + axis) * 2u + side) * FACES + i;
     return (layer * run.longest + v) * run.longest + u;

@@ -1,8 +1,8 @@
-// The leapfrog of all cells that have no row of their own and are not of the body. One invocation for each cell and lane.
+// The leapfrog of all open cells without a sparse row. One invocation for each cell and lane.
 
 @group(0) @binding(1) var<storage, read> p: array<f32>;
 @group(0) @binding(2) var<storage, read_write> next: array<f32>;
-// One bit for each cell that is left alone.
+// One bit for each cell that the sweep skips.
 @group(0) @binding(3) var<storage, read> kept: array<u32>;
 // ψ one step earlier, and now. The two cells beside a face both compute it, to the same bits.
 @group(0) @binding(4) var<storage, read> psi: array<f32>;
@@ -11,12 +11,12 @@
 // Steps done.
 @group(0) @binding(7) var<storage, read_write> clock: array<u32>;
 
-// 1 outside of the absorbing layers across an axis.
+// 1 outside the absorbing layers across an axis.
 fn is_open(cell: u32, n: u32) -> f32 {
     return select(0.0, 1.0, cell > LAYER && cell < n - 1u - LAYER);
 }
 
-// Adds what the layer across an axis does to a cell, if it is in one.
+// Adds the terms of the layer across an axis to a cell inside it.
 fn absorbed(value: f32, lane: u32, axis: u32, cell: u32, i: u32, u: u32, v: u32) -> f32 {
     let rest = run.size[axis] - 1u - FACES;
     let is_lower = i <= LAYER;
@@ -93,7 +93,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let across = a1 + b1 + c1 + d1 + p0 + p2 - 6.0 * p1;
         let sum = across + SIXTH * (before - 2.0 * beside + after + around);
         value = 2.0 * p1 - next[cell] + SQUARE * sum;
-        // The edges between the first cell and the layer are none, nor those after the last.
+        // Remove the edge terms between the first or last cell and the layer.
         if at.x == LAYER + 1u {
             value -= SQUARE * SIXTH * (before - beside);
         }

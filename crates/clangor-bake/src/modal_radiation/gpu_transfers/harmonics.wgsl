@@ -1,4 +1,5 @@
-// Real spherical harmonics, as in `clangor::model::spherical_harmonics`. One invocation for each m ≥ 0 and place.
+// Real spherical harmonics, as in `clangor_core::math::spherical_harmonics`.
+// One invocation for each m ≥ 0 and place.
 
 @group(0) @binding(0) var<storage, read> sizes: Sizes;
 @group(0) @binding(1) var<storage, read> places: array<vec4<f32>>;

@@ -1,4 +1,4 @@
-// What all kernels share: sizes, and what is known of a mode.
+// Definitions shared by all kernels: sizes, and the parameters of a mode.
 
 struct Sizes {
     modes: u32,

@@ -1,4 +1,5 @@
-// x^{−(n+1)} θₙ(sx)/θₙ(s) by the ratios of θ, as in `clangor::model::radial`. One invocation for each mode and place.
+// x^{−(n+1)} θₙ(sx)/θₙ(s) by the ratios of θ, as in `clangor_core::math::radial`.
+// One invocation for each mode and place.
 
 @group(0) @binding(0) var<storage, read> sizes: Sizes;
 @group(0) @binding(1) var<storage, read> modes: array<Mode>;

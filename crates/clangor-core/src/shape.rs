@@ -31,7 +31,7 @@ pub use text::ShapeError;
 /// Sectors into which a ring is cut for collisions.
 const RING_SECTORS: usize = 24;
 
-/// What a shape is, with its sizes \[m\].
+/// A shape with its sizes \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
     /// A sphere.

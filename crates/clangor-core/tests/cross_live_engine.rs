@@ -145,7 +145,7 @@ struct Scenario<'a> {
 }
 
 impl Scenario<'_> {
-    /// What a listener hears of it offline, on a path that loses this.
+    /// Offline samples of a listener, on a path with this loss.
     fn heard(&self, listener: &Listener, loss: PathLoss, floor: Floor) -> Vec<Vec<f64>> {
         let settings = RenderSettings::default().with_floor(floor).with_loss(loss).with_max_frequency(BAND);
         let mut renderer = Renderer::new(listener, &settings).unwrap();

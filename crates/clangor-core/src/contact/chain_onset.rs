@@ -113,7 +113,7 @@ fn order_instant(
     }
 }
 
-/// What an earlier impact added to the approach speed of a later one [m/s].
+/// Contribution of an earlier impact to the approach speed of a later one [m/s].
 fn approach_given(pulse: &ImpactPulse, earlier: &ImpactPulse) -> f64 {
     let mut given = 0.0;
     for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {

@@ -37,7 +37,7 @@ pub fn check_solid(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
     check_duplicates(mesh)?;
     let topology = Topology::try_new(mesh)?;
     let (components, piece) = topology.components();
-    // A single inverted surface is told apart from a crossing one before its triangles are compared.
+    // A single inverted surface is distinguished from a crossing one before its triangles are compared.
     let single = if components == 1 { Some(MassProperties::of(mesh)?) } else { None };
     let tree = SurfaceTree::new(mesh);
     if let Some(crossing) = first_self_intersection(mesh, &topology, &tree) {
@@ -128,7 +128,7 @@ fn winding_volume(mesh: &TriMesh, reference: DVec3) -> f64 {
     (0..mesh.triangles.len()).map(tetrahedron).sum()
 }
 
-/// How often a closed surface winds around a point: the sum of the solid angles over 4π.
+/// Winding number of a closed surface around a point: the sum of the solid angles over 4π.
 ///
 /// Source: Van Oosterom and Strackee (1983), "The Solid Angle of a Plane Triangle".
 fn winding_number(mesh: &TriMesh, point: DVec3) -> f64 {

@@ -87,7 +87,7 @@ impl Topology {
     }
 }
 
-/// How many edges have a defect, and where the first is.
+/// Number of edges with a defect, and the place of the first.
 #[derive(Default)]
 struct Tally {
     count: usize,

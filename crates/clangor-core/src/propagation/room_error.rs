@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Why a room is invalid.
+/// Error in a room.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RoomError {
     /// Walls that do not enclose anything.

@@ -15,7 +15,7 @@ const EVENTS: usize = 8192;
 /// Distance between the two receivers of [`Controller::place_listener`] \[m\].
 pub const EAR_DISTANCE: f64 = 0.17;
 
-/// Why an event was not taken.
+/// Error of a rejected event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SendError {
     /// More than the engine takes in the time of a block; it is counted.
@@ -94,7 +94,7 @@ impl Controller {
         self.send(Event::Receivers([centre - right, centre + right]))
     }
 
-    /// What became of the events.
+    /// Counts of the events.
     pub fn report(&self) -> Report {
         Report { lost: self.lost, ..self.report.read() }
     }

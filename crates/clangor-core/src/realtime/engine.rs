@@ -57,7 +57,7 @@ impl Engine {
         self.scheduler.time()
     }
 
-    /// What became of the events so far.
+    /// Counts of the events so far.
     pub fn report(&self) -> Report {
         let (events, objects, pulses) =
             (self.scheduler.counts, self.objects.counts, self.renderer.pulses.report());

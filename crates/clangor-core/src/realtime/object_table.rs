@@ -39,7 +39,7 @@ pub(super) struct ObjectTable {
     retiring: [Option<RetiringObject>; MOST_RETIRING],
     /// The slot whose transfers are updated first.
     first: usize,
-    /// What objects must have been made for.
+    /// Settings for which objects must have been made.
     shape: ObjectShape,
     /// Samples after which no acceleration pulse of a retired object is in progress.
     retirement: i64,

@@ -1,8 +1,8 @@
-//! Counts of what became of the events, readable from other threads.
+//! Counts of events by outcome, readable from other threads.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What became of the events.
+/// Counts of events by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
     /// Impacts, poses and ends taken.

@@ -29,7 +29,7 @@ pub(super) struct EventCounts {
     pub(super) shed: u64,
 }
 
-/// What becomes of an event that arrives.
+/// Outcome of an event that arrives.
 pub(super) enum Admission {
     /// It waits for its time.
     Scheduled,
@@ -171,7 +171,7 @@ impl Scheduler {
 
     /// The next event that acts in a block up to a sample.
     pub(super) fn next_event(&mut self, end: i64) -> Option<Event> {
-        // What begins in the next block must be known in this one.
+        // Events that begin in the next block must be known in this one.
         self.waiting.next_before(end + LOOK_AHEAD as i64)
     }
 

@@ -19,7 +19,7 @@ use crate::synthesis::modal::live_voice::LiveVoice;
 use crate::synthesis::modal::{ModalError, ModalSettings, ModalSource};
 use crate::synthesis::{FieldSource, SampleRate, SoundSource};
 
-/// Why bytes are not a playable sound model.
+/// Error in the bytes of a sound model.
 #[derive(Debug, thiserror::Error)]
 pub enum ObjectError {
     /// The bytes are neither a sound model nor a modal model.
@@ -41,7 +41,7 @@ pub enum ObjectError {
     },
 }
 
-/// A body that sounds: see the module.
+/// A body with a sound model: see the module.
 pub struct SoundingObject {
     /// Source of acceleration noise.
     pub(super) source: Option<SoundSource>,

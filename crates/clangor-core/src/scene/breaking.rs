@@ -47,7 +47,7 @@ impl Default for Breaking {
     }
 }
 
-/// What balances the contact forces on a free body.
+/// Balance of the contact forces on a free body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reaction {
     /// The inertia of its mass: f − M T (TᵀMT)⁻¹ Tᵀ f.

@@ -106,7 +106,7 @@ pub enum SampleFormat {
     Int24,
 }
 
-/// How pressure maps to samples.
+/// Mapping from pressure to samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Level {
     /// Full scale of the sample format: 1 Pa for float, 20 Pa for integers.

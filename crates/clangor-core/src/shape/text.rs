@@ -39,13 +39,13 @@ pub const MOST_TRIANGLES: f64 = 2e6;
 /// Sizes outside this range \[m\] are taken for a mistake in the unit.
 const SIZE_RANGE: [f64; 2] = [1e-6, 1e3];
 
-/// Why a shape was rejected.
+/// Error in the text of a shape.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// No such shape.
     #[error("there is no shape \"{name}\"; expected one of {known}")]
     UnknownName {
-        /// What was written.
+        /// The text.
         name: String,
         /// The names.
         known: String,
@@ -53,9 +53,9 @@ pub enum ShapeError {
     /// The sizes do not have the form that the shape needs.
     #[error("shape \"{text}\": expected {expected}, for example \"{example}\"")]
     Sizes {
-        /// What was written.
+        /// The text.
         text: String,
-        /// What belongs there.
+        /// Expected content.
         expected: &'static str,
         /// A valid text.
         example: &'static str,
@@ -67,7 +67,7 @@ pub enum ShapeError {
         what: &'static str,
         /// Its value \[m\] (or a number).
         value: f64,
-        /// What it must be.
+        /// Expected range.
         limit: String,
     },
     /// The edge length does not fit the shape.
@@ -75,7 +75,7 @@ pub enum ShapeError {
     Edge {
         /// The edge length \[m\].
         edge: f64,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
     /// The generated surface is no solid.

@@ -20,7 +20,7 @@
 //! ```text
 //! let source = Arc::new(ModalSource::new(model, &body.material.damping, &modal_settings)?);   // per model
 //! let mut voice = ModalVoice::new(source, body_id, &poses, &listener, &render_settings)?; // per listener
-//! voice.push_pulses(&pulses)?;                 // any order, pulses of other bodies are passed over
+//! voice.push_pulses(&pulses)?;                 // any order, pulses of other bodies are skipped
 //! voice.push_stream(&forces, time_step)?;      // optional: contact::force_stream, for rolling
 //! voice.inherit_state(&state)?;                // of a piece: vibration of the body that broke
 //! let mut channels = vec![vec![0.0; count]; receivers];

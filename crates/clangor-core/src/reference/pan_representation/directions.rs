@@ -48,7 +48,7 @@ impl Directions {
     /// The directions of \[PROXY\]: 45 in the octant.
     pub const OCTANT_45: Directions = Directions::Octant { divisions: 8 };
 
-    /// How many directions.
+    /// Number of directions.
     pub fn count(self) -> usize {
         match self {
             Directions::Angles { rows, columns } => rows * columns,
@@ -80,7 +80,7 @@ impl Directions {
         }
     }
 
-    /// What to add up at a direction (a vector of any length but 0).
+    /// Terms of the interpolation at a direction (a vector of any length but 0).
     pub fn neighbours(self, x: DVec3) -> Neighbours {
         match self {
             Directions::Angles { rows, columns } => {

@@ -84,7 +84,7 @@ pub struct EllipsoidMode {
     pub transfer: Vec<Complex64>,
 }
 
-/// How an ellipsoid rings.
+/// Modal model of an ellipsoid of the bank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingingEllipsoid {
     /// a ≤ b ≤ c \[m\], along x, y, z.
@@ -95,7 +95,7 @@ pub struct RingingEllipsoid {
     pub modes: Vec<EllipsoidMode>,
 }
 
-/// What the ellipsoids of a bank are made of, and what carries their sound.
+/// Material and medium of the ellipsoids of a bank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BankMaterial {
     /// E \[Pa\].
@@ -131,7 +131,7 @@ pub struct ModalSoundbank {
     entries: Vec<Arc<RingingEllipsoid>>,
 }
 
-/// Why ellipsoids do not make a bank.
+/// Error in the ellipsoids of a bank.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ModalSoundbankError {
     /// No ellipsoids.
@@ -162,7 +162,7 @@ pub enum ModalSoundbankError {
         index: usize,
         /// Which mode.
         mode: usize,
-        /// What is wrong.
+        /// Reason.
         what: &'static str,
     },
 }
@@ -252,7 +252,7 @@ impl ModalSoundbank {
         Ok(ModalSoundbank { material, basis: Arc::new(basis), entries })
     }
 
-    /// What the ellipsoids are made of.
+    /// Material and medium of the ellipsoids.
     pub fn material(&self) -> &BankMaterial {
         &self.material
     }

@@ -232,7 +232,7 @@ fn above_the_band_of_a_field_is_silence_and_a_report() {
         // Seen: 5e-10.
         assert!(at(&heard, hz).norm() < 1e-6 * at(&whole, 1_000.0).norm(), "{hz}");
     }
-    // The estimate of what is missing against what is: the truth, since a sphere is a dipole far above ka = 1.
+    // Estimated against actual missing energy: exact here, since a sphere is a dipole far above ka = 1.
     let energy = |samples: &[f64]| samples.iter().map(|p| p * p / 48_000.0).sum::<f64>();
     let missing = energy(&whole) - energy(&heard);
     let ratio = signal.missing_energies()[&BodyId(0)] / missing;

@@ -57,10 +57,12 @@ fn pulse(
     profile: ForceProfile,
 ) -> Result<Option<ImpactPulse>, ContactError> {
     let ContactRow { time, body_a, body_b, impact_id, .. } = rows[0];
+    // Duration of the fracture.
     let duration = duration_at_birth(fractures, body_a).unwrap_or(0.0);
     if !(duration > 0.0 && duration.is_finite()) {
         return Err(ContactError::NoDuration { body: body_a.0, time, duration });
     }
+    // Mean point and normal, weighted by impulse.
     let strengths: Vec<f64> = rows.iter().map(|row| row.impulse().length()).collect();
     let total: f64 = strengths.iter().sum();
     if total == 0.0 || body_b == BodyId::WORLD {
@@ -71,12 +73,15 @@ fn pulse(
     };
     let point = weighted(|row| row.point);
     let Some(normal) = weighted(|row| row.normal).try_normalize() else { return Ok(None) };
+    // Effective mass along the normal.
     let pair = [body_a, body_b].map(|id| (id, &bodies[id.index()], poses.at(id, time)));
     let inverse_mass: f64 =
         pair.iter().map(|(_, body, pose)| body_inverse_effective_mass(body, pose, point, normal)).sum();
+    // Impulse and change of the velocities of each piece.
     let [a, b] = pair;
     let shares = [(a, 1.0), (b, -1.0)]
         .map(|((id, body, pose), sign)| body_pulse(body, id, pose, rows, sign, duration));
+    // Speed V by the energy of impulse and couple.
     let twice_energy = |share: &BodyPulse| {
         share.impulse.dot(share.velocity_change) + share.angular_impulse.dot(share.angular_velocity_change)
     };

@@ -75,6 +75,7 @@ pub fn force_stream(
     settings: &StreamSettings,
 ) -> Result<Vec<StreamedForce>, ContactError> {
     rows.iter().try_for_each(|row| check_row(bodies, row))?;
+    // Rows of weak contacts, by pair of bodies.
     let mut pairs: BTreeMap<(BodyId, BodyId), Vec<ContactRow>> = BTreeMap::new();
     let gentle = rows.iter().filter(|row| row.kind == ContactKind::Contact && row.impact_id == 0).copied();
     for row in gentle.chain(slow_impacts(rows, settings.v_min)) {
@@ -85,6 +86,7 @@ pub fn force_stream(
     for mut rows in pairs.into_values() {
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
         let steps: Vec<&[ContactRow]> = rows.chunk_by(|a, b| a.time == b.time).collect();
+        // Impulses of each step without the mean force; 0 for bodies at rest.
         for (step, mean) in steps.iter().zip(means(&steps)) {
             let time = step[0].time;
             let share = mean * settings.time_step / step.len() as f64;
@@ -94,6 +96,7 @@ pub fn force_stream(
                 if id == BodyId::WORLD || inverse_mass(&bodies[id.index()]) == 0.0 {
                     continue;
                 }
+                // Contact points in the frame of the body.
                 let pose = poses.at(id, time);
                 let to_body = pose.orientation.inverse();
                 let point = |row: &ContactRow| StreamPoint {

@@ -184,6 +184,7 @@ fn pulse(
 ) -> Result<Result<ImpactPulse, Silence>, ContactError> {
     let ids = [rows[0].body_a, rows[0].body_b];
     let pair = ids.map(|id| (id != BodyId::WORLD).then(|| &bodies[id.index()]));
+    // Approach speed at the first instant; silent impacts end here.
     let time = rows.iter().map(|r| r.time).fold(f64::INFINITY, f64::min);
     let first_instant = rows.iter().filter(|r| r.time == time);
     let speed = first_instant.map(ContactRow::approach_speed).fold(0.0, f64::max);
@@ -193,12 +194,14 @@ fn pulse(
     if speed < settings.v_min || speed == 0.0 {
         return Ok(Err(Silence::Slow));
     }
+    // Mean normal and mean point, weighted by normal impulse.
     let total: f64 = rows.iter().map(|r| r.impulse_n).sum();
     let normal = rows.iter().map(|r| r.normal * r.impulse_n).sum::<DVec3>().try_normalize();
     let Some(normal) = normal.filter(|_| total > 0.0) else {
         return Ok(Err(Silence::WithoutImpulse));
     };
     let point: DVec3 = rows.iter().map(|r| r.point * (r.impulse_n / total)).sum();
+    // Hertz duration from effective masses, curvatures and compliances at the mean point.
     let body_poses = [0, 1].map(|i| match pair[i] {
         Some(_) => poses.at(ids[i], time),
         None => Pose::IDENTITY,
@@ -209,10 +212,12 @@ fn pulse(
         return Err(ContactError::NoDuration { body: ids[0].0, time, duration });
     }
 
+    // Impulse and change of the velocities of each movable body.
     let share = |i: usize| {
         let body = pair[i].filter(|body| inverse_mass(body) > 0.0)?;
         Some(body_pulse(body, ids[i], body_poses[i], rows, if i == 0 { 1.0 } else { -1.0 }, duration))
     };
+    // Velocities of the contact point before the impact.
     let velocity_of = |i: usize| match pair[i] {
         Some(body) if inverse_mass(body) > 0.0 || matches!(body.motion, Motion::Keyframed(_)) => {
             poses.velocity_at(ids[i], point, time)

@@ -185,6 +185,7 @@ impl LivePulses {
     /// Adds the wave of a click that runs `towards` a receiver \[m\] along a path to some outputs, with a
     /// factor each. It must have a [`first_sample`](Self::first_sample).
     pub fn play(&mut self, click: &AccelerationPulse, towards: DVec3, path: usize, outputs: &[(usize, f64)]) {
+        // Wave in closed form, and the shortest block that holds it.
         let rate = self.settings.sample_rate.as_f64();
         let heard = self.settings.wave(click, towards).map(|heard| (self.samples_of(&heard), heard));
         let fits = |samples: f64| self.lengths.iter().position(|l| l.inverse.len() as f64 >= samples);
@@ -196,6 +197,7 @@ impl LivePulses {
         let length = &self.lengths[at];
         let Memory { spectrum, player, bins, transform, samples } = &mut self.memory;
         let mut player = player;
+        // A field needs its interpolation for this block length.
         if let Transfer::Field(transfer) = &mut heard.wave.transfer {
             let known = self.fields.iter_mut().flatten().find(|field| field.is_of(&transfer.source));
             let Some(field) = known else {
@@ -204,6 +206,7 @@ impl LivePulses {
             };
             player = field.prepare(transfer, at);
         }
+        // The wave must end within the buffers.
         let end = first + length.inverse.len() as i64;
         let ends = |coming: &Coming| coming.next + coming.samples.len() as i64;
         if outputs.iter().any(|(output, _)| end > ends(&self.coming[*output])) {
@@ -212,6 +215,7 @@ impl LivePulses {
         }
         self.report.waves += 1;
         self.report.late += u64::from(outputs.iter().any(|(output, _)| first < self.coming[*output].next));
+        // Spectrum of the wave with the loss of its path.
         let begin = first - REACH as i64;
         let origin = self.settings.start + begin as f64 / rate;
         Arch::new().dispatch(Playing {
@@ -222,6 +226,7 @@ impl LivePulses {
             player,
             spectrum,
         });
+        // Inverse transform, added to each output.
         let samples = &mut samples[..length.inverse.len()];
         spectrum.transform(&length.grid, &*length.inverse, (bins, transform), samples);
         for (output, factor) in outputs {

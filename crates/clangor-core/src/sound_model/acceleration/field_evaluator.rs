@@ -126,6 +126,7 @@ impl FieldEvaluator {
         check(field)?;
         let order = field.order();
         let groups = field.nodes.len().div_ceil(GROUP);
+        // s and 1/θₙ(s) at the nodes, by groups.
         let mut places = vec![NodeGroup { re: [1.0; GROUP], im: [0.0; GROUP] }; groups];
         let mut inverses = vec![NodeGroup::default(); (order + 1) * groups];
         let mut theta = Vec::new();
@@ -143,15 +144,18 @@ impl FieldEvaluator {
                 (at.re[lane], at.im[lane]) = (inverse.re, inverse.im);
             }
         }
+        // Terms of each order.
         let rows: Vec<Range<usize>> = (0..=order)
             .map(|n| {
                 let first = field.terms.partition_point(|t| usize::from(t.n) < n);
                 first..field.terms.partition_point(|t| usize::from(t.n) <= n)
             })
             .collect();
+        // Index of the factor z_i Y_nm of each term.
         let factor =
             |t: &Term| usize::from(t.degree) * count(order) + index(usize::from(t.n), isize::from(t.m));
         let factors = field.terms.iter().map(|t| factor(t) as u32).collect();
+        // Coefficients in the order in which they are summed.
         let mut values = Vec::with_capacity(groups * field.terms.len());
         for range in &rows {
             for first in (0..groups).step_by(MOST_GROUPS) {

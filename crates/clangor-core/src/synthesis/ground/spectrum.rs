@@ -40,9 +40,11 @@ pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, arriving: &ArrivingForce
     if last == 0 {
         return;
     }
+    // Waves in the direction of the listener.
     let direction = heard.kept_direction(source, grid.omega[1], grid.omega[last]);
     let step = TAU * grid.spacing_hz;
     let late = arriving.middle;
+    // Delay of each wave: a rotation that advances by a constant angle per bin.
     let mut turns: Vec<Rotation<LANES>> = direction
         .trains
         .iter()
@@ -56,6 +58,7 @@ pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, arriving: &ArrivingForce
     let im_out = spectrum.im.as_chunks_mut::<LANES>().0;
     for (chunk, ((omega, re_out), im_out)) in omegas.iter().zip(re_out).zip(im_out).enumerate() {
         amplitudes.fill(&direction, &omega.map(|w| w * heard.delay), chunk * LANES >= SMOOTH_FROM);
+        // Σ amplitude × e^{−iωt} over the waves.
         let (mut re, mut im): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
         for ((a_re, a_im), turn) in amplitudes.now.iter().zip(&mut turns) {
             for lane in 0..LANES {
@@ -64,6 +67,7 @@ pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, arriving: &ArrivingForce
             }
             turn.advance();
         }
+        // ρ/(2πμ) ω² F(ω) times that sum.
         let force = force.next(omega);
         for lane in 0..LANES {
             let gain = scale * omega[lane] * omega[lane] * force[lane];

@@ -161,6 +161,7 @@ pub fn handed_over(
     let mut share = 0.0;
     let (mut own, mut others) = (Vec::new(), Vec::new());
     for sample in samples {
+        // Motion of the parent and energy density at the place.
         let place = parent_pose.body_from_world(piece_pose.world_from_body(sample.place));
         parent.motions(place, turn.inverse() * sample.normal, &mut others);
         let (mut displacement, mut velocity) = (DVec3::ZERO, DVec3::ZERO);
@@ -169,11 +170,13 @@ pub fn handed_over(
             velocity += *shape * *rate;
             share += energy * shape.length_squared() * mass / samples.len() as f64;
         }
+        // Rigid motions and mode shapes of the piece there.
         piece.motions(sample.place, sample.normal, &mut own);
         let turns = DVec3::AXES.map(|axis| axis.cross(sample.place) / size);
         let shapes: Vec<DVec3> = DVec3::AXES.into_iter().chain(turns).chain(own.iter().copied()).collect();
         fit.add(&shapes, [turn * displacement, turn * velocity]);
     }
+    // Modal amplitudes q and velocities; state w = q̇ + ξω q + iω_d q.
     let solved = fit.solve();
     let state = piece.resonances().iter().zip(&solved[6..]).map(|(resonance, [q, rate])| {
         ringing_pole(resonance)

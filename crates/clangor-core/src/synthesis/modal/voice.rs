@@ -385,6 +385,7 @@ impl<'a> ModalVoice<'a> {
     fn set_transfers(&mut self, sample: i64) -> Result<(), SynthesisError> {
         let mut jumped = false;
         for p in 0..self.paths.len() {
+            // Paths whose receiver has not moved in the frame of the body keep their transfers.
             let place = self.towards(p, sample)?.1;
             let path = &mut self.paths[p];
             if path.set && path.fresh && path.place == place {
@@ -398,6 +399,7 @@ impl<'a> ModalVoice<'a> {
                     let inherited = self.inherited.as_ref().and_then(|inherited| inherited.bank.as_ref());
                     let banks = [Some(&self.bank), inherited];
                     let rings = |mode: usize| banks.iter().flatten().any(|bank| bank.rings(mode));
+                    // Transfers of the modes that ring, with the losses of the path.
                     self.source.transfers_of(place, rings, evaluation, transfers);
                     let (loss, distance) = (&self.settings.loss, place.length());
                     transfers
@@ -414,6 +416,7 @@ impl<'a> ModalVoice<'a> {
                 bank.set_transfers(p, transfers);
             }
         }
+        // Transfers set for the first time apply at once.
         if jumped {
             both(&mut self.bank, &mut self.inherited).for_each(ResonatorBank::jump_to_transfers);
         }

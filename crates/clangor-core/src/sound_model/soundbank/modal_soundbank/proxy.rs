@@ -103,9 +103,11 @@ impl ModalProxy {
             }
         }
         serves(&bank.material, &material)?;
+        // Entry nearest to the proportions of inertia.
         let (semi_axes, rotation) = normalised_ellipsoid(inertia).ok_or(ModalProxyError::Inertia)?;
         let entry = bank.nearest(semi_axes);
         let ellipsoid = Arc::clone(&bank.entries[entry]);
+        // γ from the lowest frequencies; factors of U and c_nm from γ and the masses.
         let frequency_factor = first_frequency / ellipsoid.modes[0].frequency;
         let scale = material.speed() / bank.material.speed() / frequency_factor;
         let transfer_factor = (bank.material.density / material.density).sqrt() * scale.powf(-1.5);

@@ -69,6 +69,7 @@ fn drive<S: Simd>(
 ) -> bool {
     let mut driven = false;
     for pulse in pulses {
+        // Samples of the run at which the force acts.
         let begin = pulse.first.max(next);
         let end = pulse.end().min(next + run.len() as i64);
         if begin >= end {
@@ -78,6 +79,7 @@ fn drive<S: Simd>(
             run.fill([simd.splat_f64s(0.0); 4]);
             driven = true;
         }
+        // Weights φ_l of the modes times their modal impulse.
         let amplitude = two::<S>(&pulse.amplitudes[own.clone()]);
         let mut scaled = [[simd.splat_f64s(0.0); 4]; TERMS];
         for (scaled, weights) in scaled.iter_mut().zip(weights) {
@@ -87,6 +89,7 @@ fn drive<S: Simd>(
                 scaled[2 + v] = simd.mul_f64s(im[v], amplitude[v]);
             }
         }
+        // b_k = Σ_l γ_l φ_l, summed over the forces.
         let terms = &pulse.force.terms[(begin - pulse.first) as usize..(end - pulse.first) as usize];
         let run = &mut run[(begin - next) as usize..(end - next) as usize];
         for (sums, terms) in run.iter_mut().zip(terms) {
@@ -111,10 +114,12 @@ fn rotate<S: Simd>(
     driven: bool,
     own: Range<usize>,
 ) {
+    // e^{λT} and the states.
     let (step_re, step_im) = (two::<S>(&step.re[own.clone()]), two::<S>(&step.im[own.clone()]));
     let minus_im = step_im.map(|x| simd.neg_f64s(x));
     let (mut re, mut im) = (two::<S>(&state.re[own.clone()]), two::<S>(&state.im[own.clone()]));
     if driven {
+        // With forces: w_{k+1} = e^{λT} w_k + b_k.
         for sample in run {
             let forced = *sample;
             *sample = [re[0], re[1], im[0], im[1]];
@@ -126,6 +131,7 @@ fn rotate<S: Simd>(
             }
         }
     } else {
+        // Free ringing: w_{k+1} = e^{λT} w_k.
         for sample in run {
             *sample = [re[0], re[1], im[0], im[1]];
             for v in 0..2 {
@@ -136,6 +142,7 @@ fn rotate<S: Simd>(
             }
         }
     }
+    // The states after the run.
     S::as_mut_simd_f64s(&mut state.re[own.clone()]).0.copy_from_slice(&re);
     S::as_mut_simd_f64s(&mut state.im[own]).0.copy_from_slice(&im);
 }

@@ -12,6 +12,7 @@ pub(crate) mod play;
 pub(crate) mod plot;
 pub(crate) mod render;
 pub(crate) mod serve;
+mod session;
 pub(crate) mod simulate;
 mod sound_sources;
 pub(crate) mod strike;

@@ -3,6 +3,8 @@
 use std::fmt::Display;
 
 use clangor_pipeline::interchange::body_files::InterchangeError;
+#[cfg(feature = "playback")]
+use clangor_pipeline::playback::PlaybackError;
 use clangor_pipeline::session;
 use clangor_pipeline::stages::load::LoadError;
 use clangor_pipeline::stages::render::RenderError;
@@ -67,6 +69,22 @@ impl From<SoundModelError> for Failure {
     }
 }
 
+#[cfg(feature = "playback")]
+impl From<PlaybackError> for Failure {
+    fn from(error: PlaybackError) -> Self {
+        match error {
+            PlaybackError::NoDevice | PlaybackError::Unusable { .. } => {
+                Failure::new(format_args!("{error}; `clangor render` writes the sound to a file instead"))
+            }
+            PlaybackError::UnknownDevice { .. } => {
+                Failure::new(format_args!("{error}; --devices lists them"))
+            }
+            PlaybackError::Stopped => Failure::InterruptedWith(error.to_string()),
+            other => Failure::new(other),
+        }
+    }
+}
+
 impl From<session::Error> for Failure {
     fn from(error: session::Error) -> Self {
         match error {
@@ -74,6 +92,8 @@ impl From<session::Error> for Failure {
             session::Error::Simulate(error) => error.into(),
             session::Error::Render(error) => error.into(),
             session::Error::Models(error) => error.into(),
+            #[cfg(feature = "playback")]
+            session::Error::Playback(error) => error.into(),
             session::Error::MaxFrequency { hz, lowest, nyquist } => Failure::new(format_args!(
                 "--max-frequency {hz} is outside {lowest} Hz to half the sample rate, {nyquist} Hz"
             )),

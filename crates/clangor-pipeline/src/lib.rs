@@ -3,6 +3,8 @@
 pub mod analysis;
 pub mod formats;
 pub mod interchange;
+#[cfg(feature = "playback")]
+pub mod playback;
 pub mod plots;
 pub mod session;
 pub mod stages;

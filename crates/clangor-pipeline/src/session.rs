@@ -4,7 +4,9 @@
 //! open ─► simulate ─► obtain models ─► render
 //! ```
 //!
-//! Each step runs the steps before it that have not run yet, and keeps its result. For a single impact on a
+//! Each step runs the steps before it that have not run yet, and keeps its result. A session of a timeline
+//! folder also writes the run for the page ([`Session::export_web`]); with the feature `playback`, a session
+//! plays on an audio device. For a single impact on a
 //! single body there is [`Strike`].
 //!
 //! ```no_run
@@ -18,9 +20,12 @@
 
 mod builder;
 mod error;
+#[cfg(feature = "playback")]
+mod play;
 mod progress;
 mod source;
 pub mod strike;
+mod web_export;
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -37,6 +42,7 @@ pub use self::error::Error;
 pub use self::progress::{Progress, Stage};
 use self::source::{Motion, Source};
 pub use self::strike::{Strike, StruckBody};
+pub use self::web_export::ExportedReplay;
 use crate::formats::model_cache::ModelCache;
 use crate::formats::soundbank::default_bank;
 use crate::stages::load::LoadedScene;
@@ -189,10 +195,8 @@ impl<'p> Session<'p> {
         };
         let total = loaded.scene.simulation.duration;
         let on_progress = &mut self.on_progress;
-        let reached = &mut |time: f64| {
-            let done = if total > 0.0 { time / total } else { 1.0 };
-            on_progress(&Progress { stage: Stage::Simulation, done, body: "", step: "simulate" })
-        };
+        let reached =
+            &mut |time: f64| on_progress(&Progress::of_time(Stage::Simulation, "simulate", (time, total)));
         let (timeline, report) = match &self.keep {
             Some((folder, replace)) => simulate_and_keep(loaded, followed, folder, *replace, reached)?,
             None => simulate_impacts(loaded, followed, reached)?,

@@ -1,6 +1,6 @@
 //! Commands that compute or play sound: `render`, `play`, `strike`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clangor_core::glam::DVec3;
 use clap::{Args, ValueEnum};
@@ -73,35 +73,6 @@ pub(crate) struct Render {
     /// Replace an existing timeline
     #[arg(long)]
     pub(crate) force: bool,
-}
-
-impl Render {
-    /// The options of `render` with defaults for all but the input.
-    pub(crate) fn of(input: &Path) -> Self {
-        Render {
-            input: input.into(),
-            output: None,
-            listener: Vec::new(),
-            timeline: None,
-            sample_rate: None,
-            max_frequency: None,
-            quality: Quality::Normal,
-            sound: None,
-            parts: Vec::new(),
-            transfer: Transfer::Baked,
-            model: Vec::new(),
-            bits: None,
-            duration: None,
-            from: None,
-            to: None,
-            full_scale: None,
-            normalize: None,
-            stems: false,
-            explain: false,
-            report: None,
-            force: false,
-        }
-    }
 }
 
 #[derive(Args)]

@@ -1,9 +1,7 @@
 //! `clangor play`: a scene or a timeline through the loudspeaker, as the real-time engine plays it.
 
 #[cfg(feature = "playback")]
-mod device;
-#[cfg(feature = "playback")]
-mod performance;
+mod on_device;
 
 use crate::arguments::{Global, Play};
 use crate::console::Console;
@@ -12,8 +10,8 @@ use crate::failure::Failure;
 #[cfg(feature = "playback")]
 pub(crate) fn run(options: &Play, global: &Global, console: &Console) -> Result<(), Failure> {
     match &options.input {
-        Some(input) if !options.devices => performance::run(input, options, global, console),
-        _ => device::list(console),
+        Some(input) if !options.devices => on_device::run(input, options, global, console),
+        _ => on_device::list(console),
     }
 }
 

@@ -9,7 +9,6 @@ use clangor_core::body::{Body, BodyId};
 use clangor_core::material::Material;
 use clangor_core::reference::PanSource;
 use clangor_core::reference::pan_file::PanFile;
-use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::files::modal_file::{ModalOrigin, ModalPart};
 use clangor_core::sound_model::files::model_file::Solid;
@@ -19,9 +18,8 @@ use clangor_core::synthesis::{RenderSettings, SoundSource};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::soundbank::default_bank;
 use clangor_pipeline::stages::sound_models::{
-    AccelerationBake, AccelerationSettings, ModalPlanSettings, Quality, SoundFile, SoundModelPlan,
-    SoundModelProgress, SoundModelRequest, SoundModelSettings, SoundModelStore, SoundModels, obtain,
-    read_sound_file,
+    AccelerationSettings, ModalPlanSettings, Quality, SoundFile, SoundModelPlan, SoundModelProgress,
+    SoundModelSettings, SoundModelStore, SoundModels, read_sound_file,
 };
 
 use crate::arguments::{self, Global, Sound};
@@ -92,21 +90,6 @@ pub(super) fn find_models(
     drop(bar);
     found.remarks.iter().for_each(|remark| console.warn(remark));
     Ok(found)
-}
-
-/// The model of a body that clicks by a field of its own: what [`find_models`] has put into the cache.
-pub(super) fn own_model(
-    body: &Body,
-    quality: Quality,
-    settings: &RenderSettings,
-    global: &Global,
-) -> Option<AccelerationModel> {
-    let cache = ModelCache::find(global.cache.as_deref());
-    let options = model_settings(quality, 0.0, settings).acceleration.options;
-    let request = SoundModelRequest::of_body(body, AccelerationBake(options)).ok()?;
-    obtain(&request, cache.as_ref(), &mut |_| ControlFlow::Continue(()))
-        .ok()
-        .map(|found| found.file.acceleration)
 }
 
 /// Part of a body's volume by which that of the solid that a given model was baked from may differ.

@@ -9,6 +9,9 @@ use clangor_core::synthesis::modal::ModalError;
 use clangor_core::synthesis::strike::StrikeError;
 
 use crate::formats::timeline_file::TimelineError;
+use crate::formats::web_replay::ReplayError;
+#[cfg(feature = "playback")]
+use crate::playback::PlaybackError;
 use crate::stages::load::LoadError;
 use crate::stages::render::RenderError;
 use crate::stages::simulate::SimulateError;
@@ -61,6 +64,16 @@ pub enum Error {
     /// The sound cannot be rendered.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// A replay for the page of a scene that is not recorded in a timeline folder.
+    #[error("a scene has no recorded poses; simulate it into a timeline and open that")]
+    NotRecorded,
+    /// The replay for the page cannot be written.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// The run was not played to its end.
+    #[cfg(feature = "playback")]
+    #[error(transparent)]
+    Playback(#[from] PlaybackError),
     /// A shape or mesh file cannot be used.
     #[error("\"{name}\" cannot be used: {source}")]
     Geometry {
@@ -95,6 +108,8 @@ impl Error {
             Error::Simulate(error) => error.is_interruption(),
             Error::Models(error) => matches!(error, SoundModelError::Interrupted),
             Error::Render(error) => matches!(error, RenderError::Interrupted),
+            #[cfg(feature = "playback")]
+            Error::Playback(error) => matches!(error, PlaybackError::Stopped),
             Error::Interrupted => true,
             _ => false,
         }

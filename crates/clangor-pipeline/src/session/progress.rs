@@ -11,6 +11,10 @@ pub enum Stage {
     Modal,
     /// Rendering to files.
     Render,
+    /// Rendering of a run by the real-time engine for its peak.
+    Level,
+    /// Playback on an audio device.
+    Playback,
 }
 
 /// How far a stage is.
@@ -24,4 +28,12 @@ pub struct Progress<'a> {
     pub body: &'a str,
     /// What is being computed.
     pub step: &'static str,
+}
+
+impl Progress<'_> {
+    /// A stage at `time` of `total` \[s\].
+    pub(super) fn of_time(stage: Stage, step: &'static str, (time, total): (f64, f64)) -> Self {
+        let done = if total > 0.0 { time / total } else { 1.0 };
+        Progress { stage, done, body: "", step }
+    }
 }

@@ -5,6 +5,7 @@
 //! over from what it was part of.
 
 pub mod event_feeder;
+pub mod scheduled_engine;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

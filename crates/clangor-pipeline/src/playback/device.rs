@@ -1,4 +1,4 @@
-//! The loudspeaker: which devices there are, and an engine that plays on one of them.
+//! The output devices of the system, and an engine that plays on one of them.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -10,10 +10,8 @@ use cpal::{
     BufferSize, Device, ErrorKind, FromSample, OutputCallbackInfo, SampleFormat, SizedSample, Stream,
     StreamConfig, SupportedStreamConfigRange,
 };
-use serde_json::json;
 
-use crate::console::Console;
-use crate::failure::Failure;
+use super::error::PlaybackError;
 
 /// Formats in which samples are given to devices, best first.
 const FORMATS: [SampleFormat; 4] =
@@ -26,16 +24,51 @@ const BLOCK: usize = 1024;
 /// can be heard, such as ALSA's `null`, is made to wait.
 const HEADWAY: f64 = 0.3;
 
-/// A device, and how it is played on.
-pub(super) struct Output {
+/// Identifier and name of an output device; either selects it in [`PlaybackDevice::open`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceName {
+    /// Identifier, with that of the system's audio interface before a colon.
+    pub id: String,
+    /// Name for people.
+    pub name: String,
+}
+
+/// The output devices of the system.
+///
+/// # Errors
+/// [`PlaybackError::NoList`].
+pub fn devices() -> Result<Vec<DeviceName>, PlaybackError> {
+    Ok(outputs()?.iter().map(DeviceName::of).collect())
+}
+
+fn outputs() -> Result<Vec<Device>, PlaybackError> {
+    let devices = cpal::default_host().output_devices();
+    devices.map(Iterator::collect).map_err(|error| PlaybackError::NoList { why: error.to_string() })
+}
+
+impl DeviceName {
+    fn of(device: &Device) -> Self {
+        let id = device.id().map_or_else(|_| "?".into(), |id| id.to_string());
+        DeviceName { id, name: device.to_string() }
+    }
+
+    /// Whether a device is called so: by its name, or by its identifier with or without the interface.
+    fn is(&self, wanted: &str) -> bool {
+        let short = self.id.split_once(':').map_or(self.id.as_str(), |(_, short)| short);
+        [self.id.as_str(), short, self.name.as_str()].contains(&wanted)
+    }
+}
+
+/// An output device with a format and a rate of samples that it supports.
+pub struct PlaybackDevice {
     device: Device,
     config: StreamConfig,
     format: SampleFormat,
 }
 
-/// What the audio thread tells.
+/// State of a device during playback, written by the audio thread.
 #[derive(Default)]
-pub(super) struct Heard {
+pub(super) struct DeviceStatus {
     frames: AtomicU64,
     underruns: AtomicU64,
     device_latency_ns: AtomicU64,
@@ -43,87 +76,55 @@ pub(super) struct Heard {
     why: Mutex<String>,
 }
 
-/// Prints the devices that play.
-pub(super) fn list(console: &Console) -> Result<(), Failure> {
-    let devices = outputs()?;
-    let mut info = Vec::new();
-    for device in &devices {
-        let (id, name) = names(device);
-        console.say(format_args!("{id}  {name}"));
-        info.push(json!({ "id": id, "name": name }));
-    }
-    if devices.is_empty() {
-        console.say("there is no audio device that plays");
-    }
-    console.json(&json!({ "devices": info }));
-    Ok(())
-}
-
-fn outputs() -> Result<Vec<Device>, Failure> {
-    let devices = cpal::default_host().output_devices();
-    devices
-        .map(Iterator::collect)
-        .map_err(|error| Failure::new(format_args!("the system tells no audio devices: {error}")))
-}
-
-/// Identifier and name.
-fn names(device: &Device) -> (String, String) {
-    let id = device.id().map_or_else(|_| "?".into(), |id| id.to_string());
-    (id, device.to_string())
-}
-
-impl Output {
-    /// The device of this name or identifier, or the system's.
-    pub(super) fn open(name: Option<&str>) -> Result<Self, Failure> {
+impl PlaybackDevice {
+    /// The device of this name or identifier; without one, the system's default device.
+    ///
+    /// # Errors
+    /// [`PlaybackError::NoDevice`], [`PlaybackError::UnknownDevice`], [`PlaybackError::NoList`], and
+    /// [`PlaybackError::Unusable`] for a device without a known format of samples.
+    pub fn open(name: Option<&str>) -> Result<Self, PlaybackError> {
         let device = match name {
-            None => cpal::default_host().default_output_device().ok_or_else(|| {
-                Failure::new(
-                    "there is no audio device to play on; `clangor render` writes the sound to a \
-                    file instead",
-                )
-            })?,
-            Some(wanted) => {
-                let is_wanted = |device: &Device| {
-                    let (id, name) = names(device);
-                    let short = id.split_once(':').map_or(id.as_str(), |(_, short)| short);
-                    [id.as_str(), short, name.as_str()].contains(&wanted)
-                };
-                outputs()?.into_iter().find(is_wanted).ok_or_else(|| {
-                    Failure::new(format_args!("there is no audio device \"{wanted}\"; --devices lists them"))
-                })?
-            }
+            None => cpal::default_host().default_output_device().ok_or(PlaybackError::NoDevice)?,
+            Some(wanted) => outputs()?
+                .into_iter()
+                .find(|device| DeviceName::of(device).is(wanted))
+                .ok_or_else(|| PlaybackError::UnknownDevice { name: wanted.into() })?,
         };
-        let unusable = |why: String| {
-            Failure::new(format_args!(
-                "the audio device \"{device}\" cannot be played on: {why}; `clangor render` writes the \
-                 sound to a file instead"
-            ))
-        };
+        let unusable = |why: String| PlaybackError::Unusable { device: device.to_string(), why };
         let ranges: Vec<SupportedStreamConfigRange> =
             device.supported_output_configs().map_err(|error| unusable(error.to_string()))?.collect();
         let (config, format) = best(&ranges)
             .ok_or_else(|| unusable("it takes no format of samples that is known here".into()))?;
-        Ok(Output { device, config, format })
+        Ok(PlaybackDevice { device, config, format })
     }
 
-    pub(super) fn name(&self) -> String {
+    /// Name of the device.
+    pub fn name(&self) -> String {
         self.device.to_string()
     }
 
-    pub(super) fn sample_rate(&self) -> u32 {
+    /// Sample rate at which the device plays \[Hz\].
+    pub fn sample_rate(&self) -> u32 {
         self.config.sample_rate
     }
 
-    /// Lets an engine play from now on, until the stream is dropped.
-    pub(super) fn play(&self, engine: Engine, level: PlaybackLevel) -> Result<(Stream, Arc<Heard>), Failure> {
-        let heard = Arc::<Heard>::default();
-        let player = Player {
+    /// Plays an engine until the stream is dropped.
+    ///
+    /// # Errors
+    /// [`PlaybackError::NotStarted`].
+    pub(super) fn play(
+        &self,
+        engine: Engine,
+        level: PlaybackLevel,
+    ) -> Result<(Stream, Arc<DeviceStatus>), PlaybackError> {
+        let status = Arc::<DeviceStatus>::default();
+        let player = AudioCallback {
             engine,
             level,
             channels: usize::from(self.config.channels),
             rate: f64::from(self.config.sample_rate),
             begun: None,
-            heard: Arc::clone(&heard),
+            status: Arc::clone(&status),
         };
         let stream = match self.format {
             SampleFormat::F64 => self.start::<f64>(player),
@@ -132,22 +133,27 @@ impl Output {
             _ => self.start::<f32>(player),
         };
         let stream = stream.and_then(|stream| stream.play().map(|()| stream));
-        let failed =
-            |error| Failure::new(format_args!("the audio device \"{}\" does not play: {error}", self.device));
-        Ok((stream.map_err(failed)?, heard))
+        let failed = |error: cpal::Error| PlaybackError::NotStarted {
+            device: self.device.to_string(),
+            why: error.to_string(),
+        };
+        Ok((stream.map_err(failed)?, status))
     }
 
-    fn start<T: SizedSample + FromSample<f32>>(&self, mut player: Player) -> Result<Stream, cpal::Error> {
-        let heard = Arc::clone(&player.heard);
+    fn start<T: SizedSample + FromSample<f32>>(
+        &self,
+        mut player: AudioCallback,
+    ) -> Result<Stream, cpal::Error> {
+        let status = Arc::clone(&player.status);
         let render = move |samples: &mut [T], info: &OutputCallbackInfo| player.render(samples, info);
         let failed = move |error: cpal::Error| match error.kind() {
-            ErrorKind::Xrun => _ = heard.underruns.fetch_add(1, Ordering::Relaxed),
+            ErrorKind::Xrun => _ = status.underruns.fetch_add(1, Ordering::Relaxed),
             ErrorKind::RealtimeDenied | ErrorKind::DeviceChanged => {}
             _ => {
-                if let Ok(mut why) = heard.why.lock() {
+                if let Ok(mut why) = status.why.lock() {
                     *why = error.to_string();
                 }
-                heard.gone.store(true, Ordering::Release);
+                status.gone.store(true, Ordering::Release);
             }
         };
         self.device.build_output_stream(self.config, render, failed, None)
@@ -169,44 +175,44 @@ fn best(ranges: &[SupportedStreamConfigRange]) -> Option<(StreamConfig, SampleFo
     Some((config, FORMATS[format]))
 }
 
-impl Heard {
+impl DeviceStatus {
     /// Frames that the device has taken.
     pub(super) fn frames(&self) -> u64 {
         self.frames.load(Ordering::Acquire)
     }
 
-    /// How often the device ran dry.
+    /// How often the device ran out of samples.
     pub(super) fn underruns(&self) -> u64 {
         self.underruns.load(Ordering::Relaxed)
     }
 
-    /// Longest time from a sample's rendering until it is heard, as the device tells \[s\].
+    /// Longest time from the rendering of a sample until it is heard, as the device reports it \[s\].
     pub(super) fn device_latency(&self) -> f64 {
         1e-9 * self.device_latency_ns.load(Ordering::Relaxed) as f64
     }
 
-    /// Why the device has stopped, if it has.
+    /// The system's message, once the device has stopped.
     pub(super) fn stopped(&self) -> Option<String> {
         let why = || self.why.lock().map(|why| why.clone()).unwrap_or_default();
         self.gone.load(Ordering::Acquire).then(why)
     }
 }
 
-/// What runs on the audio thread.
-struct Player {
+/// The callback on the audio thread, which renders the samples that the device requests.
+struct AudioCallback {
     engine: Engine,
     level: PlaybackLevel,
     channels: usize,
     rate: f64,
     begun: Option<Instant>,
-    heard: Arc<Heard>,
+    status: Arc<DeviceStatus>,
 }
 
-impl Player {
+impl AudioCallback {
     fn render<T: SizedSample + FromSample<f32>>(&mut self, samples: &mut [T], info: &OutputCallbackInfo) {
         let timestamp = info.timestamp();
         let ahead = timestamp.playback.saturating_duration_since(timestamp.callback);
-        self.heard.device_latency_ns.fetch_max(ahead.as_nanos() as u64, Ordering::Relaxed);
+        self.status.device_latency_ns.fetch_max(ahead.as_nanos() as u64, Ordering::Relaxed);
         for part in samples.chunks_mut(BLOCK * self.channels) {
             let count = part.len() / self.channels;
             let heard = self.engine.render(count);
@@ -222,10 +228,10 @@ impl Player {
                     [] => {}
                 }
             }
-            self.heard.frames.fetch_add(count as u64, Ordering::Release);
+            self.status.frames.fetch_add(count as u64, Ordering::Release);
         }
         let begun = *self.begun.get_or_insert_with(Instant::now);
-        let ahead = self.heard.frames() as f64 / self.rate - begun.elapsed().as_secs_f64();
+        let ahead = self.status.frames() as f64 / self.rate - begun.elapsed().as_secs_f64();
         if ahead > HEADWAY {
             std::thread::sleep(Duration::from_secs_f64(ahead - HEADWAY));
         }

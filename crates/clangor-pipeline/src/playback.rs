@@ -4,11 +4,12 @@
 //! events of the run ─► EventFeeder ─► Controller ─► Engine (audio thread) ─► device
 //! ```
 //!
-//! The events are sent ahead of their time, see [`AHEAD`](crate::stages::event_schedule::event_feeder::AHEAD);
-//! the engine renders them in the callback of the device. A sample of the device is the pressure at a receiver
-//! over the full scale \[Pa\]. Differs from offline rendering by what
-//! [`event_schedule`](crate::stages::event_schedule) leaves out, and by what the engine leaves out for lack of
-//! time, which [`PlaybackReport`] counts.
+//! The events are sent ahead of their time, by
+//! [`AHEAD`](crate::stages::event_schedule::event_feeder::AHEAD); the engine renders them in the callback of
+//! the device. A sample of the device is the pressure at a receiver over the full scale \[Pa\].
+//!
+//! Differs from offline rendering by what [`event_schedule`](crate::stages::event_schedule) leaves out, and
+//! by what the engine leaves out for lack of time, which [`PlaybackReport`] counts.
 //!
 //! [`Session::play`](crate::session::Session::play) runs all steps from a scene to the device.
 

@@ -29,9 +29,9 @@ impl Session<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Playback`] for the device, before anything is simulated where there is none, and once the
-    /// progress callback breaks during playback; [`Error::Render`] for a run that the engine cannot play; those
-    /// of [`obtain_models`](Self::obtain_models).
+    /// [`Error::Playback`] for the device, without one before anything is simulated, and once the progress
+    /// callback breaks during playback; [`Error::Render`] for a run that the engine cannot play; those of
+    /// [`obtain_models`](Self::obtain_models).
     pub fn play(&mut self, options: PlaybackOptions) -> Result<PlaybackReport, Error> {
         let prepared = self.prepare_playback(options)?;
         let length = prepared.duration();

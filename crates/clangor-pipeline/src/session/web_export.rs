@@ -28,13 +28,14 @@ pub struct ExportedReplay {
 }
 
 impl Session<'_> {
-    /// Writes a recorded run as a `.replay` file for the page; see [`web_replay`](crate::formats::web_replay).
-    /// The session is one of a timeline folder, which holds all poses. Obtains models first.
+    /// Writes a recorded run as a `.replay` file for the page; see
+    /// [`web_replay`](crate::formats::web_replay). The session is one of a timeline folder, which holds all
+    /// poses. Obtains models first.
     ///
     /// # Errors
-    /// [`Error::NotRecorded`] for a scene, [`Error::Timeline`], [`Error::Render`] for a run that the real-time
-    /// engine cannot play, [`Error::Replay`], and those of [`obtain_models`](Self::obtain_models). The file
-    /// appears only once it is complete.
+    /// [`Error::NotRecorded`] for a scene, [`Error::Timeline`], [`Error::Render`] for a run that the
+    /// real-time engine cannot play, [`Error::Replay`], and those of
+    /// [`obtain_models`](Self::obtain_models). The file appears only once it is complete.
     pub fn export_web(&mut self, output: impl AsRef<Path>) -> Result<ExportedReplay, Error> {
         if let Motion::Scene(_) = self.source.motion {
             return Err(Error::NotRecorded);

@@ -97,6 +97,9 @@ impl From<session::Error> for Failure {
             session::Error::MaxFrequency { hz, lowest, nyquist } => Failure::new(format_args!(
                 "--max-frequency {hz} is outside {lowest} Hz to half the sample rate, {nyquist} Hz"
             )),
+            session::Error::NoMaterial { name } => {
+                Failure::new(format_args!("what is \"{name}\" made of? add --material NAME"))
+            }
             session::Error::Interrupted => Failure::Interrupted,
             other => Failure::new(other),
         }

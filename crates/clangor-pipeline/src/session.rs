@@ -20,11 +20,15 @@
 
 mod builder;
 mod error;
+pub mod named_body;
 #[cfg(feature = "playback")]
 mod play;
 mod progress;
 mod source;
 pub mod strike;
+mod struck_body;
+mod struck_model;
+mod struck_sound;
 mod web_export;
 
 use std::collections::BTreeSet;
@@ -41,7 +45,9 @@ pub use self::builder::{SessionBuilder, reseed};
 pub use self::error::Error;
 pub use self::progress::{Progress, Stage};
 use self::source::{Motion, Source};
-pub use self::strike::{Strike, StruckBody};
+pub use self::strike::Strike;
+pub use self::struck_body::StruckBody;
+pub use self::struck_sound::{StrikeRemark, StruckSound};
 pub use self::web_export::ExportedReplay;
 use crate::formats::model_cache::ModelCache;
 use crate::formats::soundbank::default_bank;

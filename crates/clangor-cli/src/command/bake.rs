@@ -12,7 +12,6 @@ use clangor_bake::acceleration::{BakeOptions, BakeProgress, Method};
 use clangor_bake::fdtd::WaveDevice;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::reference::PanForm;
-use clangor_core::material::{Material, presets};
 use clangor_core::medium::Medium;
 use clangor_core::scene::Scene;
 use clangor_core::scene::render_description::PROXY_FREQUENCY;
@@ -23,6 +22,7 @@ use clangor_core::synthesis::{RenderSettings, SampleRate};
 use clangor_pipeline::formats::atomic_file::{check_folder, write_atomically};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::soundbank::default_bank;
+use clangor_pipeline::session::named_body::{GltfBody, preset};
 use clangor_pipeline::stages::load::{LoadedScene, geometry_reference, load_geometry};
 use clangor_pipeline::stages::sound_models::acceleration_plan::shared_fields;
 use clangor_pipeline::stages::sound_models::obtain::BakedPart;
@@ -32,7 +32,6 @@ use clangor_pipeline::stages::sound_models::{
 };
 use serde_json::{Value, json};
 
-use super::audio_file::audio_input;
 use super::sound_sources::find_models;
 use super::{check_ending, load};
 use crate::arguments::{Bake, Device, Global, Grid, Part, Representation, Solver};
@@ -79,8 +78,9 @@ fn body(options: &Bake, cache: Option<&ModelCache>, console: &Console) -> Result
     // A long computation is not begun for a file that cannot be written.
     check_folder(output).map_err(Failure::new)?;
     let mut material = options.material.as_deref().map(preset).transpose()?;
-    let audio = audio_input(&options.input, options.scale, material.as_ref(), console)?;
+    let audio = GltfBody::read(&options.input, options.scale, material.as_ref())?;
     if let Some(audio) = &audio {
+        audio.remarks.iter().for_each(|remark| console.warn(remark));
         material = Some(audio.material.clone());
     }
     let wants = |part| options.parts.contains(&part);
@@ -165,14 +165,6 @@ fn write_model(
     result["cached"] = json!(cached);
     console.json(&result);
     Ok(())
-}
-
-/// A material of the library.
-pub(super) fn preset(name: &str) -> Result<Material, Failure> {
-    presets::preset(name).ok_or_else(|| {
-        let known = presets::names().collect::<Vec<_>>().join(", ");
-        Failure::new(format_args!("there is no material \"{name}\"; known: {known}"))
-    })
 }
 
 /// How to bake modes.

@@ -11,11 +11,11 @@ use clangor_pipeline::formats::atomic_file::{check_folder, write_atomically};
 use clangor_pipeline::formats::modal_soundbank::{bank_material, build_modal_soundbank};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::soundbank::{EllipsoidBankOptions, build_bank};
+use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::stages::sound_models::SoundModelError;
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
-use super::bake::preset;
 use super::check_ending;
 use crate::arguments::{Bank, BankAction, Global};
 use crate::console::{Console, counted};

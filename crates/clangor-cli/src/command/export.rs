@@ -13,10 +13,10 @@ use clangor_pipeline::interchange::audio_rigid_bodies::{
     AudioBody, AudioMaterial, BodyMass, Ringing, write_audio_body,
 };
 use clangor_pipeline::interchange::body_files::{export_scene_gltf, export_timeline_gltf};
+use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
-use super::bake::preset;
 use super::{check_ending, is_timeline, load};
 use crate::arguments::{Export, ExportFormat, Global};
 use crate::console::{Console, counted};

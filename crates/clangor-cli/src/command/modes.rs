@@ -9,8 +9,9 @@ use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::modal_analysis::{
     ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, modal_analysis_and_system,
 };
-use clangor_core::material::{Material, presets};
+use clangor_core::material::Material;
 use clangor_pipeline::formats::atomic_file::AtomicFile;
+use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
 use clangor_pipeline::stages::sound_models::{AccelerationBake, SoundModelRequest};
 use serde_json::json;
@@ -67,10 +68,7 @@ fn cannot_ring(body: &str, error: &dyn std::fmt::Display) -> Failure {
 }
 
 fn material(options: &Modes) -> Result<Material, Failure> {
-    let mut material = presets::preset(&options.material).ok_or_else(|| {
-        let known = presets::names().collect::<Vec<_>>().join(", ");
-        Failure::new(format_args!("there is no material \"{}\"; known: {known}", options.material))
-    })?;
+    let mut material = preset(&options.material)?;
     material.density = options.density.unwrap_or(material.density);
     material.youngs_modulus = options.youngs_modulus.unwrap_or(material.youngs_modulus);
     material.poisson_ratio = options.poisson_ratio.unwrap_or(material.poisson_ratio);

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clangor_core::scene::render_description::Parts;
 use clangor_pipeline::formats::wav::SampleFormat;
+use clangor_pipeline::session::named_body::is_gltf;
 use clangor_pipeline::session::{Session, SessionBuilder};
 use clangor_pipeline::stages::fracture_report::FractureReport;
 use clangor_pipeline::stages::render::{FullScale, Transfers};
 
 use self::report::RenderReportView;
-use super::audio_file::{is_gltf, modes_of_files};
+use super::audio_file::modes_of_files;
 use super::check_ending;
 use super::session::{self, StageBars, check_simulated, open, prepare};
 use super::simulate::breaking;

@@ -6,20 +6,18 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId};
-use clangor_core::material::Material;
 use clangor_core::reference::PanSource;
 use clangor_core::reference::pan_file::PanFile;
 use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
-use clangor_core::sound_model::files::modal_file::{ModalOrigin, ModalPart};
 use clangor_core::sound_model::files::model_file::Solid;
 use clangor_core::sound_model::{AccelerationRule, SoundPart};
+use clangor_core::synthesis::SoundSource;
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor_core::synthesis::{RenderSettings, SoundSource};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::soundbank::default_bank;
 use clangor_pipeline::stages::sound_models::{
-    AccelerationSettings, ModalPlanSettings, Quality, SoundFile, SoundModelPlan, SoundModelProgress,
-    SoundModelSettings, SoundModelStore, SoundModels, read_sound_file,
+    OtherMaterial, Quality, SoundFile, SoundModelPlan, SoundModelProgress, SoundModelStore, SoundModels,
+    read_sound_file,
 };
 
 use crate::arguments::{self, Global, Sound};
@@ -45,21 +43,6 @@ impl From<arguments::Quality> for Quality {
             arguments::Quality::Normal => Quality::Normal,
             arguments::Quality::High => Quality::High,
         }
-    }
-}
-
-/// Sound models for what is rendered so, with both parts.
-pub(super) fn model_settings(
-    quality: Quality,
-    proxy_frequency: f64,
-    settings: &RenderSettings,
-) -> SoundModelSettings {
-    let (accuracy, bake) = (quality.accuracy(), quality.bakes_fields());
-    let options = quality.modal_options(settings.acoustics.medium, settings.band().0);
-    SoundModelSettings {
-        acceleration: AccelerationSettings::new(settings.max_wavenumber(), accuracy, bake),
-        wants_acceleration: true,
-        modal: Some(ModalPlanSettings { options, proxy_frequency }),
     }
 }
 
@@ -148,7 +131,7 @@ pub(super) fn give_models(
                 plan.give_acceleration(id, play(body));
             }
             if let Some((model, modal)) = &modes {
-                warn_of_other_material(&body.material, modal, console);
+                OtherMaterial::find(&body.material, modal).iter().for_each(|remark| console.warn(remark));
                 plan.give_modal(id, Arc::clone(model));
             }
         }
@@ -163,23 +146,4 @@ pub(super) fn give_models(
 pub(super) fn is_copy(body: &Body, name: &str) -> bool {
     let number = body.name.strip_prefix(name).and_then(|rest| rest.strip_prefix('-'));
     body.name == *name || number.is_some_and(|n| !n.is_empty() && n.bytes().all(|c| c.is_ascii_digit()))
-}
-
-/// Part by which elastic constants that were written and read may differ.
-const SAME_CONSTANT: f64 = 1e-6;
-
-/// Warns of modes that were baked of something else.
-pub(super) fn warn_of_other_material(material: &Material, modes: &ModalPart, console: &Console) {
-    let ModalOrigin { youngs_modulus, poisson_ratio, .. } = modes.origin;
-    let pairs = [
-        (material.youngs_modulus, youngs_modulus),
-        (material.poisson_ratio, poisson_ratio),
-        (material.density, modes.model.density),
-    ];
-    if pairs.iter().any(|(a, b)| (a - b).abs() > SAME_CONSTANT * b.abs()) {
-        console.warn(format_args!(
-            "the modes are those of {}, and ring so, whatever the stiffness of {}; its damping is used",
-            modes.origin.material, material.name
-        ));
-    }
 }

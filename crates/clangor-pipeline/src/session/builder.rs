@@ -175,7 +175,7 @@ impl<'p> SessionBuilder<'p> {
                 self.check_simulated(path)?;
                 Source::of_timeline(path, &self.listeners)?
             }
-            false => Source::of_scene(load_scene(path, &|scene| self.adjust(scene))?),
+            false => Source::from_scene(load_scene(path, &|scene| self.adjust(scene))?),
         };
         self.session(source, path.display().to_string())
     }
@@ -186,7 +186,7 @@ impl<'p> SessionBuilder<'p> {
     /// As [`open`](Self::open).
     pub fn from_scene(self, mut scene: Scene) -> Result<Session<'p>, Error> {
         self.adjust(&mut scene);
-        let source = Source::of_scene(scene_in_memory(scene)?);
+        let source = Source::from_scene(scene_in_memory(scene)?);
         self.session(source, "a scene in memory".into())
     }
 

@@ -2,20 +2,25 @@
 
 use std::path::PathBuf;
 
+use clangor_core::geometry::solid::MeshError;
 use clangor_core::scene::diagnostic::SceneErrors;
 use clangor_core::scene::instantiate::GeometryError;
+use clangor_core::sound_model::acceleration::field_evaluator::FieldError;
 use clangor_core::synthesis::SynthesisError;
 use clangor_core::synthesis::modal::ModalError;
 use clangor_core::synthesis::strike::StrikeError;
 
+use crate::formats::atomic_file::OutputError;
 use crate::formats::timeline_file::TimelineError;
+use crate::formats::wav::WavError;
 use crate::formats::web_replay::ReplayError;
+use crate::interchange::audio_rigid_bodies::{AudioFileError, AudioUseError};
 #[cfg(feature = "playback")]
 use crate::playback::PlaybackError;
 use crate::stages::load::LoadError;
 use crate::stages::render::RenderError;
 use crate::stages::simulate::SimulateError;
-use crate::stages::sound_models::SoundModelError;
+use crate::stages::sound_models::{SoundFileError, SoundModelError};
 
 /// Why a session gave no sound.
 #[derive(Debug, thiserror::Error)]
@@ -94,8 +99,67 @@ pub enum Error {
     #[error(transparent)]
     Strike(#[from] StrikeError),
     /// The modes cannot be played.
+    #[error("the modes of \"{name}\" cannot be played: {source}")]
+    Modes {
+        /// The body.
+        name: String,
+        /// Why.
+        source: ModalError,
+    },
+    /// A body without a material.
+    #[error("what is \"{name}\" made of? give a material")]
+    NoMaterial {
+        /// The body.
+        name: String,
+    },
+    /// The file of a sound model cannot be read.
     #[error(transparent)]
-    Modes(#[from] ModalError),
+    SoundFile(#[from] SoundFileError),
+    /// A soundbank in the place of a sound model.
+    #[error("{} is a soundbank, not the model of one body", path.display())]
+    Soundbank {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The mesh in a sound model bounds no solid.
+    #[error("{name}: {source}")]
+    ModelSurface {
+        /// The file.
+        name: String,
+        /// Why.
+        source: MeshError,
+    },
+    /// The acceleration field in a sound model contradicts itself.
+    #[error("{name}: {source}")]
+    ModelField {
+        /// The file.
+        name: String,
+        /// Why.
+        source: FieldError,
+    },
+    /// A glTF file with the sound of its bodies cannot be read.
+    #[error(transparent)]
+    AudioFile(#[from] AudioFileError),
+    /// No such body, or several, in a glTF file.
+    #[error(transparent)]
+    AudioBody(#[from] AudioUseError),
+    /// The material of a body in a glTF file is unknown.
+    #[error("\"{name}\" cannot be used: {source}")]
+    AudioMaterial {
+        /// The body.
+        name: String,
+        /// Why.
+        source: AudioUseError,
+    },
+    /// The ending of a file to write names no format.
+    #[error("the output must end in .wav or .csv")]
+    OutputEnding,
+    /// The WAV file cannot be written.
+    #[error(transparent)]
+    Wav(#[from] WavError),
+    /// The file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// Stopped by the caller.
     #[error("interrupted")]
     Interrupted,

@@ -43,7 +43,7 @@ pub(super) enum Motion {
 
 impl Source {
     /// A scene; nothing moves yet.
-    pub(super) fn of_scene(loaded: LoadedScene) -> Self {
+    pub(super) fn from_scene(loaded: LoadedScene) -> Self {
         let scene = &loaded.scene;
         Source {
             bodies: loaded.world.bodies.clone(),

@@ -3,72 +3,33 @@
 //! The body rests with its centre of mass at the origin. The force begins at t = 0 and the sound 2 ms before,
 //! because a band-limited onset rings before it arrives; the travel time to the listener is in it.
 
-use std::collections::BTreeSet;
 use std::f64::consts::{LN_10, TAU};
-use std::path::{Path, PathBuf};
-use std::slice;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use clangor_core::acoustics::Acoustics;
-use clangor_core::body::{Body, BodyId};
+use clangor_core::body::{Body, Surface};
 use clangor_core::contact::force_profile::ForceProfile;
 use clangor_core::glam::DVec3;
-use clangor_core::material::presets;
 use clangor_core::medium::Medium;
-use clangor_core::scene::render_description::PROXY_FREQUENCY;
+use clangor_core::scene::render_description::Parts;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
-use clangor_core::sound_model::{BodyModes, SoundModel};
+use clangor_core::sound_model::{AccelerationRule, BodyModes};
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, Resonance};
-pub use clangor_core::synthesis::strike::StrikeSound;
-use clangor_core::synthesis::strike::{self, LEAD, struck_ringing};
-use clangor_core::synthesis::{RenderSettings, SampleRate};
+use clangor_core::synthesis::strike::{self, LEAD, StrikeSound, struck_ringing};
+use clangor_core::synthesis::{SampleRate, SoundSource};
 
 use super::error::Error;
-use crate::formats::model_cache::ModelCache;
-use crate::formats::soundbank::default_bank;
-use crate::stages::load::{geometry_reference, load_geometry};
-use crate::stages::sound_models::{
-    AccelerationSettings, ModalPlanSettings, Quality, SoundModelPlan, SoundModelSettings, SoundModelStore,
-};
+use super::progress::Progress;
+use super::struck_body::StruckBody;
+use super::struck_model::StruckModel;
+use super::struck_sound::StruckSound;
+use crate::stages::sound_models::Quality;
 
 /// Shortest sound, unless another length is asked for \[s\].
 pub const SHORTEST: f64 = 0.1;
 /// Longest sound, unless another length is asked for \[s\].
 pub const LONGEST: f64 = 20.0;
-
-/// A body to be struck, at rest at the origin.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StruckBody {
-    body: Body,
-}
-
-impl StruckBody {
-    /// A body from a shape of the library (`"bowl"`, `"box:0.3x0.03x0.01"`) or a mesh file in metres, of a
-    /// material preset.
-    ///
-    /// # Errors
-    /// [`Error::Geometry`] and [`Error::Material`].
-    pub fn shape(shape: &str, material: &str) -> Result<Self, Error> {
-        let material = presets::preset(material).ok_or_else(|| Error::Material {
-            name: material.into(),
-            known: presets::names().collect::<Vec<_>>().join(", "),
-        })?;
-        let loaded = load_geometry(Path::new(""), &geometry_reference(shape, 1.0))
-            .map_err(|source| Error::Geometry { name: shape.into(), source })?;
-        Ok(StruckBody { body: Body::solid(shape, material, loaded.surface, &loaded.mass) })
-    }
-
-    /// The body.
-    pub fn body(&self) -> &Body {
-        &self.body
-    }
-}
-
-impl From<Body> for StruckBody {
-    fn from(body: Body) -> Self {
-        StruckBody { body }
-    }
-}
 
 /// An impact on a body, and how it is heard.
 ///
@@ -82,12 +43,14 @@ impl From<Body> for StruckBody {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Strike {
-    body: StruckBody,
+    pub(super) body: StruckBody,
     impact: strike::Strike,
     seconds: Option<f64>,
     sample_rate: u32,
-    quality: Quality,
-    cache: Option<PathBuf>,
+    parts: Parts,
+    pub(super) acceleration_rule: Option<AccelerationRule>,
+    pub(super) quality: Quality,
+    pub(super) cache: Option<PathBuf>,
 }
 
 impl Strike {
@@ -105,8 +68,16 @@ impl Strike {
             medium: Medium::AIR,
             sphere_model: SphereModel::Exact,
         };
-        let quality = Quality::Normal;
-        Strike { body, impact, seconds: None, sample_rate: 48_000, quality, cache: None }
+        Strike {
+            body,
+            impact,
+            seconds: None,
+            sample_rate: 48_000,
+            parts: Parts::default(),
+            acceleration_rule: None,
+            quality: Quality::Normal,
+            cache: None,
+        }
     }
 
     /// Strikes at a point of the surface \[m from the centre of mass\].
@@ -149,6 +120,18 @@ impl Strike {
         Strike { sample_rate: hz, ..self }
     }
 
+    /// Parts of the sound; nothing else than the body sounds. Default: acceleration and modal.
+    #[must_use]
+    pub fn parts(self, parts: Parts) -> Self {
+        Strike { parts, ..self }
+    }
+
+    /// Rule for the acceleration field of the body. Default: chosen by size and convexity.
+    #[must_use]
+    pub fn acceleration(self, rule: AccelerationRule) -> Self {
+        Strike { acceleration_rule: Some(rule), ..self }
+    }
+
     /// Effort for the sound model.
     #[must_use]
     pub fn quality(self, quality: Quality) -> Self {
@@ -166,63 +149,79 @@ impl Strike {
     ///
     /// # Errors
     /// [`Error::Strike`] for an impact off the surface or without impulse, [`Error::Models`],
-    /// [`Error::Synthesis`].
-    pub fn render(self) -> Result<StrikeSound, Error> {
+    /// [`Error::Modes`], [`Error::ModelField`], [`Error::Synthesis`].
+    pub fn render(self) -> Result<StruckSound, Error> {
+        self.render_with_progress(&mut |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`render`](Self::render), and sends the progress of baking to `on_progress`, which breaks to stop.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render); after a break an error of which [`Error::is_interruption`] is true.
+    pub fn render_with_progress(
+        self,
+        on_progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<StruckSound, Error> {
         let body = &self.body.body;
         let impact = strike::Strike {
             sample_rate: SampleRate::try_new(self.sample_rate)?,
             seconds: self.seconds.or(self.impact.seconds),
             ..self.impact
         };
+        // The source in place of a part that is not asked for: no listener is inside.
+        let point = SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
         // A mistaken impact is reported before anything is baked.
-        let point =
-            clangor_core::synthesis::SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
         strike::strike(body, &point, &impact)?;
-        let SoundModel { acceleration, modal } = self.model(&impact)?;
-        let BodyModes::Own(modes) = modal else {
-            return Ok(strike::strike(body, &acceleration.source, &impact)?);
+        let mut model = StruckModel { strike: &self, impact, on_progress, remarks: Vec::new() };
+        let modal = if self.parts.modal { model.modes()? } else { None };
+        let resonator = modal.as_ref().map(|modes| resonator(body, modes)).transpose()?.flatten();
+        let ring_time = resonator.as_ref().map(|resonator| decay_time(resonator, &impact));
+        let impact = strike::Strike { seconds: self.seconds.or(ring_time).or(impact.seconds), ..impact };
+        let (source, acceleration) = match self.parts.acceleration {
+            true => model.source()?,
+            false => (point, None),
         };
-        let source = ModalSource::new(modes, &body.material.damping, &ModalSettings::default())?;
-        let seconds = self.seconds.or(Some(decay_time(&source, &impact)));
-        let impact = strike::Strike { seconds, ..impact };
-        let mut sound = strike::strike(body, &acceleration.source, &impact)?;
-        let ringing = struck_ringing(body, Arc::new(source), &impact, &sound)?;
-        sound.pressures.iter_mut().zip(ringing).for_each(|(sum, p)| *sum += p);
-        if self.seconds.is_none() {
-            cut_silence(&mut sound, impact.sample_rate.hz());
+        let remarks = model.remarks;
+        let mut sound = strike::strike(body, &source, &impact)?;
+        if !self.parts.acceleration {
+            sound.pressures.fill(0.0);
         }
-        Ok(sound)
-    }
-
-    /// The sound model of the body, found or baked.
-    fn model(&self, impact: &strike::Strike) -> Result<SoundModel, Error> {
-        let render = RenderSettings {
+        let modes = resonator.as_ref().map_or(0, |resonator| resonator.resonances().len());
+        if let Some(resonator) = resonator {
+            let ringing = struck_ringing(body, resonator, &impact, &sound)?;
+            sound.pressures.iter_mut().zip(ringing).for_each(|(sum, p)| *sum += p);
+            if self.seconds.is_none() {
+                cut_silence(&mut sound, impact.sample_rate.hz());
+            }
+        }
+        Ok(StruckSound {
+            pressures: sound.pressures,
+            times: sound.times,
             sample_rate: impact.sample_rate,
-            acoustics: Acoustics { medium: impact.medium, ..Acoustics::default() },
-            sphere_model: impact.sphere_model,
-            ..RenderSettings::default()
-        };
-        let (accuracy, bake) = (self.quality.accuracy(), self.quality.bakes_fields());
-        let options = self.quality.modal_options(render.acoustics.medium, render.band().0);
-        let settings = SoundModelSettings {
-            acceleration: AccelerationSettings::new(render.max_wavenumber(), accuracy, bake),
-            wants_acceleration: true,
-            modal: Some(ModalPlanSettings { options, proxy_frequency: PROXY_FREQUENCY }),
-        };
-        let bodies = slice::from_ref(&self.body.body);
-        let (cache, bank) = (ModelCache::find(self.cache.as_deref()), default_bank());
-        let store = SoundModelStore { cache: cache.as_ref(), bank: bank.as_ref() };
-        let plan = SoundModelPlan::new(bodies, &[], settings);
-        let struck = BTreeSet::from([BodyId(0)]);
-        let mut found = plan.find(bodies, &struck, store, &mut |_| std::ops::ControlFlow::Continue(()))?;
-        Ok(found.bodies.swap_remove(0))
+            contact_duration: sound.duration,
+            velocity_change: sound.velocity_change,
+            radius: sound.radius,
+            travel_time: impact.listener.length() / impact.medium.sound_speed,
+            modes,
+            modal,
+            acceleration,
+            remarks,
+            note: format!("{} of {}", body.name, body.material.name),
+        })
     }
 }
 
+/// The oscillators of a body with modes of its own, by the damping of its material.
+fn resonator(body: &Body, modes: &BodyModes) -> Result<Option<Arc<ModalSource>>, Error> {
+    let BodyModes::Own(model) = modes else { return Ok(None) };
+    let source = ModalSource::new(Arc::clone(model), &body.material.damping, &ModalSettings::default())
+        .map_err(|source| Error::Modes { name: body.name.clone(), source })?;
+    Ok(Some(Arc::new(source)))
+}
+
 /// Time in which the longest mode has fallen by 60 dB and reached the listener \[s\], between [`SHORTEST`]
-/// and
-/// [`LONGEST`].
-pub fn decay_time(source: &ModalSource, impact: &strike::Strike) -> f64 {
+/// and [`LONGEST`].
+fn decay_time(source: &ModalSource, impact: &strike::Strike) -> f64 {
     let t60 = |r: &Resonance| 3.0 * LN_10 / (TAU * r.frequency * r.damping_ratio);
     let longest = source.resonances().iter().map(t60).fold(0.0, f64::max);
     let travel = impact.listener.length() / impact.medium.sound_speed;
@@ -230,7 +229,7 @@ pub fn decay_time(source: &ModalSource, impact: &strike::Strike) -> f64 {
 }
 
 /// Cuts the end of a sound where it is quieter than the peak by 60 dB.
-pub fn cut_silence(sound: &mut StrikeSound, sample_rate: u32) {
+fn cut_silence(sound: &mut StrikeSound, sample_rate: u32) {
     let peak = sound.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
     let heard = sound.pressures.iter().rposition(|p| p.abs() > 1e-3 * peak).map_or(0, |last| last + 1);
     let shortest = ((SHORTEST + LEAD) * f64::from(sample_rate)).ceil() as usize;
@@ -241,7 +240,7 @@ pub fn cut_silence(sound: &mut StrikeSound, sample_rate: u32) {
 /// The highest point of the surface about the centre of mass \[m\].
 fn highest_point(body: &Body) -> DVec3 {
     match &*body.surface {
-        clangor_core::body::Surface::Mesh(surface) => {
+        Surface::Mesh(surface) => {
             let vertices = surface.mesh.vertices.iter().copied();
             vertices.max_by(|a, b| a.y.total_cmp(&b.y)).unwrap_or(DVec3::ZERO)
         }

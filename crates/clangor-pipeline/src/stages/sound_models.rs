@@ -5,8 +5,7 @@
 //! ```
 //!
 //! A [`SoundModel`](clangor_core::sound_model::SoundModel) has two parts, the field of a body's acceleration
-//! and
-//! the modes of its vibration. Each has one kind of request, one kind of cache entry and one way through
+//! and the modes of its vibration. Each has one kind of request, one kind of cache entry and one way through
 //! [`obtain`].
 
 pub mod acceleration_bake;
@@ -15,6 +14,7 @@ pub mod error;
 pub mod modal_bake;
 pub mod modal_plan;
 pub mod obtain;
+pub mod other_material;
 pub mod pan_representation;
 mod piece_proxies;
 pub mod plan;
@@ -32,6 +32,7 @@ pub use error::SoundModelError;
 pub use modal_bake::ModalBake;
 pub use modal_plan::ModalPlanSettings;
 pub use obtain::{Obtained, obtain};
+pub use other_material::OtherMaterial;
 pub use pan_representation::pan_representation;
 pub use plan::{SoundModelPlan, SoundModelSettings};
 pub use progress::SoundModelProgress;

@@ -1,0 +1,85 @@
+//! A solid named by a word: a shape of the library, a mesh file, or a body in a glTF file with the sound of
+//! its bodies (`KHR_audio_rigid_bodies`): `FILE.glb`, or `FILE.glb#BODY`.
+
+use std::path::Path;
+
+use clangor_core::material::{Material, presets};
+use clangor_core::scene::instantiate::LoadedGeometry;
+use clangor_core::sound_model::modal::model::ModalModel;
+
+use super::error::Error;
+use crate::interchange::audio_rigid_bodies::{Played, choose_body, read_audio_bodies};
+use crate::stages::load::{geometry_reference, load_geometry, mesh_geometry};
+
+/// The material preset of a name.
+///
+/// # Errors
+/// [`Error::Material`].
+pub fn preset(name: &str) -> Result<Material, Error> {
+    presets::preset(name).ok_or_else(|| Error::Material {
+        name: name.into(),
+        known: presets::names().collect::<Vec<_>>().join(", "),
+    })
+}
+
+/// A shape of the library (`"bowl"`, `"box:0.3x0.03x0.01"`), or a mesh file whose unit is `scale` metres.
+///
+/// # Errors
+/// [`Error::Geometry`].
+pub(super) fn shape_or_mesh(word: &str, scale: f64) -> Result<LoadedGeometry, Error> {
+    load_geometry(Path::new(""), &geometry_reference(word, scale))
+        .map_err(|source| Error::Geometry { name: word.into(), source })
+}
+
+/// A body of a glTF file that gives its material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GltfBody {
+    /// Surface and mass properties of unit density.
+    pub geometry: LoadedGeometry,
+    /// The material, with the mass and the decays of the file.
+    pub material: Material,
+    /// Its modes about the centre of mass, without transfers, if the file has them.
+    pub modal: Option<ModalModel>,
+    /// Properties of the file that are not used, or replaced.
+    pub remarks: Vec<String>,
+}
+
+impl GltfBody {
+    /// Reads the body that a word names; `None` if the word names no such file, or a file without such
+    /// bodies. `otherwise` has the properties of the material that the file lacks.
+    ///
+    /// # Errors
+    /// [`Error::AudioFile`], [`Error::AudioBody`], [`Error::AudioMaterial`] and [`Error::Geometry`].
+    pub fn read(word: &str, scale: f64, otherwise: Option<&Material>) -> Result<Option<Self>, Error> {
+        let (file, name) = file_and_body(word);
+        let bodies = read_audio_bodies(Path::new(file))?;
+        let Some(body) = choose_body(bodies, name, file)? else { return Ok(None) };
+        let body = body.scaled(scale);
+        let geometry = mesh_geometry(body.mesh.clone(), 1.0)
+            .map_err(|source| Error::Geometry { name: word.into(), source })?;
+        let Played { material, modal, remarks } = body
+            .played(&geometry.mass, otherwise)
+            .map_err(|source| Error::AudioMaterial { name: word.into(), source })?;
+        let remarks = geometry.warnings.iter().chain(&remarks).map(|remark| format!("\"{word}\": {remark}"));
+        let remarks = remarks.collect();
+        Ok(Some(GltfBody { geometry, material, modal, remarks }))
+    }
+}
+
+/// Whether a path is that of a glTF file, or of a body in one.
+pub fn is_gltf(path: &Path) -> bool {
+    ends_in_gltf(file_and_body(&path.to_string_lossy()).0)
+}
+
+/// A file, and the name of a body in it; a # in the name of an existing file belongs to its name.
+fn file_and_body(word: &str) -> (&str, Option<&str>) {
+    match word.rsplit_once('#') {
+        Some((file, body)) if ends_in_gltf(file) && !Path::new(word).exists() => (file, Some(body)),
+        _ => (word, None),
+    }
+}
+
+fn ends_in_gltf(file: &str) -> bool {
+    let ending = Path::new(file).extension().map(|e| e.to_ascii_lowercase());
+    ending.is_some_and(|e| e == "glb" || e == "gltf")
+}

@@ -100,6 +100,12 @@ impl From<session::Error> for Failure {
             session::Error::NoMaterial { name } => {
                 Failure::new(format_args!("what is \"{name}\" made of? add --material NAME"))
             }
+            session::Error::ModalMaterial => {
+                Failure::new("ringing depends on the material: add --material NAME")
+            }
+            session::Error::NoCache => {
+                Failure::new("this system has no folder for caches; name one with --cache DIR")
+            }
             session::Error::Interrupted => Failure::Interrupted,
             other => Failure::new(other),
         }

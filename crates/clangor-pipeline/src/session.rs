@@ -18,6 +18,8 @@
 //! # Ok::<(), clangor_pipeline::session::Error>(())
 //! ```
 
+pub mod bake;
+pub mod bake_scene;
 mod builder;
 mod error;
 pub mod named_body;
@@ -41,8 +43,11 @@ use clangor_core::sound_model::{AccelerationRule, SoundPart};
 use clangor_core::timeline::Timeline;
 use clangor_sim::SimulationReport;
 
+pub use self::bake::{Bake, BakedBody, BakedFile};
+pub use self::bake_scene::{BakedField, SceneBake};
 pub use self::builder::{SessionBuilder, reseed};
 pub use self::error::Error;
+pub use self::named_body::{GltfBody, NamedSolid};
 pub use self::progress::{Progress, Stage};
 use self::source::{Motion, Source};
 pub use self::strike::Strike;

@@ -1,27 +1,22 @@
-//! Sound models of bodies, found or baked under a progress bar.
+//! Sound models that the command line gives to bodies, and its names of rules and qualities.
 
-use std::collections::BTreeSet;
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::reference::PanSource;
 use clangor_core::reference::pan_file::PanFile;
+use clangor_core::sound_model::AccelerationRule;
 use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::files::model_file::Solid;
-use clangor_core::sound_model::{AccelerationRule, SoundPart};
 use clangor_core::synthesis::SoundSource;
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor_pipeline::formats::model_cache::ModelCache;
-use clangor_pipeline::formats::soundbank::default_bank;
 use clangor_pipeline::stages::sound_models::{
-    OtherMaterial, Quality, SoundFile, SoundModelPlan, SoundModelProgress, SoundModelStore, SoundModels,
-    read_sound_file,
+    OtherMaterial, Quality, SoundFile, SoundModelPlan, read_sound_file,
 };
 
-use crate::arguments::{self, Global, Sound};
-use crate::console::{Console, Progress};
+use crate::arguments::{self, Sound};
+use crate::console::Console;
 use crate::failure::Failure;
 
 impl From<Sound> for AccelerationRule {
@@ -44,35 +39,6 @@ impl From<arguments::Quality> for Quality {
             arguments::Quality::High => Quality::High,
         }
     }
-}
-
-/// The models of those that are `struck`; `bodies` are all that ever were.
-pub(super) fn find_models(
-    plan: SoundModelPlan,
-    bodies: &[Body],
-    struck: &BTreeSet<BodyId>,
-    global: &Global,
-    console: &Console,
-) -> Result<SoundModels, Failure> {
-    let cache = ModelCache::find(global.cache.as_deref());
-    let bank = default_bank();
-    let store = SoundModelStore { cache: cache.as_ref(), bank: bank.as_ref() };
-    // A bar appears with the first model that has to be baked.
-    let mut bar: Option<(SoundPart, Progress<'_>)> = None;
-    let mut on_progress = |p: &SoundModelProgress<'_>| {
-        if bar.as_ref().is_none_or(|(part, _)| *part != p.part) {
-            let what = if p.part == SoundPart::Modal { "modes" } else { "bake" };
-            bar = None;
-            bar = Some((p.part, console.progress(what, 1.0)));
-        }
-        let Some((_, bar)) = &bar else { return ControlFlow::Continue(()) };
-        bar.stage(p.step);
-        bar.reached(p.done)
-    };
-    let found = plan.find(bodies, struck, store, &mut on_progress)?;
-    drop(bar);
-    found.remarks.iter().for_each(|remark| console.warn(remark));
-    Ok(found)
 }
 
 /// Part of a body's volume by which that of the solid that a given model was baked from may differ.

@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use clangor_bake::reference::PanModelError;
 use clangor_core::geometry::solid::MeshError;
 use clangor_core::scene::diagnostic::SceneErrors;
 use clangor_core::scene::instantiate::GeometryError;
 use clangor_core::sound_model::acceleration::field_evaluator::FieldError;
+use clangor_core::sound_model::files::tensor_file::TensorFileError;
 use clangor_core::synthesis::SynthesisError;
 use clangor_core::synthesis::modal::ModalError;
 use clangor_core::synthesis::strike::StrikeError;
@@ -20,7 +22,7 @@ use crate::playback::PlaybackError;
 use crate::stages::load::LoadError;
 use crate::stages::render::RenderError;
 use crate::stages::simulate::SimulateError;
-use crate::stages::sound_models::{SoundFileError, SoundModelError};
+use crate::stages::sound_models::{RequestError, SoundFileError, SoundModelError};
 
 /// Why a session gave no sound.
 #[derive(Debug, thiserror::Error)]
@@ -151,6 +153,37 @@ pub enum Error {
         /// Why.
         source: AudioUseError,
     },
+    /// A shape or mesh file cannot be baked.
+    #[error("\"{name}\" cannot be baked: {source}")]
+    BakeGeometry {
+        /// The shape or file.
+        name: String,
+        /// Why.
+        source: GeometryError,
+    },
+    /// A solid that has no sound model.
+    #[error("\"{name}\" cannot be baked: {source}")]
+    Unbakeable {
+        /// The solid.
+        name: String,
+        /// Why.
+        source: RequestError,
+    },
+    /// The modal part of a solid without material.
+    #[error("ringing depends on the material: give one")]
+    ModalMaterial,
+    /// Neither the acceleration part nor the modal part is to be baked.
+    #[error("a sound model without parts is nothing to bake")]
+    NoParts,
+    /// The system has no folder for caches.
+    #[error("this system has no folder for caches; name one")]
+    NoCache,
+    /// A sound model cannot be stored.
+    #[error(transparent)]
+    Encode(#[from] TensorFileError),
+    /// A sound model cannot be represented as in \[PAN\].
+    #[error(transparent)]
+    Pan(#[from] PanModelError),
     /// The ending of a file to write names no format.
     #[error("the output must end in .wav or .csv")]
     OutputEnding,

@@ -66,6 +66,39 @@ impl GltfBody {
     }
 }
 
+/// A solid to bake, with what is known of its material and its modes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedSolid {
+    /// The word.
+    pub name: String,
+    /// Surface and mass properties of unit density.
+    pub geometry: LoadedGeometry,
+    /// The material, which only the modal part needs.
+    pub material: Option<Material>,
+    /// Modes about the centre of mass, without transfers, if a glTF file has them.
+    pub modal: Option<ModalModel>,
+    /// Properties of a glTF file that are not used, or replaced.
+    pub remarks: Vec<String>,
+}
+
+impl NamedSolid {
+    /// A shape of the library, a mesh file whose unit is `scale` metres, or a body of a glTF file, whose
+    /// material comes before the given one.
+    ///
+    /// # Errors
+    /// [`Error::BakeGeometry`], and those of [`GltfBody::read`].
+    pub fn open(word: &str, scale: f64, material: Option<Material>) -> Result<Self, Error> {
+        let name = word.to_owned();
+        if let Some(file) = GltfBody::read(word, scale, material.as_ref())? {
+            let GltfBody { geometry, material, modal, remarks } = file;
+            return Ok(NamedSolid { name, geometry, material: Some(material), modal, remarks });
+        }
+        let geometry = load_geometry(Path::new(""), &geometry_reference(word, scale))
+            .map_err(|source| Error::BakeGeometry { name: word.into(), source })?;
+        Ok(NamedSolid { name, geometry, material, modal: None, remarks: Vec::new() })
+    }
+}
+
 /// Whether a path is that of a glTF file, or of a body in one.
 pub fn is_gltf(path: &Path) -> bool {
     ends_in_gltf(file_and_body(&path.to_string_lossy()).0)

@@ -22,7 +22,7 @@ use clangor_core::synthesis::{SampleRate, SoundSource};
 use super::error::Error;
 use super::progress::Progress;
 use super::struck_body::StruckBody;
-use super::struck_model::StruckModel;
+use super::struck_model::{ModelChoice, StruckModel};
 use super::struck_sound::StruckSound;
 use crate::stages::sound_models::Quality;
 
@@ -43,14 +43,12 @@ pub const LONGEST: f64 = 20.0;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Strike {
-    pub(super) body: StruckBody,
+    body: StruckBody,
     impact: strike::Strike,
     seconds: Option<f64>,
     sample_rate: u32,
     parts: Parts,
-    pub(super) acceleration_rule: Option<AccelerationRule>,
-    pub(super) quality: Quality,
-    pub(super) cache: Option<PathBuf>,
+    model: ModelChoice,
 }
 
 impl Strike {
@@ -74,9 +72,7 @@ impl Strike {
             seconds: None,
             sample_rate: 48_000,
             parts: Parts::default(),
-            acceleration_rule: None,
-            quality: Quality::Normal,
-            cache: None,
+            model: ModelChoice::default(),
         }
     }
 
@@ -129,19 +125,19 @@ impl Strike {
     /// Rule for the acceleration field of the body. Default: chosen by size and convexity.
     #[must_use]
     pub fn acceleration(self, rule: AccelerationRule) -> Self {
-        Strike { acceleration_rule: Some(rule), ..self }
+        Strike { model: ModelChoice { acceleration_rule: Some(rule), ..self.model }, ..self }
     }
 
     /// Effort for the sound model.
     #[must_use]
     pub fn quality(self, quality: Quality) -> Self {
-        Strike { quality, ..self }
+        Strike { model: ModelChoice { quality, ..self.model }, ..self }
     }
 
     /// Folder of baked sound models. Default: `CLANGOR_CACHE`, or the system's folder for caches.
     #[must_use]
     pub fn cache(self, folder: impl Into<PathBuf>) -> Self {
-        Strike { cache: Some(folder.into()), ..self }
+        Strike { model: ModelChoice { cache: Some(folder.into()), ..self.model }, ..self }
     }
 
     /// The sound: pressures \[Pa\] at times \[s\]. Bakes the sound model of the body if it is not in the
@@ -172,7 +168,8 @@ impl Strike {
         let point = SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
         // A mistaken impact is reported before anything is baked.
         strike::strike(body, &point, &impact)?;
-        let mut model = StruckModel { strike: &self, impact, on_progress, remarks: Vec::new() };
+        let mut model =
+            StruckModel { struck: &self.body, choice: &self.model, impact, on_progress, remarks: Vec::new() };
         let modal = if self.parts.modal { model.modes()? } else { None };
         let resonator = modal.as_ref().map(|modes| resonator(body, modes)).transpose()?.flatten();
         let ring_time = resonator.as_ref().map(|resonator| decay_time(resonator, &impact));

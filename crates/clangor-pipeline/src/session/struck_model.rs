@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::slice;
 use std::sync::Arc;
 
@@ -11,28 +12,38 @@ use clangor_core::reference::PanSource;
 use clangor_core::scene::render_description::PROXY_FREQUENCY;
 use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::files::modal_file::ModalPart;
-use clangor_core::sound_model::{BodyModes, SoundModel, SoundPart};
+use clangor_core::sound_model::{AccelerationRule, BodyModes, SoundModel, SoundPart};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
 use clangor_core::synthesis::{RenderSettings, SoundSource, strike};
 
 use super::error::Error;
 use super::progress::{Progress, Stage};
-use super::strike::Strike;
-use super::struck_body::KnownSound;
+use super::struck_body::{KnownSound, StruckBody};
 use super::struck_sound::StrikeRemark;
 use crate::formats::model_cache::ModelCache;
 use crate::formats::soundbank::default_bank;
 use crate::stages::sound_models::{
-    AccelerationSettings, ModalPlanSettings, OtherMaterial, SoundModelPlan, SoundModelProgress,
+    AccelerationSettings, ModalPlanSettings, OtherMaterial, Quality, SoundModelPlan, SoundModelProgress,
     SoundModelSettings, SoundModelStore,
 };
 
 /// Relative error of a wavenumber that was stored.
 const STORED_WAVENUMBER: f64 = 1e-9;
 
+/// How the sound model of a struck body is chosen, where it is not given.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ModelChoice {
+    /// Rule of the acceleration part; chosen by size and convexity otherwise.
+    pub(super) acceleration_rule: Option<AccelerationRule>,
+    pub(super) quality: Quality,
+    /// Folder of baked models.
+    pub(super) cache: Option<PathBuf>,
+}
+
 /// Obtains the parts of the sound model of a struck body, and collects remarks on them.
 pub(super) struct StruckModel<'a> {
-    pub(super) strike: &'a Strike,
+    pub(super) struck: &'a StruckBody,
+    pub(super) choice: &'a ModelChoice,
     /// The impact, with the sample rate resolved.
     pub(super) impact: strike::Strike,
     pub(super) on_progress: &'a mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
@@ -42,7 +53,7 @@ pub(super) struct StruckModel<'a> {
 impl StruckModel<'_> {
     /// The modes; `None` if a given model lacks the modal part.
     pub(super) fn modes(&mut self) -> Result<Option<BodyModes>, Error> {
-        match &self.strike.body.known {
+        match &self.struck.known {
             KnownSound::Model(file) => Ok(file.modal.as_ref().map(|part| self.given_modes(part))),
             KnownSound::Modal(file) => Ok(Some(self.given_modes(&file.modal))),
             KnownSound::Pan(_) => Ok(None),
@@ -55,15 +66,15 @@ impl StruckModel<'_> {
 
     /// Modes out of a file.
     fn given_modes(&mut self, part: &ModalPart) -> BodyModes {
-        let other = OtherMaterial::find(&self.strike.body.body.material, part);
+        let other = OtherMaterial::find(&self.struck.body.material, part);
         self.remarks.extend(other.map(StrikeRemark::OtherMaterial));
         BodyModes::Own(Arc::new(part.model.clone()))
     }
 
     /// What radiates when the body is accelerated, and its kind; no kind for a source by \[PAN\].
     pub(super) fn source(&mut self) -> Result<(SoundSource, Option<SourceKind>), Error> {
-        let body = &self.strike.body.body;
-        let (source, kind) = match &self.strike.body.known {
+        let body = &self.struck.body;
+        let (source, kind) = match &self.struck.known {
             KnownSound::Pan(file) => {
                 let model = Arc::new(file.model.clone());
                 let source = PanSource::new(model, Arc::clone(&body.surface));
@@ -104,7 +115,7 @@ impl StruckModel<'_> {
 
     /// How both parts are baked.
     fn settings(&self) -> SoundModelSettings {
-        let (quality, render) = (self.strike.quality, self.render_settings());
+        let (quality, render) = (self.choice.quality, self.render_settings());
         let (accuracy, bake) = (quality.accuracy(), quality.bakes_fields());
         let options = quality.modal_options(render.acoustics.medium, render.band().0);
         SoundModelSettings {
@@ -116,16 +127,17 @@ impl StruckModel<'_> {
 
     /// Finds or bakes the parts that the settings ask for.
     fn find(&mut self, settings: SoundModelSettings) -> Result<SoundModel, Error> {
-        let Strike { body, acceleration_rule, cache, .. } = self.strike;
-        let bodies = slice::from_ref(&body.body);
+        let ModelChoice { acceleration_rule, cache, .. } = self.choice;
+        let struck = self.struck;
+        let bodies = slice::from_ref(&struck.body);
         let (cache, bank) = (ModelCache::find(cache.as_deref()), default_bank());
         let store = SoundModelStore { cache: cache.as_ref(), bank: bank.as_ref() };
         let mut plan = SoundModelPlan::new(bodies, &[], settings);
         if let Some(rule) = *acceleration_rule {
             plan = plan.with_acceleration_rule(rule);
         }
-        if let KnownSound::Modes(modes) = &body.known {
-            plan.give_modes(&[BodyId(0)], &body.body, modes);
+        if let KnownSound::Modes(modes) = &struck.known {
+            plan.give_modes(&[BodyId(0)], &struck.body, modes);
         }
         let on_progress = &mut *self.on_progress;
         let mut reached = |p: &SoundModelProgress<'_>| {

@@ -93,7 +93,8 @@ impl SceneBake<'_> {
         self.loaded.world.bodies.len() - self.fields.iter().map(|field| field.bodies.len()).sum::<usize>()
     }
 
-    /// Finds or bakes one of the [`fields`](Self::fields). Progress goes to `on_progress`, which breaks to stop.
+    /// Finds or bakes one of the [`fields`](Self::fields). Progress goes to `on_progress`, which breaks to
+    /// stop.
     ///
     /// # Errors
     /// [`Error::Models`].

@@ -81,8 +81,8 @@ impl StruckBody {
         Ok(StruckBody { body, known, remarks: Vec::new() })
     }
 
-    /// A body named by a word: a shape of the library, a mesh file whose unit is `scale` metres, a sound model
-    /// (`.safetensors`), or a glTF file with the sound of its bodies (`FILE.glb`, `FILE.glb#BODY`). Only the
+    /// A body named by a word: a shape of the library, a mesh file whose unit is `scale` metres, a sound
+    /// model (`.safetensors`), or a glTF file with the sound of its bodies (`FILE.glb`, `FILE.glb#BODY`). Only the
     /// last may be without a material.
     ///
     /// # Errors

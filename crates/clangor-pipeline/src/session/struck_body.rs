@@ -82,8 +82,8 @@ impl StruckBody {
     }
 
     /// A body named by a word: a shape of the library, a mesh file whose unit is `scale` metres, a sound
-    /// model (`.safetensors`), or a glTF file with the sound of its bodies (`FILE.glb`, `FILE.glb#BODY`). Only the
-    /// last may be without a material.
+    /// model (`.safetensors`), or a glTF file with the sound of its bodies (`FILE.glb`, `FILE.glb#BODY`).
+    /// Only the last may be without a material.
     ///
     /// # Errors
     /// [`Error::NoMaterial`], and those of [`solid`](Self::solid), [`model`](Self::model) and

@@ -20,6 +20,7 @@
 pub mod acceleration_pulse;
 mod band_end_fade;
 pub(crate) mod body_interior;
+pub mod body_model;
 mod field_interpolation;
 pub mod field_source;
 mod field_spectrum;
@@ -43,6 +44,7 @@ pub mod synthesis_error;
 mod wave;
 
 pub use acceleration_pulse::{AccelerationPulse, clicks_of};
+pub use body_model::{AccelerationPart, BodyModes, NoModes, SoundModel, SoundPart};
 pub use field_source::FieldSource;
 pub use listener::Listener;
 pub use offline::{BlockJob, BlockMemory, OverlapAdd, RenderReport, RenderedBlock, Renderer};

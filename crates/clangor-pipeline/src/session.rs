@@ -39,7 +39,8 @@ use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::scene::Scene;
-use clangor_core::sound_model::{AccelerationRule, SoundPart};
+use clangor_core::sound_model::AccelerationRule;
+use clangor_core::synthesis::SoundPart;
 use clangor_core::timeline::Timeline;
 use clangor_sim::SimulationReport;
 

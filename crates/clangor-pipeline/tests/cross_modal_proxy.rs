@@ -17,10 +17,11 @@ use clangor_core::scene::render_description::PROXY_FREQUENCY;
 use clangor_core::shape::Shape;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::sound_model::soundbank::modal_soundbank::ContactMapping;
-use clangor_core::sound_model::{BodyModes, ModalRule, NoModes, SoundRule};
+use clangor_core::sound_model::{ModalRule, SoundRule};
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
 use clangor_core::synthesis::strike::{Strike, StrikeSound, struck_ringing};
+use clangor_core::synthesis::{BodyModes, NoModes};
 use clangor_pipeline::stages::sound_models::{
     AccelerationSettings, ModalPlanSettings, SoundModelPlan, SoundModelSettings, SoundModelStore,
 };

@@ -15,7 +15,7 @@ use clangor_core::pose::Pose;
 use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use clangor_core::sound_model::{BodyModes, SoundModel, SoundPart};
+use clangor_core::synthesis::{BodyModes, SoundModel, SoundPart};
 use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
 use clangor_pipeline::formats::timeline_file::{Origin, TimelineHeader, TimelineReader, TimelineWriter};

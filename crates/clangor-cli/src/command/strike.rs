@@ -2,7 +2,7 @@
 
 use clangor_core::body::Surface;
 use clangor_core::scene::render_description::Parts;
-use clangor_core::sound_model::BodyModes;
+use clangor_core::synthesis::BodyModes;
 use clangor_pipeline::analysis::levels::db_spl;
 use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::session::{Strike as Impact, StruckBody};

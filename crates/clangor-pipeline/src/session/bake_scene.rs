@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use clangor_core::scene::Scene;
 use clangor_core::scene::render_description::PROXY_FREQUENCY;
-use clangor_core::sound_model::SoundPart;
 use clangor_core::sound_model::files::model_file::ModelFile;
+use clangor_core::synthesis::SoundPart;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::{RenderSettings, SampleRate};
 

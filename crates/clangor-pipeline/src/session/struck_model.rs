@@ -10,10 +10,11 @@ use clangor_core::acoustics::Acoustics;
 use clangor_core::body::BodyId;
 use clangor_core::reference::PanSource;
 use clangor_core::scene::render_description::PROXY_FREQUENCY;
+use clangor_core::sound_model::AccelerationRule;
 use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::files::modal_file::ModalPart;
-use clangor_core::sound_model::{AccelerationRule, BodyModes, SoundModel, SoundPart};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
+use clangor_core::synthesis::{BodyModes, SoundModel, SoundPart};
 use clangor_core::synthesis::{RenderSettings, SoundSource, strike};
 
 use super::error::Error;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use clangor_core::glam::DVec3;
-use clangor_core::sound_model::BodyModes;
+use clangor_core::synthesis::BodyModes;
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::strike::LEAD;

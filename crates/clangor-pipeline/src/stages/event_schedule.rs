@@ -17,7 +17,7 @@ use clangor_core::pose::Pose;
 use clangor_core::realtime::{
     Controller, Engine, EngineSettings, ImpactEvent, ImpactTarget, SoundingObject, engine,
 };
-use clangor_core::sound_model::SoundModel;
+use clangor_core::synthesis::SoundModel;
 use clangor_core::synthesis::modal::ModalSource;
 use clangor_core::synthesis::{Listener, SampleRate, SoundSource, SynthesisError};
 use clangor_core::timeline::Timeline;

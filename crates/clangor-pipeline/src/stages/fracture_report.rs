@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 
 use clangor_core::body::{Body, BodyId};
-use clangor_core::sound_model::{BodyModes, NoModes};
+use clangor_core::synthesis::{BodyModes, NoModes};
 use clangor_core::timeline::FractureRow;
 use clangor_sim::BreakingReport;
 use serde::{Deserialize, Serialize};

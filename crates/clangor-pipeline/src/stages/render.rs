@@ -30,8 +30,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use clangor_core::body::{Body, BodyId};
-use clangor_core::sound_model::{SoundModel, SoundPart};
 use clangor_core::synthesis::AccelerationPulse;
+use clangor_core::synthesis::{SoundModel, SoundPart};
 use clangor_core::timeline::Timeline;
 
 pub use self::energy_limit::EnergyLimits;

@@ -4,7 +4,7 @@
 //! rules ─► SoundModelPlan ─► requests, one per part and form ─► cache or bake ─► SoundModels
 //! ```
 //!
-//! A [`SoundModel`](clangor_core::sound_model::SoundModel) has two parts, the field of a body's acceleration
+//! A [`SoundModel`](clangor_core::synthesis::SoundModel) has two parts, the field of a body's acceleration
 //! and the modes of its vibration. Each has one kind of request, one kind of cache entry and one way through
 //! [`obtain`].
 

@@ -8,7 +8,7 @@ use std::path::Path;
 use clangor_core::contact::ContactSettings;
 use clangor_core::glam::DVec3;
 use clangor_core::scene::render_description::{GroundSound, Parts};
-use clangor_core::sound_model::SoundModel;
+use clangor_core::synthesis::SoundModel;
 use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
 
 use super::radiation::exact_spectrum;

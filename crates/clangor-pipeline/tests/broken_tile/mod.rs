@@ -9,7 +9,7 @@ use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::ContactSettings;
 use clangor_core::medium::Medium;
 use clangor_core::scene::render_description::{GroundSound, PROXY_FREQUENCY, Parts};
-use clangor_core::sound_model::{BodyModes, NoModes};
+use clangor_core::synthesis::{BodyModes, NoModes};
 use clangor_core::synthesis::{Listener, RenderSettings};
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::soundbank::default_bank;

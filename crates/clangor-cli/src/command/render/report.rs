@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::scene::render_description::GroundSound;
-use clangor_core::sound_model::{AccelerationPart, BodyModes, NoModes, SoundPart};
 use clangor_core::synthesis::source_rule::SourceKind;
+use clangor_core::synthesis::{AccelerationPart, BodyModes, NoModes, SoundPart};
 use clangor_pipeline::analysis::levels::db_spl;
 use clangor_pipeline::stages::render::{
     EnergyLimits, ModalStateTransfer, RenderOptions, RenderSummary, RenderedFile,

@@ -13,7 +13,6 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::medium::Medium;
 use clangor_core::realtime::ImpactTarget;
-use clangor_core::sound_model::BodyModes;
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::proxy_field::{LEAST_ORDER, mean_field};
 use clangor_core::sound_model::files::modal_file::{ModalFile, ModalOrigin, ModalPart};
@@ -21,6 +20,7 @@ use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::{ModalSurface, SurfaceLocator};
 use clangor_core::sound_model::soundbank::modal_soundbank::{ContactMapping, ModalProxy};
+use clangor_core::synthesis::BodyModes;
 use clangor_core::synthesis::source_rule::SourceKind;
 use serde_json::{Value, json};
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::realtime::{Controller, Engine};
-use clangor_core::sound_model::SoundModel;
+use clangor_core::synthesis::SoundModel;
 use clangor_core::synthesis::modal::ModalSource;
 use clangor_core::synthesis::{Listener, SampleRate};
 use clangor_core::timeline::Timeline;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, Motion};
-use clangor_core::sound_model::SoundPart;
 use clangor_core::synthesis::Listener;
+use clangor_core::synthesis::SoundPart;
 
 use super::error::RenderError;
 use super::ground::is_ground;

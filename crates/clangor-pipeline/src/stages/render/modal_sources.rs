@@ -7,8 +7,8 @@ use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::{ImpactPulse, PoseHistory};
 use clangor_core::material::Damping;
 use clangor_core::reference::frac_transfer;
-use clangor_core::sound_model::SoundModel;
 use clangor_core::sound_model::modal::model::ModalModel;
+use clangor_core::synthesis::SoundModel;
 use clangor_core::synthesis::modal::{ModalError, ModalSource, ModalVoice};
 use clangor_core::synthesis::{Listener, RenderSettings, SynthesisError};
 

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::force_stream::{StreamSettings, force_stream};
 use clangor_core::contact::{ContactReport, ImpactPulse, PoseHistory};
-use clangor_core::sound_model::{SoundModel, SoundPart};
 use clangor_core::synthesis::acceleration_pulse::clicks_of;
 use clangor_core::synthesis::ground::{Ground, ground_clicks};
 use clangor_core::synthesis::{AccelerationPulse, SoundSource};
+use clangor_core::synthesis::{SoundModel, SoundPart};
 use clangor_core::timeline::Timeline;
 
 use super::error::RenderError;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clangor_core::body::BodyId;
 use clangor_core::contact::ContactReport;
-use clangor_core::sound_model::SoundPart;
 use clangor_core::synthesis::RenderReport;
+use clangor_core::synthesis::SoundPart;
 
 use super::energy_limit::EnergyLimits;
 use super::modal_state_transfer::ModalStateTransfer;

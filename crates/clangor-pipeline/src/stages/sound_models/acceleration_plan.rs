@@ -8,11 +8,12 @@ use std::time::Instant;
 
 use clangor_bake::acceleration::{BakeOptions, BakeProgress};
 use clangor_core::body::{Body, BodyId, Motion, Surface};
+use clangor_core::sound_model::SoundRule;
 use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
 use clangor_core::sound_model::acceleration::proxy_field::ProxyFields;
 use clangor_core::sound_model::files::model_file::ModelFile;
-use clangor_core::sound_model::{AccelerationPart, SoundPart, SoundRule};
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, decide, source_of};
+use clangor_core::synthesis::{AccelerationPart, SoundPart};
 
 use super::acceleration_bake::AccelerationBake;
 use super::error::SoundModelError;

@@ -17,8 +17,9 @@ use clangor_bake::acceleration::BakeProgress;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::soundbank::modal::ModalSoundbankBakeError;
 use clangor_core::body::{Body, BodyId, Motion};
+use clangor_core::sound_model::ModalRule;
 use clangor_core::sound_model::modal::model::ModalModel;
-use clangor_core::sound_model::{BodyModes, ModalRule, NoModes, SoundPart};
+use clangor_core::synthesis::{BodyModes, NoModes, SoundPart};
 
 use super::error::SoundModelError;
 use super::modal_bake::ModalBake;

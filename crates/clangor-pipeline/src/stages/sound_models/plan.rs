@@ -8,11 +8,10 @@ use std::sync::Arc;
 use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::rule::rules_with_pieces;
-use clangor_core::sound_model::{
-    AccelerationPart, AccelerationRule, BodyModes, NoModes, SoundModel, SoundRule,
-};
+use clangor_core::sound_model::{AccelerationRule, SoundRule};
 use clangor_core::synthesis::SoundSource;
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind};
+use clangor_core::synthesis::{AccelerationPart, BodyModes, NoModes, SoundModel};
 
 use super::acceleration_plan::{self, AccelerationParts, AccelerationSettings};
 use super::error::SoundModelError;

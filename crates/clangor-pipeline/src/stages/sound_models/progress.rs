@@ -1,6 +1,6 @@
 //! How far the sound models of a scene are.
 
-use clangor_core::sound_model::SoundPart;
+use clangor_core::synthesis::SoundPart;
 
 /// How far the baking of one part of the sound models is.
 #[derive(Clone, Copy, Debug, PartialEq)]

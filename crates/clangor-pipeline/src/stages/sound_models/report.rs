@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use clangor_core::body::BodyId;
-use clangor_core::sound_model::{SoundModel, SoundPart};
 use clangor_core::synthesis::SoundSource;
+use clangor_core::synthesis::{SoundModel, SoundPart};
 
 /// One part of a sound model that was in the cache or has been baked.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,10 +6,10 @@
 use std::fmt;
 use std::sync::Arc;
 
+use super::source::SoundSource;
+use super::source_rule::{Decision, Reason, SourceKind};
 use crate::sound_model::modal::model::ModalModel;
 use crate::sound_model::soundbank::modal_soundbank::ModalProxy;
-use crate::synthesis::source::SoundSource;
-use crate::synthesis::source_rule::{Decision, Reason, SourceKind};
 
 /// A part of the sound of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

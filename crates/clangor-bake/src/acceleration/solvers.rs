@@ -3,7 +3,7 @@
 //! - Ellipsoids and rounded boxes: curved patches on an octant.
 //! - Axisymmetric bodies: the meridian alone.
 //! - Other surfaces: Galerkin boundary elements on triangles, on a mesh fine enough for the accuracy. Finite
-//! differences in time where that needs too many unknowns.
+//!   differences in time where that needs too many unknowns.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

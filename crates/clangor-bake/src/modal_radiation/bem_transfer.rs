@@ -4,11 +4,11 @@
 //! are two strategies:
 //!
 //! * *direct*: one system for each mode, at its own wavenumber: for few modes, and for cavities, whose
-//! resonances no ladder of wavenumbers resolves;
+//!   resonances no ladder of wavenumbers resolves;
 //! * *ladder*: systems at wavenumbers Δκ apart, κ = kR. The multipoles of a mode are interpolated from the
-//! six nearest by a polynomial of degree five. Multipoles normalised on the sphere of radius R, without
-//! e^{−ikR}, are smooth in k: their delays, from any point of the body, are −R/c … R/c and echoes. At
-//! negative κ they are complex conjugates.
+//!   six nearest by a polynomial of degree five. Multipoles normalised on the sphere of radius R, without
+//!   e^{−ikR}, are smooth in k: their delays, from any point of the body, are −R/c … R/c and echoes. At
+//!   negative κ they are complex conjugates.
 //!
 //! Each octave has its own mesh, as fine as its waves, the walls and the edges require
 //! ([`resolution`](crate::mesh::remesh::resolution)). Bending waves may be shorter than the waves in air;

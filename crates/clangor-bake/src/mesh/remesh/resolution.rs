@@ -5,7 +5,7 @@
 //! * the wave: longest edge λ/6 for 0.3 %, of second order;
 //! * the wall: near the rim of a thin wall the two faces interact;
 //! * the edges of the body: the flow around a sharp edge is singular; around a rounded one it is as smooth as
-//! the rounding.
+//!   the rounding.
 //!
 //! The level error at edges of length h is about
 //!

@@ -1,7 +1,7 @@
 //! Finds and reads the Rust and JavaScript files of the repository.
 //!
-//! The folders are `crates`, `integrations` and `validation` (Rust), and `web/src`, `web/tests` and `web/scripts`
-//! (JavaScript). Build outputs and installed packages are skipped.
+//! The folders are `crates`, `integrations` and `validation` (Rust), and `web/src`, `web/tests` and
+//! `web/scripts` (JavaScript). Build outputs and installed packages are skipped.
 
 use std::path::Path;
 use std::{fs, io};

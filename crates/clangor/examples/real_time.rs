@@ -1,4 +1,4 @@
-//! Two steel spheres of 2 cm and 3 cm radius collide at 1 m/s: `cargo run --release -p clangor --example real_time`.
+//! Two steel spheres collide at 1 m/s: `cargo run --release -p clangor --example real_time`.
 use clangor::realtime::{EngineSettings, ImpactEvent, ImpactTarget, SoundingObject, engine};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -225,8 +225,8 @@ impl ModelCache {
         Ok(write_atomically(&self.partial_path::<ModalFile>(file.key()), &bytes)?)
     }
 
-    /// Keeps an entry under the hash of its inputs, in place of what is there, and removes what its unfinished
-    /// bake kept.
+    /// Keeps an entry under the hash of its inputs, in place of what is there, and removes what its
+    /// unfinished bake kept.
     ///
     /// # Errors
     /// [`CacheError`]; whatever was there before is untouched then.

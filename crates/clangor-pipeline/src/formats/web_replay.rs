@@ -219,6 +219,7 @@ fn description(replay: &Replay<'_>, surfaces: &Surfaces, motions: &Motions, soun
         };
         json!({ "name": listener.name, "left": ear(0), "right": ear(1) })
     };
+    let heard: Vec<_> = replay.listeners.iter().filter(|l| !l.receivers.is_empty()).map(listener).collect();
     json!({
         "kind": "replay",
         "version": VERSION,
@@ -227,7 +228,7 @@ fn description(replay: &Replay<'_>, surfaces: &Surfaces, motions: &Motions, soun
         "frame_rate_hz": FRAME_RATE,
         "full_scale_pa": replay.full_scale,
         "scene": replay.scene,
-        "listeners": replay.listeners.iter().filter(|l| !l.receivers.is_empty()).map(listener).collect::<Vec<_>>(),
+        "listeners": heard,
         "materials": materials.keys().collect::<Vec<_>>(),
         "bodies": bodies,
         "sounds": sounds.slots.iter().map(sounds::Slot::describe).collect::<Vec<_>>(),

@@ -6,7 +6,8 @@
 //!
 //! ```text
 //! sphere of radius 1, p e^{sr} = ρ a cos θ e^s (s/r + 1/r²)/(s² + 2s + 2),   s = ik
-//! ellipsoid, k → 0: dipole moment V (1 + α/(2 − α)),  α = abc ∫₀^∞ dλ/((a² + λ) Δ),  Δ² = (a² + λ)(b² + λ)(c² + λ)
+//! ellipsoid, k → 0: dipole moment V (1 + α/(2 − α)),
+//!                   α = abc ∫₀^∞ dλ/((a² + λ) Δ),  Δ² = (a² + λ)(b² + λ)(c² + λ)
 //! ```
 
 use std::f64::consts::{PI, TAU};

@@ -119,26 +119,7 @@ impl Panels {
         }
         // Limit the ratio of neighbouring lengths to 2.
         balance(&mut panels, &pieces, is_loop);
-        // Collocation points: the Gauss–Legendre nodes of each panel.
-        let nodes = panels
-            .iter()
-            .enumerate()
-            .flat_map(|(k, panel)| {
-                let piece = pieces[panel.piece];
-                let span = panel.end - panel.start;
-                rule.iter().map(move |(x, w)| {
-                    let t = panel.start + span * x;
-                    let v = piece.velocity(t);
-                    Node {
-                        panel: k,
-                        t,
-                        position: piece.point(t),
-                        normal: DVec2::new(v.y, -v.x),
-                        weight: span * w,
-                    }
-                })
-            })
-            .collect();
+        let nodes = collocation_points(&panels, &pieces, &rule);
         // Barycentric weights of the interpolation.
         let barycentric = (0..rule.len())
             .map(|i| {
@@ -209,6 +190,21 @@ impl Panel {
             to: piece.point(end),
         }
     }
+}
+
+/// Collocation points: the Gauss–Legendre nodes of each panel.
+fn collocation_points(panels: &[Panel], pieces: &[Piece], rule: &[(f64, f64)]) -> Vec<Node> {
+    let of_panel = |(k, panel): (usize, &Panel)| {
+        let piece = pieces[panel.piece];
+        let (start, span) = (panel.start, panel.end - panel.start);
+        rule.iter().map(move |(x, w)| {
+            let t = start + span * x;
+            let v = piece.velocity(t);
+            let normal = DVec2::new(v.y, -v.x);
+            Node { panel: k, t, position: piece.point(t), normal, weight: span * w }
+        })
+    };
+    panels.iter().enumerate().flat_map(of_panel).collect()
 }
 
 /// Halves panels that are more than twice as long as a neighbour, until none remain.

@@ -146,15 +146,10 @@ impl<'a, const M: usize> RowContext<'a, M> {
                 for first in (0..count).step_by(LANES) {
                     let group = &panels.nodes[row.column + first..row.column + first + LANES];
                     let ring = Group::of(|l| {
-                        let n = &group[l];
-                        let chord = n.position - observer.position;
-                        Point {
-                            position: n.position,
-                            normal: n.normal,
-                            weight: n.weight,
-                            gap_square: chord.length_squared(),
-                            across: chord.dot(n.normal),
-                        }
+                        let Node { position, normal, weight, .. } = group[l];
+                        let chord = position - observer.position;
+                        let (gap_square, across) = (chord.length_squared(), chord.dot(normal));
+                        Point { position, normal, weight, gap_square, across }
                     });
                     row.add::<DAMPED, M>(self, observer, &ring, Target::Columns(first));
                 }

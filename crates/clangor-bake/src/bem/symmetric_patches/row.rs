@@ -8,8 +8,8 @@
 //!   and the density is interpolated to its points;
 //! * the patch that contains the target: triangles from the target to the four sides in polar coordinates,
 //!   whose area element cancels 1/r. The angle is replaced by sinh⁻¹ of the position along the side, so that
-//!   close sides need no more points. Distances are those of the tangent plane, so that stretched patches need
-//!   no more either.
+//!   close sides need no more points. Distances are those of the tangent plane, so that stretched patches
+//!   need no more either.
 
 #![allow(
     clippy::needless_range_loop,

@@ -55,9 +55,9 @@ impl ScheduledEngine {
         Ok(ScheduledEngine { ringing, schedule, listener, controller, engine })
     }
 
-    /// Renders a part of the run \[s\] as fast as possible. Returns a full scale of twice its peak \[Pa\], 1 Pa
-    /// for silence. `on_progress` gets the time of the run \[s\] and breaks to stop. The engine is silent
-    /// afterwards.
+    /// Renders a part of the run \[s\] as fast as possible. Returns a full scale of twice its peak \[Pa\],
+    /// 1 Pa for silence. `on_progress` gets the time of the run \[s\] and breaks to stop. The engine is
+    /// silent afterwards.
     ///
     /// # Errors
     /// [`RenderError::Interrupted`].

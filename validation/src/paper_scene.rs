@@ -127,7 +127,7 @@ impl Stage {
         self.rules.push(rule);
     }
 
-    /// Fields for a band [Hz], from the cache or baked; prints the bakes and their warnings.
+    /// Fields for a band \[Hz\], from the cache or baked; prints the bakes and their warnings.
     pub fn models(
         &self,
         frequency: f64,

@@ -154,7 +154,7 @@ fn spectrum(source: &ModalSource, surface: &TriMesh, seed: u64) -> [f64; BANDS] 
     sums
 }
 
-/// Root mean square of the differences [dB] of the envelopes, octaves around each third octave within 20 dB
+/// Root mean square of the differences \[dB\] of the envelopes, octaves around each third octave within 20 dB
 /// of the strongest of either, with a floor 30 dB below; and the total level difference of the proxy.
 fn distance(own: &[f64; BANDS], proxy: &[f64; BANDS]) -> (f64, f64) {
     let level = |sums: &[f64; BANDS]| -> Vec<f64> {

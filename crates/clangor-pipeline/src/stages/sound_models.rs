@@ -6,7 +6,7 @@
 //!
 //! A [`SoundModel`](clangor_core::synthesis::SoundModel) has two parts, the field of a body's acceleration
 //! and the modes of its vibration. Each has one kind of request, one kind of cache entry and one way through
-//! [`obtain`].
+//! [`obtain`](obtain()).
 
 pub mod acceleration_bake;
 pub mod acceleration_plan;

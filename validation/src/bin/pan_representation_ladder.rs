@@ -26,7 +26,7 @@ use clangor_validation::pan_representation::solved_field::SolvedField;
 
 /// A = 0.5 m over the speed of sound \[s\].
 const UNIT: f64 = 0.5 / 343.2;
-/// ε and the printed sizes [MB] of the bank of 66.
+/// ε and the printed sizes \[MB\] of the bank of 66.
 const PRINTED: [(f64, f64); 7] =
     [(0.01, 26.0), (0.02, 20.0), (0.04, 16.0), (0.08, 12.0), (0.16, 7.3), (0.32, 4.5), (0.64, 2.6)];
 /// Highest κ solved: at 80 the pulse of 0.1 ms is at 1 % of its peak.

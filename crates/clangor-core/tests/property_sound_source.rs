@@ -127,5 +127,5 @@ fn scenes_say_what_bodies_sound_as() {
     assert_eq!(text("acceleration = \"proxy\"", "acceleration = \"own\""), [AccelerationRule::Proxy; 2]);
     let wrong = "version = 1\n[[body]]\nshape = \"die\"\nmaterial = \"steel\"\nacceleration = \"proxi\"\n";
     let errors = Scene::from_toml(wrong).unwrap_err().to_string();
-    assert!(errors.contains("5:9") && errors.contains("`proxy`"), "{errors}");
+    assert!(errors.contains("5:16") && errors.contains("`proxy`"), "{errors}");
 }

@@ -27,11 +27,9 @@
 //! ```no_run
 //! fn main() -> Result<(), clangor::Error> {
 //!     let bowl = clangor::StruckBody::shape("bowl", "ceramic")?;
-//!     let rim = bowl.body().surface.bounding_radius();
-//!     let sound = clangor::Strike::new(bowl)
-//!         .at([rim, 0.0, 0.0]) // m from the centre of mass
-//!         .impulse([-0.01, 0.0, 0.0]) // N s
-//!         .listener([0.5, 0.3, 0.5])
+//!     let sound = clangor::Strike::new(bowl) // at its highest point, which is on the rim
+//!         .impulse([0.0, -0.01, 0.0]) // N s
+//!         .listener([0.5, 0.3, 0.5]) // m from the centre of mass
 //!         .render()?;
 //!     let peak = sound.pressures.iter().fold(0.0_f64, |peak, p| peak.max(p.abs()));
 //!     println!("{} samples, peak {peak:.2} Pa", sound.pressures.len());

@@ -243,7 +243,7 @@ impl ModelCache {
         Ok(write_atomically(path, bytes)?)
     }
 
-    /// Removes what processes that were killed have left. Failures matter to nobody: the next writer tries
+    /// Removes what processes that were killed have left. Failures are ignored: the next writer tries
     /// again.
     fn remove_abandoned(&self) {
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();

@@ -1,7 +1,7 @@
 //! Pictures of lines, text and coloured grids, as PNG or SVG.
 //!
 //! Coordinates are pixels from the top left corner. Text in a PNG is drawn from a font that is in the
-//! program, so that no font of the system is needed; an SVG leaves the font to whoever shows it.
+//! program, so that no font of the system is needed; an SVG leaves the font to the viewer.
 
 mod raster;
 mod svg;

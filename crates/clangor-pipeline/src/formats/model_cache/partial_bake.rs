@@ -1,6 +1,6 @@
 //! The frequencies that a bake has solved, as bytes: so that one that is killed goes on where it was.
 //!
-//! Nobody but the same version of the program reads them: numbers one after the other, little endian, and at
+//! Only the same version of the program reads them: numbers one after the other, little endian, and at
 //! the end the XXH3-128 of all of them. What is not whole, or belongs to another bake, counts as nothing.
 
 use clangor_bake::acceleration::SolvedFrequency;

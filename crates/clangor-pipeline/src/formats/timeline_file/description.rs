@@ -35,7 +35,7 @@ pub(super) struct Description {
 #[serde(deny_unknown_fields)]
 pub(super) struct TableFields {
     pub(super) rows: u64,
-    /// XXH3-128 of the file; left out by programs that do not compute it, and by whoever edits the table.
+    /// XXH3-128 of the file; left out by programs that do not compute it, and after the table is edited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) hash: Option<String>,
 }

@@ -112,7 +112,7 @@ fn taken(sent: Result<(), SendError>) -> Result<(), SendError> {
 const BLOCK: usize = 1024;
 
 /// Plays a part of a run \[s\] as fast as can be. Returns the loudest pressure \[Pa\], or nothing if
-/// `progress`, which is told the time in the run, breaks. The engine is silent afterwards.
+/// `progress`, which receives the time in the run, breaks. The engine is silent afterwards.
 pub fn measure_peak(
     score: &EventSchedule,
     listener: &Listener,

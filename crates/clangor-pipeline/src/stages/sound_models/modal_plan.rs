@@ -3,7 +3,7 @@
 //! Every body that moves freely and is struck has modes, unless the scene excludes them. They are computed
 //! once for all bodies of the same form and material. Where forms are many, as in a heap of stones, finding
 //! modes would take longer than all the rest: then only those bodies have modes that the scene asks for. A
-//! body whose modes all lie above the band is told apart from one whose modes cannot be computed.
+//! body whose modes all lie above the band is distinguished from one whose modes cannot be computed.
 //!
 //! Pieces of a broken body follow the rule of that body; left to themselves, those with a lowest frequency
 //! above a threshold have the modes of ellipsoids (`piece_proxies`), and the rest their own.

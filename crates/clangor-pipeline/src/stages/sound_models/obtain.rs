@@ -24,7 +24,7 @@ pub trait BakedPart: RequestedPart + Sized {
         progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
     ) -> Result<Self::File, SoundModelError>;
 
-    /// Replaces the names in a file, which are those of whoever baked it, by those of the request.
+    /// Replaces the names in a file, which are those of the first bake, by those of the request.
     fn rename(request: &SoundModelRequest<Self>, file: &mut Self::File);
 
     /// The remark on a file that could not be kept.

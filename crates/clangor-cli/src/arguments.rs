@@ -4,6 +4,7 @@ mod bake;
 mod files;
 pub(crate) mod former_names;
 mod global;
+mod models;
 mod plot;
 mod simulation;
 mod sound;
@@ -11,12 +12,13 @@ mod values;
 
 use clap::{Parser, Subcommand};
 
-pub(crate) use self::bake::{Bake, Bank, BankAction, Device, Grid, Modes, Part, Representation, Solver};
+pub(crate) use self::bake::{Bake, Bank, BankAction, Grid, Modes, Part, Representation};
 pub(crate) use self::files::{Export, ExportFormat, Import, ImportFormat, Inspect, Serve, Validate};
 pub(crate) use self::global::Global;
+pub(crate) use self::models::{Device, ModelArguments, Quality, Solver};
 pub(crate) use self::plot::{Degree, Picture, Plot};
 pub(crate) use self::simulation::{Check, Simulate};
-pub(crate) use self::sound::{Bits, Play, Quality, Render, RenderedPart, Sound, Strike, Transfer};
+pub(crate) use self::sound::{Bits, Play, Render, RenderedPart, Sound, Strike, Transfer};
 
 /// Physically based sound of rigid bodies: a scene goes in, the pressure at a listener comes out, in pascals.
 #[derive(Parser)]

@@ -7,6 +7,7 @@ pub(crate) mod check;
 pub(crate) mod export;
 pub(crate) mod import;
 pub(crate) mod inspect;
+mod model_options;
 pub(crate) mod modes;
 pub(crate) mod play;
 pub(crate) mod plot;

@@ -9,7 +9,7 @@ use clangor_pipeline::session;
 use clangor_pipeline::stages::load::LoadError;
 use clangor_pipeline::stages::render::RenderError;
 use clangor_pipeline::stages::simulate::SimulateError;
-use clangor_pipeline::stages::sound_models::SoundModelError;
+use clangor_pipeline::stages::sound_models::{ModelOptionsError, SoundModelError};
 
 use crate::diagnostics::draw_errors;
 
@@ -69,6 +69,19 @@ impl From<SoundModelError> for Failure {
     }
 }
 
+impl From<ModelOptionsError> for Failure {
+    fn from(error: ModelOptionsError) -> Self {
+        match error {
+            ModelOptionsError::Accuracy { accuracy, least, most } => {
+                Failure::new(format_args!("--accuracy {accuracy} is outside {least} to {most}"))
+            }
+            ModelOptionsError::MaxFrequency { hz, lowest, nyquist } => Failure::new(format_args!(
+                "--max-frequency {hz} is outside {lowest} Hz to half the sample rate, {nyquist} Hz"
+            )),
+        }
+    }
+}
+
 #[cfg(feature = "playback")]
 impl From<PlaybackError> for Failure {
     fn from(error: PlaybackError) -> Self {
@@ -94,9 +107,7 @@ impl From<session::Error> for Failure {
             session::Error::Models(error) => error.into(),
             #[cfg(feature = "playback")]
             session::Error::Playback(error) => error.into(),
-            session::Error::MaxFrequency { hz, lowest, nyquist } => Failure::new(format_args!(
-                "--max-frequency {hz} is outside {lowest} Hz to half the sample rate, {nyquist} Hz"
-            )),
+            session::Error::ModelOptions(error) => error.into(),
             session::Error::NoMaterial { name } => {
                 Failure::new(format_args!("what is \"{name}\" made of? add --material NAME"))
             }

@@ -75,6 +75,7 @@ fn impact(radius: f64, listener: DVec3, tau: f64, rate: u32) -> Strike {
         duration: Some(tau),
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::try_new(rate).unwrap(),
+        max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,

@@ -65,6 +65,7 @@ fn struck_sphere_agrees_with_the_reference_program() {
             duration: Some(tau),
             profile: ForceProfile::HalfSine,
             sample_rate: SampleRate::HZ_48000,
+            max_frequency: None,
             seconds: None,
             medium: Medium::AIR,
             sphere_model: SphereModel::Exact,

@@ -21,6 +21,7 @@ fn impact(radius: f64) -> Strike {
         duration: None,
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::HZ_48000,
+        max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,

@@ -61,8 +61,8 @@ use crate::stages::load::LoadedScene;
 use crate::stages::render::{RenderOptions, RenderSummary, check_output, read_impacts, render};
 use crate::stages::simulate::{simulate_and_keep, simulate_impacts};
 use crate::stages::sound_models::{
-    AccelerationSettings, ModalPlanSettings, Quality, SoundModelPlan, SoundModelProgress, SoundModelSettings,
-    SoundModelStore, SoundModels,
+    ModalPlanSettings, ModelOptions, SoundModelPlan, SoundModelProgress, SoundModelSettings, SoundModelStore,
+    SoundModels,
 };
 
 /// Receives the progress of a session; breaks to stop it.
@@ -72,7 +72,7 @@ pub type OnProgress<'p> = Box<dyn FnMut(&Progress<'_>) -> ControlFlow<()> + Send
 pub struct Session<'p> {
     source: Source,
     options: RenderOptions,
-    quality: Quality,
+    model_options: ModelOptions,
     acceleration_rule: Option<AccelerationRule>,
     cache: Option<ModelCache>,
     /// Where the simulated timeline is kept, and whether an older one is replaced.
@@ -159,16 +159,15 @@ impl<'p> Session<'p> {
 
     /// The sound models to be obtained, to be given known ones before the simulation.
     pub fn plan(&mut self) -> &mut SoundModelPlan {
-        let Session { source, options, quality, acceleration_rule, .. } = self;
+        let Session { source, options, model_options, acceleration_rule, .. } = self;
         self.plan.get_or_insert_with(|| {
-            let (accuracy, bake) = (quality.accuracy(), quality.bakes_fields());
             let synthesis = &options.synthesis;
             let modal = ModalPlanSettings {
-                options: quality.modal_options(synthesis.acoustics.medium, synthesis.band().0),
+                options: model_options.modal(synthesis.acoustics.medium, synthesis.band().0),
                 proxy_frequency: source.settings.proxy_frequency,
             };
             let settings = SoundModelSettings {
-                acceleration: AccelerationSettings::new(synthesis.max_wavenumber(), accuracy, bake),
+                acceleration: model_options.acceleration(synthesis.max_wavenumber()),
                 wants_acceleration: options.parts.acceleration,
                 modal: Some(modal).filter(|_| options.parts.modal),
             };

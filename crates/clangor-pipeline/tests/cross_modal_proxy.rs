@@ -112,6 +112,7 @@ fn loudness(body: &Body, source: &Arc<ModalSource>, (point, impulse): (DVec3, DV
         duration: Some(2e-5),
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::try_new(48_000).unwrap(),
+        max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clangor_bake::modal_analysis::ModalAnalysisOptions;
 use clap::{Args, Subcommand, ValueEnum};
 
+use super::models::{DeviceArgument, ModelArguments};
 use super::values::{accuracy, band, finite, positive, wavenumber};
 
 #[derive(Args)]
@@ -22,18 +23,10 @@ pub(crate) struct Bake {
     /// Parts to compute (default: both; acceleration alone without a material)
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PARTS")]
     pub(crate) parts: Vec<Part>,
-    /// Solver
-    #[arg(long, value_enum, default_value = "auto")]
-    pub(crate) method: Solver,
-    /// Processor for finite differences in time (FDTD)
-    #[arg(long, value_enum, default_value = "cpu")]
-    pub(crate) device: Device,
-    /// Error to reach, relative to the loudest motion of the body
-    #[arg(long, value_name = "E", default_value_t = 0.01, value_parser = accuracy)]
-    pub(crate) accuracy: f64,
-    /// Highest frequency to compute (default: 20000; for a scene what its sample rate needs)
-    #[arg(long, value_name = "HZ", value_parser = band)]
-    pub(crate) max_frequency: Option<f64>,
+    #[command(flatten)]
+    pub(crate) models: ModelArguments,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgument,
     /// Representation of the acceleration field; pan is for comparison
     #[arg(long, value_enum, default_value = "multipoles")]
     pub(crate) representation: Representation,
@@ -88,26 +81,6 @@ pub(crate) struct Modes {
     /// Folder to write the stiffness and mass matrices to: stiffness.mtx and mass.mtx, Matrix Market format
     #[arg(long, value_name = "DIR")]
     pub(crate) export: Option<PathBuf>,
-}
-
-/// Ways to compute a field.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Solver {
-    /// The cheapest solver that suits the shape
-    Auto,
-    /// Boundary element method
-    Bem,
-    /// Finite differences in time
-    Fdtd,
-}
-
-/// Where to compute.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Device {
-    /// The CPU
-    Cpu,
-    /// The GPU, in a build with the feature gpu; WGPU_ADAPTER_NAME selects one of several
-    Gpu,
 }
 
 /// Representation of an acceleration field.

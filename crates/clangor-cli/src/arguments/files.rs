@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::sound::Quality;
+use super::models::{DeviceArgument, ModelArguments};
 use super::values::positive;
 
 #[derive(Args)]
@@ -56,12 +56,10 @@ pub(crate) enum ExportFormat {
         /// The file to write (default: the timeline's name with .replay)
         #[arg(short, long, value_name = "OUT.replay")]
         output: Option<PathBuf>,
-        /// Effort for the sound fields of bodies
-        #[arg(long, value_enum, default_value = "normal")]
-        quality: Quality,
-        /// Highest frequency to bake, 100 Hz to 24 kHz
-        #[arg(long, value_name = "HZ", value_parser = positive)]
-        max_frequency: Option<f64>,
+        #[command(flatten)]
+        models: ModelArguments,
+        #[command(flatten)]
+        device: DeviceArgument,
     },
     /// A baked body with its modes, material and mass as binary glTF with KHR_audio_rigid_bodies
     Modal {

@@ -6,6 +6,7 @@ use clangor_core::glam::DVec3;
 use clap::{Args, ValueEnum};
 
 use super::bake::Part;
+use super::models::{DeviceArgument, ModelArguments};
 use super::values::{body_model, contact_duration, duration, full_scale, instant, level, positive, vector};
 
 #[derive(Args)]
@@ -24,12 +25,10 @@ pub(crate) struct Render {
     /// Samples per second, 8000 to 384000
     #[arg(long, value_name = "HZ")]
     pub(crate) sample_rate: Option<u32>,
-    /// Highest frequency to compute, 100 Hz to half the sample rate
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    pub(crate) max_frequency: Option<f64>,
-    /// Accuracy of baked sound models
-    #[arg(long, value_enum, default_value = "normal")]
-    pub(crate) quality: Quality,
+    #[command(flatten)]
+    pub(crate) models: ModelArguments,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgument,
     /// Acceleration model of all bodies, instead of the scene's
     #[arg(long = "acceleration", value_enum)]
     pub(crate) sound: Option<Sound>,
@@ -83,9 +82,8 @@ pub(crate) struct Play {
     /// Position of the listener in metres, instead of the scene's first listener
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub(crate) listener: Option<DVec3>,
-    /// Accuracy of baked sound models
-    #[arg(long, value_enum, default_value = "normal")]
-    pub(crate) quality: Quality,
+    #[command(flatten)]
+    pub(crate) models: ModelArguments,
     /// Simulated time in seconds, instead of the scene's
     #[arg(long, value_name = "S", value_parser = duration)]
     pub(crate) duration: Option<f64>,
@@ -147,9 +145,10 @@ pub(crate) struct Strike {
         default_value = "acceleration,modal"
     )]
     pub(crate) parts: Vec<Part>,
-    /// Accuracy of its sound model
-    #[arg(long, value_enum, default_value = "normal")]
-    pub(crate) quality: Quality,
+    #[command(flatten)]
+    pub(crate) models: ModelArguments,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgument,
     /// Scale of a mesh file to metres
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     pub(crate) scale: f64,
@@ -164,18 +163,6 @@ pub(crate) enum RenderedPart {
     Modal,
     /// The sound of the ground that is hit
     Ground,
-}
-
-/// Accuracy of acceleration fields and of modes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Quality {
-    /// No baked fields: bodies without a model in the cache click as ellipsoids or spheres; modes within
-    /// 3 %
-    Draft,
-    /// Fields and modes within 1 %
-    Normal,
-    /// Fields within 0.2 %, modes within 0.5 %
-    High,
 }
 
 /// Acceleration models of bodies.

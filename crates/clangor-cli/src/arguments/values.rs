@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 
 use clangor_core::glam::DVec3;
+use clangor_pipeline::stages::sound_models::model_options::{
+    ACCURACIES, HIGHEST_BAND_LIMIT, LOWEST_BAND_LIMIT,
+};
 
 pub(super) fn vector(text: &str) -> Result<DVec3, String> {
     let component = |n: &str| between(n.trim(), -1e5, 1e5, "");
@@ -58,11 +61,11 @@ pub(super) fn contact_duration(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn accuracy(text: &str) -> Result<f64, String> {
-    between(text, 1e-6, 0.5, "")
+    between(text, *ACCURACIES.start(), *ACCURACIES.end(), "")
 }
 
 pub(super) fn band(text: &str) -> Result<f64, String> {
-    between(text, 100.0, 192_000.0, "Hz")
+    between(text, LOWEST_BAND_LIMIT, HIGHEST_BAND_LIMIT, "Hz")
 }
 
 pub(super) fn wavenumber(text: &str) -> Result<f64, String> {

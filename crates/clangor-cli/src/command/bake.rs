@@ -6,8 +6,6 @@ pub(super) mod pan_report;
 
 use std::path::Path;
 
-use clangor_bake::acceleration::Method;
-use clangor_bake::fdtd::WaveDevice;
 use clangor_bake::reference::PanForm;
 use clangor_core::body::Body;
 use clangor_core::scene::render_description::Parts;
@@ -22,7 +20,7 @@ use serde_json::{Value, json};
 
 use super::session::StageBars;
 use super::{check_ending, load};
-use crate::arguments::{Bake, Device, Global, Grid, Part, Representation, Solver};
+use crate::arguments::{Bake, Global, Grid, Part, Representation};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
@@ -35,27 +33,12 @@ pub(crate) fn run(options: &Bake, global: &Global, console: &Console) -> Result<
 
 /// How the command line asks to bake.
 fn settings(options: &Bake, global: &Global) -> ModelBake {
-    let method = match options.method {
-        Solver::Auto => Method::Auto,
-        Solver::Bem => Method::Bem,
-        Solver::Fdtd => Method::Fdtd,
-    };
-    let device = match options.device {
-        Device::Cpu => WaveDevice::Cpu,
-        Device::Gpu => WaveDevice::Gpu,
-    };
-    let mut bake = ModelBake::new()
-        .method(method)
-        .device(device)
-        .accuracy(options.accuracy)
-        .near_field(!options.no_near_field);
+    let models = options.models.on(options.device.device);
+    let mut bake = ModelBake::new().models(models).near_field(!options.no_near_field);
     if !options.parts.is_empty() {
         let wants = |part| options.parts.contains(&part);
         let (acceleration, modal) = (wants(Part::Acceleration), wants(Part::Modal));
         bake = bake.parts(Parts { acceleration, modal, ground: false });
-    }
-    if let Some(hz) = options.max_frequency {
-        bake = bake.max_frequency(hz);
     }
     match &global.cache {
         Some(folder) => bake.cache(folder),

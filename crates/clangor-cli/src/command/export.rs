@@ -25,8 +25,8 @@ use crate::failure::Failure;
 pub(crate) fn run(options: &Export, global: &Global, console: &Console) -> Result<(), Failure> {
     match &options.format {
         ExportFormat::Gltf { input, output, rate } => motion(input, output, *rate, global, console),
-        ExportFormat::Web { input, output, quality, max_frequency } => {
-            web::run(input, output.as_deref(), (*quality, *max_frequency), global, console)
+        ExportFormat::Web { input, output, models, device } => {
+            web::run(input, output.as_deref(), models.on(device.device), global, console)
         }
         ExportFormat::Modal { model, output, material } => modal(model, output, material.as_deref(), console),
     }

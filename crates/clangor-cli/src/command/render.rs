@@ -90,7 +90,7 @@ fn give_known(
 
 /// The settings of the command line.
 fn settings<'a>(options: &Render, global: &Global) -> SessionBuilder<'a> {
-    let mut settings = session::settings(options.quality, global)
+    let mut settings = session::settings(options.models.on(options.device.device), global)
         .stems(options.stems)
         .from(options.from.unwrap_or(0.0))
         .transfers(match options.transfer {
@@ -133,12 +133,8 @@ fn settings<'a>(options: &Render, global: &Global) -> SessionBuilder<'a> {
         Some(end) => settings.to(end),
         None => settings,
     };
-    let settings = match options.sample_rate {
+    match options.sample_rate {
         Some(hz) => settings.sample_rate(hz),
-        None => settings,
-    };
-    match options.max_frequency {
-        Some(hz) => settings.max_frequency(hz),
         None => settings,
     }
 }

@@ -5,11 +5,12 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use clangor_pipeline::session::{Progress as SessionProgress, Session, SessionBuilder, Stage};
+use clangor_pipeline::stages::sound_models::ModelOptions;
 use clangor_sim::SimulationReport;
 
 use super::is_timeline;
 use super::simulate::say_simulated;
-use crate::arguments::{Global, Quality};
+use crate::arguments::Global;
 use crate::console::{Console, Progress};
 use crate::diagnostics::draw_warning;
 use crate::failure::Failure;
@@ -56,8 +57,8 @@ impl<'a> StageBars<'a> {
 }
 
 /// The settings that every command with a session has.
-pub(super) fn settings<'a>(quality: Quality, global: &Global) -> SessionBuilder<'a> {
-    let mut settings = Session::builder().quality(quality.into());
+pub(super) fn settings<'a>(models: ModelOptions, global: &Global) -> SessionBuilder<'a> {
+    let mut settings = Session::builder().models(models);
     if let Some(folder) = &global.cache {
         settings = settings.cache(folder);
     }

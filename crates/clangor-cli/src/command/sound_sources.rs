@@ -1,4 +1,4 @@
-//! Sound models that the command line gives to bodies, and its names of rules and qualities.
+//! Sound models that the command line gives to bodies, and its names of rules.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,11 +11,9 @@ use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::files::model_file::Solid;
 use clangor_core::synthesis::SoundSource;
 use clangor_core::synthesis::source_rule::{Decision, Reason, SourceKind, source_of};
-use clangor_pipeline::stages::sound_models::{
-    OtherMaterial, Quality, SoundFile, SoundModelPlan, read_sound_file,
-};
+use clangor_pipeline::stages::sound_models::{OtherMaterial, SoundFile, SoundModelPlan, read_sound_file};
 
-use crate::arguments::{self, Sound};
+use crate::arguments::Sound;
 use crate::console::Console;
 use crate::failure::Failure;
 
@@ -27,16 +25,6 @@ impl From<Sound> for AccelerationRule {
             Sound::Proxy => AccelerationRule::Proxy,
             Sound::NearestProxy => AccelerationRule::NearestProxy,
             Sound::Sphere => AccelerationRule::Sphere,
-        }
-    }
-}
-
-impl From<arguments::Quality> for Quality {
-    fn from(quality: arguments::Quality) -> Self {
-        match quality {
-            arguments::Quality::Draft => Quality::Draft,
-            arguments::Quality::Normal => Quality::Normal,
-            arguments::Quality::High => Quality::High,
         }
     }
 }

@@ -66,7 +66,7 @@ fn impact(body: StruckBody, options: &Strike, global: &Global) -> Impact {
         .sample_rate(options.sample_rate)
         .parts(Parts { acceleration: wants(Part::Acceleration), modal: wants(Part::Modal), ground: false })
         .acceleration(options.sound.into())
-        .quality(options.quality.into());
+        .models(options.models.on(options.device.device));
     if let Some(duration) = options.duration {
         impact = impact.contact_duration(duration);
     }

@@ -76,8 +76,11 @@ impl RenderSettings {
         let rate = self.sample_rate.as_f64();
         let widest = lowpass::CENTRE * rate;
         let half_width = lowpass::HALF_WIDTH * rate;
-        let centre = self.acoustics.max_frequency.map_or(widest, |f| (f + half_width).min(widest));
-        (centre - half_width, centre + half_width)
+        match self.acoustics.max_frequency {
+            // Models are baked up to this frequency, and their keys depend on its last bit.
+            Some(hz) if hz + half_width < widest => (hz, hz + 2.0 * half_width),
+            _ => (widest - half_width, widest + half_width),
+        }
     }
 
     /// k = 2πf/c [1/m] of the highest frequency rendered in full.

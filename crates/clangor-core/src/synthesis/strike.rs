@@ -50,6 +50,8 @@ pub struct Strike {
     pub profile: ForceProfile,
     /// Sample rate \[Hz\].
     pub sample_rate: SampleRate,
+    /// Highest frequency rendered in full \[Hz\]; by default as high as the sample rate allows.
+    pub max_frequency: Option<f64>,
     /// End of the output \[s\]; by default when the sound has decayed.
     pub seconds: Option<f64>,
     /// Medium around the body.
@@ -263,7 +265,11 @@ fn settings(strike: &Strike) -> RenderSettings {
     RenderSettings {
         sample_rate: strike.sample_rate,
         start: -LEAD,
-        acoustics: Acoustics { medium: strike.medium, ..Acoustics::default() },
+        acoustics: Acoustics {
+            medium: strike.medium,
+            max_frequency: strike.max_frequency,
+            ..Acoustics::default()
+        },
         loss: PathLoss::default(),
         sphere_model: strike.sphere_model,
     }

@@ -8,9 +8,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use clangor_bake::acceleration::{BakeOptions, BakeProgress, Method};
-use clangor_bake::fdtd::WaveDevice;
-use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::acceleration::{BakeOptions, BakeProgress};
 use clangor_bake::reference::PanForm;
 use clangor_core::medium::Medium;
 use clangor_core::reference::pan_file::PanFile;
@@ -23,32 +21,33 @@ use super::named_body::NamedSolid;
 use super::progress::{Progress, Stage};
 use crate::formats::atomic_file::write_atomically;
 use crate::formats::model_cache::ModelCache;
+use crate::stages::sound_models::model_options::HIGHEST_BAND_LIMIT;
 use crate::stages::sound_models::obtain::BakedPart;
 use crate::stages::sound_models::{
-    AccelerationBake, ModalBake, Obtained, RequestError, SoundModelRequest, obtain, pan_representation,
+    AccelerationBake, ModalBake, ModelOptions, Obtained, RequestError, SoundModelRequest, obtain,
+    pan_representation,
 };
 
 /// Highest frequency that is heard \[Hz\].
-pub(super) const AUDIBLE: f64 = 20_000.0;
+const AUDIBLE: f64 = 20_000.0;
 
 /// How sound models are baked.
 ///
 /// ```no_run
 /// use clangor_pipeline::session::{Bake, NamedSolid};
+/// use clangor_pipeline::stages::sound_models::ModelOptions;
 /// use std::ops::ControlFlow;
 ///
 /// let coin = NamedSolid::open("coin", 1.0, None)?;
-/// let model = Bake::new().accuracy(0.02).body(&coin, &mut |_| ControlFlow::Continue(()))?;
+/// let coarse = ModelOptions { accuracy: Some(0.02), ..ModelOptions::default() };
+/// let model = Bake::new().models(coarse).body(&coin, &mut |_| ControlFlow::Continue(()))?;
 /// model.file.write("coin.safetensors")?;
 /// # Ok::<(), clangor_pipeline::session::Error>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Bake {
     parts: Option<Parts>,
-    method: Method,
-    device: WaveDevice,
-    accuracy: f64,
-    pub(super) max_frequency: Option<f64>,
+    pub(super) models: ModelOptions,
     near_field: bool,
     cache: Option<PathBuf>,
 }
@@ -60,18 +59,9 @@ impl Default for Bake {
 }
 
 impl Bake {
-    /// Both parts where the material is known, errors of 1 % of the loudest motion, up to 20 kHz or what the
-    /// sample rate of a scene needs, with the near field, on the processor.
+    /// Both parts where the material is known, with the near field, by the default [`ModelOptions`].
     pub fn new() -> Self {
-        Bake {
-            parts: None,
-            method: Method::Auto,
-            device: WaveDevice::Cpu,
-            accuracy: 0.01,
-            max_frequency: None,
-            near_field: true,
-            cache: None,
-        }
+        Bake { parts: None, models: ModelOptions::default(), near_field: true, cache: None }
     }
 
     /// Parts of the sound model; the ground has none.
@@ -80,28 +70,11 @@ impl Bake {
         Bake { parts: Some(parts), ..self }
     }
 
-    /// Solver of the acceleration part.
+    /// How the models are baked. A [`Quality::Draft`](crate::stages::sound_models::Quality::Draft) of a scene
+    /// has the fields that a draft of its sound looks for; what is asked for is always baked.
     #[must_use]
-    pub fn method(self, method: Method) -> Self {
-        Bake { method, ..self }
-    }
-
-    /// Processor for finite differences in time.
-    #[must_use]
-    pub fn device(self, device: WaveDevice) -> Self {
-        Bake { device, ..self }
-    }
-
-    /// Error relative to the loudest motion of the body \[-\].
-    #[must_use]
-    pub fn accuracy(self, accuracy: f64) -> Self {
-        Bake { accuracy, ..self }
-    }
-
-    /// Highest frequency \[Hz\].
-    #[must_use]
-    pub fn max_frequency(self, hz: f64) -> Self {
-        Bake { max_frequency: Some(hz), ..self }
+    pub fn models(self, models: ModelOptions) -> Self {
+        Bake { models, ..self }
     }
 
     /// Whether the field inside the bounding sphere is baked, which only listeners there need.
@@ -119,16 +92,18 @@ impl Bake {
     /// The sound model of a body. Progress goes to `on_progress`, which breaks to stop.
     ///
     /// # Errors
-    /// [`Error::ModalMaterial`] for the modal part of a body without material, [`Error::Unbakeable`],
-    /// [`Error::Models`].
+    /// [`Error::ModelOptions`], [`Error::ModalMaterial`] for the modal part of a body without material,
+    /// [`Error::Unbakeable`], [`Error::Models`].
     pub fn body(&self, solid: &NamedSolid, on_progress: &mut OnStep<'_>) -> Result<BakedBody, Error> {
         let started = Instant::now();
+        self.models.check(2.0 * HIGHEST_BAND_LIMIT)?;
+        let highest = self.models.max_frequency.unwrap_or(AUDIBLE);
         let parts = self.parts.unwrap_or(Parts { modal: solid.material.is_some(), ..Parts::default() });
         let modal = match (parts.modal, &solid.material) {
             (false, _) => None,
             (true, None) => return Err(Error::ModalMaterial),
             (true, Some(material)) => {
-                let options = self.modal_options(Medium::AIR);
+                let options = self.models.modal(Medium::AIR, highest);
                 let part = match &solid.modal {
                     Some(modes) => ModalBake::of_known_modes(material, modes.clone(), options),
                     None => ModalBake::new(material, options),
@@ -138,8 +113,8 @@ impl Bake {
         };
         let acceleration = match parts.acceleration {
             true => {
-                let highest = TAU * self.max_frequency.unwrap_or(AUDIBLE) / Medium::AIR.sound_speed;
-                let part = AccelerationBake(self.acceleration_options(highest));
+                let max_wavenumber = TAU * highest / Medium::AIR.sound_speed;
+                let part = AccelerationBake(self.field_options(max_wavenumber));
                 Some(self.part(solid, part, Stage::Acceleration, on_progress)?)
             }
             false => None,
@@ -172,28 +147,8 @@ impl Bake {
     }
 
     /// How the acceleration part is baked up to a wavenumber k [1/m].
-    pub(super) fn acceleration_options(&self, max_wavenumber: f64) -> BakeOptions {
-        BakeOptions {
-            method: self.method,
-            device: self.device,
-            near_field: self.near_field,
-            ..BakeOptions::new(max_wavenumber, self.accuracy)
-        }
-    }
-
-    /// How the modal part is baked.
-    pub(super) fn modal_options(&self, medium: Medium) -> ModalBakeOptions {
-        ModalBakeOptions {
-            max_frequency: self.max_frequency.unwrap_or(AUDIBLE).min(AUDIBLE),
-            mesh_error: self.accuracy,
-            accuracy: self.accuracy,
-            ..ModalBakeOptions::new(medium)
-        }
-    }
-
-    /// Relative error \[-\].
-    pub(super) fn relative_error(&self) -> f64 {
-        self.accuracy
+    pub(super) fn field_options(&self, max_wavenumber: f64) -> BakeOptions {
+        BakeOptions { near_field: self.near_field, ..self.models.acceleration(max_wavenumber).options }
     }
 }
 

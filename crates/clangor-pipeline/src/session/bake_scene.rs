@@ -1,17 +1,16 @@
 //! The sound models that the bodies of a scene need, baked into the cache.
 
-use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use clangor_core::acoustics::Acoustics;
 use clangor_core::scene::Scene;
-use clangor_core::scene::render_description::PROXY_FREQUENCY;
 use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::synthesis::SoundPart;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::{RenderSettings, SampleRate};
 
-use super::bake::{AUDIBLE, Bake, OnStep, obtain_part, remarks};
+use super::bake::{Bake, OnStep, obtain_part, remarks};
 use super::error::Error;
 use super::progress::{Progress, Stage};
 use crate::formats::model_cache::ModelCache;
@@ -19,8 +18,7 @@ use crate::formats::soundbank::default_bank;
 use crate::stages::load::LoadedScene;
 use crate::stages::sound_models::acceleration_plan::{SharedField, shared_fields};
 use crate::stages::sound_models::{
-    AccelerationSettings, ModalPlanSettings, SoundModelPlan, SoundModelProgress, SoundModelSettings,
-    SoundModelStore, SoundModels,
+    ModalPlanSettings, SoundModelPlan, SoundModelProgress, SoundModelSettings, SoundModelStore, SoundModels,
 };
 
 /// The sound models of a scene that are to be baked.
@@ -28,6 +26,7 @@ use crate::stages::sound_models::{
 pub struct SceneBake<'a> {
     bake: &'a Bake,
     loaded: &'a LoadedScene,
+    rendered: RenderSettings,
     cache: ModelCache,
     fields: Vec<SharedField>,
 }
@@ -56,24 +55,37 @@ impl Bake {
     /// form.
     ///
     /// # Errors
-    /// [`Error::NoCache`] and [`Error::Synthesis`].
+    /// [`Error::NoCache`], [`Error::Synthesis`], and [`Error::ModelOptions`] as in a render of the scene.
     pub fn scene<'a>(&'a self, loaded: &'a LoadedScene) -> Result<SceneBake<'a>, Error> {
         let cache = self.model_cache().ok_or(Error::NoCache)?;
         let (scene, bodies) = (&loaded.scene, &loaded.world.bodies);
-        let highest = match self.max_frequency {
-            Some(hz) => TAU * hz / scene.acoustics.medium.sound_speed,
-            None => render_settings(scene)?.max_wavenumber(),
-        };
+        let rendered = self.render_settings(scene)?;
+        let highest = rendered.max_wavenumber();
         let bank = default_bank();
-        let settings = AccelerationSettings::new(highest, self.relative_error(), true);
-        let decisions = settings.decide(bodies, &scene.sound_rules(), bank.as_ref());
+        let decisions = self.models.acceleration(highest).decide(bodies, &scene.sound_rules(), bank.as_ref());
         let fields = match self.scene_parts().acceleration {
-            true => shared_fields(bodies, self.acceleration_options(highest), &|id| {
+            true => shared_fields(bodies, self.field_options(highest), &|id| {
                 decisions[id.index()].kind == SourceKind::Own
             }),
             false => Vec::new(),
         };
-        Ok(SceneBake { bake: self, loaded, cache, fields })
+        Ok(SceneBake { bake: self, loaded, rendered, cache, fields })
+    }
+
+    /// How a scene is rendered by the same options.
+    fn render_settings(&self, scene: &Scene) -> Result<RenderSettings, Error> {
+        let sample_rate = SampleRate::try_new(scene.render.sample_rate)?;
+        self.models.check(sample_rate.as_f64())?;
+        Ok(RenderSettings {
+            sample_rate,
+            start: 0.0,
+            acoustics: Acoustics {
+                max_frequency: self.models.max_frequency.or(scene.acoustics.max_frequency),
+                ..scene.acoustics
+            },
+            sphere_model: scene.render.radiation,
+            ..RenderSettings::default()
+        })
     }
 }
 
@@ -118,20 +130,22 @@ impl SceneBake<'_> {
     /// not rendered. Progress goes to `on_progress`, which breaks to stop.
     ///
     /// # Errors
-    /// [`Error::Models`] and [`Error::Synthesis`].
+    /// [`Error::Models`].
     pub fn bake_modes(&self, on_progress: &mut OnStep<'_>) -> Result<Option<SoundModels>, Error> {
         let (scene, bodies) = (&self.loaded.scene, &self.loaded.world.bodies);
         if !(self.bake.scene_parts().modal && scene.render.parts.modal) {
             return Ok(None);
         }
-        let band = render_settings(scene)?.band().0;
-        let mut options = self.bake.modal_options(scene.acoustics.medium);
-        options.max_frequency = self.bake.max_frequency.unwrap_or(band).min(AUDIBLE);
+        let (models, rendered) = (&self.bake.models, &self.rendered);
+        let modal = ModalPlanSettings {
+            options: models.modal(rendered.acoustics.medium, rendered.band().0),
+            proxy_frequency: scene.render.proxy_frequency,
+        };
         let settings = SoundModelSettings {
-            // The fields are baked with options of their own.
-            acceleration: AccelerationSettings::new(1.0, self.bake.relative_error(), false),
+            acceleration: models.acceleration(rendered.max_wavenumber()),
+            // The fields have been planned.
             wants_acceleration: false,
-            modal: Some(ModalPlanSettings { options, proxy_frequency: PROXY_FREQUENCY }),
+            modal: Some(modal),
         };
         let plan = SoundModelPlan::new(bodies, &scene.sound_rules(), settings);
         let all = plan.followed();
@@ -143,15 +157,4 @@ impl SceneBake<'_> {
         };
         Ok(Some(plan.find(bodies, &all, store, &mut reached)?))
     }
-}
-
-/// How a scene is rendered if nothing else is asked for.
-fn render_settings(scene: &Scene) -> Result<RenderSettings, Error> {
-    Ok(RenderSettings {
-        sample_rate: SampleRate::try_new(scene.render.sample_rate)?,
-        start: 0.0,
-        acoustics: scene.acoustics,
-        sphere_model: scene.render.radiation,
-        ..RenderSettings::default()
-    })
 }

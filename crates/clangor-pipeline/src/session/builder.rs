@@ -22,10 +22,7 @@ use crate::formats::model_cache::ModelCache;
 use crate::formats::wav::{SampleFormat, WavSpec};
 use crate::stages::load::{load_scene, scene_in_memory};
 use crate::stages::render::{FullScale, RenderOptions, Transfers};
-use crate::stages::sound_models::Quality;
-
-/// Least highest frequency, as in a scene \[Hz\].
-const LOWEST_BAND_LIMIT: f64 = 100.0;
+use crate::stages::sound_models::ModelOptions;
 
 /// Settings of a session in place of those of its scene; what is not set follows the scene.
 #[derive(Default)]
@@ -35,11 +32,10 @@ pub struct SessionBuilder<'p> {
     seed: Option<u64>,
     window: (Option<f64>, Option<f64>),
     sample_rate: Option<u32>,
-    max_frequency: Option<f64>,
     parts: Option<Parts>,
     transfers: Transfers,
     acceleration_rule: Option<AccelerationRule>,
-    quality: Quality,
+    models: ModelOptions,
     format: Option<SampleFormat>,
     full_scale: Option<FullScale>,
     stems: bool,
@@ -95,12 +91,6 @@ impl<'p> SessionBuilder<'p> {
         SessionBuilder { sample_rate: Some(hz), ..self }
     }
 
-    /// Highest frequency rendered in full \[Hz\], 100 Hz to half the sample rate.
-    #[must_use]
-    pub fn max_frequency(self, hz: f64) -> Self {
-        SessionBuilder { max_frequency: Some(hz), ..self }
-    }
-
     /// Parts of the sound that are rendered.
     #[must_use]
     pub fn parts(self, parts: Parts) -> Self {
@@ -119,10 +109,10 @@ impl<'p> SessionBuilder<'p> {
         SessionBuilder { acceleration_rule: Some(rule), ..self }
     }
 
-    /// Effort for the sound models. Default: [`Quality::Normal`].
+    /// How sound models are baked, and the highest frequency that is rendered in full.
     #[must_use]
-    pub fn quality(self, quality: Quality) -> Self {
-        SessionBuilder { quality, ..self }
+    pub fn models(self, models: ModelOptions) -> Self {
+        SessionBuilder { models, ..self }
     }
 
     /// Format of a sample.
@@ -166,7 +156,7 @@ impl<'p> SessionBuilder<'p> {
     /// # Errors
     /// [`Error::Load`] with every error of a scene at once, [`Error::Timeline`], [`Error::AlreadySimulated`]
     /// for
-    /// settings of the simulation of a timeline, [`Error::MaxFrequency`], [`Error::Synthesis`].
+    /// settings of the simulation of a timeline, [`Error::ModelOptions`], [`Error::Synthesis`].
     pub fn open(self, path: impl AsRef<Path>) -> Result<Session<'p>, Error> {
         let path = path.as_ref();
         let is_timeline = path.is_dir() || path.extension().is_some_and(|ending| ending == "timeline");
@@ -220,7 +210,7 @@ impl<'p> SessionBuilder<'p> {
         Ok(Session {
             source,
             options,
-            quality: self.quality,
+            model_options: self.models,
             acceleration_rule: self.acceleration_rule,
             cache: ModelCache::find(self.cache.as_deref()),
             keep: self.keep,
@@ -244,10 +234,7 @@ impl<'p> SessionBuilder<'p> {
             description::Level::Normalize(level) => FullScale::Peak(level),
         });
         let sample_rate = SampleRate::try_new(self.sample_rate.unwrap_or(settings.sample_rate))?;
-        let nyquist = 0.5 * sample_rate.as_f64();
-        if let Some(hz) = self.max_frequency.filter(|hz| !(LOWEST_BAND_LIMIT..=nyquist).contains(hz)) {
-            return Err(Error::MaxFrequency { hz, lowest: LOWEST_BAND_LIMIT, nyquist });
-        }
+        self.models.check(sample_rate.as_f64())?;
         Ok(RenderOptions {
             listeners: source.listeners.clone(),
             contact: ContactSettings {
@@ -259,7 +246,7 @@ impl<'p> SessionBuilder<'p> {
                 sample_rate,
                 start: self.window.0.unwrap_or(0.0),
                 acoustics: Acoustics {
-                    max_frequency: self.max_frequency.or(source.acoustics.max_frequency),
+                    max_frequency: self.models.max_frequency.or(source.acoustics.max_frequency),
                     ..source.acoustics
                 },
                 sphere_model: settings.radiation,

@@ -22,7 +22,7 @@ use crate::playback::PlaybackError;
 use crate::stages::load::LoadError;
 use crate::stages::render::RenderError;
 use crate::stages::simulate::SimulateError;
-use crate::stages::sound_models::{RequestError, SoundFileError, SoundModelError};
+use crate::stages::sound_models::{ModelOptionsError, RequestError, SoundFileError, SoundModelError};
 
 /// Why a session gave no sound.
 #[derive(Debug, thiserror::Error)]
@@ -49,16 +49,9 @@ pub enum Error {
         /// The setting.
         setting: &'static str,
     },
-    /// A highest frequency out of range.
-    #[error("the highest frequency {hz} Hz is outside {lowest} Hz to half the sample rate, {nyquist} Hz")]
-    MaxFrequency {
-        /// Asked for \[Hz\].
-        hz: f64,
-        /// Least \[Hz\].
-        lowest: f64,
-        /// Half the sample rate \[Hz\].
-        nyquist: f64,
-    },
+    /// Options that no model can be baked with.
+    #[error(transparent)]
+    ModelOptions(#[from] ModelOptionsError),
     /// Settings that no sound can be synthesised with.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),

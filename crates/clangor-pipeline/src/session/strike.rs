@@ -25,7 +25,7 @@ use super::progress::Progress;
 use super::struck_body::StruckBody;
 use super::struck_model::{ModelChoice, StruckModel};
 use super::struck_sound::StruckSound;
-use crate::stages::sound_models::Quality;
+use crate::stages::sound_models::ModelOptions;
 
 /// Shortest sound, unless another length is asked for \[s\].
 pub const SHORTEST: f64 = 0.1;
@@ -63,6 +63,7 @@ impl Strike {
             duration: None,
             profile: ForceProfile::HalfSine,
             sample_rate: SampleRate::HZ_48000,
+            max_frequency: None,
             seconds: Some(SHORTEST),
             medium: Medium::AIR,
             sphere_model: SphereModel::Exact,
@@ -129,10 +130,10 @@ impl Strike {
         Strike { model: ModelChoice { acceleration_rule: Some(rule), ..self.model }, ..self }
     }
 
-    /// Effort for the sound model.
+    /// How the sound model is baked, and the highest frequency that is rendered in full.
     #[must_use]
-    pub fn quality(self, quality: Quality) -> Self {
-        Strike { model: ModelChoice { quality, ..self.model }, ..self }
+    pub fn models(self, options: ModelOptions) -> Self {
+        Strike { model: ModelChoice { options, ..self.model }, ..self }
     }
 
     /// Folder of baked sound models. Default: `CLANGOR_CACHE`, or the system's folder for caches.
@@ -145,8 +146,8 @@ impl Strike {
     /// cache.
     ///
     /// # Errors
-    /// [`Error::Strike`] for an impact off the surface or without impulse, [`Error::Models`],
-    /// [`Error::Modes`], [`Error::ModelField`], [`Error::Synthesis`].
+    /// [`Error::Strike`] for an impact off the surface or without impulse, [`Error::ModelOptions`],
+    /// [`Error::Models`], [`Error::Modes`], [`Error::ModelField`], [`Error::Synthesis`].
     pub fn render(self) -> Result<StruckSound, Error> {
         self.render_with_progress(&mut |_| ControlFlow::Continue(()))
     }
@@ -160,8 +161,11 @@ impl Strike {
         on_progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<StruckSound, Error> {
         let body = &self.body.body;
+        let sample_rate = SampleRate::try_new(self.sample_rate)?;
+        self.model.options.check(sample_rate.as_f64())?;
         let impact = strike::Strike {
-            sample_rate: SampleRate::try_new(self.sample_rate)?,
+            sample_rate,
+            max_frequency: self.model.options.max_frequency,
             seconds: self.seconds.or(self.impact.seconds),
             ..self.impact
         };

@@ -24,8 +24,8 @@ use super::struck_sound::StrikeRemark;
 use crate::formats::model_cache::ModelCache;
 use crate::formats::soundbank::default_bank;
 use crate::stages::sound_models::{
-    AccelerationSettings, ModalPlanSettings, OtherMaterial, Quality, SoundModelPlan, SoundModelProgress,
-    SoundModelSettings, SoundModelStore,
+    ModalPlanSettings, ModelOptions, OtherMaterial, SoundModelPlan, SoundModelProgress, SoundModelSettings,
+    SoundModelStore,
 };
 
 /// Relative error of a wavenumber that was stored.
@@ -36,7 +36,7 @@ const STORED_WAVENUMBER: f64 = 1e-9;
 pub(super) struct ModelChoice {
     /// Rule of the acceleration part; chosen by size and convexity otherwise.
     pub(super) acceleration_rule: Option<AccelerationRule>,
-    pub(super) quality: Quality,
+    pub(super) options: ModelOptions,
     /// Folder of baked models.
     pub(super) cache: Option<PathBuf>,
 }
@@ -108,7 +108,11 @@ impl StruckModel<'_> {
         RenderSettings {
             sample_rate: self.impact.sample_rate,
             start: 0.0,
-            acoustics: Acoustics { medium: self.impact.medium, ..Acoustics::default() },
+            acoustics: Acoustics {
+                medium: self.impact.medium,
+                max_frequency: self.impact.max_frequency,
+                ..Acoustics::default()
+            },
             sphere_model: self.impact.sphere_model,
             ..RenderSettings::default()
         }
@@ -116,11 +120,10 @@ impl StruckModel<'_> {
 
     /// How both parts are baked.
     fn settings(&self) -> SoundModelSettings {
-        let (quality, render) = (self.choice.quality, self.render_settings());
-        let (accuracy, bake) = (quality.accuracy(), quality.bakes_fields());
-        let options = quality.modal_options(render.acoustics.medium, render.band().0);
+        let (models, render) = (&self.choice.options, self.render_settings());
+        let options = models.modal(render.acoustics.medium, render.band().0);
         SoundModelSettings {
-            acceleration: AccelerationSettings::new(render.max_wavenumber(), accuracy, bake),
+            acceleration: models.acceleration(render.max_wavenumber()),
             wants_acceleration: true,
             modal: Some(ModalPlanSettings { options, proxy_frequency: PROXY_FREQUENCY }),
         }

@@ -13,7 +13,7 @@ use super::source::Motion;
 use crate::formats::soundbank::default_bank;
 use crate::formats::web_replay::{Replay, ReplaySummary, write_replay};
 use crate::stages::event_schedule::scheduled_engine::ScheduledEngine;
-use crate::stages::sound_models::{AccelerationBake, AccelerationSettings, SoundModelRequest, obtain};
+use crate::stages::sound_models::{AccelerationBake, SoundModelRequest, obtain};
 
 /// A scene of nothing: still air, no room.
 const EMPTY_SCENE: &str = "version = 1\n";
@@ -75,8 +75,7 @@ impl Session<'_> {
     /// The model of a body that clicks by a field of its own: what [`obtain_models`](Self::obtain_models) has
     /// put into the cache.
     fn own_model(&self, body: &Body) -> Option<AccelerationModel> {
-        let (accuracy, bake) = (self.quality.accuracy(), self.quality.bakes_fields());
-        let settings = AccelerationSettings::new(self.options.synthesis.max_wavenumber(), accuracy, bake);
+        let settings = self.model_options.acceleration(self.options.synthesis.max_wavenumber());
         let request = SoundModelRequest::of_body(body, AccelerationBake(settings.options)).ok()?;
         let found = obtain(&request, self.cache.as_ref(), &mut |_| ControlFlow::Continue(()));
         found.ok().map(|found| found.file.acceleration)

@@ -59,6 +59,7 @@ fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, St
         duration: Some(duration),
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::HZ_48000,
+        max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,

@@ -268,6 +268,7 @@ fn impact(impulse: DVec3, point: DVec3, listener: DVec3, hz: u32) -> Result<Stri
         duration: Some(60e-6),
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::try_new(hz)?,
+        max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,

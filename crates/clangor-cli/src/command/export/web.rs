@@ -2,18 +2,19 @@
 
 use std::path::Path;
 
+use clangor_pipeline::stages::sound_models::ModelOptions;
 use serde_json::json;
 
 use super::super::session::{StageBars, check_simulated, open, prepare, settings};
 use super::super::{check_ending, is_timeline};
-use crate::arguments::{Global, Quality};
+use crate::arguments::Global;
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
 pub(super) fn run(
     input: &Path,
     output: Option<&Path>,
-    (quality, max_frequency): (Quality, Option<f64>),
+    models: ModelOptions,
     global: &Global,
     console: &Console,
 ) -> Result<(), Failure> {
@@ -26,12 +27,8 @@ pub(super) fn run(
         )));
     }
     check_simulated(input, &[("--seed", global.seed.is_some())])?;
-    let mut settings = settings(quality, global);
-    if let Some(hz) = max_frequency {
-        settings = settings.max_frequency(hz);
-    }
     let bars = StageBars::new(console);
-    let mut session = open(input, settings, console, &bars)?;
+    let mut session = open(input, settings(models, global), console, &bars)?;
     prepare(&mut session, console, &bars)?;
     let exported = session.export_web(&output)?;
     bars.clear();

@@ -6,7 +6,7 @@ use clangor_pipeline::playback::{PlaybackDevice, PlaybackOptions, PlaybackReport
 use serde_json::json;
 
 use super::super::session::{StageBars, check_simulated, open, prepare, settings};
-use crate::arguments::{Global, Play};
+use crate::arguments::{Device, Global, Play};
 use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
 
@@ -28,8 +28,10 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
     // Without an output device, ends before a long simulation.
     let device = PlaybackDevice::open(options.device.as_deref())?;
     check_simulated(input, &[("--seed", global.seed.is_some()), ("--duration", options.duration.is_some())])?;
-    let mut settings =
-        settings(options.quality, global).sample_rate(device.sample_rate()).from(options.from.unwrap_or(0.0));
+    // `--device` is the loudspeaker here.
+    let mut settings = settings(options.models.on(Device::Cpu), global)
+        .sample_rate(device.sample_rate())
+        .from(options.from.unwrap_or(0.0));
     if let Some(position) = options.listener {
         settings = settings.listener(position);
     }

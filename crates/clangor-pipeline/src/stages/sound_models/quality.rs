@@ -1,40 +1,40 @@
-//! How good baked models must be.
+//! How good baked models must be, in one word.
 
-use clangor_bake::modal::ModalBakeOptions;
-use clangor_core::medium::Medium;
-
-/// Effort for the sound models of bodies.
+/// Effort for the sound models of bodies: their errors, unless
+/// [`ModelOptions::accuracy`](super::ModelOptions::accuracy) gives one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Fields that are in the cache, ellipsoids and spheres; coarse modes.
+    /// Fields within 1 % that are in the cache, ellipsoids and spheres; frequencies of modes within 3 %,
+    /// their transfers within 5 %.
     Draft,
-    /// Errors of about 1 %.
+    /// Errors of 1 %.
     #[default]
     Normal,
-    /// Errors of about 0.2 %.
+    /// Errors of 0.2 %; frequencies of modes within 0.5 %.
     High,
 }
 
 impl Quality {
-    /// Error of the fields, relative to the loudest motion of the body \[-\].
-    pub fn accuracy(self) -> f64 {
+    /// Error of a field, relative to the loudest motion of the body \[-\].
+    pub(super) fn field_error(self) -> f64 {
         if self == Quality::High { 0.002 } else { 0.01 }
     }
 
-    /// Whether fields missing from the cache are baked.
-    pub fn bakes_fields(self) -> bool {
-        self != Quality::Draft
+    /// Relative error of the frequency of a mode by its mesh \[-\].
+    pub(super) fn mesh_error(self) -> f64 {
+        match self {
+            Quality::Draft => 0.03,
+            Quality::Normal => 0.01,
+            Quality::High => 0.005,
+        }
     }
 
-    /// How modes are baked that radiate into `medium`, up to the end of the band \[Hz\].
-    pub fn modal_options(self, medium: Medium, band: f64) -> ModalBakeOptions {
-        let normal = ModalBakeOptions::new(medium);
-        let max_frequency = normal.max_frequency.min(band);
-        let (mesh_error, accuracy) = match self {
-            Quality::Draft => (0.03, 0.05),
-            Quality::Normal => (normal.mesh_error, normal.accuracy),
-            Quality::High => (0.005, 0.002),
-        };
-        ModalBakeOptions { max_frequency, mesh_error, accuracy, ..normal }
+    /// Level error of the transfer of a mode \[-\].
+    pub(super) fn transfer_error(self) -> f64 {
+        match self {
+            Quality::Draft => 0.05,
+            Quality::Normal => 0.01,
+            Quality::High => 0.002,
+        }
     }
 }

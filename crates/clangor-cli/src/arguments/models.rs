@@ -11,8 +11,8 @@ pub(crate) struct ModelArguments {
     /// Errors of baked sound models
     #[arg(long, value_enum, default_value = "normal")]
     pub(crate) quality: Quality,
-    /// One error for all parts in place of those of --quality: of a field relative to the loudest motion of the
-    /// body, and of modes
+    /// Error of all parts, instead of those of --quality: of a field relative to the loudest motion of the
+    /// body, and of the modes
     #[arg(long, value_name = "E", value_parser = accuracy)]
     pub(crate) accuracy: Option<f64>,
     /// Highest frequency to compute, 100 Hz to half the sample rate (default: as high as the scene and its

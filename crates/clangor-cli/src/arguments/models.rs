@@ -6,7 +6,6 @@ use super::values::{accuracy, band};
 
 /// Options of every command that finds or bakes sound models.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Sound models")]
 pub(crate) struct ModelArguments {
     /// Errors of baked sound models
     #[arg(long, value_enum, default_value = "normal")]
@@ -26,7 +25,6 @@ pub(crate) struct ModelArguments {
 
 /// Processor of the commands that do not play on an audio device.
 #[derive(Args, Clone, Copy, Debug)]
-#[command(next_help_heading = "Sound models")]
 pub(crate) struct DeviceArgument {
     /// Processor for finite differences in time (FDTD)
     #[arg(long, value_enum, default_value = "cpu")]

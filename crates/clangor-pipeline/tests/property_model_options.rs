@@ -1,5 +1,5 @@
-//! One set of options for sound models: what a bake has put into the cache, a session and a strike by the same
-//! options find there. Options that no model can be baked with are refused alike.
+//! One set of options for sound models: what a bake has put into the cache, a session and a strike by
+//! the same options find there. Options that no model can be baked with are refused alike.
 
 use std::fs;
 use std::ops::ControlFlow;

@@ -30,7 +30,6 @@ pub mod live_pulses;
 pub mod lowpass;
 pub mod modal;
 pub mod offline;
-pub mod propagation_paths;
 mod received_wave;
 pub mod render_settings;
 pub mod sample_rate;

@@ -8,14 +8,14 @@ mod sphere_near_field;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use clangor_core::acoustics::Acoustics;
 use clangor_core::body::{BodyId, Surface};
 use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
-use clangor_core::propagation::{Air, PathLoss};
+use clangor_core::propagation::{Air, PathLoss, PropagationPaths};
 use clangor_core::sound_model::acceleration::field_evaluator::FieldEvaluator;
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::live_pulses::{LOOK_AHEAD, LiveField, LivePulses, LiveReport};
-use clangor_core::synthesis::propagation_paths::PropagationPaths;
 use clangor_core::synthesis::{
     AccelerationPulse, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
@@ -57,18 +57,18 @@ fn clicks(field: &SoundSource) -> Vec<AccelerationPulse> {
 }
 
 fn settings() -> RenderSettings {
-    let loss = PathLoss::through(Some(Air::default()));
-    RenderSettings::default().with_floor(FLOOR).with_loss(loss)
+    let acoustics = Acoustics { floor: FLOOR, air: Some(Air::default()), ..Acoustics::default() };
+    RenderSettings::default().with_acoustics(acoustics)
 }
 
 fn paths() -> PropagationPaths {
-    PropagationPaths::new(FLOOR, None, Some(Air::default()))
+    settings().acoustics.paths()
 }
 
 /// Silence, with a field in place that clicks may name.
 fn live(field: &FieldSource) -> (LivePulses, SoundSource) {
     let settings = settings();
-    let mut live = LivePulses::new(&settings, paths().losses(), 1, EARS.len(), 0.5).unwrap();
+    let mut live = LivePulses::new(&settings, &paths(), 1, EARS.len(), 0.5).unwrap();
     let field = LiveField::new(field, &settings);
     let source = field.source();
     assert!(live.put_field(0, Some(field)).is_none());
@@ -143,8 +143,8 @@ fn live_clicks_allocate_nothing() {
 #[test]
 fn waves_left_out_are_counted() {
     let clicks = clicks(&SoundSource::Field(field()));
-    let paths = PropagationPaths::new(Floor::None, None, None);
-    let mut live = LivePulses::new(&RenderSettings::default(), paths.losses(), 1, 1, 0.1).unwrap();
+    let paths = PropagationPaths::direct(PathLoss::default());
+    let mut live = LivePulses::new(&RenderSettings::default(), &paths, 1, 1, 0.1).unwrap();
     let sphere = &clicks[1];
     let push =
         |live: &mut LivePulses, click: &AccelerationPulse, place: DVec3| push(live, &paths, click, &[place]);
@@ -169,7 +169,8 @@ fn a_receiver_in_the_bounding_sphere_gets_the_field_on_it() {
     let source = FieldSource::new(field, Some(Arc::new(near)), radius, DQuat::IDENTITY, surface);
     let settings = RenderSettings::default();
     let heard = |distance: f64| {
-        let mut live = LivePulses::new(&settings, &[PathLoss::default()], 1, 1, 0.1).unwrap();
+        let mut live =
+            LivePulses::new(&settings, &PropagationPaths::direct(PathLoss::default()), 1, 1, 0.1).unwrap();
         let field = LiveField::new(&source, &settings);
         let click = AccelerationPulse { source: field.source(), ..clicks(&field.source())[1].clone() };
         live.put_field(0, Some(field));

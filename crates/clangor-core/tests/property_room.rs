@@ -10,7 +10,9 @@ use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::Damping;
 use clangor_core::pose::Pose;
-use clangor_core::propagation::{Air, ImageSource, PathLoss, Room, WallAbsorption, image_sources};
+use clangor_core::propagation::{
+    Air, ImageSource, PathLoss, PropagationPaths, Room, WallAbsorption, room_images,
+};
 use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::modal::{ModalSettings, ModalVoice};
 use clangor_core::synthesis::{
@@ -32,7 +34,7 @@ fn room(walls: [WallAbsorption; 6]) -> Room {
 }
 
 fn by_the_floor(room: &Room) -> ImageSource {
-    image_sources(room).into_iter().find(ImageSource::met_floor).unwrap()
+    room_images(room).into_iter().find(|image| image.reflections[2] == 1).unwrap()
 }
 
 fn click() -> AccelerationPulse {
@@ -53,16 +55,26 @@ fn microphone() -> Listener {
     Listener::fixed("microphone", DVec3::new(0.4, 0.5, 0.2))
 }
 
+/// A microphone mirrored by an image.
+fn mirrored(image: &ImageSource) -> Listener {
+    Listener::fixed("microphone", image.unfolded(microphone().receiver_position(0, 0.0)))
+}
+
 fn heard(listener: &Listener, settings: &RenderSettings) -> Vec<f64> {
-    let mut renderer = Renderer::new(listener, settings).unwrap();
+    render(Renderer::new(listener, settings).unwrap())
+}
+
+/// What arrives directly with a loss.
+fn lossy(listener: &Listener, loss: PathLoss) -> Vec<f64> {
+    let paths = Arc::new(PropagationPaths::direct(loss));
+    render(Renderer::along(listener, &RenderSettings::default(), paths).unwrap())
+}
+
+fn render(mut renderer: Renderer) -> Vec<f64> {
     renderer.push(&click()).unwrap();
     let mut signal = OverlapAdd::new(1, 0);
     renderer.take_all().iter().for_each(|job| signal.add(&job.render()));
     signal.take_until(2048).swap_remove(0)
-}
-
-fn lossy(loss: PathLoss) -> RenderSettings {
-    RenderSettings { loss, ..RenderSettings::default() }
 }
 
 /// Largest difference over the largest value of `b`.
@@ -81,7 +93,7 @@ fn a_hard_wall_is_the_rigid_floor() {
     let room = room([WallAbsorption::even(0.0); 6]);
     let image = by_the_floor(&room);
     let direct = heard(&microphone(), &RenderSettings::default());
-    let reflected = heard(&microphone().mirrored(&image), &lossy(PathLoss::by(&image, &room, None)));
+    let reflected = lossy(&mirrored(&image), PathLoss::by(&image, &room.walls, None));
     let both: Vec<f64> = direct.iter().zip(&reflected).map(|(a, b)| a + b).collect();
     let floor = RenderSettings::default().with_floor(Floor::Rigid { height: 0.0 });
     // Residual seen: 0.
@@ -94,10 +106,10 @@ fn a_wall_takes_its_share_and_air_its_own() {
     let felt = WallAbsorption([0.0, 0.19, 0.36, 0.51, 0.64, 0.75, 0.9]);
     let room = room([felt; 6]);
     let image = by_the_floor(&room);
-    let listener = microphone().mirrored(&image);
+    let listener = mirrored(&image);
     let whole = heard(&listener, &RenderSettings::default());
     let air = Air::default();
-    let left = heard(&listener, &lossy(PathLoss::by(&image, &room, Some(air))));
+    let left = lossy(&listener, PathLoss::by(&image, &room.walls, Some(air)));
     let distance = click().centre.distance(listener.receiver_position(0, 0.0));
     for (frequency, share) in [(250.0, 0.19), (1000.0, 0.51), (4000.0, 0.75), (8000.0, 0.9), (16_000.0, 0.9)]
     {
@@ -116,22 +128,23 @@ fn a_mode_loses_what_its_frequency_loses() {
     let room = room([felt; 6]);
     let image = by_the_floor(&room);
     let air = Air::default();
-    let listener = microphone().mirrored(&image);
+    let listener = mirrored(&image);
     for frequency in [250.0, 4000.0, 9000.0] {
         let modes = vec![mode(frequency, 2.0 * DVec3::Z, vec![Complex64::new(0.3, -1.1)])];
         let source = source(modes, &Damping::T60(0.4), &ModalSettings::default());
-        let play = |settings: &RenderSettings| {
-            let poses = still();
+        let play = |loss: PathLoss| {
+            let (poses, settings) = (still(), RenderSettings::default());
+            let (source, paths) = (Arc::clone(&source), Arc::new(PropagationPaths::direct(loss)));
             let mut voice =
-                ModalVoice::new(Arc::clone(&source), BodyId(0), &poses, &listener, settings).unwrap();
+                ModalVoice::along(source, BodyId(0), &poses, &listener, &settings, paths).unwrap();
             voice.push_pulses(&[impact(0.01, 60e-6, Pose::IDENTITY)]).unwrap();
             let mut channels = [vec![0.0; 4800]];
             voice.render_block(0, &mut channels).unwrap();
             channels
         };
-        let loss = PathLoss::by(&image, &room, Some(air));
+        let loss = PathLoss::by(&image, &room.walls, Some(air));
         let gain = loss.gain(loss.at(frequency), listener.receiver_position(0, 0.0).length());
-        let ([whole], [left]) = (play(&RenderSettings::default()), play(&lossy(loss)));
+        let ([whole], [left]) = (play(PathLoss::default()), play(loss));
         let wanted: Vec<f64> = whole.iter().map(|p| gain * p).collect();
         // Residual seen: 1.3e-15.
         assert!(gain < 0.91 && difference(&left, &wanted) < 1e-12, "{frequency} Hz");

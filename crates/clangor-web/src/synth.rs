@@ -20,7 +20,7 @@ use crate::wasm_buffer::{self, status};
 
 /// Slots for objects.
 pub const SLOTS: u32 = 1024;
-/// Highest order of image sources: higher orders cost more than they contribute.
+/// Highest order of image sources, in a room or in planes: higher orders cost more than they contribute.
 const IMAGE_ORDER: u32 = 1;
 /// Most samples rendered at once.
 const MOST_FRAMES: u32 = 4096;
@@ -114,6 +114,7 @@ impl State {
         if let Some(room) = &mut settings.acoustics.room {
             room.image_order = room.image_order.min(IMAGE_ORDER);
         }
+        settings.acoustics.planes = settings.acoustics.planes.up_to_order(IMAGE_ORDER);
         let (controller, engine) = engine(&settings)?;
         self.playing = Some(Playing { controller, engine, settings, unknown: 0 });
         for (slot, file) in &self.files {
@@ -147,8 +148,8 @@ fn put(playing: Option<&mut Playing>, slot: u32, file: &File) -> Result<(), Synt
     Ok(controller.put(slot as usize, Some(object))?)
 }
 
-/// Starts at sample 0, with this sample rate \[Hz\], blocks of this length \[samples\], and the medium,
-/// floor, room and air of the scene in the buffer, TOML of so many bytes. Objects stay in their slots.
+/// Starts at sample 0, with this sample rate \[Hz\], blocks of this length \[samples\], and the
+/// acoustics of the scene in the buffer, TOML of so many bytes. Objects stay in their slots.
 pub fn synth_start(sample_rate: f64, block: u32, scene_bytes: u32) -> i32 {
     let text = wasm_buffer::bytes(scene_bytes);
     STATE.with_borrow_mut(|state| status(state.start(sample_rate, block, &text)))

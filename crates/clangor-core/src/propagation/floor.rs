@@ -1,7 +1,5 @@
 //! A rigid floor: the plane of a half-space in which every wave has a mirror image.
 
-use glam::DVec3;
-
 /// Reflecting floor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Floor {
@@ -16,14 +14,4 @@ pub enum Floor {
         /// Height of the plane \[m\].
         height: f64,
     },
-}
-
-impl Floor {
-    /// A point \[m\] mirrored in the floor; `None` without a floor.
-    pub(crate) fn mirrored(self, point: DVec3) -> Option<DVec3> {
-        match self {
-            Floor::None => None,
-            Floor::Rigid { height } => Some(DVec3 { y: 2.0 * height - point.y, ..point }),
-        }
-    }
 }

@@ -1,70 +1,44 @@
-//! Reflections of sound in the walls of a box, as sources outside it: J. B. Allen and D. A. Berkley (1979),
-//! "Image method for efficiently simulating small-room acoustics".
+//! Image of a source or a receiver after reflections in planes: an isometry of space.
 //!
 //! ```text
-//! x' = 2 n L + x,  or  2 n L − x        along each axis, from the lowest wall on, n = …, −1, 0, 1, …
+//! x' = T x + o        T orthogonal, with determinant 1 or −1
 //! ```
 //!
-//! The image has met the lowest wall |n| times and the highest |n| times; the mirrored one |n − 1| and |n|
-//! times. The source is mirrored as a whole, with its motion and its field. By reciprocity, the source itself
-//! makes at the mirrored receiver what its image makes at the receiver (\[HW\] §4). Exact for rigid walls;
-//! approximate for walls whose reflectance depends on the angle.
+//! The source is mirrored as a whole, with its motion and its field. By reciprocity, the source itself makes
+//! at the mirrored receiver what its image makes at the receiver (\[HW\] §4). Which images exist is decided by
+//! [`room_images`](super::room_images) and [`plane_images`](super::plane_images).
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
-use crate::propagation::room::Room;
+/// Largest number of reflecting planes: the six walls of a room, or planes and a floor.
+pub const MOST_REFLECTORS: usize = 8;
 
-/// A propagation path from a source to a receiver by reflections.
+/// Image by a sequence of reflections; none for the direct path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageSource {
-    /// Whether each axis is mirrored.
-    pub mirrored: [bool; 3],
-    /// Image of the origin of the world \[m\].
+    /// T, the image of vectors.
+    pub turn: DMat3,
+    /// o, the image of the origin of the world \[m\].
     pub origin: DVec3,
-    /// Number of reflections in each wall, in the order of the room's walls.
-    pub reflections: [u32; 6],
-}
-
-/// Every image with one reflection up to the order of the room, in ascending order.
-pub fn image_sources(room: &Room) -> Vec<ImageSource> {
-    let order = room.image_order;
-    let reach = order as i32;
-    let axis = |k: usize| {
-        let (low, length) = (room.lowest[k], room.extent()[k]);
-        (-reach..=reach).flat_map(move |n| {
-            [false, true].map(move |mirrored| {
-                // About the lowest wall x − low goes to 2nL ± (x − low).
-                let sign = if mirrored { -1.0 } else { 1.0 };
-                let origin = low + 2.0 * f64::from(n) * length - sign * low;
-                let lowest = (n - i32::from(mirrored)).unsigned_abs();
-                (mirrored, origin, [lowest, n.unsigned_abs()])
-            })
-        })
-    };
-    let mut images = Vec::new();
-    for (mirrored_x, x, across_x) in axis(0) {
-        for (mirrored_y, y, across_y) in axis(1) {
-            for (mirrored_z, z, across_z) in axis(2) {
-                let reflections = [across_x, across_y, across_z];
-                let image = ImageSource {
-                    mirrored: [mirrored_x, mirrored_y, mirrored_z],
-                    origin: DVec3::new(x, y, z),
-                    reflections: std::array::from_fn(|i| reflections[i / 2][i % 2]),
-                };
-                if (1..=order).contains(&image.order()) {
-                    images.push(image);
-                }
-            }
-        }
-    }
-    images.sort_by_key(ImageSource::order);
-    images
+    /// Number of reflections in each reflector, in their order.
+    pub reflections: [u32; MOST_REFLECTORS],
 }
 
 impl ImageSource {
-    /// Whether the lowest wall across y, the floor, reflects it.
-    pub fn met_floor(&self) -> bool {
-        self.reflections[2] > 0
+    /// The source itself.
+    pub const SOURCE: ImageSource =
+        ImageSource { turn: DMat3::IDENTITY, origin: DVec3::ZERO, reflections: [0; MOST_REFLECTORS] };
+
+    /// The image of this image in the plane with this unit normal at `offset` \[m\] along it; the plane has
+    /// this index among the reflectors.
+    #[must_use]
+    pub fn mirrored(&self, normal: DVec3, offset: f64, reflector: usize) -> Self {
+        let mirror =
+            DMat3::IDENTITY - DMat3::from_cols(normal.x * normal, normal.y * normal, normal.z * normal) * 2.0;
+        let mut reflections = self.reflections;
+        reflections[reflector] += 1;
+        let origin = 2.0 * offset * normal + mirror * self.origin;
+        ImageSource { turn: mirror * self.turn, origin, reflections }
     }
 
     /// Number of reflections.
@@ -72,96 +46,20 @@ impl ImageSource {
         self.reflections.iter().sum()
     }
 
-    /// Image of a vector of the world.
-    pub fn turned(&self, vector: DVec3) -> DVec3 {
-        let sign = |axis: usize| if self.mirrored[axis] { -1.0 } else { 1.0 };
-        vector * DVec3::new(sign(0), sign(1), sign(2))
-    }
-
-    /// 1, or −1 where left and right are exchanged.
-    pub fn handedness(&self) -> f64 {
-        self.turned(DVec3::ONE).element_product()
-    }
-
     /// The image of a point [m, world].
     pub fn image(&self, point: DVec3) -> DVec3 {
-        self.origin + self.turned(point)
+        self.origin + self.turn * point
     }
 
     /// The point [m, world] whose image is this one: a receiver in the space of the source itself.
     pub fn unfolded(&self, image: DVec3) -> DVec3 {
-        self.turned(image - self.origin)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::propagation::{PathLoss, WallAbsorption};
-
-    fn room(image_order: u32) -> Room {
-        Room {
-            lowest: DVec3::new(-1.0, 0.5, 2.0),
-            highest: DVec3::new(2.0, 3.0, 6.0),
-            walls: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6].map(WallAbsorption::even),
-            image_order,
-            late: false,
-        }
+        self.turn.transpose() * (image - self.origin)
     }
 
-    #[test]
-    fn images_are_as_many_as_the_octahedron_has_points() {
-        // 6, 18, 38, 66 with exactly 1, 2, 3, 4 reflections.
-        assert_eq!([0, 1, 2, 3, 4].map(|order| image_sources(&room(order)).len()), [0, 6, 24, 62, 128]);
-    }
-
-    #[test]
-    fn one_reflection_mirrors_in_its_wall() {
-        let room = room(1);
-        let point = DVec3::new(0.3, 1.0, 4.5);
-        for image in image_sources(&room) {
-            let wall = image.reflections.iter().position(|n| *n == 1).unwrap();
-            let plane = if wall.is_multiple_of(2) { room.lowest[wall / 2] } else { room.highest[wall / 2] };
-            let mut wanted = point;
-            wanted[wall / 2] = 2.0 * plane - wanted[wall / 2];
-            assert!(image.image(point).distance(wanted) < 1e-12, "{wall} {} {wanted}", image.image(point));
-            assert!(image.unfolded(image.image(point)).distance(point) < 1e-12);
-            let share = 0.1 * (wall + 1) as f64;
-            let loss = PathLoss::by(&image, &room, None);
-            assert!((loss.gain(loss.at(1000.0), 3.0) - (1.0 - share).sqrt()).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn images_are_what_repeated_mirrors_make() {
-        // Every sequence of up to three mirrors that changes the place is an image, with those walls.
-        let room = room(3);
-        let point = DVec3::new(0.3, 1.0, 4.5);
-        let images = image_sources(&room);
-        let mirror = |p: DVec3, wall: usize| {
-            let mut q = p;
-            q[wall / 2] =
-                2.0 * if wall.is_multiple_of(2) { room.lowest } else { room.highest }[wall / 2] - p[wall / 2];
-            q
-        };
-        let mut found = vec![false; images.len()];
-        let mut sequences: Vec<(DVec3, Vec<usize>)> = vec![(point, Vec::new())];
-        for _ in 0..3 {
-            sequences = sequences
-                .into_iter()
-                .flat_map(|(p, walls)| (0..6).map(move |w| (p, [&walls[..], &[w]].concat())))
-                // The same wall twice in a row leads back.
-                .filter(|(_, walls)| walls.len() < 2 || walls[walls.len() - 1] != walls[walls.len() - 2])
-                .map(|(p, walls)| (mirror(p, walls[walls.len() - 1]), walls))
-                .collect();
-            for (place, walls) in &sequences {
-                let same = |image: &ImageSource| image.image(point).distance(*place) < 1e-9;
-                // A path back through another wall between is not a separate image: x, y, x is y.
-                if let Some(at) = images.iter().position(same) {
-                    found[at] |= images[at].order() as usize == walls.len();
-                }
-            }
-        }
-        assert!(found.iter().all(|f| *f));
+    /// Whether both map all points within kilometres to the same place, to a micrometre.
+    pub fn coincides(&self, other: &ImageSource) -> bool {
+        const TOLERANCE: f64 = 1e-9;
+        let distance = self.origin.distance(other.origin);
+        self.turn.abs_diff_eq(other.turn, TOLERANCE) && distance <= TOLERANCE * (1.0 + self.origin.length())
     }
 }

@@ -1,7 +1,7 @@
 //! Attenuation along a propagation path by walls and air: a real factor for each frequency.
 
-use super::{Air, ImageSource, OCTAVES, Room};
-use crate::propagation::wall::interpolated;
+use super::wall::interpolated;
+use super::{Air, ImageSource, OCTAVES, WallAbsorption};
 
 /// Loss of a path from a source to a receiver, apart from spherical spreading.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,10 +25,10 @@ impl PathLoss {
         PathLoss { reflectances: [1.0; OCTAVES.len()], air, unspread: false }
     }
 
-    /// Of the path of an image source.
-    pub fn by(image: &ImageSource, room: &Room, air: Option<Air>) -> Self {
+    /// Of the path of an image by reflectors of this absorption.
+    pub fn by(image: &ImageSource, walls: &[WallAbsorption], air: Option<Air>) -> Self {
         let mut loss = PathLoss::through(air);
-        for (wall, times) in room.walls.iter().zip(image.reflections) {
+        for (wall, times) in walls.iter().zip(image.reflections) {
             for (product, share) in loss.reflectances.iter_mut().zip(wall.0) {
                 *product *= (1.0 - share).powf(0.5 * f64::from(times));
             }
@@ -45,6 +45,18 @@ impl PathLoss {
     /// Whether there are no losses.
     pub fn is_none(&self) -> bool {
         *self == PathLoss::default()
+    }
+
+    /// Whether walls filter the wave.
+    pub fn has_walls(&self) -> bool {
+        self.reflectances != [1.0; OCTAVES.len()]
+    }
+
+    /// Whether both lose the same, up to rounding.
+    pub(super) fn is_close(&self, other: &PathLoss) -> bool {
+        let pairs = self.reflectances.iter().zip(&other.reflectances);
+        let close = pairs.map(|(a, b)| (a - b).abs()).all(|difference| difference < 1e-12);
+        close && (self.air, self.unspread) == (other.air, other.unspread)
     }
 
     /// At a `frequency` \[Hz\]: reflectance of the walls \[-\], and attenuation in air [1/m].

@@ -10,11 +10,10 @@ use super::wave_queue::{QueuedWave, WaveQueue, strength};
 use crate::body::BodyId;
 use crate::contact::ForceProfile;
 use crate::medium::Medium;
-use crate::propagation::LateReverberation;
+use crate::propagation::{LateReverberation, PropagationPaths};
 use crate::synthesis::live_pulses::LivePulses;
 use crate::synthesis::modal::live_forces::{LiveForce, LiveForces};
 use crate::synthesis::modal::live_voice::{LiveBlock, LiveOutputs};
-use crate::synthesis::propagation_paths::PropagationPaths;
 use crate::synthesis::{AccelerationPulse, SoundSource, SynthesisError};
 
 /// Capacity of the queue of waves.
@@ -79,8 +78,9 @@ impl BlockRenderer {
     /// Silence.
     ///
     /// # Errors
-    /// [`SynthesisError`] for a medium, band or room out of range.
+    /// [`SynthesisError`] for a medium, band or room out of range, and for planes in a room.
     pub(super) fn new(settings: &EngineSettings) -> Result<Self, SynthesisError> {
+        settings.acoustics.check()?;
         let rendering = settings.rendering();
         let paths = settings.paths();
         let sample_rate = settings.sample_rate.as_f64();
@@ -101,7 +101,7 @@ impl BlockRenderer {
             profile: settings.profile,
             reach: settings.reach,
             receivers: Receivers::new(settings.receivers),
-            pulses: LivePulses::new(&rendering, paths.losses(), fields, outputs, seconds)?,
+            pulses: LivePulses::new(&rendering, &paths, fields, outputs, seconds)?,
             waves: WaveQueue::new(MOST_WAITING),
             forces: LiveForces::new(&rendering, FORCES),
             reverberation,

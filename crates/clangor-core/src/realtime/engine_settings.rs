@@ -3,10 +3,9 @@
 use super::budget::Budget;
 use crate::acoustics::Acoustics;
 use crate::contact::ForceProfile;
-use crate::propagation::{Air, Room};
+use crate::propagation::{Air, PropagationPaths, ReflectingPlanes, Room};
 use crate::scene::Scene;
 use crate::synthesis::listener::Floor;
-use crate::synthesis::propagation_paths::PropagationPaths;
 use crate::synthesis::{RenderSettings, SampleRate};
 
 /// Largest number of receivers.
@@ -34,7 +33,7 @@ const FARTHEST: f64 = 1000.0;
 pub struct EngineSettings {
     /// Samples per second.
     pub sample_rate: SampleRate,
-    /// Medium, air, room, floor and band limit.
+    /// Medium, air, room, floor, planes and band limit.
     pub acoustics: Acoustics,
     /// Force of an impact over its duration.
     pub profile: ForceProfile,
@@ -66,7 +65,7 @@ impl Default for EngineSettings {
 }
 
 impl EngineSettings {
-    /// The medium, floor, room, air, band and force profile of a scene.
+    /// The acoustics and the force profile of a scene.
     pub fn from_scene(scene: &Scene) -> Self {
         EngineSettings {
             acoustics: scene.acoustics,
@@ -98,6 +97,13 @@ impl EngineSettings {
     #[must_use]
     pub fn with_room(mut self, room: Option<Room>) -> Self {
         self.acoustics.room = room;
+        self
+    }
+
+    /// Replaces the reflecting planes.
+    #[must_use]
+    pub fn with_planes(mut self, planes: ReflectingPlanes) -> Self {
+        self.acoustics.planes = planes;
         self
     }
 
@@ -165,7 +171,7 @@ impl EngineSettings {
 
     /// Propagation paths to each receiver.
     pub(super) fn paths(&self) -> PropagationPaths {
-        PropagationPaths::new(self.acoustics.floor, self.acoustics.room, self.acoustics.air)
+        self.acoustics.paths()
     }
 
     /// Longest propagation delay \[s\].

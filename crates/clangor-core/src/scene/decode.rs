@@ -12,6 +12,7 @@ mod listener;
 mod material;
 mod motion;
 mod names;
+mod plane;
 mod reader;
 mod room;
 mod settings;
@@ -111,11 +112,11 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
     let medium = settings::medium(d, &top);
     let gravity = top.vector(d, "gravity", "m/s²").unwrap_or(STANDARD_GRAVITY);
     let simulation = settings::simulation(d, &top);
-    let (render, acoustics) = settings::render(d, &top, medium);
+    let (render, mut acoustics) = settings::render(d, &top, medium);
     let materials = material::materials(d, &top);
     let mut names = Names::default();
     let bodies = body::bodies(d, &top, &materials, acoustics.medium.sound_speed, &mut names);
-    let planes = body::planes(d, &top, &materials, &mut names);
+    let planes = plane::planes(d, &top, &materials, &mut names, &mut acoustics);
     let hangs = links::hangs(d, &top, &bodies);
     let springs = links::springs(d, &top, &bodies);
     let listeners = listener::listeners(d, &top);
@@ -202,7 +203,7 @@ mod tests {
             ("### Keyframes", &[motion::KEYFRAME_KEYS]),
             ("### Random placement", &[body::PLACEMENT_KEYS]),
             ("### Fracture", &[breaking::KEYS, breaking::SCORE_KEYS]),
-            ("## Planes", &[body::PLANE_KEYS]),
+            ("## Planes", &[plane::KEYS]),
             ("## Hung spheres", &[links::HANG_KEYS]),
             ("## Springs", &[links::SPRING_KEYS]),
             ("## Listeners", &[listener::KEYS, listener::KEYFRAME_KEYS]),

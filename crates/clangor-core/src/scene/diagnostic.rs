@@ -7,6 +7,7 @@ use std::fmt;
 use std::ops::Range;
 
 use super::suggest::nearest;
+use crate::propagation::PlanesError;
 use crate::propagation::room::RoomError;
 use crate::shape::ShapeError;
 
@@ -269,6 +270,9 @@ pub enum Problem {
     /// An invalid room.
     #[error(transparent)]
     Room(RoomError),
+    /// Planes that cannot reflect together.
+    #[error(transparent)]
+    Planes(PlanesError),
     /// Copies that do not fit in their region.
     #[error("only {placed} of {count} copies fit in the region without touching")]
     DoesNotFit {
@@ -338,6 +342,10 @@ impl Problem {
             }
             Problem::ListenerOutside => "move the listener into the room, or enlarge the room".into(),
             Problem::Room(_) => "write the lower corner as `lowest`, the other as `highest`".into(),
+            Problem::Planes(PlanesError::TooMany { .. }) => {
+                "let fewer planes reflect, or lower `reflection_order`".into()
+            }
+            Problem::Planes(_) => "delete `reflects` of one of them, or move a plane".into(),
             Problem::DoesNotFit { .. } => "enlarge the region, or lower `count` or `scale`".into(),
             Problem::BadLink { remedy, .. } => (*remedy).into(),
         }

@@ -1,11 +1,10 @@
 //! Listeners: places of the receivers over time, arrival of wavefronts, and reflection in the floor.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 use super::SynthesisError;
-use crate::pose::{Keyframe, Pose, Track};
+use crate::pose::{Pose, Track};
 pub use crate::propagation::Floor;
-use crate::propagation::ImageSource;
 
 /// A group of receivers that move together. Each receiver is a channel and measures pressure, with equal
 /// sensitivity in all directions.
@@ -35,25 +34,6 @@ impl Listener {
     /// A receiver that never moves.
     pub fn fixed(name: impl Into<String>, position: DVec3) -> Self {
         Listener::mono(name, Track::fixed(Pose::at(position)))
-    }
-
-    /// The listener mirrored by an image source: the source itself makes there what its image makes here.
-    pub fn mirrored(&self, image: &ImageSource) -> Self {
-        let mirrored_keys = self.track.keys().iter().map(|key| {
-            let turn = key.pose.orientation;
-            // A rotation between two mirrors is a rotation about the mirrored axis, the other way around.
-            let axis = image.turned(DVec3::new(turn.x, turn.y, turn.z)) * image.handedness();
-            let orientation = DQuat::from_xyzw(axis.x, axis.y, axis.z, turn.w);
-            Keyframe {
-                time: key.time,
-                pose: Pose { position: image.unfolded(key.pose.position), orientation },
-            }
-        });
-        Listener {
-            name: self.name.clone(),
-            track: Track::try_new(mirrored_keys.collect()).unwrap_or_else(|| self.track.clone()),
-            receivers: self.receivers.iter().map(|receiver| image.turned(*receiver)).collect(),
-        }
     }
 
     /// Position of a receiver [m, world] at a time \[s\].
@@ -126,34 +106,7 @@ impl Floor {
 mod tests {
     use super::*;
     use crate::medium::Medium;
-    use crate::propagation::{Room, WallAbsorption, image_sources};
-
-    #[test]
-    fn a_mirrored_listener_is_where_its_receivers_are_mirrored() {
-        let key = |time, x, turn| Keyframe {
-            time,
-            pose: Pose { position: DVec3::new(x, 1.0, 0.5), orientation: DQuat::from_scaled_axis(turn) },
-        };
-        let keys = vec![key(0.0, 0.2, DVec3::new(0.3, -1.0, 0.4)), key(1.0, 0.9, DVec3::new(-0.7, 0.2, 2.0))];
-        let listener = Listener::spaced_pair("ears", Track::try_new(keys).unwrap(), 0.17);
-        let walls = [WallAbsorption::even(0.1); 6];
-        let room = Room {
-            lowest: DVec3::ZERO,
-            highest: DVec3::new(2.0, 3.0, 4.0),
-            walls,
-            image_order: 3,
-            late: false,
-        };
-        for image in image_sources(&room) {
-            let mirrored = listener.mirrored(&image);
-            for (receiver, time) in [(0, -1.0), (1, 0.3), (0, 0.8), (1, 2.0)] {
-                let wanted = image.unfolded(listener.receiver_position(receiver, time));
-                let seen = mirrored.receiver_position(receiver, time);
-                // Residual seen: 2e-15 m.
-                assert!(seen.distance(wanted) < 1e-12, "{image:?} {seen} {wanted}");
-            }
-        }
-    }
+    use crate::pose::Keyframe;
 
     #[test]
     fn wavefront_and_moving_receiver_meet() {

@@ -8,7 +8,7 @@
 //! taken already cannot be changed, so a late beginning is lost. The caller delays all events by that and the
 //! length of a block.
 //!
-//! A wave may come by several paths, each with its own loss ([`PathLoss`]), and be added to several outputs.
+//! A wave may come by several paths, each with its own loss ([`PropagationPaths`]), and be added to several outputs.
 //!
 //! Differs from the offline renderer: a listener in the bounding sphere of a body gets the field on the
 //! sphere. The ground and the papers' representations of a field are not rendered.
@@ -31,7 +31,7 @@ use super::render_settings::RenderSettings;
 use super::source::SoundSource;
 use super::spectrum::{Grid, Losses, Spectrum};
 use super::wave::Transfer;
-use crate::propagation::PathLoss;
+use crate::propagation::PropagationPaths;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::received_wave::ReceivedWave;
 
@@ -106,7 +106,7 @@ impl LivePulses {
     /// A medium that carries no sound, a band limit of nothing.
     pub fn new(
         settings: &RenderSettings,
-        paths: &[PathLoss],
+        paths: &PropagationPaths,
         fields: usize,
         outputs: usize,
         seconds: f64,
@@ -115,7 +115,7 @@ impl LivePulses {
         let mut planner = RealFftPlanner::new();
         let lengths: Vec<Length> = grids(settings)
             .map(|(length, grid)| {
-                let losses = paths.iter().map(|loss| Losses::on(&grid, *loss)).collect();
+                let losses = paths.losses().map(|loss| Losses::on(&grid, *loss)).collect();
                 Length { grid, losses, inverse: planner.plan_fft_inverse(length) }
             })
             .collect();

@@ -23,6 +23,8 @@ pub(super) struct ReceivedWave {
     pub(super) wave: Wave,
     /// From the centre of the click \[m\].
     pub(super) distance: f64,
+    /// When the middle of the force arrives \[s\].
+    pub(super) middle: f64,
     pub(super) from: f64,
     pub(super) until: f64,
 }
@@ -40,7 +42,12 @@ impl RenderSettings {
             let middle = click.time + delay + 0.5 * click.duration;
             let wave = Wave { transfer, profile: click.profile, duration: click.duration, middle };
             let (from, until) = (click.time + first + begin, click.time + last + end);
-            Some(ReceivedWave { wave, distance, from, until })
+            let middle = match &wave.transfer {
+                // The transfer of the ground has the delays.
+                Transfer::Ground(_) => middle + distance / medium.sound_speed,
+                _ => middle,
+            };
+            Some(ReceivedWave { wave, distance, middle, from, until })
         };
         match &click.source {
             SoundSource::Sphere { radius } => {

@@ -7,7 +7,7 @@ use super::lowpass;
 use super::{SampleRate, SynthesisError};
 use crate::acoustics::Acoustics;
 use crate::medium::Medium;
-use crate::propagation::{Floor, PathLoss};
+use crate::propagation::Floor;
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 
 /// Settings of a rendering.
@@ -17,12 +17,10 @@ pub struct RenderSettings {
     pub sample_rate: SampleRate,
     /// Time of sample 0 \[s\]. Default: 0.
     pub start: f64,
-    /// Medium, floor and band limit. Air and room act through `loss`, path by path.
+    /// Medium, air, reflectors and band limit.
     pub acoustics: Acoustics,
     /// Sound field of an accelerated sphere.
     pub sphere_model: SphereModel,
-    /// Loss along the propagation path.
-    pub loss: PathLoss,
 }
 
 impl RenderSettings {
@@ -52,19 +50,14 @@ impl RenderSettings {
         self
     }
 
-    /// The same settings with another loss along the path.
-    #[must_use]
-    pub fn with_loss(self, loss: PathLoss) -> Self {
-        RenderSettings { loss, ..self }
-    }
-
-    /// Rejects an invalid medium or band limit.
+    /// Rejects an invalid medium, band limit, or planes in a room.
     pub(super) fn check(&self) -> Result<(), SynthesisError> {
         let Medium { density, sound_speed } = self.acoustics.medium;
         let positive = |x: f64| x > 0.0 && x.is_finite();
         if !positive(density) || !positive(sound_speed) {
             return Err(SynthesisError::BadMedium { density, sound_speed });
         }
+        self.acoustics.check()?;
         match self.acoustics.max_frequency.filter(|hz| !positive(*hz)) {
             Some(hz) => Err(SynthesisError::MaxFrequency { hz }),
             None => Ok(()),

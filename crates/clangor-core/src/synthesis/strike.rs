@@ -24,7 +24,6 @@ use crate::contact::local_curvature::mean_curvature;
 use crate::contact::{BodyPulse, ImpactPulse, PoseHistory};
 use crate::medium::Medium;
 use crate::pose::Pose;
-use crate::propagation::PathLoss;
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 
@@ -270,7 +269,6 @@ fn settings(strike: &Strike) -> RenderSettings {
             max_frequency: strike.max_frequency,
             ..Acoustics::default()
         },
-        loss: PathLoss::default(),
         sphere_model: strike.sphere_model,
     }
 }

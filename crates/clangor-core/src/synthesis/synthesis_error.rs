@@ -1,6 +1,7 @@
 //! Errors in sound synthesis.
 
 use crate::body::BodyId;
+use crate::propagation::PlanesError;
 use crate::propagation::room::RoomError;
 use crate::reference::PanError;
 
@@ -80,6 +81,9 @@ pub enum SynthesisError {
     /// An invalid room.
     #[error(transparent)]
     Room(#[from] RoomError),
+    /// Reflecting planes that cannot be rendered.
+    #[error(transparent)]
+    Planes(#[from] PlanesError),
     /// A click that a paper's representation cannot render.
     #[error(transparent)]
     Reference(#[from] PanError),

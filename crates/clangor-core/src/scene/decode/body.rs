@@ -1,4 +1,4 @@
-//! The lists `[[body]]` and `[[plane]]`.
+//! The list `[[body]]`.
 
 use glam::{DQuat, DVec3};
 
@@ -12,7 +12,7 @@ use super::settings::{RINGING, SOUNDS};
 use crate::body::Motion;
 use crate::material::{Material, presets};
 use crate::pose::Pose;
-use crate::scene::body_description::{BodyDescription, Copies, PlacedBy, PlaneDescription, RandomPlacement};
+use crate::scene::body_description::{BodyDescription, Copies, PlacedBy, RandomPlacement};
 use crate::scene::breaking::Breaking;
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::scene_description::MAX_BODIES;
@@ -41,7 +41,6 @@ pub(super) const KEYS: &[&str] = &[
     "placement",
 ];
 pub(super) const PLACEMENT_KEYS: &[&str] = &["region", "seed", "orientation", "max_spin"];
-pub(super) const PLANE_KEYS: &[&str] = &["name", "point", "normal", "material", "thin"];
 
 /// Keys that a preset sets.
 const PRESET_KEYS: &[&str] = &[
@@ -172,7 +171,7 @@ fn refuse_velocities(d: &mut Decoder<'_>, section: &Section<'_>) {
     }
 }
 
-fn material(
+pub(super) fn material(
     d: &mut Decoder<'_>,
     section: &Section<'_>,
     materials: &Materials,
@@ -327,27 +326,4 @@ fn region(d: &mut Decoder<'_>, node: &Node<'_>, expected: &str) -> Option<[DVec3
         return None;
     }
     Some([low, high])
-}
-
-pub(super) fn planes(
-    d: &mut Decoder<'_>,
-    top: &Section<'_>,
-    materials: &Materials,
-    names: &mut Names,
-) -> Vec<PlaneDescription> {
-    let mut planes = Vec::new();
-    for (index, section) in top.list(d, "plane", PLANE_KEYS).into_iter().enumerate() {
-        let name = name(d, &section, &format!("plane-{}", index + 1), names);
-        let point = section.vector(d, "point", "m").unwrap_or(DVec3::ZERO);
-        let normal = match section.get("normal") {
-            Some(node) => node.direction(d),
-            None => Some(DVec3::Y),
-        };
-        let material = material(d, &section, materials, None);
-        let thin = section.boolean(d, "thin").unwrap_or(false);
-        if let (Some(normal), Some(material)) = (normal, material) {
-            planes.push(PlaneDescription { name, point, normal, material, thin, place: section.place });
-        }
-    }
-    planes
 }

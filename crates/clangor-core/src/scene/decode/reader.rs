@@ -287,6 +287,12 @@ impl<'t> Node<'t> {
         found
     }
 
+    /// A value of a table whose other keys are checked elsewhere.
+    pub(super) fn get(&self, d: &Decoder<'_>, key: &str) -> Option<Node<'t>> {
+        let table = self.value.as_table()?;
+        Section { table, place: self.place(d), misspelt: Vec::new() }.get(key)
+    }
+
     /// A table whose keys are all among `keys`.
     pub(super) fn section(&self, d: &mut Decoder<'_>, keys: &'static [&'static str]) -> Option<Section<'t>> {
         let Some(table) = self.value.as_table() else {

@@ -59,7 +59,7 @@ fn absorption(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<[WallAbsorption; 6
 }
 
 /// One number for all octaves, or one for each.
-fn one_wall(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<WallAbsorption> {
+pub(super) fn one_wall(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<WallAbsorption> {
     let share = Quantity::between(0.0, 1.0, "");
     match node.is_array() {
         true => node.numbers::<{ OCTAVES.len() }>(d, share).map(WallAbsorption),

@@ -5,7 +5,7 @@ use super::room::room;
 use crate::acoustics::Acoustics;
 use crate::contact::ForceProfile;
 use crate::medium::Medium;
-use crate::propagation::{Air, Floor};
+use crate::propagation::{Air, Floor, ReflectingPlanes};
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::render_description::{
     Compressor, GroundSound, Level, Parts, RenderDescription, SampleFormat,
@@ -92,6 +92,7 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "normalize",
     "floor",
     "floor_height",
+    "reflection_order",
     "air_absorption",
     "pulse",
     "parts",
@@ -123,7 +124,8 @@ pub(super) const RINGING: &[(&str, ModalRule)] = &[
 ];
 pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];
 
-/// The section `[render]`, and the acoustics described by it and `[room]`.
+/// The section `[render]`, and the acoustics described by it and `[room]`; [`planes`](super::plane) adds those
+/// that reflect.
 pub(super) fn render(
     d: &mut Decoder<'_>,
     top: &Section<'_>,
@@ -152,6 +154,7 @@ pub(super) fn render(
         air: section.boolean(d, "air_absorption").unwrap_or(false).then_some(air),
         room,
         floor: floor(d, &section, room.is_some()),
+        planes: ReflectingPlanes::default(),
         max_frequency: section.number(d, "max_frequency", Quantity::between(100.0, nyquist, "Hz")),
     };
     let render = RenderDescription {

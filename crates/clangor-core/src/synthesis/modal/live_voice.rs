@@ -24,9 +24,9 @@ use super::live_trail::LiveTrail;
 use super::source::{ModalSource, StrikeMemory};
 use super::transfer::TransferMemory;
 use crate::pose::Pose;
+use crate::propagation::PropagationPaths;
 use crate::synthesis::lowpass::REACH;
 use crate::synthesis::modal::resonator_bank::ResonatorBank;
-use crate::synthesis::propagation_paths::PropagationPaths;
 use crate::synthesis::render_settings::RenderSettings;
 
 /// Samples by which a body emits ahead of the receivers.
@@ -134,7 +134,7 @@ impl LiveVoice {
         let longest = (seconds * rate) as usize;
         let path = Path { line: LiveDelay::new(longest, block), place: None, set: false };
         let modes = source.resonances();
-        let losses = propagation.losses().iter().map(|loss| match loss.is_none() {
+        let losses = propagation.losses().map(|loss| match loss.is_none() {
             true => Vec::new(),
             false => modes.iter().map(|mode| loss.at(mode.frequency)).collect(),
         });
@@ -356,7 +356,7 @@ impl LiveVoice {
                     self.transfers.resize(self.source.resonances().len(), Complex64::ZERO);
                 }
             }
-            let (loss, distance) = (propagation.losses()[path_index], place.map_or(0.0, DVec3::length));
+            let (loss, distance) = (propagation.loss(path_index), place.map_or(0.0, DVec3::length));
             for (transfer, mode) in self.transfers.iter_mut().zip(&self.losses[path_index]) {
                 *transfer *= loss.gain(*mode, distance);
             }

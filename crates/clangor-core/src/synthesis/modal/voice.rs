@@ -25,7 +25,8 @@ use super::transfer::TransferMemory;
 use crate::acoustics::Acoustics;
 use crate::body::{BodyId, Life};
 use crate::contact::{ForceProfile, PoseHistory};
-use crate::synthesis::listener::{Floor, Listener};
+use crate::propagation::PropagationPaths;
+use crate::synthesis::listener::Listener;
 use crate::synthesis::modal::modal_state_transfer::ModalState;
 use crate::synthesis::modal::resonator_bank::ResonatorBank;
 use crate::synthesis::{RenderSettings, SynthesisError};
@@ -55,6 +56,7 @@ pub struct ModalVoice<'a> {
     forces: Vec<Force>,
     stream: Option<Stream>,
     inherited: Option<Inherited>,
+    propagation: Arc<PropagationPaths>,
     paths: Vec<Path>,
     /// Signal emitted along each path.
     sent: Vec<Vec<f64>>,
@@ -66,8 +68,9 @@ pub struct ModalVoice<'a> {
     begun: bool,
     /// First sample at which the next block can arrive.
     heard: i64,
-    /// Factor of the walls and attenuation in air [1/m] of each mode; empty without losses.
-    losses: Vec<(f64, f64)>,
+    /// Factor of the walls and attenuation in air [1/m] of each mode, for each path; empty for a path without
+    /// losses.
+    losses: Vec<Vec<(f64, f64)>>,
     memory: Memory,
 }
 
@@ -94,11 +97,12 @@ struct Inherited {
     sent: Vec<Vec<f64>>,
 }
 
-/// Propagation from the body to a receiver, directly or by the floor.
+/// Propagation from the body to a receiver.
 #[derive(Clone, Debug, Default)]
 struct Path {
     receiver: usize,
-    reflected: bool,
+    /// Index among the propagation paths.
+    index: usize,
     line: DelayLine,
     /// Place of the receiver for which the transfers are [m, frame of the body]; `None` without a path to it.
     place: Option<DVec3>,
@@ -142,10 +146,10 @@ fn faded(since: f64, length: f64) -> f64 {
 }
 
 impl<'a> ModalVoice<'a> {
-    /// A body at rest.
+    /// A body at rest, heard by all paths of the acoustics, late reverberation apart.
     ///
     /// # Errors
-    /// A listener without receivers.
+    /// A listener without receivers, invalid settings.
     pub fn new(
         source: Arc<ModalSource>,
         body: BodyId,
@@ -153,21 +157,39 @@ impl<'a> ModalVoice<'a> {
         listener: &'a Listener,
         settings: &RenderSettings,
     ) -> Result<Self, SynthesisError> {
+        let paths = Arc::new(settings.acoustics.paths().heard());
+        ModalVoice::along(source, body, poses, listener, settings, paths)
+    }
+
+    /// A body at rest, heard by these paths.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn along(
+        source: Arc<ModalSource>,
+        body: BodyId,
+        poses: &'a PoseHistory,
+        listener: &'a Listener,
+        settings: &RenderSettings,
+        propagation: Arc<PropagationPaths>,
+    ) -> Result<Self, SynthesisError> {
+        settings.check()?;
         if listener.receivers.is_empty() {
             return Err(SynthesisError::NoReceivers { listener: listener.name.clone() });
         }
-        let ways: &[bool] = if settings.acoustics.floor == Floor::None { &[false] } else { &[false, true] };
         let paths: Vec<Path> = (0..listener.receivers.len())
-            .flat_map(|receiver| ways.iter().map(move |reflected| (receiver, *reflected)))
-            .map(|(receiver, reflected)| Path { receiver, reflected, ..Path::default() })
+            .flat_map(|receiver| (0..propagation.count()).map(move |index| (receiver, index)))
+            .map(|(receiver, index)| Path { receiver, index, ..Path::default() })
             .collect();
         let rate = settings.sample_rate.as_f64();
         let bank = new_bank(&source, paths.len(), settings);
         let Life { birth, death, .. } = poses.life(body);
-        let losses = match settings.loss.is_none() {
+        let modes = source.resonances();
+        let losses = propagation.losses().map(|loss| match loss.is_none() {
             true => Vec::new(),
-            false => source.resonances().iter().map(|mode| settings.loss.at(mode.frequency)).collect(),
-        };
+            false => modes.iter().map(|mode| loss.at(mode.frequency)).collect(),
+        });
+        let losses = losses.collect();
         Ok(ModalVoice {
             life: [birth, death].map(|time| (time - settings.start) * rate),
             source,
@@ -180,6 +202,7 @@ impl<'a> ModalVoice<'a> {
             stream: None,
             inherited: None,
             sent: vec![Vec::new(); paths.len()],
+            propagation,
             paths,
             block: DELAYS * (rate / 1000.0).round() as i64,
             begun: false,
@@ -237,7 +260,8 @@ impl<'a> ModalVoice<'a> {
             self.paths.iter_mut().for_each(|path| path.line.forget_place());
         }
         for (path, sent) in self.paths.iter_mut().zip(&mut self.sent) {
-            let channel = &mut channels[path.receiver][..count];
+            let channel = self.propagation.channel(path.index, path.receiver);
+            let channel = &mut channels[channel][..count];
             path.line.listen(sent, first_sample, channel);
             path.line.trim(sent);
         }
@@ -401,10 +425,10 @@ impl<'a> ModalVoice<'a> {
                     let rings = |mode: usize| banks.iter().flatten().any(|bank| bank.rings(mode));
                     // Transfers of the modes that ring, with the losses of the path.
                     self.source.transfers_of(place, rings, evaluation, transfers);
-                    let (loss, distance) = (&self.settings.loss, place.length());
+                    let (loss, distance) = (self.propagation.loss(path.index), place.length());
                     transfers
                         .iter_mut()
-                        .zip(&self.losses)
+                        .zip(&self.losses[path.index])
                         .for_each(|(transfer, mode)| *transfer *= loss.gain(*mode, distance));
                 }
                 None => {
@@ -429,21 +453,17 @@ impl<'a> ModalVoice<'a> {
     }
 
     /// Propagation time of the emission from the centre of mass at a sample \[s\], and the place of the
-    /// receiver at its arrival [m, frame of the body]; none if the body is below the floor.
+    /// receiver at its arrival [m, frame of the body]; none where the path does not lead.
     fn towards(&self, path: usize, sample: i64) -> Result<(f64, Option<DVec3>), SynthesisError> {
         let RenderSettings { acoustics: Acoustics { medium, floor, .. }, start, sample_rate, .. } =
-            self.settings;
-        let Path { receiver, reflected, .. } = self.paths[path];
+            &self.settings;
+        let Path { receiver, index, .. } = self.paths[path];
         let time = start + sample as f64 / sample_rate.as_f64();
         let pose = self.poses.at(self.body, time);
-        let mirrored = |point: DVec3| floor.mirrored(point).filter(|_| reflected).unwrap_or(point);
-        let from = (mirrored(pose.position), 0.0);
+        let from = (self.propagation.image(index).image(pose.position), 0.0);
         let (heard, position) = self.listener.arrival(receiver, from, time, medium.sound_speed);
         floor.check(self.listener, position, heard)?;
-        let below = floor.mirrored(pose.position).is_some_and(|mirrored| mirrored.y > pose.position.y);
-        // Reciprocity of mirror images: the source makes at the mirrored receiver what its image makes at the
-        // receiver.
-        let towards = mirrored(position) - pose.position;
-        Ok((heard - time, (!below).then(|| pose.orientation.inverse() * towards)))
+        let towards = self.propagation.towards(index, pose.position, position);
+        Ok((heard - time, towards.map(|towards| pose.orientation.inverse() * towards)))
     }
 }

@@ -32,24 +32,29 @@ pub(super) struct ReceivedPulse {
     pub(super) sound: ReceivedSound,
 }
 
-/// The sound of a click at a receiver, with distances \[m\].
+/// The sound of a click at a receiver.
 #[derive(Clone, Debug)]
 pub(super) enum ReceivedSound {
-    /// Computed in the frequency domain.
-    Waves {
-        direct: Box<(Wave, f64)>,
-        /// The floor's reflection, where it overlaps the direct wave.
-        reflected: Option<Box<(Wave, f64)>>,
-    },
+    /// Computed in the frequency domain: waves that overlap, by one path each.
+    Waves(Vec<PathWave>),
     /// Computed in the time domain.
     Samples(SampledSound),
+}
+
+/// A wave that arrives by one path.
+#[derive(Clone, Debug)]
+pub(super) struct PathWave {
+    pub(super) wave: Wave,
+    /// Length of the path \[m\].
+    pub(super) distance: f64,
+    pub(super) path: usize,
 }
 
 /// Tables shared by all blocks of one length.
 pub(super) struct BlockTables {
     pub(super) grid: Grid,
-    /// `None` without losses.
-    pub(super) losses: Option<Losses>,
+    /// Losses of each path; `None` without losses.
+    pub(super) losses: Vec<Option<Losses>>,
     pub(super) inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
@@ -120,8 +125,8 @@ impl WithSimd for Rendering<'_> {
         let mut sampled = Vec::new();
         let rate = grid.spacing_hz * key.length as f64;
         for ReceivedPulse { body, sound } in clicks {
-            let ((direct, distance), reflected) = match sound {
-                ReceivedSound::Waves { direct, reflected } => (&**direct, reflected.as_deref()),
+            let waves = match sound {
+                ReceivedSound::Waves(waves) => waves,
                 ReceivedSound::Samples(samples) => {
                     energies.push((*body, samples.energy(rate)));
                     sampled.push(samples);
@@ -129,23 +134,26 @@ impl WithSimd for Rendering<'_> {
                 }
             };
             one.clear(grid);
-            direct.add_to(simd, one, grid, *origin, player);
-            if let Some(losses) = losses {
-                losses.apply(one, *distance);
-            }
-            match (reflected, losses) {
-                (None, _) => {}
-                (Some((wave, _)), None) => wave.add_to(simd, one, grid, *origin, player),
-                (Some((wave, distance)), Some(losses)) => {
-                    reflection.clear(grid);
-                    wave.add_to(simd, reflection, grid, *origin, player);
-                    losses.apply(reflection, *distance);
-                    one.add(reflection);
+            for (index, PathWave { wave, distance, path }) in waves.iter().enumerate() {
+                match &losses[*path] {
+                    None => wave.add_to(simd, one, grid, *origin, player),
+                    Some(losses) if index == 0 => {
+                        wave.add_to(simd, one, grid, *origin, player);
+                        losses.apply(one, *distance);
+                    }
+                    Some(losses) => {
+                        reflection.clear(grid);
+                        wave.add_to(simd, reflection, grid, *origin, player);
+                        losses.apply(reflection, *distance);
+                        one.add(reflection);
+                    }
                 }
             }
             energies.push((*body, grid.energy(one)));
-            if let Transfer::Field(_) = &direct.transfer {
-                let missing = player.missing_energy(grid, one, (direct.profile, direct.duration));
+            if let Some(PathWave { wave, .. }) = waves.first()
+                && let Transfer::Field(_) = &wave.transfer
+            {
+                let missing = player.missing_energy(grid, one, (wave.profile, wave.duration));
                 if missing > 0.0 {
                     missing_energies.push((*body, missing));
                 }

@@ -11,15 +11,15 @@ use std::sync::Arc;
 use glam::DVec3;
 use realfft::RealFftPlanner;
 
-use super::block::{BlockJob, BlockKey, BlockTables, ReceivedPulse, ReceivedSound};
+use super::block::{BlockJob, BlockKey, BlockTables, PathWave, ReceivedPulse, ReceivedSound};
 use super::block_length::{SPAN, block_length, hop};
 use super::interpolation_cache::InterpolationCache;
 use super::render_report::RenderReport;
-use crate::acoustics::Acoustics;
+use crate::propagation::PropagationPaths;
 use crate::reference::PanSource;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::band_end_fade::LONGEST_FADE_REACH;
-use crate::synthesis::listener::{Floor, Listener};
+use crate::synthesis::listener::Listener;
 use crate::synthesis::lowpass::REACH;
 use crate::synthesis::received_wave::ReceivedWave;
 use crate::synthesis::render_settings::RenderSettings;
@@ -33,6 +33,7 @@ use crate::synthesis::wave::Transfer;
 pub struct Renderer {
     listener: Listener,
     settings: RenderSettings,
+    paths: Arc<PropagationPaths>,
     pending: BTreeMap<BlockKey, Vec<ReceivedPulse>>,
     tables: BTreeMap<usize, Arc<BlockTables>>,
     interpolations: InterpolationCache,
@@ -41,12 +42,41 @@ pub struct Renderer {
     report: RenderReport,
 }
 
+/// How a click arrives at a receiver by a path.
+enum Arrival {
+    /// Along this vector from the centre of the click \[m\], in its own space.
+    Towards(DVec3),
+    /// Not at all: there is no such path.
+    Nowhere,
+    /// The receiver, or its mirror image, is inside the source.
+    Inside,
+}
+
+/// A wave at a receiver, and the signal that it is added to.
+struct ArrivingWave {
+    channel: usize,
+    path: usize,
+    received: ReceivedWave,
+}
+
 impl Renderer {
-    /// A renderer for one listener.
+    /// A renderer for one listener, who hears by all paths of the acoustics, late reverberation apart.
     ///
     /// # Errors
-    /// A listener without receivers or below the floor, a medium that carries no sound.
+    /// A listener without receivers or below the floor, a medium that carries no sound, planes in a room.
     pub fn new(listener: &Listener, settings: &RenderSettings) -> Result<Self, SynthesisError> {
+        Renderer::along(listener, settings, Arc::new(settings.acoustics.paths().heard()))
+    }
+
+    /// A renderer for one listener, who hears by these paths.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn along(
+        listener: &Listener,
+        settings: &RenderSettings,
+        paths: Arc<PropagationPaths>,
+    ) -> Result<Self, SynthesisError> {
         settings.check()?;
         if listener.receivers.is_empty() {
             return Err(SynthesisError::NoReceivers { listener: listener.name.clone() });
@@ -60,6 +90,7 @@ impl Renderer {
         Ok(Renderer {
             listener: listener.clone(),
             settings: *settings,
+            paths,
             pending: BTreeMap::new(),
             tables: BTreeMap::new(),
             interpolations: InterpolationCache::default(),
@@ -78,11 +109,7 @@ impl Renderer {
     pub fn push(&mut self, click: &AccelerationPulse) -> Result<(), SynthesisError> {
         click.check()?;
         self.report.clicks += 1;
-        let floor = self.settings.acoustics.floor;
-        let is_ground = matches!(click.source, SoundSource::Ground { .. });
-        // A point of the ground may be on the floor, up to rounding.
-        let depth = if is_ground { 2e-6 } else { 0.0 };
-        if floor.mirrored(click.centre).is_some_and(|mirrored| mirrored.y > click.centre.y + depth) {
+        if self.paths.is_buried(click.centre) {
             self.report.below_floor += 1;
             return Ok(());
         }
@@ -97,26 +124,8 @@ impl Renderer {
                 self.push_samples(click, source, receiver)?;
                 continue;
             }
-            let Some(direct) = self.wave(click, receiver, false)? else {
-                continue;
-            };
-            let reflected = match floor {
-                // The ground is the reflecting boundary: its sound already contains the reflection.
-                _ if is_ground => None,
-                Floor::None => None,
-                Floor::Rigid { .. } => match self.wave(click, receiver, true)? {
-                    None => continue,
-                    wave => wave,
-                },
-            };
-            // Overlapping waves form one sound, whose energy is not the sum of their energies.
-            match reflected {
-                Some(reflected) if reflected.wave.middle - direct.wave.middle > self.overlap(click) => {
-                    self.file(click, receiver, direct, None)?;
-                    self.file(click, receiver, reflected, None)?;
-                }
-                _ => self.file(click, receiver, direct, reflected)?,
-            }
+            let Some(waves) = self.waves(click, receiver)? else { continue };
+            self.file_all(click, waves)?;
         }
         Ok(())
     }
@@ -162,66 +171,85 @@ impl Renderer {
         ready.into_iter().map(job).collect()
     }
 
-    /// Vector \[m, world\] from the centre of a click to a receiver, directly or `reflected` by the floor.
-    /// `None`, and counted, if the receiver, or its mirror image, is inside the source.
-    fn towards(
+    /// How a click arrives at a receiver by a path; counted if not at all because the receiver is inside.
+    fn arrival(
         &mut self,
         click: &AccelerationPulse,
         receiver: usize,
-        reflected: bool,
-    ) -> Result<Option<DVec3>, SynthesisError> {
-        let Acoustics { medium, floor, .. } = self.settings.acoustics;
-        let mirrored = |point: DVec3| floor.mirrored(point).filter(|_| reflected).unwrap_or(point);
-        let from = (mirrored(click.centre), click.source.radius());
-        let (heard, position) = self.listener.arrival(receiver, from, click.time, medium.sound_speed);
-        floor.check(&self.listener, position, heard)?;
-        // Reciprocity of mirror images: the source makes at the mirrored receiver what its image makes at the
-        // receiver.
-        let towards = mirrored(position) - click.centre;
+        path: usize,
+    ) -> Result<Arrival, SynthesisError> {
+        let acoustics = &self.settings.acoustics;
+        let from = (self.paths.image(path).image(click.centre), click.source.radius());
+        let (heard, position) =
+            self.listener.arrival(receiver, from, click.time, acoustics.medium.sound_speed);
+        acoustics.floor.check(&self.listener, position, heard)?;
+        let Some(towards) = self.paths.towards(path, click.centre, position) else {
+            return Ok(Arrival::Nowhere);
+        };
         if click.source.silent_at(click.orientation.inverse() * towards) {
             self.report.receiver_inside += 1;
             self.report.first_inside.get_or_insert((receiver, click.body, click.time));
-            return Ok(None);
+            return Ok(Arrival::Inside);
         }
-        Ok(Some(towards))
+        Ok(Arrival::Towards(towards))
     }
 
-    /// The wave at a receiver, directly or `reflected` by the floor; `None` if it does not reach the
-    /// receiver.
-    fn wave(
+    /// The waves of a click at a receiver by all paths; `None` if the receiver is inside the source.
+    fn waves(
         &mut self,
         click: &AccelerationPulse,
         receiver: usize,
-        reflected: bool,
-    ) -> Result<Option<ReceivedWave>, SynthesisError> {
-        let towards = self.towards(click, receiver, reflected)?;
-        Ok(towards.and_then(|towards| self.settings.wave(click, towards)))
+    ) -> Result<Option<Vec<ArrivingWave>>, SynthesisError> {
+        let is_ground = matches!(click.source, SoundSource::Ground { .. });
+        let paths = Arc::clone(&self.paths);
+        let mut waves = Vec::with_capacity(paths.count());
+        for path in 0..paths.count() {
+            // The ground is the reflecting boundary: its sound already contains the reflection.
+            if is_ground && paths.meets_ground(path, click.centre, click.orientation * DVec3::Y) {
+                continue;
+            }
+            let towards = match self.arrival(click, receiver, path)? {
+                Arrival::Towards(towards) => towards,
+                Arrival::Nowhere => continue,
+                Arrival::Inside => return Ok(None),
+            };
+            let channel = paths.channel(path, receiver);
+            let received = self.settings.wave(click, towards);
+            waves.extend(received.map(|received| ArrivingWave { channel, path, received }));
+        }
+        Ok(Some(waves))
     }
 
-    /// The sound of a source that gives samples at a receiver, with its reflection by the floor.
+    /// The sound of a source that gives samples at a receiver, by all paths.
     fn push_samples(
         &mut self,
         click: &AccelerationPulse,
         source: &PanSource,
         receiver: usize,
     ) -> Result<(), SynthesisError> {
-        let mut sound = SampledSound::default();
-        let reflections: &[bool] =
-            if self.settings.acoustics.floor == Floor::None { &[false] } else { &[false, true] };
-        for &reflected in reflections {
-            let Some(towards) = self.towards(click, receiver, reflected)? else { return Ok(()) };
+        let paths = Arc::clone(&self.paths);
+        let mut sounds: BTreeMap<usize, SampledSound> = BTreeMap::new();
+        for path in 0..paths.count() {
+            let towards = match self.arrival(click, receiver, path)? {
+                Arrival::Towards(towards) => towards,
+                Arrival::Nowhere => continue,
+                Arrival::Inside => return Ok(()),
+            };
             let place = click.orientation.inverse() * towards;
-            sound.add(&source.samples(click, place, &self.settings)?);
+            let sound = source.samples(click, place, &self.settings)?;
+            sounds.entry(paths.channel(path, receiver)).or_default().add(&sound);
         }
-        if sound.pressures.is_empty() {
-            return Ok(());
+        for (channel, sound) in sounds {
+            if !sound.pressures.is_empty() {
+                let (first, count) = (sound.first, sound.pressures.len() as f64);
+                self.put(click, channel, first, count, |_, _| ReceivedSound::Samples(sound))?;
+            }
         }
-        let (first, count) = (sound.first, sound.pressures.len() as f64);
-        self.put(click, receiver, first, count, |_, _| ReceivedSound::Samples(sound))
+        Ok(())
     }
 
-    /// Delay \[s\] between direct sound and floor reflection below which they are one sound: the time in
-    /// which the direct sound falls by 50 dB.
+    /// Delay \[s\] between two waves of a click below which they are one sound: the time in which the first
+    /// falls by 50 dB.
     fn overlap(&self, click: &AccelerationPulse) -> f64 {
         let medium = &self.settings.acoustics.medium;
         let ringing = click.source.ring_time(medium);
@@ -235,37 +263,62 @@ impl Renderer {
         click.duration + until_quiet
     }
 
-    /// Puts waves into the blocks in which they begin.
-    fn file(
+    /// Puts all waves of a click at a receiver into blocks.
+    ///
+    /// Overlapping waves form one sound, whose energy is not the sum of their energies; they share a block. A
+    /// wave that a wall filters has a block of its own, as short as it needs.
+    fn file_all(
         &mut self,
         click: &AccelerationPulse,
-        receiver: usize,
-        direct: ReceivedWave,
-        reflected: Option<ReceivedWave>,
+        waves: Vec<ArrivingWave>,
     ) -> Result<(), SynthesisError> {
+        let paths = Arc::clone(&self.paths);
+        let (alone, mut joined): (Vec<_>, Vec<_>) =
+            waves.into_iter().partition(|wave| paths.loss(wave.path).has_walls());
+        joined
+            .sort_by(|a, b| a.channel.cmp(&b.channel).then(a.received.middle.total_cmp(&b.received.middle)));
+        let overlap = self.overlap(click);
+        while let Some(first) = joined.first() {
+            let (channel, begin) = (first.channel, first.received.middle);
+            let is_later =
+                |wave: &ArrivingWave| wave.channel != channel || wave.received.middle - begin > overlap;
+            let later = joined.iter().position(is_later).unwrap_or(joined.len());
+            let rest = joined.split_off(later);
+            self.file(click, joined)?;
+            joined = rest;
+        }
+        alone.into_iter().try_for_each(|wave| self.file(click, vec![wave]))
+    }
+
+    /// Puts waves of one channel into the block in which the first begins.
+    fn file(&mut self, click: &AccelerationPulse, waves: Vec<ArrivingWave>) -> Result<(), SynthesisError> {
         let rate = self.settings.sample_rate.as_f64();
-        let until = reflected.as_ref().map_or(direct.until, |r| r.until.max(direct.until));
-        let first = ((direct.from - self.settings.start) * rate).floor() as i64;
-        self.put(click, receiver, first, (until - direct.from) * rate, |renderer, length| {
-            let of_path = |heard: ReceivedWave| Box::new((heard.wave, heard.distance));
-            let (mut direct, mut reflected) = (of_path(direct), reflected.map(of_path));
-            for (wave, _) in std::iter::once(&mut *direct).chain(reflected.as_deref_mut()) {
-                if let Transfer::Field(transfer) = &mut wave.transfer {
-                    let Some(tables) = renderer.tables.get(&length) else { continue };
+        let Some(channel) = waves.first().map(|wave| wave.channel) else { return Ok(()) };
+        let from = waves.iter().map(|wave| wave.received.from).fold(f64::INFINITY, f64::min);
+        let until = waves.iter().map(|wave| wave.received.until).fold(f64::NEG_INFINITY, f64::max);
+        let first = ((from - self.settings.start) * rate).floor() as i64;
+        self.put(click, channel, first, (until - from) * rate, |renderer, length| {
+            let of_path = |ArrivingWave {
+                               path, received: ReceivedWave { mut wave, distance, .. }, ..
+                           }| {
+                if let Transfer::Field(transfer) = &mut wave.transfer
+                    && let Some(tables) = renderer.tables.get(&length)
+                {
                     let grid = (length, &tables.grid);
                     transfer.table = renderer.interpolations.get(&transfer.source, transfer.crossing, grid);
                 }
-            }
-            ReceivedSound::Waves { direct, reflected }
+                PathWave { wave, distance, path }
+            };
+            ReceivedSound::Waves(waves.into_iter().map(of_path).collect())
         })
     }
 
-    /// Puts a sound of this length \[samples\] from sample `first` on into the block in which it begins;
+    /// Puts a sound of this length \[samples\] from sample `first` on into the block of a channel in which it begins;
     /// `sound` receives the length of the block.
     fn put(
         &mut self,
         click: &AccelerationPulse,
-        receiver: usize,
+        channel: usize,
         first: i64,
         samples: f64,
         sound: impl FnOnce(&mut Self, usize) -> ReceivedSound,
@@ -286,10 +339,10 @@ impl Renderer {
         self.tables.entry(length).or_insert_with(|| {
             let inverse = self.planner.plan_fft_inverse(length);
             let grid = Grid::new(length, rate, self.settings.acoustics.max_frequency);
-            let losses = Losses::on(&grid, self.settings.loss);
+            let losses = self.paths.losses().map(|loss| Losses::on(&grid, *loss)).collect();
             Arc::new(BlockTables { grid, losses, inverse })
         });
-        let key = BlockKey { first, length, receiver };
+        let key = BlockKey { first, length, receiver: channel };
         let sound = sound(self, length);
         self.pending.entry(key).or_default().push(ReceivedPulse { body: click.body, sound });
         Ok(())

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::{ImpactPulse, PoseHistory};
 use clangor_core::material::Damping;
+use clangor_core::propagation::PropagationPaths;
 use clangor_core::reference::frac_transfer;
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::synthesis::SoundModel;
@@ -23,6 +24,15 @@ pub(super) struct ModalSources {
     /// In the order of the bodies.
     sources: Vec<StruckSource>,
     handovers: BTreeMap<BodyId, ModalStateTransfer>,
+}
+
+/// How the voices of bodies are heard.
+#[derive(Clone, Copy)]
+pub(super) struct VoiceSettings<'a, 's> {
+    pub(super) poses: &'a PoseHistory,
+    pub(super) listener: &'a Listener,
+    pub(super) settings: &'s RenderSettings,
+    pub(super) paths: &'s Arc<PropagationPaths>,
 }
 
 /// A body of which the modes cannot be played.
@@ -116,15 +126,15 @@ impl ModalSources {
     pub(super) fn voices<'a>(
         &self,
         rolling: Option<&Rolling>,
-        poses: &'a PoseHistory,
-        listener: &'a Listener,
-        settings: &RenderSettings,
+        voice: VoiceSettings<'a, '_>,
         only: Option<BodyId>,
     ) -> Result<ModalVoices<'a>, SynthesisError> {
+        let VoiceSettings { poses, listener, settings, paths } = voice;
         let mut voices = Vec::new();
         let wanted = |ringer: &&StruckSource| only.is_none_or(|only| only == ringer.body);
         for StruckSource { body, source, impacts, handed, .. } in self.sources.iter().filter(wanted) {
-            let mut voice = ModalVoice::new(Arc::clone(source), *body, poses, listener, settings)?;
+            let mut voice =
+                ModalVoice::along(Arc::clone(source), *body, poses, listener, settings, Arc::clone(paths))?;
             voice.push_pulses(impacts)?;
             if let Some(state) = handed {
                 voice.inherit_state(state)?;
@@ -135,6 +145,6 @@ impl ModalSources {
             voices.push((*body, voice));
         }
         let rate = settings.sample_rate.as_f64();
-        Ok(ModalVoices { voices, energies: BTreeMap::new(), rate, receivers: listener.receivers.len() })
+        Ok(ModalVoices { voices, energies: BTreeMap::new(), rate, channels: listener.receivers.len() })
     }
 }

@@ -34,13 +34,14 @@ pub(super) struct ModalVoices<'a> {
     pub(super) voices: Vec<(BodyId, ModalVoice<'a>)>,
     pub(super) energies: BTreeMap<BodyId, f64>,
     pub(super) rate: f64,
-    pub(super) receivers: usize,
+    /// Signals that they add to.
+    pub(super) channels: usize,
 }
 
 impl ModalVoices<'_> {
     /// Silence.
     pub(super) fn none() -> Self {
-        ModalVoices { voices: Vec::new(), energies: BTreeMap::new(), rate: 1.0, receivers: 0 }
+        ModalVoices { voices: Vec::new(), energies: BTreeMap::new(), rate: 1.0, channels: 0 }
     }
 
     /// Adds the pressure \[Pa\] of the samples from `first` on to one channel per receiver.
@@ -49,7 +50,7 @@ impl ModalVoices<'_> {
         let mut from = 0;
         while from < count {
             let length = (count - from).min(FRAMES);
-            let (receivers, rate) = (self.receivers, self.rate);
+            let (signals, rate) = (self.channels, self.rate);
             let played: Vec<Option<Played>> = self
                 .voices
                 .par_iter_mut()
@@ -58,7 +59,7 @@ impl ModalVoices<'_> {
                     if begins.is_none_or(|begins| begins >= first + from + length) {
                         return Ok(None);
                     }
-                    let mut own = vec![vec![0.0; length as usize]; receivers];
+                    let mut own = vec![vec![0.0; length as usize]; signals];
                     voice.render_block(first + from, &mut own)?;
                     let energy = own.iter().flatten().map(|p| p * p).sum::<f64>() / rate;
                     Ok(Some(Played { body: *id, channels: own, energy }))

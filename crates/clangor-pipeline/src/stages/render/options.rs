@@ -1,6 +1,5 @@
 //! How to render, and what to write.
 
-use clangor_core::acoustics::Acoustics;
 use clangor_core::contact::ContactSettings;
 use clangor_core::scene::render_description::{Compressor as CompressorSettings, GroundSound, Parts};
 use clangor_core::synthesis::{Listener, RenderSettings, Renderer};
@@ -71,8 +70,7 @@ impl RenderOptions {
             Renderer::new(listener, &self.synthesis)?;
         }
         let rate = self.synthesis.sample_rate.as_f64();
-        let Acoustics { medium, air, room, .. } = &self.synthesis.acoustics;
-        reverberation(room.as_ref(), *air, medium, rate)?;
+        reverberation(&self.synthesis.acoustics, rate)?;
         Ok(())
     }
 }

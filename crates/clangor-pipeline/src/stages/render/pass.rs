@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor_core::acoustics::Acoustics;
 use clangor_core::body::BodyId;
 use clangor_core::output::compressor::Compressor;
 use clangor_core::propagation::LateReverberation;
 use clangor_core::synthesis::{AccelerationPulse, Listener, RenderReport};
 
 use super::error::RenderError;
+use super::modal_sources::VoiceSettings;
 use super::modal_voices::ModalVoices;
 use super::options::{FullScale, RenderOptions};
-use super::propagation_paths::{PathRenderer, PropagationPath, paths_to, reverberation, take_until};
+use super::propagation_paths::{PathGroup, PathRenderer, paths_to, reverberation, take_until};
 use super::sounding_scene::SoundingScene;
 use super::summary::RenderedFile;
 use crate::analysis::levels::LevelMeter;
@@ -135,11 +135,9 @@ impl Pass<'_> {
         let settings = &self.options.synthesis;
         let rate = settings.sample_rate.as_f64();
         let total = ((self.options.to - settings.start) * rate).round() as i64;
-        let Acoustics { medium, air, room, .. } = &settings.acoustics;
-        let (room, air) = (room.as_ref(), *air);
-        let paths = paths_to(self.listener, settings, room, air);
-        let mut late = reverberation(room, air, medium, rate)?;
-        let mut path_renderers = self.path_renderers(&paths)?;
+        let groups = paths_to(self.listener, &settings.acoustics);
+        let mut late = reverberation(&settings.acoustics, rate)?;
+        let mut path_renderers = self.path_renderers(&groups)?;
         let quiet_before = earliest_from(self.clicks);
         for (index, click) in self.clicks.iter().enumerate() {
             if click.time > self.options.to {
@@ -177,21 +175,19 @@ impl Pass<'_> {
         })
     }
 
-    /// A renderer with voices for each path.
-    fn path_renderers<'p>(
-        &'p self,
-        paths: &'p [PropagationPath],
-    ) -> Result<Vec<PathRenderer<'p>>, RenderError> {
-        let scene = self.scene;
-        let mut renderers = Vec::with_capacity(paths.len());
-        for path in paths {
-            renderers.push(PathRenderer::new(path, |listener, settings| {
+    /// A renderer with voices for each group of paths.
+    fn path_renderers<'p>(&'p self, groups: &'p [PathGroup]) -> Result<Vec<PathRenderer<'p>>, RenderError> {
+        let (scene, settings) = (self.scene, &self.options.synthesis);
+        let mut renderers = Vec::with_capacity(groups.len());
+        for group in groups {
+            renderers.push(PathRenderer::new(group, settings, |listener, paths| {
                 let only = match self.vibrating {
                     Vibrating::None => return Ok(ModalVoices::none()),
                     Vibrating::All => None,
                     Vibrating::Only(body) => Some(body),
                 };
-                scene.modal.voices(scene.rolling.as_ref(), &scene.poses, listener, settings, only)
+                let voice = VoiceSettings { poses: &scene.poses, listener, settings, paths };
+                scene.modal.voices(scene.rolling.as_ref(), voice, only)
             })?);
         }
         Ok(renderers)

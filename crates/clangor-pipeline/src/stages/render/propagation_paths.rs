@@ -1,22 +1,21 @@
-//! The paths by which a listener hears: directly, by each image of low order in the walls of a room, and by
-//! all later reflections together.
+//! A listener's renderers and voices over the propagation paths: those to the receivers, and those into the
+//! late reverberation.
 //!
-//! Each path is a listener of its own, mirrored as the image is, with a renderer and voices of its own, which
-//! lose on the path what its walls and the air take. What late reverberation hears are the six reflections in
-//! a single wall, times their distance.
+//! Late reverberation is fed by what arrives in the middle of the receivers.
 
-use clangor_core::medium::Medium;
-use clangor_core::propagation::{Air, LateReverberation, PathLoss, Room, RoomError, image_sources};
+use std::sync::Arc;
+
+use clangor_core::acoustics::Acoustics;
+use clangor_core::propagation::{LateReverberation, PropagationPaths, RoomError};
 use clangor_core::synthesis::{
-    AccelerationPulse, BlockJob, BlockMemory, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
-    SynthesisError,
+    AccelerationPulse, BlockJob, BlockMemory, Listener, OverlapAdd, RenderSettings, Renderer, SynthesisError,
 };
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::modal_voices::ModalVoices;
 
-/// Where a path leads.
+/// Where paths lead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
     /// To the receivers.
@@ -25,90 +24,71 @@ enum End {
     Reverberation,
 }
 
-/// One path, before anything is heard.
-pub(super) struct PropagationPath {
+/// Paths to one end, before anything is heard.
+pub(super) struct PathGroup {
     listener: Listener,
-    settings: RenderSettings,
+    paths: Arc<PropagationPaths>,
     end: End,
-    /// Whether it met the floor, of which the ground's own sound is no reflection.
-    met_floor: bool,
 }
 
-/// All paths to a listener, the direct one first.
-pub(super) fn paths_to(
-    listener: &Listener,
-    settings: &RenderSettings,
-    room: Option<&Room>,
-    air: Option<Air>,
-) -> Vec<PropagationPath> {
-    let with = |loss: PathLoss| RenderSettings { loss, ..*settings };
-    let direct = PropagationPath {
-        listener: listener.clone(),
-        settings: with(PathLoss::through(air)),
-        end: End::Receivers,
-        met_floor: false,
-    };
-    let mut paths = vec![direct];
-    let Some(room) = room else { return paths };
-    paths.extend(image_sources(room).iter().map(|image| PropagationPath {
-        listener: listener.mirrored(image),
-        settings: with(PathLoss::by(image, room, air)),
-        end: End::Receivers,
-        met_floor: image.met_floor(),
-    }));
-    if room.late {
+/// All paths to a listener; those to the receivers first.
+pub(super) fn paths_to(listener: &Listener, acoustics: &Acoustics) -> Vec<PathGroup> {
+    let all = acoustics.paths();
+    let paths = Arc::new(all.heard());
+    let mut groups = vec![PathGroup { listener: listener.clone(), paths, end: End::Receivers }];
+    let feeding = all.feeding();
+    if feeding.count() > 0 {
         let middle = listener.receivers.iter().sum::<DVec3>() / listener.receivers.len().max(1) as f64;
         let head = Listener { receivers: vec![middle], ..listener.clone() };
-        let single = image_sources(&Room { image_order: 1, ..*room });
-        paths.extend(single.iter().map(|image| PropagationPath {
-            listener: head.mirrored(image),
-            settings: with(PathLoss::by(image, room, air).unspread()),
-            end: End::Reverberation,
-            met_floor: image.met_floor(),
-        }));
+        groups.push(PathGroup { listener: head, paths: Arc::new(feeding), end: End::Reverberation });
     }
-    paths
+    groups
 }
 
-/// The network that the paths into it feed; `None` without such paths.
+/// The late reverberation of a room; `None` without it.
 pub(super) fn reverberation(
-    room: Option<&Room>,
-    air: Option<Air>,
-    medium: &Medium,
+    acoustics: &Acoustics,
     rate: f64,
 ) -> Result<Option<LateReverberation>, RoomError> {
+    let Acoustics { medium, air, room, .. } = acoustics;
     let Some(room) = room else { return Ok(None) };
     room.check()?;
     let late = || LateReverberation::new(room, air.as_ref(), medium.sound_speed, rate);
     room.late.then(late).transpose()
 }
 
-/// One path in progress.
+/// Paths to one end in progress.
 pub(super) struct PathRenderer<'a> {
-    path: &'a PropagationPath,
+    end: End,
     pub(super) renderer: Renderer,
     pub(super) signal: OverlapAdd,
     pub(super) voices: ModalVoices<'a>,
 }
 
 impl<'a> PathRenderer<'a> {
-    /// `voices` makes what rings, for a listener with settings.
+    /// `voices` makes the voices of bodies, for a listener and paths.
     pub(super) fn new(
-        path: &'a PropagationPath,
-        voices: impl FnOnce(&'a Listener, &RenderSettings) -> Result<ModalVoices<'a>, SynthesisError>,
+        group: &'a PathGroup,
+        settings: &RenderSettings,
+        voices: impl FnOnce(&'a Listener, &Arc<PropagationPaths>) -> Result<ModalVoices<'a>, SynthesisError>,
     ) -> Result<Self, SynthesisError> {
+        let PathGroup { listener, paths, end } = group;
+        let channels = match end {
+            End::Receivers => listener.receivers.len(),
+            End::Reverberation => LateReverberation::INPUTS,
+        };
+        let voices = ModalVoices { channels, ..voices(listener, paths)? };
         Ok(PathRenderer {
-            renderer: Renderer::new(&path.listener, &path.settings)?,
-            signal: OverlapAdd::new(path.listener.receivers.len(), 0),
-            voices: voices(&path.listener, &path.settings)?,
-            path,
+            renderer: Renderer::along(listener, settings, Arc::clone(paths))?,
+            signal: OverlapAdd::new(channels, 0),
+            voices,
+            end: *end,
         })
     }
 
     /// Takes a click.
     pub(super) fn push(&mut self, click: &AccelerationPulse) -> Result<(), SynthesisError> {
-        let is_ground = matches!(click.source, SoundSource::Ground { .. });
-        if is_ground && self.path.met_floor { Ok(()) } else { self.renderer.push(click) }
+        self.renderer.push(click)
     }
 
     /// Renders blocks, on all processors, and adds them in their order.
@@ -131,14 +111,9 @@ pub(super) fn take_until(
         let first = path_renderer.signal.first();
         let mut channels = path_renderer.signal.take_until(end);
         path_renderer.voices.add(first, &mut channels)?;
-        match path_renderer.path.end {
-            End::Reverberation => entering.append(&mut channels),
-            End::Receivers if sum.is_empty() => sum = channels,
-            End::Receivers => {
-                for (sum, channel) in sum.iter_mut().zip(channels) {
-                    sum.iter_mut().zip(channel).for_each(|(sum, p)| *sum += p);
-                }
-            }
+        match path_renderer.end {
+            End::Reverberation => entering = channels,
+            End::Receivers => sum = channels,
         }
     }
     if let Some(late) = late {

@@ -1,5 +1,6 @@
 // The scenes of the page: content, view, listeners and full-scale pressure.
 
+import { isReflecting } from './room.js';
 import newtonsCradle from '../../scenes/newtons-cradle.toml';
 import poolBreak from '../../scenes/pool-break.toml';
 import drops from './presets/drops.toml';
@@ -249,6 +250,7 @@ export function presetOfRun(run, name) {
       `${run.about.duration_s.toFixed(1)} seconds: a finished run. Listen from wherever you like.`,
     how: 'Move the slider, choose a speed, drag a numbered head and play again.',
     scene: fixed(run.about.scene),
+    room: isReflecting(run.about.scene),
     extent: () => run.extent,
     view: { target: middle, distance: 1.5 * size, azimuth: 25, elevation: 18 },
     ears: [...ears, ...around.slice(ears.length)],

@@ -7,14 +7,27 @@ const SCENE_POSITION = [0.42, 0.45];
 /** Least size of the room [m]. */
 const SIZE = [4.2, 2.7, 5.1];
 
+/** A room or planes of the scene itself that reflect. */
+const OWN_REFLECTORS = /^\s*(\[room\]|reflects\s*=\s*true)/m;
+
 /**
- * The text of a scene for the sound, with a room around it. Without reflections, the field is free.
+ * Whether something of a scene reflects sound.
+ * @param {string} scene
+ * @returns {boolean}
+ */
+export function isReflecting(scene) {
+  return OWN_REFLECTORS.test(scene) || /^\s*floor\s*=\s*"rigid"/m.test(scene);
+}
+
+/**
+ * The text of a scene for the sound, with a room around it, unless it has a room or planes that reflect.
+ * Without reflections, the field is free.
  * @param {string} scene
  * @param {import('./planes-picture.js').Extent} extent
  * @returns {string}
  */
 export function inRoom(scene, extent) {
-  if (/^\[room\]/m.test(scene)) return scene;
+  if (OWN_REFLECTORS.test(scene)) return scene;
   const [width, height, depth] = SIZE.map((least, axis) =>
     Math.max(least, extent.high[axis] - extent.low[axis] + 2),
   );

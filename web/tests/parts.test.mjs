@@ -8,6 +8,7 @@ import { EventQueue } from '../src/event-queue.js';
 import { History } from '../src/history.js';
 import { ReplayFeeder } from '../src/replay-feeder.js';
 import { randomNumbers } from '../src/rain.js';
+import { inRoom, isReflecting } from '../src/room.js';
 import { boxScene } from '../src/sphere-box.js';
 import { wavFile } from '../src/wav-file.js';
 
@@ -149,5 +150,19 @@ test('the sphere box holds the number of balls that was asked for', () => {
         count,
       );
     }
+  }
+});
+
+test('a scene gets a room unless something of it reflects', () => {
+  const extent = { low: [-0.1, 0, -0.1], high: [0.1, 0.3, 0.1] };
+  const floor = 'version = 1\n[render]\nfloor = "rigid"\n';
+  const inside = inRoom(floor, extent);
+  assert.match(inside, /^\[room\]$/m);
+  assert.doesNotMatch(inside, /floor = "rigid"/);
+  assert.ok(isReflecting(floor));
+  assert.ok(!isReflecting('version = 1\n[[plane]]\nmaterial = "wood"'));
+  for (const own of ['[room]\nlowest = [0, 0, 0]', '[[plane]]\nmaterial = "wood"\nreflects = true']) {
+    assert.equal(inRoom(floor + own, extent), floor + own);
+    assert.ok(isReflecting(own));
   }
 });

@@ -46,6 +46,18 @@ fn a_room_of_one_wall_is_a_rigid_floor() {
 }
 
 #[test]
+fn a_plane_that_reflects_is_a_rigid_floor() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let floor = rendered(path, "[render]\nfloor = \"rigid\"\n");
+    // The first plane of the scene reflects.
+    let reflecting = BALL.replace("[[plane]]\n", "[[plane]]\nreflects = true\n");
+    fs::write(path.join("plane.toml"), reflecting).unwrap();
+    clangor(path, &["--quiet", "render", "plane.toml", "--parts", "acceleration", "-o", "plane.wav"]);
+    assert_eq!(samples(&path.join("plane.wav")).0, floor);
+}
+
+#[test]
 fn a_room_goes_on_sounding() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

@@ -59,6 +59,14 @@ position = [0.1, 0.1, -0.2]
 [[plane]]
 material = "granite"
 
+[[plane]]
+name = "wall"
+point = [-1.0, 0.0, 0.0]
+normal = [1.0, 0.1, 0.2]
+material = "wood"
+reflects = true
+absorption = 0.1
+
 [[listener]]
 name = "ears"
 position = [0.2, 0.5, 0.8]

@@ -1,7 +1,7 @@
 //! Acoustics of a scene: fluid, air absorption, room, reflecting floor and planes, band limit.
 //!
-//! Shared by scenes, the offline renderer and the real-time engine. [`Acoustics::paths`] are the propagation paths
-//! that follow from it.
+//! Shared by scenes, the offline renderer and the real-time engine. [`Acoustics::paths`] are the propagation
+//! paths that follow from it.
 
 use crate::medium::Medium;
 use crate::propagation::{Air, Floor, PlanesError, PropagationPaths, ReflectingPlanes, Room};

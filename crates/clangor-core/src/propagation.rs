@@ -1,7 +1,8 @@
-//! Propagation from source to receiver: the paths by which sound arrives, with their loss, and late reverberation.
+//! Propagation from source to receiver: the paths by which sound arrives, with their loss, and late
+//! reverberation.
 //!
-//! [`PropagationPaths`] lists the paths. The offline renderer and the real-time engine render the same voices over
-//! them.
+//! [`PropagationPaths`] lists the paths. The offline renderer and the real-time engine render the same voices
+//! over them.
 
 pub mod air;
 pub mod floor;

@@ -412,6 +412,47 @@ fn a_listener_below_the_rigid_floor() {
 }
 
 #[test]
+fn reflecting_planes() {
+    let plane = |lines: &str| format!("version = 1\n[[plane]]\nmaterial = \"granite\"\n{lines}");
+    refuse(
+        &plane("absorption = 0.1"),
+        &[("4:14", "plane[0].absorption", "`absorption` means nothing", "add reflects = true")],
+    );
+    refuse(
+        &plane("reflects = true\nabsorption = 1.5"),
+        &[("5:14", "plane[0].absorption", "1.5 is out of range", "from 0 to 1")],
+    );
+    refuse(
+        &plane("reflects = true\nabsorption = [0.1, 0.2]"),
+        &[("5:14", "plane[0].absorption", "2 elements", "an array of 7 numbers")],
+    );
+    refuse(&plane("reflects = 1"), &[("4:12", "plane[0].reflects", "a whole number", "true or false")]);
+    refuse(
+        &plane("reflects = true\n[room]\nlowest = [0, 0, 0]\nhighest = [1, 1, 1]\nabsorption = 0.1"),
+        &[("4:12", "plane[0].reflects", "cannot be combined with [room]", "keep either `reflects`")],
+    );
+    refuse(
+        &plane("[render]\nreflection_order = 2"),
+        &[("5:20", "render.reflection_order", "means nothing without a [[plane]]", "reflects = true")],
+    );
+    refuse(
+        &plane("reflects = true\n[render]\nreflection_order = 5"),
+        &[("6:20", "render.reflection_order", "5 is out of range", "from 1 to 4")],
+    );
+    refuse(
+        &plane("reflects = true\n[[plane]]\nmaterial = \"wood\"\nnormal = [0, 2, 0]\nreflects = true"),
+        &[("8:12", "plane[1].reflects", "plane 1 is the same as reflecting plane 0", "delete `reflects`")],
+    );
+    let many: String = (1..8)
+        .map(|k| format!("[[plane]]\nmaterial = \"wood\"\npoint = [0, -{k}, 0]\nreflects = true\n"))
+        .collect();
+    refuse(
+        &plane(&format!("reflects = true\n{many}")),
+        &[("32:12", "plane[7].reflects", "8 planes reflect, and at most 7 may", "let fewer planes reflect")],
+    );
+}
+
+#[test]
 fn syntax_errors_do_not_hide_the_others() {
     refuse("version = ", &[("1:11", "", "not valid TOML", "put text between")]);
     refuse(

@@ -2,9 +2,10 @@
 //! of the image model to arbitrary polyhedra".
 //!
 //! A sequence of planes mirrors the source in one after the other. Its image is heard where the line from the
-//! receiver to it, folded back at the planes, hits them in reverse order, always from the front, and crosses no
-//! other reflecting plane on the way. Sequences with the same image are one image: at two perpendicular walls
-//! a source has one image of the second order, by either wall first. At most one of these sequences is a path.
+//! receiver to it, folded back at the planes, hits them in reverse order, always from the front, and crosses
+//! no other reflecting plane on the way. Sequences with the same image are one image: at two perpendicular
+//! walls a source has one image of the second order, by either wall first. At most one of these sequences is
+//! a path.
 //!
 //! Planes are infinite. They do not obstruct the direct path.
 
@@ -33,8 +34,8 @@ pub(super) struct PlaneImage {
     pub(super) sequences: Vec<Sequence>,
 }
 
-/// All images in planes with up to `order` reflections, in ascending order. `same_loss` says whether two images
-/// lose the same; images at the same place that differ in their loss are separate.
+/// All images in planes with up to `order` reflections, in ascending order. `same_loss` says whether two
+/// images lose the same; images at the same place that differ in their loss are separate.
 pub(super) fn plane_images(
     planes: &[ReflectingPlane],
     order: u32,

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! By reciprocity, the source itself makes at the mirrored receiver what its image makes at the receiver. A
-//! path is therefore a vector of emission, whose length is that of the path, and a loss. Whether a path exists
-//! depends on both ends:
+//! path is therefore a vector of emission, whose length is that of the path, and a loss. Whether a path
+//! exists depends on both ends:
 //!
 //! - a source below a rigid floor makes no sound;
 //! - images in a room exist while source and receiver are in it;
@@ -51,7 +51,8 @@ struct PropagationPath {
 /// What reflects.
 #[derive(Clone, Debug)]
 enum Reflectors {
-    Room(Room),
+    /// The walls of a room between two corners \[m\].
+    Room { lowest: DVec3, highest: DVec3 },
     /// Planes; the floor, if there is one and no plane coincides with it, is the first.
     Planes(Vec<ReflectingPlane>),
 }
@@ -67,13 +68,17 @@ pub struct PropagationPaths {
 }
 
 impl PropagationPaths {
-    /// Paths among reflectors: the walls of a room, up to its order; without a room, planes and a rigid floor.
+    /// Paths among reflectors: the walls of a room, up to its order; without a room, planes and a rigid
+    /// floor.
     ///
     /// A floor is one more plane that absorbs nothing. A reflecting plane in the same place takes its part,
     /// with its own absorption.
     pub fn new(floor: Floor, room: Option<Room>, planes: &ReflectingPlanes, air: Option<Air>) -> Self {
         let (reflectors, images) = match room {
-            Some(room) => (Reflectors::Room(room), images_in_room(&room, air)),
+            Some(room) => {
+                let Room { lowest, highest, .. } = room;
+                (Reflectors::Room { lowest, highest }, images_in_room(&room, air))
+            }
             None => {
                 let reflecting = with_floor(planes.as_slice(), floor);
                 let images = images_in_planes(&reflecting, planes.order(), air);
@@ -156,7 +161,9 @@ impl PropagationPaths {
         }
         self.reflects
             && match &self.reflectors {
-                Reflectors::Room(room) => holds(room, source) && holds(room, receiver),
+                Reflectors::Room { lowest, highest } => [source, receiver]
+                    .into_iter()
+                    .all(|end| end.cmpge(*lowest - ROUNDING).all() && end.cmple(*highest + ROUNDING).all()),
                 Reflectors::Planes(planes) => {
                     sequences.iter().any(|sequence| sequence.is_path(planes, source, receiver))
                 }
@@ -168,13 +175,13 @@ impl PropagationPaths {
         matches!(self.floor, Floor::Rigid { height } if source.y < height - ROUNDING)
     }
 
-    /// Whether a path meets the ground that radiates under an impact, given by a point \[m\] on it and its unit
-    /// normal. The sound of the ground contains this reflection. A rigid floor, and the floor of a room, stand
-    /// for every ground.
+    /// Whether a path meets the ground that radiates under an impact, given by a point \[m\] on it and its
+    /// unit normal. The sound of the ground contains this reflection. A rigid floor, and the floor of a room,
+    /// stand for every ground.
     pub fn meets_ground(&self, path: usize, point: DVec3, normal: DVec3) -> bool {
         let met = self.paths[path].image.reflections;
         match &self.reflectors {
-            Reflectors::Room(_) => met[ROOM_FLOOR] > 0,
+            Reflectors::Room { .. } => met[ROOM_FLOOR] > 0,
             Reflectors::Planes(planes) => {
                 let ground = ReflectingPlane::through(point, normal, WallAbsorption::even(0.0));
                 let floor = plane_of(self.floor);
@@ -197,8 +204,8 @@ impl PropagationPaths {
         self.paths[path].ends.receivers
     }
 
-    /// Input of the late reverberation that a path feeds: one for each first-order reflection in a wall, in their
-    /// order.
+    /// Input of the late reverberation that a path feeds: one for each first-order reflection in a wall, in
+    /// their order.
     pub fn reverberation_input(&self, path: usize) -> Option<usize> {
         self.paths[path].ends.reverberation
     }
@@ -260,11 +267,6 @@ fn with_floor(planes: &[ReflectingPlane], floor: Floor) -> Vec<ReflectingPlane> 
     let all: Vec<_> = plane_of(floor).filter(apart).into_iter().chain(planes.iter().copied()).collect();
     debug_assert!(all.len() <= MOST_REFLECTORS);
     all
-}
-
-/// Whether a point is in a room or on its walls.
-fn holds(room: &Room, point: DVec3) -> bool {
-    point.cmpge(room.lowest - ROUNDING).all() && point.cmple(room.highest + ROUNDING).all()
 }
 
 #[cfg(test)]

@@ -116,7 +116,8 @@ impl Default for ReflectingPlanes {
 }
 
 impl ReflectingPlanes {
-    /// Planes with reflections of up to `order`. At most 7 planes at orders 1 and 2, 3 at order 3, 2 at order 4.
+    /// Planes with reflections of up to `order`. At most 7 planes at orders 1 and 2, 3 at order 3, 2 at order
+    /// 4.
     ///
     /// # Errors
     /// [`PlanesError`].

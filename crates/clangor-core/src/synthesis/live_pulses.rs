@@ -8,7 +8,8 @@
 //! taken already cannot be changed, so a late beginning is lost. The caller delays all events by that and the
 //! length of a block.
 //!
-//! A wave may come by several paths, each with its own loss ([`PropagationPaths`]), and be added to several outputs.
+//! A wave may come by several paths, each with its own loss ([`PropagationPaths`]), and be added to several
+//! outputs.
 //!
 //! Differs from the offline renderer: a listener in the bounding sphere of a body gets the field on the
 //! sphere. The ground and the papers' representations of a field are not rendered.

@@ -84,7 +84,6 @@ impl Bake {
                 ..scene.acoustics
             },
             sphere_model: scene.render.radiation,
-            ..RenderSettings::default()
         })
     }
 }

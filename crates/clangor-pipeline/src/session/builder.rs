@@ -250,7 +250,6 @@ impl<'p> SessionBuilder<'p> {
                     ..source.acoustics
                 },
                 sphere_model: settings.radiation,
-                ..RenderSettings::default()
             },
             parts: self.parts.unwrap_or(settings.parts),
             transfers: self.transfers,

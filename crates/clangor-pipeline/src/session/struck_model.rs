@@ -114,7 +114,6 @@ impl StruckModel<'_> {
                 ..Acoustics::default()
             },
             sphere_model: self.impact.sphere_model,
-            ..RenderSettings::default()
         }
     }
 

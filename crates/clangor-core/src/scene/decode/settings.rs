@@ -124,8 +124,8 @@ pub(super) const RINGING: &[(&str, ModalRule)] = &[
 ];
 pub(super) const COMPRESSOR_KEYS: &[&str] = &["threshold_db", "ratio", "attack", "release", "makeup_db"];
 
-/// The section `[render]`, and the acoustics described by it and `[room]`; [`planes`](super::plane) adds those
-/// that reflect.
+/// The section `[render]`, and the acoustics described by it and `[room]`; [`planes`](super::plane) adds
+/// those that reflect.
 pub(super) fn render(
     d: &mut Decoder<'_>,
     top: &Section<'_>,

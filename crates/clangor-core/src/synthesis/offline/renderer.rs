@@ -313,8 +313,8 @@ impl Renderer {
         })
     }
 
-    /// Puts a sound of this length \[samples\] from sample `first` on into the block of a channel in which it begins;
-    /// `sound` receives the length of the block.
+    /// Puts a sound of this length \[samples\] from sample `first` on into the block of a channel in which it
+    /// begins; `sound` receives the length of the block.
     fn put(
         &mut self,
         click: &AccelerationPulse,

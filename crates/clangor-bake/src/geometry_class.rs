@@ -1,6 +1,12 @@
 //! Class and symmetries of a geometry: ellipsoid, rounded box, axisymmetric body or mesh; axis of revolution
 //! and mirror planes of a mesh.
 
+pub mod agreement;
 pub mod bake_geometry;
 pub mod detect_axisymmetry;
+mod exact_forms;
+mod form_surface;
 pub mod mirror_symmetry;
+mod recognise;
+mod section_corners;
+pub mod solver_choice;

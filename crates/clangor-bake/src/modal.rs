@@ -10,17 +10,16 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor_core::geometry::meridian::Meridian;
 use clangor_core::material::Material;
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::files::modal_file::round_shape;
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use glam::DVec3;
 
 use crate::acceleration::{BakeError, BakeProgress};
 use crate::fem::{ElasticConstants, ElasticError};
-use crate::geometry_class::bake_geometry::BakeGeometry;
+use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
+use crate::geometry_class::solver_choice::BoundaryChoice;
 use crate::modal_analysis::eigensolver::ModalError;
 use crate::modal_analysis::{
     ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, modal_analysis,
@@ -207,15 +206,15 @@ fn solver(
     model: &ModalModel,
     options: &ModalBakeOptions,
 ) -> Result<(Box<dyn ModalSolver>, &'static str), ModalBakeError> {
-    if let Some((meridian, axis)) = axisymmetry(geometry) {
+    if let Some(Axisymmetry { meridian, axis }) = geometry.axisymmetry() {
         return Ok((
             Box::new(AxisymmetricModalSolver::new(&meridian, axis)),
             "boundary elements on the meridian",
         ));
     }
     let quarters;
-    let triangles = match geometry {
-        BakeGeometry::Mesh(mesh) => mesh,
+    let triangles = match geometry.boundary_choice() {
+        BoundaryChoice::Triangles(mesh) => mesh,
         _ => {
             quarters = model.surface.quarters();
             &quarters
@@ -232,28 +231,6 @@ fn wavenumber(frequency: f64, options: &ModalBakeOptions) -> f64 {
     TAU * frequency / options.medium.sound_speed
 }
 
-/// The meridian of an axisymmetric body, and its axis.
-fn axisymmetry(geometry: &BakeGeometry) -> Option<(Meridian, DVec3)> {
-    match geometry {
-        BakeGeometry::Axisymmetric(meridian) => Some((meridian.clone(), DVec3::Y)),
-        BakeGeometry::Ellipsoid { semi_axes } => {
-            let [x, y, z] = semi_axes.to_array();
-            let same = |a: f64, b: f64| (a - b).abs() <= SAME_AXIS * a;
-            let (axis, along, across) = match () {
-                () if same(z, x) => (DVec3::Y, y, x),
-                () if same(x, y) => (DVec3::Z, z, x),
-                () if same(y, z) => (DVec3::X, x, y),
-                () => return None,
-            };
-            Some((Meridian::spheroid(across, along).ok()?, axis))
-        }
-        BakeGeometry::RoundedBox { .. } | BakeGeometry::Mesh(_) => None,
-    }
-}
-
-/// Relative difference below which semi-axes count as equal.
-const SAME_AXIS: f64 = 1e-9;
-
 /// Model and evidence of a body without modes in the band.
 fn silent(
     geometry: &BakeGeometry,
@@ -262,7 +239,7 @@ fn silent(
     first: f64,
 ) -> (ModalModel, ModalEvidence) {
     let model = ModalModel {
-        radius: bounding_radius(geometry),
+        radius: geometry.bounding_radius(),
         medium: options.medium,
         density: material.density,
         max_frequency: options.max_frequency,
@@ -270,14 +247,4 @@ fn silent(
         modes: Vec::new(),
     };
     (model, ModalEvidence { first_frequency: Some(first), ..ModalEvidence::default() })
-}
-
-/// Largest distance of a body from the origin \[m\].
-fn bounding_radius(geometry: &BakeGeometry) -> f64 {
-    match geometry {
-        BakeGeometry::Ellipsoid { semi_axes } => semi_axes.max_element(),
-        BakeGeometry::RoundedBox { edges, round } => (0.5 * *edges - *round).length() + round,
-        BakeGeometry::Axisymmetric(meridian) => meridian.bounding_radius(),
-        BakeGeometry::Mesh(mesh) => mesh.bounding_radius(DVec3::ZERO),
-    }
 }

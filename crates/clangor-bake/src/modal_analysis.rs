@@ -25,6 +25,7 @@ use glam::DVec3;
 
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::BakeGeometry;
+use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;
@@ -166,10 +167,12 @@ pub fn modal_analysis_and_system(
     if !(options.max_frequency > 0.0 && options.max_frequency.is_finite()) {
         return Err(ModalError::Frequency(options.max_frequency).into());
     }
-    match AxisymmetricBody::of(geometry, constants) {
-        Some(body) => refined(&body, constants, options, progress),
-        None => {
-            let body = VolumeFem::of(geometry, constants, options.most_nodes)?;
+    match geometry.modal_choice().map_err(StuffingError::Input)? {
+        ModalChoice::Section(axisymmetry) => {
+            refined(&AxisymmetricBody::new(axisymmetry, constants), constants, options, progress)
+        }
+        other => {
+            let body = VolumeFem::of(other, constants, options.most_nodes)?;
             refined(&body, constants, options, progress)
         }
     }

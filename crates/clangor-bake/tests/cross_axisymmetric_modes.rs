@@ -16,7 +16,7 @@ use glam::{DMat3, DVec3};
 
 fn axisymmetric(shape: &str, constants: &ElasticConstants, limit: f64) -> ModalAnalysis {
     let meridian = Shape::parse(shape).expect("a shape").meridian().expect("a section");
-    let geometry = BakeGeometry::Axisymmetric(meridian.about_centre_of_mass());
+    let geometry = BakeGeometry::axisymmetric(meridian.about_centre_of_mass());
     let mut go_on = |_: &_| ControlFlow::Continue(());
     modal_analysis(&geometry, constants, &ModalAnalysisOptions::to(limit), &mut go_on).expect("modes")
 }

@@ -81,7 +81,7 @@ fn a_rounded_die_sounds_alike() {
 fn a_coin_sounds_alike() {
     let shape = Shape::parse("coin").expect("a shape");
     let meridian = shape.meridian().expect("an axisymmetric body");
-    let errors = difference(&BakeGeometry::Axisymmetric(meridian), &surface("coin"), 5e-4);
+    let errors = difference(&BakeGeometry::axisymmetric(meridian), &surface("coin"), 5e-4);
     // Residual seen: 0.34 % level, 1.3 % own.
     assert!(errors.worst_level() < 0.01, "{errors:?}");
 }
@@ -128,7 +128,7 @@ fn quality(pole: Complex64) -> f64 {
 #[test]
 fn an_open_cup_rings_alike() {
     let meridian = cup();
-    let elements = by_elements(&BakeGeometry::Axisymmetric(meridian.clone()), 2e-3);
+    let elements = by_elements(&BakeGeometry::axisymmetric(meridian.clone()), 2e-3);
     let radius = elements.radius;
     let axisymmetric =
         AxisymmetricSolver::new(&meridian, DVec3::Y, AxisymmetricOptions::new(HIGHEST)).with_surface(30.0);

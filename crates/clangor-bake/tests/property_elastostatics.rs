@@ -172,7 +172,7 @@ fn bad_input_is_refused() {
 
 fn axisymmetric(shape: &str) -> BakeGeometry {
     let meridian = Shape::parse(shape).unwrap().meridian().expect("an axisymmetric body");
-    BakeGeometry::Axisymmetric(meridian.about_centre_of_mass())
+    BakeGeometry::axisymmetric(meridian.about_centre_of_mass())
 }
 
 fn surface(shape: &str) -> BakeGeometry {
@@ -192,7 +192,7 @@ fn volume_of(geometry: &BakeGeometry) -> f64 {
             let along = (*edges - 2.0 * round).element_sum() * 4.0 * (1.0 - 0.25 * pi) * round.powi(2);
             edges.element_product() - along - (8.0 - 4.0 / 3.0 * pi) * round.powi(3)
         }
-        BakeGeometry::Axisymmetric(meridian) => meridian.volume(),
+        BakeGeometry::Axisymmetric { meridian, .. } => meridian.volume(),
         BakeGeometry::Mesh(mesh) => MassProperties::of(mesh).expect("a solid").volume,
     }
 }

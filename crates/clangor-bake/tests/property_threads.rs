@@ -24,7 +24,7 @@ fn one_thread_and_three_give_the_same_bits() {
     for (name, geometry, method) in [
         ("ellipsoid", BakeGeometry::Ellipsoid { semi_axes: DVec3::new(0.012, 0.009, 0.006) }, Method::Bem),
         ("box", BakeGeometry::RoundedBox { edges: DVec3::splat(0.012), round: 0.002 }, Method::Bem),
-        ("revolution", BakeGeometry::Axisymmetric(coin), Method::Bem),
+        ("revolution", BakeGeometry::axisymmetric(coin), Method::Bem),
         ("mesh", rock.clone(), Method::Bem),
         ("waves", rock, Method::Fdtd),
     ] {

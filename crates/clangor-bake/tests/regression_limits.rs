@@ -60,7 +60,7 @@ fn a_body_too_large_for_the_band_is_refused_before_the_work() {
         panic!("{refused:?}")
     };
     assert!(cells > most, "{cells} {most}");
-    let ball = BakeGeometry::Axisymmetric(Meridian::spheroid(10.0, 10.0).unwrap());
+    let ball = BakeGeometry::axisymmetric(Meridian::spheroid(10.0, 10.0).unwrap());
     let refused = evidence(&ball, 20e3, 0.01, Method::Auto);
     assert!(matches!(refused, Err(BakeError::Multipoles { order: 3667, most: 150, .. })), "{refused:?}");
 }

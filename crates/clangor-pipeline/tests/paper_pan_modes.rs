@@ -60,7 +60,7 @@ fn the_bowl_is_solved_by_its_section() {
     };
     let surface = read_mesh(&Path::new(&shared).join("meshes/bowl.obj")).expect("a mesh file");
     let centre = MassProperties::of(&surface).expect("a solid").centre_of_mass;
-    let geometry = BakeGeometry::Mesh(surface.relative_to(centre));
+    let geometry = BakeGeometry::of_mesh(&surface.relative_to(centre));
     let constants = ElasticConstants::of(&preset("ceramic").expect("a preset")).expect("an elastic material");
     let mut go_on = |_: &_| ControlFlow::Continue(());
     let found =
@@ -74,7 +74,7 @@ fn the_bowl_is_solved_by_its_section() {
     assert!(found.modes.iter().all(|m| m.mesh_error < 2e-3), "{:?}", found.warnings);
 }
 
-/// So it clicks and radiates its modes as a body of revolution too; the test of `sound_models::recognise`
+/// So it clicks and radiates its modes as a body of revolution too; the test of `geometry_class`
 /// with a bowl of ours needs no files.
 #[test]
 #[ignore = "needs the authors' meshes"]
@@ -92,7 +92,7 @@ fn the_bowl_sounds_as_a_body_of_revolution() {
         AccelerationBake(BakeOptions::new(100.0, 1e-2)),
     );
     let request = request.expect("a body that sounds");
-    let BakeGeometry::Axisymmetric(meridian) = request.geometry() else { panic!("not turned") };
+    let BakeGeometry::Axisymmetric { meridian, .. } = request.geometry() else { panic!("not turned") };
     // Residual seen: 9e-5.
     assert!((meridian.volume() / body.mass.volume - 1.0).abs() < 1e-2, "{}", meridian.volume());
 }

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use clangor_core::geometry::hull::{convex_hull, extreme_hull};
+use clangor_core::geometry::hull::extreme_hull;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::shape::{Form, Shape};
@@ -20,8 +20,8 @@ use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::{Equation, MOST_UNKNOWNS, TriangleSolver};
 use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
-use crate::geometry_class::bake_geometry::BakeGeometry;
-use crate::geometry_class::mirror_symmetry::mirror_planes;
+use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
+use crate::geometry_class::solver_choice::{BoundaryChoice, rounded_box_hull};
 use crate::mesh::remesh::resolution::{Resolution, resolution};
 use crate::mesh::remesh::{RemeshOptions, remesh, remesh_symmetric};
 use crate::radiation::{RadiationError, RadiationSolver};
@@ -58,18 +58,23 @@ pub(super) fn prepare(
     let BakeOptions { max_wavenumber, accuracy, .. } = *options;
     // The share of the error left to the discretisation.
     let fine = 0.3 * accuracy;
-    match (geometry, options.method) {
-        (BakeGeometry::Ellipsoid { semi_axes }, Method::Auto | Method::Bem) => {
-            let solver = SymmetricPatchSolver::ellipsoid(*semi_axes, max_wavenumber, fine)?;
+    if options.method == Method::Fdtd {
+        let surface = surface_of(geometry, options)?;
+        let fineness = resolution(&surface, options.max_wavenumber, options.accuracy)?;
+        return time_stepping(&surface, fineness.wall, options, progress);
+    }
+    match geometry.boundary_choice() {
+        BoundaryChoice::Ellipsoid(semi_axes) => {
+            let solver = SymmetricPatchSolver::ellipsoid(semi_axes, max_wavenumber, fine)?;
             Ok(symmetric_patches(solver))
         }
-        (BakeGeometry::RoundedBox { edges, round }, Method::Auto | Method::Bem) => {
-            let solver = SymmetricPatchSolver::rounded_box(*edges, *round, max_wavenumber, fine)?;
+        BoundaryChoice::RoundedBox(edges, round) => {
+            let solver = SymmetricPatchSolver::rounded_box(edges, round, max_wavenumber, fine)?;
             Ok(symmetric_patches(solver))
         }
-        (BakeGeometry::Axisymmetric(meridian), Method::Auto | Method::Bem) => {
+        BoundaryChoice::Meridian(Axisymmetry { meridian, axis }) => {
             let settings = AxisymmetricOptions::new(max_wavenumber);
-            let mut solver = AxisymmetricSolver::new(meridian, DVec3::Y, settings);
+            let mut solver = AxisymmetricSolver::new(&meridian, axis, settings);
             let unknowns = solver.unknowns();
             if options.near_field {
                 solver = solver.with_surface(NEAR_FIELD_EDGES);
@@ -82,12 +87,7 @@ pub(super) fn prepare(
                 warnings: Vec::new(),
             })
         }
-        (BakeGeometry::Mesh(mesh), Method::Auto | Method::Bem) => triangles(mesh, options, progress),
-        (exact, Method::Fdtd) => {
-            let surface = surface_of(exact, options)?;
-            let fineness = resolution(&surface, options.max_wavenumber, options.accuracy)?;
-            time_stepping(&surface, fineness.wall, options, progress)
-        }
+        BoundaryChoice::Triangles(mesh) => triangles(geometry, mesh, options, progress),
     }
 }
 
@@ -107,6 +107,7 @@ fn symmetric_patches(solver: SymmetricPatchSolver) -> Prepared {
 
 /// Boundary elements on triangles, or time stepping above [`MOST_TRIANGLE_UNKNOWNS`].
 fn triangles(
+    geometry: &BakeGeometry,
     mesh: &TriMesh,
     options: &BakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
@@ -114,7 +115,7 @@ fn triangles(
     // Mesh resolution and mirror planes.
     let mass = MassProperties::of(mesh)?;
     let fineness = resolution(mesh, options.max_wavenumber, options.accuracy)?;
-    let planes = mirrors(mesh, &mass, options.accuracy * fineness.wall);
+    let planes = geometry.mirror_normals(options.accuracy * fineness.wall);
     let unknowns = fineness.unknowns >> planes.len();
     if options.method == Method::Auto && unknowns > MOST_TRIANGLE_UNKNOWNS {
         return time_stepping(mesh, fineness.wall, options, progress);
@@ -150,19 +151,6 @@ fn triangles(
     })
 }
 
-/// Normals of the planes about which a surface is symmetric to within `tolerance` \[m\].
-///
-/// The planes pass through the centre of mass of the surface, so they are used only if that is the origin.
-fn mirrors(mesh: &TriMesh, mass: &MassProperties, tolerance: f64) -> Vec<DVec3> {
-    if mass.centre_of_mass.length() > CENTRED * mesh.bounding_radius(DVec3::ZERO) {
-        return Vec::new();
-    }
-    mirror_planes(mesh, tolerance).into_iter().map(|plane| plane.normal).collect()
-}
-
-/// Distance of the centre of mass from the origin, in bounding radii, that counts as zero.
-const CENTRED: f64 = 1e-6;
-
 /// Directions that sample the hull: its volume to one or two per cent.
 const HULL_DIRECTIONS: usize = 300;
 
@@ -187,32 +175,19 @@ fn thin_walls(fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
 
 /// An exact shape as triangles, for the time-domain solver.
 fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, BakeError> {
-    let surface = match exact {
-        BakeGeometry::Ellipsoid { semi_axes } => {
-            let form = Form::Ellipsoid { semi_axes: *semi_axes };
-            Some(Shape::try_new(form, Some(semi_axes.max_element() / 40.0))?.mesh())
+    Ok(match exact.boundary_choice() {
+        BoundaryChoice::Ellipsoid(semi_axes) => {
+            let form = Form::Ellipsoid { semi_axes };
+            Shape::try_new(form, Some(semi_axes.max_element() / 40.0))?.mesh()
         }
-        BakeGeometry::RoundedBox { edges, round } => {
-            // The convex hull of a ball in each corner.
-            let ball = match *round > 0.0 {
-                true => Shape::try_new(Form::Sphere { radius: *round }, Some(0.3 * *round))?.mesh().vertices,
-                false => vec![DVec3::ZERO],
-            };
-            let corner = 0.5 * *edges - *round;
-            let sign = |k: u32, axis: u32| if k >> axis & 1 == 1 { -1.0 } else { 1.0 };
-            let signs = (0..8).map(|k| DVec3::from_array([0, 1, 2].map(|axis| sign(k, axis))));
-            let points: Vec<DVec3> =
-                signs.flat_map(|signs| ball.iter().map(move |v| signs * (v.abs() + corner))).collect();
-            Some(convex_hull(&points)?)
+        BoundaryChoice::RoundedBox(edges, round) => rounded_box_hull(edges, round)?,
+        BoundaryChoice::Meridian(Axisymmetry { meridian, axis }) => {
+            let settings = AxisymmetricOptions::new(options.max_wavenumber);
+            let solver = AxisymmetricSolver::new(&meridian, axis, settings).with_surface(24.0);
+            solver.surface().cloned().unwrap_or_default()
         }
-        BakeGeometry::Axisymmetric(meridian) => {
-            let solver =
-                AxisymmetricSolver::new(meridian, DVec3::Y, AxisymmetricOptions::new(options.max_wavenumber));
-            solver.with_surface(24.0).surface().cloned()
-        }
-        BakeGeometry::Mesh(mesh) => Some(mesh.clone()),
-    };
-    Ok(surface.unwrap_or_default())
+        BoundaryChoice::Triangles(mesh) => mesh.clone(),
+    })
 }
 
 /// Finite differences in time on a surface with walls of this thickness \[m\].

@@ -3,15 +3,23 @@
 //!
 //! A scanned or voxelised bowl is axisymmetric, although its vertices lie on no circles. Its section is the
 //! zero of the signed distance to the surface, averaged over the angle φ. The mesh is cut at one angle; the
-//! cut is moved to this zero and approximated by arcs.
+//! cut is moved to this zero and approximated by arcs, and by lines between sharp corners. A polygon around
+//! the axis so becomes the circle of its mean radius.
+//!
+//! Facets and roughness vary quickly around the axis. What varies slowly is a form of its own: an oval, a
+//! wedge, a bent tube. Its first harmonics about the axis are bounded more tightly.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use clangor_core::geometry::meridian::{Meridian, Piece};
 use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DVec2, DVec3};
 
+use super::agreement::{follows_roughly, thickness};
+use super::bake_geometry::BakeGeometry;
+use super::section_corners::StraightRuns;
 use crate::mesh::tetrahedra::isosurface_stuffing::wall_thickness;
 
 /// A fitted section, and its distance from the mesh.
@@ -25,8 +33,16 @@ pub struct MeridianFit {
     pub wall: f64,
 }
 
-/// Largest deviation over the thickness of the walls.
-const MOST_DEVIATION: f64 = 0.1;
+/// Largest distance of a probed vertex from the surface at another angle, over the bounding radius: a cheap
+/// bound, which rejects most other bodies.
+const MOST_SPREAD: f64 = 0.02;
+/// Largest amplitude of the slow harmonics around the axis, over the thickness of the body there and over the
+/// bounding radius.
+const SLOW_PER_THICKNESS: f64 = 0.02;
+const SLOW_PER_RADIUS: f64 = 1e-3;
+/// Highest slow harmonic, and the number of angles at which harmonics are measured.
+const SLOWEST: usize = 6;
+const HARMONIC_ANGLES: usize = 211;
 /// Largest distance of an arc from the averaged surface, over the thickness.
 const ARC_ERROR: f64 = 0.01;
 /// Longest and shortest arcs over the thickness.
@@ -40,27 +56,25 @@ const PROBES: usize = 100;
 /// The section of a mesh about its centre of mass; `None` if it is not axisymmetric about y.
 pub fn fitted_meridian(mesh: &TriMesh) -> Option<MeridianFit> {
     let tree = SurfaceTree::new(mesh);
-    // Cheap bounds first: no wall is thicker than the body, and most other bodies are rejected before their
-    // walls are measured.
-    let mut surface = Surface { mesh, tree: &tree, wall: mesh.bounding_radius(DVec3::ZERO) };
+    let radius = mesh.bounding_radius(DVec3::ZERO);
+    let mut surface = Surface { mesh, tree: &tree, wall: radius };
+    // Cheap bound first, before walls are measured.
     let step = (mesh.vertices.len() / PROBES).max(1);
-    let mut spread = 0.0_f64;
-    for v in mesh.vertices.iter().step_by(step) {
-        spread = spread.max(surface.spread(DVec2::new(v.x.hypot(v.z), v.y)));
-        if spread > MOST_DEVIATION * surface.wall {
-            return None;
-        }
-    }
-    let wall = wall_thickness(mesh, &tree).min(surface.wall);
-    if spread > MOST_DEVIATION * wall {
+    let leaves = |v: &DVec3| surface.spread(DVec2::new(v.x.hypot(v.z), v.y)) > MOST_SPREAD * radius;
+    if mesh.vertices.iter().step_by(step).any(leaves) {
         return None;
     }
-    surface.wall = wall;
+    surface.wall = wall_thickness(mesh, &tree).min(radius);
+    // Cut, and move the cut to the averaged surface.
     let path = surface.slice()?;
-    let meridian = Meridian::try_new(surface.pieces(&path)?).ok()?;
-    let samples = meridian.pieces().iter().flat_map(|p| [0.25, 0.75].map(|t| p.point(t)));
-    let deviation = samples.map(|p| surface.spread(p)).fold(0.0, f64::max);
-    (deviation <= MOST_DEVIATION * wall).then_some(MeridianFit { meridian, deviation, wall })
+    let meridian = Meridian::try_new(surface.pieces(path)?).ok()?;
+    // Compare the section with the mesh.
+    let samples: Vec<DVec2> =
+        meridian.pieces().iter().flat_map(|p| [0.25, 0.75].map(|t| p.point(t))).collect();
+    let deviation = samples.iter().map(|p| surface.spread(*p)).fold(0.0, f64::max);
+    let same = follows_roughly(mesh, &tree, &BakeGeometry::axisymmetric(meridian.clone()))
+        && samples.iter().all(|p| surface.is_round(*p));
+    same.then_some(MeridianFit { meridian, deviation, wall: surface.wall })
 }
 
 struct Surface<'a> {
@@ -94,6 +108,34 @@ impl Surface<'_> {
     /// Largest distance at any φ.
     fn spread(&self, p: DVec2) -> f64 {
         self.around(p).map(f64::abs).fold(0.0, f64::max)
+    }
+
+    /// Whether the surface near `p` varies little, and not slowly, around the axis.
+    fn is_round(&self, p: DVec2) -> bool {
+        let around: Vec<f64> =
+            (0..HARMONIC_ANGLES).map(|k| self.distance(p, k as f64 / HARMONIC_ANGLES as f64)).collect();
+        let amplitude = |m: usize| {
+            let term = |(k, d): (usize, &f64)| {
+                *d * DVec2::from_angle(TAU * (m * k % HARMONIC_ANGLES) as f64 / HARMONIC_ANGLES as f64)
+            };
+            let sum: DVec2 = around.iter().enumerate().map(term).sum();
+            2.0 * sum.length() / HARMONIC_ANGLES as f64
+        };
+        let slow = (1..=SLOWEST).map(amplitude).fold(0.0, f64::max);
+        let radius = self.mesh.bounding_radius(DVec3::ZERO);
+        slow <= (SLOW_PER_THICKNESS * self.thickness(p)).min(SLOW_PER_RADIUS * radius)
+    }
+
+    /// Thickness of the body behind the surface near `p` \[m\].
+    fn thickness(&self, p: DVec2) -> f64 {
+        let radius = self.mesh.bounding_radius(DVec3::ZERO);
+        // Near an edge, the side that the surface there belongs to is the one of the greater thickness.
+        let behind = |turn: f64| {
+            let (sin, cos) = (TAU * turn).sin_cos();
+            let nearest = self.tree.nearest(self.mesh, DVec3::new(p.x * cos, p.y, p.x * sin));
+            nearest.map_or(0.0, |n| thickness(self.mesh, self.tree, (n.position, n.triangle), radius))
+        };
+        [0.012, 0.123, 0.456, 0.789].map(behind).into_iter().fold(0.0, f64::max)
     }
 
     /// The point of the averaged surface near `p`.
@@ -141,35 +183,91 @@ impl Surface<'_> {
         Some(path.counter_clockwise())
     }
 
-    /// Arcs that approximate a path.
-    fn pieces(&self, path: &Path) -> Option<Vec<Piece>> {
-        // Arc length of the path.
-        let mut lengths = vec![0.0];
-        for pair in path.points.windows(2) {
-            lengths.push(lengths[lengths.len() - 1] + pair[0].distance(pair[1]));
-        }
-        let total = lengths[lengths.len() - 1];
-        let at = |s: f64| {
-            let k = lengths.partition_point(|l| *l < s).clamp(1, lengths.len() - 1);
-            let within = (s - lengths[k - 1]) / (lengths[k] - lengths[k - 1]).max(f64::MIN_POSITIVE);
-            path.points[k - 1].lerp(path.points[k], within.clamp(0.0, 1.0))
+    /// Lines and arcs that approximate a path.
+    fn pieces(&self, path: Path) -> Option<Vec<Piece>> {
+        let runs = path.straight_runs(self.wall);
+        let Some(first) = runs.corners().next() else {
+            return self.arcs(&Line::new(&path.points), None, path.closed);
         };
+        // A loop starts at a corner.
+        let (path, runs) = match path.closed && first != 0 {
+            true => {
+                let turned = path.starting_at(first);
+                let runs = turned.straight_runs(self.wall);
+                (turned, runs)
+            }
+            false => (path, runs),
+        };
+        let points = &path.points;
+        let last = points.len() - 1;
+        let mut marks: Vec<usize> = runs.corners().collect();
+        marks.extend([0, last]);
+        marks.sort_unstable();
+        marks.dedup();
+        // Corners, where the lines through the averaged surface on both sides meet.
+        let place = |mark: usize| -> Option<DVec2> {
+            let axis = || Some((DVec2::ZERO, DVec2::Y));
+            let [before, after] = runs.beside(mark);
+            let at_axis = |at: usize| !path.closed && mark == at;
+            let beside_is_straight =
+                |k: usize| marks.windows(2).any(|w| w[k] == mark && runs.is_straight(w[0], w[1]));
+            if (at_axis(0) && !beside_is_straight(0)) || (at_axis(last) && !beside_is_straight(1)) {
+                return Some(self.settled(points[mark]));
+            }
+            let before = if at_axis(0) { axis() } else { self.averaged_line(points, before?) };
+            let after = if at_axis(last) { axis() } else { self.averaged_line(points, after?) };
+            let corner = crossing(before?, after?)?;
+            (corner.distance(points[mark]) <= self.wall).then_some(DVec2::new(corner.x.max(0.0), corner.y))
+        };
+        let corners: Vec<DVec2> = marks.iter().map(|mark| place(*mark)).collect::<Option<_>>()?;
+        let mut pieces = Vec::new();
+        for k in 1..marks.len() {
+            let ends = [corners[k - 1], corners[k % corners.len()]];
+            let ends = if path.closed && k + 1 == marks.len() { [ends[0], corners[0]] } else { ends };
+            match runs.is_straight(marks[k - 1], marks[k]) {
+                true => pieces.push(Piece::Line { from: ends[0], to: ends[1] }),
+                false => {
+                    let run = Line::new(&points[marks[k - 1]..=marks[k]]);
+                    pieces.extend(self.arcs(&run, Some(ends), false)?);
+                }
+            }
+        }
+        Some(pieces)
+    }
+
+    /// A point and the direction of the line near a straight run of a path along the averaged surface.
+    fn averaged_line(&self, points: &[DVec2], run: Range<usize>) -> Option<(DVec2, DVec2)> {
+        let (from, to) = (points[run.start], points[run.end]);
+        // The outward normal is to the right.
+        let outward = -(to - from).normalize_or_zero().perp();
+        let [a, b] = [0.25, 0.75].map(|t| from.lerp(to, t)).map(|p| p - outward * self.mean(p));
+        Some((a, (b - a).try_normalize()?))
+    }
+
+    /// Arcs that approximate a line, between given ends or those of the averaged surface.
+    fn arcs(&self, line: &Line<'_>, ends: Option<[DVec2; 2]>, closed: bool) -> Option<Vec<Piece>> {
+        let total = line.length();
         // Initial cuts, projected onto the averaged surface.
         let count = (total / (LONGEST * self.wall)).ceil().max(4.0) as usize;
         if count > 2000 {
             return None;
         }
-        let mut cuts: Vec<(f64, DVec2)> =
-            (0..=count).map(|k| total * k as f64 / count as f64).map(|s| (s, self.settled(at(s)))).collect();
-        if path.closed {
+        let mut cuts: Vec<(f64, DVec2)> = (0..=count)
+            .map(|k| total * k as f64 / count as f64)
+            .map(|s| (s, self.settled(line.at(s))))
+            .collect();
+        if closed {
             cuts[count].1 = cuts[0].1;
+        }
+        if let Some([from, to]) = ends {
+            (cuts[0].1, cuts[count].1) = (from, to);
         }
         // Bisect until each arc meets the tolerance.
         let mut pieces = Vec::new();
         let mut stack: Vec<[(f64, DVec2); 2]> = cuts.windows(2).map(|c| [c[0], c[1]]).rev().collect();
         while let Some([from, to]) = stack.pop() {
             let s = 0.5 * (from.0 + to.0);
-            let middle = (s, self.settled(at(s)));
+            let middle = (s, self.settled(line.at(s)));
             let piece = arc(from.1, middle.1, to.1);
             let worst = [0.2, 0.8].map(|t| self.mean(piece.point(t)).abs()).into_iter().fold(0.0, f64::max);
             if worst > ARC_ERROR * self.wall && to.0 - from.0 > 2.0 * SHORTEST * self.wall {
@@ -182,7 +280,53 @@ impl Surface<'_> {
     }
 }
 
+/// A line of straight segments, by its length.
+struct Line<'a> {
+    points: &'a [DVec2],
+    /// Length up to each point \[m\].
+    lengths: Vec<f64>,
+}
+
+impl<'a> Line<'a> {
+    fn new(points: &'a [DVec2]) -> Self {
+        let mut lengths = vec![0.0];
+        for pair in points.windows(2) {
+            lengths.push(lengths[lengths.len() - 1] + pair[0].distance(pair[1]));
+        }
+        Line { points, lengths }
+    }
+
+    fn length(&self) -> f64 {
+        self.lengths[self.lengths.len() - 1]
+    }
+
+    fn at(&self, s: f64) -> DVec2 {
+        let lengths = &self.lengths;
+        let k = lengths.partition_point(|l| *l < s).clamp(1, lengths.len() - 1);
+        let within = (s - lengths[k - 1]) / (lengths[k] - lengths[k - 1]).max(f64::MIN_POSITIVE);
+        self.points[k - 1].lerp(self.points[k], within.clamp(0.0, 1.0))
+    }
+}
+
+/// Where two lines cross, each a point and a direction; `None` if they are nearly parallel.
+fn crossing((p, u): (DVec2, DVec2), (q, v): (DVec2, DVec2)) -> Option<DVec2> {
+    let sine = u.perp_dot(v);
+    (sine.abs() > 0.05).then(|| p + u * ((q - p).perp_dot(v) / sine))
+}
+
 impl Path {
+    fn straight_runs(&self, wall: f64) -> StraightRuns {
+        StraightRuns::of(&self.points, self.closed, ARC_ERROR * wall, wall)
+    }
+
+    /// A loop from another of its points.
+    fn starting_at(mut self, point: usize) -> Self {
+        self.points.pop();
+        self.points.rotate_left(point);
+        self.points.extend(self.points.first().copied());
+        self
+    }
+
     /// Oriented with the material to the left.
     fn counter_clockwise(mut self) -> Self {
         // ∮ r² dy; segments along the axis contribute nothing.

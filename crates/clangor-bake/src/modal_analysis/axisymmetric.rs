@@ -20,11 +20,10 @@ use std::borrow::Cow;
 
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use crate::fem::{ElasticConstants, ElasticSystem};
-use crate::geometry_class::bake_geometry::BakeGeometry;
-use crate::geometry_class::detect_axisymmetry::fitted_meridian;
+use crate::geometry_class::bake_geometry::Axisymmetry;
 use crate::modal_analysis::eigensolver::ModalError;
 use crate::modal_analysis::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use axisymmetric_surface::AxisymmetricSurface;
@@ -41,9 +40,11 @@ const LEAST_INNER_EDGE: f64 = 0.2;
 /// Least number of surface elements along the bounding radius.
 const LEAST_SURFACE_ELEMENTS: f64 = 6.0;
 
-/// A body that is axisymmetric about y.
+/// A body of revolution.
 pub(crate) struct AxisymmetricBody<'a> {
     meridian: Cow<'a, Meridian>,
+    /// From the axis of the section, y, to that of the body.
+    rotation: DQuat,
     constants: &'a ElasticConstants,
 }
 
@@ -59,17 +60,9 @@ pub(crate) struct AxisymmetricMesh {
 }
 
 impl<'a> AxisymmetricBody<'a> {
-    /// `None` unless the body is axisymmetric about y.
-    pub(crate) fn of(geometry: &'a BakeGeometry, constants: &'a ElasticConstants) -> Option<Self> {
-        let meridian = match geometry {
-            BakeGeometry::Axisymmetric(meridian) => Cow::Borrowed(meridian),
-            BakeGeometry::Ellipsoid { semi_axes } if semi_axes.x == semi_axes.z => {
-                Cow::Owned(Meridian::spheroid(semi_axes.x, semi_axes.y).ok()?)
-            }
-            BakeGeometry::Mesh(mesh) => Cow::Owned(fitted_meridian(mesh)?.meridian),
-            _ => return None,
-        };
-        Some(AxisymmetricBody { meridian, constants })
+    pub(crate) fn new(axisymmetry: Axisymmetry<'a>, constants: &'a ElasticConstants) -> Self {
+        let rotation = axisymmetry.rotation();
+        AxisymmetricBody { meridian: axisymmetry.meridian, rotation, constants }
     }
 
     fn section(&self, most: f64, fineness: f64) -> Result<SectionMesh, ModalAnalysisError> {
@@ -134,14 +127,18 @@ impl RefinableDiscretization for AxisymmetricBody<'_> {
         modes: &Vec<SectionMode>,
         count: usize,
     ) -> (ModalSurface, Vec<Vec<DVec3>>) {
-        let axisymmetric = AxisymmetricSurface::new(&self.meridian, mesh.surface_edge);
+        let mut axisymmetric = AxisymmetricSurface::new(&self.meridian, mesh.surface_edge);
         let shape =
             |m: &SectionMode, across: bool| axisymmetric.shape(&mesh.section, &m.motion, m.order, across);
         let both = |m: &SectionMode| {
             let second = (m.order > 0).then(|| shape(m, true));
             std::iter::once(shape(m, false)).chain(second)
         };
-        let shapes = modes.iter().flat_map(both).take(count).collect();
+        let mut shapes: Vec<Vec<DVec3>> = modes.iter().flat_map(both).take(count).collect();
+        if self.rotation != DQuat::IDENTITY {
+            let all = axisymmetric.surface.nodes.iter_mut().chain(shapes.iter_mut().flatten());
+            all.for_each(|x| *x = self.rotation * *x);
+        }
         (axisymmetric.surface, shapes)
     }
 }

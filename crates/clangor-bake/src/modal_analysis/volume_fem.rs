@@ -9,8 +9,6 @@
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
-use clangor_core::geometry::hull::convex_hull;
-use clangor_core::geometry::icosahedron::icosahedron;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -21,7 +19,7 @@ use super::mirrored_box::MirroredBox;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::bricks::box_of_bricks;
 use crate::fem::{ElasticConstants, ElasticSystem};
-use crate::geometry_class::bake_geometry::BakeGeometry;
+use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::{GRID_PER_WALL, StuffingError, stuff, wall_thickness};
 use crate::mesh::tetrahedra::{TetMesh, ball, block};
 use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};
@@ -80,32 +78,29 @@ pub(super) struct Filled {
 impl<'a> VolumeFem<'a> {
     /// Not for axisymmetric bodies, which are solved on their section.
     pub(super) fn of(
-        geometry: &'a BakeGeometry,
+        choice: ModalChoice<'a>,
         constants: &'a ElasticConstants,
         most_nodes: usize,
     ) -> Result<Self, ModalAnalysisError> {
-        Ok(match geometry {
-            BakeGeometry::Ellipsoid { semi_axes } => VolumeFem {
-                form: Filling::Ellipsoid(*semi_axes),
+        Ok(match choice {
+            ModalChoice::Ball(semi_axes) => VolumeFem {
+                form: Filling::Ellipsoid(semi_axes),
                 constants,
                 size: 2.0 * semi_axes.max_element(),
                 wall: 2.0 * semi_axes.min_element(),
                 volume: 4.0 / 3.0 * PI * semi_axes.element_product(),
                 most_nodes,
             },
-            BakeGeometry::RoundedBox { edges, round: 0.0 } => VolumeFem {
-                form: Filling::Block(*edges),
+            ModalChoice::Hexahedra(edges) => VolumeFem {
+                form: Filling::Block(edges),
                 constants,
                 size: edges.max_element(),
                 wall: edges.min_element(),
                 volume: edges.element_product(),
                 most_nodes,
             },
-            BakeGeometry::RoundedBox { edges, round } => {
-                Self::of_surface(Cow::Owned(rounded_box(*edges, *round)?), constants, most_nodes)?
-            }
-            BakeGeometry::Mesh(mesh) => Self::of_surface(Cow::Borrowed(mesh), constants, most_nodes)?,
-            BakeGeometry::Axisymmetric(_) => return Err(ModalAnalysisError::Section),
+            ModalChoice::Tetrahedra(surface) => Self::of_surface(surface, constants, most_nodes)?,
+            ModalChoice::Section(_) => return Err(ModalAnalysisError::Section),
         })
     }
 
@@ -300,21 +295,4 @@ impl RefinableDiscretization for VolumeFem<'_> {
         let surface = ModalSurface { nodes: on_surface(&mesh.mesh.nodes), triangles };
         (surface, modes.iter().take(count).map(|m| on_surface(&m.shape)).collect())
     }
-}
-
-/// The convex hull of a ball in each corner.
-fn rounded_box(edges: DVec3, round: f64) -> Result<TriMesh, StuffingError> {
-    const DIVISIONS: u32 = 6;
-    let corner = 0.5 * edges - round;
-    let mut points = Vec::new();
-    for [a, b, c] in icosahedron() {
-        for (i, j) in (0..=DIVISIONS).flat_map(|i| (0..=DIVISIONS - i).map(move |j| (i, j))) {
-            let [u, v] = [i, j].map(|n| f64::from(n) / f64::from(DIVISIONS));
-            let direction = (a * u + b * v + c * (1.0 - u - v)).normalize_or_zero().abs();
-            let sign = |k: usize, axis: usize| if k >> axis & 1 == 1 { -1.0 } else { 1.0 };
-            let signs = (0..8).map(|k| DVec3::from_array([0, 1, 2].map(|axis| sign(k, axis))));
-            points.extend(signs.map(|signs| signs * (corner + round * direction)));
-        }
-    }
-    convex_hull(&points).map_err(StuffingError::Input)
 }

@@ -9,14 +9,13 @@
 //! centre of mass, so that mass is exact. The relative error of its moments of inertia is about that of the
 //! lost volume.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::meridian::Meridian;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use crate::geometry_class::bake_geometry::BakeGeometry;
-use crate::geometry_class::detect_axisymmetry::fitted_meridian;
+use crate::geometry_class::solver_choice::FractureChoice;
 use crate::mesh::tetrahedra::dish::Dish;
 use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, stuff};
 use crate::mesh::tetrahedra::{TetMesh, TetMeshError, axisymmetric, ball, block};
@@ -86,39 +85,36 @@ pub fn fracture_mesh(geometry: &BakeGeometry, edge: Option<f64>) -> Result<TetMe
         return Err(FractureMeshError::Edge(edge));
     }
     // Mesh by the class of the geometry.
-    let (mesh, volume, centre) = match geometry {
-        BakeGeometry::Ellipsoid { semi_axes } => {
+    let mass = geometry.mass_properties().map_err(StuffingError::Input)?;
+    let mesh = match geometry.fracture_choice() {
+        FractureChoice::Ball(semi_axes) => {
             let divisions =
                 edge.map_or(BALL_DIVISIONS, |edge| (semi_axes.max_element() / edge).ceil().max(2.0));
             check_nodes((27.0 * divisions.powi(3)) as usize)?;
-            let volume = 4.0 / 3.0 * PI * semi_axes.element_product();
-            (ball::ellipsoid(*semi_axes, divisions as usize)?, volume, DVec3::ZERO)
+            ball::ellipsoid(semi_axes, divisions as usize)?
         }
-        BakeGeometry::RoundedBox { edges, round } => {
-            let cells = finest(edges.max_element(), edge, |edge| cells(*edges, edge))?;
-            (rounded_box(*edges, *round, cells)?, rounded_box_volume(*edges, *round), DVec3::ZERO)
+        FractureChoice::Cells(edges, round) => {
+            let cells = finest(edges.max_element(), edge, |edge| cells(edges, edge))?;
+            rounded_box(edges, round, cells)?
         }
-        BakeGeometry::Axisymmetric(meridian) => {
-            let centre = DVec3::Y * meridian.centre_of_mass();
-            (axisymmetric_mesh(meridian, edge)?, meridian.volume(), centre)
+        FractureChoice::Section(axisymmetry) => {
+            let mut mesh = axisymmetric_mesh(&axisymmetry.meridian, edge)?;
+            let rotation = axisymmetry.rotation();
+            if rotation != DQuat::IDENTITY {
+                mesh.nodes.iter_mut().for_each(|x| *x = rotation * *x);
+            }
+            mesh
         }
-        BakeGeometry::Mesh(surface) => {
-            let mass = MassProperties::of(surface).map_err(StuffingError::Input)?;
-            let mesh = match fitted_meridian(surface) {
-                Some(fit) => axisymmetric_mesh(&fit.meridian, edge)?,
-                None => {
-                    // The grid has two points and fourteen edges per cube.
-                    let edge = edge.unwrap_or((16.0 * mass.volume / NODES as f64).cbrt());
-                    stuff(surface, edge)?.0
-                }
-            };
-            (mesh, mass.volume, mass.centre_of_mass)
+        FractureChoice::Tetrahedra(surface) => {
+            // The grid has two points and fourteen edges per cube.
+            let edge = edge.unwrap_or((16.0 * mass.volume / NODES as f64).cbrt());
+            stuff(surface, edge)?.0
         }
     };
     // One connected body; scale it to the exact volume.
     check_nodes(mesh.nodes.len())?;
     match mesh.parts() {
-        1 => fitted(mesh, volume, centre),
+        1 => fitted(mesh, mass.volume, mass.centre_of_mass),
         parts => Err(FractureMeshError::LooseParts(parts)),
     }
 }
@@ -196,16 +192,6 @@ fn rounded_box(edges: DVec3, round: f64, cells: [usize; 3]) -> Result<TetMesh, T
     let points = mesh.nodes[..mesh.corners].iter().map(rounded).collect();
     let elements: Vec<[u32; 4]> = mesh.elements.iter().map(|e| [e[0], e[1], e[2], e[3]]).collect();
     TetMesh::straight(points, &elements)
-}
-
-/// The core, slabs on its faces, quarter cylinders on its edges and a ball in its corners.
-fn rounded_box_volume(edges: DVec3, round: f64) -> f64 {
-    let kernel = edges - 2.0 * round;
-    let faces = kernel.x * kernel.y + kernel.y * kernel.z + kernel.z * kernel.x;
-    kernel.element_product()
-        + 2.0 * round * faces
-        + PI * round.powi(2) * kernel.element_sum()
-        + 4.0 / 3.0 * PI * round.powi(3)
 }
 
 /// A grid on a thin wall, or a triangulated section rotated about the axis.

@@ -21,7 +21,6 @@ mod piece_proxies;
 pub mod plan;
 pub mod progress;
 pub mod quality;
-mod recognise;
 pub mod report;
 pub mod request;
 pub mod sound_file;

@@ -217,7 +217,7 @@ fn unseen_frequencies(table: &mut Validation) -> Outcome {
     let options = BakeOptions::new(highest, 3e-3);
     let begin = cpu_time();
     let (model, evidence) =
-        bake(&BakeGeometry::Axisymmetric(meridian.clone()), &options, &mut |_| ControlFlow::Continue(()))?;
+        bake(&BakeGeometry::axisymmetric(meridian.clone()), &options, &mut |_| ControlFlow::Continue(()))?;
     table.timings.push(Timing {
         what: format!("bake of a coin to 20 kHz at 3e-3, {} solves", evidence.solves),
         cpu_seconds: cpu_time() - begin,

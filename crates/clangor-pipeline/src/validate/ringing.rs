@@ -188,7 +188,7 @@ fn powers(extent: Extent, table: &mut Validation) -> Outcome {
         let shape = Shape::parse(name)?;
         let meridian = shape.meridian().ok_or("the body has no section")?.about_centre_of_mass();
         let options = ModalBakeOptions { max_frequency: *limit, ..ModalBakeOptions::new(Medium::AIR) };
-        let geometry = BakeGeometry::Axisymmetric(meridian.clone());
+        let geometry = BakeGeometry::axisymmetric(meridian.clone());
         let begin = cpu_time();
         let (model, _) = find_modes(&geometry, material, &options, &mut |_| ControlFlow::Continue(()))?;
         let motions: Vec<ModalMotion<'_>> = model
@@ -344,7 +344,7 @@ fn peaks(table: &mut Validation) -> Outcome {
     let shape = Shape::parse("coin:0.03x0.002@0.003")?;
     let meridian = shape.meridian().ok_or("a coin has no section")?.about_centre_of_mass();
     let volume = meridian.volume();
-    let geometry = BakeGeometry::Axisymmetric(meridian);
+    let geometry = BakeGeometry::axisymmetric(meridian);
     let options =
         ModalBakeOptions { max_frequency: 6500.0, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
     let mut go_on = |_: &_| ControlFlow::Continue(());

@@ -5,6 +5,7 @@ use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::soundbank::modal::ModalSoundbankOptions;
 use clangor_core::geometry::meridian::Piece;
+use clangor_core::glam::DVec3;
 use clangor_core::material::Material;
 use clangor_core::sound_model::files::{modal_file, modal_soundbank_file, model_file};
 use clangor_core::sound_model::modal::model::ModalModel;
@@ -120,8 +121,12 @@ impl Inputs {
                 edges.to_array().into_iter().for_each(|e| self.number(e));
                 self.number(*round);
             }
-            BakeGeometry::Axisymmetric(meridian) => {
+            BakeGeometry::Axisymmetric { meridian, axis } => {
                 self.text("revolution");
+                if *axis != DVec3::Y {
+                    self.text("about");
+                    axis.to_array().into_iter().for_each(|a| self.number(a));
+                }
                 self.whole(meridian.pieces().len() as u64);
                 meridian.pieces().iter().for_each(|piece| self.piece(piece));
             }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clangor_bake::acceleration::{BakeOptions, BakeProgress};
+use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::sound_model::SoundRule;
 use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
@@ -19,7 +20,6 @@ use super::acceleration_bake::AccelerationBake;
 use super::error::SoundModelError;
 use super::obtain::{Obtained, obtain};
 use super::progress::SoundModelProgress;
-use super::recognise::exact_form;
 use super::report::ObtainedModel;
 use super::request::SoundModelRequest;
 use super::store::SoundModelStore;
@@ -75,7 +75,7 @@ impl AccelerationSettings {
                 continue;
             }
             let key = keys.entry(Arc::as_ptr(&body.surface).addr()).or_insert_with(|| {
-                exact_form(&surface.mesh).map(|geometry| model_key(&geometry, &self.options))
+                BakeGeometry::exact_form(&surface.mesh).map(|geometry| model_key(&geometry, &self.options))
             });
             if let Some(key) = key {
                 forms.entry(key.clone()).or_default().push(index);

@@ -7,8 +7,6 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
 use clangor_core::sound_model::files::model_file::Solid;
 
-use super::recognise;
-
 /// A request for the part `P` of a sound model: the field of acceleration
 /// ([`AccelerationBake`](super::acceleration_bake::AccelerationBake)) or the modes
 /// ([`ModalBake`](super::modal_bake::ModalBake)).
@@ -84,8 +82,7 @@ pub(crate) fn radiating(surface: &Surface) -> Result<(BakeGeometry, Option<TriMe
         }
         Surface::Mesh(surface) => {
             let mesh = &surface.mesh;
-            let form = recognise::form(mesh);
-            Ok((form.unwrap_or_else(|| BakeGeometry::Mesh(mesh.clone())), Some(mesh.clone())))
+            Ok((BakeGeometry::of_mesh(mesh), Some(mesh.clone())))
         }
     }
 }

@@ -20,8 +20,10 @@ const BODIES: [[f64; 3]; 5] =
 const COUNT: usize = 6;
 /// Seen: 7.4e-3, of the softer edges of a solid plate.
 const TOLERANCE: f64 = 0.015;
-/// The hole of the narrow ring \[m\]. A strip of width b and thickness t between free edges twists more softly than
-/// Kirchhoff's, by 1 − 0.63 t/b (Timoshenko and Goodier), 3.6 % here: its fourth and sixth frequencies, of orders
+/// The hole of the narrow ring \[m\]. A strip of width b and thickness t between free edges twists more
+/// softly than
+/// Kirchhoff's, by 1 − 0.63 t/b (Timoshenko and Goodier), 3.6 % here: its fourth and sixth frequencies, of
+/// orders
 /// 1 and 2, are 1.6 and 1.8 % lower.
 const NARROW: f64 = 0.02;
 
@@ -75,7 +77,7 @@ fn discs_and_rings_ring_as_free_plates() {
         let mut bodies = vec![
             ("128 sides", flat_ring(radius, hole, thickness, 128)),
             ("48 sides", flat_ring(radius, hole, thickness, 48)),
-            ("24 sides", flat_ring(radius, hole, thickness, 24)),
+            ("32 sides", flat_ring(radius, hole, thickness, 32)),
             (
                 "on edge",
                 turned(
@@ -100,8 +102,8 @@ fn discs_and_rings_ring_as_free_plates() {
             assert!(geometry.axisymmetry().is_some(), "{radius} {thickness} {hole}, {name}: no axis");
             let error = worst(&distinct_frequencies(&geometry, limit), &exact);
             let allowed = match (name, hole) {
-                // Half the angle between corners, squared, over 3: the mean radius is 0.6 % below theirs.
-                ("24 sides", _) => 0.02,
+                // Half the angle between corners, squared, over 3: the mean radius is 0.3 % below theirs.
+                ("32 sides", _) => 0.02,
                 (_, NARROW) => 0.02,
                 _ => TOLERANCE,
             };

@@ -34,8 +34,10 @@ fn a_bowl_of_triangles_rings_as_the_exact_one() {
     // Seen: 1.3e-4 m; the facets reduce the volume by some per mille.
     let lost = fit.meridian.volume() / exact.volume() - 1.0;
     assert!(fit.deviation < 3e-4 && lost.abs() < 0.02, "{:.1e} {lost:.1e}", fit.deviation);
-    let (fitted, exact) =
-        (frequencies(&BakeGeometry::axisymmetric(fit.meridian)), frequencies(&BakeGeometry::axisymmetric(exact)));
+    let (fitted, exact) = (
+        frequencies(&BakeGeometry::axisymmetric(fit.meridian)),
+        frequencies(&BakeGeometry::axisymmetric(exact)),
+    );
     assert_eq!(fitted.len(), exact.len());
     for (a, b) in fitted.iter().zip(&exact) {
         // Seen: 1.5e-3 for the first pair.

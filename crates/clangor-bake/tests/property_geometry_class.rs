@@ -247,7 +247,8 @@ fn pierced(base: &str, size: DVec3, amount: f64) -> TriMesh {
     centred(&TriMesh { triangles: turned.collect(), vertices: mesh.vertices })
 }
 
-/// An oval box is a box, and an oval sphere an ellipsoid; all others are taken as they are where the change can
+/// An oval box is a box, and an oval sphere an ellipsoid; all others are taken as they are where the change
+/// can
 /// be told from the facets.
 #[test]
 fn near_bodies_are_never_taken_for_what_they_are_not() {

@@ -3,16 +3,16 @@
 //! Vertices on a form do not suffice: those of a thin disc lie on the two large faces of the square around
 //! it. A form counts if all of these hold:
 //!
-//! | what | tolerance |
-//! |---|---|
-//! | volume, area, each principal moment (of rounded boxes and of rings per unit of mass) | [`MEASURES`] of the mesh's |
-//! | vertices from an exact form | [`ON_FORM`] of the bounding radius |
-//! | a triangle's corners | on one smooth face of an exact form |
-//! | a triangle's centroid from the form, a sample of the form from triangles that face as it does | [`NEAR`] of the thickness of the body behind it, [`FARTHEST`] of the bounding radius |
+//! - volume, area and principal moments (of rounded boxes and of rings per unit of mass): [`MEASURES`];
+//! - vertices from an exact form: [`ON_FORM`] of the bounding radius;
+//! - the corners of a triangle: on one smooth face of an exact form;
+//! - a triangle's centroid from the form, and a sample of the form from triangles that face as it does:
+//!   [`NEAR`]
+//!   of the thickness of the body behind it, and [`FARTHEST`] or [`FARTHEST_FITTED`] of the bounding radius.
 //!
 //! The thickness is that of the mesh along the inward normal: that of a disc behind its faces, its diameter
 //! behind its rim. The section fitted to facets and roughness lies between them, so that its vertices have
-//! [`FARTHEST`] of the bounding radius.
+//! [`FARTHEST_FITTED`] of the bounding radius.
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::principal_axes::principal_axes;
@@ -29,8 +29,10 @@ pub const MEASURES: f64 = 0.01;
 pub const ON_FORM: f64 = 2e-6;
 /// Largest distance between the facets of a mesh and a form, over the local thickness.
 pub const NEAR: f64 = 0.1;
-/// Largest distance between a mesh and any form, over the bounding radius.
+/// Largest distance between a mesh and an exact form, over the bounding radius.
 pub const FARTHEST: f64 = 0.01;
+/// The same of a fitted form: a prism of 32 sides lies within it, one of 16 does not.
+pub const FARTHEST_FITTED: f64 = 0.006;
 /// Least cosine between the normals of a sample and of the triangle near it.
 const SAME_WAY: f64 = 0.5;
 /// Most smooth faces of an exact form.
@@ -46,7 +48,7 @@ pub(super) fn samples_exactly(mesh: &TriMesh, form: &BakeGeometry) -> bool {
         return false;
     }
     let tree = SurfaceTree::new(mesh);
-    let body = Body { mesh, tree: &tree, radius };
+    let body = Body { mesh, tree: &tree, radius, farthest: FARTHEST * radius };
     // From the mesh to the form.
     let follows = |t: usize| {
         let common = mesh.triangles[t].iter().fold(u64::MAX, |bits, v| bits & on_faces[*v as usize]);
@@ -65,7 +67,8 @@ pub(super) fn samples_exactly(mesh: &TriMesh, form: &BakeGeometry) -> bool {
 /// mesh's.
 pub(super) fn follows_roughly(mesh: &TriMesh, tree: &SurfaceTree, form: &BakeGeometry) -> bool {
     let Some(surface) = FormSurface::of(form) else { return false };
-    let body = Body { mesh, tree, radius: mesh.bounding_radius(DVec3::ZERO) };
+    let radius = mesh.bounding_radius(DVec3::ZERO);
+    let body = Body { mesh, tree, radius, farthest: FARTHEST_FITTED * radius };
     let distance =
         |x: DVec3| (0..surface.faces()).map(|face| surface.distance(face, x)).fold(f64::INFINITY, f64::min);
     // A vertex may belong to two sides of an edge, of different thickness; the triangles decide.
@@ -74,7 +77,7 @@ pub(super) fn follows_roughly(mesh: &TriMesh, tree: &SurfaceTree, form: &BakeGeo
         distance(mesh.centroid(t)) <= tolerance
     };
     measures_agree(mesh, form)
-        && mesh.vertices.iter().all(|v| distance(*v) <= FARTHEST * body.radius)
+        && mesh.vertices.iter().all(|v| distance(*v) <= body.farthest)
         && (0..mesh.triangles.len()).all(follows)
         && body.covers(&surface)
 }
@@ -129,14 +132,17 @@ pub(super) fn thickness(
 struct Body<'a> {
     mesh: &'a TriMesh,
     tree: &'a SurfaceTree,
+    /// Bounding radius \[m\].
     radius: f64,
+    /// Largest distance of the form \[m\].
+    farthest: f64,
 }
 
 impl Body<'_> {
     /// Largest distance \[m\] allowed at a point of a triangle.
     fn tolerance(&self, point: DVec3, triangle: usize) -> f64 {
         let behind = thickness(self.mesh, self.tree, (point, triangle), self.radius);
-        (NEAR * behind).min(FARTHEST * self.radius)
+        (NEAR * behind).min(self.farthest)
     }
 
     /// Whether all of a form lies near triangles of the mesh that face the same way.
@@ -144,8 +150,8 @@ impl Body<'_> {
         let faces =
             |t: usize, normal: DVec3| self.mesh.area_vector(t).normalize_or_zero().dot(normal) >= SAME_WAY;
         surface.samples().into_iter().all(|(p, normal)| {
-            let reach = FARTHEST * self.radius;
-            let nearest = self.tree.nearest_where(self.mesh, p, reach.next_up(), |t| faces(t, normal));
+            let reach = self.farthest.next_up();
+            let nearest = self.tree.nearest_where(self.mesh, p, reach, |t| faces(t, normal));
             nearest.is_some_and(|NearestPoint { position, triangle, distance, .. }| {
                 distance <= ON_FORM * self.radius || distance <= self.tolerance(position, triangle)
             })

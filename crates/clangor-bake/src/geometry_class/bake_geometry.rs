@@ -154,7 +154,8 @@ impl BakeGeometry {
         }
     }
 
-    /// Normals of up to three orthogonal planes about which the body is symmetric to within `tolerance` \[m\].
+    /// Normals of up to three orthogonal planes about which the body is symmetric to within `tolerance`
+    /// \[m\].
     ///
     /// The planes pass through the centre of mass, and count only if that is the origin.
     pub fn mirror_normals(&self, tolerance: f64) -> Vec<DVec3> {

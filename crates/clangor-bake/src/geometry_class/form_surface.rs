@@ -1,7 +1,8 @@
 //! The surface of an exact form as smooth faces: distance of a point from each, and points that sample all of
 //! them with their edges and corners.
 //!
-//! A triangle that samples a form has its corners on one smooth face. A bevel joins two, and the wall of a hole
+//! A triangle that samples a form has its corners on one smooth face. A bevel joins two, and the wall of a
+//! hole
 //! none.
 
 use std::f64::consts::TAU;
@@ -115,7 +116,8 @@ impl FormSurface {
     }
 }
 
-/// Parameters along a piece, from 2 to 98 %: at an edge itself, the side that a sample belongs to is undecided.
+/// Parameters along a piece, from 2 to 98 %: at an edge itself, the side that a sample belongs to is
+/// undecided.
 fn inside(k: usize) -> f64 {
     0.02 + 0.96 * k as f64 / (ALONG - 1) as f64
 }

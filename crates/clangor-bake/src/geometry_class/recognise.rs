@@ -1,4 +1,5 @@
-//! The class of a mesh: an ellipsoid, a box, a box with rounded edges, a body of revolution, or none of these.
+//! The class of a mesh: an ellipsoid, a box, a box with rounded edges, a body of revolution, or none of
+//! these.
 //!
 //! The solvers are cheaper and sharper on exact forms. The form is read off the mesh and not off the scene,
 //! so that a shape, a mesh file and a timeline's copy of either have the same model. What counts as the same
@@ -34,7 +35,8 @@ impl BakeGeometry {
             .unwrap_or_else(|| BakeGeometry::Mesh(mesh.clone()))
     }
 
-    /// The exact form that a mesh about its centre of mass samples; `None` for meshes whose section would have
+    /// The exact form that a mesh about its centre of mass samples; `None` for meshes whose section would
+    /// have
     /// to be fitted, and for all others.
     pub fn exact_form(mesh: &TriMesh) -> Option<Self> {
         symmetric_form(mesh)

@@ -1,7 +1,8 @@
 //! Sharp corners of a line of many short segments: the cut through a mesh of a disc, a ring, a cone or a
 //! stepped shaft has long straight runs between them.
 //!
-//! The line is first simplified (Ramer 1972, Douglas and Peucker 1973); a point that is left is a corner if the
+//! The line is first simplified (Ramer 1972, Douglas and Peucker 1973); a point that is left is a corner if
+//! the
 //! line turns sharply there, between runs that are long for the wall or few in number.
 
 use std::ops::Range;
@@ -24,7 +25,8 @@ pub(super) struct StraightRuns {
 }
 
 impl StraightRuns {
-    /// Of a line, closed if its last point repeats its first, which must then be one of its extremes. Runs are
+    /// Of a line, closed if its last point repeats its first, which must then be one of its extremes. Runs
+    /// are
     /// straight to within `tolerance`.
     pub(super) fn of(points: &[DVec2], closed: bool, tolerance: f64, wall: f64) -> Self {
         let last = points.len() - 1;

@@ -92,7 +92,8 @@ impl Plate {
         DMat4::from_cols(a, b, c, d).determinant()
     }
 
-    /// The lowest frequencies \[Hz\] of a rectangle \[m\], by Ritz with products of Legendre polynomials, which
+    /// The lowest frequencies \[Hz\] of a rectangle \[m\], by Ritz with products of Legendre polynomials,
+    /// which
     /// are orthogonal: the mass matrix is diagonal.
     pub(crate) fn rectangle_frequencies(&self, sides: [f64; 2], count: usize) -> Vec<f64> {
         const TERMS: usize = 14;

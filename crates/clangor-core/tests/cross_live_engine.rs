@@ -307,7 +307,7 @@ fn reflections_in_planes_are_those_of_the_offline_rendering() {
     let direct = scenario.heard(&ears(), PropagationPaths::direct(PathLoss::default()));
     for ((live, exact), direct) in heard.iter().zip(&exact).zip(&direct) {
         let error = apart(live, exact);
-        // Residual seen: 1.5e-4.
+        // Residual seen: 1.2e-4.
         assert!(error < 3e-4 && apart(direct, exact) > 0.1, "{error:e}");
     }
     let report = engine.report();

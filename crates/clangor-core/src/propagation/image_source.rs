@@ -6,7 +6,7 @@
 //!
 //! The source is mirrored as a whole, with its motion and its field. By reciprocity, the source itself makes
 //! at the mirrored receiver what its image makes at the receiver (\[HW\] §4). Which images exist is decided
-//! by [`room_images`](super::room_images) and [`plane_images`](super::plane_images).
+//! by [`room_images`](mod@super::room_images) and `plane_images`.
 
 use glam::{DMat3, DVec3};
 

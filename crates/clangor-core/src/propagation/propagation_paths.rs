@@ -12,7 +12,7 @@
 //!
 //! - a source below a rigid floor makes no sound;
 //! - images in a room exist while source and receiver are in it;
-//! - images in planes and in a floor exist where they are visible ([`plane_images`](super::plane_images)).
+//! - images in planes and in a floor exist where they are visible (`plane_images`).
 //!
 //! Reflectors do not obstruct the direct path, and no body scatters a reflected wave.
 

@@ -212,7 +212,8 @@ pub struct RandomPlacement {
     pub place: Place,
 }
 
-/// A `[[plane]]`: fixed, solid on the side opposite to its normal.
+/// A `[[plane]]`: fixed, solid on the side opposite to its normal. Whether it reflects sound is part of the
+/// [`Acoustics`](crate::acoustics::Acoustics) of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneDescription {
     /// Name.

@@ -16,6 +16,7 @@ pub(crate) mod elimination;
 pub mod lamb_sphere;
 mod ordering;
 pub(crate) mod out_of_memory;
+pub(crate) mod prisms;
 mod products;
 mod rigid_motions;
 mod system;

@@ -5,6 +5,7 @@ pub mod agreement;
 pub mod bake_geometry;
 pub mod detect_axisymmetry;
 mod exact_forms;
+pub mod flat_plate;
 mod form_surface;
 pub mod mirror_symmetry;
 mod recognise;

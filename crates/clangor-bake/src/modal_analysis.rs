@@ -14,6 +14,7 @@
 pub(crate) mod axisymmetric;
 pub mod eigensolver;
 mod mirrored_box;
+mod plate_mesh;
 mod volume_fem;
 
 use std::f64::consts::TAU;

@@ -3,16 +3,18 @@
 #[path = "solids/plates.rs"]
 mod plates;
 
+use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
 use clangor_bake::fem::ElasticConstants;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal_analysis::{ModalAnalysisOptions, modal_analysis};
+use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::material::presets::STEEL;
 use clangor_core::shape::Shape;
-use glam::{DQuat, DVec3};
-use plates::{Plate, flat_ring};
+use glam::{DQuat, DVec2, DVec3};
+use plates::{Plate, flat_ring, slab};
 
 /// Radius, thickness and hole \[mm\].
 const BODIES: [[f64; 3]; 5] =
@@ -32,13 +34,18 @@ fn plate(thickness: f64) -> Plate {
     Plate { material: [steel.youngs_modulus, steel.poisson_ratio, steel.density], thickness }
 }
 
-/// The lowest different frequencies \[Hz\] up to a limit.
-fn distinct_frequencies(geometry: &BakeGeometry, limit: f64) -> Vec<f64> {
+/// All frequencies \[Hz\] up to a limit.
+fn frequencies(geometry: &BakeGeometry, limit: f64) -> Vec<f64> {
     let constants = ElasticConstants::of(&STEEL.material()).expect("an elastic material");
     let mut go_on = |_: &_| ControlFlow::Continue(());
     let found =
         modal_analysis(geometry, &constants, &ModalAnalysisOptions::to(limit), &mut go_on).expect("modes");
-    let mut all: Vec<f64> = found.modes.iter().map(|m| m.frequency).collect();
+    found.modes.iter().map(|m| m.frequency).collect()
+}
+
+/// The lowest different frequencies \[Hz\] up to a limit.
+fn distinct_frequencies(geometry: &BakeGeometry, limit: f64) -> Vec<f64> {
+    let mut all = frequencies(geometry, limit);
     all.dedup_by(|a, b| *a < *b * (1.0 + 1e-3));
     all
 }
@@ -78,13 +85,7 @@ fn discs_and_rings_ring_as_free_plates() {
             ("128 sides", flat_ring(radius, hole, thickness, 128)),
             ("48 sides", flat_ring(radius, hole, thickness, 48)),
             ("32 sides", flat_ring(radius, hole, thickness, 32)),
-            (
-                "on edge",
-                turned(
-                    &flat_ring(radius, hole, thickness, 64),
-                    DQuat::from_rotation_x(0.5 * std::f64::consts::PI),
-                ),
-            ),
+            ("on edge", turned(&flat_ring(radius, hole, thickness, 64), DQuat::from_rotation_x(0.5 * PI))),
             (
                 "leaning",
                 turned(
@@ -126,5 +127,33 @@ fn a_square_rings_as_a_free_plate() {
         let error = worst(&distinct_frequencies(&geometry, 1.05 * exact[8]), &exact_distinct);
         println!("square of {side}: {error:.1e}");
         assert!(error < TOLERANCE, "{side}: {error:.1e}");
+    }
+}
+
+/// Hexagons, octagons, a square on its corner, and a half-disc, as files have them: any direction, any
+/// triangles.
+#[test]
+fn flat_polygons_ring_as_free_plates() {
+    let thickness = 1e-3;
+    let regular = |sides: usize| -> Vec<DVec2> {
+        (0..sides).map(|k| 0.0375 * DVec2::from_angle(TAU * k as f64 / sides as f64)).collect()
+    };
+    let half: Vec<DVec2> =
+        (0..=24).map(|k| 0.0375 * DVec2::from_angle(PI * f64::from(k) / 24.0) - 0.016 * DVec2::Y).collect();
+    let turns = [DQuat::IDENTITY, DQuat::from_scaled_axis(DVec3::new(0.5, 1.0, 0.3))];
+    for (name, corners) in
+        [("hexagon", regular(6)), ("octagon", regular(8)), ("square", regular(4)), ("half-disc", half)]
+    {
+        let exact = plate(thickness).polygon_frequencies(&corners, COUNT);
+        for turn in turns {
+            let mesh = turned(&slab(&corners, thickness), turn);
+            let centre = MassProperties::of(&mesh).expect("a solid").centre_of_mass;
+            let geometry = BakeGeometry::of_mesh(&mesh.relative_to(centre));
+            assert!(matches!(geometry, BakeGeometry::Mesh(_)), "{name}");
+            let found = frequencies(&geometry, 1.05 * exact[COUNT - 1]);
+            let error = worst(&found, &exact);
+            // Seen:
+            assert!(error < 0.015, "{name}: {error:.1e}");
+        }
     }
 }

@@ -22,7 +22,7 @@ const HIGH_ORDER: usize = 4;
 const LOW_ORDER: usize = 2;
 
 /// Integrals of one axis over the unit interval.
-struct Axis {
+pub(super) struct Axis {
     /// Order of the shape functions.
     order: usize,
     /// Elements along the axis.
@@ -38,7 +38,7 @@ struct Axis {
 }
 
 impl Axis {
-    fn new(length: f64, cells: usize) -> Self {
+    pub(super) fn new(length: f64, cells: usize) -> Self {
         let order = if cells.is_multiple_of(2) { HIGH_ORDER } else { LOW_ORDER };
         let bricks = cells * LOW_ORDER / order;
         let count = order + 1;
@@ -64,7 +64,7 @@ impl Axis {
     }
 
     /// ∫ along an element of the shape functions i and j, differentiated where flagged.
-    fn integral(&self, i: usize, j: usize, derived: [bool; 2]) -> f64 {
+    pub(super) fn integral(&self, i: usize, j: usize, derived: [bool; 2]) -> f64 {
         let count = self.order + 1;
         match derived {
             [false, false] => self.plain[i * count + j] * self.length,

@@ -16,6 +16,7 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
 use super::bake_geometry::{Axisymmetry, BakeGeometry};
+use super::flat_plate::FlatPlate;
 
 /// How the sound field around a body is discretized.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +40,8 @@ pub enum ModalChoice<'a> {
     Ball(DVec3),
     /// Hexahedra in a box with these full edges \[m\].
     Hexahedra(DVec3),
+    /// Prisms across a flat plate.
+    Prisms(FlatPlate),
     /// Tetrahedra in any closed surface.
     Tetrahedra(Cow<'a, TriMesh>),
 }
@@ -89,7 +92,10 @@ impl BakeGeometry {
             BakeGeometry::Axisymmetric { meridian, axis } => {
                 ModalChoice::Section(Axisymmetry { meridian: Cow::Borrowed(meridian), axis: *axis })
             }
-            BakeGeometry::Mesh(mesh) => ModalChoice::Tetrahedra(Cow::Borrowed(mesh)),
+            BakeGeometry::Mesh(mesh) => match FlatPlate::of_mesh(mesh) {
+                Some(plate) => ModalChoice::Prisms(plate),
+                None => ModalChoice::Tetrahedra(Cow::Borrowed(mesh)),
+            },
         })
     }
 

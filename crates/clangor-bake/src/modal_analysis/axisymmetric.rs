@@ -14,7 +14,7 @@ mod axisymmetric_surface;
 mod section_element;
 pub(crate) mod section_mesh;
 mod spectrum;
-mod triangulation;
+pub(super) mod triangulation;
 
 use std::borrow::Cow;
 

@@ -1,4 +1,5 @@
-//! Volume finite elements: boxes with hexahedra, ellipsoids with tetrahedra of a structured grid, all other
+//! Volume finite elements: boxes with hexahedra, flat plates with prisms, ellipsoids with tetrahedra of a
+//! structured grid, all other
 //! bodies with tetrahedra by isosurface stuffing.
 //!
 //! Plates have one cell through the thickness where waves are long. Its displacements are quadratic, so the
@@ -16,9 +17,12 @@ use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
 use super::mirrored_box::MirroredBox;
+use super::plate_mesh::plate_mesh;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::bricks::box_of_bricks;
+use crate::fem::prisms::{Prisms, plate_of_prisms};
 use crate::fem::{ElasticConstants, ElasticSystem};
+use crate::geometry_class::flat_plate::FlatPlate;
 use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::{GRID_PER_WALL, StuffingError, stuff, wall_thickness};
 use crate::mesh::tetrahedra::{TetMesh, ball, block};
@@ -39,6 +43,9 @@ const ICOSAHEDRON_FACES: f64 = 20.0;
 const GRID_TETRAHEDRA: f64 = 12.0;
 /// Nodes per tetrahedron far from the surface; near it there are more.
 const NODES_PER_TETRAHEDRON: f64 = 4.0 / 3.0;
+
+/// Nodes of a level per triangle of a plate.
+const NODES_PER_PLATE_ELEMENT: f64 = 9.0;
 
 /// Refinement factor and attempts for a grid that loses too much volume.
 const COARSE_STEP: f64 = 0.55;
@@ -61,6 +68,7 @@ pub(super) struct VolumeFem<'a> {
 enum Filling<'a> {
     Ellipsoid(DVec3),
     Block(DVec3),
+    Plate(FlatPlate),
     Surface(Cow<'a, TriMesh>),
 }
 
@@ -73,6 +81,8 @@ pub(super) struct Filled {
     cells: [usize; 3],
     /// The solved part of a box.
     part: Option<TetMesh>,
+    /// The elements of a plate.
+    prisms: Option<Prisms>,
 }
 
 impl<'a> VolumeFem<'a> {
@@ -99,6 +109,11 @@ impl<'a> VolumeFem<'a> {
                 volume: edges.element_product(),
                 most_nodes,
             },
+            ModalChoice::Prisms(plate) => {
+                let size = plate.longest();
+                let (wall, volume) = (plate.thickness, plate.area() * plate.thickness);
+                VolumeFem { form: Filling::Plate(plate), constants, size, wall, volume, most_nodes }
+            }
             ModalChoice::Tetrahedra(surface) => Self::of_surface(surface, constants, most_nodes)?,
             ModalChoice::Section(_) => return Err(ModalAnalysisError::Section),
         })
@@ -117,8 +132,9 @@ impl<'a> VolumeFem<'a> {
     }
 
     fn assembled(&self, mesh: &Filled) -> ElasticSystem {
-        match &self.form {
-            Filling::Block(edges) => box_of_bricks(&mesh.mesh, *edges, mesh.cells, self.constants),
+        match (&self.form, &mesh.prisms) {
+            (Filling::Block(edges), _) => box_of_bricks(&mesh.mesh, *edges, mesh.cells, self.constants),
+            (_, Some(prisms)) => plate_of_prisms(prisms, &mesh.mesh.nodes, self.constants),
             _ => ElasticSystem::new(&mesh.mesh, self.constants),
         }
     }
@@ -132,6 +148,14 @@ impl<'a> VolumeFem<'a> {
                 [elements, NODES_PER_TETRAHEDRON * elements]
             }
             Filling::Block(_) => [cells.iter().product(), cells.iter().map(|n| 2.0 * n + 1.0).product()],
+            Filling::Plate(_) => {
+                // Triangles with sides of two edges, and eight nodes each on every level.
+                let elements = self.volume / self.wall / (3.0_f64.sqrt() * edge * edge);
+                [
+                    elements,
+                    NODES_PER_PLATE_ELEMENT * (2 * cells_across(self.wall, edge) + 1) as f64 * elements,
+                ]
+            }
             Filling::Surface(_) => {
                 let elements = GRID_TETRAHEDRA * self.volume / edge.min(GRID_PER_WALL * self.wall).powi(3);
                 [elements, NODES_PER_TETRAHEDRON * elements]
@@ -150,23 +174,33 @@ impl<'a> VolumeFem<'a> {
             Filling::Ellipsoid(semi_axes) => {
                 let edge = semi_axes.max_element() / cells[0] as f64;
                 let mesh = ball::ellipsoid(*semi_axes, cells[0]).map_err(broken)?;
-                Filled { mesh, edge, cells, part: None }
+                Filled { mesh, edge, cells, part: None, prisms: None }
+            }
+            Filling::Plate(plate) => {
+                let (mesh, prisms) =
+                    plate_mesh(plate, 2.0 * edge, cells_across(self.wall, edge)).map_err(broken)?;
+                Filled { mesh, edge, cells, part: None, prisms: Some(prisms) }
             }
             Filling::Block(edges) => {
                 let mirrored = MirroredBox { edges: *edges, cells, constants: self.constants };
                 let part = Some(mirrored.part().map_err(broken)?);
                 let edge = (0..3).map(|a| edges[a] / cells[a] as f64).fold(0.0, f64::max);
-                Filled { mesh: block::block(*edges, cells).map_err(broken)?, edge, cells, part }
+                Filled { mesh: block::block(*edges, cells).map_err(broken)?, edge, cells, part, prisms: None }
             }
             Filling::Surface(surface) => {
                 let (mesh, report) = stuff(surface, edge)?;
                 match mesh.parts() {
-                    1 => Filled { mesh, edge: report.edge, cells, part: None },
+                    1 => Filled { mesh, edge: report.edge, cells, part: None, prisms: None },
                     parts => return Err(ModalAnalysisError::LooseParts(parts)),
                 }
             }
         })
     }
+}
+
+/// Cells across a plate for elements of an edge length: one, of second order, where it is thin.
+fn cells_across(wall: f64, edge: f64) -> usize {
+    if wall <= ONE_CELL * edge { 1 } else { 2 }
 }
 
 /// Cells along the axes of a box for elements of an edge length, or finer: one, two, or a multiple that
@@ -192,6 +226,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
         match self.form {
             Filling::Ellipsoid(_) => "quadratic tetrahedra in a divided icosahedron",
             Filling::Block(_) => "bricks of fourth order, of second across where thin",
+            Filling::Plate(_) => "prisms of fourth order, of second across where thin",
             Filling::Surface(_) => "quadratic tetrahedra in a body-centred cubic grid",
         }
     }
@@ -201,7 +236,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
             Filling::Ellipsoid(_) => 4.0,
             // Near the edges of a plate, torsion varies over its thickness, which is shorter than a
             // hexahedron.
-            Filling::Block(_) => 2.0,
+            Filling::Block(_) | Filling::Plate(_) => 2.0,
             // Each grid cuts sharp edges differently.
             Filling::Surface(_) => 2.0,
         }
@@ -223,6 +258,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
         match &self.form {
             Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge),
             Filling::Block(edges) => self.with_cells(box_cells(*edges, edge), edge),
+            Filling::Plate(_) => self.with_cells([0; 3], edge),
             Filling::Surface(_) => {
                 // Bodies with sharp edges lose much volume on a coarse grid.
                 let mut trial = self.with_cells([0; 3], edge);

@@ -26,6 +26,24 @@ pub(crate) fn flat_ring(radius: f64, hole: f64, thickness: f64, sides: usize) ->
     if hole == 0.0 { mesh.weld(1e-9 * radius) } else { mesh }
 }
 
+/// A plate across y with an outline in the plane, triangles from its first corner.
+pub(crate) fn slab(corners: &[DVec2], thickness: f64) -> TriMesh {
+    let count = corners.len() as u32;
+    let level = |y: f64| corners.iter().map(move |c| DVec3::new(c.x, y, -c.y));
+    let mut mesh = TriMesh {
+        vertices: level(0.5 * thickness).chain(level(-0.5 * thickness)).collect(),
+        triangles: Vec::new(),
+    };
+    for k in 1..count - 1 {
+        mesh.triangles.extend([[0, k, k + 1], [count, count + k + 1, count + k]]);
+    }
+    for k in 0..count {
+        let next = (k + 1) % count;
+        mesh.triangles.extend([[k, count + k, count + next], [k, count + next, next]]);
+    }
+    mesh
+}
+
 /// A free Kirchhoff plate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plate {
@@ -125,6 +143,77 @@ impl Plate {
         // After three rigid motions.
         all[3..3 + count].to_vec()
     }
+}
+
+impl Plate {
+    /// The lowest frequencies \[Hz\] of a polygon that is star-shaped about the origin, by Ritz with products
+    /// of
+    /// Legendre polynomials up to a total degree.
+    pub(crate) fn polygon_frequencies(&self, corners: &[DVec2], count: usize) -> Vec<f64> {
+        const DEGREE: usize = 11;
+        let [_, ratio, _] = self.material;
+        let reach = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
+        let pairs: Vec<[usize; 2]> =
+            (0..=DEGREE).flat_map(|i| (0..=DEGREE - i).map(move |j| [i, j])).collect();
+        let size = pairs.len();
+        let (mut mass, mut stiffness) = (vec![0.0; size * size], vec![0.0; size * size]);
+        let rule = gauss(16);
+        for k in 0..corners.len() {
+            let [a, b] = [corners[k], corners[(k + 1) % corners.len()]].map(|c| c / reach);
+            for ((u, wu), (v, wv)) in rule.iter().flat_map(|p| rule.iter().map(move |q| (p, q))) {
+                // Collapsed at the origin.
+                let (s, t) = (0.5 * (1.0 + u), 0.5 * (1.0 + v));
+                let (p, weight) = (s * a.lerp(b, t), 0.25 * wu * wv * s * a.perp_dot(b));
+                let [x, y] = [p.x, p.y].map(|x| legendre(DEGREE + 1, x));
+                let values: Vec<[f64; 4]> = pairs
+                    .iter()
+                    .map(|[i, j]| {
+                        let (f, g) = (x[*i], y[*j]);
+                        [f[0] * g[0], f[2] * g[0], f[0] * g[2], f[1] * g[1]]
+                    })
+                    .collect();
+                for (m, f) in values.iter().enumerate() {
+                    for (n, g) in values.iter().enumerate() {
+                        mass[m * size + n] += weight * f[0] * g[0];
+                        let bend = f[1] * g[1] + f[2] * g[2] + ratio * (f[1] * g[2] + f[2] * g[1]);
+                        stiffness[m * size + n] +=
+                            weight * (bend + 2.0 * (1.0 - ratio) * f[3] * g[3]) / reach.powi(4);
+                    }
+                }
+            }
+        }
+        let mut all: Vec<f64> = generalised_eigenvalues(&stiffness, &mut mass, size)
+            .into_iter()
+            .map(|s| s.max(0.0).sqrt() * self.stiffness() / TAU)
+            .collect();
+        all.sort_by(f64::total_cmp);
+        // After three rigid motions.
+        all[3..3 + count].to_vec()
+    }
+}
+
+/// λ of K x = λ M x, by the Cholesky factor of M, which replaces it.
+fn generalised_eigenvalues(stiffness: &[f64], mass: &mut [f64], size: usize) -> Vec<f64> {
+    for j in 0..size {
+        for i in j..size {
+            let sum: f64 = (0..j).map(|k| mass[i * size + k] * mass[j * size + k]).sum();
+            let rest = mass[i * size + j] - sum;
+            mass[i * size + j] = if i == j { rest.sqrt() } else { rest / mass[j * size + j] };
+        }
+    }
+    // L⁻¹ K L⁻ᵀ, by rows and then by columns.
+    let mut reduced = stiffness.to_vec();
+    for transposed in [false, true] {
+        let at = |i: usize, j: usize| if transposed { j * size + i } else { i * size + j };
+        for column in 0..size {
+            for i in 0..size {
+                let sum: f64 = (0..i).map(|k| mass[i * size + k] * reduced[at(k, column)]).sum();
+                reduced[at(i, column)] = (reduced[at(i, column)] - sum) / mass[i * size + i];
+            }
+        }
+    }
+    let matrix = faer::Mat::from_fn(size, size, |i, j| 0.5 * (reduced[i * size + j] + reduced[j * size + i]));
+    matrix.self_adjoint_eigenvalues(faer::Side::Lower).expect("eigenvalues")
 }
 
 fn bisect(f: &dyn Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {

@@ -19,9 +19,9 @@ const TOO_FLAT: f64 = 1.4;
 const SMOOTHINGS: usize = 4;
 
 /// Triangles, counter-clockwise, and the neighbour opposite each corner.
-pub(super) struct Triangulation {
-    pub(super) points: Vec<DVec2>,
-    pub(super) triangles: Vec<[u32; 3]>,
+pub(in crate::modal_analysis) struct Triangulation {
+    pub(in crate::modal_analysis) points: Vec<DVec2>,
+    pub(in crate::modal_analysis) triangles: Vec<[u32; 3]>,
     neighbours: Vec<[u32; 3]>,
     border: usize,
 }
@@ -33,7 +33,10 @@ fn area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 
 /// Fills a simple polygon, counter-clockwise, whose edges have about the length given by `size`; `None` if it
 /// is not simple.
-pub(super) fn fill(polygon: &[DVec2], size: &dyn Fn(DVec2) -> f64) -> Option<Triangulation> {
+pub(in crate::modal_analysis) fn fill(
+    polygon: &[DVec2],
+    size: &dyn Fn(DVec2) -> f64,
+) -> Option<Triangulation> {
     let triangles = clip_ears(polygon)?;
     let mut mesh = Triangulation {
         points: polygon.to_vec(),

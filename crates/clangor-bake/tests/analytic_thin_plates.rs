@@ -152,7 +152,7 @@ fn flat_polygons_ring_as_free_plates() {
             assert!(matches!(geometry, BakeGeometry::Mesh(_)), "{name}");
             let found = frequencies(&geometry, 1.05 * exact[COUNT - 1]);
             let error = worst(&found, &exact);
-            // Seen:
+            // Seen: 4.3e-3, of the softer edges of a solid plate.
             assert!(error < 0.015, "{name}: {error:.1e}");
         }
     }

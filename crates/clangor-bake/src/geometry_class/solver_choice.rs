@@ -1,11 +1,11 @@
 //! Which discretization suits which class: the only place that decides it.
 //!
-//! | class | field of accelerations | modes | stress and fracture |
+//! | class | field | modes | stress and fracture |
 //! |---|---|---|---|
-//! | ellipsoid | patches on an octant | section if of revolution about y, else tetrahedra in a ball | tetrahedra in a ball |
-//! | rounded box | patches on an octant | hexahedra; tetrahedra if rounded | grid of cells |
+//! | ellipsoid | patches | section if of revolution about y, else tetrahedra | tetrahedra in a ball |
+//! | rounded box | patches | hexahedra; tetrahedra if rounded | grid of cells |
 //! | axisymmetric | meridian | section | section, revolved |
-//! | mesh | triangles | prisms if a flat plate, else tetrahedra on a grid | tetrahedra on a grid |
+//! | mesh | triangles | prisms if a flat plate, else tetrahedra | tetrahedra on a grid |
 
 use std::borrow::Cow;
 

@@ -10,11 +10,13 @@ use clangor_core::acoustics::Acoustics;
 use clangor_core::body::{BodyId, Motion};
 use clangor_core::contact::ForceProfile;
 use clangor_core::glam::{DQuat, DVec3};
-use clangor_core::material::Damping;
+use clangor_core::material::{Damping, presets};
+use clangor_core::medium::Medium;
 use clangor_core::pose::{Keyframe, Pose, Track};
 use clangor_core::propagation::{
     Air, Floor, PlanesError, ReflectingPlane, ReflectingPlanes, Room, WallAbsorption,
 };
+use clangor_core::synthesis::ground::{Ground, GroundSource};
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, ModalVoice};
 use clangor_core::synthesis::{
     AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource, SynthesisError,
@@ -251,6 +253,21 @@ fn a_reflecting_plane_below_is_the_rigid_floor() {
     // Where both are, there is one path.
     let both = among(&[ground], 2).with_floor(Floor::Rigid { height: -0.1 });
     assert_eq!(heard(&click, &microphone(), &both), by_floor);
+}
+
+#[test]
+fn the_sound_of_the_ground_is_reflected_in_walls_but_not_in_itself() {
+    let solid = GroundSource::try_new(&presets::GRANITE.material(), &Medium::AIR).unwrap();
+    let source = SoundSource::Ground { ground: Ground::HalfSpace(Arc::new(solid)), impulse: 0.02 };
+    let pressed = [AccelerationPulse { source, ..click(DVec3::new(0.1, 0.0, -0.1), DVec3::ZERO) }];
+    let (ground, wall) = (hard(DVec3::Y, 0.0), hard(DVec3::X, -0.5));
+    let free = heard(&pressed, &microphone(), &RenderSettings::default());
+    assert_eq!(heard(&pressed, &microphone(), &among(&[ground], 1)), free);
+    let reflected = heard(&pressed, &microphone(), &among(&[wall], 1));
+    assert_eq!(heard(&pressed, &microphone(), &among(&[ground, wall], 2)), reflected);
+    // Seen: 0.44.
+    let apart = difference(&free, &reflected);
+    assert!(apart > 0.05, "{apart}");
 }
 
 #[test]

@@ -70,10 +70,10 @@ impl Integrals {
                 for (i, (value, slopes)) in shapes.iter().enumerate() {
                     for (j, (other, other_slopes)) in shapes.iter().enumerate() {
                         all.plain[i][j] += weight * value * other;
-                        for a in 0..3 {
-                            all.mixed[a][i][j] += weight * slopes[a] * other;
-                            for b in 0..3 {
-                                all.steep[a][b][i][j] += weight * slopes[a] * other_slopes[b];
+                        for (a, slope) in slopes.iter().enumerate() {
+                            all.mixed[a][i][j] += weight * slope * other;
+                            for (b, other_slope) in other_slopes.iter().enumerate() {
+                                all.steep[a][b][i][j] += weight * slope * other_slope;
                             }
                         }
                     }
@@ -126,18 +126,18 @@ pub(crate) fn plate_of_prisms(
             // ∫ ∂_r N_n ∂_s N_m.
             let line = |of: bool, with: bool| area * across.integral(p, q, [of, with]);
             let mut products = DMat3::ZERO;
-            for a in 0..3 {
-                for b in 0..3 {
+            for (a, slope) in slopes.iter().enumerate() {
+                for (b, other) in slopes.iter().enumerate() {
                     let part = integrals.steep[a][b][i][j] * line(false, false);
                     for r in 0..2 {
                         for s in 0..2 {
-                            products.col_mut(s)[r] += part * slopes[a][r] * slopes[b][s];
+                            products.col_mut(s)[r] += part * slope[r] * other[s];
                         }
                     }
                 }
                 for r in 0..2 {
-                    products.col_mut(2)[r] += integrals.mixed[a][i][j] * slopes[a][r] * line(false, true);
-                    products.col_mut(r)[2] += integrals.mixed[a][j][i] * slopes[a][r] * line(true, false);
+                    products.col_mut(2)[r] += integrals.mixed[a][i][j] * slope[r] * line(false, true);
+                    products.col_mut(r)[2] += integrals.mixed[a][j][i] * slope[r] * line(true, false);
                 }
             }
             products.col_mut(2)[2] = integrals.plain[i][j] * line(true, true);

@@ -8,7 +8,7 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::shape::{Form, Shape};
 use glam::{DMat3, DVec3};
 
-use super::agreement::{MEASURES, ON_FORM, samples_exactly};
+use super::agreement::{ON_FORM, TORUS_MEASURES, samples_exactly};
 use super::bake_geometry::BakeGeometry;
 
 /// Longest semi-axis of an ellipsoid over the distance of its farthest vertex: a mesh need not have one at
@@ -48,7 +48,7 @@ pub(super) fn revolution_form(mesh: &TriMesh) -> Option<BakeGeometry> {
     ];
     forms.into_iter().find_map(|form| {
         let meridian = Shape::try_new(form, None).ok()?.meridian()?;
-        if (meridian.volume() - volume).abs() > MEASURES * volume {
+        if (meridian.volume() - volume).abs() > TORUS_MEASURES * volume {
             return None;
         }
         let is_torus = matches!(form, Form::Torus { .. });

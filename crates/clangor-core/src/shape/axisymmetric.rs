@@ -120,15 +120,11 @@ pub(super) fn cylinder_profile(radius: f64, height: f64, edge: f64) -> Profile {
         .line_to(0.0, half)
 }
 
-/// Largest distance of the chords of a torus from the circle of its section, over the radius of that circle:
-/// 28 chords, whose polygon has 0.8 % less area.
-const TORUS_SAGITTA: f64 = 0.0063;
-
 /// A torus: the circle of radius `minor` about (major, 0), turned.
 pub(super) fn torus_profile(major: f64, minor: f64, edge: f64) -> Profile {
     let centre = DVec2::new(major, 0.0);
     let (outermost, innermost) = (centre + DVec2::X * minor, centre - DVec2::X * minor);
-    Profile::start(outermost, edge, TORUS_SAGITTA * minor)
+    Profile::start(outermost, edge, f64::INFINITY)
         .arc_to(centre, innermost, 1.0)
         .arc_to(centre, outermost, 1.0)
         .close()

@@ -220,7 +220,6 @@ impl Stage {
             transfers: Transfers::Baked,
             rolling: None,
             ground: GroundSound::None,
-            limit_energy: true,
             inherit_vibration: true,
             to: seconds + 0.05,
             format: SampleFormat::Float32,

@@ -142,6 +142,7 @@ fn voice() -> f64 {
                 angular_impulse: DVec3::ZERO,
                 angular_velocity_change: DVec3::ZERO,
                 transit_ratio: 1.0,
+                modal_gain: 1.0,
             };
             ImpactPulse {
                 impact_id: 0,
@@ -158,6 +159,7 @@ fn voice() -> f64 {
                 pair: [BodyId(0), BodyId::WORLD],
                 bodies: [Some(share), None],
                 points: vec![(share.pose.position, DVec3::Y)],
+                modal_energy_ratio: 0.0,
             }
         })
         .collect();

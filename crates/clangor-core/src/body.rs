@@ -102,6 +102,11 @@ impl MeshSurface {
         })
     }
 
+    /// Outward unit normal at the point of the surface nearest to `point_body`; `None` for an open surface.
+    pub fn normal_at(&self, point_body: DVec3) -> Option<DVec3> {
+        self.tree.outward_normal(&self.mesh, point_body)
+    }
+
     /// Distance of `point_body` from the surface \[m\], negative inside.
     pub fn signed_distance(&self, point_body: DVec3) -> f64 {
         self.tree.signed_distance(&self.mesh, point_body).unwrap_or(f64::INFINITY)
@@ -130,6 +135,16 @@ impl Surface {
             Surface::Sphere { radius } => *radius,
             Surface::HalfSpace => f64::INFINITY,
             Surface::Mesh(surface) => surface.mesh.bounding_radius(DVec3::ZERO),
+        }
+    }
+
+    /// Outward unit normal at the point of the surface nearest to `point_body` \[m, body frame\]; `None` at
+    /// the centre of a sphere and for an open surface.
+    pub fn normal_at(&self, point_body: DVec3) -> Option<DVec3> {
+        match self {
+            Surface::Sphere { .. } => point_body.try_normalize(),
+            Surface::HalfSpace => Some(DVec3::Y),
+            Surface::Mesh(surface) => surface.normal_at(point_body),
         }
     }
 

@@ -1,29 +1,36 @@
 //! From impulses to forces: how long a collision lasts, and how its force runs over that time (\[PAN\] §3).
 //!
 //! ```text
-//! rows of an impact ─► effective mass, local radii, speed ─► duration τ (Hertz)
-//!                   ─► force profile ─► pulse per body
+//! rows of an impact ─► two sides, points, normal, speed ─► contact_forces ─► pulse
 //! ```
+//!
+//! [`contact_forces`](mod@contact_forces) is the one place where an impact becomes forces, on the motion, the
+//! modes and the ground, whatever calls it. [`pulses`] and [`mod@crack_pulses`] give it the rows of a timeline.
 //!
 //! Weaker contact forces form a force stream ([`force_stream`](mod@force_stream)).
 
 pub mod chain_onset;
 mod contact_error;
+pub mod contact_forces;
+pub mod contact_side;
 pub mod crack_pulses;
-pub mod effective_mass;
 pub mod force_profile;
 pub mod force_stream;
 pub mod hertz;
 pub mod impact_pulse;
 pub mod local_curvature;
+pub mod modal_energy;
 pub mod pose_history;
 pub mod pulses;
 mod row_checks;
 
 pub use contact_error::ContactError;
+pub use contact_forces::{ContactPoint, ForceSettings, Impact, contact_forces};
+pub use contact_side::ContactSide;
 pub use crack_pulses::crack_pulses;
 pub use force_profile::ForceProfile;
 pub use force_stream::{StreamPoint, StreamSettings, StreamedForce, force_stream};
 pub use impact_pulse::{BodyPulse, ImpactPulse};
+pub use modal_energy::{ModesAtContact, no_modes};
 pub use pose_history::PoseHistory;
-pub use pulses::{ContactReport, ContactSettings, impact_pulses};
+pub use pulses::{ContactReport, ContactSettings, StruckBodies, impact_pulses, impact_pulses_on};

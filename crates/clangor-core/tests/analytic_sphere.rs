@@ -11,7 +11,7 @@ use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::SampleRate;
-use clangor_core::synthesis::strike::{Strike, StrikeSound};
+use clangor_core::synthesis::strike::{Strike, StrikeForce, StrikeSound};
 use realfft::num_complex::Complex64;
 
 const RHO: f64 = 1.2041;
@@ -67,12 +67,14 @@ fn relative_error(sound: &StrikeSound, from: f64, to: f64, exact: impl Fn(f64) -
     (error / norm).sqrt()
 }
 
+/// Impulse of all impacts [N s].
+const IMPULSE: DVec3 = DVec3::new(0.0, -0.02, 0.01);
+
 fn impact(radius: f64, listener: DVec3, tau: f64, rate: u32) -> Strike {
     Strike {
-        impulse: DVec3::new(0.0, -0.02, 0.01),
+        force: StrikeForce::Impulse { impulse: IMPULSE, duration: Some(tau) },
         point: DVec3::Y * radius,
         listener,
-        duration: Some(tau),
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::try_new(rate).unwrap(),
         max_frequency: None,
@@ -93,8 +95,8 @@ fn struck_sphere_has_the_exact_spectrum_from_100_hz_to_20_khz() {
                 let listener = direction * distance;
                 let impact = impact(radius, listener, tau, 48_000);
                 let sound = strike(&body, &impact).unwrap();
-                let cosine = impact.impulse.normalize().dot(direction);
-                let velocity = impact.impulse.length() / body.mass;
+                let cosine = IMPULSE.normalize().dot(direction);
+                let velocity = IMPULSE.length() / body.mass;
                 let error = relative_error(&sound, 100.0, 20_000.0, |f| {
                     velocity * exact_transfer(f, radius, distance, cosine) * integrated_half_sine(f, tau)
                 });
@@ -115,8 +117,8 @@ fn every_sample_rate_holds_the_exact_spectrum_up_to_five_twelfths_of_it() {
         let distance = if rate < 44_100 { 5.0 } else { radius };
         let impact = impact(radius, DVec3::NEG_Y * distance, tau, rate);
         let sound = strike(&body, &impact).unwrap();
-        let cosine = impact.impulse.normalize().dot(DVec3::NEG_Y);
-        let velocity = impact.impulse.length() / body.mass;
+        let cosine = IMPULSE.normalize().dot(DVec3::NEG_Y);
+        let velocity = IMPULSE.length() / body.mass;
         let error = relative_error(&sound, 100.0, f64::from(rate) * 5.0 / 12.0, |f| {
             velocity * exact_transfer(f, radius, distance, cosine) * integrated_half_sine(f, tau)
         });
@@ -133,7 +135,7 @@ fn compact_dipole_is_howes_formula() {
     let impact = Strike { sphere_model: SphereModel::CompactDipole, ..impact(radius, listener, tau, 48_000) };
     let sound = strike(&body, &impact).unwrap();
     let distance = listener.length();
-    let along = impact.impulse.dot(listener) / distance / body.mass;
+    let along = IMPULSE.dot(listener) / distance / body.mass;
     let error = relative_error(&sound, 100.0, 20_000.0, |f| {
         let omega = TAU * f;
         let strength = omega * RHO * radius.powi(3) * along / (2.0 * C * distance);

@@ -13,7 +13,7 @@ use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::SampleRate;
-use clangor_core::synthesis::strike::Strike;
+use clangor_core::synthesis::strike::{Strike, StrikeForce};
 use realfft::num_complex::Complex64;
 
 /// Samples per second of the reference, which is not band-limited.
@@ -59,10 +59,9 @@ fn struck_sphere_agrees_with_the_reference_program() {
         let impulse = body.mass * 2.0 * tau / std::f64::consts::PI;
         let angle = 30f64.to_radians();
         let impact = Strike {
-            impulse: DVec3::Y * impulse,
+            force: StrikeForce::Impulse { impulse: DVec3::Y * impulse, duration: Some(tau) },
             point: DVec3::NEG_Y * radius,
             listener: DVec3::new(angle.sin(), angle.cos(), 0.0) * distance,
-            duration: Some(tau),
             profile: ForceProfile::HalfSine,
             sample_rate: SampleRate::HZ_48000,
             max_frequency: None,

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use clangor_core::body::{Body, BodyId, Life, Motion};
 use clangor_core::contact::{
-    ContactError, ContactSettings, ForceProfile, PoseHistory, crack_pulses, impact_pulses,
+    ContactError, ContactSettings, ForceSettings, PoseHistory, StruckBodies, crack_pulses, impact_pulses,
 };
 use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::material::Damping;
@@ -118,10 +118,11 @@ fn cracks_push_both_sides_apart_for_as_long_as_the_fracture_takes() {
     let bodies = timeline.all_bodies(&start);
     let poses = PoseHistory::try_new(&bodies, &[]).unwrap();
     let rows = [row(ContactKind::Fracture, BREAKS, [1, 2]), row(ContactKind::Fracture, BREAKS, [1, 2])];
+    let struck = StruckBodies::rigid(&bodies, &poses);
     // Crack pulses ignore impacts, and impact pulses ignore cracks.
     let (none, report) = impact_pulses(&bodies, &rows, &poses, &ContactSettings::default()).unwrap();
     assert!(none.is_empty() && report.slow == 0);
-    let pulses = crack_pulses(&bodies, &rows, &timeline.fractures, &poses, ForceProfile::HalfSine).unwrap();
+    let pulses = crack_pulses(struck, &rows, &timeline.fractures, &ForceSettings::default()).unwrap();
     let [pulse] = &pulses[..] else { panic!("{pulses:?}") };
     assert_eq!((pulse.time, pulse.duration, pulse.impact_id), (BREAKS, 1e-4, 7));
     let [Some(a), Some(b)] = pulse.bodies else { panic!("both move") };
@@ -143,7 +144,7 @@ fn cracks_push_both_sides_apart_for_as_long_as_the_fracture_takes() {
     assert!((about_origin(&a) + about_origin(&b)).length() < 1e-15);
     // Nothing else gives a crack its duration.
     let orphan = [row(ContactKind::Fracture, BREAKS, [1, 2])];
-    let error = crack_pulses(&bodies, &orphan, &[], &poses, ForceProfile::HalfSine).unwrap_err();
+    let error = crack_pulses(struck, &orphan, &[], &ForceSettings::default()).unwrap_err();
     assert!(matches!(error, ContactError::NoDuration { .. }), "{error}");
 }
 

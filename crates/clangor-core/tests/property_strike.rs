@@ -11,14 +11,20 @@ use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::SampleRate;
-use clangor_core::synthesis::strike::{Strike, StrikeError};
+use clangor_core::synthesis::strike::{Strike, StrikeError, StrikeForce};
+
+const IMPULSE: StrikeForce =
+    StrikeForce::Impulse { impulse: DVec3::new(0.0, -0.02, 0.0), duration: None };
+
+fn lasting(duration: f64) -> StrikeForce {
+    StrikeForce::Impulse { impulse: DVec3::new(0.0, -0.02, 0.0), duration: Some(duration) }
+}
 
 fn impact(radius: f64) -> Strike {
     Strike {
-        impulse: DVec3::new(0.0, -0.02, 0.0),
+        force: IMPULSE,
         point: DVec3::Y * radius,
         listener: DVec3::new(0.3, 0.4, 0.0),
-        duration: None,
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::HZ_48000,
         max_frequency: None,
@@ -48,7 +54,7 @@ fn output_begins_two_milliseconds_early_and_ends_on_request() {
         assert!(last < 0.02 && last >= 0.02 - 1.001 * step, "{rate} Hz ends at {last}");
         assert!(sound.pressures.iter().all(|p| p.is_finite()));
 
-        let by_itself = strike(&body, &Strike { seconds: None, ..asked }).unwrap();
+        let by_itself = strike(&body, &Strike { seconds: None, ..asked.clone() }).unwrap();
         let peak = by_itself.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
         let last = by_itself.pressures[by_itself.pressures.len() - 1].abs();
         // Seen: 3e-10 and less.
@@ -65,7 +71,7 @@ fn any_solid_radiates_as_the_sphere_of_its_volume() {
     // Residual seen: 2e-18 m.
     assert!((sound.radius - radius).abs() < 1e-15);
     let sphere = pan_steel_ball(radius, DVec3::ZERO);
-    let asked = Strike { duration: Some(sound.duration), ..impact(radius) };
+    let asked = Strike { force: lasting(sound.duration), ..impact(radius) };
     let expected = strike(&sphere, &asked).unwrap();
     let peak = expected.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
     let error =
@@ -79,14 +85,14 @@ fn impossible_impacts_are_errors() {
     let body = pan_steel_ball(0.01, DVec3::ZERO);
     let good = impact(0.01);
     let error = |change: Strike| strike(&body, &change).unwrap_err();
-    let off = error(Strike { point: DVec3::Y * 0.0103, ..good });
+    let off = error(Strike { point: DVec3::Y * 0.0103, ..good.clone() });
     assert!(matches!(off, StrikeError::OffSurface { distance, .. } if (distance - 3e-4).abs() < 1e-12));
-    assert!(strike(&body, &Strike { point: DVec3::Y * 0.0101, ..good }).is_ok());
-    assert!(matches!(error(Strike { point: DVec3::NAN, ..good }), StrikeError::NotFinite { .. }));
-    assert!(matches!(error(Strike { impulse: DVec3::ZERO, ..good }), StrikeError::NoImpulse));
-    assert!(matches!(error(Strike { duration: Some(0.0), ..good }), StrikeError::Duration { .. }));
-    assert!(matches!(error(Strike { seconds: Some(-1.0), ..good }), StrikeError::Seconds { .. }));
-    let inside = error(Strike { listener: DVec3::X * 0.009, ..good });
+    assert!(strike(&body, &Strike { point: DVec3::Y * 0.0101, ..good.clone() }).is_ok());
+    assert!(matches!(error(Strike { point: DVec3::NAN, ..good.clone() }), StrikeError::NotFinite { .. }));
+    assert!(matches!(error(Strike { force: StrikeForce::Impulse { impulse: DVec3::ZERO, duration: None }, ..good.clone() }), StrikeError::NoImpulse));
+    assert!(matches!(error(Strike { force: lasting(0.0), ..good.clone() }), StrikeError::Duration { .. }));
+    assert!(matches!(error(Strike { seconds: Some(-1.0), ..good.clone() }), StrikeError::Seconds { .. }));
+    let inside = error(Strike { listener: DVec3::X * 0.009, ..good.clone() });
     assert!(matches!(inside, StrikeError::ListenerInside { .. }));
 
     let plane = Body {

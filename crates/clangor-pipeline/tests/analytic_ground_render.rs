@@ -58,13 +58,15 @@ fn hear(
     let settings = &loaded.scene.render;
     let options = RenderOptions {
         listeners: vec![Listener::fixed("kite", DVec3::Y * HEIGHT)],
-        contact: ContactSettings { profile: settings.pulse, ..ContactSettings::default() },
+        contact: ContactSettings {
+        forces: ForceSettings { profile: settings.pulse, ..ForceSettings::default() },
+        ..ContactSettings::default()
+    },
         synthesis: RenderSettings::default(),
         parts,
         transfers: Transfers::Baked,
         rolling: None,
         ground,
-        limit_energy: true,
         inherit_vibration: true,
         to: 0.9,
         format: SampleFormat::Float32,
@@ -98,7 +100,10 @@ fn soil_sends_the_force_of_a_ball_straight_up() {
 
     let bodies = &loaded.world.bodies;
     let poses = PoseHistory::try_new(bodies, &timeline.poses).unwrap();
-    let contact = ContactSettings { profile: settings.pulse, ..ContactSettings::default() };
+    let contact = ContactSettings {
+        forces: ForceSettings { profile: settings.pulse, ..ForceSettings::default() },
+        ..ContactSettings::default()
+    };
     let (pulses, _) = impact_pulses(bodies, &timeline.contacts, &poses, &contact).unwrap();
     assert_eq!(pulses.len(), 1);
     let (pulse, Medium { density, sound_speed }) = (&pulses[0], Medium::AIR);

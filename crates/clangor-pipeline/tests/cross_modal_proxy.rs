@@ -20,7 +20,7 @@ use clangor_core::sound_model::soundbank::modal_soundbank::ContactMapping;
 use clangor_core::sound_model::{ModalRule, SoundRule};
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, StrikeMemory, TransferMemory};
-use clangor_core::synthesis::strike::{Strike, StrikeSound, struck_ringing};
+use clangor_core::synthesis::strike::{Strike, StrikeForce, StrikeSound, struck_ringing};
 use clangor_core::synthesis::{BodyModes, NoModes};
 use clangor_pipeline::stages::sound_models::{
     AccelerationSettings, ModalPlanSettings, SoundModelPlan, SoundModelSettings, SoundModelStore,
@@ -106,10 +106,9 @@ fn third_octaves(source: &ModalSource, impacts: &[(DVec3, DVec3)]) -> [f64; BAND
 /// ∫ p² dt of one impact, as samples.
 fn loudness(body: &Body, source: &Arc<ModalSource>, (point, impulse): (DVec3, DVec3)) -> f64 {
     let strike = Strike {
-        impulse,
+        force: StrikeForce::Impulse { impulse, duration: Some(2e-5) },
         point,
         listener: DVec3::new(0.7, 1.2, 0.5),
-        duration: Some(2e-5),
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::try_new(48_000).unwrap(),
         max_frequency: None,

@@ -192,7 +192,6 @@ fn options() -> RenderOptions {
         transfers: Transfers::Baked,
         rolling: None,
         ground: GroundSound::None,
-        limit_energy: true,
         inherit_vibration: true,
         to: DURATION,
         format: SampleFormat::Float32,

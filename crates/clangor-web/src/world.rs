@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
 use clangor_core::material::Material;
 use clangor_core::material::presets;
-use clangor_core::realtime::{Event, ImpactEvent, ImpactTarget, event_row};
+use clangor_core::realtime::{ImpactEvent, ImpactTarget, event_row};
 use clangor_core::scene::instantiate::load_shape;
 use clangor_core::scene::{Scene, instantiate};
 use clangor_sim::Solver;
@@ -99,11 +99,13 @@ impl State {
             (row[CONTACT_DURATION], row[CONTACT_MASS]) = (pulse.duration, pulse.effective_mass);
             row[CONTACT_POINT..][..3].copy_from_slice(&pulse.point.to_array());
             contacts.extend(row);
-            for share in pulse.bodies.iter().flatten() {
+            for (side, share) in pulse.bodies.iter().enumerate() {
+                let Some(share) = share else { continue };
                 if let Some(Surface::Sphere { radius }) = world.body(share.body).map(|body| &*body.surface) {
                     let target = ImpactTarget::Sphere { radius: *radius };
-                    let impact = Event::Impact(ImpactEvent::from_pulse(target, pulse, share));
-                    events.extend(event_row::encode(&impact, share.body.0).into_iter().flatten());
+                    for impact in ImpactEvent::of_side(target, pulse, side) {
+                        events.extend(event_row::encode(&impact.into(), share.body.0).into_iter().flatten());
+                    }
                 }
             }
         }

@@ -16,11 +16,12 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::effective_mass::body_inverse_effective_mass;
-use super::impact_pulse::body_pulse;
+use super::contact_forces::{ContactPoint, ForceSettings};
+use super::contact_side::ContactSide;
+use super::modal_energy::bound_modal_energy;
 use super::row_checks::check_row;
-use super::{BodyPulse, ContactError, ForceProfile, ImpactPulse, PoseHistory};
-use crate::body::{Body, BodyId};
+use super::{BodyPulse, ContactError, ImpactPulse, StruckBodies};
+use crate::body::BodyId;
 use crate::timeline::{ContactKind, ContactRow, FractureRow};
 
 /// Turns the rows of cracks into pulses, in order of time; rows of the same impact id are one pulse.
@@ -29,20 +30,19 @@ use crate::timeline::{ContactKind, ContactRow, FractureRow};
 /// Bodies that are unknown, not alive, or not born of one of the `fractures`; numbers that are not finite;
 /// fractures that take no time.
 pub fn crack_pulses(
-    bodies: &[Body],
+    struck: StruckBodies<'_>,
     rows: &[ContactRow],
     fractures: &[FractureRow],
-    poses: &PoseHistory,
-    profile: ForceProfile,
+    settings: &ForceSettings,
 ) -> Result<Vec<ImpactPulse>, ContactError> {
     let mut cracks: BTreeMap<u64, Vec<ContactRow>> = BTreeMap::new();
     for row in rows.iter().filter(|row| row.kind == ContactKind::Fracture && row.impact_id != 0) {
-        check_row(bodies, row)?;
+        check_row(struck.bodies, row)?;
         cracks.entry(row.impact_id).or_default().push(*row);
     }
     let mut pulses = Vec::new();
     for rows in cracks.values() {
-        pulses.extend(pulse(bodies, rows, fractures, poses, profile)?);
+        pulses.extend(pulse(struck, rows, fractures, settings)?);
     }
     pulses.sort_by(|a, b| a.time.total_cmp(&b.time));
     Ok(pulses)
@@ -50,12 +50,12 @@ pub fn crack_pulses(
 
 /// The pulse of the rows of one crack; `None` without impulse.
 fn pulse(
-    bodies: &[Body],
+    struck: StruckBodies<'_>,
     rows: &[ContactRow],
     fractures: &[FractureRow],
-    poses: &PoseHistory,
-    profile: ForceProfile,
+    settings: &ForceSettings,
 ) -> Result<Option<ImpactPulse>, ContactError> {
+    let StruckBodies { bodies, poses, modes } = struck;
     let ContactRow { time, body_a, body_b, impact_id, .. } = rows[0];
     // Duration of the fracture.
     let duration = duration_at_birth(fractures, body_a).unwrap_or(0.0);
@@ -74,23 +74,24 @@ fn pulse(
     let point = weighted(|row| row.point);
     let Some(normal) = weighted(|row| row.normal).try_normalize() else { return Ok(None) };
     // Effective mass along the normal.
-    let pair = [body_a, body_b].map(|id| (id, &bodies[id.index()], poses.at(id, time)));
-    let inverse_mass: f64 =
-        pair.iter().map(|(_, body, pose)| body_inverse_effective_mass(body, pose, point, normal)).sum();
+    let side = |id: BodyId| ContactSide::of_body(id, &bodies[id.index()], poses.at(id, time));
+    let [a, b] = [body_a, body_b].map(side);
+    let inverse_mass = a.inverse_effective_mass(point, normal) + b.inverse_effective_mass(point, normal);
     // Impulse and change of the velocities of each piece.
-    let [a, b] = pair;
-    let shares = [(a, 1.0), (b, -1.0)]
-        .map(|((id, body, pose), sign)| body_pulse(body, id, pose, rows, sign, duration));
+    let acting = |r: &ContactRow| ContactPoint { place: r.point, impulse: r.impulse(), couple: r.couple };
+    let points: Vec<ContactPoint> = rows.iter().map(acting).collect();
+    let shares =
+        [(a, 1.0), (b, -1.0)].map(|(side, sign)| BodyPulse::new(&side, &points, sign, duration));
     // Speed V by the energy of impulse and couple.
     let twice_energy = |share: &BodyPulse| {
         share.impulse.dot(share.velocity_change) + share.angular_impulse.dot(share.angular_velocity_change)
     };
-    Ok(Some(ImpactPulse {
+    let mut pulse = ImpactPulse {
         impact_id,
         time,
         onset: time,
         duration,
-        profile,
+        profile: settings.profile,
         speed: (shares.iter().map(twice_energy).sum::<f64>() * inverse_mass).sqrt(),
         effective_mass: inverse_mass.recip(),
         radius: f64::INFINITY,
@@ -100,7 +101,10 @@ fn pulse(
         pair: [body_a, body_b],
         bodies: shares.map(Some),
         points: rows.iter().map(|row| (row.point, row.impulse())).collect(),
-    }))
+        modal_energy_ratio: 0.0,
+    };
+    bound_modal_energy(&mut pulse, modes, settings.limit_energy);
+    Ok(Some(pulse))
 }
 
 /// Duration \[s\] of the fracture from which a body was born.

@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::effective_mass::inverse_mass;
+use super::contact_side::inverse_mass;
 use super::pulses::whole_impacts;
 use super::row_checks::check_row;
 use super::{ContactError, PoseHistory};

@@ -2,12 +2,11 @@
 
 use glam::DVec3;
 
-use super::effective_mass::{angular_velocity_change, inverse_mass};
+use super::contact_forces::ContactPoint;
+use super::contact_side::ContactSide;
 use super::force_profile::ForceProfile;
-use crate::body::{Body, BodyId};
-use crate::material::Material;
+use crate::body::BodyId;
 use crate::pose::Pose;
-use crate::timeline::ContactRow;
 
 /// The force of one impact over time.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,18 +41,43 @@ pub struct ImpactPulse {
     pub bodies: [Option<BodyPulse>; 2],
     /// Contact points: place [m, world] and impulse on A [N s].
     pub points: Vec<(DVec3, DVec3)>,
+    /// Energy that these impulses would give to the modes of both bodies, over that of the approach
+    /// ([`modal_energy`](super::modal_energy)); 0 for bodies without modes.
+    pub modal_energy_ratio: f64,
 }
 
+/// Restitution above which a contact is taken to lose as much as at it: two solid bodies lose a little even
+/// where a scene says that they do not.
+const MOST_ELASTIC: f64 = 0.95;
+
 impl ImpactPulse {
-    /// Places \[m\] and impulses [N s] in the frame of a body, once for each side of the impact that it is.
-    pub fn points_on(&self, body: BodyId) -> impl Iterator<Item = Vec<(DVec3, DVec3)>> {
+    /// Places \[m\] and impulses [N s] of the forces on the modes of a body, in its frame, once for each side
+    /// of the impact that it is.
+    pub fn modal_impulses_on(&self, body: BodyId) -> impl Iterator<Item = Vec<(DVec3, DVec3)>> {
         let sides = self.bodies.iter().zip([1.0, -1.0]);
         sides.filter_map(move |(share, sign)| {
-            let pose = share.filter(|share| share.body == body)?.pose;
-            let to_body = pose.orientation.inverse();
-            let local = |(x, j): &(DVec3, DVec3)| (pose.body_from_world(*x), to_body * *j * sign);
-            Some(self.points.iter().map(local).collect())
+            let share = share.filter(|share| share.body == body)?;
+            let mut points = share.local(&self.points, sign);
+            points.iter_mut().for_each(|(_, impulse)| *impulse *= share.modal_gain);
+            Some(points)
         })
+    }
+
+    /// Energy of the approach ½ m V² \[J\], of which modes get no more; for the release of a crack, the energy
+    /// that its impulse and couple alone would give to pieces at rest.
+    pub fn approach_energy(&self) -> f64 {
+        0.5 * self.effective_mass * self.speed * self.speed
+    }
+
+    /// Energy that the motion of rigid bodies loses \[J\]: j_n V − j_n²/(2 m) = ½ j_n V (1 − e) of an impact,
+    /// [`approach_energy`](Self::approach_energy) of a crack.
+    pub fn energy_lost(&self) -> f64 {
+        if self.is_crack() {
+            return self.approach_energy();
+        }
+        let impulse = self.points.iter().map(|(_, j)| *j).sum::<DVec3>().dot(self.normal).abs();
+        let restitution = impulse / (self.effective_mass * self.speed) - 1.0;
+        0.5 * impulse * self.speed * (1.0 - restitution.min(MOST_ELASTIC))
     }
 
     /// Whether it is the release of a crack, which has no contact curvature.
@@ -80,34 +104,36 @@ pub struct BodyPulse {
     /// τ c_R / L: duration over the time in which a Rayleigh wave crosses the body. Below 1 the body does not
     /// move as a whole during the impact, and the click of a rigid body is an upper bound.
     pub transit_ratio: f64,
+    /// Factor g of the forces on its modes, at most 1.
+    pub modal_gain: f64,
 }
 
-/// Sum of the rows of an impact for one body, which is A for a `sign` of 1 and B for −1.
-pub(super) fn body_pulse(
-    body: &Body,
-    id: BodyId,
-    pose: Pose,
-    rows: &[ContactRow],
-    sign: f64,
-    duration: f64,
-) -> BodyPulse {
-    let impulse: DVec3 = rows.iter().map(|r| sign * r.impulse()).sum();
-    let turn = |r: &ContactRow| sign * ((r.point - pose.position).cross(r.impulse()) + r.couple);
-    let angular_impulse = rows.iter().map(turn).sum();
-    BodyPulse {
-        body: id,
-        pose,
-        impulse,
-        velocity_change: impulse * inverse_mass(body),
-        angular_impulse,
-        angular_velocity_change: angular_velocity_change(body, &pose, angular_impulse),
-        transit_ratio: duration * rayleigh_speed(&body.material) / (2.0 * body.surface.bounding_radius()),
+impl BodyPulse {
+    /// The share of the body on one side, which is A for a `sign` of 1 and B for −1, in an impact of a
+    /// `duration` \[s\].
+    pub(super) fn new(side: &ContactSide, points: &[ContactPoint], sign: f64, duration: f64) -> Self {
+        let impulse: DVec3 = points.iter().map(|point| sign * point.impulse).sum();
+        let turn = |point: &ContactPoint| {
+            sign * ((point.place - side.pose.position).cross(point.impulse) + point.couple)
+        };
+        let angular_impulse = points.iter().map(turn).sum();
+        BodyPulse {
+            body: side.body,
+            pose: side.pose,
+            impulse,
+            velocity_change: impulse * side.inverse_mass,
+            angular_impulse,
+            angular_velocity_change: side.angular_velocity_change(angular_impulse),
+            transit_ratio: duration * side.rayleigh_speed / (2.0 * side.bounding_radius),
+            modal_gain: 1.0,
+        }
     }
-}
 
-/// Speed of Rayleigh waves [m/s], Viktorov's approximation c_s (0.87 + 1.12 ν)/(1 + ν), good to 0.5 %.
-fn rayleigh_speed(material: &Material) -> f64 {
-    let nu = material.poisson_ratio;
-    let shear = (0.5 * material.youngs_modulus / (material.density * (1.0 + nu))).sqrt();
-    shear * (0.87 + 1.12 * nu) / (1.0 + nu)
+    /// Contact points of the impact in the frame of the body: places \[m\] and impulses on it [N s]. The body
+    /// is A for a `sign` of 1 and B for −1.
+    pub(super) fn local(&self, points: &[(DVec3, DVec3)], sign: f64) -> Vec<(DVec3, DVec3)> {
+        let to_body = self.pose.orientation.inverse();
+        let local = |(x, j): &(DVec3, DVec3)| (self.pose.body_from_world(*x), to_body * *j * sign);
+        points.iter().map(local).collect()
+    }
 }

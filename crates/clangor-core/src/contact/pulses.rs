@@ -16,15 +16,13 @@ use glam::DVec3;
 
 use super::ContactError;
 use super::chain_onset::delay_chains;
-use super::effective_mass::{body_inverse_effective_mass, inverse_mass};
-use super::force_profile::ForceProfile;
-use super::hertz::{HertzContact, combined_curvature};
-use super::impact_pulse::{ImpactPulse, body_pulse};
-use super::local_curvature::mean_curvature;
+use super::contact_forces::{ContactPoint, ForceSettings, Impact, contact_forces};
+use super::contact_side::{ContactSide, inverse_mass};
+use super::impact_pulse::ImpactPulse;
+use super::modal_energy::{ModesOf, no_modes};
 use super::pose_history::PoseHistory;
 use super::row_checks::check_row;
 use crate::body::{Body, BodyId, Motion};
-use crate::pose::Pose;
 use crate::timeline::{ContactKind, ContactRow};
 
 /// Settings of the conversion of impacts into forces.
@@ -32,15 +30,15 @@ use crate::timeline::{ContactKind, ContactRow};
 pub struct ContactSettings {
     /// Approach speed below which impacts are silent [m/s]; \[PAN\] §4.3 uses 5 cm/s.
     pub v_min: f64,
-    /// Time profile of the force.
-    pub profile: ForceProfile,
+    /// How impacts become forces.
+    pub forces: ForceSettings,
     /// Whether impacts take time to travel along chains ([`chain_onset`](super::chain_onset)).
     pub chain_onset: bool,
 }
 
 impl Default for ContactSettings {
     fn default() -> Self {
-        ContactSettings { v_min: 0.05, profile: ForceProfile::HalfSine, chain_onset: true }
+        ContactSettings { v_min: 0.05, forces: ForceSettings::default(), chain_onset: true }
     }
 }
 
@@ -88,6 +86,37 @@ impl Default for BodyContacts {
     }
 }
 
+/// The bodies of a timeline, where they are, and how they vibrate.
+#[derive(Clone, Copy)]
+pub struct StruckBodies<'a> {
+    /// The bodies.
+    pub bodies: &'a [Body],
+    /// Their poses.
+    pub poses: &'a PoseHistory,
+    /// Their modes, which bound the forces on them.
+    pub modes: ModesOf<'a>,
+}
+
+impl<'a> StruckBodies<'a> {
+    /// Bodies without modes.
+    pub fn rigid(bodies: &'a [Body], poses: &'a PoseHistory) -> Self {
+        StruckBodies { bodies, poses, modes: &no_modes }
+    }
+}
+
+/// Converts the impacts among `rows` into pulses on bodies without modes: see [`impact_pulses_on`].
+///
+/// # Errors
+/// Those of [`impact_pulses_on`].
+pub fn impact_pulses(
+    bodies: &[Body],
+    rows: &[ContactRow],
+    poses: &PoseHistory,
+    settings: &ContactSettings,
+) -> Result<(Vec<ImpactPulse>, ContactReport), ContactError> {
+    impact_pulses_on(StruckBodies::rigid(bodies, poses), rows, settings)
+}
+
 /// Converts the impacts among `rows` into pulses, in order of time. Rows of other kinds are skipped;
 /// [`crack_pulses`](fn@super::crack_pulses::crack_pulses) converts those of cracks.
 ///
@@ -96,12 +125,12 @@ impl Default for BodyContacts {
 ///
 /// # Errors
 /// Unknown bodies, numbers that are not finite, bodies without mass or stiffness.
-pub fn impact_pulses(
-    bodies: &[Body],
+pub fn impact_pulses_on(
+    struck: StruckBodies<'_>,
     rows: &[ContactRow],
-    poses: &PoseHistory,
     settings: &ContactSettings,
 ) -> Result<(Vec<ImpactPulse>, ContactReport), ContactError> {
+    let bodies = struck.bodies;
     let mut report =
         ContactReport { bodies: vec![BodyContacts::default(); bodies.len()], ..Default::default() };
     let mut pulses = Vec::new();
@@ -109,7 +138,7 @@ pub fn impact_pulses(
         for row in &impact {
             check_row(bodies, row)?;
         }
-        let outcome = pulse(bodies, &impact, poses, settings)?;
+        let outcome = pulse(struck, &impact, settings)?;
         for id in [impact[0].body_a, impact[0].body_b] {
             if let Some(counts) = report.bodies.get_mut(id.index()) {
                 count(counts, &outcome, id);
@@ -177,11 +206,11 @@ pub(super) fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
 
 /// The pulse of the rows of one impact, or the reason why it is silent.
 fn pulse(
-    bodies: &[Body],
+    struck: StruckBodies<'_>,
     rows: &[ContactRow],
-    poses: &PoseHistory,
     settings: &ContactSettings,
 ) -> Result<Result<ImpactPulse, Silence>, ContactError> {
+    let StruckBodies { bodies, poses, modes } = struck;
     let ids = [rows[0].body_a, rows[0].body_b];
     let pair = ids.map(|id| (id != BodyId::WORLD).then(|| &bodies[id.index()]));
     // Approach speed at the first instant; silent impacts end here.
@@ -201,21 +230,13 @@ fn pulse(
         return Ok(Err(Silence::WithoutImpulse));
     };
     let point: DVec3 = rows.iter().map(|r| r.point * (r.impulse_n / total)).sum();
-    // Hertz duration from effective masses, curvatures and compliances at the mean point.
-    let body_poses = [0, 1].map(|i| match pair[i] {
-        Some(_) => poses.at(ids[i], time),
-        None => Pose::IDENTITY,
-    });
-    let contact = MeanContact { pair, poses: body_poses, point, normal }.hertz(rows, total, speed);
-    let duration = contact.duration();
-    if !(duration > 0.0 && duration.is_finite()) {
-        return Err(ContactError::NoDuration { body: ids[0].0, time, duration });
-    }
-
-    // Impulse and change of the velocities of each movable body.
-    let share = |i: usize| {
-        let body = pair[i].filter(|body| inverse_mass(body) > 0.0)?;
-        Some(body_pulse(body, ids[i], body_poses[i], rows, if i == 0 { 1.0 } else { -1.0 }, duration))
+    // The two sides, with curvatures weighted likewise.
+    let side = |i: usize| match pair[i] {
+        Some(body) => {
+            let weighted = rows.iter().map(|r| (r.point, r.impulse_n / total));
+            ContactSide::of_body(ids[i], body, poses.at(ids[i], time)).touched_at(&body.surface, weighted)
+        }
+        None => ContactSide::SURROUNDINGS,
     };
     // Velocities of the contact point before the impact.
     let velocity_of = |i: usize| match pair[i] {
@@ -224,60 +245,17 @@ fn pulse(
         }
         _ => Some(DVec3::ZERO),
     };
-    Ok(Ok(ImpactPulse {
+    let acting = |r: &ContactRow| ContactPoint { place: r.point, impulse: r.impulse(), couple: r.couple };
+    let impact = Impact {
         impact_id: rows[0].impact_id,
         time,
-        onset: time,
-        duration,
-        profile: settings.profile,
-        speed,
-        effective_mass: 1.0 / contact.inverse_mass,
-        radius: 1.0 / contact.curvature,
+        sides: [side(0), side(1)],
         point,
         normal,
-        velocity_before: velocity_of(0).zip(velocity_of(1)).map(|(a, b)| a - b),
-        pair: ids,
-        bodies: [share(0), share(1)],
-        points: rows.iter().map(|r| (r.point, r.impulse())).collect(),
-    }))
-}
-
-/// Two bodies at the mean point and normal of the rows of an impact; `None` stands for the world.
-struct MeanContact<'a> {
-    pair: [Option<&'a Body>; 2],
-    poses: [Pose; 2],
-    point: DVec3,
-    normal: DVec3,
-}
-
-impl MeanContact<'_> {
-    /// The contact for Hertz's formula at this approach `speed` [m/s]. Curvatures are weighted by the normal
-    /// impulses of the rows, whose sum is `total` [N s].
-    fn hertz(&self, rows: &[ContactRow], total: f64, speed: f64) -> HertzContact {
-        let MeanContact { pair, poses, point, normal } = self;
-        let weight = |row: &ContactRow| row.impulse_n / total;
-        let curvature_of = |i: usize| match pair[i] {
-            Some(body) => rows
-                .iter()
-                .map(|r| weight(r) * mean_curvature(&body.surface, poses[i].body_from_world(r.point)))
-                .sum(),
-            None => 0.0,
-        };
-        let bodies = || pair.iter().flatten();
-        let size = bodies().map(|body| body.surface.bounding_radius()).fold(f64::INFINITY, f64::min);
-        HertzContact {
-            inverse_mass: (0..2)
-                .filter_map(|i| {
-                    pair[i].map(|body| body_inverse_effective_mass(body, &poses[i], *point, *normal))
-                })
-                .sum(),
-            curvature: combined_curvature(
-                [curvature_of(0), curvature_of(1)],
-                pair.map(|body| body.map_or(0.0, |b| b.edge_radius)),
-                size,
-            ),
-            compliance: bodies().map(|body| body.material.contact_compliance()).sum(),
-            speed,
-        }
-    }
+        speed,
+        points: rows.iter().map(acting).collect(),
+    };
+    let pulse = contact_forces(&impact, modes, &settings.forces)?;
+    let velocity_before = velocity_of(0).zip(velocity_of(1)).map(|(a, b)| a - b);
+    Ok(Ok(ImpactPulse { velocity_before, ..pulse }))
 }

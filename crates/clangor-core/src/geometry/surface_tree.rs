@@ -188,10 +188,17 @@ impl SurfaceTree {
     /// open.
     pub fn signed_distance(&self, mesh: &TriMesh, point: DVec3) -> Option<f64> {
         let nearest = self.nearest(mesh, point)?;
+        let normal = self.normal_at(mesh, &nearest)?;
+        Some(nearest.distance.copysign((point - nearest.position).dot(normal)))
+    }
+
+    /// An outward normal at a point of the surface, not of unit length: that of its triangle, of both
+    /// triangles on an edge, of all triangles at a vertex by angle. `None` where the surface is open.
+    fn normal_at(&self, mesh: &TriMesh, nearest: &NearestPoint) -> Option<DVec3> {
         let neighbours = self.neighbours.get(nearest.triangle)?;
         let corners = mesh.triangles[nearest.triangle];
         let zero = nearest.weights.map(|w| w == 0.0);
-        let normal = match zero {
+        Some(match zero {
             [false, false, false] => mesh.area_vector(nearest.triangle),
             [false, true, true] => self.vertex_normals[corners[0] as usize],
             [true, false, true] => self.vertex_normals[corners[1] as usize],
@@ -201,8 +208,13 @@ impl SurfaceTree {
                 let across = neighbours[(opposite + 1) % 3] as usize;
                 mesh.area_vector(nearest.triangle).normalize() + mesh.area_vector(across).normalize()
             }
-        };
-        Some(nearest.distance.copysign((point - nearest.position).dot(normal)))
+        })
+    }
+
+    /// The outward unit normal at the point of the surface nearest to `point`; `None` without triangles or
+    /// where the surface is open.
+    pub fn outward_normal(&self, mesh: &TriMesh, point: DVec3) -> Option<DVec3> {
+        self.normal_at(mesh, &self.nearest(mesh, point)?)?.try_normalize()
     }
 
     /// Calls `visit` with every pair of triangles whose boxes, grown by `margin` \[m\], overlap, each pair

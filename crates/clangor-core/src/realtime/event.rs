@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::engine_settings::MOST_RECEIVERS;
 use super::sounding_object::SoundingObject;
-use crate::contact::{BodyPulse, ImpactPulse};
+use crate::contact::ImpactPulse;
 use crate::pose::Pose;
 
 /// Bound of the components of vectors, in SI units: far beyond it, products overflow.
@@ -140,12 +140,31 @@ impl ImpactEvent {
         }
     }
 
-    /// The share of one body in a contact pulse.
-    pub fn from_pulse(target: ImpactTarget, pulse: &ImpactPulse, share: &BodyPulse) -> Self {
-        ImpactEvent::new(target, pulse.onset, pulse.duration)
-            .with_pose(share.pose)
-            .with_velocity_changes(share.velocity_change, share.angular_velocity_change)
-            .with_impulse(pulse.point, share.impulse)
+    /// The events of an impact on one of its sides: A is 0 and B is 1.
+    ///
+    /// There is one event for each contact point, with the force on the modes there. The first one also has
+    /// the changes of the velocities. A sphere has only the first; none if contacts cannot move the body.
+    pub fn of_side(
+        target: ImpactTarget,
+        pulse: &ImpactPulse,
+        side: usize,
+    ) -> impl Iterator<Item = ImpactEvent> {
+        let share = pulse.bodies.get(side).copied().flatten();
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let most = match target {
+            ImpactTarget::Sphere { .. } => 1,
+            ImpactTarget::Object { .. } => usize::MAX,
+        };
+        share.into_iter().flat_map(move |share| {
+            let still = ImpactEvent::new(target, pulse.onset, pulse.duration).with_pose(share.pose);
+            pulse.points.iter().take(most).enumerate().map(move |(index, (point, impulse))| {
+                let event = still.with_impulse(*point, sign * share.modal_gain * *impulse);
+                match index {
+                    0 => event.with_velocity_changes(share.velocity_change, share.angular_velocity_change),
+                    _ => event,
+                }
+            })
+        })
     }
 
     /// Replaces the pose of the body by a position of its centre of mass [m, world] without rotation.

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 use super::listener::Listener;
 use super::modal::{ModalSource, ModalVoice};
@@ -17,15 +17,15 @@ use super::source::SoundSource;
 use super::{SampleRate, SynthesisError};
 use crate::acoustics::Acoustics;
 use crate::body::{Body, BodyId, Motion, Surface};
-use crate::contact::effective_mass::inverse_effective_mass;
-use crate::contact::force_profile::ForceProfile;
-use crate::contact::hertz::{HertzContact, combined_curvature};
-use crate::contact::local_curvature::mean_curvature;
-use crate::contact::{BodyPulse, ImpactPulse, PoseHistory};
+use crate::contact::{
+    ContactError, ContactPoint, ContactSide, ForceProfile, ForceSettings, Impact, ImpactPulse, PoseHistory,
+    contact_forces, no_modes,
+};
+use crate::material::{Material, PairCoefficients};
 use crate::medium::Medium;
 use crate::pose::Pose;
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
-use crate::synthesis::acceleration_pulse::AccelerationPulse;
+use crate::synthesis::acceleration_pulse::{AccelerationPulse, clicks_of};
 
 /// Output before the first contact \[s\].
 pub const LEAD: f64 = 2e-3;
@@ -34,17 +34,54 @@ pub const DEFAULT_SPEED: f64 = 1.0;
 /// Largest distance of the struck point from the surface, over the bounding radius.
 pub const POINT_TOLERANCE: f64 = 0.02;
 
+/// What strikes the body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StrikeForce {
+    /// A force of given impulse, which nothing else limits.
+    Impulse {
+        /// Impulse on the body [N s].
+        impulse: DVec3,
+        /// Duration τ \[s\]; by default that of a collision with a rigid plane at 1 m/s along the impulse.
+        duration: Option<f64>,
+    },
+    /// A ball that hits the body.
+    Striker(Striker),
+}
+
+/// A free ball that hits a body at rest along the normal, without friction.
+///
+/// Impulse and duration follow from both bodies ([`contact_forces`]), with the restitution of the pair of
+/// materials.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Striker {
+    /// Its material.
+    pub material: Material,
+    /// Its radius \[m\].
+    pub radius: f64,
+    /// Its speed along the normal [m/s].
+    pub speed: f64,
+    /// Outward normal of the body at the point; by default that of its surface.
+    pub normal: Option<DVec3>,
+    /// Whether its own acceleration noise is part of the sound.
+    pub heard: bool,
+}
+
+impl Striker {
+    /// A ball of a material, a radius \[m\] and a speed [m/s], which is heard.
+    pub fn new(material: Material, radius: f64, speed: f64) -> Self {
+        Striker { material, radius, speed, normal: None, heard: true }
+    }
+}
+
 /// An impact and its receiver.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Strike {
-    /// Impulse on the body [N s].
-    pub impulse: DVec3,
+    /// What strikes the body.
+    pub force: StrikeForce,
     /// Point of the impact [m, from the centre of mass].
     pub point: DVec3,
     /// Receiver [m, from the centre of mass].
     pub listener: DVec3,
-    /// Duration τ \[s\]; by default that of a collision with a rigid plane at 1 m/s along the impulse.
-    pub duration: Option<f64>,
     /// Time profile of the force.
     pub profile: ForceProfile,
     /// Sample rate \[Hz\].
@@ -96,6 +133,23 @@ pub enum StrikeError {
         /// Bounding radius of the body \[m\].
         bounding: f64,
     },
+    /// A number of the striker that is not positive.
+    #[error("the striker has {what} {value}; it must be more than 0")]
+    Striker {
+        /// Quantity, with its article.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The normal has no direction.
+    #[error("the surface has no normal at the point {point} m: give one that is not zero")]
+    NoNormal {
+        /// The point \[m\].
+        point: DVec3,
+    },
+    /// The contact has no duration.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
     /// No impulse and no duration.
     #[error("the impulse is zero, so the duration of the contact must be given")]
     NoImpulse,
@@ -135,19 +189,36 @@ pub enum StrikeError {
     Synthesis(#[from] SynthesisError),
 }
 
-/// Acceleration noise of an impact on a body with the source `source`. The body's own pose and motion are
-/// ignored.
+/// Body A of the impact, the one that is struck.
+const STRUCK: BodyId = BodyId(0);
+/// Body B, the striker.
+const STRIKER: BodyId = BodyId(1);
+
+/// The forces of a strike on a body, whose own pose and motion are ignored. `modes` are its modes, which bound
+/// the force of a striker on them.
 ///
 /// # Errors
 /// [`StrikeError`].
-pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<StrikeSound, StrikeError> {
+pub fn forces(
+    body: &Body,
+    modes: Option<&ModalSource>,
+    strike: &Strike,
+) -> Result<ImpactPulse, StrikeError> {
     let radius = body.surface.equal_volume_radius();
-    let positive = |x: f64| x > 0.0 && x.is_finite();
     if !positive(body.mass) || !positive(radius) {
         return Err(StrikeError::Immovable { mass: body.mass, radius });
     }
+    let normal = match &strike.force {
+        StrikeForce::Impulse { .. } => None,
+        StrikeForce::Striker(striker) => striker.normal,
+    };
+    let impulse = match strike.force {
+        StrikeForce::Impulse { impulse, .. } => impulse,
+        StrikeForce::Striker(_) => DVec3::ZERO,
+    };
     let finite = [
-        ("the impulse", strike.impulse.is_finite()),
+        ("the impulse", impulse.is_finite()),
+        ("the normal", normal.is_none_or(DVec3::is_finite)),
         ("the point", strike.point.is_finite()),
         ("the listener", strike.listener.is_finite()),
     ];
@@ -155,43 +226,113 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
         return Err(StrikeError::NotFinite { what });
     }
     check_point(&body.surface, strike.point)?;
-    let distance = strike.listener.length();
-    if source.silent_at(strike.listener) {
-        return Err(StrikeError::ListenerInside { distance });
+    let points = std::iter::once((strike.point, 1.0));
+    let struck = ContactSide::of_body(STRUCK, &at_rest(body), Pose::IDENTITY).touched_at(&body.surface, points);
+    match &strike.force {
+        StrikeForce::Impulse { impulse, duration } => forces_of_impulse(struck, strike, *impulse, *duration),
+        StrikeForce::Striker(striker) => forces_of_striker(body, struck, modes, strike, striker),
     }
-    let duration = match strike.duration {
-        Some(duration) => duration,
-        None => default_duration(body, strike.impulse, strike.point)?,
-    };
-    if !positive(duration) {
+}
+
+/// Forces of a given impulse, as of a rigid plane that meets the body at 1 m/s.
+fn forces_of_impulse(
+    struck: ContactSide,
+    strike: &Strike,
+    impulse: DVec3,
+    duration: Option<f64>,
+) -> Result<ImpactPulse, StrikeError> {
+    // Scaled first, so that no length overflows.
+    let normal = (impulse / impulse.abs().max_element()).try_normalize();
+    if normal.is_none() && duration.is_none() {
+        return Err(StrikeError::NoImpulse);
+    }
+    if let Some(duration) = duration.filter(|duration| !positive(*duration)) {
         return Err(StrikeError::Duration { duration });
     }
-
-    let velocity_change = strike.impulse / body.mass;
-    let click = AccelerationPulse {
-        body: BodyId(0),
+    let impact = Impact {
+        impact_id: 0,
         time: 0.0,
-        duration,
-        profile: strike.profile,
-        centre: DVec3::ZERO,
-        orientation: DQuat::IDENTITY,
-        velocity_change,
-        angular_velocity_change: body.inertia.inverse() * strike.point.cross(strike.impulse),
-        source: source.clone(),
+        sides: [struck, ContactSide::SURROUNDINGS],
+        point: strike.point,
+        normal: normal.unwrap_or(DVec3::Y),
+        speed: DEFAULT_SPEED,
+        points: vec![ContactPoint { place: strike.point, impulse, couple: DVec3::ZERO }],
     };
-    let settings = settings(strike);
+    // The speed of what gave the impulse is not known, and so not its energy either.
+    let settings = ForceSettings { profile: strike.profile, limit_energy: false };
+    let pulse = contact_forces(&impact, &no_modes, &settings)?;
+    Ok(ImpactPulse { duration: duration.unwrap_or(pulse.duration), ..pulse })
+}
+
+/// Forces of a ball that hits the body.
+fn forces_of_striker(
+    body: &Body,
+    struck: ContactSide,
+    modes: Option<&ModalSource>,
+    strike: &Strike,
+    striker: &Striker,
+) -> Result<ImpactPulse, StrikeError> {
+    for (what, value) in [("the radius", striker.radius), ("the speed", striker.speed)] {
+        if !positive(value) {
+            return Err(StrikeError::Striker { what, value });
+        }
+    }
+    let normal = match striker.normal {
+        Some(normal) => normal.try_normalize(),
+        None => body.surface.normal_at(strike.point),
+    };
+    let outward = normal.ok_or(StrikeError::NoNormal { point: strike.point })?;
+    let ball = Body::sphere("striker", striker.material.clone(), striker.radius);
+    let pose = Pose::at(strike.point + striker.radius * outward);
+    let points = std::iter::once((strike.point, 1.0));
+    let sides = [struck, ContactSide::of_body(STRIKER, &ball, pose).touched_at(&ball.surface, points)];
+    let restitution = PairCoefficients::of(&body.material, &striker.material).restitution;
+    let impact = Impact::with_restitution(sides, strike.point, -outward, striker.speed, restitution);
+    let modes_of = |id: BodyId, points: &[(DVec3, DVec3)]| {
+        modes.filter(|_| id == STRUCK).map(|modes| modes.at_contact(points))
+    };
+    let settings = ForceSettings { profile: strike.profile, limit_energy: true };
+    Ok(contact_forces(&impact, &modes_of, &settings)?)
+}
+
+/// Acceleration noise of an impact on a body with the source `source`, and of its striker. The body's own pose
+/// and motion are ignored.
+///
+/// # Errors
+/// [`StrikeError`].
+pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<StrikeSound, StrikeError> {
+    let pulse = forces(body, None, strike)?;
+    // What radiates: the body, and a striker that is heard.
+    let mut sources = vec![source.clone()];
+    if let StrikeForce::Striker(striker) = &strike.force
+        && striker.heard
+    {
+        sources.push(SoundSource::Sphere { radius: striker.radius });
+    }
+    let clicks: Vec<AccelerationPulse> = clicks_of(&pulse, &sources).collect();
+    let distance = strike.listener.length();
+    let inside = |click: &AccelerationPulse| {
+        click.source.silent_at(click.orientation.inverse() * (strike.listener - click.centre))
+    };
+    if clicks.iter().any(inside) {
+        return Err(StrikeError::ListenerInside { distance });
+    }
     // The band limit rings for as long after the sound as before it.
-    let died_away = distance / strike.medium.sound_speed
-        + strike.profile.extent(duration).1
-        + source.ring_time(&strike.medium)
-        + LEAD * (48_000.0 / strike.sample_rate.as_f64()).max(1.0);
-    let seconds = strike.seconds.unwrap_or(died_away);
+    let died_away = |click: &AccelerationPulse| {
+        strike.listener.distance(click.centre) / strike.medium.sound_speed
+            + strike.profile.extent(pulse.duration).1
+            + click.source.ring_time(&strike.medium)
+            + LEAD * (48_000.0 / strike.sample_rate.as_f64()).max(1.0)
+    };
+    let seconds = strike.seconds.unwrap_or_else(|| clicks.iter().map(died_away).fold(0.0, f64::max));
     if !(seconds > -LEAD && seconds.is_finite()) {
         return Err(StrikeError::Seconds { seconds });
     }
 
-    let mut renderer = Renderer::new(&Listener::fixed("listener", strike.listener), &settings)?;
-    renderer.push(&click)?;
+    let mut renderer = Renderer::new(&Listener::fixed("listener", strike.listener), &settings(strike))?;
+    for click in &clicks {
+        renderer.push(click)?;
+    }
     let mut signal = OverlapAdd::new(1, 0);
     for job in renderer.take_all() {
         signal.add(&job.render());
@@ -200,7 +341,13 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
     let count = ((seconds + LEAD) * rate).ceil() as i64;
     let pressures = signal.take_until(count).swap_remove(0);
     let times = (0..pressures.len()).map(|i| i as f64 / rate - LEAD).collect();
-    Ok(StrikeSound { times, pressures, duration, velocity_change, radius })
+    Ok(StrikeSound {
+        times,
+        pressures,
+        duration: pulse.duration,
+        velocity_change: pulse.bodies[0].map_or(DVec3::ZERO, |share| share.velocity_change),
+        radius: body.surface.equal_volume_radius(),
+    })
 }
 
 /// Modal sound of a struck body at the sample times of the [`strike`] output for the same impact \[Pa\].
@@ -213,50 +360,33 @@ pub fn struck_ringing(
     strike: &Strike,
     sound: &StrikeSound,
 ) -> Result<Vec<f64>, StrikeError> {
-    let at_rest = Body {
-        pose: Pose::IDENTITY,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        motion: Motion::Free,
-        ..body.clone()
-    };
-    let angular_impulse = strike.point.cross(strike.impulse);
-    let share = BodyPulse {
-        body: BodyId(0),
-        pose: Pose::IDENTITY,
-        impulse: strike.impulse,
-        velocity_change: sound.velocity_change,
-        angular_impulse,
-        angular_velocity_change: body.inertia.inverse() * angular_impulse,
-        transit_ratio: f64::INFINITY,
-    };
-    let pulse = ImpactPulse {
-        impact_id: 0,
-        time: 0.0,
-        onset: 0.0,
-        duration: sound.duration,
-        profile: strike.profile,
-        speed: DEFAULT_SPEED,
-        effective_mass: body.mass,
-        radius: sound.radius,
-        point: strike.point,
-        normal: strike.impulse.normalize_or_zero(),
-        velocity_before: None,
-        pair: [BodyId(0), BodyId::WORLD],
-        bodies: [Some(share), None],
-        points: vec![(strike.point, strike.impulse)],
-    };
+    let pulse = forces(body, Some(&source), strike)?;
     let settings = settings(strike);
     let listener = Listener::fixed("listener", strike.listener);
     // A body without rows stays at its start, so this cannot fail.
-    let poses =
-        PoseHistory::try_new(&[at_rest], &[]).map_err(|_| StrikeError::NotFinite { what: "the pose" })?;
-    let mut voice = ModalVoice::new(source, BodyId(0), &poses, &listener, &settings)?;
+    let poses = PoseHistory::try_new(&[at_rest(body)], &[])
+        .map_err(|_| StrikeError::NotFinite { what: "the pose" })?;
+    let mut voice = ModalVoice::new(source, STRUCK, &poses, &listener, &settings)?;
     voice.push_pulses(&[pulse])?;
     let mut channels = [vec![0.0; sound.pressures.len()]];
     voice.render_block(0, &mut channels)?;
     let [ringing] = channels;
     Ok(ringing)
+}
+
+fn positive(x: f64) -> bool {
+    x > 0.0 && x.is_finite()
+}
+
+/// The body, free and at rest at the origin.
+fn at_rest(body: &Body) -> Body {
+    Body {
+        pose: Pose::IDENTITY,
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+        motion: Motion::Free,
+        ..body.clone()
+    }
 }
 
 /// Render settings of the impact.
@@ -285,22 +415,4 @@ fn check_point(surface: &Surface, point: DVec3) -> Result<(), StrikeError> {
         return Err(StrikeError::OffSurface { point, distance, bounding });
     }
     Ok(())
-}
-
-/// Hertz duration \[s\] of a collision with a rigid plane at 1 m/s whose normal is the impulse.
-fn default_duration(body: &Body, impulse: DVec3, point: DVec3) -> Result<f64, StrikeError> {
-    // Scaled first, so that no length overflows.
-    let normal = (impulse / impulse.abs().max_element()).try_normalize().ok_or(StrikeError::NoImpulse)?;
-    let curvature = mean_curvature(&body.surface, point);
-    let contact = HertzContact {
-        inverse_mass: inverse_effective_mass(1.0 / body.mass, body.inertia, point, normal),
-        curvature: combined_curvature(
-            [curvature, 0.0],
-            [body.edge_radius, 0.0],
-            body.surface.bounding_radius(),
-        ),
-        compliance: body.material.contact_compliance(),
-        speed: DEFAULT_SPEED,
-    };
-    Ok(contact.duration())
 }

@@ -75,6 +75,7 @@ pub(crate) fn impact(onset: f64, duration: f64, pose: Pose) -> ImpactPulse {
         angular_impulse: DVec3::ZERO,
         angular_velocity_change: DVec3::ZERO,
         transit_ratio: 2.0,
+        modal_gain: 1.0,
     };
     ImpactPulse {
         impact_id: 0,
@@ -91,5 +92,6 @@ pub(crate) fn impact(onset: f64, duration: f64, pose: Pose) -> ImpactPulse {
         pair: [BodyId(0), BodyId::WORLD],
         bodies: [Some(share), None],
         points: vec![(pose.world_from_body(DVec3::new(0.03, 0.02, 0.0)), impulse)],
+        modal_energy_ratio: 0.0,
     }
 }

@@ -77,8 +77,6 @@ pub struct Replay<'a> {
     pub bodies: &'a [Body],
     /// Modal sources by body.
     pub ringing: &'a BTreeMap<BodyId, Arc<ModalSource>>,
-    /// Whether impacts are lengthened until the modes gain no more energy than the motion lost.
-    pub limit_energy: bool,
     /// The whole run.
     pub timeline: &'a Timeline,
     /// Whether acceleration noise is included.
@@ -134,7 +132,7 @@ pub fn write_replay(replay: &Replay<'_>, output: &Path) -> Result<ReplaySummary,
 /// [`ReplayError`].
 pub fn encode(replay: &Replay<'_>) -> Result<(Vec<u8>, ReplaySummary), ReplayError> {
     let Replay { bodies, timeline, .. } = *replay;
-    let forces = forces(bodies, timeline, replay.contact)?;
+    let forces = forces(bodies, replay.ringing, timeline, replay.contact)?;
     let surfaces = Surfaces::of(bodies);
     let motions = Motions::of(bodies, &forces.poses, replay.duration);
     let sounds = Sounds::of(replay, &forces.pulses)?;

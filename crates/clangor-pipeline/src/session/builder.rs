@@ -239,7 +239,7 @@ impl<'p> SessionBuilder<'p> {
             listeners: source.listeners.clone(),
             contact: ContactSettings {
                 v_min: source.v_min,
-                profile: settings.pulse,
+                forces: ForceSettings { profile: settings.pulse, limit_energy: settings.limit_energy },
                 chain_onset: settings.chain_onset,
             },
             synthesis: RenderSettings {
@@ -254,7 +254,6 @@ impl<'p> SessionBuilder<'p> {
             parts: self.parts.unwrap_or(settings.parts),
             transfers: self.transfers,
             ground: settings.ground,
-            limit_energy: settings.limit_energy,
             inherit_vibration: settings.inherit_vibration,
             rolling: source.time_step.filter(|_| settings.rolling),
             to: self.window.1.unwrap_or(source.duration),

@@ -55,7 +55,6 @@ impl Session<'_> {
         let replay = Replay {
             bodies,
             ringing: &run.ringing,
-            limit_energy: options.limit_energy,
             timeline: &timeline,
             clicks: options.parts.acceleration,
             models: &models.bodies,

@@ -22,7 +22,7 @@ use clangor_core::synthesis::modal::ModalSource;
 use clangor_core::synthesis::{Listener, SampleRate, SoundSource, SynthesisError};
 use clangor_core::timeline::Timeline;
 
-use crate::stages::render::{Forces, RenderOptions, forces, impacts_on};
+use crate::stages::render::{Forces, RenderOptions, forces};
 
 /// See the module.
 pub struct EventSchedule {
@@ -86,19 +86,13 @@ impl EventSchedule {
         timeline: &Timeline,
         options: &RenderOptions,
     ) -> Result<Self, ContactError> {
-        let Forces { poses, pulses, .. } = forces(bodies, timeline, &options.contact)?;
-        // For each body that rings, the impacts on it in their order, as long as its modes feel them.
-        let mut felt: BTreeMap<BodyId, _> = ringing
-            .iter()
-            .map(|(id, source)| (*id, impacts_on(*id, source, &pulses, options.limit_energy).0.into_iter()))
-            .collect();
+        let Forces { poses, pulses, .. } = forces(bodies, ringing, timeline, &options.contact)?;
         let mut slots: BTreeMap<BodyId, usize> = BTreeMap::new();
         let mut objects = Vec::new();
         let mut impacts = Vec::new();
         for pulse in &pulses {
-            for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
-                let Some(share) = share else { continue };
-                let id = share.body;
+            for (side, share) in pulse.bodies.iter().enumerate() {
+                let Some(id) = share.map(|share| share.body) else { continue };
                 let target = match models.get(id.index()).map(|model| &model.acceleration.source) {
                     None => continue,
                     Some(SoundSource::Sphere { radius }) if !ringing.contains_key(&id) => {
@@ -111,29 +105,10 @@ impl EventSchedule {
                         }),
                     },
                 };
-                // The body moves as a whole by all points together, and vibrates by each.
-                let whole = ImpactEvent {
-                    target,
-                    time: pulse.onset,
-                    duration: pulse.duration,
-                    pose: share.pose,
-                    velocity_change: share.velocity_change,
-                    angular_velocity_change: share.angular_velocity_change,
-                    point: pulse.point,
-                    impulse: DVec3::ZERO,
-                };
-                impacts.push((id, whole));
-                let Some(felt) = felt.get_mut(&id).and_then(Iterator::next) else { continue };
-                let still = ImpactEvent {
-                    duration: felt.duration,
-                    velocity_change: DVec3::ZERO,
-                    angular_velocity_change: DVec3::ZERO,
-                    ..whole
-                };
-                let vibrates = |(point, impulse): &(DVec3, DVec3)| {
-                    (id, ImpactEvent { point: *point, impulse: sign * *impulse, ..still })
-                };
-                impacts.extend(felt.points.iter().map(vibrates));
+                // A body without modes needs only the change of its velocities.
+                let most = if ringing.contains_key(&id) { usize::MAX } else { 1 };
+                let events = ImpactEvent::of_side(target, pulse, side).take(most);
+                impacts.extend(events.map(|event| (id, event)));
             }
         }
         impacts.sort_by(|(_, a), (_, b)| a.time.total_cmp(&b.time));
@@ -170,7 +145,7 @@ impl EventSchedule {
         EngineSettings {
             sample_rate,
             acoustics: options.synthesis.acoustics,
-            profile: options.contact.profile,
+            profile: options.contact.forces.profile,
             receivers: listener.receivers.len(),
             reach: usual.reach.max(1.5 * self.impacts.iter().map(distance).fold(0.0, f64::max)),
             objects: self.objects.len(),

@@ -35,7 +35,6 @@ use clangor_core::synthesis::{SoundModel, SoundPart};
 use clangor_core::timeline::Timeline;
 
 pub use self::energy_limit::EnergyLimits;
-pub(crate) use self::energy_limit::impacts_on;
 pub use self::error::RenderError;
 pub use self::file_names::check_output;
 use self::file_names::file_name;

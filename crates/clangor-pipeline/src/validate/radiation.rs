@@ -9,7 +9,7 @@ use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
-use clangor_core::synthesis::strike::{Strike, strike};
+use clangor_core::synthesis::strike::{Strike, StrikeForce, strike};
 use clangor_core::synthesis::{SampleRate, SoundSource};
 
 use super::{Check, Extent, Outcome, Validation};
@@ -53,10 +53,9 @@ fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, St
     let body = Body::sphere("ball", material, radius).with_edge_radius(0.0);
     let impulse = DVec3::new(0.0, body.mass, 0.0);
     let impact = Strike {
-        impulse,
+        force: StrikeForce::Impulse { impulse, duration: Some(duration) },
         point: DVec3::new(0.0, -radius, 0.0),
         listener,
-        duration: Some(duration),
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::HZ_48000,
         max_frequency: None,

@@ -34,7 +34,7 @@ use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransf
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource};
-use clangor_core::synthesis::strike::{Strike, StrikeSound, struck_ringing};
+use clangor_core::synthesis::strike::{Strike, StrikeForce, StrikeSound, struck_ringing};
 use num_complex::Complex64;
 
 use super::{Check, Extent, Fault, Outcome, Timing, Validation, cpu_time};
@@ -243,7 +243,7 @@ fn struck(surface: Surface, material: Material, volume: f64) -> Body {
     Body::new("struck", material, surface, mass, inertia).with_edge_radius(0.05 * radius)
 }
 
-/// What an impact of 60 µs on the axis rings in so many seconds from its beginning, and its first sample's
+/// What an impact of 60 µs rings in so many seconds from its beginning, and its first sample's
 /// time.
 fn rung(body: &Body, source: ModalSource, impact: &Strike, seconds: f64) -> Result<StrikeSound, Fault> {
     let rate = impact.sample_rate.as_f64();
@@ -252,20 +252,22 @@ fn rung(body: &Body, source: ModalSource, impact: &Strike, seconds: f64) -> Resu
     let mut sound = StrikeSound {
         times: (0..count).map(|n| n as f64 / rate - lead).collect(),
         pressures: vec![0.0; count],
-        duration: impact.duration.unwrap_or(60e-6),
-        velocity_change: impact.impulse / body.mass,
+        duration: CONTACT,
+        velocity_change: DVec3::ZERO,
         radius: body.surface.equal_volume_radius(),
     };
     sound.pressures = struck_ringing(body, Arc::new(source), impact, &sound)?;
     Ok(sound)
 }
 
+/// Duration of the impacts \[s\].
+const CONTACT: f64 = 60e-6;
+
 fn impact(impulse: DVec3, point: DVec3, listener: DVec3, hz: u32) -> Result<Strike, Fault> {
     Ok(Strike {
-        impulse,
+        force: StrikeForce::Impulse { impulse, duration: Some(CONTACT) },
         point,
         listener,
-        duration: Some(60e-6),
         profile: ForceProfile::HalfSine,
         sample_rate: SampleRate::try_new(hz)?,
         max_frequency: None,
@@ -304,7 +306,7 @@ fn decay(table: &mut Validation) -> Outcome {
             let settings = ModalSettings { radiation_damping: false, ..ModalSettings::default() };
             let source = ModalSource::new(Arc::new(model), &Damping::T60(t60), &settings)?;
             let body = struck(Surface::Sphere { radius: RADIUS }, STEEL.material(), 4.0 / 3.0 * PI * 1e-3);
-            let impact = impact(impulse * DVec3::Z, DVec3::ZERO, distance * DVec3::X, hz)?;
+            let impact = impact(impulse * DVec3::Z, RADIUS * DVec3::X, distance * DVec3::X, hz)?;
             let sound = rung(&body, source, &impact, 0.25)?;
             // After a half-sine of unit impulse, the complex modal acceleration is
             // −i (λ²/Im λ) (1 + e^{−λτ})/(2 (1 + (λτ/π)²)) e^{λt}.

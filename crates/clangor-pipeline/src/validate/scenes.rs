@@ -95,7 +95,6 @@ fn first_click() -> Result<Vec<f32>, Fault> {
         transfers: Transfers::Baked,
         rolling: None,
         ground: GroundSound::None,
-        limit_energy: true,
         inherit_vibration: true,
         to: 0.6,
         format: SampleFormat::Float32,

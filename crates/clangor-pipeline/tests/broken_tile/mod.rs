@@ -128,7 +128,6 @@ impl Fallen {
             transfers: Transfers::Baked,
             rolling: None,
             ground: GroundSound::None,
-            limit_energy: true,
             // What cracks add, not what the tile hands on.
             inherit_vibration: false,
             to: DURATION,

@@ -76,7 +76,7 @@ impl ModalState {
         let mut state = ModalState::rest(source);
         let (mut amplitudes, mut striking) = (Vec::new(), StrikeMemory::default());
         for pulse in pulses.iter().filter(|pulse| pulse.time <= time) {
-            for points in pulse.points_on(body) {
+            for points in pulse.modal_impulses_on(body) {
                 source.amplitudes(&points, &mut striking, &mut amplitudes);
                 let modes = state.0.iter_mut().zip(&amplitudes).zip(source.resonances());
                 for ((w, amplitude), resonance) in modes {

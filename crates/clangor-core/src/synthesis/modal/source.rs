@@ -19,6 +19,7 @@ use num_complex::Complex64;
 
 use super::transfer::{TransferEvaluator, TransferMemory};
 use super::{ModalPressure, ModalSettings};
+use crate::contact::ModesAtContact;
 use crate::material::Damping;
 use crate::material::damping::DampingError;
 use crate::medium::Medium;
@@ -175,6 +176,20 @@ impl ModalSource {
                 let to_body = proxy.rotation().transpose();
                 values.iter_mut().for_each(|u| *u = to_body * *u);
             }
+        }
+    }
+
+    /// The modes at contact points \[m\] with impulses [N s], both in the frame of the body. On a proxy, the
+    /// contact mapping gives the places, with the normals against the impulses.
+    pub fn at_contact(&self, points: &[(DVec3, DVec3)]) -> ModesAtContact {
+        let motions = |(place, impulse): &(DVec3, DVec3)| {
+            let mut values = Vec::new();
+            self.motions(*place, -*impulse, &mut values);
+            values
+        };
+        ModesAtContact {
+            frequencies: self.resonances.iter().map(|resonance| resonance.frequency).collect(),
+            motions: points.iter().map(motions).collect(),
         }
     }
 

@@ -1,20 +1,16 @@
 //! The events of a replay: impacts, poses and ends of the bodies in the slots of the real-time engine.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
-
 use clangor_core::body::BodyId;
-use clangor_core::contact::{BodyPulse, ImpactPulse};
+use clangor_core::contact::ImpactPulse;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::pose::Pose;
 use clangor_core::realtime::event_row::{ROW, encode};
 use clangor_core::realtime::{Event, ImpactEvent, ImpactTarget};
-use clangor_core::synthesis::modal::ModalSource;
 
 use super::Replay;
 use super::sounds::{Slot, Sounds};
 use crate::stages::event_schedule::Moving;
-use crate::stages::render::{Forces, impacts_on};
+use crate::stages::render::Forces;
 
 /// Largest distance of a modal body from the position extrapolated from its last pose event \[m\].
 const LARGEST_STEP: f64 = 2e-4;
@@ -30,25 +26,13 @@ struct TimedEvent {
     event: Event,
 }
 
-/// The share of a body in an impact, and whether it changes the velocity of the body.
-struct Moved<'a> {
-    share: &'a BodyPulse,
-    velocity: bool,
-}
-
-/// A load at a point of the surface.
-struct PointLoad {
-    point: DVec3,
-    impulse: DVec3,
-}
-
 /// The rows of all events, in order of time.
 pub(super) fn event_rows(sounds: &Sounds, replay: &Replay<'_>, forces: &Forces) -> Vec<[f64; ROW]> {
     let mut events = Vec::new();
     for id in sounds.rings.keys() {
         add_poses(sounds, *id, replay, forces, &mut events);
     }
-    add_impacts(sounds, replay, forces, &mut events);
+    add_impacts(sounds, forces, &mut events);
     for (id, (slot, _)) in &sounds.rings {
         let time = replay.bodies[id.index()].life.death;
         if time.is_finite() {
@@ -61,33 +45,32 @@ pub(super) fn event_rows(sounds: &Sounds, replay: &Replay<'_>, forces: &Forces) 
 }
 
 /// Adds the impacts: on each body one for its acceleration noise, and one per point of contact for its modes.
-fn add_impacts(sounds: &Sounds, replay: &Replay<'_>, forces: &Forces, events: &mut Vec<TimedEvent>) {
-    // For each modal body, the impacts on it in order, with the durations that its modes feel.
-    let felt = |(id, source): (&BodyId, &Arc<ModalSource>)| {
-        (*id, impacts_on(*id, source, &forces.pulses, replay.limit_energy).0.into_iter())
-    };
-    let mut felt: BTreeMap<BodyId, _> = replay.ringing.iter().map(felt).collect();
+fn add_impacts(sounds: &Sounds, forces: &Forces, events: &mut Vec<TimedEvent>) {
     for pulse in &forces.pulses {
-        for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
+        for (side, share) in pulse.bodies.iter().enumerate() {
             let Some(share) = share else { continue };
+            let events_on = |target| ImpactEvent::of_side(target, pulse, side);
+            let in_frame = |rotation, event: ImpactEvent| {
+                let event = event.with_pose(turned(share.pose, rotation));
+                TimedEvent { time: event.time, body: share.body, event: Event::Impact(event) }
+            };
             if let Some(target) = sounds.clicks.get(&share.body) {
                 let rotation = match target {
                     ImpactTarget::Sphere { .. } => DQuat::IDENTITY,
                     ImpactTarget::Object { slot } => sounds.slots[*slot].rotation,
                 };
-                let whole = Moved { share, velocity: true };
-                let load = PointLoad { point: pulse.point, impulse: DVec3::ZERO };
-                events.push(impact(*target, rotation, pulse, &whole, load));
+                let whole = events_on(*target).take(1).map(|event| event.with_impulse(pulse.point, DVec3::ZERO));
+                events.extend(whole.map(|event| in_frame(rotation, event)));
             }
             let Some((slot, places)) = sounds.rings.get(&share.body) else { continue };
-            let Some(felt) = felt.get_mut(&share.body).and_then(Iterator::next) else { continue };
-            let still = Moved { share, velocity: false };
-            for (point, impulse) in &pulse.points {
-                let Some(at) = places.of(share.pose.body_from_world(*point)) else { continue };
+            let rotation = sounds.slots[*slot].rotation;
+            for event in events_on(ImpactTarget::Object { slot: *slot }) {
+                let Some(at) = places.of(share.pose.body_from_world(event.point)) else { continue };
                 let place = share.pose.world_from_body(places.places[at]);
-                let rotation = sounds.slots[*slot].rotation;
-                let load = PointLoad { point: place, impulse: sign * *impulse };
-                events.push(impact(ImpactTarget::Object { slot: *slot }, rotation, &felt, &still, load));
+                let still = event
+                    .with_velocity_changes(DVec3::ZERO, DVec3::ZERO)
+                    .with_impulse(place, event.impulse);
+                events.push(in_frame(rotation, still));
             }
         }
     }
@@ -142,28 +125,4 @@ fn add_poses(
 /// The pose of a sound model whose frame has this rotation in the frame of the body.
 fn turned(pose: Pose, rotation: DQuat) -> Pose {
     Pose { position: pose.position, orientation: (pose.orientation * rotation).normalize() }
-}
-
-/// An impact on a sphere or on the object in a slot.
-fn impact(
-    target: ImpactTarget,
-    rotation: DQuat,
-    pulse: &ImpactPulse,
-    moved: &Moved<'_>,
-    load: PointLoad,
-) -> TimedEvent {
-    let Moved { share, velocity } = *moved;
-    let [velocity_change, angular_velocity_change] = [share.velocity_change, share.angular_velocity_change]
-        .map(|v| if velocity { v } else { DVec3::ZERO });
-    let event = ImpactEvent {
-        target,
-        time: pulse.onset,
-        duration: pulse.duration,
-        pose: turned(share.pose, rotation),
-        velocity_change,
-        angular_velocity_change,
-        point: load.point,
-        impulse: load.impulse,
-    };
-    TimedEvent { time: pulse.onset, body: share.body, event: Event::Impact(event) }
 }

@@ -1,9 +1,15 @@
 //! The forces of a timeline: impacts and the releases of cracks.
 
-use clangor_core::body::Body;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::{
-    ContactError, ContactReport, ContactSettings, ImpactPulse, PoseHistory, crack_pulses, impact_pulses,
+    ContactError, ContactReport, ContactSettings, ImpactPulse, PoseHistory, StruckBodies, crack_pulses,
+    impact_pulses_on,
 };
+use clangor_core::glam::DVec3;
+use clangor_core::synthesis::modal::ModalSource;
 use clangor_core::timeline::{ContactRow, Timeline};
 
 /// The impacts and the releases of cracks of a timeline, as forces.
@@ -14,8 +20,10 @@ pub(crate) struct Forces {
     pub(super) contacts: ContactReport,
 }
 
+/// The forces on bodies, of which `modal` are the modal sources.
 pub(crate) fn forces(
     bodies: &[Body],
+    modal: &BTreeMap<BodyId, Arc<ModalSource>>,
     timeline: &Timeline,
     settings: &ContactSettings,
 ) -> Result<Forces, ContactError> {
@@ -23,8 +31,11 @@ pub(crate) fn forces(
     // What touches gently has no number.
     let impacts: Vec<ContactRow> =
         timeline.contacts.iter().filter(|row| row.impact_id != 0).copied().collect();
-    let (mut pulses, contacts) = impact_pulses(bodies, &impacts, &poses, settings)?;
-    pulses.extend(crack_pulses(bodies, &impacts, &timeline.fractures, &poses, settings.profile)?);
+    let modes =
+        |id: BodyId, points: &[(DVec3, DVec3)]| modal.get(&id).map(|source| source.at_contact(points));
+    let struck = StruckBodies { bodies, poses: &poses, modes: &modes };
+    let (mut pulses, contacts) = impact_pulses_on(struck, &impacts, settings)?;
+    pulses.extend(crack_pulses(struck, &impacts, &timeline.fractures, &settings.forces)?);
     pulses.sort_by(|a, b| a.time.total_cmp(&b.time));
     Ok(Forces { poses, pulses, contacts })
 }

@@ -13,7 +13,7 @@ use clangor_core::synthesis::SoundModel;
 use clangor_core::synthesis::modal::{ModalError, ModalSource, ModalVoice};
 use clangor_core::synthesis::{Listener, RenderSettings, SynthesisError};
 
-use super::energy_limit::{EnergyLimits, impacts_on};
+use super::energy_limit::{EnergyLimits, impacts_by_body};
 use super::modal_state_transfer::{Breaking, ModalStateTransfer, transfer_modal_state};
 use super::modal_voices::{ModalVoices, Rolling};
 use super::struck_source::StruckSource;
@@ -86,25 +86,26 @@ pub fn modal_sources(
 }
 
 impl ModalSources {
-    /// Prepares the modes of those that ring; bodies that share modes and damping share what is prepared.
-    /// With `breaking`, pieces take over the vibration of what they were part of.
+    /// The bodies with these modal sources, and the impacts on them. With `breaking`, pieces take over the
+    /// vibration of what they were part of.
     pub(super) fn new(
         bodies: &[Body],
-        models: &[SoundModel],
-        transfers: Transfers,
-        (pulses, limit): (&[ImpactPulse], bool),
+        modal: BTreeMap<BodyId, Arc<ModalSource>>,
+        pulses: &[ImpactPulse],
         breaking: Option<Breaking<'_>>,
-    ) -> Result<Self, UnplayableModes> {
+    ) -> Self {
+        let mut by_body = impacts_by_body(pulses);
         let mut sources = Vec::new();
-        for (body, source) in modal_sources(bodies, models, transfers)? {
-            let (impacts, limits) = impacts_on(body, &source, pulses, limit);
+        for (body, source) in modal {
+            let impacts = by_body.remove(&body).unwrap_or_default();
+            let limits = EnergyLimits::count(&impacts);
             sources.push(StruckSource { body, source, impacts, limits, handed: None });
         }
         let handovers = match breaking {
             Some(breaking) => transfer_modal_state(bodies, &mut sources, pulses, breaking),
             None => BTreeMap::new(),
         };
-        Ok(ModalSources { sources, handovers })
+        ModalSources { sources, handovers }
     }
 
     /// What became of the vibration of each that broke.

@@ -2,8 +2,7 @@
 //! [`clangor_core::synthesis::modal::modal_state_transfer`] for those of a timeline.
 //!
 //! What the cracks took, and the kick that they gave to the pieces, came from what the breaking impacts took
-//! of the motion, E₀ ([`energy_limit`](super::energy_limit)), of which modes have no more than the
-//! rest,
+//! of the motion, E₀ ([`ImpactPulse::energy_lost`]), of which modes have no more than the rest,
 //!
 //! ```text
 //! E_impact ≤ E₀ − G_c A − ΔE_K
@@ -22,7 +21,6 @@ use clangor_core::synthesis::modal::modal_state_transfer::{
 use clangor_core::timeline::FractureRow;
 use rayon::prelude::*;
 
-use super::energy_limit::energy_lost;
 use super::struck_source::StruckSource;
 
 /// Impacts within this time before a body breaks are those that break it \[s\].
@@ -102,7 +100,7 @@ fn at_death(
     let impact = ModalState::after_impacts(source, *body, &last, death);
     let gained = impact.energy(source);
     let struck = |pulse: &&ImpactPulse| pulse.bodies.iter().flatten().any(|share| share.body == *body);
-    let lost: f64 = pulses.iter().filter(|pulse| breaking(pulse)).filter(struck).map(energy_lost).sum();
+    let lost: f64 = pulses.iter().filter(|pulse| breaking(pulse)).filter(struck).map(ImpactPulse::energy_lost).sum();
     let left = lost.max(gained) - fracture.fracture_energy - fracture.kinetic_energy_gain;
     let factor = if gained > left { (left.max(0.0) / gained).sqrt() } else { 1.0 };
     before.plus(&impact, factor)

@@ -33,8 +33,6 @@ pub struct RenderOptions {
     pub transfers: Transfers,
     /// How planes sound that are hit.
     pub ground: GroundSound,
-    /// Whether impacts put no more energy into modes than the motion lost.
-    pub limit_energy: bool,
     /// Whether pieces go on with the vibration of what they were part of.
     pub inherit_vibration: bool,
     /// Time step \[s\] of the dynamics whose gentle forces make bodies ring too; `None`: only impacts do.

@@ -14,7 +14,7 @@ use clangor_core::timeline::Timeline;
 use super::error::RenderError;
 use super::forces::{Forces, forces};
 use super::ground::grounds;
-use super::modal_sources::ModalSources;
+use super::modal_sources::{ModalSources, modal_sources};
 use super::modal_state_transfer::Breaking;
 use super::modal_voices::Rolling;
 use super::options::RenderOptions;
@@ -42,7 +42,8 @@ impl SoundingScene {
         timeline: &Timeline,
         options: &RenderOptions,
     ) -> Result<(Self, ContactReport), RenderError> {
-        let Forces { poses, pulses, contacts } = forces(bodies, timeline, &options.contact)?;
+        let modal = modal_sources(bodies, models, options.transfers)?;
+        let Forces { poses, pulses, contacts } = forces(bodies, &modal, timeline, &options.contact)?;
         let rolling = rolling(bodies, timeline, &poses, options)?;
         let mut clicks = match options.parts.acceleration {
             true => body_clicks(&pulses, models),
@@ -51,10 +52,9 @@ impl SoundingScene {
         let grounds = grounds(bodies, options)?;
         clicks.extend(pulses.iter().flat_map(|pulse| ground_clicks(pulse, bodies, &grounds)));
         clicks.sort_by(|a, b| a.time.total_cmp(&b.time));
-        let impacts = (&pulses[..], options.limit_energy);
         let breaking = Breaking { fractures: &timeline.fractures, poses: &poses };
         let breaking = options.inherit_vibration.then_some(breaking);
-        let modal = ModalSources::new(bodies, models, options.transfers, impacts, breaking)?;
+        let modal = ModalSources::new(bodies, modal, &pulses, breaking);
         Ok((SoundingScene { poses, clicks, grounds, modal, rolling }, contacts))
     }
 

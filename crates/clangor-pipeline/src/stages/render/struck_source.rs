@@ -12,7 +12,7 @@ use super::energy_limit::EnergyLimits;
 pub(super) struct StruckSource {
     pub(super) body: BodyId,
     pub(super) source: Arc<ModalSource>,
-    /// The impacts on it, as its modes feel them.
+    /// The impacts on it.
     pub(super) impacts: Vec<ImpactPulse>,
     pub(super) limits: EnergyLimits,
     /// What it takes over from the body that it was part of.

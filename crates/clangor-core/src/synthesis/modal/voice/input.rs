@@ -18,7 +18,7 @@ impl ModalVoice<'_> {
     pub fn push_pulses(&mut self, pulses: &[ImpactPulse]) -> Result<(), SynthesisError> {
         let rate = self.settings.sample_rate.as_f64();
         for pulse in pulses {
-            for points in pulse.points_on(self.body) {
+            for points in pulse.modal_impulses_on(self.body) {
                 let time = pulse.onset;
                 let bad = |what, value| SynthesisError::BadPulse { what, value, body: self.body, time };
                 if !time.is_finite() {

@@ -1,0 +1,157 @@
+//! The forces of one impact: on the rigid motion of the two bodies, on their modes, and on the ground.
+//!
+//! ```text
+//! two sides, points, approach or impulses ─► effective mass, curvature, compliance ─► duration τ (Hertz)
+//!                                         ─► Σj/M, I⁻¹ Σ x×j of each body             acceleration noise
+//!                                         ─► gain g of the forces on the modes        modal sound
+//!                                         ─► impulses into a plane                    ground
+//! ```
+//!
+//! This is the only place where an impact becomes forces: the offline renderer, the strike of a single body,
+//! the real-time engine and its front ends all call [`contact_forces`]. The impulses are those of rigid bodies:
+//! recorded by a solver, or (1 + e) m V along the normal ([`Impact::with_restitution`]). All points of an
+//! impact share one time profile of one duration ([`hertz`](super::hertz)). The forces on the modes are
+//! bounded by the energy of the approach ([`modal_energy`](super::modal_energy)).
+//!
+//! Not covered: a force whose history follows from the contact giving way, and friction of an approach.
+
+use glam::DVec3;
+
+use super::ContactError;
+use super::contact_side::ContactSide;
+use super::force_profile::ForceProfile;
+use super::hertz::{HertzContact, combined_curvature};
+use super::impact_pulse::{BodyPulse, ImpactPulse};
+use super::modal_energy::{ModesOf, bound_modal_energy};
+
+/// An impact between two bodies A and B, before its forces are known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Impact {
+    /// Number of the impact in its timeline; 0 for none.
+    pub impact_id: u64,
+    /// First instant \[s\].
+    pub time: f64,
+    /// A and B.
+    pub sides: [ContactSide; 2],
+    /// Mean point [m, world].
+    pub point: DVec3,
+    /// Mean unit normal, from B to A.
+    pub normal: DVec3,
+    /// Approach speed V along the normal [m/s].
+    pub speed: f64,
+    /// Contact points.
+    pub points: Vec<ContactPoint>,
+}
+
+/// A point of a contact, and what acts there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPoint {
+    /// Place [m, world].
+    pub place: DVec3,
+    /// Impulse on A [N s, world].
+    pub impulse: DVec3,
+    /// Couple impulse on A [N m s, world].
+    pub couple: DVec3,
+}
+
+/// How impacts become forces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceSettings {
+    /// Time profile of the force.
+    pub profile: ForceProfile,
+    /// Whether the modes get at most the energy of the approach.
+    pub limit_energy: bool,
+}
+
+impl Default for ForceSettings {
+    fn default() -> Self {
+        ForceSettings { profile: ForceProfile::HalfSine, limit_energy: true }
+    }
+}
+
+impl Impact {
+    /// An impact without friction at one point, by the restitution e of the pair: the impulse (1 + e) m V on A
+    /// along `normal`, the unit normal from B to A.
+    pub fn with_restitution(
+        sides: [ContactSide; 2],
+        point: DVec3,
+        normal: DVec3,
+        speed: f64,
+        restitution: f64,
+    ) -> Self {
+        let inverse_mass = inverse_effective_mass(&sides, point, normal);
+        let impulse = normal * ((1.0 + restitution) * speed / inverse_mass);
+        let points = vec![ContactPoint { place: point, impulse, couple: DVec3::ZERO }];
+        Impact { impact_id: 0, time: 0.0, sides, point, normal, speed, points }
+    }
+
+    /// The same impact at another time \[s\].
+    #[must_use]
+    pub fn at_time(self, time: f64) -> Self {
+        Impact { time, ..self }
+    }
+
+    /// The contact for Hertz's formula.
+    fn hertz(&self) -> HertzContact {
+        let [a, b] = &self.sides;
+        HertzContact {
+            inverse_mass: inverse_effective_mass(&self.sides, self.point, self.normal),
+            curvature: combined_curvature(
+                [a.curvature, b.curvature],
+                [a.edge_radius, b.edge_radius],
+                a.bounding_radius.min(b.bounding_radius),
+            ),
+            compliance: a.compliance + b.compliance,
+            speed: self.speed,
+        }
+    }
+}
+
+/// 1/m [1/kg] of two bodies against each other.
+fn inverse_effective_mass(sides: &[ContactSide; 2], point: DVec3, normal: DVec3) -> f64 {
+    sides.iter().map(|side| side.inverse_effective_mass(point, normal)).sum()
+}
+
+/// The forces of an impact. `modes` gives the modes of each body that vibrates.
+///
+/// # Errors
+/// [`ContactError::NoDuration`] for bodies that contacts cannot move, an approach speed that is not positive,
+/// or a contact without compliance.
+pub fn contact_forces(
+    impact: &Impact,
+    modes: ModesOf<'_>,
+    settings: &ForceSettings,
+) -> Result<ImpactPulse, ContactError> {
+    // Duration by Hertz from effective mass, curvature, compliance and speed.
+    let contact = impact.hertz();
+    let duration = contact.duration();
+    if !(duration > 0.0 && duration.is_finite()) {
+        let body = impact.sides[0].body.0;
+        return Err(ContactError::NoDuration { body, time: impact.time, duration });
+    }
+    // Impulse and change of the velocities of each movable body.
+    let [a, b] = impact.sides;
+    let share = |side: ContactSide, sign: f64| {
+        side.is_movable().then(|| BodyPulse::new(&side, &impact.points, sign, duration))
+    };
+    let mut pulse = ImpactPulse {
+        impact_id: impact.impact_id,
+        time: impact.time,
+        onset: impact.time,
+        duration,
+        profile: settings.profile,
+        speed: impact.speed,
+        effective_mass: 1.0 / contact.inverse_mass,
+        radius: 1.0 / contact.curvature,
+        point: impact.point,
+        normal: impact.normal,
+        velocity_before: None,
+        pair: [a.body, b.body],
+        bodies: [share(a, 1.0), share(b, -1.0)],
+        points: impact.points.iter().map(|point| (point.place, point.impulse)).collect(),
+        modal_energy_ratio: 0.0,
+    };
+    // Bound of the forces on the modes.
+    bound_modal_energy(&mut pulse, modes, settings.limit_energy);
+    Ok(pulse)
+}

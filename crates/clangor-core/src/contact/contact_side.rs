@@ -1,0 +1,116 @@
+//! One of the two bodies at a contact: how it gives way as a rigid body, and how its surface is curved there.
+//!
+//! ```text
+//! 1/mᵢ = 1/Mᵢ + (r × n)ᵀ Iᵢ⁻¹ (r × n)       effective mass along the normal n, [PAN] eq. (9)
+//! ```
+//!
+//! r is the contact point from the centre of mass. A body that contacts cannot move has 1/Mᵢ = 0 and I⁻¹ = 0.
+//! A side is plain data, so that a contact of any origin can be described by it: of a timeline, of a strike,
+//! of the physics of a game.
+
+use glam::{DMat3, DVec3};
+
+use super::local_curvature::mean_curvature;
+use crate::body::{Body, BodyId, Motion, Surface};
+use crate::material::Material;
+use crate::pose::Pose;
+
+/// A body at a contact: see the module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactSide {
+    /// The body.
+    pub body: BodyId,
+    /// Its pose at the contact.
+    pub pose: Pose,
+    /// 1/M [1/kg]; 0 if contacts cannot move it.
+    pub inverse_mass: f64,
+    /// I⁻¹ about the centre of mass [1/(kg m²)], in the axes of the body.
+    pub inverse_inertia: DMat3,
+    /// (1 − ν²)/E of its material [1/Pa]; 0 if it is rigid.
+    pub compliance: f64,
+    /// Speed of Rayleigh waves in its material [m/s].
+    pub rayleigh_speed: f64,
+    /// Mean curvature of its surface at the contact [1/m]; 0 for a plane, negative where hollow.
+    pub curvature: f64,
+    /// Lower bound of the radius of that curvature \[m\]; 0 for none.
+    pub edge_radius: f64,
+    /// Bounding radius \[m\]; infinite for a half-space.
+    pub bounding_radius: f64,
+}
+
+impl ContactSide {
+    /// Rigid, flat, immovable surroundings.
+    pub const SURROUNDINGS: ContactSide = ContactSide {
+        body: BodyId::WORLD,
+        pose: Pose::IDENTITY,
+        inverse_mass: 0.0,
+        inverse_inertia: DMat3::ZERO,
+        compliance: 0.0,
+        rayleigh_speed: f64::INFINITY,
+        curvature: 0.0,
+        edge_radius: 0.0,
+        bounding_radius: f64::INFINITY,
+    };
+
+    /// A body at a pose, with a surface that is flat at the contact until [`touched_at`](Self::touched_at)
+    /// says otherwise.
+    pub fn of_body(id: BodyId, body: &Body, pose: Pose) -> Self {
+        let inverse_mass = inverse_mass(body);
+        ContactSide {
+            body: id,
+            pose,
+            inverse_mass,
+            inverse_inertia: if inverse_mass > 0.0 { body.inertia.inverse() } else { DMat3::ZERO },
+            compliance: body.material.contact_compliance(),
+            rayleigh_speed: rayleigh_speed(&body.material),
+            curvature: 0.0,
+            edge_radius: body.edge_radius,
+            bounding_radius: body.surface.bounding_radius(),
+        }
+    }
+
+    /// The same side with the curvature of `surface` at contact points [m, world]: their mean with these
+    /// weights, which sum to 1.
+    #[must_use]
+    pub fn touched_at(self, surface: &Surface, points: impl Iterator<Item = (DVec3, f64)>) -> Self {
+        let curvature =
+            |(point, weight): (DVec3, f64)| weight * mean_curvature(surface, self.pose.body_from_world(point));
+        ContactSide { curvature: points.map(curvature).sum(), ..self }
+    }
+
+    /// Whether contacts move it.
+    pub fn is_movable(&self) -> bool {
+        self.inverse_mass > 0.0
+    }
+
+    /// 1/mᵢ [1/kg] at a `point` [m, world] along the unit `normal` \[world\]: \[PAN\] eq. (9); 0 if contacts
+    /// cannot move it.
+    pub fn inverse_effective_mass(&self, point: DVec3, normal: DVec3) -> f64 {
+        if !self.is_movable() {
+            return 0.0;
+        }
+        let to_body = self.pose.orientation.inverse();
+        let lever = self.pose.body_from_world(point).cross(to_body * normal);
+        self.inverse_mass + lever.dot(self.inverse_inertia * lever)
+    }
+
+    /// I⁻¹ L [rad/s, world]: change of the angular velocity by an angular impulse L about the centre of mass
+    /// [N m s, world].
+    pub fn angular_velocity_change(&self, angular_impulse: DVec3) -> DVec3 {
+        let pose = &self.pose;
+        pose.orientation * (self.inverse_inertia * (pose.orientation.inverse() * angular_impulse))
+    }
+}
+
+/// 1/M [1/kg]; 0 for a body that contacts cannot move: fixed, keyframed, or a half-space.
+pub fn inverse_mass(body: &Body) -> f64 {
+    let movable = matches!(body.motion, Motion::Free) && !matches!(*body.surface, Surface::HalfSpace);
+    if movable { 1.0 / body.mass } else { 0.0 }
+}
+
+/// Speed of Rayleigh waves [m/s], Viktorov's approximation c_s (0.87 + 1.12 ν)/(1 + ν), good to 0.5 %.
+pub fn rayleigh_speed(material: &Material) -> f64 {
+    let nu = material.poisson_ratio;
+    let shear = (0.5 * material.youngs_modulus / (material.density * (1.0 + nu))).sqrt();
+    shear * (0.87 + 1.12 * nu) / (1.0 + nu)
+}

@@ -410,7 +410,7 @@ export class Controls {
         place.y = Math.max(place.y, picture.planes.floorHeight + 1.05 * stage.drop.radius);
         stage.dropAt(place.toArray());
       },
-      strike: ({ object, point, normal }) => stage.strike(object, point, normal),
+      strike: ({ object, point }) => stage.strike(object, point),
       moveListener: (index, place) => {
         listeners.move(index, place);
         this.listenFrom(String(index));

@@ -147,8 +147,6 @@ function readSolids(about, array, poses) {
         material: about.materials[body.material],
         vertices: own,
         triangles: triangles.slice(3 * first, 3 * (first + count)),
-        mass: NaN,
-        inertia: [NaN, NaN, NaN],
         lowest: NaN,
         radius: NaN,
       },

@@ -153,7 +153,7 @@ export class History {
 }
 
 /** @param {Float64Array} rows @param {number} at @returns {Contact} */
-function readContact(rows, at) {
+export function readContact(rows, at) {
   return {
     time: rows[at + CONTACT.time],
     bodyA: rows[at + CONTACT.bodyA],

@@ -16,6 +16,7 @@ import { Recorder } from './recorder.js';
 import { Sound } from './sound.js';
 import { Spectrogram } from './spectrogram.js';
 import { Stage } from './stage.js';
+import { Strikes } from './strike.js';
 import { Transport } from './transport.js';
 import { World } from './world.js';
 
@@ -42,7 +43,7 @@ async function open() {
   const sound = new Sound(module);
   const history = new History();
   const transport = new Transport(world, sound, history);
-  const stage = new Stage(world, sound, history, transport);
+  const stage = new Stage(world, sound, history, transport, new Strikes(module));
   const listeners = new Listeners();
   const recorder = new Recorder(sound);
   const picture = new Picture(/** @type {HTMLCanvasElement} */ (element('picture')), element('overlay'));

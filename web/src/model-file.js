@@ -1,5 +1,5 @@
-// Reads the surface and the mass properties of a baked sound model (docs/format/model.md), for drawing,
-// picking and impacts. The wasm module reads the sound and checks the file.
+// Reads the surface of a baked sound model (docs/format/model.md), for drawing and picking. The wasm module
+// reads the sound and the mass properties, and checks the file.
 
 /**
  * @typedef {object} Solid
@@ -7,8 +7,6 @@
  * @property {string} material
  * @property {Float32Array} vertices [m], from the centre of mass
  * @property {Uint32Array} triangles
- * @property {number} mass [kg]
- * @property {number[]} inertia diagonal of the inertia [kg m²] about the body's axes: axisymmetric bodies
  * @property {number} lowest least y of the surface [m]
  * @property {number} radius bounding radius [m]
  */
@@ -38,14 +36,11 @@ export function readSolid(bytes) {
   const vertices = Float32Array.from(new Float64Array(array('solid.vertices')));
   let lowest = Infinity;
   for (let at = 1; at < vertices.length; at += 3) lowest = Math.min(lowest, vertices[at]);
-  const density = about.modal.density_kg_m3;
   return {
     name: about.solid.name,
     material: about.modal.origin.material,
     vertices,
     triangles: new Uint32Array(array('solid.triangles')),
-    mass: about.solid.volume_m3 * density,
-    inertia: [0, 1, 2].map((axis) => about.solid.inertia_per_density_m5[axis][axis] * density),
     lowest,
     radius: about.acceleration.radius_m,
   };

@@ -2,10 +2,11 @@
 // neither the picture nor the controls.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
+import { readContact } from './history.js';
 import { readSolid } from './model-file.js';
 import { randomNumbers } from './rain.js';
 import { inRoom } from './room.js';
-import { restingPose, strike } from './strike.js';
+import { restingPose } from './strike.js';
 
 /** Velocity of a throw without direction [m/s]. */
 const TOSS = 2.4;
@@ -19,13 +20,15 @@ export class Stage extends EventTarget {
    * @param {import('./sound.js').Sound} sound
    * @param {import('./history.js').History} history
    * @param {import('./transport.js').Transport} transport
+   * @param {import('./strike.js').Strikes} strikes
    */
-  constructor(world, sound, history, transport) {
+  constructor(world, sound, history, transport, strikes) {
     super();
     this.world = world;
     this.sound = sound;
     this.history = history;
     this.transport = transport;
+    this.strikes = strikes;
     /** @type {import('./presets.js').Preset} */
     this.preset = /** @type {any} */ (null);
     /** @type {import('./sphere-box.js').BoxSettings} */
@@ -39,8 +42,8 @@ export class Stage extends EventTarget {
     this.strikeSpeed = 0.5;
     /** @type {import('./strike.js').PlacedSolid[]} */
     this.objects = [];
-    /** Impacts whose time the worklet has not reported yet.
-     * @type {{ duration: number, impulse: number, speed: number }[]} */
+    /** Contacts whose time the worklet has not reported yet.
+     * @type {Float64Array[]} */
     this.impacts = [];
     /** @type {Map<string, Promise<Uint8Array>>} */
     this.files = new Map();
@@ -103,6 +106,7 @@ export class Stage extends EventTarget {
       placed.map(async ({ model, position }, slot) => {
         const bytes = await this.file(`models/${model}.safetensors`);
         this.sound.load(slot, bytes);
+        this.strikes.load(slot, bytes);
         const solid = readSolid(bytes);
         const [x, y, z] = position;
         return { solid, slot, key: FIRST_KEY - slot, position: [x, y - solid.lowest, z] };
@@ -193,14 +197,13 @@ export class Stage extends EventTarget {
   /**
    * @param {import('./strike.js').PlacedSolid} object
    * @param {number[]} point [m]
-   * @param {number[]} normal
    */
-  strike(object, point, normal) {
+  strike(object, point) {
     if (this.transport.finished) return;
     this.transport.goLive();
-    const impact = strike(object, point, normal, this.strikeSpeed, this.mallet);
-    this.impacts.push({ ...impact, speed: this.strikeSpeed });
-    this.sound.post({ kind: 'strike', events: impact.event });
+    const { events, contact } = this.strikes.impact(object, point, this.strikeSpeed, this.mallet);
+    this.impacts.push(contact);
+    this.sound.post({ kind: 'strike', events });
   }
 
   /** Strikes a random object at a random point. */
@@ -214,25 +217,22 @@ export class Stage extends EventTarget {
       return [...vertices.subarray(vertex, vertex + 3)];
     });
     const point = a.map((x, axis) => (x + b[axis] + c[axis]) / 3 + object.position[axis]);
-    this.strike(object, point, faceNormal(a, b, c));
+    this.strike(object, point);
   }
 
   /** Keeps an impact of the page for replay and for the log.
-   * @param {Float64Array} event on the sound's clock */
-  remember(event) {
-    const impact = this.impacts.shift();
-    if (!impact || this.transport.offset === null) return;
-    event[EVENT.time] -= this.transport.offset;
-    this.history.addEvent(event);
-    this.history.contacts.push({
-      time: event[EVENT.time],
-      bodyA: FIRST_KEY - event[EVENT.slot],
-      bodyB: -1,
-      speed: impact.speed,
-      impulse: impact.impulse,
-      duration: impact.duration,
-      point: [...event.subarray(EVENT.point, EVENT.point + 3)],
-    });
+   * @param {Float64Array} events rows on the sound's clock */
+  remember(events) {
+    const row = this.impacts.shift();
+    if (!row || this.transport.offset === null) return;
+    const time = events[EVENT.time] - this.transport.offset;
+    for (let at = 0; at < events.length; at += EVENT_STRIDE) {
+      const event = events.slice(at, at + EVENT_STRIDE);
+      event[EVENT.time] = time;
+      this.history.addEvent(event);
+    }
+    const contact = readContact(row, 0);
+    this.history.contacts.push({ ...contact, time, bodyA: FIRST_KEY - contact.bodyA });
   }
 
   /** The name of a body in the log. @param {number} index */
@@ -252,13 +252,4 @@ function joined(rows) {
   const whole = new Float64Array(rows.length * EVENT_STRIDE);
   rows.forEach((row, index) => whole.set(row, index * EVENT_STRIDE));
   return whole;
-}
-
-/** @param {number[]} a @param {number[]} b @param {number[]} c */
-function faceNormal(a, b, c) {
-  const u = b.map((x, axis) => x - a[axis]);
-  const v = c.map((x, axis) => x - a[axis]);
-  const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-  const length = Math.hypot(...normal) || 1;
-  return normal.map((component) => component / length);
 }

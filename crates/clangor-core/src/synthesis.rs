@@ -39,6 +39,8 @@ pub mod source_rule;
 pub(crate) mod spectrum;
 mod sphere_spectrum;
 pub mod strike;
+pub mod strike_error;
+pub mod striker;
 pub mod synthesis_error;
 mod wave;
 

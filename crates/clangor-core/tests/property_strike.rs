@@ -13,8 +13,7 @@ use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::strike::{Strike, StrikeError, StrikeForce};
 
-const IMPULSE: StrikeForce =
-    StrikeForce::Impulse { impulse: DVec3::new(0.0, -0.02, 0.0), duration: None };
+const IMPULSE: StrikeForce = StrikeForce::Impulse { impulse: DVec3::new(0.0, -0.02, 0.0), duration: None };
 
 fn lasting(duration: f64) -> StrikeForce {
     StrikeForce::Impulse { impulse: DVec3::new(0.0, -0.02, 0.0), duration: Some(duration) }
@@ -89,7 +88,13 @@ fn impossible_impacts_are_errors() {
     assert!(matches!(off, StrikeError::OffSurface { distance, .. } if (distance - 3e-4).abs() < 1e-12));
     assert!(strike(&body, &Strike { point: DVec3::Y * 0.0101, ..good.clone() }).is_ok());
     assert!(matches!(error(Strike { point: DVec3::NAN, ..good.clone() }), StrikeError::NotFinite { .. }));
-    assert!(matches!(error(Strike { force: StrikeForce::Impulse { impulse: DVec3::ZERO, duration: None }, ..good.clone() }), StrikeError::NoImpulse));
+    assert!(matches!(
+        error(Strike {
+            force: StrikeForce::Impulse { impulse: DVec3::ZERO, duration: None },
+            ..good.clone()
+        }),
+        StrikeError::NoImpulse
+    ));
     assert!(matches!(error(Strike { force: lasting(0.0), ..good.clone() }), StrikeError::Duration { .. }));
     assert!(matches!(error(Strike { seconds: Some(-1.0), ..good.clone() }), StrikeError::Seconds { .. }));
     let inside = error(Strike { listener: DVec3::X * 0.009, ..good.clone() });

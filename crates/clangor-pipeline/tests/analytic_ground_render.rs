@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use clangor_core::contact::{ContactSettings, PoseHistory, impact_pulses};
+use clangor_core::contact::{ContactSettings, ForceSettings, PoseHistory, impact_pulses};
 use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::scene::render_description::{GroundSound, Parts};
@@ -59,9 +59,9 @@ fn hear(
     let options = RenderOptions {
         listeners: vec![Listener::fixed("kite", DVec3::Y * HEIGHT)],
         contact: ContactSettings {
-        forces: ForceSettings { profile: settings.pulse, ..ForceSettings::default() },
-        ..ContactSettings::default()
-    },
+            forces: ForceSettings { profile: settings.pulse, ..ForceSettings::default() },
+            ..ContactSettings::default()
+        },
         synthesis: RenderSettings::default(),
         parts,
         transfers: Transfers::Baked,

@@ -12,6 +12,7 @@
 
 use std::fmt::Write;
 
+use clangor_core::contact::ImpactPulse;
 use clangor_core::realtime::event_row::{FIELDS, Field, KINDS, ROW};
 
 /// Numbers of an event.
@@ -28,14 +29,14 @@ pub const LINK_STRIDE: usize = 8;
 pub const REPORT_STRIDE: usize = 12;
 
 /// Onset of a contact.
-pub(crate) const CONTACT_TIME: usize = 0;
+const CONTACT_TIME: usize = 0;
 /// First body, and behind it the second.
-pub(crate) const CONTACT_BODIES: usize = 1;
-pub(crate) const CONTACT_SPEED: usize = 3;
-pub(crate) const CONTACT_IMPULSE: usize = 4;
-pub(crate) const CONTACT_DURATION: usize = 5;
-pub(crate) const CONTACT_POINT: usize = 6;
-pub(crate) const CONTACT_MASS: usize = 9;
+const CONTACT_BODIES: usize = 1;
+const CONTACT_SPEED: usize = 3;
+const CONTACT_IMPULSE: usize = 4;
+const CONTACT_DURATION: usize = 5;
+const CONTACT_POINT: usize = 6;
+const CONTACT_MASS: usize = 9;
 
 /// The fields of a contact.
 pub const CONTACT_FIELDS: [Field; 8] = [
@@ -48,6 +49,18 @@ pub const CONTACT_FIELDS: [Field; 8] = [
     ("point", CONTACT_POINT, "Point of the contact [m], 3 numbers."),
     ("mass", CONTACT_MASS, "Effective mass [kg]."),
 ];
+
+/// The row of the contact of an impact, between bodies of these numbers.
+pub(crate) fn contact_row(pulse: &ImpactPulse, bodies: [f64; 2]) -> [f64; CONTACT_STRIDE] {
+    let impulse: f64 = pulse.points.iter().map(|(_, j)| j.dot(pulse.normal)).sum();
+    let mut row = [0.0; CONTACT_STRIDE];
+    row[CONTACT_TIME] = pulse.onset;
+    row[CONTACT_BODIES..][..2].copy_from_slice(&bodies);
+    (row[CONTACT_SPEED], row[CONTACT_IMPULSE]) = (pulse.speed, impulse);
+    (row[CONTACT_DURATION], row[CONTACT_MASS]) = (pulse.duration, pulse.effective_mass);
+    row[CONTACT_POINT..][..3].copy_from_slice(&pulse.point.to_array());
+    row
+}
 
 /// The text of `web/src/event-layout.js`.
 pub fn javascript() -> String {

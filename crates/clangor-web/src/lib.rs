@@ -1,7 +1,7 @@
 //! The real-time engine as a WebAssembly module with a plain C interface, without glue code.
 //!
-//! The page instantiates the module twice: [`synth`] in an `AudioWorklet`, [`world`] in a worker. The
-//! instances share nothing. All numbers are SI. Pointers are byte offsets into the memory of the instance; a
+//! The page instantiates the module three times: [`synth`] in an `AudioWorklet`, [`world`] in a worker, and
+//! [`strike`] on the main thread. The instances share nothing. All numbers are SI. Pointers are byte offsets into the memory of the instance; a
 //! call that allocates may move it, so the page renews its views after each call. The exported functions have
 //! the names of the functions in the modules, which document them and which native code can call.
 //!
@@ -11,6 +11,7 @@
 //! [`layout`] describes the rows of numbers.
 
 pub mod layout;
+pub mod strike;
 pub mod synth;
 pub mod wasm_buffer;
 pub mod world;
@@ -22,7 +23,7 @@ pub mod world;
 macro_rules! export {
     ($($module:ident::$name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
         mod exports {
-            use super::{wasm_buffer, synth, world};
+            use super::{strike, synth, wasm_buffer, world};
 
             $(
                 #[doc = concat!(
@@ -55,6 +56,11 @@ export! {
     synth::synth_latency() -> f64;
     synth::synth_time() -> f64;
     synth::synth_report() -> *const f64;
+    strike::strike_load(slot: u32, bytes: u32) -> i32;
+    strike::strike_materials() -> i32;
+    strike::strike_impact(slot: u32, material: u32) -> i32;
+    strike::strike_events() -> *const f64;
+    strike::strike_contact() -> *const f64;
     world::world_load(scene_bytes: u32) -> i32;
     world::world_advance(until: f64, budget_s_hint: f64) -> i32;
     world::world_time() -> f64;

@@ -16,10 +16,7 @@ use clangor_sim::live::{LiveError, LiveSettings, LiveWorld};
 use glam::DVec3;
 use serde_json::json;
 
-use crate::layout::{
-    BODY_STRIDE, CONTACT_BODIES, CONTACT_DURATION, CONTACT_IMPULSE, CONTACT_MASS, CONTACT_POINT,
-    CONTACT_SPEED, CONTACT_STRIDE, CONTACT_TIME, EVENT_STRIDE, LINK_STRIDE,
-};
+use crate::layout::{BODY_STRIDE, CONTACT_STRIDE, EVENT_STRIDE, LINK_STRIDE, contact_row};
 use crate::wasm_buffer::{self, status};
 
 /// Numbers of a ball to be added by [`world_add_sphere`].
@@ -91,13 +88,7 @@ impl State {
         let State { world: Some(world), events, contacts, .. } = self else { return };
         for pulse in world.impacts() {
             let body = |id: BodyId| if id == BodyId::WORLD { -1.0 } else { f64::from(id.0) };
-            let impulse: f64 = pulse.points.iter().map(|(_, j)| j.dot(pulse.normal)).sum();
-            let mut row = [0.0; CONTACT_STRIDE];
-            row[CONTACT_TIME] = pulse.onset;
-            row[CONTACT_BODIES..][..2].copy_from_slice(&pulse.pair.map(body));
-            (row[CONTACT_SPEED], row[CONTACT_IMPULSE]) = (pulse.speed, impulse);
-            (row[CONTACT_DURATION], row[CONTACT_MASS]) = (pulse.duration, pulse.effective_mass);
-            row[CONTACT_POINT..][..3].copy_from_slice(&pulse.point.to_array());
+            let row = contact_row(pulse, pulse.pair.map(body));
             contacts.extend(row);
             for (side, share) in pulse.bodies.iter().enumerate() {
                 let Some(share) = share else { continue };

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clangor_core::glam::DVec3;
 use clap::{Args, ValueEnum};
 
-use super::bake::Part;
 use super::models::{DeviceArgument, ModelArguments};
-use super::values::{body_model, contact_duration, duration, full_scale, instant, level, positive, vector};
+use super::values::{
+    body_model, contact_duration, duration, full_scale, instant, level, positive, striker, vector,
+};
 
 #[derive(Args)]
 pub(crate) struct Render {
@@ -114,7 +115,17 @@ pub(crate) struct Strike {
     pub(crate) material: Option<String>,
     /// Impulse in N s
     #[arg(long, value_name = "JX,JY,JZ", value_parser = vector, allow_hyphen_values = true)]
-    pub(crate) impulse: DVec3,
+    #[arg(required_unless_present = "striker", conflicts_with = "striker")]
+    pub(crate) impulse: Option<DVec3>,
+    /// A ball that hits the body, instead of an impulse: material preset and radius in metres
+    #[arg(long, value_name = "MATERIAL:RADIUS", value_parser = striker)]
+    pub(crate) striker: Option<(String, f64)>,
+    /// Speed of the striker along the normal, in m/s
+    #[arg(long, value_name = "V", default_value_t = 1.0, value_parser = positive, requires = "striker")]
+    pub(crate) speed: f64,
+    /// Outward normal of the body at the point (default: that of its surface)
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "striker")]
+    pub(crate) normal: Option<DVec3>,
     /// Point of impact on the surface in metres from the centre of mass
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub(crate) point: DVec3,
@@ -125,7 +136,7 @@ pub(crate) struct Strike {
     #[arg(short, long, value_name = "OUT.wav|OUT.csv")]
     pub(crate) output: PathBuf,
     /// Duration of the contact in seconds (default: Hertz against a rigid plane at 1 m/s)
-    #[arg(long, value_name = "TAU", value_parser = contact_duration)]
+    #[arg(long, value_name = "TAU", value_parser = contact_duration, conflicts_with = "striker")]
     pub(crate) duration: Option<f64>,
     /// Samples per second, 8000 to 384000
     #[arg(long, value_name = "HZ", default_value_t = 48_000)]
@@ -142,9 +153,9 @@ pub(crate) struct Strike {
         value_enum,
         value_delimiter = ',',
         value_name = "PARTS",
-        default_value = "acceleration,modal"
+        default_value = "acceleration,modal,striker"
     )]
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<StrikePart>,
     #[command(flatten)]
     pub(crate) models: ModelArguments,
     #[command(flatten)]
@@ -152,6 +163,17 @@ pub(crate) struct Strike {
     /// Scale of a mesh file to metres
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     pub(crate) scale: f64,
+}
+
+/// Parts of the sound of a strike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum StrikePart {
+    /// Acceleration noise of the body
+    Acceleration,
+    /// The sound of its vibration modes
+    Modal,
+    /// Acceleration noise of the striker, if there is one
+    Striker,
 }
 
 /// Parts of the sound of a scene.

@@ -23,6 +23,16 @@ pub(super) fn body_model(text: &str) -> Result<(String, PathBuf), String> {
     }
 }
 
+/// A ball: the name of a material and a radius \[m\].
+pub(super) fn striker(text: &str) -> Result<(String, f64), String> {
+    match text.rsplit_once(':') {
+        Some((material, radius)) if !material.is_empty() => {
+            Ok((material.into(), between(radius.trim(), 1e-5, 10.0, "m")?))
+        }
+        _ => Err("expected MATERIAL:RADIUS like steel:0.006".into()),
+    }
+}
+
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| format!("\"{text}\" is not a number"))?;
     if number.is_finite() { Ok(number) } else { Err(format!("{text} is not a finite number")) }

@@ -3,13 +3,14 @@
 use clangor_core::body::Surface;
 use clangor_core::scene::render_description::Parts;
 use clangor_core::synthesis::BodyModes;
+use clangor_core::synthesis::strike::Striker;
 use clangor_pipeline::analysis::levels::db_spl;
 use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::session::{Strike as Impact, StruckBody};
 use serde_json::json;
 
 use super::session::StageBars;
-use crate::arguments::{Global, Part, Strike};
+use crate::arguments::{Global, Strike, StrikePart};
 use crate::console::{Console, four_digits};
 use crate::failure::Failure;
 
@@ -19,7 +20,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     body.remarks().iter().for_each(|remark| console.warn(remark));
     let is_sphere = matches!(*body.body().surface, Surface::Sphere { .. });
     let bars = StageBars::new(console);
-    let sound = impact(body, options, global).render_with_progress(&mut |progress| bars.show(progress))?;
+    let sound = impact(body, options, global)?.render_with_progress(&mut |progress| bars.show(progress))?;
     bars.clear();
     sound.remarks.iter().for_each(|remark| console.warn(remark));
     if let Some(other @ (BodyModes::Proxy(_) | BodyModes::None(_))) = &sound.modal {
@@ -45,7 +46,17 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
         four_digits(peak),
         db_spl(peak).map_or("−∞".into(), |db| format!("{db:.1}")),
     ));
+    if sound.modal_energy_ratio > 1.0 {
+        console.say(format_args!(
+            "forces of rigid bodies would give the modes {:.1} times the energy of the approach; they are \
+             scaled by −{:.1} dB",
+            sound.modal_energy_ratio,
+            10.0 * sound.modal_energy_ratio.log10(),
+        ));
+    }
     console.json(&json!({
+        "impulse_n_s": sound.impulse.to_array(),
+        "modal_energy_ratio": sound.modal_energy_ratio,
         "contact_duration_s": sound.contact_duration,
         "velocity_change_m_per_s": sound.velocity_change.to_array(),
         "radius_m": sound.radius,
@@ -57,24 +68,35 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
 }
 
 /// The impact that the command line describes.
-fn impact(body: StruckBody, options: &Strike, global: &Global) -> Impact {
+fn impact(body: StruckBody, options: &Strike, global: &Global) -> Result<Impact, Failure> {
     let wants = |part| options.parts.contains(&part);
     let mut impact = Impact::new(body)
         .at(options.point)
-        .impulse(options.impulse)
         .listener(options.listener)
         .sample_rate(options.sample_rate)
-        .parts(Parts { acceleration: wants(Part::Acceleration), modal: wants(Part::Modal), ground: false })
+        .parts(Parts {
+            acceleration: wants(StrikePart::Acceleration),
+            modal: wants(StrikePart::Modal),
+            ground: false,
+        })
         .acceleration(options.sound.into())
         .models(options.models.on(options.device.device));
+    if let Some(impulse) = options.impulse {
+        impact = impact.impulse(impulse);
+    }
+    if let Some((material, radius)) = &options.striker {
+        let ball = Striker::new(preset(material)?, *radius, options.speed);
+        impact =
+            impact.striker(Striker { normal: options.normal, heard: wants(StrikePart::Striker), ..ball });
+    }
     if let Some(duration) = options.duration {
         impact = impact.contact_duration(duration);
     }
     if let Some(seconds) = options.seconds {
         impact = impact.seconds(seconds);
     }
-    match &global.cache {
+    Ok(match &global.cache {
         Some(folder) => impact.cache(folder),
         None => impact,
-    }
+    })
 }

@@ -73,8 +73,9 @@ impl ContactSide {
     /// weights, which sum to 1.
     #[must_use]
     pub fn touched_at(self, surface: &Surface, points: impl Iterator<Item = (DVec3, f64)>) -> Self {
-        let curvature =
-            |(point, weight): (DVec3, f64)| weight * mean_curvature(surface, self.pose.body_from_world(point));
+        let curvature = |(point, weight): (DVec3, f64)| {
+            weight * mean_curvature(surface, self.pose.body_from_world(point))
+        };
         ContactSide { curvature: points.map(curvature).sum(), ..self }
     }
 

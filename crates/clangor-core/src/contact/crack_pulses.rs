@@ -80,8 +80,7 @@ fn pulse(
     // Impulse and change of the velocities of each piece.
     let acting = |r: &ContactRow| ContactPoint { place: r.point, impulse: r.impulse(), couple: r.couple };
     let points: Vec<ContactPoint> = rows.iter().map(acting).collect();
-    let shares =
-        [(a, 1.0), (b, -1.0)].map(|(side, sign)| BodyPulse::new(&side, &points, sign, duration));
+    let shares = [(a, 1.0), (b, -1.0)].map(|(side, sign)| BodyPulse::new(&side, &points, sign, duration));
     // Speed V by the energy of impulse and couple.
     let twice_energy = |share: &BodyPulse| {
         share.impulse.dot(share.velocity_change) + share.angular_impulse.dot(share.angular_velocity_change)

@@ -7,39 +7,15 @@ use std::sync::Arc;
 use glam::DQuat;
 
 use super::engine_settings::EngineSettings;
+use super::object_file::{ObjectError, ObjectFile};
 use crate::body::{MeshSurface, Surface};
-use crate::material::{Damping, presets};
-use crate::sound_model::acceleration::field_evaluator::FieldError;
+use crate::material::Damping;
 use crate::sound_model::acceleration::model_evaluator::ModelEvaluator;
-use crate::sound_model::files::modal_file::{ModalFile, ModalPart};
-use crate::sound_model::files::model_file::{ModelFile, Solid};
-use crate::sound_model::files::tensor_file::TensorFileError;
+use crate::sound_model::files::model_file::Solid;
 use crate::synthesis::live_pulses::LiveField;
 use crate::synthesis::modal::live_voice::LiveVoice;
-use crate::synthesis::modal::{ModalError, ModalSettings, ModalSource};
+use crate::synthesis::modal::ModalSource;
 use crate::synthesis::{FieldSource, SampleRate, SoundSource};
-
-/// Error in the bytes of a sound model.
-#[derive(Debug, thiserror::Error)]
-pub enum ObjectError {
-    /// The bytes are neither a sound model nor a modal model.
-    #[error("the sound model cannot be read: {0}")]
-    File(#[from] TensorFileError),
-    /// The field is inconsistent.
-    #[error("the field of the sound model cannot be played: {0}")]
-    Field(#[from] FieldError),
-    /// The modes are inconsistent.
-    #[error("the modes of the sound model cannot be played: {0}")]
-    Modes(#[from] ModalError),
-    /// The damping of the material is not known.
-    #[error(
-        "the model rings as \"{material}\", which is no material of the library: its damping must be given"
-    )]
-    UnknownDamping {
-        /// Name of the material.
-        material: String,
-    },
-}
 
 /// A body with a sound model: see the module.
 pub struct SoundingObject {
@@ -118,19 +94,14 @@ impl SoundingObject {
         damping: Option<&Damping>,
         settings: &EngineSettings,
     ) -> Result<Self, ObjectError> {
-        let (acceleration, modal, solid) = match ModelFile::decode(bytes) {
-            Ok(file) => (Some(ModelEvaluator::try_new(&file.acceleration)?), file.modal, file.solid),
-            Err(error) => match ModalFile::decode(bytes) {
-                Ok(file) => (None, Some(file.modal), file.solid),
-                Err(_) => return Err(error.into()),
-            },
-        };
+        let file = ObjectFile::decode(bytes)?;
+        let acceleration = file.acceleration.as_ref().map(ModelEvaluator::try_new).transpose()?;
         let source = acceleration.map(|model| {
             let ModelEvaluator { radius, field, near } = model;
-            let surface = Arc::new(surface_of(&solid, radius));
+            let surface = Arc::new(surface_of(&file.solid, radius));
             SoundSource::Field(Arc::new(FieldSource::new(field, near, radius, DQuat::IDENTITY, surface)))
         });
-        let modal = modal.map(|part| source_of(part, damping)).transpose()?;
+        let modal = file.modal_source(damping)?;
         Ok(SoundingObject::new(source, modal, settings))
     }
 
@@ -153,13 +124,4 @@ fn surface_of(solid: &Solid, radius: f64) -> Surface {
             Surface::Mesh(MeshSurface::restored(mesh.clone(), flat, solid.mass.volume))
         }
     }
-}
-
-fn source_of(part: ModalPart, damping: Option<&Damping>) -> Result<Arc<ModalSource>, ObjectError> {
-    let ModalPart { model, origin } = part;
-    let known = || presets::preset(&origin.material).map(|material| material.damping);
-    let Some(damping) = damping.cloned().or_else(known) else {
-        return Err(ObjectError::UnknownDamping { material: origin.material });
-    };
-    Ok(Arc::new(ModalSource::new(Arc::new(model), &damping, &ModalSettings::default())?))
 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use clangor_core::acoustics::Acoustics;
-use clangor_core::contact::ContactSettings;
+use clangor_core::contact::{ContactSettings, ForceSettings};
 use clangor_core::glam::DVec3;
 use clangor_core::scene::Scene;
 use clangor_core::scene::body_description::Copies;

@@ -93,6 +93,9 @@ pub enum Error {
     /// The impact gives no sound.
     #[error(transparent)]
     Strike(#[from] StrikeError),
+    /// A striker together with an impulse or a duration.
+    #[error("impulse and duration follow from the striker: give either a striker or an impulse")]
+    TwoForces,
     /// The modes cannot be played.
     #[error("the modes of \"{name}\" cannot be played: {source}")]
     Modes {

@@ -17,7 +17,7 @@ use clangor_core::sound_model::AccelerationRule;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::BodyModes;
 use clangor_core::synthesis::modal::{ModalSettings, ModalSource, Resonance};
-use clangor_core::synthesis::strike::{self, LEAD, StrikeSound, struck_ringing};
+use clangor_core::synthesis::strike::{self, LEAD, StrikeForce, StrikeSound, Striker, struck_ringing};
 use clangor_core::synthesis::{SampleRate, SoundSource};
 
 use super::error::Error;
@@ -31,6 +31,8 @@ use crate::stages::sound_models::ModelOptions;
 pub const SHORTEST: f64 = 0.1;
 /// Longest sound, unless another length is asked for \[s\].
 pub const LONGEST: f64 = 20.0;
+/// Impulse on the body where neither an impulse nor a striker is given [N s].
+const DEFAULT_IMPULSE: DVec3 = DVec3::new(0.0, -0.01, 0.0);
 
 /// An impact on a body, and how it is heard.
 ///
@@ -46,6 +48,9 @@ pub const LONGEST: f64 = 20.0;
 pub struct Strike {
     body: StruckBody,
     impact: strike::Strike,
+    impulse: Option<DVec3>,
+    duration: Option<f64>,
+    striker: Option<Striker>,
     seconds: Option<f64>,
     sample_rate: u32,
     parts: Parts,
@@ -57,10 +62,9 @@ impl Strike {
     pub fn new(body: impl Into<StruckBody>) -> Self {
         let body = body.into();
         let impact = strike::Strike {
-            impulse: DVec3::NEG_Y * 0.01,
+            force: StrikeForce::Impulse { impulse: DEFAULT_IMPULSE, duration: None },
             point: highest_point(&body.body),
             listener: DVec3::X,
-            duration: None,
             profile: ForceProfile::HalfSine,
             sample_rate: SampleRate::HZ_48000,
             max_frequency: None,
@@ -71,6 +75,9 @@ impl Strike {
         Strike {
             body,
             impact,
+            impulse: None,
+            duration: None,
+            striker: None,
             seconds: None,
             sample_rate: 48_000,
             parts: Parts::default(),
@@ -87,9 +94,14 @@ impl Strike {
 
     /// Impulse on the body [N s].
     #[must_use]
-    pub fn impulse(mut self, impulse: impl Into<DVec3>) -> Self {
-        self.impact.impulse = impulse.into();
-        self
+    pub fn impulse(self, impulse: impl Into<DVec3>) -> Self {
+        Strike { impulse: Some(impulse.into()), ..self }
+    }
+
+    /// A ball that hits the body, instead of an impulse. Impulse and duration follow from both bodies.
+    #[must_use]
+    pub fn striker(self, striker: Striker) -> Self {
+        Strike { striker: Some(striker), ..self }
     }
 
     /// Position of the listener \[m from the centre of mass\].
@@ -99,11 +111,11 @@ impl Strike {
         self
     }
 
-    /// Duration of the contact \[s\]. Default: that of a collision with a rigid plane at 1 m/s.
+    /// Duration of the contact of a given impulse \[s\]. Default: that of a collision with a rigid plane at
+    /// 1 m/s.
     #[must_use]
-    pub fn contact_duration(mut self, seconds: f64) -> Self {
-        self.impact.duration = Some(seconds);
-        self
+    pub fn contact_duration(self, seconds: f64) -> Self {
+        Strike { duration: Some(seconds), ..self }
     }
 
     /// End of the sound \[s\]. Default: when it has fallen by 60 dB.
@@ -118,7 +130,7 @@ impl Strike {
         Strike { sample_rate: hz, ..self }
     }
 
-    /// Parts of the sound; nothing else than the body sounds. Default: acceleration and modal.
+    /// Parts of the sound of the body. Default: acceleration and modal. A striker is heard as it says itself.
     #[must_use]
     pub fn parts(self, parts: Parts) -> Self {
         Strike { parts, ..self }
@@ -146,7 +158,8 @@ impl Strike {
     /// cache.
     ///
     /// # Errors
-    /// [`Error::Strike`] for an impact off the surface or without impulse, [`Error::ModelOptions`],
+    /// [`Error::Strike`] for an impact off the surface or without impulse, [`Error::TwoForces`] for a striker
+    /// together with an impulse or a duration, [`Error::ModelOptions`],
     /// [`Error::Models`], [`Error::Modes`], [`Error::ModelField`], [`Error::Synthesis`].
     pub fn render(self) -> Result<StruckSound, Error> {
         self.render_with_progress(&mut |_| ControlFlow::Continue(()))
@@ -164,17 +177,23 @@ impl Strike {
         let sample_rate = SampleRate::try_new(self.sample_rate)?;
         self.model.options.check(sample_rate.as_f64())?;
         let impact = strike::Strike {
+            force: self.force()?,
             sample_rate,
             max_frequency: self.model.options.max_frequency,
             seconds: self.seconds.or(self.impact.seconds),
-            ..self.impact
+            ..self.impact.clone()
         };
         // The source in place of a part that is not asked for: no listener is inside.
         let point = SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
         // A mistaken impact is reported before anything is baked.
         strike::strike(body, &point, &impact)?;
-        let mut model =
-            StruckModel { struck: &self.body, choice: &self.model, impact, on_progress, remarks: Vec::new() };
+        let mut model = StruckModel {
+            struck: &self.body,
+            choice: &self.model,
+            impact: impact.clone(),
+            on_progress,
+            remarks: Vec::new(),
+        };
         let modal = if self.parts.modal { model.modes()? } else { None };
         let resonator = modal.as_ref().map(|modes| resonator(body, modes)).transpose()?.flatten();
         let ring_time = resonator.as_ref().map(|resonator| decay_time(resonator, &impact));
@@ -185,9 +204,11 @@ impl Strike {
         };
         let remarks = model.remarks;
         let mut sound = strike::strike(body, &source, &impact)?;
-        if !self.parts.acceleration {
+        // With a striker that is heard, the point in place of the body stays: it is 180 dB below.
+        if !self.parts.acceleration && !self.striker.as_ref().is_some_and(|striker| striker.heard) {
             sound.pressures.fill(0.0);
         }
+        let pulse = strike::forces(body, resonator.as_deref(), &impact)?;
         let modes = resonator.as_ref().map_or(0, |resonator| resonator.resonances().len());
         if let Some(resonator) = resonator {
             let ringing = struck_ringing(body, resonator, &impact, &sound)?;
@@ -202,6 +223,8 @@ impl Strike {
             sample_rate: impact.sample_rate,
             contact_duration: sound.duration,
             velocity_change: sound.velocity_change,
+            impulse: pulse.bodies[0].map_or(DVec3::ZERO, |share| share.impulse),
+            modal_energy_ratio: pulse.modal_energy_ratio,
             radius: sound.radius,
             travel_time: impact.listener.length() / impact.medium.sound_speed,
             modes,
@@ -210,6 +233,20 @@ impl Strike {
             remarks,
             note: format!("{} of {}", body.name, body.material.name),
         })
+    }
+}
+
+impl Strike {
+    /// What strikes the body.
+    fn force(&self) -> Result<StrikeForce, Error> {
+        let Strike { impulse, duration, striker, .. } = self;
+        match striker {
+            None => {
+                Ok(StrikeForce::Impulse { impulse: impulse.unwrap_or(DEFAULT_IMPULSE), duration: *duration })
+            }
+            Some(_) if impulse.is_some() || duration.is_some() => Err(Error::TwoForces),
+            Some(striker) => Ok(StrikeForce::Striker(striker.clone())),
+        }
     }
 }
 

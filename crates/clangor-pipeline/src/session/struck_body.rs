@@ -1,10 +1,8 @@
 //! A body to be struck: its surface, its material, and the parts of its sound that are known already.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use clangor_core::body::{Body, MeshSurface, Surface};
-use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::body::Body;
 use clangor_core::material::Material;
 use clangor_core::reference::pan_file::PanFile;
 use clangor_core::sound_model::files::modal_file::ModalFile;
@@ -63,21 +61,18 @@ impl StruckBody {
     pub fn model(path: impl AsRef<Path>, material: Material) -> Result<Self, Error> {
         let path = path.as_ref();
         let name = path.to_string_lossy();
-        let ((surface, mass), known) = match read_sound_file(path)? {
-            SoundFile::Model(file) => {
-                (baked_solid(&name, &file.solid, file.acceleration.radius)?, KnownSound::Model(file))
-            }
-            SoundFile::Modal(file) => {
-                (baked_solid(&name, &file.solid, file.modal.model.radius)?, KnownSound::Modal(file))
-            }
-            SoundFile::Pan(file) => {
-                (baked_solid(&name, &file.solid, file.model.radius())?, KnownSound::Pan(file))
-            }
+        let (solid, radius, known) = match read_sound_file(path)? {
+            SoundFile::Model(file) => (file.solid.clone(), file.acceleration.radius, KnownSound::Model(file)),
+            SoundFile::Modal(file) => (file.solid.clone(), file.modal.model.radius, KnownSound::Modal(file)),
+            SoundFile::Pan(file) => (file.solid.clone(), file.model.radius(), KnownSound::Pan(file)),
             SoundFile::Bank(_) | SoundFile::ModalSoundbank(_) => {
                 return Err(Error::Soundbank { path: path.into() });
             }
         };
-        let body = Body::solid(name, material, surface, &mass);
+        let solid = Solid { name: name.to_string(), ..solid };
+        let body = solid
+            .body(radius, material)
+            .map_err(|source| Error::ModelSurface { name: name.into(), source })?;
         Ok(StruckBody { body, known, remarks: Vec::new() })
     }
 
@@ -117,18 +112,4 @@ impl From<Body> for StruckBody {
     fn from(body: Body) -> Self {
         StruckBody { body, known: KnownSound::Nothing, remarks: Vec::new() }
     }
-}
-
-/// The surface that a model was baked for, without parts for collisions, and its mass properties of unit
-/// density; a sphere of `radius` where the model stores no mesh.
-fn baked_solid(name: &str, solid: &Solid, radius: f64) -> Result<(Arc<Surface>, MassProperties), Error> {
-    let surface = match &solid.surface {
-        None => Surface::Sphere { radius },
-        Some(mesh) => {
-            let (surface, _) = MeshSurface::try_new(mesh.clone(), Vec::new())
-                .map_err(|source| Error::ModelSurface { name: name.into(), source })?;
-            Surface::Mesh(surface)
-        }
-    };
-    Ok((Arc::new(surface), solid.mass))
 }

@@ -27,6 +27,11 @@ pub struct StruckSound {
     pub contact_duration: f64,
     /// Change in velocity of the centre of mass [m/s].
     pub velocity_change: DVec3,
+    /// Impulse on the body [N s].
+    pub impulse: DVec3,
+    /// Energy that the forces of rigid bodies would give to the modes, over that of the striker's approach; 0
+    /// without a striker or without modes. Above 1, the force on the modes is scaled to the energy.
+    pub modal_energy_ratio: f64,
     /// Radius of the sphere of equal volume \[m\].
     pub radius: f64,
     /// Time in which sound reaches the listener from the centre of mass \[s\].

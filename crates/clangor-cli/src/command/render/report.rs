@@ -181,19 +181,19 @@ impl RenderReportView<'_> {
             return;
         };
         let total = |of: fn(&EnergyLimits) -> u64| limited().map(|(_, limits)| of(limits)).sum::<u64>();
-        let (lengthened, impacts) = (total(|limits| limits.limited), total(|limits| limits.impacts));
-        let longest = limited().map(|(_, limits)| limits.longest).fold(1.0, f64::max);
+        let (bounded, impacts) = (total(|limits| limits.limited), total(|limits| limits.impacts));
         let what = format!(
-            "{lengthened} of {} on {} would put more energy into modes than the motion lost, {:.1} times \
-             at most (\"{}\")",
+            "{bounded} of {} on {} would put more energy into modes than the approach has, {:.1} times at \
+             most (\"{}\")",
             counted(impacts as usize, "impact", "impacts"),
             counted(limited().count(), "body", "bodies"),
             most.largest,
             self.bodies[worst.index()].name,
         );
-        match self.options.limit_energy {
+        match self.options.contact.forces.limit_energy {
             true => console.say(format_args!(
-                "{what}; bodies give way, and the forces on their modes last up to {longest:.1} times longer"
+                "{what}; bodies give way, and the forces on their modes are scaled, by −{:.1} dB at most",
+                10.0 * most.largest.log10()
             )),
             false => console.say(format_args!("{what}; the ringing is too loud")),
         }

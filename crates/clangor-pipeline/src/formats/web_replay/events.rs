@@ -59,7 +59,8 @@ fn add_impacts(sounds: &Sounds, forces: &Forces, events: &mut Vec<TimedEvent>) {
                     ImpactTarget::Sphere { .. } => DQuat::IDENTITY,
                     ImpactTarget::Object { slot } => sounds.slots[*slot].rotation,
                 };
-                let whole = events_on(*target).take(1).map(|event| event.with_impulse(pulse.point, DVec3::ZERO));
+                let whole =
+                    events_on(*target).take(1).map(|event| event.with_impulse(pulse.point, DVec3::ZERO));
                 events.extend(whole.map(|event| in_frame(rotation, event)));
             }
             let Some((slot, places)) = sounds.rings.get(&share.body) else { continue };
@@ -67,9 +68,8 @@ fn add_impacts(sounds: &Sounds, forces: &Forces, events: &mut Vec<TimedEvent>) {
             for event in events_on(ImpactTarget::Object { slot: *slot }) {
                 let Some(at) = places.of(share.pose.body_from_world(event.point)) else { continue };
                 let place = share.pose.world_from_body(places.places[at]);
-                let still = event
-                    .with_velocity_changes(DVec3::ZERO, DVec3::ZERO)
-                    .with_impulse(place, event.impulse);
+                let still =
+                    event.with_velocity_changes(DVec3::ZERO, DVec3::ZERO).with_impulse(place, event.impulse);
                 events.push(in_frame(rotation, still));
             }
         }

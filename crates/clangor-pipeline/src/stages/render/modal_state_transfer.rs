@@ -100,7 +100,8 @@ fn at_death(
     let impact = ModalState::after_impacts(source, *body, &last, death);
     let gained = impact.energy(source);
     let struck = |pulse: &&ImpactPulse| pulse.bodies.iter().flatten().any(|share| share.body == *body);
-    let lost: f64 = pulses.iter().filter(|pulse| breaking(pulse)).filter(struck).map(ImpactPulse::energy_lost).sum();
+    let lost: f64 =
+        pulses.iter().filter(|pulse| breaking(pulse)).filter(struck).map(ImpactPulse::energy_lost).sum();
     let left = lost.max(gained) - fracture.fracture_energy - fracture.kinetic_energy_gain;
     let factor = if gained > left { (left.max(0.0) / gained).sqrt() } else { 1.0 };
     before.plus(&impact, factor)

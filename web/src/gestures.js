@@ -15,7 +15,7 @@ const MOUSE_SLACK = 4;
 const ORBIT_RATE = 0.006;
 
 /** @typedef {import('./strike.js').PlacedSolid} PlacedSolid */
-/** @typedef {{ object: PlacedSolid, point: number[], normal: number[] }} Hit */
+/** @typedef {{ object: PlacedSolid, point: number[] }} Hit */
 
 /**
  * @typedef {object} Actions

@@ -143,19 +143,12 @@ export class SolidsPicture {
 
   /**
    * @param {import('three').Raycaster} ray
-   * @returns {{ object: import('./strike.js').PlacedSolid, point: number[], normal: number[] } | null}
+   * @returns {{ object: import('./strike.js').PlacedSolid, point: number[] } | null}
    */
   hit(ray) {
     const [first] = ray.intersectObjects(this.group.children, false);
-    if (!first || !first.face) return null;
-    const normal = first.face.normal.clone().transformDirection(first.object.matrixWorld);
-    // The normal points towards the camera.
-    if (normal.dot(ray.ray.direction) > 0) normal.negate();
-    return {
-      object: first.object.userData.object,
-      point: first.point.toArray(),
-      normal: normal.toArray(),
-    };
+    if (!first) return null;
+    return { object: first.object.userData.object, point: first.point.toArray() };
   }
 }
 

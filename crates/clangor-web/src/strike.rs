@@ -78,8 +78,11 @@ impl State {
         let pulse = striker.forces_on(&body, modes.as_deref(), point, ForceProfile::default())?;
         // The object with its modes, and the ball, which only accelerates.
         let object = ImpactTarget::Object { slot: slot as usize };
-        let events = ImpactEvent::of_side(object, &pulse, 0)
-            .chain(ImpactEvent::of_side(ImpactTarget::Sphere { radius }, &pulse, 1));
+        let events = ImpactEvent::of_side(object, &pulse, 0).chain(ImpactEvent::of_side(
+            ImpactTarget::Sphere { radius },
+            &pulse,
+            1,
+        ));
         self.events.clear();
         let rows = events.filter_map(|event| event_row::encode(&event.into(), slot));
         self.events.extend(rows.flatten());

@@ -1,14 +1,14 @@
 //! Sound of the contacts of a physics world in Bevy, by Clangor's real-time engine.
 //!
 //! ```text
-//! avian3d: contacts of a step ─► approach speed ─► impulse, Hertz: duration τ ─► ImpactEvent ─► ring
-//!                                                              Engine, on the audio thread ◄──────┘
+//! avian3d: contacts of a step ─► approach speed ─► contact_forces ─► ImpactEvents ─► ring
+//!                                                  Engine, on the audio thread ◄──────┘
 //! ```
 //!
 //! [`ClangorPlugin`] looks at every contact after each step of avian3d. One that approached faster than
-//! [`V_MIN`] is an impact: its impulse is (1 + e) m V, of the approach, the effective mass and avian3d's
-//! restitution, its duration that of Hertz's theory for the masses, curvatures and materials of the two
-//! bodies. (The impulses that avian3d sums up over a step count some twice: 8.6 m/s for a ball that it turns
+//! [`V_MIN`] is an impact. [`contact_forces`] makes its forces, as for every other part of Clangor: avian3d
+//! gives the masses, the approach speed and the restitution, [`Sounding`] and [`Ground`] the surfaces and the
+//! materials. (The impulses that avian3d sums up over a step count some twice: 8.6 m/s for a ball that it turns
 //! by 5.5.) A body with a [`Sounding`] is heard; the other one may be anything.
 //!
 //! The program calls `render` of the [`Engine`](clangor_core::realtime::Engine) that [`ClangorPlugin::new`]
@@ -21,18 +21,21 @@
 #[cfg(feature = "playback")]
 pub mod playback;
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use avian3d::prelude::*;
 use bevy::prelude::*;
-use clangor_core::contact::hertz::HertzContact;
-use clangor_core::glam::{DQuat, DVec3};
+use clangor_core::body::{Body, BodyId, EDGE_RADIUS_RATIO, Surface};
+use clangor_core::contact::contact_side::rayleigh_speed;
+use clangor_core::contact::{ContactSide, ForceProfile, ForceSettings, Impact, contact_forces};
+use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::material::Material;
 use clangor_core::pose::Pose;
 use clangor_core::realtime::{
     Controller, Engine, EngineSettings, Event as SoundEvent, ImpactEvent, ImpactTarget, engine,
 };
 use clangor_core::synthesis::SynthesisError;
+use clangor_core::synthesis::modal::ModalSource;
 
 /// Contacts that approach more slowly are silent [m/s].
 pub const V_MIN: f32 = 0.05;
@@ -48,14 +51,36 @@ pub struct Sounding {
     pub target: ImpactTarget,
     /// Its material, for the duration of contacts.
     pub material: Material,
-    /// Mean curvature of its surface at impacts [1/m].
-    pub curvature: f64,
+    /// Its surface about the centre of mass, for the curvature at impacts.
+    pub surface: Arc<Surface>,
+    /// Lower bound of the radius of that curvature [m], for edges.
+    pub edge_radius: f64,
+    /// Its modes, whose energy bounds the force on them.
+    pub modes: Option<Arc<ModalSource>>,
 }
 
 impl Sounding {
     /// A ball of this radius [m].
     pub fn ball(radius: f64, material: Material) -> Self {
-        Sounding { target: ImpactTarget::Sphere { radius }, material, curvature: 1.0 / radius }
+        Sounding {
+            target: ImpactTarget::Sphere { radius },
+            material,
+            surface: Arc::new(Surface::Sphere { radius }),
+            edge_radius: EDGE_RADIUS_RATIO * radius,
+            modes: None,
+        }
+    }
+
+    /// An object put into a slot by [`Sound::controller`], with the surface and the material of a body, and its
+    /// modes, if it has any.
+    pub fn object(slot: usize, body: &Body, modes: Option<Arc<ModalSource>>) -> Self {
+        Sounding {
+            target: ImpactTarget::Object { slot },
+            material: body.material.clone(),
+            surface: Arc::clone(&body.surface),
+            edge_radius: body.edge_radius,
+            modes,
+        }
     }
 }
 
@@ -73,6 +98,8 @@ pub struct Ears;
 pub struct Sound {
     // One thread at a time may send.
     controller: Mutex<Controller>,
+    /// Time profile of the forces.
+    profile: ForceProfile,
     /// Time of sound minus time of physics [s].
     offset: Option<f64>,
     /// Impacts sent.
@@ -82,6 +109,7 @@ pub struct Sound {
 /// Plugin that sends the impacts of avian3d to an engine.
 pub struct ClangorPlugin {
     controller: Mutex<Option<Controller>>,
+    profile: ForceProfile,
 }
 
 impl ClangorPlugin {
@@ -91,7 +119,8 @@ impl ClangorPlugin {
     /// [`SynthesisError`] for settings out of range.
     pub fn new(settings: &EngineSettings) -> Result<(Self, Engine), SynthesisError> {
         let (controller, engine) = engine(settings)?;
-        Ok((ClangorPlugin { controller: Mutex::new(Some(controller)) }, engine))
+        let controller = Mutex::new(Some(controller));
+        Ok((ClangorPlugin { controller, profile: settings.profile }, engine))
     }
 }
 
@@ -99,7 +128,8 @@ impl Plugin for ClangorPlugin {
     fn build(&self, app: &mut App) {
         let mut held = self.controller.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(controller) = held.take() else { return };
-        app.insert_resource(Sound { controller: Mutex::new(controller), offset: None, impacts: 0 });
+        let (controller, profile) = (Mutex::new(controller), self.profile);
+        app.insert_resource(Sound { controller, profile, offset: None, impacts: 0 });
         let systems = (follow_clock, send_receivers, send_poses, send_impacts).chain();
         app.add_systems(PhysicsSchedule, systems.in_set(PhysicsStepSystems::Last));
     }
@@ -173,52 +203,41 @@ type ContactBody<'a> = (
     Option<&'a ComputedCenterOfMass>,
 );
 
-/// Properties of a body in a contact.
-struct Side {
-    target: Option<ImpactTarget>,
-    pose: Pose,
-    inverse_mass: f64,
-    inverse_inertia: Mat3,
-    curvature: f64,
-    compliance: f64,
+/// A body in a contact.
+struct Side<'a> {
+    sounding: Option<&'a Sounding>,
+    /// As the forces see it.
+    contact: ContactSide,
 }
 
-impl Side {
-    fn of((sounding, ground, position, rotation, mass, inertia, centre): ContactBody<'_>) -> Self {
+impl<'a> Side<'a> {
+    /// The body with this number in the contact, touched at a point [m, world].
+    fn touched_at(id: BodyId, body: ContactBody<'a>, point: DVec3) -> Self {
+        let (sounding, ground, position, rotation, mass, inertia, centre) = body;
         let mut pose = pose_of(position, rotation);
         if let Some(centre) = centre {
             pose.position += pose.orientation * widened(centre.0);
         }
         let material = sounding.map(|s| &s.material).or(ground.map(|g| &g.0));
-        let turn = Mat3::from_quat(rotation.0);
-        let inverse = inertia.map_or(Mat3::ZERO, |inertia| Mat3::from(inertia.inverse()));
-        Side {
-            target: sounding.map(|sounding| sounding.target),
+        let inverse_inertia = inertia.map_or(Mat3::ZERO, |inertia| Mat3::from(inertia.inverse()));
+        let flat = ContactSide {
+            body: id,
             pose,
             inverse_mass: mass.map_or(0.0, |mass| f64::from(mass.inverse())),
-            inverse_inertia: turn * inverse * turn.transpose(),
-            curvature: sounding.map_or(0.0, |sounding| sounding.curvature),
+            inverse_inertia: DMat3::from_cols_array(&inverse_inertia.to_cols_array().map(f64::from)),
             compliance: material.map_or(0.0, Material::contact_compliance),
-        }
-    }
-
-    /// Inverse effective mass at a point along a direction [1/kg].
-    fn inverse_mass_at(&self, point: DVec3, normal: DVec3) -> f64 {
-        let lever = (point - self.pose.position).cross(normal).as_vec3();
-        let lever = Vec3::from_array(lever.to_array());
-        self.inverse_mass + f64::from(lever.dot(self.inverse_inertia * lever))
-    }
-
-    /// The impact of an impulse at a point on this body; `None` if it is silent.
-    fn impact(&self, time: f64, duration: f64, point: DVec3, impulse: DVec3) -> Option<ImpactEvent> {
-        let twist = (point - self.pose.position).cross(impulse).as_vec3();
-        let twist = Vec3::from_array(twist.to_array());
-        let angular_velocity_change = widened(self.inverse_inertia * twist);
-        let impact = ImpactEvent::new(self.target?, time, duration)
-            .with_pose(self.pose)
-            .with_velocity_changes(impulse * self.inverse_mass, angular_velocity_change)
-            .with_impulse(point, impulse);
-        Some(impact)
+            rayleigh_speed: material.map_or(f64::INFINITY, rayleigh_speed),
+            ..ContactSide::SURROUNDINGS
+        };
+        let contact = match sounding {
+            None => flat,
+            Some(Sounding { surface, edge_radius, .. }) => {
+                let bounding_radius = surface.bounding_radius();
+                ContactSide { edge_radius: *edge_radius, bounding_radius, ..flat }
+                    .touched_at(surface, std::iter::once((point, 1.0)))
+            }
+        };
+        Side { sounding, contact }
     }
 }
 
@@ -239,7 +258,6 @@ fn send_impacts(
             continue;
         }
         let (Ok(one), Ok(two)) = (bodies.get(one), bodies.get(two)) else { continue };
-        let sides = [Side::of(one), Side::of(two)];
         // Mean over the points, weighted by their normal impulses.
         let total: f32 = points().map(|(_, p)| p.normal_impulse).sum();
         let share = |p: &ContactPoint| f64::from(p.normal_impulse / total);
@@ -247,19 +265,23 @@ fn send_impacts(
         // Normals point from the first body to the second.
         let normal = points().map(|(m, p)| widened(m.normal) * share(p)).sum::<DVec3>().normalize_or_zero();
         let restitution = points().map(|(m, p)| f64::from(m.restitution) * share(p)).sum::<f64>();
-        let contact = HertzContact {
-            inverse_mass: sides.iter().map(|side| side.inverse_mass_at(point, normal)).sum(),
-            curvature: sides.iter().map(|side| side.curvature).sum(),
-            compliance: sides.iter().map(|side| side.compliance).sum(),
-            speed: f64::from(approach),
+        // A is the second body: its normal points from the first one to it.
+        let sides = [(BodyId(0), two), (BodyId(1), one)].map(|(id, body)| Side::touched_at(id, body, point));
+        let [a, b] = &sides;
+        let impact =
+            Impact::with_restitution([a.contact, b.contact], point, normal, f64::from(approach), restitution);
+        let modes_of = |id: BodyId, points: &[(DVec3, DVec3)]| {
+            let modes = sides.get(id.index())?.sounding?.modes.as_ref()?;
+            Some(modes.at_contact(points))
         };
-        let duration = contact.duration();
-        let impulse = normal * ((1.0 + restitution) * contact.speed / contact.inverse_mass);
-        for (side, impulse) in sides.iter().zip([-impulse, impulse]) {
-            if let Some(impact) = side.impact(time, duration, point, impulse) {
-                sound.impacts += 1;
-                sound.send(impact);
-            }
+        let settings = ForceSettings { profile: sound.profile, ..ForceSettings::default() };
+        // Two bodies that nothing moves, or that are both without material, have no impact.
+        let Ok(pulse) = contact_forces(&impact.at_time(time), &modes_of, &settings) else { continue };
+        for (index, side) in sides.iter().enumerate() {
+            let Some(target) = side.sounding.map(|sounding| sounding.target) else { continue };
+            let mut events = ImpactEvent::of_side(target, &pulse, index).peekable();
+            sound.impacts += u64::from(events.peek().is_some());
+            events.for_each(|event| sound.send(event));
         }
     }
 }

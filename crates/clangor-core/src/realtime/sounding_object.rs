@@ -13,8 +13,8 @@ use crate::material::Damping;
 use crate::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use crate::sound_model::files::model_file::Solid;
 use crate::synthesis::live_pulses::LiveField;
-use crate::synthesis::modal::live_voice::LiveVoice;
 use crate::synthesis::modal::ModalSource;
+use crate::synthesis::modal::live_voice::LiveVoice;
 use crate::synthesis::{FieldSource, SampleRate, SoundSource};
 
 /// A body with a sound model: see the module.

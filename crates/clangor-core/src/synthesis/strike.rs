@@ -8,21 +8,21 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::SampleRate;
 use super::listener::Listener;
 use super::modal::{ModalSource, ModalVoice};
 use super::offline::overlap_add::OverlapAdd;
 use super::offline::renderer::Renderer;
 use super::render_settings::RenderSettings;
-use super::SampleRate;
 use super::source::SoundSource;
 pub use super::strike_error::StrikeError;
-use super::striker::{STRUCK, positive, struck_side};
 pub use super::striker::Striker;
+use super::striker::{STRUCK, positive, struck_side};
 use crate::acoustics::Acoustics;
 use crate::body::{Body, Motion};
 use crate::contact::{
-    ContactPoint, ContactSide, ForceProfile, ForceSettings, Impact, ImpactPulse, PoseHistory,
-    contact_forces, no_modes,
+    ContactPoint, ContactSide, ForceProfile, ForceSettings, Impact, ImpactPulse, PoseHistory, contact_forces,
+    no_modes,
 };
 use crate::medium::Medium;
 use crate::pose::Pose;

@@ -16,8 +16,9 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::contact_forces::{ContactPoint, ForceSettings};
+use super::contact_forces::ForceSettings;
 use super::contact_side::ContactSide;
+use super::impact::ContactPoint;
 use super::modal_energy::bound_modal_energy;
 use super::row_checks::check_row;
 use super::{BodyPulse, ContactError, ImpactPulse, StruckBodies};

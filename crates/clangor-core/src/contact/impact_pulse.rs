@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::contact_forces::ContactPoint;
 use super::contact_side::ContactSide;
 use super::force_profile::ForceProfile;
+use super::impact::ContactPoint;
 use crate::body::BodyId;
 use crate::pose::Pose;
 

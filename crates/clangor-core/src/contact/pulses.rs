@@ -16,8 +16,9 @@ use glam::DVec3;
 
 use super::ContactError;
 use super::chain_onset::delay_chains;
-use super::contact_forces::{ContactPoint, ForceSettings, Impact, contact_forces};
+use super::contact_forces::{ForceSettings, contact_forces};
 use super::contact_side::{ContactSide, inverse_mass};
+use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::ImpactPulse;
 use super::modal_energy::{ModesOf, no_modes};
 use super::pose_history::PoseHistory;

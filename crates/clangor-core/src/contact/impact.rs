@@ -1,0 +1,80 @@
+//! An impact between two bodies, before its forces are known: where, along which normal, how fast, and with
+//! which impulses. [`contact_forces`](fn@super::contact_forces::contact_forces) makes the forces.
+
+use glam::DVec3;
+
+use super::contact_side::ContactSide;
+use super::hertz::{HertzContact, combined_curvature};
+
+/// An impact between two bodies A and B, before its forces are known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Impact {
+    /// Number of the impact in its timeline; 0 for none.
+    pub impact_id: u64,
+    /// First instant \[s\].
+    pub time: f64,
+    /// A and B.
+    pub sides: [ContactSide; 2],
+    /// Mean point [m, world].
+    pub point: DVec3,
+    /// Mean unit normal, from B to A.
+    pub normal: DVec3,
+    /// Approach speed V along the normal [m/s].
+    pub speed: f64,
+    /// Contact points.
+    pub points: Vec<ContactPoint>,
+}
+
+/// A point of a contact, and what acts there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactPoint {
+    /// Place [m, world].
+    pub place: DVec3,
+    /// Impulse on A [N s, world].
+    pub impulse: DVec3,
+    /// Couple impulse on A [N m s, world].
+    pub couple: DVec3,
+}
+
+impl Impact {
+    /// An impact without friction at one point, by the restitution e of the pair: the impulse (1 + e) m V on A
+    /// along `normal`, the unit normal from B to A.
+    pub fn with_restitution(
+        sides: [ContactSide; 2],
+        point: DVec3,
+        normal: DVec3,
+        speed: f64,
+        restitution: f64,
+    ) -> Self {
+        let inverse_mass = inverse_effective_mass(&sides, point, normal);
+        let impulse = normal * ((1.0 + restitution) * speed / inverse_mass);
+        let points = vec![ContactPoint { place: point, impulse, couple: DVec3::ZERO }];
+        Impact { impact_id: 0, time: 0.0, sides, point, normal, speed, points }
+    }
+
+    /// The same impact at another time \[s\].
+    #[must_use]
+    pub fn at_time(self, time: f64) -> Self {
+        Impact { time, ..self }
+    }
+
+    /// The contact for Hertz's formula.
+    pub(super) fn hertz(&self) -> HertzContact {
+        let [a, b] = &self.sides;
+        HertzContact {
+            inverse_mass: inverse_effective_mass(&self.sides, self.point, self.normal),
+            curvature: combined_curvature(
+                [a.curvature, b.curvature],
+                [a.edge_radius, b.edge_radius],
+                a.bounding_radius.min(b.bounding_radius),
+            ),
+            compliance: a.compliance + b.compliance,
+            speed: self.speed,
+        }
+    }
+}
+
+/// 1/m [1/kg] of two bodies against each other.
+fn inverse_effective_mass(sides: &[ContactSide; 2], point: DVec3, normal: DVec3) -> f64 {
+    sides.iter().map(|side| side.inverse_effective_mass(point, normal)).sum()
+}

@@ -1,5 +1,5 @@
-// Impacts of a small ball, the mallet, on loaded objects. clangor.wasm computes their forces: see strike.rs of
-// crates/clangor-web.
+// Impacts of a small ball, the mallet, on loaded objects. clangor.wasm computes their forces: see strike.rs
+// of crates/clangor-web.
 
 import { CONTACT_STRIDE, EVENT, EVENT_KIND, EVENT_STRIDE } from './event-layout.js';
 import { WasmInstance } from './wasm-instance.js';

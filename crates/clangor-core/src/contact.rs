@@ -5,7 +5,8 @@
 //! ```
 //!
 //! [`contact_forces`](mod@contact_forces) is the one place where an impact becomes forces, on the motion, the
-//! modes and the ground, whatever calls it. [`pulses`] and [`mod@crack_pulses`] give it the rows of a timeline.
+//! modes and the ground, whatever calls it. [`pulses`] and [`mod@crack_pulses`] give it the rows of a
+//! timeline.
 //!
 //! Weaker contact forces form a force stream ([`force_stream`](mod@force_stream)).
 

@@ -1,9 +1,10 @@
 //! The real-time engine as a WebAssembly module with a plain C interface, without glue code.
 //!
 //! The page instantiates the module three times: [`synth`] in an `AudioWorklet`, [`world`] in a worker, and
-//! [`strike`] on the main thread. The instances share nothing. All numbers are SI. Pointers are byte offsets into the memory of the instance; a
-//! call that allocates may move it, so the page renews its views after each call. The exported functions have
-//! the names of the functions in the modules, which document them and which native code can call.
+//! [`strike`] on the main thread. The instances share nothing. All numbers are SI. Pointers are byte offsets
+//! into the memory of the instance; a call that allocates may move it, so the page renews its views after
+//! each call. The exported functions have the names of the functions in the modules, which document them and
+//! which native code can call.
 //!
 //! The page writes text, files and lists of f64 into [`wasm_buffer::buffer`]. Functions that return an `i32`
 //! return a negative number on failure, and [`wasm_buffer::message`] says why.

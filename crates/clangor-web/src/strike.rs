@@ -91,8 +91,8 @@ impl State {
     }
 }
 
-/// Loads the sound model in the buffer, a file of `clangor bake` of so many bytes, as the object of a slot. Its
-/// material must be one of the library.
+/// Loads the sound model in the buffer, a file of `clangor bake` of so many bytes, as the object of a slot.
+/// Its material must be one of the library.
 pub fn strike_load(slot: u32, bytes: u32) -> i32 {
     let bytes = wasm_buffer::bytes(bytes);
     STATE.with_borrow_mut(|state| status(state.load(slot, &bytes)))

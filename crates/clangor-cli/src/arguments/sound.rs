@@ -124,7 +124,8 @@ pub(crate) struct Strike {
     #[arg(long, value_name = "V", default_value_t = 1.0, value_parser = positive, requires = "striker")]
     pub(crate) speed: f64,
     /// Outward normal of the body at the point (default: that of its surface)
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "striker")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector)]
+    #[arg(allow_hyphen_values = true, requires = "striker")]
     pub(crate) normal: Option<DVec3>,
     /// Point of impact on the surface in metres from the centre of mass
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]

@@ -37,8 +37,8 @@ pub struct ContactPoint {
 }
 
 impl Impact {
-    /// An impact without friction at one point, by the restitution e of the pair: the impulse (1 + e) m V on A
-    /// along `normal`, the unit normal from B to A.
+    /// An impact without friction at one point, by the restitution e of the pair: the impulse (1 + e) m V on
+    /// A along `normal`, the unit normal from B to A.
     pub fn with_restitution(
         sides: [ContactSide; 2],
         point: DVec3,

@@ -63,8 +63,8 @@ impl ImpactPulse {
         })
     }
 
-    /// Energy of the approach ½ m V² \[J\], of which modes get no more; for the release of a crack, the energy
-    /// that its impulse and couple alone would give to pieces at rest.
+    /// Energy of the approach ½ m V² \[J\], of which modes get no more; for the release of a crack, the
+    /// energy that its impulse and couple alone would give to pieces at rest.
     pub fn approach_energy(&self) -> f64 {
         0.5 * self.effective_mass * self.speed * self.speed
     }

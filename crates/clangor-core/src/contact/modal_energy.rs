@@ -1,7 +1,7 @@
 //! Energy of the modes of two bodies after an impact, and the gain that bounds it.
 //!
-//! An impulse j at a point x, with the duration τ and the spectrum Ŝ of its force (Ŝ(0) = 1), leaves a body at
-//! rest with
+//! An impulse j at a point x, with the duration τ and the spectrum Ŝ of its force (Ŝ(0) = 1), leaves a body
+//! at rest with
 //!
 //! ```text
 //! E = ½ Σ_i (U_i(x)·j)² Ŝ(ω_i τ)²
@@ -9,8 +9,8 @@
 //!
 //! in its modes of displacement U_i [kg^−½]. Impulse and duration are those of rigid bodies. They ignore that
 //! the bodies give way: at the rim of a thin plate E may be a hundred times the energy ½ m V² of the approach
-//! at speed V with the effective mass m. Energy allows E ≤ ½ m V² for the modes of both bodies together. Where
-//! E is larger, the forces on the modes are multiplied by
+//! at speed V with the effective mass m. Energy allows E ≤ ½ m V² for the modes of both bodies together.
+//! Where E is larger, the forces on the modes are multiplied by
 //!
 //! ```text
 //! g = √(½ m V²/E)

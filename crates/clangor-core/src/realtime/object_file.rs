@@ -1,4 +1,5 @@
-//! The file of a sound model as an object of a program in real time: what sounds, and the body that is struck.
+//! The file of a sound model as an object of a program in real time: what sounds, and the body that is
+//! struck.
 
 use std::sync::Arc;
 
@@ -85,11 +86,12 @@ impl ObjectFile {
         Ok(Some(Arc::new(ModalSource::new(model, &damping, &ModalSettings::default())?)))
     }
 
-    /// The body that is struck, free and at rest at the origin, of the library's material that the file names.
+    /// The body that is struck, free and at rest at the origin, of the library's material that the file
+    /// names.
     ///
     /// # Errors
-    /// [`ObjectError::NoMaterial`], [`ObjectError::UnknownDamping`] for a material that is not in the library,
-    /// and [`ObjectError::Surface`].
+    /// [`ObjectError::NoMaterial`], [`ObjectError::UnknownDamping`] for a material that is not in the
+    /// library, and [`ObjectError::Surface`].
     pub fn body(&self) -> Result<Body, ObjectError> {
         let modal = self.modal.as_ref().ok_or(ObjectError::NoMaterial)?;
         let name = &modal.origin.material;

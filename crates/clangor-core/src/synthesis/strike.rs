@@ -86,8 +86,8 @@ pub struct StrikeSound {
     pub radius: f64,
 }
 
-/// The forces of a strike on a body, whose own pose and motion are ignored. `modes` are its modes, which bound
-/// the force of a striker on them.
+/// The forces of a strike on a body, whose own pose and motion are ignored. `modes` are its modes, which
+/// bound the force of a striker on them.
 ///
 /// # Errors
 /// [`StrikeError`].
@@ -136,8 +136,8 @@ fn forces_of_impulse(
     Ok(ImpactPulse { duration: duration.unwrap_or(pulse.duration), ..pulse })
 }
 
-/// Acceleration noise of an impact on a body with the source `source`, and of its striker. The body's own pose
-/// and motion are ignored.
+/// Acceleration noise of an impact on a body with the source `source`, and of its striker. The body's own
+/// pose and motion are ignored.
 ///
 /// # Errors
 /// [`StrikeError`].

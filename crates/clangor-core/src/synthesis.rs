@@ -29,6 +29,7 @@ pub mod listener;
 pub mod live_pulses;
 pub mod lowpass;
 pub mod modal;
+pub mod object_file;
 pub mod offline;
 mod received_wave;
 pub mod render_settings;

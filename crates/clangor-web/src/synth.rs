@@ -9,10 +9,11 @@ use std::collections::BTreeMap;
 use clangor_core::glam::DVec3;
 use clangor_core::material::Damping;
 use clangor_core::realtime::{
-    Controller, Engine, EngineSettings, Event, ObjectError, Part, PlaybackLevel, SendError, SoundingObject,
-    engine, event_row,
+    Controller, Engine, EngineSettings, Event, Part, PlaybackLevel, SendError, SoundingObject, engine,
+    event_row,
 };
 use clangor_core::scene::Scene;
+use clangor_core::synthesis::object_file::ObjectError;
 use clangor_core::synthesis::{SampleRate, SynthesisError};
 
 use crate::layout::{EVENT_STRIDE, REPORT_STRIDE};

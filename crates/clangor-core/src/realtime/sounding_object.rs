@@ -7,7 +7,6 @@ use std::sync::Arc;
 use glam::DQuat;
 
 use super::engine_settings::EngineSettings;
-use super::object_file::{ObjectError, ObjectFile};
 use crate::body::{MeshSurface, Surface};
 use crate::material::Damping;
 use crate::sound_model::acceleration::model_evaluator::ModelEvaluator;
@@ -15,6 +14,7 @@ use crate::sound_model::files::model_file::Solid;
 use crate::synthesis::live_pulses::LiveField;
 use crate::synthesis::modal::ModalSource;
 use crate::synthesis::modal::live_voice::LiveVoice;
+use crate::synthesis::object_file::{ObjectError, ObjectFile};
 use crate::synthesis::{FieldSource, SampleRate, SoundSource};
 
 /// A body with a sound model: see the module.

@@ -6,7 +6,7 @@ use clangor_core::body::Body;
 use clangor_core::material::Material;
 use clangor_core::reference::pan_file::PanFile;
 use clangor_core::sound_model::files::modal_file::ModalFile;
-use clangor_core::sound_model::files::model_file::{ModelFile, Solid};
+use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::sound_model::modal::model::ModalModel;
 
 use super::error::Error;
@@ -69,10 +69,10 @@ impl StruckBody {
                 return Err(Error::Soundbank { path: path.into() });
             }
         };
-        let solid = Solid { name: name.to_string(), ..solid };
-        let body = solid
-            .body(radius, material)
-            .map_err(|source| Error::ModelSurface { name: name.into(), source })?;
+        let surface = solid
+            .body_surface(radius)
+            .map_err(|source| Error::ModelSurface { name: name.to_string(), source })?;
+        let body = Body::solid(name, material, surface, &solid.mass);
         Ok(StruckBody { body, known, remarks: Vec::new() })
     }
 

@@ -4,11 +4,10 @@
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::body::{Body, MeshSurface, Surface};
+use crate::body::{MeshSurface, Surface};
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::solid::MeshError;
 use crate::geometry::tri_mesh::TriMesh;
-use crate::material::Material;
 use crate::sound_model::files::number_checks::positive;
 use crate::sound_model::files::surface_mesh::{check_mesh, put_mesh, take_mesh};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter};
@@ -35,17 +34,15 @@ pub(crate) struct SolidDescription {
 }
 
 impl Solid {
-    /// The solid as a free body at rest at the origin, of a material; without a stored surface, a sphere of
-    /// `radius` \[m\].
+    /// The surface of a body of this solid; without a stored surface, a sphere of `radius` \[m\].
     ///
     /// # Errors
     /// [`MeshError`] for a surface that does not bound a solid.
-    pub fn body(&self, radius: f64, material: Material) -> Result<Body, MeshError> {
-        let surface = match &self.surface {
+    pub fn body_surface(&self, radius: f64) -> Result<Surface, MeshError> {
+        Ok(match &self.surface {
             None => Surface::Sphere { radius },
             Some(mesh) => Surface::Mesh(MeshSurface::try_new(mesh.clone(), Vec::new())?.0),
-        };
-        Ok(Body::solid(self.name.clone(), material, surface, &self.mass))
+        })
     }
 
     /// Adds the surface to a file, and returns the description of the rest.

@@ -3,8 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::body::Body;
-use crate::geometry::solid::MeshError;
+use crate::body::{Body, MeshError};
 use crate::material::{Damping, Material, presets};
 use crate::sound_model::acceleration::field_evaluator::FieldError;
 use crate::sound_model::acceleration::model::AccelerationModel;
@@ -105,6 +104,7 @@ impl ObjectFile {
             ..preset
         };
         let radius = self.acceleration.as_ref().map_or(modal.model.radius, |part| part.radius);
-        Ok(self.solid.body(radius, material)?)
+        let surface = self.solid.body_surface(radius)?;
+        Ok(Body::solid(self.solid.name.clone(), material, surface, &self.solid.mass))
     }
 }

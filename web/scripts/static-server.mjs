@@ -2,6 +2,7 @@
 // `clangor serve` is the program for users.
 
 import { createServer } from 'node:http';
+import { existsSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
 import { extname, join, normalize } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -23,6 +24,9 @@ const TYPES = {
  * @returns {Promise<{ address: string, close: () => Promise<void> }>}
  */
 export async function serveDist(port = 0) {
+  for (const file of ['index.html', 'clangor.wasm', 'models']) {
+    if (!existsSync(join(DIST, file))) throw new Error(`web/dist/${file} is missing: npm run build`);
+  }
   const server = createServer(async (request, response) => {
     const path = normalize(decodeURIComponent(new URL(request.url ?? '/', 'http://here').pathname));
     const file = join(DIST, path.endsWith('/') ? `${path}index.html` : path);

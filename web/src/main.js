@@ -2,6 +2,7 @@
 //
 //   preset ─► Stage ─► World (worker) ─ events ─► worklet (Sound) ─► ears
 //                        └─ poses, contacts ─► History ─► Transport (which moment) ─► Picture, EventLog
+//   tap ───► Stage ─► Strikes (forces) ─ events ─► worklet (Sound) ─ their time ─► Stage ─► History
 
 import { Controls } from './controls.js';
 import { EventLog } from './event-log.js';
@@ -60,7 +61,7 @@ async function open() {
   new Gestures(picture.canvas, picture, listeners, controls.actions());
   new Keyboard(controls);
 
-  for (const source of [world, sound]) {
+  for (const source of [world, sound, stage]) {
     source.addEventListener('failed', (event) => complain(/** @type {CustomEvent<string>} */ (event).detail));
   }
   world.addEventListener('bodies', () => {

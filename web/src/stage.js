@@ -7,6 +7,7 @@ import { readSolid } from './model-file.js';
 import { randomNumbers } from './rain.js';
 import { inRoom } from './room.js';
 import { restingPose } from './strike.js';
+import { ModuleError } from './wasm-instance.js';
 
 /** Velocity of a throw without direction [m/s]. */
 const TOSS = 2.4;
@@ -201,9 +202,14 @@ export class Stage extends EventTarget {
   strike(object, point) {
     if (this.transport.finished) return;
     this.transport.goLive();
-    const { events, contact } = this.strikes.impact(object, point, this.strikeSpeed, this.mallet);
-    this.impacts.push(contact);
-    this.sound.post({ kind: 'strike', events });
+    try {
+      const { events, contact } = this.strikes.impact(object, point, this.strikeSpeed, this.mallet);
+      this.impacts.push(contact);
+      this.sound.post({ kind: 'strike', events });
+    } catch (error) {
+      if (!(error instanceof ModuleError)) throw error;
+      this.dispatchEvent(new CustomEvent('failed', { detail: error.message }));
+    }
   }
 
   /** Strikes a random object at a random point. */

@@ -168,6 +168,83 @@ test('a tap strikes an object where it is tapped, a drag throws a ball the way i
   await page.close();
 });
 
+test('a strike gives one contact, and events of the object and of the mallet', async () => {
+  const { page, complaints } = await opened('objects');
+  await page.waitForTimeout(800);
+  await page.evaluate(() => {
+    const log = /** @type {HTMLDetailsElement} */ (document.getElementById('log-details'));
+    log.open = true;
+  });
+  const layout = { event: EVENT, kind: EVENT_KIND };
+  const struck = await page.evaluate(async ({ event: at, kind }) => {
+    const { stage, history } = Reflect.get(globalThis, 'clangor');
+    const found = [];
+    for (const mallet of ['steel', 'wood', 'rubber']) {
+      stage.mallet = mallet;
+      stage.strikeSpeed = 0.8;
+      const [contacts, events] = [history.contacts.length, history.events.length];
+      stage.strikeSomething();
+      for (let wait = 0; wait < 100 && history.contacts.length === contacts; wait += 1) {
+        await new Promise((done) => setTimeout(done, 20));
+      }
+      const rows = history.events.slice(events).map((/** @type {any} */ entry) => entry.event);
+      const change = (/** @type {Float64Array} */ row) => [
+        ...row.subarray(at.velocityChange, at.velocityChange + 3),
+      ];
+      const object = rows.find((/** @type {Float64Array} */ row) => row[at.kind] === kind.objectImpact);
+      const ball = rows.find((/** @type {Float64Array} */ row) => row[at.kind] === kind.sphereImpact);
+      found.push({
+        contacts: history.contacts.slice(contacts),
+        kinds: rows.map((/** @type {Float64Array} */ row) => row[at.kind]),
+        times: rows.map((/** @type {Float64Array} */ row) => row[at.time]),
+        object: { slot: object?.[at.slot], duration: object?.[at.duration], change: change(object) },
+        ball: { radius: ball?.[at.radius], duration: ball?.[at.duration], change: change(ball) },
+      });
+      await new Promise((done) => setTimeout(done, 200));
+    }
+    return found;
+  }, layout);
+  for (const { contacts, kinds, times, object, ball } of struck) {
+    assert.equal(contacts.length, 1);
+    const [{ time, bodyA, bodyB, speed, impulse, duration }] = contacts;
+    assert.deepEqual(kinds, [EVENT_KIND.objectImpact, EVENT_KIND.sphereImpact]);
+    assert.deepEqual(times, [time, time]);
+    assert.deepEqual([object.duration, ball.duration], [duration, duration]);
+    assert.deepEqual([bodyA, bodyB, speed], [-2 - object.slot, -1, 0.8]);
+    assert.ok(impulse > 1e-4 && impulse < 0.1, `${impulse} N s`);
+    assert.ok(duration > 1e-5 && duration < 1e-2, `${duration} s`);
+    // The mallet is thrown back along the line on which the object is pushed away.
+    const dot = (/** @type {number[]} */ a, /** @type {number[]} */ b) =>
+      a.reduce((sum, x, axis) => sum + x * b[axis], 0);
+    const lengths = Math.hypot(...object.change) * Math.hypot(...ball.change);
+    // Seen: 1e-16.
+    assert.ok(Math.abs(dot(object.change, ball.change) / lengths + 1) < 1e-12);
+  }
+  const durations = struck.map(({ object }) => object.duration);
+  console.log(`durations: ${durations.map((d) => `${(1e6 * d).toFixed(0)} µs`).join(', ')}`);
+  assert.ok(durations[2] > 3 * durations[0], 'rubber is softer than steel');
+  assert.deepEqual(
+    struck.map(({ ball }) => ball.radius),
+    [0.006, 0.01, 0.012],
+  );
+  await page.waitForFunction(() => document.querySelectorAll('#log li').length >= 3);
+  const log = await page.$$eval('#log li', (rows) => rows.map((row) => row.textContent));
+  assert.equal(log.length, 3);
+  assert.ok(log.every((text) => text?.includes('0.80 m/s') && text.includes('mN s')));
+  assert.equal(await page.isHidden('#trouble'), true);
+
+  // An impact beside the object is refused with the message of the module, and leaves no contact.
+  await page.evaluate(() => {
+    const { stage } = Reflect.get(globalThis, 'clangor');
+    stage.strike(stage.objects[0], [9, 9, 9]);
+  });
+  assert.match((await page.textContent('#trouble')) ?? '', /off the surface/);
+  await page.waitForTimeout(200);
+  assert.equal(await page.evaluate(() => Reflect.get(globalThis, 'clangor').history.contacts.length), 3);
+  assert.deepEqual(complaints, []);
+  await page.close();
+});
+
 test('a contact of the world is handed out, with the base latency of the context, within 60 ms', async () => {
   const { page } = await opened('cradle');
   await page.waitForTimeout(1500);

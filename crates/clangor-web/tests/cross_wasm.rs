@@ -3,12 +3,15 @@
 //!
 //! Skipped, with the reason, where `web/build-wasm` has not been run or there is no Node.
 
+mod struck_objects;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clangor_web::layout::{CONTACT_STRIDE, EVENT_STRIDE};
 use clangor_web::wasm_buffer::{last_message, write};
-use clangor_web::{synth, world};
+use clangor_web::{strike, synth, world};
+use struck_objects::{SIZE, ball, cube, write_numbers};
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
@@ -126,4 +129,38 @@ fn the_same_events_sound_alike() {
     assert!(count > 10 && peak > 1e-3);
     // Residual seen: 8.5e-16.
     assert!(worst < 1e-5 * peak);
+}
+
+#[test]
+fn the_same_strike_has_the_same_forces() {
+    let module = match module() {
+        Ok(module) => module,
+        Err(reason) => return println!("skipped: {reason}"),
+    };
+    let folder = folder("strike");
+    let [model_file, numbers_file] = ["cube.safetensors", "numbers"].map(|name| folder.join(name));
+    // Radius and speed of the mallet, centre of the object, point of the impact.
+    let cube_point = [0.312, -0.2 + SIZE, 1.505];
+    let ball_point = [0.3 + 0.6 * SIZE, -0.2, 1.5 + 0.8 * SIZE];
+    let mut worst = 0.0_f64;
+    for (model, [x, y, z]) in [(cube("ceramic", 64.0), cube_point), (ball("glass", 2.0), ball_point)] {
+        let strike_numbers = [0.01, 0.7, 0.3, -0.2, 1.5, x, y, z];
+        std::fs::write(&model_file, &model).unwrap();
+        std::fs::write(&numbers_file, strike_numbers.map(f64::to_le_bytes).concat()).unwrap();
+        assert_eq!(strike::strike_load(0, write(&model)), 0, "{}", last_message());
+        for material in (0..strike::strike_materials() as u32).step_by(4) {
+            write_numbers(&strike_numbers);
+            assert_eq!(strike::strike_impact(0, material), 2, "{}", last_message());
+            let native = strike::with_impact(|events, contact| [events, contact].concat());
+            let [model, numbers_file] = [&model_file, &numbers_file].map(|file| file.to_str().unwrap());
+            let arguments = ["strike", model, &material.to_string(), numbers_file];
+            let wasm = numbers(&drive(&module, &arguments, &folder.join("impact")));
+            assert_eq!((native.len(), wasm.len()), (2 * EVENT_STRIDE + CONTACT_STRIDE, native.len()));
+            let difference = |(x, y): (&f64, &f64)| if x == y { 0.0 } else { (x - y).abs() / x.abs() };
+            worst = native.iter().zip(&wasm).map(difference).fold(worst, f64::max);
+        }
+    }
+    println!("strikes: largest relative difference {worst:.1e}");
+    // Residual seen: 1.9e-16.
+    assert!(worst < 1e-12);
 }

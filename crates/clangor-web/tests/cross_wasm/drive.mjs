@@ -1,6 +1,7 @@
 // Drives the WebAssembly module as a page does, and writes what comes out as raw numbers.
 //   node drive.mjs MODULE world SCENE END OUTPUT             f64: the impacts, fetched every 20 ms
 //   node drive.mjs MODULE synth SCENE EVENTS FRAMES OUTPUT   f32: pressures, blocks of 128, left, right
+//   node drive.mjs MODULE strike MODEL MATERIAL NUMBERS OUTPUT   f64: two events and the contact
 //   node drive.mjs MODULE time SCENE END                     prints the processor time that the world took
 import { readFileSync, writeFileSync } from 'node:fs';
 import { CONTACT_STRIDE, EVENT_STRIDE } from '../../../../web/src/event-layout.js';
@@ -56,6 +57,14 @@ if (mode === 'world') {
     samples.push(...new Float32Array(wasm.memory.buffer, at, 2 * block));
   }
   writeFileSync(output, new Uint8Array(Float32Array.from(samples).buffer));
+} else if (mode === 'strike') {
+  const [material, numbers, output] = rest;
+  done(wasm.strike_load(0, put(readFileSync(sceneFile))));
+  put(readFileSync(numbers));
+  const count = done(wasm.strike_impact(0, Number(material)));
+  const rows = new Float64Array(wasm.memory.buffer, wasm.strike_events(), count * EVENT_STRIDE);
+  const contact = new Float64Array(wasm.memory.buffer, wasm.strike_contact(), CONTACT_STRIDE);
+  writeFileSync(output, new Uint8Array(Float64Array.from([...rows, ...contact]).buffer));
 } else {
   const [end] = rest;
   // Microseconds of this process.

@@ -16,7 +16,10 @@
 //! and 97 samples after the step in which it happened, at most one step late.
 //!
 //! The manifold points of one contact are one impact, at their mean. All impacts within a step are at its
-//! end, because the physics does not give their times within the step.
+//! end, because the physics does not give their times within the step. Both bodies are where their surfaces
+//! touch, because after the step they have moved apart. The gap between them at the beginning of the step is
+//! shared as their velocities share the approach in the frame without momentum; the way of that frame until
+//! they touch is neglected. Their orientations are those after the step.
 
 #[cfg(feature = "playback")]
 pub mod playback;
@@ -169,15 +172,24 @@ fn send_receivers(mut sound: ResMut<Sound>, ears: Query<&Transform, With<Ears>>)
     }
 }
 
-type Moving<'a> = (&'a Sounding, &'a Position, &'a Rotation, &'a LinearVelocity, &'a AngularVelocity);
+type Moving<'a> = (
+    &'a Sounding,
+    &'a Position,
+    &'a Rotation,
+    Option<&'a ComputedCenterOfMass>,
+    &'a LinearVelocity,
+    &'a AngularVelocity,
+);
 
 /// Sends the motion of modal objects.
 fn send_poses(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>, bodies: Query<Moving>) {
     let time = sound.time(clock.elapsed_secs_f64());
-    for (sounding, position, rotation, velocity, spin) in &bodies {
+    for (sounding, position, rotation, centre, velocity, spin) in &bodies {
         if let ImpactTarget::Object { slot } = sounding.target {
             let (velocity, angular_velocity) = (widened(velocity.0), widened(spin.0));
-            let pose = pose_of(position, rotation);
+            let orientation = orientation_of(rotation);
+            let centre = centre.map_or(DVec3::ZERO, |centre| orientation * widened(centre.0));
+            let pose = Pose { position: widened(position.0) + centre, orientation };
             sound.send(SoundEvent::Pose { slot, time, pose, velocity, angular_velocity });
         }
     }
@@ -188,20 +200,24 @@ fn widened(vector: Vec3) -> DVec3 {
     DVec3::from_array(vector.to_array().map(f64::from))
 }
 
-fn pose_of(position: &Position, rotation: &Rotation) -> Pose {
-    let orientation = DQuat::from_array(rotation.0.to_array().map(f64::from)).normalize();
-    Pose { position: widened(position.0), orientation }
+fn orientation_of(rotation: &Rotation) -> DQuat {
+    DQuat::from_array(rotation.0.to_array().map(f64::from)).normalize()
 }
 
 type ContactBody<'a> = (
     Option<&'a Sounding>,
     Option<&'a Ground>,
-    &'a Position,
+    &'a RigidBody,
     &'a Rotation,
     Option<&'a ComputedMass>,
     Option<&'a ComputedAngularInertia>,
-    Option<&'a ComputedCenterOfMass>,
 );
+
+/// 1/M [1/kg]; 0 for a body that contacts do not move, to which avian3d gives the mass of its collider too.
+fn inverse_mass(&(_, _, rigid_body, _, mass, _): &ContactBody) -> f64 {
+    let mass = mass.filter(|_| rigid_body.is_dynamic());
+    mass.map_or(0.0, |mass| f64::from(mass.inverse()))
+}
 
 /// A body in a contact.
 struct Side<'a> {
@@ -211,19 +227,19 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    /// The body with this number in the contact, touched at a point [m, world].
-    fn touched_at(id: BodyId, body: ContactBody<'a>, point: DVec3) -> Self {
-        let (sounding, ground, position, rotation, mass, inertia, centre) = body;
-        let mut pose = pose_of(position, rotation);
-        if let Some(centre) = centre {
-            pose.position += pose.orientation * widened(centre.0);
-        }
+    /// The body with this number in the contact, with its centre of mass at `centre` [m, world], touched at a
+    /// point [m, world].
+    fn touched_at(id: BodyId, body: ContactBody<'a>, centre: DVec3, point: DVec3) -> Self {
+        let (sounding, ground, _, rotation, _, inertia) = body;
+        let inverse_mass = inverse_mass(&body);
+        let pose = Pose { position: centre, orientation: orientation_of(rotation) };
         let material = sounding.map(|s| &s.material).or(ground.map(|g| &g.0));
+        let inertia = inertia.filter(|_| inverse_mass > 0.0);
         let inverse_inertia = inertia.map_or(Mat3::ZERO, |inertia| Mat3::from(inertia.inverse()));
         let flat = ContactSide {
             body: id,
             pose,
-            inverse_mass: mass.map_or(0.0, |mass| f64::from(mass.inverse())),
+            inverse_mass,
             inverse_inertia: DMat3::from_cols_array(&inverse_inertia.to_cols_array().map(f64::from)),
             compliance: material.map_or(0.0, Material::contact_compliance),
             rayleigh_speed: material.map_or(f64::INFINITY, rayleigh_speed),
@@ -238,6 +254,35 @@ impl<'a> Side<'a> {
             }
         };
         Side { sounding, contact }
+    }
+}
+
+/// Where two bodies meet.
+struct Touch {
+    /// Mean point [m, world].
+    point: DVec3,
+    /// Centres of mass of the first and the second body when their surfaces are there [m, world].
+    centres: [DVec3; 2],
+}
+
+impl Touch {
+    /// Of the normals of a contact from the first body to the second, its points, and their weights, which
+    /// sum to 1. The bodies have these shares of the way to each other.
+    ///
+    /// avian3d finds the points at the beginning of the step, midway between the surfaces.
+    fn new<'a>(points: impl Iterator<Item = (Vec3, &'a ContactPoint, f64)>, shares: [f64; 2]) -> Self {
+        let nowhere = Touch { point: DVec3::ZERO, centres: [DVec3::ZERO; 2] };
+        points.fold(nowhere, |Touch { point, centres: [first, second] }, (normal, contact, weight)| {
+            let gap = widened(normal) * -f64::from(contact.penetration);
+            let middle = widened(contact.point);
+            Touch {
+                point: point + weight * (middle + 0.5 * (shares[0] - shares[1]) * gap),
+                centres: [
+                    first + weight * (middle - widened(contact.anchor1) + shares[0] * gap),
+                    second + weight * (middle - widened(contact.anchor2) - shares[1] * gap),
+                ],
+            }
+        })
     }
 }
 
@@ -261,12 +306,21 @@ fn send_impacts(
         // Mean over the points, weighted by their normal impulses.
         let total: f32 = points().map(|(_, p)| p.normal_impulse).sum();
         let share = |p: &ContactPoint| f64::from(p.normal_impulse / total);
-        let point: DVec3 = points().map(|(_, p)| widened(p.point) * share(p)).sum();
         // Normals point from the first body to the second.
         let normal = points().map(|(m, p)| widened(m.normal) * share(p)).sum::<DVec3>().normalize_or_zero();
         let restitution = points().map(|(m, p)| f64::from(m.restitution) * share(p)).sum::<f64>();
+        // Each body has its part of the approach in the frame in which their momenta cancel.
+        let inverse_masses = [inverse_mass(&one), inverse_mass(&two)];
+        let inverse_total: f64 = inverse_masses.iter().sum();
+        if inverse_total <= 0.0 {
+            continue;
+        }
+        let ways = inverse_masses.map(|inverse| inverse / inverse_total);
+        let weighted = points().map(|(m, p)| (m.normal, p, share(p)));
+        let Touch { point, centres: [first, second] } = Touch::new(weighted, ways);
         // A is the second body: its normal points from the first one to it.
-        let sides = [(BodyId(0), two), (BodyId(1), one)].map(|(id, body)| Side::touched_at(id, body, point));
+        let sides = [(BodyId(0), two, second), (BodyId(1), one, first)]
+            .map(|(id, body, centre)| Side::touched_at(id, body, centre, point));
         let [a, b] = &sides;
         let impact =
             Impact::with_restitution([a.contact, b.contact], point, normal, f64::from(approach), restitution);
@@ -275,7 +329,7 @@ fn send_impacts(
             Some(modes.at_contact(points))
         };
         let settings = ForceSettings { profile: sound.profile, ..ForceSettings::default() };
-        // Two bodies that nothing moves, or that are both without material, have no impact.
+        // Two bodies without material have no impact.
         let Ok(pulse) = contact_forces(&impact.at_time(time), &modes_of, &settings) else { continue };
         for (index, side) in sides.iter().enumerate() {
             let Some(target) = side.sounding.map(|sounding| sounding.target) else { continue };

@@ -31,9 +31,10 @@ fn world() -> (App, clangor_core::realtime::Engine) {
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(STEP)));
     app.insert_resource(Time::<Fixed>::from_seconds(STEP));
     app.world_mut().spawn((Ears, Transform::from_translation(EARS)));
-    let floor = Collider::half_space(Vec3::Y);
+    // A slab of which avian3d knows a mass, 4 g.
+    let slab = (Collider::cuboid(0.2, 0.1, 0.2), Transform::from_xyz(0.0, -0.05, 0.0));
     let granite = Ground(presets::GRANITE.material());
-    app.world_mut().spawn((RigidBody::Static, floor, Restitution::new(RESTITUTION), granite));
+    app.world_mut().spawn((RigidBody::Static, slab, Restitution::new(RESTITUTION), granite));
     app.world_mut().spawn((
         RigidBody::Dynamic,
         Collider::sphere(RADIUS),

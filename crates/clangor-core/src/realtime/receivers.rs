@@ -1,4 +1,5 @@
-//! Positions of the receivers, which follow their targets smoothly.
+//! Positions of the receivers, which follow their targets smoothly. The first targets are taken at once,
+//! however much has been rendered before.
 
 use glam::DVec3;
 
@@ -13,14 +14,21 @@ const NEAR: f64 = 1e-6;
 pub(super) struct Receivers {
     positions: Vec<DVec3>,
     targets: Vec<DVec3>,
-    /// Whether they have been at their targets once.
+    /// Whether targets have been set.
+    targeted: bool,
+    /// Whether they have been at set targets once.
     placed: bool,
 }
 
 impl Receivers {
     /// So many receivers at the origin.
     pub(super) fn new(count: usize) -> Self {
-        Receivers { positions: vec![DVec3::ZERO; count], targets: vec![DVec3::ZERO; count], placed: false }
+        Receivers {
+            positions: vec![DVec3::ZERO; count],
+            targets: vec![DVec3::ZERO; count],
+            targeted: false,
+            placed: false,
+        }
     }
 
     /// Positions now [m, world].
@@ -36,6 +44,7 @@ impl Receivers {
     /// Sets the targets [m, world].
     pub(super) fn set_targets(&mut self, places: impl IntoIterator<Item = DVec3>) {
         self.targets.iter_mut().zip(places).for_each(|(target, place)| *target = place);
+        self.targeted = true;
     }
 
     /// Moves the receivers on by so many samples at this rate \[Hz\].
@@ -46,6 +55,6 @@ impl Receivers {
             let jumps = !self.placed || path.length() > JUMP || path.length() < NEAR;
             *place = if jumps { *target } else { *place + path * share };
         }
-        self.placed = true;
+        self.placed = self.targeted;
     }
 }

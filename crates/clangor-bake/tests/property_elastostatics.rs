@@ -178,7 +178,7 @@ fn axisymmetric(shape: &str) -> BakeGeometry {
 fn surface(shape: &str) -> BakeGeometry {
     let mesh = Shape::parse(shape).unwrap().mesh();
     let centre = MassProperties::of(&mesh).unwrap().centre_of_mass;
-    BakeGeometry::Mesh(mesh.relative_to(centre))
+    BakeGeometry::of_mesh(&mesh.relative_to(centre))
 }
 
 fn volume_of(geometry: &BakeGeometry) -> f64 {

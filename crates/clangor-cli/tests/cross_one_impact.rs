@@ -218,7 +218,8 @@ fn one_impact_sounds_the_same_everywhere() {
     let [by_render, by_engine, by_page] =
         [&rendered, &played, &page_sound].map(|sound| apart(&struck, sound));
     println!(
-        "peak {peak:.3} Pa, E/E₀ {ratio:.2}: render {by_render:.1e}, engine {by_engine:.1e}, page {by_page:.1e}"
+        "peak {peak:.3} Pa, E/E₀ {ratio:.2}: \
+         render {by_render:.1e}, engine {by_engine:.1e}, page {by_page:.1e}"
     );
     assert!(peak > 0.1);
     // Residual seen: 2e-7, of the samples of the file; 4.8e-5 and 4.8e-5, of the delays of the engine.

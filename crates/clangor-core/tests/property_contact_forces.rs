@@ -1,4 +1,5 @@
-//! The forces of one impact: what they do to the motion of both bodies, and how much energy they give to modes.
+//! The forces of one impact: what they do to the motion of both bodies, and how much energy they give to
+//! modes.
 
 use std::f64::consts::{PI, TAU};
 

@@ -129,8 +129,8 @@ fn discs_and_rings_of_files_are_bodies_of_revolution() {
             let read = measures(&MassProperties::of(&mesh).expect("a solid"), mesh.area());
             let off = [apart(own, read), apart(own, exact_measures(body.map(|x| x * MILLIMETRE)))];
             println!("{body:?} {ending}: {:.1e} {:.1e}, axis {tilt:.0e}", off[0], off[1]);
-            // Seen: discs 3.2e-3 from the triangles, whose polygon is smaller, and 2e-5 from the circle; rings
-            // 2e-5 from the triangles and 3.2e-3 from the circles.
+            // Seen: discs 3.2e-3 from the triangles, whose polygon is smaller, and 2e-5 from the circle;
+            // rings 2e-5 from the triangles and 3.2e-3 from the circles.
             let close = off.iter().all(|off| *off <= MEASURES) && tilt < 1e-4;
             assert!(close, "{body:?} {turn} {ending}: {off:?} {tilt:.0e}");
         }

@@ -6,10 +6,10 @@
 //! ```
 //!
 //! [`ClangorPlugin`] looks at every contact after each step of avian3d. One that approached faster than
-//! [`V_MIN`] is an impact. [`contact_forces`] makes its forces, as for every other part of Clangor: avian3d
-//! gives the masses, the approach speed and the restitution, [`Sounding`] and [`Ground`] the surfaces and the
-//! materials. (The impulses that avian3d sums up over a step count some twice: 8.6 m/s for a ball that it
-//! turns by 5.5.) A body with a [`Sounding`] is heard; the other one may be anything.
+//! [`V_MIN`] is an impact. [`contact_forces`](fn@contact_forces) makes its forces, as for every other part of
+//! Clangor: avian3d gives the masses, the approach speed and the restitution, [`Sounding`] and [`Ground`] the
+//! surfaces and the materials. (The impulses that avian3d sums up over a step count some twice: 8.6 m/s for a
+//! ball that it turns by 5.5.) A body with a [`Sounding`] is heard; the other one may be anything.
 //!
 //! The program calls `render` of the [`Engine`](clangor_core::realtime::Engine) that [`ClangorPlugin::new`]
 //! returns from an audio callback; with the feature `playback`, [`playback`] does. An event is heard a block

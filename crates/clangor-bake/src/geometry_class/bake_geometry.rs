@@ -1,7 +1,7 @@
 //! The geometry of a body in its most exact known form. Its class decides the solver.
 //!
 //! The type owns what follows from the class: mass, area, extent and symmetries here, recognition in
-//! [`recognise`](super::recognise), the solver that suits it in [`solver_choice`](super::solver_choice).
+//! `recognise`, the solver that suits it in [`solver_choice`](super::solver_choice).
 
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};

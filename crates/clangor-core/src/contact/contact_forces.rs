@@ -8,10 +8,11 @@
 //! ```
 //!
 //! This is the only place where an impact becomes forces: the offline renderer, the strike of a single body,
-//! the real-time engine and its front ends all call [`contact_forces`]. The impulses are those of rigid
-//! bodies: recorded by a solver, or (1 + e) m V along the normal ([`Impact::with_restitution`]). All points
-//! of an impact share one time profile of one duration ([`hertz`](super::hertz)). The forces on the modes are
-//! bounded by the energy of the approach ([`modal_energy`](super::modal_energy)).
+//! the real-time engine and its front ends all call [`contact_forces`](fn@contact_forces). The impulses are
+//! those of rigid bodies: recorded by a solver, or (1 + e) m V along the normal
+//! ([`Impact::with_restitution`]). All points of an impact share one time profile of one duration
+//! ([`hertz`](super::hertz)). The forces on the modes are bounded by the energy of the approach
+//! ([`modal_energy`](super::modal_energy)).
 //!
 //! Not covered: a force whose history follows from the contact giving way, and friction of an approach.
 

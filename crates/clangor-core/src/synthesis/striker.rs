@@ -1,9 +1,9 @@
 //! A ball that hits a single body, and the forces of that impact.
 //!
 //! A free ball moves along the normal of the surface and meets the body without friction. The impulse is
-//! (1 + e) m V with the restitution e of the pair of materials ([`PairCoefficients`]); [`contact_forces`]
-//! gives its duration and what acts on the motion and the modes of the body. The strike of a body, the page
-//! and any other program that lets somebody hit an object use it.
+//! (1 + e) m V with the restitution e of the pair of materials ([`PairCoefficients`]);
+//! [`contact_forces`](fn@contact_forces) gives its duration and what acts on the motion and the modes of the
+//! body. The strike of a body, the page and any other program that lets somebody hit an object use it.
 
 use glam::DVec3;
 

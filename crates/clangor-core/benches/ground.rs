@@ -42,7 +42,7 @@ fn impact(body: &str, radius: f64, ground: &str) -> (AccelerationPulse, Accelera
         body: BALL,
         time: 0.0,
         duration,
-        profile: ForceProfile::HalfSine,
+        shape: ForceProfile::HalfSine.into(),
         centre: DVec3::Y * radius,
         orientation: DQuat::IDENTITY,
         velocity_change: DVec3::Y * velocity_change,

@@ -60,7 +60,7 @@ fn bank(modes: usize, receivers: usize, moving: bool, impacts: bool) -> f64 {
     let amplitudes = vec![1.0; modes];
     (0..receivers).for_each(|path| bank.set_transfers(path, &transfers[0]));
     bank.jump_to_transfers();
-    bank.add_pulse(ForceProfile::HalfSine, 100.0, 50e-6, &amplitudes);
+    bank.add_pulse(&ForceProfile::HalfSine.into(), 100.0, 50e-6, &amplitudes);
     let mut outputs: Vec<Vec<f64>> = (0..receivers).map(|_| Vec::with_capacity(48_000)).collect();
     let mut block = 0;
     best(|| {
@@ -70,7 +70,7 @@ fn bank(modes: usize, receivers: usize, moving: bool, impacts: bool) -> f64 {
                 (0..receivers).for_each(|path| bank.set_transfers(path, &transfers[block % 2]));
             }
             if impacts && block % 5 < 2 {
-                bank.add_pulse(ForceProfile::HalfSine, bank.position() as f64 + 100.5, 50e-6, &amplitudes);
+                bank.add_pulse(&ForceProfile::HalfSine.into(), bank.position() as f64 + 100.5, 50e-6, &amplitudes);
             }
             block += 1;
             bank.render(192, &mut outputs);
@@ -149,7 +149,7 @@ fn voice() -> f64 {
                 time: onset,
                 onset,
                 duration: 5e-5,
-                profile: ForceProfile::HalfSine,
+                shape: ForceProfile::HalfSine.into(),
                 speed: 1.0,
                 effective_mass: 1.0,
                 radius: 1.0,

@@ -67,7 +67,7 @@ fn clicks(sources: &[SoundSource], radius: f64, impulses: u32) -> Vec<Accelerati
                 body: BodyId(body as u32),
                 time,
                 duration,
-                profile: ForceProfile::HalfSine,
+                shape: ForceProfile::HalfSine.into(),
                 centre: centre + DVec3::X * (side * radius),
                 orientation: DQuat::from_scaled_axis(uniform.vector(6.0)),
                 velocity_change: velocity_change * side,

@@ -25,6 +25,7 @@ mod field_interpolation;
 pub mod field_source;
 mod field_spectrum;
 pub mod ground;
+mod history_spectra;
 pub mod listener;
 pub mod live_pulses;
 pub mod lowpass;

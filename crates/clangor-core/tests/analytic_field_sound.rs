@@ -43,7 +43,7 @@ fn click(source: SoundSource) -> AccelerationPulse {
         body: BodyId(0),
         time: 0.0123,
         duration: 50e-6,
-        profile: ForceProfile::HalfSine,
+        shape: ForceProfile::HalfSine.into(),
         centre: DVec3::new(0.1, 0.2, -0.1),
         orientation: DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7)),
         velocity_change: DVec3::new(0.3, -1.0, 0.2),
@@ -92,7 +92,7 @@ fn field_of_a_sphere_gives_the_pressure_of_the_sphere() {
                 for profile in [ForceProfile::HalfSine, ForceProfile::Gaussian] {
                     let settings = settings(rate, floor);
                     let sound = |source| {
-                        let click = AccelerationPulse { profile, ..click(source) };
+                        let click = AccelerationPulse { shape: profile.into(), ..click(source) };
                         render(&[click], listener, &settings, 0.04)
                     };
                     let error = difference(&sound(field.clone()), &sound(SoundSource::Sphere { radius }));

@@ -259,11 +259,11 @@ fn an_impact_in_real_time_rings_as_one_that_was_known_ahead() {
         bank.jump_to_transfers();
         let mut out = vec![Vec::new()];
         if ahead {
-            bank.add_pulse(ForceProfile::HalfSine, onset, duration, &amplitudes);
+            bank.add_pulse(&ForceProfile::HalfSine.into(), onset, duration, &amplitudes);
         }
         bank.render(203, &mut out);
         if !ahead {
-            bank.add_past_pulse(ForceProfile::HalfSine, onset, duration, &amplitudes);
+            bank.add_past_pulse(&ForceProfile::HalfSine.into(), onset, duration, &amplitudes);
         }
         bank.render(1000, &mut out);
         out.swap_remove(0)

@@ -159,7 +159,7 @@ impl Scenario<'_> {
                 body: BodyId(0),
                 time: impact.time + self.latency,
                 duration: impact.duration,
-                profile: ForceProfile::HalfSine,
+                shape: ForceProfile::Hertz.into(),
                 centre: impact.pose.position,
                 orientation: DQuat::IDENTITY,
                 velocity_change: impact.velocity_change,

@@ -43,7 +43,7 @@ fn clicks(field: &SoundSource) -> Vec<AccelerationPulse> {
         body: BodyId(k),
         time: 0.01 + 3e-4 * f64::from(k / 5) + 1e-6 * f64::from(k % 5),
         duration: 40e-6 + 1e-4 * spread(k, 0.37).abs(),
-        profile: ForceProfile::HalfSine,
+        shape: ForceProfile::HalfSine.into(),
         centre: DVec3::new(spread(k, 0.618), 0.5 + spread(k, 0.271), spread(k, 0.113) - 0.4),
         orientation: DQuat::from_rotation_y(f64::from(k)),
         velocity_change: DVec3::new(spread(k, 0.7), 1.0, spread(k, 0.9)),

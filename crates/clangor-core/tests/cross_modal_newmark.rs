@@ -37,7 +37,7 @@ fn newmark_and_exact_integration_agree_as_far_as_newmark_goes() {
         let mut bank = ResonatorBank::new(&[mode], 1, rate, 0.45 * RATE, ModalPressure::Acceleration);
         bank.set_transfers(0, &[Complex64::ONE]);
         bank.jump_to_transfers();
-        bank.add_pulse(ForceProfile::HalfSine, onset * RATE, duration, &[1.0]);
+        bank.add_pulse(&ForceProfile::HalfSine.into(), onset * RATE, duration, &[1.0]);
         let mut ours = vec![Vec::new()];
         bank.render(count, &mut ours);
         let theirs = newmark(mode, onset, duration, count);

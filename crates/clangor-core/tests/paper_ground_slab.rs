@@ -20,7 +20,7 @@ fn heard(ground: Ground, place: DVec3, duration: f64, impulse: f64) -> Vec<f64> 
         body: BodyId(0),
         time: 0.01,
         duration,
-        profile: ForceProfile::HalfSine,
+        shape: ForceProfile::HalfSine.into(),
         centre: DVec3::ZERO,
         orientation: DQuat::IDENTITY,
         velocity_change: DVec3::ZERO,

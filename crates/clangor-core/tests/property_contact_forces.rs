@@ -83,7 +83,7 @@ fn the_modes_of_both_bodies_together_get_at_most_the_energy_of_the_approach() {
                 let points: Vec<_> = pulse.modal_impulses_on(id).flatten().collect();
                 let impulse = points.iter().map(|(_, j)| j.length()).sum::<f64>();
                 let mode = |f: &f64| {
-                    let spectrum = ForceProfile::HalfSine.centred_spectrum(TAU * f, pulse.duration);
+                    let spectrum = ForceProfile::Hertz.centred_spectrum(TAU * f, pulse.duration);
                     0.5 * (along * impulse * spectrum).powi(2)
                 };
                 frequencies.iter().map(mode).sum()

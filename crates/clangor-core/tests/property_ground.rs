@@ -55,7 +55,7 @@ fn no_pressure_before_the_first_wave_can_arrive() {
             body: BodyId(0),
             time: 0.02,
             duration: 3e-4,
-            profile: clangor_core::contact::ForceProfile::HalfSine,
+            shape: clangor_core::contact::ForceProfile::HalfSine.into(),
             centre: DVec3::ZERO,
             orientation: clangor_core::glam::DQuat::IDENTITY,
             velocity_change: DVec3::ZERO,

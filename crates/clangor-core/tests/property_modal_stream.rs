@@ -183,7 +183,7 @@ fn rendering_does_not_allocate() {
     let transfers = vec![Complex64::ONE; resonances.len()];
     let rate = SampleRate::HZ_48000;
     let mut bank = ResonatorBank::new(&resonances, 2, rate, 21_600.0, ModalPressure::Acceleration);
-    bank.add_pulse(ForceProfile::HalfSine, 90.0, 5e-5, &vec![1.0; resonances.len()]);
+    bank.add_pulse(&ForceProfile::HalfSine.into(), 90.0, 5e-5, &vec![1.0; resonances.len()]);
     let mut outputs: Vec<Vec<f64>> = (0..2).map(|_| Vec::with_capacity(10_000)).collect();
     // The vector instructions of the machine are looked up once.
     bank.render(64, &mut outputs);

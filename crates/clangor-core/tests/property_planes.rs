@@ -49,7 +49,7 @@ fn click(centre: DVec3, velocity_change: DVec3) -> AccelerationPulse {
         body: BodyId(0),
         time: 0.0123,
         duration: 50e-6,
-        profile: ForceProfile::HalfSine,
+        shape: ForceProfile::HalfSine.into(),
         centre,
         orientation: DQuat::IDENTITY,
         velocity_change,

@@ -42,7 +42,7 @@ fn click() -> AccelerationPulse {
         body: BodyId(0),
         time: 0.0123,
         duration: 50e-6,
-        profile: ForceProfile::HalfSine,
+        shape: ForceProfile::HalfSine.into(),
         centre: DVec3::new(0.1, 0.2, -0.1),
         orientation: DQuat::IDENTITY,
         velocity_change: DVec3::new(0.3, -1.0, 0.2),

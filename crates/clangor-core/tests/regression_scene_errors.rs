@@ -218,7 +218,7 @@ fn names() {
         "version = 1\n[simulation]\nsolver = \"sphere\"\n[render]\npulse = \"square\"",
         &[
             ("3:10", "simulation.solver", "no solver `sphere`", "did you mean `spheres`?"),
-            ("5:9", "render.pulse", "no pulse `square`", "known: half-sine, gaussian"),
+            ("5:9", "render.pulse", "no pulse `square`", "known: hertz, half-sine, gaussian"),
         ],
     );
     refuse(

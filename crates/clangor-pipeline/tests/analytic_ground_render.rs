@@ -116,7 +116,7 @@ fn soil_sends_the_force_of_a_ball_straight_up() {
         let since = t - HEIGHT / sound_speed - pulse.onset;
         let x = since / pulse.duration - 0.5;
         // F′ = −12 x/τ F.
-        12.0 * x / pulse.duration * impulse * pulse.profile.value(since, pulse.duration) * scale
+        12.0 * x / pulse.duration * impulse * pulse.shape.value(since, pulse.duration) * scale
     };
     let (mut worst, mut largest, mut sums) = (0.0f64, 0.0f64, [0.0, 0.0]);
     for (i, p) in heard.iter().enumerate() {

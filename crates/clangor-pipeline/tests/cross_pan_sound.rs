@@ -36,7 +36,7 @@ fn render(source: &SoundSource, profile: ForceProfile, floor: Floor) -> (Vec<Vec
                 body: BodyId(0),
                 time: 0.01 * f64::from(i),
                 duration: 200e-6,
-                profile,
+                shape: profile.into(),
                 centre: DVec3::Y,
                 orientation: DQuat::from_scaled_axis(turn),
                 velocity_change: DVec3::new(1.0, -0.4, 0.7),

@@ -89,7 +89,7 @@ fn offline(ear: Vec3, fall: f64, centre: Vec3) -> f64 {
         body: BodyId(0),
         time: 0.01,
         duration: contact.duration(),
-        profile: ForceProfile::HalfSine,
+        shape: ForceProfile::HalfSine.into(),
         centre: exact(centre),
         orientation: DQuat::IDENTITY,
         velocity_change: DVec3::Y * (1.0 + f64::from(RESTITUTION)) * speed,

@@ -199,7 +199,7 @@ fn our_time(field: &AccelerationField) -> f64 {
             body: BodyId(0),
             time: 2.5e-4 * i as f64,
             duration: CONTACT * RADIUS / Medium::AIR.sound_speed,
-            profile: ForceProfile::HalfSine,
+            shape: ForceProfile::HalfSine.into(),
             centre: v * 1.5,
             orientation: DQuat::IDENTITY,
             velocity_change: DVec3::new(1.0, -0.8, 0.6),

@@ -34,7 +34,7 @@ pub struct ForceSettings {
 
 impl Default for ForceSettings {
     fn default() -> Self {
-        ForceSettings { profile: ForceProfile::HalfSine, limit_energy: true }
+        ForceSettings { profile: ForceProfile::default(), limit_energy: true }
     }
 }
 
@@ -65,7 +65,7 @@ pub fn contact_forces(
         time: impact.time,
         onset: impact.time,
         duration,
-        profile: settings.profile,
+        shape: settings.profile.into(),
         speed: impact.speed,
         effective_mass: 1.0 / contact.inverse_mass,
         radius: 1.0 / contact.curvature,

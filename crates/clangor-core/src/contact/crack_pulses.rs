@@ -91,7 +91,7 @@ fn pulse(
         time,
         onset: time,
         duration,
-        profile: settings.profile,
+        shape: settings.profile.into(),
         speed: (shares.iter().map(twice_energy).sum::<f64>() * inverse_mass).sqrt(),
         effective_mass: inverse_mass.recip(),
         radius: f64::INFINITY,

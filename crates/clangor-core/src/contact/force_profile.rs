@@ -6,11 +6,17 @@
 
 use std::f64::consts::PI;
 
+use num_complex::Complex64;
+
+use super::hertz_pulse;
+
 /// Shape of the contact force over the duration τ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ForceProfile {
-    /// \[PAN\] eq. (6): (π/2τ) sin(πt/τ) for 0 ≤ t ≤ τ.
+    /// Hertz's own pulse ([`hertz_pulse`](super::hertz_pulse)).
     #[default]
+    Hertz,
+    /// \[PAN\] eq. (6): (π/2τ) sin(πt/τ) for 0 ≤ t ≤ τ.
     HalfSine,
     /// \[HW\] eq. (9): exp(−6 (t − τ/2)²/τ²), divided by its own area.
     ///
@@ -22,6 +28,7 @@ impl ForceProfile {
     /// S(t) [1/s] at `time` after the onset \[s\], for a duration τ \[s\].
     pub fn value(self, time: f64, duration: f64) -> f64 {
         match self {
+            ForceProfile::Hertz => hertz_pulse::value(time / duration) / duration,
             ForceProfile::HalfSine if (0.0..=duration).contains(&time) => {
                 0.5 * PI / duration * (PI * time / duration).sin()
             }
@@ -40,6 +47,7 @@ impl ForceProfile {
     pub fn centred_spectrum(self, omega: f64, duration: f64) -> f64 {
         let x = 0.5 * omega.abs() * duration;
         match self {
+            ForceProfile::Hertz => hertz_pulse::centred_spectrum(x),
             ForceProfile::HalfSine => {
                 let delta = x - 0.5 * PI;
                 if delta.abs() < 1e-3 {
@@ -60,11 +68,31 @@ impl ForceProfile {
         (amplitude * cos, amplitude * sin)
     }
 
+    /// ∫ S(t) e^{−λt} dt from the onset, for a duration τ \[s\]: the response of a resonator of pole λ,
+    /// referred to the onset.
+    ///
+    /// Half-sine: (1 + e^{−λτ}) / (2 (1 + (λτ/π)²)). The tails of the Gaussian reach before the onset.
+    pub fn at_pole(self, pole: Complex64, duration: f64) -> Complex64 {
+        let x = pole * duration;
+        match self {
+            ForceProfile::Hertz => hertz_pulse::at_pole(x),
+            ForceProfile::HalfSine => {
+                let below = 1.0 + (x / PI).powi(2);
+                if below.norm() < 1e-6 {
+                    // λτ = ±iπ: numerator and denominator vanish together, and their slopes decide.
+                    return -(-x).exp() * PI.powi(2) / (4.0 * x);
+                }
+                (1.0 + (-x).exp()) / (2.0 * below)
+            }
+            ForceProfile::Gaussian => (x * x / 24.0 - 0.5 * x).exp(),
+        }
+    }
+
     /// Times after the onset \[s\] between which the force acts; the Gaussian is below 1e-11 of its peak
     /// outside.
     pub fn extent(self, duration: f64) -> (f64, f64) {
         match self {
-            ForceProfile::HalfSine => (0.0, duration),
+            ForceProfile::Hertz | ForceProfile::HalfSine => (0.0, duration),
             ForceProfile::Gaussian => (-1.56 * duration, 2.56 * duration),
         }
     }
@@ -90,7 +118,7 @@ mod tests {
     fn spectrum_is_the_integral_of_the_profile_also_where_its_formula_is_singular() {
         let tau = 50e-6;
         let singular = PI / tau;
-        for profile in [ForceProfile::HalfSine, ForceProfile::Gaussian] {
+        for profile in [ForceProfile::Hertz, ForceProfile::HalfSine, ForceProfile::Gaussian] {
             for omega in
                 [0.0, 1e3, 4e4, singular * (1.0 - 1e-9), singular, singular * 1.0005, singular * 1.001, 3e5]
             {

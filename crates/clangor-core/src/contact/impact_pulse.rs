@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::contact_side::ContactSide;
-use super::force_profile::ForceProfile;
+use super::force_shape::ForceShape;
 use super::impact::ContactPoint;
 use crate::body::BodyId;
 use crate::pose::Pose;
@@ -19,8 +19,8 @@ pub struct ImpactPulse {
     pub onset: f64,
     /// Duration τ \[s\].
     pub duration: f64,
-    /// Time profile of the force.
-    pub profile: ForceProfile,
+    /// Shape of the force over time.
+    pub shape: ForceShape,
     /// Approach speed V along the normal [m/s].
     pub speed: f64,
     /// Effective mass m \[kg\].

@@ -68,7 +68,7 @@ pub(super) fn bound_modal_energy(pulse: &mut ImpactPulse, modes: ModesOf<'_>, li
         let points = share.local(&pulse.points, sign);
         let Some(modes) = modes(share.body, &points) else { continue };
         let impulses: Vec<DVec3> = points.iter().map(|(_, impulse)| *impulse).collect();
-        energy += modes.energy(&impulses, |omega| pulse.profile.centred_spectrum(omega, pulse.duration));
+        energy += modes.energy(&impulses, |omega| pulse.shape.centred_spectrum(omega, pulse.duration).norm());
     }
     let ratio = energy / pulse.approach_energy();
     if !ratio.is_finite() {

@@ -143,7 +143,7 @@ impl BlockRenderer {
 
     /// The force of an impact of unit impulse; `None` if it lasts too long or too many are in progress.
     pub(super) fn force(&mut self, onset: &Onset, duration: f64) -> Option<LiveForce> {
-        self.forces.impact(self.profile, onset.sample, duration)
+        self.forces.impact(&self.profile.into(), onset.sample, duration)
     }
 
     /// Queues the waves of the acceleration pulse that an impact causes on a source of this bounding radius
@@ -159,7 +159,7 @@ impl BlockRenderer {
             body: BodyId(0),
             time: onset.time,
             duration: impact.duration,
-            profile: self.profile,
+            shape: self.profile.into(),
             centre: impact.pose.position,
             orientation: impact.pose.orientation,
             velocity_change: impact.velocity_change,

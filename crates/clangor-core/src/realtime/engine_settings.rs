@@ -54,7 +54,7 @@ impl Default for EngineSettings {
         EngineSettings {
             sample_rate: SampleRate::default(),
             acoustics: Acoustics::default(),
-            profile: ForceProfile::HalfSine,
+            profile: ForceProfile::default(),
             receivers: 2,
             block: 128,
             reach: 40.0,

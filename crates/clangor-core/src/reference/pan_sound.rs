@@ -36,8 +36,8 @@ impl PanSource {
             // Not below the sphere by rounding.
             listener: listener * (1.0 + f64::EPSILON * 4.0),
         };
-        let (from, to) = click.profile.extent(click.duration);
-        let window = ForceWindow { from, to, shape: &|time| click.profile.value(time, click.duration) };
+        let (from, to) = click.shape.extent(click.duration);
+        let window = ForceWindow { from, to, shape: &|time| click.shape.value(time, click.duration) };
         let highest = (OUTPUT_BAND * rate).min(settings.acoustics.max_frequency.unwrap_or(f64::INFINITY));
         let sound = self.model.render_course(&contact, &window, &settings.acoustics.medium, rate, highest)?;
         Ok(SampledSound { first: sound.first, pressures: sound.samples })

@@ -191,7 +191,8 @@ impl SlabTransfer {
         for first in (0..grid.omega.len()).step_by(LANES) {
             for lane in 0..LANES {
                 let k = first + lane;
-                let pressed = strength * force.profile.centred_spectrum(grid.omega[k], force.duration);
+                let (force_re, force_im) = force.at(k, grid.omega[k]);
+                let pressed = *strength * Complex64::new(force_re, force_im);
                 let pressure = pressed * kept.values[k] * Complex64::new(delay.cos[lane], delay.sin[lane]);
                 spectrum.re[k] += pressure.re;
                 spectrum.im[k] += pressure.im;

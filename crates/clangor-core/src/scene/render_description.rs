@@ -18,7 +18,7 @@ pub struct RenderDescription {
     /// Pressure \[Pa\] or peak level \[dBFS\] that sets full scale. Default: 1 Pa for float, 20 Pa for
     /// integers.
     pub level: Level,
-    /// Time profile of a contact force. Default: half-sine.
+    /// Time profile of a contact force. Default: Hertz's pulse.
     pub pulse: ForceProfile,
     /// Parts of the sound that are rendered. Default: all.
     pub parts: Parts,
@@ -53,7 +53,7 @@ impl Default for RenderDescription {
             sample_rate: 48_000,
             bits: SampleFormat::Float32,
             level: Level::Default,
-            pulse: ForceProfile::HalfSine,
+            pulse: ForceProfile::default(),
             parts: Parts::default(),
             ground: GroundSound::default(),
             proxy_frequency: PROXY_FREQUENCY,

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::source::SoundSource;
 use super::synthesis_error::SynthesisError;
 use crate::body::BodyId;
-use crate::contact::{ForceProfile, ImpactPulse};
+use crate::contact::{ForceShape, ImpactPulse};
 
 /// A body whose velocities change over `duration`.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,8 +16,8 @@ pub struct AccelerationPulse {
     pub time: f64,
     /// Duration τ of the force \[s\].
     pub duration: f64,
-    /// Time profile of the force.
-    pub profile: ForceProfile,
+    /// Shape of the force over time.
+    pub shape: ForceShape,
     /// Centre of mass at the onset \[m\], world.
     pub centre: DVec3,
     /// Rotation from the axes of the body to the world at the onset.
@@ -72,7 +72,7 @@ impl AccelerationPulse {
 /// The acceleration pulses of an impact: one for each body that it moves and that has a source. `sources`
 /// holds one entry per body.
 pub fn clicks_of(pulse: &ImpactPulse, sources: &[SoundSource]) -> impl Iterator<Item = AccelerationPulse> {
-    let ImpactPulse { onset, duration, profile, .. } = *pulse;
+    let ImpactPulse { onset, duration, ref shape, .. } = *pulse;
     let shares = pulse.bodies.into_iter().flatten();
     shares.filter_map(move |share| {
         let source = sources.get(share.body.index())?.clone();
@@ -80,7 +80,7 @@ pub fn clicks_of(pulse: &ImpactPulse, sources: &[SoundSource]) -> impl Iterator<
             body: share.body,
             time: onset,
             duration,
-            profile,
+            shape: shape.clone(),
             centre: share.pose.position,
             orientation: share.pose.orientation,
             velocity_change: share.velocity_change,

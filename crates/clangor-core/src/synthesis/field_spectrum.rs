@@ -11,7 +11,7 @@
 use super::field_interpolation::{Interpolation, LEAST_WAVENUMBER};
 use super::field_source::FieldSource;
 use super::spectrum::{ArrivingForce, Grid, LANES, Rotation, Spectrum};
-use crate::contact::ForceProfile;
+use crate::contact::ForceShape;
 use crate::sound_model::acceleration::field::RIGID_DOFS;
 use crate::sound_model::acceleration::field_evaluator::{FieldScratch, GROUP, NodeGroup};
 use crate::sound_model::acceleration::near_field::{FAR, NEAR};
@@ -115,7 +115,7 @@ impl FieldPlayer {
         &self,
         grid: &Grid,
         spectrum: &Spectrum,
-        (profile, duration): (ForceProfile, f64),
+        (shape, duration): (&ForceShape, f64),
     ) -> f64 {
         let Some((source, crossing, table)) = &self.last else { return 0.0 };
         if table.gains.is_empty() {
@@ -124,7 +124,7 @@ impl FieldPlayer {
         let band_end = source.max_frequency(source.radius / crossing);
         let bin = |hz: f64| ((hz / grid.spacing_hz) as usize).min(grid.bins.saturating_sub(1));
         let (first, last) = (bin(0.9 * band_end), bin(band_end));
-        let force = |k: usize| profile.centred_spectrum(grid.omega[k], duration).powi(2);
+        let force = |k: usize| shape.centred_spectrum(grid.omega[k], duration).norm_sqr();
         let (mut heard, mut pushed) = (0.0, 0.0);
         for k in first..=last {
             heard += spectrum.re[k].powi(2) + spectrum.im[k].powi(2);
@@ -154,6 +154,7 @@ fn add_interpolated<S: Simd>(
     let mut half_angle = Rotation::<LANES>::new(0.5 * step * force.duration);
     let pole = std::f64::consts::PI / force.duration;
     let inverse_pole_square = 1.0 / (pole * pole);
+    let half_sine = force.is_half_sine();
     // Bins where cos(ωτ/2) / (1 − (ωτ/π)²) is near 0/0 use the formula with the limit.
     let singular = (pole / step).round();
 
@@ -163,23 +164,20 @@ fn add_interpolated<S: Simd>(
         groups.iter().zip(out).zip(&table.inverse).enumerate()
     {
         let (slope, level) = table.sums(simd, weighted, group);
-        let mut amplitude = [0.0; LANES];
-        match force.profile {
-            ForceProfile::HalfSine => {
-                for lane in 0..LANES {
-                    let w = omega[lane];
-                    amplitude[lane] = half_angle.cos[lane] / (1.0 - w * w * inverse_pole_square);
-                }
-                let lane = singular - (group * LANES) as f64;
-                if lane >= 0.0 && lane < LANES as f64 {
-                    let lane = lane as usize;
-                    amplitude[lane] = force.profile.centred_spectrum(omega[lane], force.duration);
-                }
+        let (mut force_re, mut force_im) = ([0.0; LANES], [0.0; LANES]);
+        if half_sine {
+            for lane in 0..LANES {
+                let w = omega[lane];
+                force_re[lane] = half_angle.cos[lane] / (1.0 - w * w * inverse_pole_square);
             }
-            ForceProfile::Gaussian => {
-                for lane in 0..LANES {
-                    amplitude[lane] = force.profile.centred_spectrum(omega[lane], force.duration);
-                }
+            let lane = singular - (group * LANES) as f64;
+            if lane >= 0.0 && lane < LANES as f64 {
+                let lane = lane as usize;
+                (force_re[lane], _) = force.at(group * LANES + lane, omega[lane]);
+            }
+        } else {
+            for lane in 0..LANES {
+                (force_re[lane], force_im[lane]) = force.at(group * LANES + lane, omega[lane]);
             }
         }
         // Sums first, stores after, so that the compiler can see that the lanes are independent.
@@ -190,8 +188,10 @@ fn add_interpolated<S: Simd>(
             let above_im = k * slope.re[lane] - level.im[lane];
             let turn_re = inverse.re[lane] * delay.cos[lane] - inverse.im[lane] * delay.sin[lane];
             let turn_im = inverse.re[lane] * delay.sin[lane] + inverse.im[lane] * delay.cos[lane];
-            re_sum[lane] += amplitude[lane] * (above_re * turn_re - above_im * turn_im);
-            im_sum[lane] += amplitude[lane] * (above_re * turn_im + above_im * turn_re);
+            let unit_re = above_re * turn_re - above_im * turn_im;
+            let unit_im = above_re * turn_im + above_im * turn_re;
+            re_sum[lane] += force_re[lane] * unit_re - force_im[lane] * unit_im;
+            im_sum[lane] += force_re[lane] * unit_im + force_im[lane] * unit_re;
         }
         (*re_out, *im_out) = (re_sum, im_sum);
         delay.advance();

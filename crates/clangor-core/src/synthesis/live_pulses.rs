@@ -26,12 +26,14 @@ use realfft::{ComplexToReal, RealFftPlanner};
 pub use self::live_field::LiveField;
 use super::SynthesisError;
 use super::field_spectrum::FieldPlayer;
+use super::history_spectra::HistorySpectra;
 use super::lowpass::REACH;
 use super::offline::block_length::MIN_LENGTH;
 use super::render_settings::RenderSettings;
 use super::source::SoundSource;
 use super::spectrum::{Grid, Losses, Spectrum};
-use super::wave::Transfer;
+use super::wave::{Transfer, WaveMemory};
+use crate::contact::hertz_pulse;
 use crate::propagation::PropagationPaths;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::received_wave::ReceivedWave;
@@ -86,6 +88,7 @@ struct Memory {
     spectrum: Spectrum,
     /// Not used for spheres.
     player: FieldPlayer,
+    spectra: HistorySpectra,
     bins: Vec<Complex<f64>>,
     transform: Vec<Complex<f64>>,
     samples: Vec<f64>,
@@ -136,6 +139,9 @@ impl LivePulses {
 
     /// Lets all memory grow to what it will ever need.
     fn warm(&mut self) {
+        let bins = self.lengths.iter().map(|length| length.grid.omega.len()).max();
+        self.memory.spectra.reserve(bins.unwrap_or(0));
+        hertz_pulse::prepare();
         for length in &self.lengths {
             let memory = &mut self.memory;
             memory.spectrum.clear(&length.grid);
@@ -196,7 +202,7 @@ impl LivePulses {
         };
         let first = self.sample_of(heard.from);
         let length = &self.lengths[at];
-        let Memory { spectrum, player, bins, transform, samples } = &mut self.memory;
+        let Memory { spectrum, spectra, player, bins, transform, samples } = &mut self.memory;
         let mut player = player;
         // A field needs its interpolation for this block length.
         if let Transfer::Field(transfer) = &mut heard.wave.transfer {
@@ -224,7 +230,7 @@ impl LivePulses {
             losses: length.losses[path].as_ref(),
             heard: &heard,
             origin,
-            player,
+            memory: WaveMemory { player, spectra },
             spectrum,
         });
         // Inverse transform, added to each output.
@@ -274,7 +280,7 @@ struct Playing<'a> {
     losses: Option<&'a Losses>,
     heard: &'a ReceivedWave,
     origin: f64,
-    player: &'a mut FieldPlayer,
+    memory: WaveMemory<'a>,
     spectrum: &'a mut Spectrum,
 }
 
@@ -283,9 +289,9 @@ impl WithSimd for Playing<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Playing { grid, losses, heard, origin, player, spectrum } = self;
+        let Playing { grid, losses, heard, origin, mut memory, spectrum } = self;
         spectrum.clear(grid);
-        heard.wave.add_to(simd, spectrum, grid, origin, player);
+        heard.wave.add_to(simd, spectrum, grid, origin, &mut memory);
         if let Some(losses) = losses {
             losses.apply(spectrum, heard.distance);
         }

@@ -37,10 +37,11 @@ impl RenderSettings {
         let place = click.orientation.inverse() * towards;
         let distance = towards.length();
         let ringing = click.source.ring_time(&medium);
-        let (begin, end) = click.profile.extent(click.duration);
+        let (begin, end) = click.shape.extent(click.duration);
         let heard = |transfer, delay: f64, first: f64, last: f64| {
             let middle = click.time + delay + 0.5 * click.duration;
-            let wave = Wave { transfer, profile: click.profile, duration: click.duration, middle };
+            let shape = click.shape.clone();
+            let wave = Wave { transfer, shape, duration: click.duration, middle };
             let (from, until) = (click.time + first + begin, click.time + last + end);
             let middle = match &wave.transfer {
                 // The transfer of the ground has the delays.

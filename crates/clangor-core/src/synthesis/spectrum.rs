@@ -15,16 +15,46 @@ use crate::propagation::PathLoss;
 /// Bins that advance together.
 pub(crate) const LANES: usize = 8;
 
+/// The spectrum of a force of unit impulse, seen from its middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ForceSpectrum<'a> {
+    /// A closed form, which is real.
+    Profile(ForceProfile),
+    /// Values at the bins of the grid.
+    Bins {
+        /// Real parts.
+        re: &'a [f64],
+        /// Imaginary parts.
+        im: &'a [f64],
+    },
+}
+
 /// The force of a wave as it arrives in a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ArrivingForce {
-    /// Force over time, of unit impulse.
-    pub(crate) profile: ForceProfile,
+pub(crate) struct ArrivingForce<'a> {
+    /// Its spectrum.
+    pub(crate) spectrum: ForceSpectrum<'a>,
     /// Duration τ of the force \[s\].
     pub(crate) duration: f64,
     /// Arrival time of its middle, from the first sample of the block \[s\]. Where the transfer contains the
     /// delay: the time of its middle at the source.
     pub(crate) middle: f64,
+}
+
+impl ArrivingForce<'_> {
+    /// Real and imaginary part of the spectrum, seen from the middle, at a bin of this ω [rad/s].
+    #[inline(always)]
+    pub(crate) fn at(&self, bin: usize, omega: f64) -> (f64, f64) {
+        match self.spectrum {
+            ForceSpectrum::Profile(profile) => (profile.centred_spectrum(omega, self.duration), 0.0),
+            ForceSpectrum::Bins { re, im } => (re[bin], im[bin]),
+        }
+    }
+
+    /// Whether it is a half-sine, whose spectrum is rational but for a cosine.
+    pub(crate) fn is_half_sine(&self) -> bool {
+        self.spectrum == ForceSpectrum::Profile(ForceProfile::HalfSine)
+    }
 }
 
 /// The frequencies of one block length with their gains, padded to whole lanes.

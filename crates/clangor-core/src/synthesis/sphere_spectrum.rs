@@ -5,7 +5,6 @@
 //! per bin.
 
 use super::spectrum::{ArrivingForce, Grid, Rotation, Spectrum};
-use crate::contact::force_profile::ForceProfile;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 
 /// Bins that advance together.
@@ -16,32 +15,31 @@ const SPHERE_LANES: usize = 4;
 pub(super) fn add(spectrum: &mut Spectrum, grid: &Grid, force: &ArrivingForce, transfer: &SphereTransfer) {
     let step = std::f64::consts::TAU * grid.spacing_hz;
     let delay = Rotation::new(-step * force.middle);
-    match force.profile {
-        ForceProfile::HalfSine => add_half_sine(spectrum, grid, force, transfer, delay),
-        ForceProfile::Gaussian => {
-            add_profile(spectrum, grid, transfer, delay, |k| {
-                force.profile.centred_spectrum(grid.omega[k], force.duration)
-            });
-        }
+    if force.is_half_sine() {
+        add_half_sine(spectrum, grid, force, transfer, delay);
+    } else {
+        add_any(spectrum, grid, force, transfer, delay);
     }
 }
 
-/// Any profile, with its spectrum evaluated bin by bin.
+/// Any force, with its spectrum evaluated bin by bin.
 #[inline(always)]
-fn add_profile(
+fn add_any(
     spectrum: &mut Spectrum,
     grid: &Grid,
+    force: &ArrivingForce,
     transfer: &SphereTransfer,
     mut delay: Rotation<SPHERE_LANES>,
-    profile: impl Fn(usize) -> f64,
 ) {
     for first in (0..grid.omega.len()).step_by(SPHERE_LANES) {
         for lane in 0..SPHERE_LANES {
             let k = first + lane;
             let (re, im) = transfer.undelayed(grid.omega[k]);
-            let amplitude = profile(k);
-            spectrum.re[k] += amplitude * (re * delay.cos[lane] - im * delay.sin[lane]);
-            spectrum.im[k] += amplitude * (re * delay.sin[lane] + im * delay.cos[lane]);
+            let (force_re, force_im) = force.at(k, grid.omega[k]);
+            let turned_re = re * delay.cos[lane] - im * delay.sin[lane];
+            let turned_im = re * delay.sin[lane] + im * delay.cos[lane];
+            spectrum.re[k] += force_re * turned_re - force_im * turned_im;
+            spectrum.im[k] += force_re * turned_im + force_im * turned_re;
         }
         delay.advance();
     }
@@ -90,7 +88,7 @@ fn add_half_sine(
     }
 
     if let (Some(k), Some((re_before, im_before))) = (singular, kept) {
-        let amplitude = force.profile.centred_spectrum(grid.omega[k], force.duration);
+        let (amplitude, _) = force.at(k, grid.omega[k]);
         let (re, im) = transfer.undelayed(grid.omega[k]);
         let (sin, cos) = (delay.angle * k as f64).sin_cos();
         spectrum.re[k] = re_before + amplitude * (re * cos - im * sin);

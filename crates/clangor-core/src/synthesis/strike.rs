@@ -161,7 +161,7 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
     // The band limit rings for as long after the sound as before it.
     let died_away = |click: &AccelerationPulse| {
         strike.listener.distance(click.centre) / strike.medium.sound_speed
-            + strike.profile.extent(pulse.duration).1
+            + pulse.shape.extent(pulse.duration).1
             + click.source.ring_time(&strike.medium)
             + LEAD * (48_000.0 / strike.sample_rate.as_f64()).max(1.0)
     };

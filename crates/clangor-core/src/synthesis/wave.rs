@@ -5,9 +5,10 @@ use pulp::Simd;
 
 use super::field_spectrum::{FieldPlayer, FieldTransfer};
 use super::ground::spectrum::GroundTransfer;
-use super::spectrum::{ArrivingForce, Grid, Spectrum};
+use super::spectrum::{Grid, Spectrum};
 use super::{ground, sphere_spectrum};
-use crate::contact::force_profile::ForceProfile;
+use super::history_spectra::HistorySpectra;
+use crate::contact::ForceShape;
 use crate::reference::SlabTransfer;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;
 
@@ -17,7 +18,7 @@ pub(crate) struct Wave {
     /// From the force to the pressure.
     pub(crate) transfer: Transfer,
     /// Force over time, of unit impulse.
-    pub(crate) profile: ForceProfile,
+    pub(crate) shape: ForceShape,
     /// Duration τ of the force \[s\].
     pub(crate) duration: f64,
     /// When the middle of the force arrives \[s\]; of the ground, whose transfer has the delays, when it
@@ -38,13 +39,15 @@ pub(crate) enum Transfer {
     Reference(SlabTransfer),
 }
 
-impl Wave {
-    /// The force in a block whose first sample is at `origin` \[s\].
-    pub(super) fn force(&self, origin: f64) -> ArrivingForce {
-        let Wave { profile, duration, middle, .. } = *self;
-        ArrivingForce { profile, duration, middle: middle - origin }
-    }
+/// Working memory of waves.
+pub(crate) struct WaveMemory<'a> {
+    /// Of waves of fields.
+    pub(crate) player: &'a mut FieldPlayer,
+    /// Of forces with a history.
+    pub(crate) spectra: &'a mut HistorySpectra,
+}
 
+impl Wave {
     /// Adds the wave to the spectrum of a block whose first sample is at `origin` \[s\].
     #[inline(always)]
     pub(super) fn add_to<S: Simd>(
@@ -53,9 +56,9 @@ impl Wave {
         spectrum: &mut Spectrum,
         grid: &Grid,
         origin: f64,
-        player: &mut FieldPlayer,
+        WaveMemory { player, spectra }: &mut WaveMemory<'_>,
     ) {
-        let force = &self.force(origin);
+        let force = &spectra.arriving(&self.shape, (self.duration, self.middle - origin), grid);
         match &self.transfer {
             Transfer::Sphere(transfer) => sphere_spectrum::add(spectrum, grid, force, transfer),
             Transfer::Field(transfer) => player.add(simd, spectrum, grid, force, transfer),

@@ -65,7 +65,7 @@ impl Strike {
             force: StrikeForce::Impulse { impulse: DEFAULT_IMPULSE, duration: None },
             point: highest_point(&body.body),
             listener: DVec3::X,
-            profile: ForceProfile::HalfSine,
+            profile: ForceProfile::default(),
             sample_rate: SampleRate::HZ_48000,
             max_frequency: None,
             seconds: Some(SHORTEST),

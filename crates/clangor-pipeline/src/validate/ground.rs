@@ -124,7 +124,7 @@ fn straight_up(name: &str) -> Result<f64, Fault> {
         body: BodyId(0),
         time,
         duration,
-        profile: ForceProfile::Gaussian,
+        shape: ForceProfile::Gaussian.into(),
         centre: DVec3::ZERO,
         orientation: DQuat::IDENTITY,
         velocity_change: DVec3::ZERO,

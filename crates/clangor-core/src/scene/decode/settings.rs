@@ -145,7 +145,11 @@ pub(super) fn render(
         d.warn(node.place(d), Doubt::CutBand { nyquist });
     }
     let formats = [("32f", SampleFormat::Float32), ("24", SampleFormat::Int24)];
-    let pulses = [("half-sine", ForceProfile::HalfSine), ("gaussian", ForceProfile::Gaussian)];
+    let pulses = [
+        ("hertz", ForceProfile::Hertz),
+        ("half-sine", ForceProfile::HalfSine),
+        ("gaussian", ForceProfile::Gaussian),
+    ];
     let radiations = [("exact", SphereModel::Exact), ("compact", SphereModel::CompactDipole)];
     let grounds =
         [("half-space", GroundSound::HalfSpace), ("slab", GroundSound::Slab), ("none", GroundSound::None)];

@@ -49,7 +49,7 @@ pub fn ground_clicks(
                 body: id,
                 time: pulse.onset,
                 duration: pulse.duration,
-                profile: pulse.profile,
+                shape: pulse.shape.clone(),
                 centre: point - depth * normal,
                 orientation: body.pose.orientation,
                 velocity_change: DVec3::ZERO,

@@ -10,7 +10,6 @@ use num_complex::Complex64;
 
 use super::direction::Direction;
 use super::source::{GroundSource, ReceiverDirection};
-use crate::contact::ForceProfile;
 use crate::synthesis::spectrum::{ArrivingForce, Grid, LANES, Rotation, Spectrum};
 
 /// First bin from which amplitudes are interpolated by parabolas over [`LANES`] bins.
@@ -50,7 +49,7 @@ pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, arriving: &ArrivingForce
         .iter()
         .map(|train| Rotation::new(-step * (late + train.arrival * heard.delay)))
         .collect();
-    let mut force = Force::new(arriving, step);
+    let mut force = Force { arriving, half_angle: Rotation::new(0.5 * step * arriving.duration) };
     let mut amplitudes = Amplitudes::new(&direction);
     let scale = impulse * source.scale();
     let omegas = grid.omega.as_chunks::<LANES>().0;
@@ -68,11 +67,11 @@ pub(crate) fn add(spectrum: &mut Spectrum, grid: &Grid, arriving: &ArrivingForce
             turn.advance();
         }
         // ρ/(2πμ) ω² F(ω) times that sum.
-        let force = force.next(omega);
+        let (force_re, force_im) = force.next(chunk * LANES, omega);
         for lane in 0..LANES {
-            let gain = scale * omega[lane] * omega[lane] * force[lane];
-            re_out[lane] += gain * re[lane];
-            im_out[lane] += gain * im[lane];
+            let gain = scale * omega[lane] * omega[lane];
+            re_out[lane] += gain * (force_re[lane] * re[lane] - force_im[lane] * im[lane]);
+            im_out[lane] += gain * (force_re[lane] * im[lane] + force_im[lane] * re[lane]);
         }
     }
 }
@@ -119,34 +118,34 @@ impl Amplitudes {
 }
 
 /// The spectrum of the force from the middle of the impact.
-struct Force {
-    profile: ForceProfile,
-    duration: f64,
+struct Force<'a> {
+    arriving: &'a ArrivingForce<'a>,
     half_angle: Rotation<LANES>,
 }
 
-impl Force {
-    fn new(arriving: &ArrivingForce, step: f64) -> Self {
-        let ArrivingForce { profile, duration, .. } = *arriving;
-        Force { profile, duration, half_angle: Rotation::new(0.5 * step * duration) }
-    }
-
-    /// At the next bins.
+impl Force<'_> {
+    /// Real and imaginary part at the next bins.
     #[inline(always)]
-    fn next(&mut self, omega: &Lanes) -> Lanes {
-        let exact = |omega: f64| self.profile.centred_spectrum(omega, self.duration);
-        if self.profile != ForceProfile::HalfSine {
-            return omega.map(exact);
-        }
-        let below = omega.map(|w| 1.0 - (w * self.duration / PI).powi(2));
-        let mut force: Lanes = std::array::from_fn(|lane| self.half_angle.cos[lane] / below[lane]);
-        // Near ω = π/τ it is 0/0.
-        for lane in 0..LANES {
-            if below[lane].abs() < 1e-3 {
-                force[lane] = exact(omega[lane]);
+    fn next(&mut self, first: usize, omega: &Lanes) -> (Lanes, Lanes) {
+        let Force { arriving, half_angle } = self;
+        let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
+        if !arriving.is_half_sine() {
+            for lane in 0..LANES {
+                (re[lane], im[lane]) = arriving.at(first + lane, omega[lane]);
             }
+            return (re, im);
         }
-        self.half_angle.advance();
-        force
+        for lane in 0..LANES {
+            let below = 1.0 - (omega[lane] * arriving.duration / PI).powi(2);
+            // Near ω = π/τ it is 0/0.
+            let singular = below.abs() < 1e-3;
+            re[lane] = if singular {
+                arriving.at(first + lane, omega[lane]).0
+            } else {
+                half_angle.cos[lane] / below
+            };
+        }
+        half_angle.advance();
+        (re, im)
     }
 }

@@ -14,7 +14,8 @@ use crate::synthesis::field_spectrum::{FieldPlayer, FieldTransfer};
 use crate::synthesis::render_settings::RenderSettings;
 use crate::synthesis::source::SoundSource;
 use crate::synthesis::spectrum::Spectrum;
-use crate::synthesis::wave::Transfer;
+use crate::synthesis::history_spectra::HistorySpectra;
+use crate::synthesis::wave::{Transfer, WaveMemory};
 
 /// See the module.
 pub struct LiveField {
@@ -44,14 +45,14 @@ impl LiveField {
             body: BodyId(0),
             time: settings.start,
             duration: 1e-4,
-            profile: ForceProfile::HalfSine,
+            shape: ForceProfile::Hertz.into(),
             centre: DVec3::ZERO,
             orientation: DQuat::IDENTITY,
             velocity_change: DVec3::X,
             angular_velocity_change: DVec3::ZERO,
             source: self.source(),
         };
-        let mut spectrum = Spectrum::default();
+        let (mut spectrum, mut spectra) = (Spectrum::default(), HistorySpectra::default());
         for (place, (_, grid)) in grids(settings).enumerate() {
             let Some(mut heard) = settings.wave(&click, DVec3::X * (2.0 * self.source.radius)) else {
                 return;
@@ -63,7 +64,7 @@ impl LiveField {
                 losses: None,
                 heard: &heard,
                 origin: settings.start,
-                player,
+                memory: WaveMemory { player, spectra: &mut spectra },
                 spectrum: &mut spectrum,
             });
         }

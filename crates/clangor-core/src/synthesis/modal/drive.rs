@@ -26,7 +26,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner};
 
-use crate::contact::ForceProfile;
+use crate::contact::ForceShape;
 use crate::math::radial::regular;
 use crate::synthesis::lowpass::{self, REACH};
 
@@ -65,6 +65,8 @@ pub(super) struct Shaper {
     half_width: f64,
     planner: RealFftPlanner<f64>,
     tables: BTreeMap<usize, Arc<Tables>>,
+    /// Real and imaginary parts of a force before the band limit.
+    unlimited: [Vec<f64>; 2],
     spectrum: Vec<Complex64>,
     bins: Vec<Complex64>,
     scratch: Vec<Complex64>,
@@ -90,6 +92,7 @@ impl Shaper {
             half_width,
             planner: RealFftPlanner::new(),
             tables: BTreeMap::new(),
+            unlimited: Default::default(),
             spectrum: Vec::new(),
             bins: Vec::new(),
             scratch: Vec::new(),
@@ -109,6 +112,7 @@ impl Shaper {
         for length in lengths.take_while(|length| *length <= samples.next_power_of_two()) {
             let tables = self.tables(length);
             self.spectrum.reserve(tables.gains.len());
+            self.unlimited.iter_mut().for_each(|part| part.reserve(tables.gains.len()));
             self.transformed(&tables, None);
         }
     }
@@ -117,30 +121,43 @@ impl Shaper {
     /// `duration` \[s\]; returns its first sample.
     pub(super) fn pulse(
         &mut self,
-        profile: ForceProfile,
+        shape: &ForceShape,
         onset: f64,
         duration: f64,
         force: &mut ForceSamples,
     ) -> i64 {
-        let extent = profile.extent(duration);
+        let extent = shape.extent(duration);
         let middle = onset + 0.5 * duration * self.rate;
         let from_middle = [extent.0, extent.1].map(|t| t - 0.5 * duration);
-        self.force(middle, from_middle, |omega| profile.centred_spectrum(omega, duration), force)
+        let spectra = |spacing: f64, re: &mut [f64], im: &mut [f64]| match shape {
+            ForceShape::Profile(profile) => {
+                re.iter_mut().enumerate().for_each(|(k, re)| {
+                    *re = profile.centred_spectrum(spacing * k as f64, duration);
+                });
+                im.fill(0.0);
+            }
+            ForceShape::History(history) => history.spectra(spacing, 0.5 * duration, re, im),
+        };
+        self.force(middle, from_middle, spectra, force)
     }
 
     /// The band-limited force of a unit impulse at a time \[samples\], and its first sample.
     pub(super) fn impulse(&mut self, at: f64) -> (i64, ForceSamples) {
         let mut force = ForceSamples::default();
-        (self.force(at, [0.0, 0.0], |_| 1.0, &mut force), force)
+        let flat = |_: f64, re: &mut [f64], im: &mut [f64]| {
+            re.fill(1.0);
+            im.fill(0.0);
+        };
+        (self.force(at, [0.0, 0.0], flat, &mut force), force)
     }
 
-    /// The band-limited force around a `middle` \[samples\], from which its spectrum is real. It acts between
-    /// two times relative to the middle \[s\].
+    /// The band-limited force around a `middle` \[samples\]. It acts between two times relative to the middle
+    /// \[s\]. `spectra` writes its spectrum, seen from the middle, at multiples of a spacing [rad/s].
     fn force(
         &mut self,
         middle: f64,
         [begin, end]: [f64; 2],
-        spectrum: impl Fn(f64) -> f64,
+        spectra: impl Fn(f64, &mut [f64], &mut [f64]),
         force: &mut ForceSamples,
     ) -> i64 {
         let first = (middle + begin * self.rate).floor() as i64 - self.reach();
@@ -153,9 +170,13 @@ impl Shaper {
         self.spectrum.clear();
         let rotation = Complex64::cis(spacing * shift);
         let mut turn = Complex64::ONE;
-        for (k, gain) in tables.gains.iter().enumerate() {
-            let amplitude = gain * spectrum(spacing * k as f64);
-            self.spectrum.push(amplitude * self.rate / length as f64 * turn);
+        let [re, im] = &mut self.unlimited;
+        re.resize(tables.gains.len(), 0.0);
+        im.resize(tables.gains.len(), 0.0);
+        spectra(spacing, re, im);
+        for ((gain, re), im) in tables.gains.iter().zip(re).zip(im) {
+            let scale = gain * self.rate / length as f64;
+            self.spectrum.push(Complex64::new(*re, *im) * scale * turn);
             turn *= rotation;
         }
         force.values.clear();
@@ -210,36 +231,17 @@ impl Shaper {
     }
 }
 
-/// ∫ S(t) e^{−λt} dt of a pulse of unit impulse and duration τ \[s\], from its onset: the response of a
-/// resonator of pole λ, referred to the onset.
-///
-/// Half-sine: (1 + e^{−λτ}) / (2 (1 + (λτ/π)²)). The Gaussian has a closed form as well; its tails reach
-/// before the onset.
-pub(super) fn pulse_at_pole(profile: ForceProfile, pole: Complex64, duration: f64) -> Complex64 {
-    let x = pole * duration;
-    match profile {
-        ForceProfile::HalfSine => {
-            let below = 1.0 + (x / std::f64::consts::PI).powi(2);
-            if below.norm() < 1e-6 {
-                // λτ = ±iπ: numerator and denominator vanish together, and their slopes decide.
-                return -(-x).exp() * std::f64::consts::PI.powi(2) / (4.0 * x);
-            }
-            (1.0 + (-x).exp()) / (2.0 * below)
-        }
-        ForceProfile::Gaussian => (x * x / 24.0 - 0.5 * x).exp(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::ForceProfile;
 
     /// Steps a resonator through a force and compares its final state with the closed form at the pole.
-    fn residual(rate: f64, frequency: f64, duration: f64, profile: ForceProfile) -> f64 {
+    fn residual(rate: f64, frequency: f64, duration: f64, shape: &ForceShape) -> f64 {
         let onset = 7.3;
         let mut force = ForceSamples::default();
         let mut shaper = Shaper::new(rate, 0.45 * rate, rate / 30.0);
-        let first = shaper.pulse(profile, onset, duration, &mut force);
+        let first = shaper.pulse(shape, onset, duration, &mut force);
         let pole = Complex64::new(-40.0, std::f64::consts::TAU * frequency);
         let step = (pole / rate).exp();
         let weights = term_weights(pole, 1.0 / rate);
@@ -247,7 +249,7 @@ mod tests {
             step * w + terms.iter().zip(weights).map(|(g, phi)| g * phi).sum::<Complex64>()
         });
         let elapsed = (first as f64 + force.terms.len() as f64 - onset) / rate;
-        let exact = (pole * elapsed).exp() * pulse_at_pole(profile, pole, duration);
+        let exact = (pole * elapsed).exp() * shape.at_pole(pole, duration);
         (state / exact - 1.0).norm()
     }
 
@@ -256,10 +258,10 @@ mod tests {
         for rate in [44_100.0, 48_000.0, 192_000.0] {
             for part in [0.001, 0.02, 0.1, 0.25, 0.35, 0.41] {
                 for tau in [12e-6, 50e-6, 400e-6] {
-                    for profile in [ForceProfile::HalfSine, ForceProfile::Gaussian] {
+                    for profile in [ForceProfile::Hertz, ForceProfile::HalfSine, ForceProfile::Gaussian] {
                         // Beyond the main lobe of a pulse there is too little response to compare.
                         if part * rate * tau < 1.2 {
-                            let error = residual(rate, part * rate, tau, profile);
+                            let error = residual(rate, part * rate, tau, &profile.into());
                             assert!(error < 1e-6, "{rate} {part} {tau} {profile:?}: {error:e}");
                         }
                     }
@@ -271,7 +273,7 @@ mod tests {
     #[test]
     fn the_transform_is_smooth_where_its_formula_is_singular() {
         let tau = 5e-5;
-        let at = |f: f64| pulse_at_pole(ForceProfile::HalfSine, Complex64::new(0.0, f / tau), tau);
+        let at = |f: f64| ForceProfile::HalfSine.at_pole(Complex64::new(0.0, f / tau), tau);
         let pi = std::f64::consts::PI;
         assert!((at(pi) - 0.5 * (at(pi - 1e-3) + at(pi + 1e-3))).norm() < 1e-6);
         assert!((at(pi * (1.0 + 1e-7)) - at(pi)).norm() < 1e-6);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::drive::{ForceSamples, Shaper};
-use crate::contact::ForceProfile;
+use crate::contact::ForceShape;
 use crate::synthesis::lowpass;
 use crate::synthesis::render_settings::RenderSettings;
 
@@ -45,8 +45,8 @@ impl LiveForces {
 
     /// The force of an impact of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\];
     /// `None` if it lasts too long or too many are in progress.
-    pub fn impact(&mut self, profile: ForceProfile, onset: f64, duration: f64) -> Option<LiveForce> {
-        let (begin, end) = profile.extent(duration);
+    pub fn impact(&mut self, shape: &ForceShape, onset: f64, duration: f64) -> Option<LiveForce> {
+        let (begin, end) = shape.extent(duration);
         let samples = (end - begin) * self.rate + 2.0 * self.shaper.reach() as f64 + 3.0;
         if samples.is_nan() || samples > LONGEST_FORCE as f64 || !onset.is_finite() {
             return None;
@@ -58,7 +58,7 @@ impl LiveForces {
             Arc::strong_count(&self.forces[*at]) == 1
         })?;
         self.next = (free + 1) % count;
-        let first = self.shaper.pulse(profile, onset, duration, Arc::get_mut(&mut self.forces[free])?);
+        let first = self.shaper.pulse(shape, onset, duration, Arc::get_mut(&mut self.forces[free])?);
         Some(LiveForce { first, samples: Arc::clone(&self.forces[free]) })
     }
 }

@@ -24,7 +24,6 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use num_complex::Complex64;
 
-use super::drive::pulse_at_pole;
 use super::source::{ModalSource, StrikeMemory};
 use crate::body::BodyId;
 use crate::contact::ImpactPulse;
@@ -81,7 +80,7 @@ impl ModalState {
                 let modes = state.0.iter_mut().zip(&amplitudes).zip(source.resonances());
                 for ((w, amplitude), resonance) in modes {
                     let Some(pole) = ringing_pole(resonance) else { continue };
-                    let ring = pulse_at_pole(pulse.profile, pole, pulse.duration);
+                    let ring = pulse.shape.at_pole(pole, pulse.duration);
                     *w += *amplitude * (pole * (time - pulse.onset)).exp() * ring;
                 }
             }

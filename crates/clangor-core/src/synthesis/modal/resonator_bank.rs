@@ -25,7 +25,7 @@ use pulp::Arch;
 use self::passes::Passing;
 use super::drive::{ForceSamples, Shaper, TERMS, term_weights};
 use super::modal_settings::ModalPressure;
-use crate::contact::ForceProfile;
+use crate::contact::ForceShape;
 use crate::reference::frac_coupling;
 use crate::synthesis::{SampleRate, lowpass};
 
@@ -289,8 +289,8 @@ impl ResonatorBank {
     }
 
     /// First sample affected by a pulse of this `onset` \[samples\], with the reach of the band limit.
-    pub fn first_sample(onset: f64, duration: f64, profile: ForceProfile, sample_rate: SampleRate) -> i64 {
-        (onset + profile.extent(duration).0 * sample_rate.as_f64()).floor() as i64 - lowpass::REACH as i64
+    pub fn first_sample(onset: f64, duration: f64, shape: &ForceShape, sample_rate: SampleRate) -> i64 {
+        (onset + shape.extent(duration).0 * sample_rate.as_f64()).floor() as i64 - lowpass::REACH as i64
     }
 
     /// Adds damping: `decay` gives ½ c (n·U)² [1/s] for each mode given, 0 without contact.

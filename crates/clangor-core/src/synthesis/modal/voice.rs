@@ -24,7 +24,7 @@ use super::source::{ModalSource, StrikeMemory};
 use super::transfer::TransferMemory;
 use crate::acoustics::Acoustics;
 use crate::body::{BodyId, Life};
-use crate::contact::{ForceProfile, PoseHistory};
+use crate::contact::{ForceShape, PoseHistory};
 use crate::propagation::PropagationPaths;
 use crate::synthesis::listener::Listener;
 use crate::synthesis::modal::modal_state_transfer::ModalState;
@@ -82,7 +82,7 @@ struct Force {
     /// Onset \[samples\].
     onset: f64,
     duration: f64,
-    profile: ForceProfile,
+    shape: ForceShape,
     /// Places \[m\] and impulses [N s], frame of the body.
     points: Vec<(DVec3, DVec3)>,
 }
@@ -292,7 +292,7 @@ impl<'a> ModalVoice<'a> {
         while let Some(force) = self.forces.pop_if(|force| force.first < end) {
             let Memory { amplitudes, striking, .. } = &mut self.memory;
             self.source.amplitudes(&force.points, striking, amplitudes);
-            self.bank.add_pulse(force.profile, force.onset, force.duration, &self.memory.amplitudes);
+            self.bank.add_pulse(&force.shape, force.onset, force.duration, &self.memory.amplitudes);
         }
         if let Some(stream) = &mut self.stream
             && stream.take(end, self.block, &self.source, &mut self.bank)

@@ -10,10 +10,11 @@ use realfft::num_complex::Complex;
 
 use crate::body::BodyId;
 use crate::synthesis::field_spectrum::FieldPlayer;
+use crate::synthesis::history_spectra::HistorySpectra;
 use crate::synthesis::lowpass::REACH;
 use crate::synthesis::sampled_sound::SampledSound;
 use crate::synthesis::spectrum::{Grid, Losses, Spectrum};
-use crate::synthesis::wave::{Transfer, Wave};
+use crate::synthesis::wave::{Transfer, Wave, WaveMemory};
 
 /// Place of a block; blocks are rendered and added in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -89,6 +90,7 @@ pub struct BlockMemory {
     one: Spectrum,
     reflection: Spectrum,
     player: FieldPlayer,
+    spectra: HistorySpectra,
     bins: Vec<Complex<f64>>,
     transform: Vec<Complex<f64>>,
 }
@@ -118,7 +120,9 @@ impl WithSimd for Rendering<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> RenderedBlock {
         let Rendering { job: BlockJob { key, origin, clicks, tables }, memory } = self;
         let BlockTables { grid, losses, inverse } = &**tables;
-        let BlockMemory { sum, one, reflection, player, bins, transform } = memory;
+        let BlockMemory { sum, one, reflection, player, spectra, bins, transform } = memory;
+        let mut waves_memory = WaveMemory { player, spectra };
+        let memory = &mut waves_memory;
         let mut energies = Vec::with_capacity(clicks.len());
         let mut missing_energies = Vec::new();
         sum.clear(grid);
@@ -136,14 +140,14 @@ impl WithSimd for Rendering<'_> {
             one.clear(grid);
             for (index, PathWave { wave, distance, path }) in waves.iter().enumerate() {
                 match &losses[*path] {
-                    None => wave.add_to(simd, one, grid, *origin, player),
+                    None => wave.add_to(simd, one, grid, *origin, memory),
                     Some(losses) if index == 0 => {
-                        wave.add_to(simd, one, grid, *origin, player);
+                        wave.add_to(simd, one, grid, *origin, memory);
                         losses.apply(one, *distance);
                     }
                     Some(losses) => {
                         reflection.clear(grid);
-                        wave.add_to(simd, reflection, grid, *origin, player);
+                        wave.add_to(simd, reflection, grid, *origin, memory);
                         losses.apply(reflection, *distance);
                         one.add(reflection);
                     }
@@ -153,7 +157,7 @@ impl WithSimd for Rendering<'_> {
             if let Some(PathWave { wave, .. }) = waves.first()
                 && let Transfer::Field(_) = &wave.transfer
             {
-                let missing = player.missing_energy(grid, one, (wave.profile, wave.duration));
+                let missing = memory.player.missing_energy(grid, one, (&wave.shape, wave.duration));
                 if missing > 0.0 {
                     missing_energies.push((*body, missing));
                 }

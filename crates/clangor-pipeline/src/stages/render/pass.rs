@@ -215,7 +215,7 @@ fn earliest_from(clicks: &[AccelerationPulse]) -> Vec<f64> {
     let mut earliest = vec![f64::INFINITY; clicks.len()];
     let mut least = f64::INFINITY;
     for (slot, click) in earliest.iter_mut().zip(clicks).rev() {
-        least = least.min(click.time + click.profile.extent(click.duration).0);
+        least = least.min(click.time + click.shape.extent(click.duration).0);
         *slot = least;
     }
     earliest

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use num_complex::Complex64;
 
 use super::{CHUNK, Pulse, ResonatorBank, dot};
-use crate::contact::ForceProfile;
-use crate::synthesis::modal::drive::{ForceSamples, pulse_at_pole};
+use crate::contact::ForceShape;
+use crate::synthesis::modal::drive::ForceSamples;
 
 impl ResonatorBank {
     /// Adds a force, limited to the band, that begins at `onset` \[samples\] and lasts `duration` \[s\];
@@ -15,9 +15,9 @@ impl ResonatorBank {
     ///
     /// The part before the next sample is not rendered: add the force in time, see
     /// [`first_sample`](Self::first_sample).
-    pub fn add_pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64, amplitudes: &[f64]) {
+    pub fn add_pulse(&mut self, shape: &ForceShape, onset: f64, duration: f64, amplitudes: &[f64]) {
         let mut force = ForceSamples::default();
-        let first = self.shaper.pulse(profile, onset, duration, &mut force);
+        let first = self.shaper.pulse(shape, onset, duration, &mut force);
         self.add_force(first, Arc::new(force), amplitudes);
     }
 
@@ -52,13 +52,13 @@ impl ResonatorBank {
 
     /// Adds the free ringing after a pulse that has ended by the next sample: no look-ahead, for real time.
     /// The response during the pulse is not rendered.
-    pub fn add_past_pulse(&mut self, profile: ForceProfile, onset: f64, duration: f64, amplitudes: &[f64]) {
+    pub fn add_past_pulse(&mut self, shape: &ForceShape, onset: f64, duration: f64, amplitudes: &[f64]) {
         let elapsed = (self.next as f64 - onset) / self.rate;
         for (i, voice) in self.voices.iter().enumerate() {
             let amplitude = amplitudes[voice.mode] * voice.gain;
             if amplitude != 0.0 {
                 let ring =
-                    amplitude * (voice.pole * elapsed).exp() * pulse_at_pole(profile, voice.pole, duration);
+                    amplitude * (voice.pole * elapsed).exp() * shape.at_pole(voice.pole, duration);
                 self.state.re[i] += ring.re;
                 self.state.im[i] += ring.im;
                 self.woken |= !self.awake[i / CHUNK];

@@ -31,12 +31,12 @@ impl ModalVoice<'_> {
                     return Err(bad("a point or an impulse", impulse.length()));
                 }
                 let onset = (time - self.settings.start) * rate;
-                let (duration, profile) = (pulse.duration, pulse.profile);
-                let first = ResonatorBank::first_sample(onset, duration, profile, self.settings.sample_rate);
+                let (duration, shape) = (pulse.duration, pulse.shape.clone());
+                let first = ResonatorBank::first_sample(onset, duration, &shape, self.settings.sample_rate);
                 if self.begun && first < self.bank.position() {
                     return Err(SynthesisError::Late { body: self.body, time });
                 }
-                self.forces.push(Force { first, onset, duration, profile, points });
+                self.forces.push(Force { first, onset, duration, shape, points });
             }
         }
         self.forces.sort_by_key(|force| Reverse(force.first));

@@ -70,7 +70,12 @@ fn bank(modes: usize, receivers: usize, moving: bool, impacts: bool) -> f64 {
                 (0..receivers).for_each(|path| bank.set_transfers(path, &transfers[block % 2]));
             }
             if impacts && block % 5 < 2 {
-                bank.add_pulse(&ForceProfile::HalfSine.into(), bank.position() as f64 + 100.5, 50e-6, &amplitudes);
+                bank.add_pulse(
+                    &ForceProfile::HalfSine.into(),
+                    bank.position() as f64 + 100.5,
+                    50e-6,
+                    &amplitudes,
+                );
             }
             block += 1;
             bank.render(192, &mut outputs);

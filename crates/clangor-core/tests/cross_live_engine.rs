@@ -62,6 +62,7 @@ fn settings() -> EngineSettings {
             ..Acoustics::default()
         },
         block: BLOCK,
+        profile: ForceProfile::HalfSine,
         ..EngineSettings::default()
     }
 }
@@ -159,7 +160,7 @@ impl Scenario<'_> {
                 body: BodyId(0),
                 time: impact.time + self.latency,
                 duration: impact.duration,
-                shape: ForceProfile::Hertz.into(),
+                shape: ForceProfile::HalfSine.into(),
                 centre: impact.pose.position,
                 orientation: DQuat::IDENTITY,
                 velocity_change: impact.velocity_change,

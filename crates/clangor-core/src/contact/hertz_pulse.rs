@@ -55,18 +55,18 @@ const LEGENDRE: [f64; 14] = [
 ];
 
 /// c_j: the series of s^{3/2} in Θ^{5/2}, over Θ^{3/2}.
-const ENDS: [f64; 6] = [
-    1.0,
-    -3.0 / 14.0,
-    33.0 / 1568.0,
-    -65.0 / 46_648.0,
-    67_545.0 / 919_525_376.0,
-    -2_659.0 / 804_584_704.0,
-];
+const ENDS: [f64; 6] =
+    [1.0, -3.0 / 14.0, 33.0 / 1568.0, -65.0 / 46_648.0, 67_545.0 / 919_525_376.0, -2_659.0 / 804_584_704.0];
 
 /// Γ(5/2), Γ(5), …
-const GAMMAS: [f64; 6] =
-    [1.329_340_388_179_137, 24.0, 1_871.254_305_797_788_5, 362_880.0, 136_843_383.354_454_7, 87_178_291_200.0];
+const GAMMAS: [f64; 6] = [
+    1.329_340_388_179_137,
+    24.0,
+    1_871.254_305_797_788_5,
+    362_880.0,
+    136_843_383.354_454_7,
+    87_178_291_200.0,
+];
 
 /// x from which the series of the ends is used.
 const FAR: f64 = 15.0;
@@ -251,8 +251,9 @@ mod tests {
                     assert!((at(x) - turned).norm() < 2e-9, "{x}: {} {turned}", at(x));
                 }
             }
-            let step = (at_pole(Complex64::new(damping, 29.9999)) - at_pole(Complex64::new(damping, 30.0001)))
-                .norm();
+            let step = (at_pole(Complex64::new(damping, 29.9999))
+                - at_pole(Complex64::new(damping, 30.0001)))
+            .norm();
             assert!(step < 1e-5, "{damping}: {step:e}");
         }
     }

@@ -71,9 +71,10 @@ impl HistorySpectra {
 
     #[inline(always)]
     fn of(&mut self, history: &Arc<ForceHistory>, duration: f64, grid: &Grid) -> (&[f64], &[f64]) {
-        let found = self.kept.iter().position(|kept| {
-            kept.as_ref().is_some_and(|kept| kept.is_of(history, grid, duration))
-        });
+        let found = self
+            .kept
+            .iter()
+            .position(|kept| kept.as_ref().is_some_and(|kept| kept.is_of(history, grid, duration)));
         let at = found.unwrap_or_else(|| {
             let at = self.oldest;
             self.oldest = (at + 1) % KEPT;

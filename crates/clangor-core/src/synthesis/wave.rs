@@ -5,9 +5,9 @@ use pulp::Simd;
 
 use super::field_spectrum::{FieldPlayer, FieldTransfer};
 use super::ground::spectrum::GroundTransfer;
+use super::history_spectra::HistorySpectra;
 use super::spectrum::{Grid, Spectrum};
 use super::{ground, sphere_spectrum};
-use super::history_spectra::HistorySpectra;
 use crate::contact::ForceShape;
 use crate::reference::SlabTransfer;
 use crate::sound_model::acceleration::sphere_radiation::SphereTransfer;

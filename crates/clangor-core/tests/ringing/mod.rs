@@ -82,7 +82,7 @@ pub(crate) fn impact(onset: f64, duration: f64, pose: Pose) -> ImpactPulse {
         time: onset,
         onset,
         duration,
-        shape: ForceProfile::Hertz.into(),
+        shape: ForceProfile::HalfSine.into(),
         speed: 1.0,
         effective_mass: 1.0,
         radius: 1.0,

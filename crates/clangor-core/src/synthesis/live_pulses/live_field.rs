@@ -11,10 +11,10 @@ use crate::synthesis::acceleration_pulse::AccelerationPulse;
 use crate::synthesis::field_interpolation::Interpolation;
 use crate::synthesis::field_source::FieldSource;
 use crate::synthesis::field_spectrum::{FieldPlayer, FieldTransfer};
+use crate::synthesis::history_spectra::HistorySpectra;
 use crate::synthesis::render_settings::RenderSettings;
 use crate::synthesis::source::SoundSource;
 use crate::synthesis::spectrum::Spectrum;
-use crate::synthesis::history_spectra::HistorySpectra;
 use crate::synthesis::wave::{Transfer, WaveMemory};
 
 /// See the module.

@@ -57,8 +57,7 @@ impl ResonatorBank {
         for (i, voice) in self.voices.iter().enumerate() {
             let amplitude = amplitudes[voice.mode] * voice.gain;
             if amplitude != 0.0 {
-                let ring =
-                    amplitude * (voice.pole * elapsed).exp() * shape.at_pole(voice.pole, duration);
+                let ring = amplitude * (voice.pole * elapsed).exp() * shape.at_pole(voice.pole, duration);
                 self.state.re[i] += ring.re;
                 self.state.im[i] += ring.im;
                 self.woken |= !self.awake[i / CHUNK];

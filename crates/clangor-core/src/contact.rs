@@ -11,6 +11,7 @@
 //! Weaker contact forces form a force stream ([`force_stream`](mod@force_stream)).
 
 pub mod chain_onset;
+pub mod compliant;
 mod contact_error;
 pub mod contact_forces;
 pub mod contact_side;

@@ -31,7 +31,7 @@ fn impact(body: &str, radius: f64, ground: &str) -> (AccelerationPulse, Accelera
     let speed = (2.0 * 9.81 * 0.5f64).sqrt();
     let duration = HertzContact {
         inverse_mass: 1.0 / mass,
-        curvature: 1.0 / radius,
+        relative_radii: [radius; 2],
         compliance: body.contact_compliance() + floor.contact_compliance(),
         speed,
     }

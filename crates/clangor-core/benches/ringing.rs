@@ -18,7 +18,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId, Motion, Surface};
-use clangor_core::contact::{BodyPulse, ForceProfile, ImpactPulse, PoseHistory};
+use clangor_core::contact::{BodyPulse, ForceProfile, HertzRange, ImpactPulse, PoseHistory};
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
@@ -158,6 +158,7 @@ fn voice() -> f64 {
                 speed: 1.0,
                 effective_mass: 1.0,
                 radius: 1.0,
+                range: HertzRange::Within,
                 point: DVec3::ZERO,
                 normal: DVec3::Y,
                 velocity_before: None,

@@ -11,10 +11,12 @@ use crate::geometry::convex::ConvexPart;
 use crate::geometry::curvature::mean_curvature;
 use crate::geometry::hull::extreme_hull;
 use crate::geometry::mass_properties::MassProperties;
+use crate::geometry::principal_curvature::Curvature;
 pub use crate::geometry::solid::MeshError;
 use crate::geometry::solid::check_solid;
 use crate::geometry::surface_tree::SurfaceTree;
 use crate::geometry::tri_mesh::TriMesh;
+use crate::geometry::vertex_curvature::principal_curvatures;
 use crate::material::Material;
 use crate::pose::{Pose, Track};
 
@@ -54,6 +56,8 @@ pub struct MeshSurface {
     pub mesh: TriMesh,
     /// Mean curvature H = (κ₁+κ₂)/2 at each vertex [1/m], positive where convex: a sphere has 1/R.
     pub mean_curvature: Vec<f64>,
+    /// Principal curvatures at each vertex, whose mean is not exactly `mean_curvature`.
+    pub curvature: Vec<Curvature>,
     /// Convex parts whose union collides.
     pub parts: Vec<ConvexPart>,
     /// Volume \[m³\].
@@ -74,20 +78,29 @@ impl MeshSurface {
         let parts = parts.iter().map(|p| p.relative_to(mass.centre_of_mass)).collect();
         let tree = SurfaceTree::new(&mesh);
         let mean_curvature = mean_curvature(&mesh);
-        Ok((MeshSurface { mesh, mean_curvature, parts, volume: mass.volume, tree }, mass))
+        let curvature = principal_curvatures(&mesh);
+        Ok((MeshSurface { mesh, mean_curvature, curvature, parts, volume: mass.volume, tree }, mass))
     }
 
-    /// A surface as a timeline stores it: centred, with one curvature [1/m] per vertex and the volume \[m³\],
-    /// and without the parts that only collisions need.
+    /// A surface as a timeline stores it: centred, with the mean curvature [1/m] per vertex, which holds in
+    /// all directions, and the volume \[m³\], and without the parts that only collisions need.
     pub fn restored(mesh: TriMesh, mean_curvature: Vec<f64>, volume: f64) -> Self {
         let tree = SurfaceTree::new(&mesh);
-        MeshSurface { mesh, mean_curvature, parts: Vec::new(), volume, tree }
+        let curvature = mean_curvature.iter().map(|h| Curvature::isotropic(*h)).collect();
+        MeshSurface { mesh, mean_curvature, curvature, parts: Vec::new(), volume, tree }
+    }
+
+    /// The same surface with other principal curvatures, one for each vertex.
+    #[must_use]
+    pub fn with_curvature(self, curvature: Vec<Curvature>) -> Self {
+        MeshSurface { curvature, ..self }
     }
 
     /// The same surface with all lengths multiplied by `factor`.
     pub fn scaled(mut self, factor: f64) -> Self {
         self.mesh.vertices.iter_mut().for_each(|v| *v *= factor);
         self.mean_curvature.iter_mut().for_each(|h| *h /= factor);
+        self.curvature.iter_mut().for_each(|c| *c = c.scaled(factor));
         self.parts = self.parts.iter().map(|p| p.scaled(factor)).collect();
         self.volume *= factor.powi(3);
         self.tree = SurfaceTree::new(&self.mesh);
@@ -101,6 +114,18 @@ impl MeshSurface {
             let corners = self.mesh.triangles[nearest.triangle];
             (0..3).map(|k| nearest.weights[k] * self.mean_curvature[corners[k] as usize]).sum()
         })
+    }
+
+    /// Principal curvatures at the point of the surface nearest to `point_body`: the tensors of the vertices,
+    /// interpolated.
+    pub fn curvature_at(&self, point_body: DVec3) -> Curvature {
+        let Some(nearest) = self.tree.nearest(&self.mesh, point_body) else { return Curvature::FLAT };
+        let normal = self.tree.smooth_normal(&self.mesh, &nearest);
+        let corners = self.mesh.triangles[nearest.triangle];
+        let tensor = (0..3).fold(DMat3::ZERO, |sum, k| {
+            sum + nearest.weights[k] * self.curvature[corners[k] as usize].tensor(normal)
+        });
+        Curvature::of_tensor(tensor, normal)
     }
 
     /// Outward unit normal at the point of the surface nearest to `point_body`; `None` for an open surface.
@@ -146,6 +171,15 @@ impl Surface {
             Surface::Sphere { .. } => point_body.try_normalize(),
             Surface::HalfSpace => Some(DVec3::Y),
             Surface::Mesh(surface) => surface.normal_at(point_body),
+        }
+    }
+
+    /// Principal curvatures at the point of the surface nearest to `point_body` \[m, body frame\].
+    pub fn curvature_at(&self, point_body: DVec3) -> Curvature {
+        match self {
+            Surface::Sphere { radius } => Curvature::isotropic(radius.recip()),
+            Surface::HalfSpace => Curvature::FLAT,
+            Surface::Mesh(surface) => surface.curvature_at(point_body),
         }
     }
 

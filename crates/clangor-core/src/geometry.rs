@@ -3,8 +3,9 @@
 //! * [`tri_mesh`]: triangles; [`topology`]: which triangles share an edge; [`refine`]: smaller triangles;
 //! * [`solid`]: whether a mesh bounds a solid, and what is wrong with it if not;
 //! * [`mass_properties`], [`principal_axes`]: volume, centre of mass, inertia;
-//! * [`curvature`]: mean curvature, which sets the contact time; [`surface_tree`]: nearest point, inside or
-//!   outside;
+//! * [`principal_curvature`], which sets the contact time; [`vertex_curvature`]: the same on a mesh;
+//! * [`curvature`]: mean curvature and normals at vertices;
+//! * [`surface_tree`]: nearest point, inside or outside;
 //! * [`meridian`]: the exact section of a body of revolution; [`turning`]: its surface from rings;
 //! * [`convex`], [`hull`], [`parts_fit`]: convex parts, which collide, and how close they are to the surface.
 
@@ -17,6 +18,7 @@ pub mod meridian;
 mod mesh_error;
 pub mod parts_fit;
 pub mod principal_axes;
+pub mod principal_curvature;
 pub mod refine;
 mod self_intersection;
 pub mod solid;
@@ -24,3 +26,4 @@ pub mod surface_tree;
 pub mod topology;
 pub mod tri_mesh;
 pub mod turning;
+pub mod vertex_curvature;

@@ -2,6 +2,7 @@
 
 pub(crate) mod bessel;
 pub(crate) mod complex_root;
+pub(crate) mod elliptic;
 pub(crate) mod hankel;
 pub mod radial;
 pub mod random;

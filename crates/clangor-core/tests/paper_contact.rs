@@ -34,6 +34,6 @@ fn duration_on_rigid_plane(body: Body, speed: f64) -> f64 {
 fn ball_bearing_pulse_time_scale_of_pan_table_1() {
     let ball = pan_steel_ball(0.0075, DVec3::Y * 0.0075);
     let h = duration_on_rigid_plane(ball, 5.0) / 5.0;
-    // [PAN] Table 1 prints 7.3264 µs; seen: 7.339 µs.
+    // [PAN] Table 1 prints 7.3264 µs; seen: 7.335 µs.
     assert!((h - 7.34e-6).abs() < 0.01e-6, "{h:e}");
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId, Life, Link, MeshSurface, Motion, SpringEnd, Surface, World};
+use clangor_core::geometry::principal_curvature::Curvature;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::material::{Damping, Material};
 use clangor_core::medium::Medium;
@@ -37,7 +38,12 @@ fn material(damping: Damping) -> Material {
 fn tetrahedron() -> MeshSurface {
     let vertices = vec![DVec3::X * 0.1, DVec3::Y / 3.0, DVec3::Z, DVec3::splat(-1e-3)];
     let mesh = TriMesh { vertices, triangles: vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]] };
+    let curvature = |i: u32| Curvature {
+        principal: [f64::from(i) / 3.0, -1.0 / 7.0],
+        direction: DVec3::new(0.1, f64::from(i), -0.3).normalize(),
+    };
     MeshSurface::restored(mesh, vec![0.1, -2.0, 1.0 / 7.0, 4.0], 0.1 + 0.7)
+        .with_curvature((0..4).map(curvature).collect())
 }
 
 fn header() -> TimelineHeader {
@@ -546,6 +552,51 @@ fn tampered_description_is_refused_by_field() {
     let error = read(&path).unwrap_err();
     let expected = RowProblem::Body { column: "body", body: 1, bodies: 1 };
     assert!(matches!(&error, TimelineError::Row { row: 0, problem, .. } if *problem == expected), "{error}");
+}
+
+/// Gives the only surface of a timeline other vertex properties: the names, and how many doubles after the
+/// position each vertex keeps.
+fn with_vertex_properties(path: &Path, names: &[&str]) {
+    let file = fs::read_dir(path.join("meshes")).unwrap().next().unwrap().unwrap().path();
+    let bytes = fs::read(&file).unwrap();
+    let end = b"end_header\n";
+    let start = bytes.windows(end.len()).position(|window| window == end).unwrap() + end.len();
+    let header = String::from_utf8(bytes[..start].to_vec()).unwrap();
+    let drop = |line: &&str| {
+        let name = line.strip_prefix("property double ").unwrap_or_default();
+        !(name.starts_with("curvature") || name.starts_with("direction")) || names.contains(&name)
+    };
+    let header: Vec<&str> = header.lines().filter(drop).collect();
+    let mut changed = (header.join("\n") + "\n").into_bytes();
+    // Four vertices of nine doubles; the properties in question come last.
+    for vertex in bytes[start..start + 4 * 72].chunks(72) {
+        changed.extend_from_slice(&vertex[..32 + 8 * names.len()]);
+    }
+    changed.extend_from_slice(&bytes[start + 4 * 72..]);
+    let former = file.file_stem().unwrap().to_str().unwrap().to_owned();
+    let hash = format!("{:032x}", twox_hash::XxHash3_128::oneshot(&changed));
+    fs::write(path.join("meshes").join(format!("{hash}.ply")), changed).unwrap();
+    let description = path.join("timeline.json");
+    let text = fs::read_to_string(&description).unwrap();
+    assert!(text.contains(&former));
+    fs::write(&description, text.replace(&former, &hash)).unwrap();
+}
+
+#[test]
+fn surfaces_without_principal_curvatures_have_the_mean_in_all_directions() {
+    let (_folder, path, _) = example();
+    with_vertex_properties(&path, &[]);
+    let reader = TimelineReader::open(&path).unwrap();
+    let Surface::Mesh(surface) = &*reader.header().world.bodies[0].surface else { panic!("a mesh") };
+    assert_eq!(surface.mesh, tetrahedron().mesh);
+    assert_eq!(surface.mean_curvature, tetrahedron().mean_curvature);
+    let wanted: Vec<Curvature> = surface.mean_curvature.iter().map(|h| Curvature::isotropic(*h)).collect();
+    assert_eq!(surface.curvature, wanted);
+    // Some of the properties are a mistake.
+    let (_folder, path, _) = example();
+    with_vertex_properties(&path, &["curvature_1", "curvature_2", "direction_x"]);
+    let error = read(&path).unwrap_err();
+    assert!(error.to_string().contains("but not all"), "{error}");
 }
 
 #[test]

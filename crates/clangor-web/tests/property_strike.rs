@@ -85,7 +85,7 @@ fn a_ball_is_hit_by_the_formulas_of_newton_and_hertz() {
         let compliance = |m: &Material| (1.0 - m.poisson_ratio.powi(2)) / m.youngs_modulus;
         let hertz = HertzContact {
             inverse_mass: 1.0 / effective,
-            curvature: 1.0 / SIZE + 1.0 / radius,
+            relative_radii: [1.0 / (1.0 / SIZE + 1.0 / radius); 2],
             compliance: compliance(&a) + compliance(&b),
             speed,
         };

@@ -228,8 +228,13 @@ struct Side<'a> {
 
 impl<'a> Side<'a> {
     /// The body with this number in the contact, with its centre of mass at `centre` [m, world], touched at a
-    /// point [m, world].
-    fn touched_at(id: BodyId, body: ContactBody<'a>, centre: DVec3, point: DVec3) -> Self {
+    /// point [m, world] along a unit normal.
+    fn touched_at(
+        id: BodyId,
+        body: ContactBody<'a>,
+        centre: DVec3,
+        [point, normal]: [DVec3; 2],
+    ) -> Self {
         let (sounding, ground, _, rotation, _, inertia) = body;
         let inverse_mass = inverse_mass(&body);
         let pose = Pose { position: centre, orientation: orientation_of(rotation) };
@@ -250,7 +255,7 @@ impl<'a> Side<'a> {
             Some(Sounding { surface, edge_radius, .. }) => {
                 let bounding_radius = surface.bounding_radius();
                 ContactSide { edge_radius: *edge_radius, bounding_radius, ..flat }
-                    .touched_at(surface, std::iter::once((point, 1.0)))
+                    .touched_at(surface, normal, std::iter::once((point, 1.0)))
             }
         };
         Side { sounding, contact }
@@ -320,7 +325,7 @@ fn send_impacts(
         let Touch { point, centres: [first, second] } = Touch::new(weighted, ways);
         // A is the second body: its normal points from the first one to it.
         let sides = [(BodyId(0), two, second), (BodyId(1), one, first)]
-            .map(|(id, body, centre)| Side::touched_at(id, body, centre, point));
+            .map(|(id, body, centre)| Side::touched_at(id, body, centre, [point, normal]));
         let [a, b] = &sides;
         let impact =
             Impact::with_restitution([a.contact, b.contact], point, normal, f64::from(approach), restitution);

@@ -81,7 +81,7 @@ fn offline(ear: Vec3, fall: f64, centre: Vec3) -> f64 {
     let mass = 7850.0 * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     let contact = HertzContact {
         inverse_mass: 1.0 / mass,
-        curvature: 1.0 / radius,
+        relative_radii: [radius; 2],
         compliance: steel.contact_compliance() + granite.contact_compliance(),
         speed,
     };

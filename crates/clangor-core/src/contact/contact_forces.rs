@@ -49,7 +49,7 @@ pub fn contact_forces(
     settings: &ForceSettings,
 ) -> Result<ImpactPulse, ContactError> {
     // Duration by Hertz from effective mass, curvature, compliance and speed.
-    let contact = impact.hertz();
+    let (contact, range) = impact.hertz();
     let duration = contact.duration();
     if !(duration > 0.0 && duration.is_finite()) {
         let body = impact.sides[0].body.0;
@@ -68,7 +68,8 @@ pub fn contact_forces(
         shape: settings.profile.into(),
         speed: impact.speed,
         effective_mass: 1.0 / contact.inverse_mass,
-        radius: 1.0 / contact.curvature,
+        radius: (contact.relative_radii[0] * contact.relative_radii[1]).sqrt(),
+        range,
         point: impact.point,
         normal: impact.normal,
         velocity_before: None,

@@ -10,8 +10,8 @@
 
 use glam::{DMat3, DVec3};
 
-use super::local_curvature::mean_curvature;
 use crate::body::{Body, BodyId, Motion, Surface};
+use crate::geometry::principal_curvature::Curvature;
 use crate::material::Material;
 use crate::pose::Pose;
 
@@ -30,9 +30,10 @@ pub struct ContactSide {
     pub compliance: f64,
     /// Speed of Rayleigh waves in its material [m/s].
     pub rayleigh_speed: f64,
-    /// Mean curvature of its surface at the contact [1/m]; 0 for a plane, negative where hollow.
-    pub curvature: f64,
-    /// Lower bound of the radius of that curvature \[m\]; 0 for none.
+    /// Curvature tensor of its surface at the contact, in the tangent plane and in the axes of the world [1/m]:
+    /// 0 for a plane, negative where hollow.
+    pub curvature: DMat3,
+    /// Lower bound of both principal radii of that curvature \[m\]; 0 for none.
     pub edge_radius: f64,
     /// Bounding radius \[m\]; infinite for a half-space.
     pub bounding_radius: f64,
@@ -47,7 +48,7 @@ impl ContactSide {
         inverse_inertia: DMat3::ZERO,
         compliance: 0.0,
         rayleigh_speed: f64::INFINITY,
-        curvature: 0.0,
+        curvature: DMat3::ZERO,
         edge_radius: 0.0,
         bounding_radius: f64::INFINITY,
     };
@@ -63,20 +64,27 @@ impl ContactSide {
             inverse_inertia: if inverse_mass > 0.0 { body.inertia.inverse() } else { DMat3::ZERO },
             compliance: body.material.contact_compliance(),
             rayleigh_speed: rayleigh_speed(&body.material),
-            curvature: 0.0,
+            curvature: DMat3::ZERO,
             edge_radius: body.edge_radius,
             bounding_radius: body.surface.bounding_radius(),
         }
     }
 
-    /// The same side with the curvature of `surface` at contact points [m, world]: their mean with these
-    /// weights, which sum to 1.
+    /// The same side with the curvature of `surface` at contact points [m, world]: the mean of the tensors
+    /// with these weights, which sum to 1. `normal` is the unit normal of the contact \[world\], either way.
     #[must_use]
-    pub fn touched_at(self, surface: &Surface, points: impl Iterator<Item = (DVec3, f64)>) -> Self {
-        let curvature = |(point, weight): (DVec3, f64)| {
-            weight * mean_curvature(surface, self.pose.body_from_world(point))
-        };
-        ContactSide { curvature: points.map(curvature).sum(), ..self }
+    pub fn touched_at(
+        self,
+        surface: &Surface,
+        normal: DVec3,
+        points: impl Iterator<Item = (DVec3, f64)>,
+    ) -> Self {
+        let curvature = points.fold(DMat3::ZERO, |sum, (point, weight)| {
+            let local = surface.curvature_at(self.pose.body_from_world(point));
+            let direction = self.pose.orientation * local.direction;
+            sum + weight * Curvature { direction, ..local }.tensor(normal)
+        });
+        ContactSide { curvature, ..self }
     }
 
     /// Whether contacts move it.

@@ -21,7 +21,7 @@ use super::contact_side::ContactSide;
 use super::impact::ContactPoint;
 use super::modal_energy::bound_modal_energy;
 use super::row_checks::check_row;
-use super::{BodyPulse, ContactError, ImpactPulse, StruckBodies};
+use super::{BodyPulse, ContactError, HertzRange, ImpactPulse, StruckBodies};
 use crate::body::BodyId;
 use crate::timeline::{ContactKind, ContactRow, FractureRow};
 
@@ -95,6 +95,7 @@ fn pulse(
         speed: (shares.iter().map(twice_energy).sum::<f64>() * inverse_mass).sqrt(),
         effective_mass: inverse_mass.recip(),
         radius: f64::INFINITY,
+        range: HertzRange::Within,
         point,
         normal,
         velocity_before: None,

@@ -4,7 +4,8 @@
 use glam::DVec3;
 
 use super::contact_side::ContactSide;
-use super::hertz::{HertzContact, combined_curvature};
+use super::hertz::{HertzContact, HertzRange};
+use super::relative_curvature::RelativeCurvature;
 
 /// An impact between two bodies A and B, before its forces are known.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,19 +59,17 @@ impl Impact {
         Impact { time, ..self }
     }
 
-    /// The contact for Hertz's formula.
-    pub(super) fn hertz(&self) -> HertzContact {
-        let [a, b] = &self.sides;
-        HertzContact {
+    /// The contact for Hertz's formulas, and whether they cover it.
+    pub fn hertz(&self) -> (HertzContact, HertzRange) {
+        let RelativeCurvature { radii, range } = RelativeCurvature::between(&self.sides, self.normal);
+        let contact = HertzContact {
             inverse_mass: inverse_effective_mass(&self.sides, self.point, self.normal),
-            curvature: combined_curvature(
-                [a.curvature, b.curvature],
-                [a.edge_radius, b.edge_radius],
-                a.bounding_radius.min(b.bounding_radius),
-            ),
-            compliance: a.compliance + b.compliance,
+            relative_radii: radii,
+            compliance: self.sides[0].compliance + self.sides[1].compliance,
             speed: self.speed,
-        }
+        };
+        let deep = range == HertzRange::Within && contact.is_deep();
+        (contact, if deep { HertzRange::Deep } else { range })
     }
 }
 

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::contact_side::ContactSide;
 use super::force_shape::ForceShape;
+use super::hertz::HertzRange;
 use super::impact::ContactPoint;
 use crate::body::BodyId;
 use crate::pose::Pose;
@@ -25,8 +26,10 @@ pub struct ImpactPulse {
     pub speed: f64,
     /// Effective mass m \[kg\].
     pub effective_mass: f64,
-    /// Combined radius r \[m\].
+    /// Geometric mean R_e of the principal relative radii \[m\]; infinite for the release of a crack.
     pub radius: f64,
+    /// Whether Hertz's theory covers the contact.
+    pub range: HertzRange,
     /// Mean point [m, world].
     pub point: DVec3,
     /// Mean unit normal, from B to A.

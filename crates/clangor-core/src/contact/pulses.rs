@@ -18,6 +18,7 @@ use super::ContactError;
 use super::chain_onset::delay_chains;
 use super::contact_forces::{ForceSettings, contact_forces};
 use super::contact_side::{ContactSide, inverse_mass};
+use super::hertz::HertzRange;
 use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::ImpactPulse;
 use super::modal_energy::{ModesOf, no_modes};
@@ -54,6 +55,8 @@ pub struct ContactReport {
     pub without_impulse: u64,
     /// Impacts between bodies that cannot move.
     pub immovable: u64,
+    /// Pulses whose contact Hertz's theory does not cover ([`HertzRange`]).
+    pub beyond_hertz: u64,
     /// Pulses whose onset a chain delayed.
     pub delayed: u64,
     /// The counts for each body.
@@ -154,6 +157,7 @@ pub fn impact_pulses_on(
     }
     pulses.sort_by(|a, b| a.time.total_cmp(&b.time));
     report.pulses = pulses.len() as u64;
+    report.beyond_hertz = pulses.iter().filter(|pulse| pulse.range != HertzRange::Within).count() as u64;
     if settings.chain_onset {
         report.delayed = delay_chains(&mut pulses);
     }
@@ -235,7 +239,11 @@ fn pulse(
     let side = |i: usize| match pair[i] {
         Some(body) => {
             let weighted = rows.iter().map(|r| (r.point, r.impulse_n / total));
-            ContactSide::of_body(ids[i], body, poses.at(ids[i], time)).touched_at(&body.surface, weighted)
+            ContactSide::of_body(ids[i], body, poses.at(ids[i], time)).touched_at(
+                &body.surface,
+                normal,
+                weighted,
+            )
         }
         None => ContactSide::SURROUNDINGS,
     };

@@ -211,6 +211,15 @@ impl SurfaceTree {
         })
     }
 
+    /// The unit normal at a point of the surface, linear between those of the vertices; that of the triangle
+    /// where they cancel.
+    pub fn smooth_normal(&self, mesh: &TriMesh, nearest: &NearestPoint) -> DVec3 {
+        let corners = mesh.triangles[nearest.triangle];
+        let sum: DVec3 = (0..3).map(|k| nearest.weights[k] * self.vertex_normals[corners[k] as usize]).sum();
+        let face = || mesh.area_vector(nearest.triangle).normalize_or(DVec3::Y);
+        sum.try_normalize().unwrap_or_else(face)
+    }
+
     /// The outward unit normal at the point of the surface nearest to `point`; `None` without triangles or
     /// where the surface is open.
     pub fn outward_normal(&self, mesh: &TriMesh, point: DVec3) -> Option<DVec3> {

@@ -17,7 +17,7 @@ use super::render_settings::RenderSettings;
 use super::source::SoundSource;
 pub use super::strike_error::StrikeError;
 pub use super::striker::Striker;
-use super::striker::{STRUCK, positive, struck_side};
+use super::striker::{STRUCK, once, positive, struck_side};
 use crate::acoustics::Acoustics;
 use crate::body::{Body, Motion};
 use crate::contact::{
@@ -121,12 +121,14 @@ fn forces_of_impulse(
     if let Some(duration) = duration.filter(|duration| !positive(*duration)) {
         return Err(StrikeError::Duration { duration });
     }
+    let normal = normal.unwrap_or(DVec3::Y);
+    let struck = struck.touched_at(&body.surface, normal, once(strike.point));
     let impact = Impact {
         impact_id: 0,
         time: 0.0,
         sides: [struck, ContactSide::SURROUNDINGS],
         point: strike.point,
-        normal: normal.unwrap_or(DVec3::Y),
+        normal,
         speed: DEFAULT_SPEED,
         points: vec![ContactPoint { place: strike.point, impulse, couple: DVec3::ZERO }],
     };

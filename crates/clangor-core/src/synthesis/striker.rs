@@ -75,7 +75,8 @@ impl Striker {
         // The ball touches the body at the point.
         let ball = Body::sphere("striker", self.material.clone(), self.radius);
         let pose = Pose::at(point + self.radius * outward);
-        let side = ContactSide::of_body(STRIKER, &ball, pose).touched_at(&ball.surface, once(point));
+        let side = ContactSide::of_body(STRIKER, &ball, pose).touched_at(&ball.surface, outward, once(point));
+        let struck = struck.touched_at(&body.surface, outward, once(point));
         let restitution = PairCoefficients::of(&body.material, &self.material).restitution;
         let impact = Impact::with_restitution([struck, side], point, -outward, self.speed, restitution);
         let modes_of = |id: BodyId, points: &[(DVec3, DVec3)]| {
@@ -85,7 +86,7 @@ impl Striker {
     }
 }
 
-/// A body that is struck at a point [m, world].
+/// A body that is struck at a point [m, world], still flat there.
 ///
 /// # Errors
 /// A body without mass or volume, a point off its surface.
@@ -107,11 +108,11 @@ pub(super) fn struck_side(body: &Body, point: DVec3) -> Result<ContactSide, Stri
     if distance > POINT_TOLERANCE * bounding {
         return Err(StrikeError::OffSurface { point, distance, bounding });
     }
-    Ok(ContactSide::of_body(STRUCK, body, body.pose).touched_at(&body.surface, once(point)))
+    Ok(ContactSide::of_body(STRUCK, body, body.pose))
 }
 
 /// A contact at one point.
-fn once(point: DVec3) -> impl Iterator<Item = (DVec3, f64)> {
+pub(super) fn once(point: DVec3) -> impl Iterator<Item = (DVec3, f64)> {
     std::iter::once((point, 1.0))
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId, Motion, Surface};
-use clangor_core::contact::{BodyPulse, ForceProfile, ImpactPulse, PoseHistory};
+use clangor_core::contact::{BodyPulse, ForceProfile, HertzRange, ImpactPulse, PoseHistory};
 use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::material::{Damping, presets};
 use clangor_core::medium::Medium;
@@ -86,6 +86,7 @@ pub(crate) fn impact(onset: f64, duration: f64, pose: Pose) -> ImpactPulse {
         speed: 1.0,
         effective_mass: 1.0,
         radius: 1.0,
+        range: HertzRange::Within,
         point: DVec3::ZERO,
         normal: DVec3::Z,
         velocity_before: None,

@@ -176,7 +176,7 @@ pub fn read_mesh(path: &Path) -> Result<TriMesh, MeshFileError> {
     let bytes = fs::read(path).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
     let mesh = match extension.as_str() {
         "obj" => obj::parse(&bytes),
-        "ply" => ply::parse(&bytes, None).map(|ply| ply.mesh),
+        "ply" => ply::parse(&bytes, &[]).map(|ply| ply.mesh),
         "stl" => stl::parse(&bytes),
         _ => gltf::parse(&bytes, path.parent().unwrap_or(Path::new("."))),
     };

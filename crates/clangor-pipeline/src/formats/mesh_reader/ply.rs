@@ -11,8 +11,9 @@ use super::{Located, MeshFault, excerpt, push_fan};
 #[derive(Debug, Default)]
 pub(crate) struct PlyMesh {
     pub(crate) mesh: TriMesh,
-    /// The extra property that was asked for, one value per vertex; empty if the file has none of this name.
-    pub(crate) extra: Vec<f64>,
+    /// The extra properties that were asked for, each with one value per vertex; empty if the file has none of
+    /// this name.
+    pub(crate) extra: Vec<Vec<f64>>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -72,11 +73,11 @@ struct Element {
     properties: Vec<Property>,
 }
 
-/// Reads vertices and faces; `extra` names one more property of the vertices.
-pub(crate) fn parse(bytes: &[u8], extra: Option<&str>) -> Result<PlyMesh, Located> {
+/// Reads vertices and faces; `extra` names more properties of the vertices.
+pub(crate) fn parse(bytes: &[u8], extra: &[&str]) -> Result<PlyMesh, Located> {
     let (encoding, elements, start) = parse_header(bytes)?;
     let mut values = Values { bytes, at: start, encoding };
-    let mut ply = PlyMesh::default();
+    let mut ply = PlyMesh { extra: vec![Vec::new(); extra.len()], ..PlyMesh::default() };
     let mut faces: Vec<Vec<f64>> = Vec::new();
     for element in &elements {
         match element.name.as_str() {
@@ -104,7 +105,7 @@ pub(crate) fn parse(bytes: &[u8], extra: Option<&str>) -> Result<PlyMesh, Locate
 fn read_vertices(
     values: &mut Values<'_>,
     element: &Element,
-    extra: Option<&str>,
+    extra: &[&str],
     ply: &mut PlyMesh,
 ) -> Result<(), Located> {
     let axis = |name: &str| element.properties.iter().position(|p| p.name == name && p.count.is_none());
@@ -113,7 +114,7 @@ fn read_vertices(
             reason: "element vertex lacks the properties x, y and z",
         }));
     };
-    let extra = extra.and_then(axis);
+    let extra: Vec<Option<usize>> = extra.iter().map(|name| axis(name)).collect();
     let mut row = vec![0.0; element.properties.len()];
     for index in 0..element.count {
         let located = |fault| Located::at_element("vertex", index, fault);
@@ -125,8 +126,8 @@ fn read_vertices(
             return Err(located(MeshFault::NotFinite));
         }
         ply.mesh.vertices.push(vertex);
-        if let Some(extra) = extra {
-            ply.extra.push(row[extra]);
+        for (values, place) in ply.extra.iter_mut().zip(&extra) {
+            values.extend(place.map(|place| row[place]));
         }
     }
     Ok(())
@@ -279,18 +280,25 @@ impl Values<'_> {
     }
 }
 
-/// A binary PLY file of a mesh whose vertices carry one more property.
-pub(crate) fn to_bytes(mesh: &TriMesh, name: &str, extra: &[f64], comment: &str) -> Vec<u8> {
+/// A binary PLY file of a mesh whose vertices carry more properties: their names, and their values at each
+/// vertex.
+pub(crate) fn to_bytes<const N: usize>(
+    mesh: &TriMesh,
+    names: [&str; N],
+    extra: &[[f64; N]],
+    comment: &str,
+) -> Vec<u8> {
+    let properties: String = names.iter().map(|name| format!("property double {name}\n")).collect();
     let mut out = format!(
         "ply\nformat binary_little_endian 1.0\ncomment {comment}\n\
-         element vertex {}\nproperty double x\nproperty double y\nproperty double z\nproperty double {name}\n\
+         element vertex {}\nproperty double x\nproperty double y\nproperty double z\n{properties}\
          element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         mesh.vertices.len(),
         mesh.triangles.len()
     )
     .into_bytes();
     for (vertex, extra) in mesh.vertices.iter().zip(extra) {
-        for value in [vertex.x, vertex.y, vertex.z, *extra] {
+        for value in vertex.to_array().iter().chain(extra) {
             out.extend_from_slice(&value.to_le_bytes());
         }
     }

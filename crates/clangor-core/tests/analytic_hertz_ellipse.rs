@@ -85,8 +85,8 @@ fn stiffness_is_continuous_at_the_circle_and_along_long_ellipses() {
     let mut last = contact([0.01; 2]).stiffness();
     for k in 1..=1200 {
         let next = contact([0.01 * 10.0_f64.powf(f64::from(k) * 0.01), 0.01]).stiffness();
-        // It grows without jumps: by at most R'^{1/4} to a ratio of 1e12.
-        assert!(next > last && next / last < 10.0_f64.powf(0.0026), "{k}: {last:e} {next:e}");
+        // It grows without jumps, from R'^{1/4} towards R'^{1/2}, to a ratio of 1e12.
+        assert!(next > last && next / last < 10.0_f64.powf(0.005), "{k}: {last:e} {next:e}");
         last = next;
     }
     for radii in [[f64::INFINITY, 0.01], [0.0, 0.01], [f64::NAN, 0.01], [f64::INFINITY; 2], [-0.1, 0.01]] {

@@ -17,6 +17,7 @@
 //! the theory.
 
 use super::hertz_ellipse::HertzEllipse;
+use super::hertz_pulse::DURATION_OVER_APPROACH_TIME;
 
 /// Input of Hertz's formulas for one collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,8 +32,6 @@ pub struct HertzContact {
     pub speed: f64,
 }
 
-/// Duration τ over d_m/V: (4/5) B(2/5, 1/2).
-const DURATION_FACTOR: f64 = 2.943_275_184_324_704_7;
 /// Largest approach over the smaller relative radius for which half-spaces stand for the bodies.
 const MOST_APPROACH: f64 = 0.2;
 
@@ -51,7 +50,7 @@ impl HertzContact {
 
     /// Duration τ \[s\]. All numbers must be positive and finite.
     pub fn duration(&self) -> f64 {
-        DURATION_FACTOR * self.largest_approach() / self.speed
+        DURATION_OVER_APPROACH_TIME * self.largest_approach() / self.speed
     }
 
     /// Whether the approach exceeds 0.2 of the smaller relative radius, where the theory of small contacts

@@ -34,7 +34,7 @@ use num_complex::Complex64;
 use crate::math::radial::regular;
 
 /// τ V/d_m = (4/5) B(2/5, 1/2) of Hertz's contact.
-pub const DURATION_OVER_APPROACH_TIME: f64 = 2.943_275_184_384_704_7;
+pub const DURATION_OVER_APPROACH_TIME: f64 = 2.943_275_184_324_704_7;
 
 /// a_k: (4k + 1) ∫ P_2k over the pulse.
 const LEGENDRE: [f64; 14] = [

@@ -138,6 +138,9 @@ impl SolverMemory {
         self.touching.clear();
         for (index, contact) in system.contacts.iter().enumerate() {
             let row = contact.rows.start;
+            if !contact.standing {
+                self.forces.laws[index].sharpen(self.forces.mobility[row * (count + 1)]);
+            }
             self.forces.mobility[row * (count + 1)] += step * self.forces.laws[index].plate_mobility();
             self.rows.separation[row] = contact.gap;
             self.forces.before[index] = -contact.gap - self.rows.vibration[row];

@@ -96,6 +96,7 @@ fn a_free_pair_keeps_its_energy_and_has_the_spectrum_of_hertz() {
         worst = worst.max((20.0 * (level / true_level).log10()).abs());
     }
     println!("spectrum {worst} dB");
+    // Residual seen: 0.013 dB.
     assert!(worst < 0.03, "{worst}");
 }
 
@@ -109,6 +110,7 @@ fn a_ball_on_an_endless_plate_bounces_as_zener_has_it() {
         let law = HertzLaw { plate_mobility: lambda * unit * inverse_mass, ..hertz(k) };
         let (solution, restitution) = drop_ball(radius, 1.0, law, 64.0);
         println!("λ {lambda}: {exact} {restitution}");
+        // Residual seen: 6e-5.
         assert!((restitution - exact).abs() < 2e-4, "λ {lambda}: {restitution} {exact}");
         assert!(solution.energies.residual().abs() < 1e-12 * 0.5 / inverse_mass);
     }
@@ -166,6 +168,7 @@ fn waves_into_a_half_space_cost_what_the_closed_form_says() {
         let (solution, _) = drop_ball(radius, speed, HertzLaw { radiation: kappa, ..hertz(k) }, 32.0);
         let relative = solution.energies.motion_lost / loss - 1.0;
         println!("half-space at {speed} m/s: {relative}");
+        // Residual seen: 0.017 at 5 m/s, where the loss itself changes the motion.
         assert!(relative.abs() < 0.02, "{relative}");
     }
 }
@@ -177,6 +180,7 @@ fn a_contact_has_the_restitution_it_is_to_have() {
     for wanted in [0.98, 0.9, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02] {
         let alpha = restitution_damping(wanted);
         let (_, speed) = course(|s, v| s.powf(1.5) + alpha * s.sqrt().sqrt() * v, 2e-4);
+        // Residuals seen: below the bars; with the step law 7e-5.
         assert!((-speed - wanted).abs() < 1e-5, "{wanted}: {speed}");
         let x = 1.5 * viscosity(wanted, 1.0, 1.0, 1.0);
         let (_, speed) = course(|s, v| s.powf(1.5) + x * s.sqrt() * v, 2e-4);

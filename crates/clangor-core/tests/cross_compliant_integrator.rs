@@ -88,6 +88,7 @@ fn a_ball_on_rims_rings_as_all_coordinates_have_it() {
                 members[1].poles.len(),
                 impulses[0] / momentum
             );
+            // Residuals seen at 64: 0.003 dB, 8e-5.
             assert!(level < bar, "{name} at {per_duration}: {level} dB");
             assert!(impulse.abs() < if per_duration > 32.0 { 1e-3 } else { 1e-2 }, "{name}: {impulse}");
         }
@@ -123,12 +124,14 @@ fn two_flexible_bodies_hit_each_other_again_and_again() {
             let levels =
                 [0, 1].map(|i| worst_level(&members[i], solution.modal_state(i), &exact.energies[i]));
             println!(
-                "{name}, {} and {} modes, {} hits, {per_duration}: e {restitution:.1e} of {:.4}, {levels:.3?} dB",
+                "{name}, {} and {} modes, {} hits, {per_duration}: e {restitution:.1e} of {:.4}, \
+                {levels:.3?} dB",
                 members[0].poles.len(),
                 members[1].poles.len(),
                 solution.hits[0],
                 exact.impulses[0] * inverse - 1.0
             );
+            // Residuals seen at 32: 0.12 dB, 2e-4.
             assert!(levels[0].max(levels[1]) < bar, "{name} at {per_duration}: {levels:?}");
             assert!(per_duration < 32.0 || restitution.abs() < 1e-3, "{name}: {restitution}");
         }
@@ -166,9 +169,11 @@ fn a_plate_between_a_ball_and_three_feet() {
     for (index, exact) in exact.impulses.iter().enumerate() {
         let impulse = (solution.impulse(index).y - exact) / momentum;
         println!("contact {index}: {impulse:.1e} of {:.4}, {} hits", exact / momentum, solution.hits[index]);
+        // Residual seen: 5e-5.
         assert!(impulse.abs() < 1e-3, "contact {index}: {impulse}");
     }
     println!("{level:.4} dB");
+    // Residual seen: 0.005 dB.
     assert!(level < 0.1, "{level}");
     for (velocity, exact) in solution.velocities.iter().zip(&exact.velocities) {
         assert!((*velocity - *exact).length() < 1e-3, "{velocity} {exact}");
@@ -192,6 +197,7 @@ fn a_ball_on_a_cushion_under_gravity() {
         let solution = solve(&members, &hits, 64.0, time);
         let impulse = (solution.impulse(0).y - exact.impulses[0]) / momentum;
         println!("impulse {impulse:.1e} of {:.4}", exact.impulses[0] / momentum);
+        // Residual seen: 4e-4.
         assert!(impulse.abs() < 1e-3, "{impulse}");
     }
 }
@@ -230,6 +236,7 @@ fn eight_steps_are_enough_for_levels() {
         errors.sort_by(f64::total_cmp);
         let [median, most] = [0.5, 0.9].map(|share| errors[(share * errors.len() as f64) as usize]);
         println!("{per_duration} steps: median {median:.3} dB, 90 % {most:.3} dB, worst {:.2}", errors[79]);
+        // Seen at 8 steps: 0.114 and 0.51 dB; at 16: 0.023 and 0.08 dB.
         assert!(median < 0.15 && most < 0.8, "{per_duration} steps: {median} {most}");
     }
 }

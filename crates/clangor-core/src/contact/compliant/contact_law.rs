@@ -1,7 +1,8 @@
 //! Force of one contact as a function of its approach, and its equation over one step.
 //!
 //! ```text
-//! F = max(0, (Φ(x) − Φ(d))/(x − d) + γ(d̄)(x − d)/h)    Φ = (2/5) k d^{5/2}    d̄ = (d + x⁰)/2    x = x⁰ − aF
+//! F = max(0, (Φ(x) − Φ(d))/(x − d) + γ(d̄)(x − d)/h)    Φ = (2/5) k d^{5/2}
+//! d̄ = (d + x⁰)/2    x = x⁰ − aF
 //! ```
 //!
 //! where d and x are the approach before and after the step, x⁰ that without force, and a the mobility over
@@ -9,11 +10,11 @@
 //! "compliant contact", eq. 5). γ is frozen at the middle of the free motion, so that F rises with x and the
 //! equation has one solution, between x⁰ − aF(x⁰) and x⁰.
 //!
-//! The average vector field, which this is for rigid bodies, is of second order: its period is too long by
-//! h² times −(1/12) f′f′f. With Φ + aF²/6 in place of Φ, a = ½h²/m, the error becomes a change of variable,
-//! d by aF/6, which is none where the bodies are apart. Velocities, and so the mean force of each step, are then
-//! exact to fourth order, but for modes above 1/h and damping. A contact that stands at t₀ keeps Φ: the change
-//! of variable would upset its balance.
+//! The average vector field, which this is for rigid bodies, is of second order: f becomes f + (h²/12) f′f′f.
+//! With Φ + aF²/6 in place of Φ, a = ½h²/m, what remains is a change of variable, d by aF/6, which is none
+//! where the bodies are apart. Velocities, and so the mean force of each step, are then exact to fourth
+//! order, but for the first touch, damping, and modes above 1/h. A contact that stands at t₀ keeps Φ: the
+//! change of variable would upset its balance.
 
 /// Hertz's law of one contact with its losses, SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,6 +1,8 @@
 //! Where the energy of an impact went.
 
-/// Energies of an impact \[J\]. All losses are computed on their own, so that [`EnergyBalance::residual`] tests them.
+/// Energies of an impact \[J\].
+///
+/// All losses are computed on their own, so that [`EnergyBalance::residual`] tests them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyBalance {
     /// Kinetic energy of the rigid motions, before less after.

@@ -1,7 +1,7 @@
 //! Coulomb friction of one contact over one step.
 //!
 //! ```text
-//! stick: 2A T = −s    if |T| ≤ μF        slip: (2A + ηI) T = −s,  |T| = μF        loss Tᵀ(A + ηI)T ≥ 0
+//! stick: 2A T = −s    if |T| ≤ μF      slip: (2A + ηI) T = −s,  |T| = μF      loss Tᵀ(A + ηI)T ≥ 0
 //! ```
 //!
 //! s is the slip over the step without friction of this contact \[m\], A its tangential mobility over the step,

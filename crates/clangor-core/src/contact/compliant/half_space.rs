@@ -1,7 +1,8 @@
 //! What waves into an elastic half-space take from a contact: the imaginary part of Lamb's receptance.
 //!
 //! ```text
-//! κ = β(ν)/(μ c_S)    β = (1/2π) [ ∫₀¹ |Im P √(P² − a²)/R| dP + π p √(p² − a²)/|R′(p)| ]    R(p) = 0
+//! κ = β(ν)/(μ c_S)    R(p) = 0
+//! β = (1/2π) [ ∫₀¹ |Im P √(P² − a²)/R| dP + π p √(p² − a²)/|R′(p)| ]
 //! R = (2P² − 1)² − 4P² √(P² − a²) √(P² − 1)    a² = (1 − 2ν)/(2 − 2ν)
 //! ```
 //!

@@ -52,7 +52,8 @@ pub struct MemberContact {
 /// How to step through an impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepSettings {
-    /// Steps per first duration τ_∞; see [`ContactSystem::first_duration`](super::ContactSystem::first_duration).
+    /// Steps per first duration τ_∞ of the
+    /// [system](super::ContactSystem::first_duration).
     pub steps_per_duration: f64,
     /// Length of a step \[s\], if it is not to follow from the first duration.
     pub step: Option<f64>,

@@ -48,8 +48,9 @@ pub fn restitution_damping(restitution: f64) -> f64 {
     polynomial(&CONSTANT, restitution)
 }
 
-/// A of [`HertzLaw`](super::HertzLaw) \[s\] for a restitution at a speed [m/s], with a stiffness [N/m^1.5] and the
-/// inverse mass [1/kg] that meet there.
+/// A of [`HertzLaw`](super::HertzLaw) \[s\] for a restitution at a speed [m/s].
+///
+/// `stiffness` [N/m^1.5] and `inverse_mass` [1/kg] are those that meet at the contact.
 ///
 /// Restitutions above 1 count as 1, those below 0.01 as 0.01.
 pub fn viscosity(restitution: f64, stiffness: f64, inverse_mass: f64, speed: f64) -> f64 {

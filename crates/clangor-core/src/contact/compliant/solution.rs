@@ -27,8 +27,8 @@ pub struct ContactSolution {
     pub step: f64,
     /// Number of steps.
     pub steps: usize,
-    /// Forces on A of each contact along its axes \[N\], constant in each step: all contacts of the first step,
-    /// then those of the next.
+    /// Forces on A of each contact along its axes \[N\], constant in each step: all contacts of the first
+    /// step, then those of the next.
     pub forces: Vec<[f64; 3]>,
     /// Normal from B to A and two tangents of each contact.
     pub axes: Vec<[DVec3; 3]>,
@@ -85,8 +85,8 @@ impl ContactSolution {
         &self.states[self.modes[member].clone()]
     }
 
-    /// Makes the end the beginning of what follows: velocities, states and gaps of the members and contacts of
-    /// this solution, in their order. More may come after them. Points and centres stay, as they do within a
+    /// Makes the end the beginning of what follows: velocities, states and gaps of the members and contacts
+    /// of this solution, in their order. More may come after them. Points and centres stay, as they do within a
     /// solve, so that going on gives what one longer solve gives.
     pub fn carry_over(&self, members: &mut [Member], contacts: &mut [MemberContact]) {
         for (index, member) in members.iter_mut().enumerate().take(self.velocities.len()) {

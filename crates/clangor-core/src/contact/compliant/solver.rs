@@ -52,7 +52,8 @@ impl ContactSystem {
     /// Solves the impact, from its beginning until the bodies have parted or the limit of steps.
     ///
     /// Standing contacts do not keep it from ending: what they carry then is in
-    /// [`approaches`](ContactSolution::approaches), and [`carry_over`](ContactSolution::carry_over) goes on.
+    /// [`approaches`](ContactSolution::approaches), and [`carry_over`](ContactSolution::carry_over) goes
+    /// on.
     /// If all contacts stand, those of Hertz are awaited; springs alone end at the limit. There is no limit in
     /// seconds.
     ///

@@ -76,18 +76,19 @@ impl State {
         let striker = Striker::new(preset.ok_or(unknown)?.material(), radius, speed);
         let body = body.clone().at(Pose::at(DVec3::new(x, y, z)));
         let point = DVec3::new(px, py, pz);
-        let pulse = striker.forces_on(&body, modes.as_deref(), point, ForceProfile::default())?;
+        let settings = ForceSettings::default().live();
+        let pulses = striker.forces_on(&body, modes.as_deref(), point, &settings)?;
         // The object with its modes, and the ball, which only accelerates.
-        let object = ImpactTarget::Object { slot: slot as usize };
-        let events = ImpactEvent::of_side(object, &pulse, 0).chain(ImpactEvent::of_side(
-            ImpactTarget::Sphere { radius },
-            &pulse,
-            1,
-        ));
+        let targets = [ImpactTarget::Object { slot: slot as usize }, ImpactTarget::Sphere { radius }];
+        let events = pulses.iter().flat_map(|pulse| {
+            let of_side = |(side, target)| ImpactEvent::of_side(target, pulse, side);
+            targets.into_iter().enumerate().flat_map(of_side)
+        });
         self.events.clear();
         let rows = events.filter_map(|event| event_row::encode(&event.into(), slot));
         self.events.extend(rows.flatten());
-        self.contact = contact_row(&pulse, [f64::from(slot), -1.0]);
+        let [pulse, ..] = &pulses[..] else { return Ok(0) };
+        self.contact = contact_row(pulse, [f64::from(slot), -1.0]);
         Ok((self.events.len() / event_row::ROW) as i32)
     }
 }

@@ -333,12 +333,14 @@ fn send_impacts(
             let modes = sides.get(id.index())?.sounding?.modes.as_ref()?;
             Some(modes.at_contact(points))
         };
-        let settings = ForceSettings { profile: sound.profile, ..ForceSettings::default() };
+        let settings = ForceSettings { profile: sound.profile, ..ForceSettings::default().live() };
         // Two bodies without material have no impact.
-        let Ok(pulse) = contact_forces(&impact.at_time(time), &modes_of, &settings) else { continue };
+        let forces = contact_forces(&impact.at_time(time), &modes_of, &settings, &mut ImpactSolver::default());
+        let Ok(pulses) = forces else { continue };
         for (index, side) in sides.iter().enumerate() {
             let Some(target) = side.sounding.map(|sounding| sounding.target) else { continue };
-            let mut events = ImpactEvent::of_side(target, &pulse, index).peekable();
+            let of_side = |pulse| ImpactEvent::of_side(target, pulse, index);
+            let mut events = pulses.iter().flat_map(of_side).peekable();
             sound.impacts += u64::from(events.peek().is_some());
             events.for_each(|event| sound.send(event));
         }

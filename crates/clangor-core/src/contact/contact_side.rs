@@ -10,6 +10,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::compliant::half_space_radiation;
 use crate::body::{Body, BodyId, Motion, Surface};
 use crate::geometry::principal_curvature::Curvature;
 use crate::material::Material;
@@ -37,6 +38,9 @@ pub struct ContactSide {
     pub edge_radius: f64,
     /// Bounding radius \[m\]; infinite for a half-space.
     pub bounding_radius: f64,
+    /// κ of the waves that it takes away as a half-space [s m/N]; 0 for other bodies
+    /// ([`half_space_radiation`]).
+    pub radiation: f64,
 }
 
 impl ContactSide {
@@ -51,6 +55,7 @@ impl ContactSide {
         curvature: DMat3::ZERO,
         edge_radius: 0.0,
         bounding_radius: f64::INFINITY,
+        radiation: 0.0,
     };
 
     /// A body at a pose, with a surface that is flat at the contact until [`touched_at`](Self::touched_at)
@@ -67,6 +72,13 @@ impl ContactSide {
             curvature: DMat3::ZERO,
             edge_radius: body.edge_radius,
             bounding_radius: body.surface.bounding_radius(),
+            radiation: match *body.surface {
+                Surface::HalfSpace => {
+                    let Material { youngs_modulus, poisson_ratio, density, .. } = body.material;
+                    half_space_radiation(youngs_modulus, poisson_ratio, density)
+                }
+                Surface::Sphere { .. } | Surface::Mesh(_) => 0.0,
+            },
         }
     }
 

@@ -19,7 +19,7 @@ use glam::DVec3;
 use super::contact_forces::ForceSettings;
 use super::contact_side::ContactSide;
 use super::impact::ContactPoint;
-use super::modal_energy::bound_modal_energy;
+use super::modal_energy::{bound_modal_energy, modal_energy_ratio};
 use super::row_checks::check_row;
 use super::{BodyPulse, ContactError, HertzRange, ImpactPulse, StruckBodies};
 use crate::body::BodyId;
@@ -79,7 +79,11 @@ fn pulse(
     let [a, b] = [body_a, body_b].map(side);
     let inverse_mass = a.inverse_effective_mass(point, normal) + b.inverse_effective_mass(point, normal);
     // Impulse and change of the velocities of each piece.
-    let acting = |r: &ContactRow| ContactPoint { place: r.point, impulse: r.impulse(), couple: r.couple };
+    let acting = |r: &ContactRow| ContactPoint {
+        impulse: r.impulse(),
+        couple: r.couple,
+        ..ContactPoint::approaching(r.point, r.normal, DVec3::ZERO)
+    };
     let points: Vec<ContactPoint> = rows.iter().map(acting).collect();
     let shares = [(a, 1.0), (b, -1.0)].map(|(side, sign)| BodyPulse::new(&side, &points, sign, duration));
     // Speed V by the energy of impulse and couple.
@@ -104,7 +108,13 @@ fn pulse(
         points: rows.iter().map(|row| (row.point, row.impulse())).collect(),
         modal_energy_ratio: 0.0,
     };
-    bound_modal_energy(&mut pulse, modes, settings.limit_energy);
+    let own = [0, 1].map(|side| {
+        let share = pulse.bodies[side]?;
+        modes(share.body, &share.local(&pulse.points, if side == 0 { 1.0 } else { -1.0 }))
+    });
+    let ratio = modal_energy_ratio(&pulse, own.each_ref().map(Option::as_ref));
+    pulse.modal_energy_ratio = if ratio.is_finite() { ratio } else { 0.0 };
+    bound_modal_energy(&mut pulse);
     Ok(Some(pulse))
 }
 

@@ -22,6 +22,10 @@ pub struct Impact {
     pub normal: DVec3,
     /// Approach speed V along the normal [m/s].
     pub speed: f64,
+    /// Restitution of the contact itself, without vibration.
+    pub restitution: f64,
+    /// Coefficient of friction μ.
+    pub friction: f64,
     /// Contact points.
     pub points: Vec<ContactPoint>,
 }
@@ -31,10 +35,24 @@ pub struct Impact {
 pub struct ContactPoint {
     /// Place [m, world].
     pub place: DVec3,
+    /// Unit normal, from B to A.
+    pub normal: DVec3,
+    /// Velocity of A relative to B before the impact [m/s].
+    pub velocity: DVec3,
+    /// Gap between the surfaces at the first instant of the impact \[m\].
+    pub gap: f64,
     /// Impulse on A [N s, world].
     pub impulse: DVec3,
     /// Couple impulse on A [N m s, world].
     pub couple: DVec3,
+}
+
+impl ContactPoint {
+    /// Surfaces that touch at a place [m, world] with a unit normal from B to A and a velocity of A relative
+    /// to B [m/s], before any impulse.
+    pub fn approaching(place: DVec3, normal: DVec3, velocity: DVec3) -> Self {
+        ContactPoint { place, normal, velocity, gap: 0.0, impulse: DVec3::ZERO, couple: DVec3::ZERO }
+    }
 }
 
 impl Impact {
@@ -49,8 +67,9 @@ impl Impact {
     ) -> Self {
         let inverse_mass = inverse_effective_mass(&sides, point, normal);
         let impulse = normal * ((1.0 + restitution) * speed / inverse_mass);
-        let points = vec![ContactPoint { place: point, impulse, couple: DVec3::ZERO }];
-        Impact { impact_id: 0, time: 0.0, sides, point, normal, speed, points }
+        let velocity = -speed * normal;
+        let points = vec![ContactPoint { impulse, ..ContactPoint::approaching(point, normal, velocity) }];
+        Impact { impact_id: 0, time: 0.0, sides, point, normal, speed, restitution, friction: 0.0, points }
     }
 
     /// The same impact at another time \[s\].

@@ -34,6 +34,8 @@ use crate::body::BodyId;
 pub struct ModesAtContact {
     /// Frequency of each mode \[Hz\].
     pub frequencies: Vec<f64>,
+    /// Damping ratio ξ of each mode.
+    pub damping_ratios: Vec<f64>,
     /// U [kg^−½] of each mode at each point, in the axes of the body: one list of modes per point.
     pub motions: Vec<Vec<DVec3>>,
 }
@@ -59,23 +61,23 @@ impl ModesAtContact {
     }
 }
 
-/// Finds the energy that an impact gives to the modes of its bodies, and scales the forces on them if that is
-/// more than the impact has and `limit` is set.
-pub(super) fn bound_modal_energy(pulse: &mut ImpactPulse, modes: ModesOf<'_>, limit: bool) {
+/// E of the pulse over the energy of the approach, with the modes of A and B at its points.
+pub(super) fn modal_energy_ratio(pulse: &ImpactPulse, modes: [Option<&ModesAtContact>; 2]) -> f64 {
     let mut energy = 0.0;
-    for (share, sign) in pulse.bodies.iter().zip([1.0, -1.0]) {
-        let Some(share) = share else { continue };
-        let points = share.local(&pulse.points, sign);
-        let Some(modes) = modes(share.body, &points) else { continue };
-        let impulses: Vec<DVec3> = points.iter().map(|(_, impulse)| *impulse).collect();
-        energy += modes.energy(&impulses, |omega| pulse.shape.centred_spectrum(omega, pulse.duration).norm());
+    for ((share, modes), sign) in pulse.bodies.iter().zip(modes).zip([1.0, -1.0]) {
+        let (Some(share), Some(modes)) = (share, modes) else { continue };
+        let impulses: Vec<DVec3> =
+            share.local(&pulse.points, sign).into_iter().map(|(_, impulse)| impulse).collect();
+        energy +=
+            modes.energy(&impulses, |omega| pulse.shape.centred_spectrum(omega, pulse.duration).norm());
     }
-    let ratio = energy / pulse.approach_energy();
-    if !ratio.is_finite() {
-        return;
-    }
-    pulse.modal_energy_ratio = ratio;
-    if limit && ratio > 1.0 {
+    energy / pulse.approach_energy()
+}
+
+/// Scales the forces on the modes if they would give them more energy than the approach has.
+pub(super) fn bound_modal_energy(pulse: &mut ImpactPulse) {
+    let ratio = pulse.modal_energy_ratio;
+    if ratio > 1.0 {
         pulse.bodies.iter_mut().flatten().for_each(|share| share.modal_gain = ratio.sqrt().recip());
     }
 }

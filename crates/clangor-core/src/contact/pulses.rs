@@ -18,13 +18,16 @@ use super::ContactError;
 use super::chain_onset::delay_chains;
 use super::contact_forces::{ForceSettings, contact_forces};
 use super::contact_side::{ContactSide, inverse_mass};
+use super::contact_points::contact_points;
 use super::hertz::HertzRange;
-use super::impact::{ContactPoint, Impact};
+use super::impact::Impact;
 use super::impact_pulse::ImpactPulse;
+use super::impact_solver::{ImpactSolver, SolveReport};
 use super::modal_energy::{ModesOf, no_modes};
 use super::pose_history::PoseHistory;
 use super::row_checks::check_row;
 use crate::body::{Body, BodyId, Motion};
+use crate::material::PairCoefficients;
 use crate::timeline::{ContactKind, ContactRow};
 
 /// Settings of the conversion of impacts into forces.
@@ -59,6 +62,8 @@ pub struct ContactReport {
     pub beyond_hertz: u64,
     /// Pulses whose onset a chain delayed.
     pub delayed: u64,
+    /// How the forces came about.
+    pub solves: SolveReport,
     /// The counts for each body.
     pub bodies: Vec<BodyContacts>,
 }
@@ -137,32 +142,40 @@ pub fn impact_pulses_on(
     let bodies = struck.bodies;
     let mut report =
         ContactReport { bodies: vec![BodyContacts::default(); bodies.len()], ..Default::default() };
-    let mut pulses = Vec::new();
+    let (mut pulses, mut impact_count) = (Vec::new(), 0);
+    let mut solver = ImpactSolver::default();
     for impact in whole_impacts(rows) {
         for row in &impact {
             check_row(bodies, row)?;
         }
-        let outcome = pulse(struck, &impact, settings)?;
+        let outcome = pulse(struck, &impact, settings, &mut solver)?;
         for id in [impact[0].body_a, impact[0].body_b] {
             if let Some(counts) = report.bodies.get_mut(id.index()) {
                 count(counts, &outcome, id);
             }
         }
         match outcome {
-            Ok(pulse) => pulses.push(pulse),
+            Ok(shares) => {
+                impact_count += 1;
+                pulses.extend(shares);
+            }
             Err(Silence::Slow) => report.slow += 1,
             Err(Silence::WithoutImpulse) => report.without_impulse += 1,
             Err(Silence::Immovable) => report.immovable += 1,
         }
     }
     pulses.sort_by(|a, b| a.time.total_cmp(&b.time));
-    report.pulses = pulses.len() as u64;
+    report.pulses = impact_count;
+    report.solves = solver.report();
     report.beyond_hertz = pulses.iter().filter(|pulse| pulse.range != HertzRange::Within).count() as u64;
     if settings.chain_onset {
         report.delayed = delay_chains(&mut pulses);
     }
     Ok((pulses, report))
 }
+
+/// Length of the mean normal below which the impulses of an impact cancel.
+const LEAST_MEAN_NORMAL: f64 = 1e-3;
 
 /// Reason for which an impact is silent.
 #[derive(Clone, Copy, Debug)]
@@ -173,11 +186,12 @@ enum Silence {
 }
 
 /// Counts an impact for one of its bodies.
-fn count(counts: &mut BodyContacts, outcome: &Result<ImpactPulse, Silence>, body: BodyId) {
+fn count(counts: &mut BodyContacts, outcome: &Result<Vec<ImpactPulse>, Silence>, body: BodyId) {
     match outcome {
-        Ok(pulse) => {
+        Ok(pulses) => {
             counts.pulses += 1;
-            if let Some(share) = pulse.bodies.iter().flatten().find(|share| share.body == body) {
+            let mut shares = pulses.iter().flat_map(|pulse| pulse.bodies.iter().flatten());
+            if let Some(share) = shares.find(|share| share.body == body) {
                 counts.shorter_than_transit += u64::from(share.transit_ratio < 1.0);
                 counts.smallest_transit_ratio = counts.smallest_transit_ratio.min(share.transit_ratio);
             }
@@ -214,7 +228,8 @@ fn pulse(
     struck: StruckBodies<'_>,
     rows: &[ContactRow],
     settings: &ContactSettings,
-) -> Result<Result<ImpactPulse, Silence>, ContactError> {
+    solver: &mut ImpactSolver,
+) -> Result<Result<Vec<ImpactPulse>, Silence>, ContactError> {
     let StruckBodies { bodies, poses, modes } = struck;
     let ids = [rows[0].body_a, rows[0].body_b];
     let pair = ids.map(|id| (id != BodyId::WORLD).then(|| &bodies[id.index()]));
@@ -228,12 +243,17 @@ fn pulse(
     if speed < settings.v_min || speed == 0.0 {
         return Ok(Err(Silence::Slow));
     }
-    // Mean normal and mean point, weighted by normal impulse.
+    // Mean normal and mean point, weighted by normal impulse. Of impulses that cancel, as those of a couple,
+    // the strongest gives the normal.
     let total: f64 = rows.iter().map(|r| r.impulse_n).sum();
-    let normal = rows.iter().map(|r| r.normal * r.impulse_n).sum::<DVec3>().try_normalize();
-    let Some(normal) = normal.filter(|_| total > 0.0) else {
+    let Some(strongest) = rows.iter().max_by(|a, b| a.impulse_n.total_cmp(&b.impulse_n)) else {
         return Ok(Err(Silence::WithoutImpulse));
     };
+    if total <= 0.0 {
+        return Ok(Err(Silence::WithoutImpulse));
+    }
+    let mean = rows.iter().map(|r| r.normal * r.impulse_n).sum::<DVec3>() / total;
+    let normal = if mean.length() > LEAST_MEAN_NORMAL { mean.normalize() } else { strongest.normal };
     let point: DVec3 = rows.iter().map(|r| r.point * (r.impulse_n / total)).sum();
     // The two sides, with curvatures weighted likewise.
     let side = |i: usize| match pair[i] {
@@ -254,17 +274,25 @@ fn pulse(
         }
         _ => Some(DVec3::ZERO),
     };
-    let acting = |r: &ContactRow| ContactPoint { place: r.point, impulse: r.impulse(), couple: r.couple };
+    let sides = [side(0), side(1)];
+    let size = sides[0].bounding_radius.min(sides[1].bounding_radius);
+    let coefficients = match pair {
+        [Some(a), Some(b)] => PairCoefficients::of(&a.material, &b.material),
+        [Some(one), None] | [None, Some(one)] => PairCoefficients::of(&one.material, &one.material),
+        [None, None] => return Ok(Err(Silence::Immovable)),
+    };
     let impact = Impact {
         impact_id: rows[0].impact_id,
         time,
-        sides: [side(0), side(1)],
+        sides,
         point,
         normal,
         speed,
-        points: rows.iter().map(acting).collect(),
+        restitution: coefficients.restitution,
+        friction: coefficients.friction,
+        points: contact_points(rows, time, size),
     };
-    let pulse = contact_forces(&impact, modes, &settings.forces)?;
+    let pulses = contact_forces(&impact, modes, &settings.forces, solver)?;
     let velocity_before = velocity_of(0).zip(velocity_of(1)).map(|(a, b)| a - b);
-    Ok(Ok(ImpactPulse { velocity_before, ..pulse }))
+    Ok(Ok(pulses.into_iter().map(|pulse| ImpactPulse { velocity_before, ..pulse }).collect()))
 }

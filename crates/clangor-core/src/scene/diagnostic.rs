@@ -452,6 +452,12 @@ pub enum Doubt {
         /// Half of the sample rate \[Hz\].
         nyquist: f64,
     },
+    /// A key that no longer does anything.
+    #[error("`{key}` has no effect: contacts are solved, which bounds the energy; remove it")]
+    WithoutEffect {
+        /// The key.
+        key: &'static str,
+    },
     /// A key under its former name.
     #[error("`{former}` is now `{key}`; the former name is accepted in this version only")]
     FormerKey {

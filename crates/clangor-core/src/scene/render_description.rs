@@ -27,9 +27,6 @@ pub struct RenderDescription {
     /// Lowest natural frequency \[Hz\] above which pieces of broken bodies ring as ellipsoids, 0 to 1e6.
     /// Default: [`PROXY_FREQUENCY`].
     pub proxy_frequency: f64,
-    /// Whether the energy that an impact puts into modes is limited to the kinetic energy lost. Default:
-    /// true.
-    pub limit_energy: bool,
     /// Whether pieces of a broken body inherit its vibration. Default: true.
     pub inherit_vibration: bool,
     /// Whether contact forces too weak to be impacts excite modes: rolling, sliding, settling. Default:
@@ -57,7 +54,6 @@ impl Default for RenderDescription {
             parts: Parts::default(),
             ground: GroundSound::default(),
             proxy_frequency: PROXY_FREQUENCY,
-            limit_energy: true,
             inherit_vibration: true,
             rolling: false,
             sound: AccelerationRule::Auto,

@@ -21,8 +21,8 @@ use super::striker::{STRUCK, once, positive, struck_side};
 use crate::acoustics::Acoustics;
 use crate::body::{Body, Motion};
 use crate::contact::{
-    ContactPoint, ContactSide, ForceProfile, ForceSettings, Impact, ImpactPulse, PoseHistory, contact_forces,
-    no_modes,
+    ContactPoint, ContactSide, ForceProfile, ForceSettings, Impact, ImpactModel, ImpactPulse, ImpactSolver,
+    PoseHistory, contact_forces, no_modes,
 };
 use crate::medium::Medium;
 use crate::pose::Pose;
@@ -59,6 +59,8 @@ pub struct Strike {
     pub listener: DVec3,
     /// Time profile of the force.
     pub profile: ForceProfile,
+    /// Steps of a solve per first duration of the contact.
+    pub steps: f64,
     /// Sample rate \[Hz\].
     pub sample_rate: SampleRate,
     /// Highest frequency rendered in full \[Hz\]; by default as high as the sample rate allows.
@@ -91,14 +93,26 @@ pub struct StrikeSound {
 ///
 /// # Errors
 /// [`StrikeError`].
-pub fn forces(body: &Body, modes: Option<&ModalSource>, strike: &Strike) -> Result<ImpactPulse, StrikeError> {
+pub fn forces(
+    body: &Body,
+    modes: Option<&ModalSource>,
+    strike: &Strike,
+) -> Result<Vec<ImpactPulse>, StrikeError> {
     if !strike.listener.is_finite() {
         return Err(StrikeError::NotFinite { what: "the listener" });
     }
     let body = at_rest(body);
     match &strike.force {
         StrikeForce::Impulse { impulse, duration } => forces_of_impulse(&body, strike, *impulse, *duration),
-        StrikeForce::Striker(striker) => striker.forces_on(&body, modes, strike.point, strike.profile),
+        StrikeForce::Striker(striker) => {
+            let settings = ForceSettings {
+                profile: strike.profile,
+                steps: strike.steps,
+                band: 0.5 * strike.sample_rate.as_f64(),
+                ..ForceSettings::default()
+            };
+            striker.forces_on(&body, modes, strike.point, &settings)
+        }
     }
 }
 
@@ -108,7 +122,7 @@ fn forces_of_impulse(
     strike: &Strike,
     impulse: DVec3,
     duration: Option<f64>,
-) -> Result<ImpactPulse, StrikeError> {
+) -> Result<Vec<ImpactPulse>, StrikeError> {
     if !impulse.is_finite() {
         return Err(StrikeError::NotFinite { what: "the impulse" });
     }
@@ -130,21 +144,34 @@ fn forces_of_impulse(
         point: strike.point,
         normal,
         speed: DEFAULT_SPEED,
-        points: vec![ContactPoint { place: strike.point, impulse, couple: DVec3::ZERO }],
+        restitution: 1.0,
+        friction: 0.0,
+        points: vec![ContactPoint {
+            impulse,
+            ..ContactPoint::approaching(strike.point, normal, -DEFAULT_SPEED * normal)
+        }],
     };
     // The speed of what gave the impulse is not known, and so not its energy either.
-    let settings = ForceSettings { profile: strike.profile, limit_energy: false };
-    let pulse = contact_forces(&impact, &no_modes, &settings)?;
-    Ok(ImpactPulse { duration: duration.unwrap_or(pulse.duration), ..pulse })
+    let settings =
+        ForceSettings { profile: strike.profile, model: ImpactModel::Given, ..ForceSettings::default() };
+    let pulses = contact_forces(&impact, &no_modes, &settings, &mut ImpactSolver::default())?;
+    let lasting =
+        |pulse: ImpactPulse| ImpactPulse { duration: duration.unwrap_or(pulse.duration), ..pulse };
+    Ok(pulses.into_iter().map(lasting).collect())
 }
 
-/// Acceleration noise of an impact on a body with the source `source`, and of its striker. The body's own
-/// pose and motion are ignored.
+/// Acceleration noise of an impact on a body with the source `source`, and of its striker. Its `modes` shape
+/// the force. The body's own pose and motion are ignored.
 ///
 /// # Errors
 /// [`StrikeError`].
-pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<StrikeSound, StrikeError> {
-    let pulse = forces(body, None, strike)?;
+pub fn strike(
+    body: &Body,
+    source: &SoundSource,
+    modes: Option<&ModalSource>,
+    strike: &Strike,
+) -> Result<StrikeSound, StrikeError> {
+    let pulses = forces(body, modes, strike)?;
     // The sources: the body, and a striker that is heard.
     let mut sources = vec![source.clone()];
     if let StrikeForce::Striker(striker) = &strike.force
@@ -152,7 +179,8 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
     {
         sources.push(SoundSource::Sphere { radius: striker.radius });
     }
-    let clicks: Vec<AccelerationPulse> = clicks_of(&pulse, &sources).collect();
+    let clicks: Vec<AccelerationPulse> =
+        pulses.iter().flat_map(|pulse| clicks_of(pulse, &sources)).collect();
     let distance = strike.listener.length();
     let inside = |click: &AccelerationPulse| {
         click.source.silent_at(click.orientation.inverse() * (strike.listener - click.centre))
@@ -163,7 +191,7 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
     // The band limit rings for as long after the sound as before it.
     let died_away = |click: &AccelerationPulse| {
         strike.listener.distance(click.centre) / strike.medium.sound_speed
-            + pulse.shape.extent(pulse.duration).1
+            + click.shape.extent(click.duration).1
             + click.source.ring_time(&strike.medium)
             + LEAD * (48_000.0 / strike.sample_rate.as_f64()).max(1.0)
     };
@@ -187,8 +215,8 @@ pub fn strike(body: &Body, source: &SoundSource, strike: &Strike) -> Result<Stri
     Ok(StrikeSound {
         times,
         pressures,
-        duration: pulse.duration,
-        velocity_change: pulse.bodies[0].map_or(DVec3::ZERO, |share| share.velocity_change),
+        duration: pulses.iter().map(|pulse| pulse.duration).fold(0.0, f64::max),
+        velocity_change: pulses.iter().filter_map(|pulse| pulse.bodies[0]).map(|b| b.velocity_change).sum(),
         radius: body.surface.equal_volume_radius(),
     })
 }
@@ -203,14 +231,14 @@ pub fn struck_ringing(
     strike: &Strike,
     sound: &StrikeSound,
 ) -> Result<Vec<f64>, StrikeError> {
-    let pulse = forces(body, Some(&source), strike)?;
+    let pulses = forces(body, Some(&source), strike)?;
     let settings = settings(strike);
     let listener = Listener::fixed("listener", strike.listener);
     // A body without rows stays at its start, so this cannot fail.
     let poses = PoseHistory::try_new(&[at_rest(body)], &[])
         .map_err(|_| StrikeError::NotFinite { what: "the pose" })?;
     let mut voice = ModalVoice::new(source, STRUCK, &poses, &listener, &settings)?;
-    voice.push_pulses(&[pulse])?;
+    voice.push_pulses(&pulses)?;
     let mut channels = [vec![0.0; sound.pressures.len()]];
     voice.render_block(0, &mut channels)?;
     let [ringing] = channels;

@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::modal::ModalSource;
 use super::strike_error::StrikeError;
 use crate::body::{Body, BodyId, Surface};
-use crate::contact::{ContactSide, ForceProfile, ForceSettings, Impact, ImpactPulse, contact_forces};
+use crate::contact::{ContactSide, ForceSettings, Impact, ImpactPulse, ImpactSolver, contact_forces};
 use crate::material::{Material, PairCoefficients};
 use crate::pose::Pose;
 
@@ -53,8 +53,8 @@ impl Striker {
         body: &Body,
         modes: Option<&ModalSource>,
         point: DVec3,
-        profile: ForceProfile,
-    ) -> Result<ImpactPulse, StrikeError> {
+        settings: &ForceSettings,
+    ) -> Result<Vec<ImpactPulse>, StrikeError> {
         let struck = struck_side(body, point)?;
         for (what, value) in [("the radius", self.radius), ("the speed", self.speed)] {
             if !positive(value) {
@@ -82,7 +82,7 @@ impl Striker {
         let modes_of = |id: BodyId, points: &[(DVec3, DVec3)]| {
             modes.filter(|_| id == STRUCK).map(|modes| modes.at_contact(points))
         };
-        Ok(contact_forces(&impact, &modes_of, &ForceSettings { profile, limit_energy: true })?)
+        Ok(contact_forces(&impact, &modes_of, settings, &mut ImpactSolver::default())?)
     }
 }
 

@@ -239,7 +239,11 @@ impl<'p> SessionBuilder<'p> {
             listeners: source.listeners.clone(),
             contact: ContactSettings {
                 v_min: source.v_min,
-                forces: ForceSettings { profile: settings.pulse, limit_energy: settings.limit_energy },
+                forces: ForceSettings {
+                    profile: settings.pulse,
+                    band: 0.5 * sample_rate.as_f64(),
+                    ..ForceSettings::default()
+                },
                 chain_onset: settings.chain_onset,
             },
             synthesis: RenderSettings {

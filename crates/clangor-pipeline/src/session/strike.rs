@@ -66,6 +66,7 @@ impl Strike {
             point: highest_point(&body.body),
             listener: DVec3::X,
             profile: ForceProfile::default(),
+            steps: OFFLINE_STEPS,
             sample_rate: SampleRate::HZ_48000,
             max_frequency: None,
             seconds: Some(SHORTEST),
@@ -186,7 +187,7 @@ impl Strike {
         // The source in place of a part that is not asked for: no listener is inside.
         let point = SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
         // A mistaken impact is reported before anything is baked.
-        strike::strike(body, &point, &impact)?;
+        strike::strike(body, &point, None, &impact)?;
         let mut model = StruckModel {
             struck: &self.body,
             choice: &self.model,
@@ -203,12 +204,13 @@ impl Strike {
             false => (point, None),
         };
         let remarks = model.remarks;
-        let mut sound = strike::strike(body, &source, &impact)?;
+        let mut sound = strike::strike(body, &source, resonator.as_deref(), &impact)?;
         // With a striker that is heard, the point in place of the body stays: it is 180 dB below.
         if !self.parts.acceleration && !self.striker.as_ref().is_some_and(|striker| striker.heard) {
             sound.pressures.fill(0.0);
         }
-        let pulse = strike::forces(body, resonator.as_deref(), &impact)?;
+        let pulses = strike::forces(body, resonator.as_deref(), &impact)?;
+        let impulse = pulses.iter().filter_map(|pulse| pulse.bodies[0]).map(|share| share.impulse).sum();
         let modes = resonator.as_ref().map_or(0, |resonator| resonator.resonances().len());
         if let Some(resonator) = resonator {
             let ringing = struck_ringing(body, resonator, &impact, &sound)?;
@@ -223,8 +225,8 @@ impl Strike {
             sample_rate: impact.sample_rate,
             contact_duration: sound.duration,
             velocity_change: sound.velocity_change,
-            impulse: pulse.bodies[0].map_or(DVec3::ZERO, |share| share.impulse),
-            modal_energy_ratio: pulse.modal_energy_ratio,
+            impulse,
+            modal_energy_ratio: pulses.iter().map(|pulse| pulse.modal_energy_ratio).fold(0.0, f64::max),
             radius: sound.radius,
             travel_time: impact.listener.length() / impact.medium.sound_speed,
             modes,

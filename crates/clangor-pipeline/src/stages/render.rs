@@ -8,7 +8,7 @@
 //! voices, and written as soon as they are complete. Normalising takes a pass of its own to find the peak,
 //! so that memory stays flat however long the sound is.
 
-mod energy_limit;
+mod impacts_by_body;
 mod error;
 mod file_names;
 mod forces;
@@ -34,7 +34,6 @@ use clangor_core::synthesis::AccelerationPulse;
 use clangor_core::synthesis::{SoundModel, SoundPart};
 use clangor_core::timeline::Timeline;
 
-pub use self::energy_limit::EnergyLimits;
 pub use self::error::RenderError;
 pub use self::file_names::check_output;
 use self::file_names::file_name;
@@ -77,7 +76,6 @@ pub fn render(
     let mut progress = PassProgress { passes, done: 0.0, progress };
     let mut summary = RenderSummary {
         contacts,
-        energy_limits: scene.modal.limits(),
         handovers: scene.modal.handovers().clone(),
         ..RenderSummary::default()
     };

@@ -13,7 +13,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use clangor_core::body::{Body, BodyId};
-use clangor_core::contact::{ContactError, ContactSettings, ImpactPulse, PoseHistory, impact_pulses};
+use clangor_core::contact::{ContactError, ContactSettings, ForceSettings, ImpactPulse, PoseHistory, impact_pulses};
 use clangor_core::material::PairCoefficients;
 use clangor_core::scene::breaking::Load;
 use clangor_core::timeline::{ContactRow, PoseRow};
@@ -60,7 +60,9 @@ pub(super) fn pair_pulse(
         .collect();
     let known = poses.iter().filter(|pose| ids.contains(&pose.body));
     let poses: Vec<PoseRow> = known.map(|pose| PoseRow { body: own(pose.body), ..*pose }).collect();
-    let settings = ContactSettings { v_min, chain_onset: false, ..ContactSettings::default() };
+    // The load takes the impulse and the duration of rigid bodies.
+    let forces = ForceSettings::default().rigid();
+    let settings = ContactSettings { v_min, forces, chain_onset: false };
     let (pulses, _) = impact_pulses(&pair, &rows, &PoseHistory::try_new(&pair, &poses)?, &settings)?;
     Ok(pulses.into_iter().next())
 }

@@ -4,7 +4,7 @@ use std::mem::take;
 
 use clangor_core::body::Body;
 use clangor_core::contact::chain_onset::delay_chains_after;
-use clangor_core::contact::{ContactError, ContactSettings, ImpactPulse, PoseHistory, impact_pulses};
+use clangor_core::contact::{ContactError, ContactSettings, ForceSettings, ImpactPulse, PoseHistory, impact_pulses};
 use clangor_core::timeline::{ContactRow, PoseRow, Timeline};
 
 use super::error::LiveError;
@@ -77,8 +77,11 @@ impl Impacts {
         if self.settings.raw {
             self.log.extend(rows);
         }
-        let settings =
-            ContactSettings { v_min: self.settings.v_min, chain_onset: false, ..ContactSettings::default() };
+        let settings = ContactSettings {
+            v_min: self.settings.v_min,
+            forces: ForceSettings::default().live(),
+            chain_onset: false,
+        };
         let history = PoseHistory::try_new(bodies, poses)?;
         let (mut pulses, _) = impact_pulses(bodies, &audible, &history, &settings)?;
         // The order in which simultaneous impacts were closed depends on the division of time.

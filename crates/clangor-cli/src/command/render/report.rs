@@ -8,7 +8,7 @@ use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::{AccelerationPart, BodyModes, NoModes, SoundPart};
 use clangor_pipeline::analysis::levels::db_spl;
 use clangor_pipeline::stages::render::{
-    EnergyLimits, ModalStateTransfer, RenderOptions, RenderSummary, RenderedFile,
+    ModalStateTransfer, RenderOptions, RenderSummary, RenderedFile,
 };
 use clangor_pipeline::stages::sound_models::SoundModels;
 use clangor_pipeline::stages::sound_models::modal_plan::MOST_FORMS;
@@ -153,7 +153,7 @@ impl RenderReportView<'_> {
                  modal = true"
             ));
         }
-        self.say_limits(console);
+        self.say_solves(console);
         if !summary.handovers.is_empty() {
             let sum = |of: fn(&ModalStateTransfer) -> f64| summary.handovers.values().map(of).sum::<f64>();
             console.say(format_args!(
@@ -174,28 +174,31 @@ impl RenderReportView<'_> {
         }
     }
 
-    /// Impacts that would put more energy into modes than they have, all in one line.
-    fn say_limits(&self, console: &Console) {
-        let limited = || self.summary.energy_limits.iter().filter(|(_, limits)| limits.limited > 0);
-        let Some((worst, most)) = limited().max_by(|a, b| a.1.largest.total_cmp(&b.1.largest)) else {
-            return;
-        };
-        let total = |of: fn(&EnergyLimits) -> u64| limited().map(|(_, limits)| of(limits)).sum::<u64>();
-        let (bounded, impacts) = (total(|limits| limits.limited), total(|limits| limits.impacts));
-        let what = format!(
-            "{bounded} of {} on {} would put more energy into modes than the approach has, {:.1} times at \
-             most (\"{}\")",
-            counted(impacts as usize, "impact", "impacts"),
-            counted(limited().count(), "body", "bodies"),
-            most.largest,
-            self.bodies[worst.index()].name,
-        );
-        match self.options.contact.forces.limit_energy {
-            true => console.say(format_args!(
-                "{what}; bodies give way, and the forces on their modes are scaled, by −{:.1} dB at most",
-                10.0 * most.largest.log10()
-            )),
-            false => console.say(format_args!("{what}; the ringing is too loud")),
+    /// Impacts whose contact was solved, and what scaling to the recorded impulses costs.
+    fn say_solves(&self, console: &Console) {
+        let solves = &self.summary.contacts.solves;
+        if solves.solved > 0 {
+            console.say(format_args!(
+                "{} with a solve of the contact ({} in closed form); scaled to the recorded impulses by \
+                 {:+.1} dB at most",
+                counted(solves.solved as usize, "impact", "impacts"),
+                solves.closed,
+                20.0 * solves.largest_scale.log10()
+            ));
+        }
+        if solves.over_scaled > 0 {
+            console.warn(format_args!(
+                "the recorded impulses of {} are over twice those of the solve, so the modes get twice the \
+                 solved force (+6 dB)",
+                counted(solves.over_scaled as usize, "impact", "impacts"),
+            ));
+        }
+        if solves.fallen_back > 0 {
+            console.warn(format_args!(
+                "the contact of {} could not be solved; the force is Hertz's, and what it gives the modes is \
+                 bounded by the energy of the approach",
+                counted(solves.fallen_back as usize, "impact", "impacts"),
+            ));
         }
     }
 
@@ -346,7 +349,6 @@ impl RenderReportView<'_> {
                     "modal_energy_pa2_s": modal_energy(summary, index),
                     "ground_energy_pa2_s": summary.ground_energies.get(&BodyId(index as u32)),
                     "modes": models.bodies[index].modal.mode_count(),
-                    "limited_impacts": summary.energy_limits.get(&BodyId(index as u32)).map(|l| l.limited),
                     "modal": models.bodies[index].modal.to_string(),
                     "acceleration": models.bodies[index].acceleration.kind.to_string(),
                     "because": models.bodies[index].acceleration.decision.reason.to_string(),
@@ -367,6 +369,9 @@ impl RenderReportView<'_> {
                 "without_impulse": contacts.without_impulse,
                 "immovable": contacts.immovable,
                 "delayed_in_chains": contacts.delayed,
+                "solved": contacts.solves.solved,
+                "closed_form": contacts.solves.closed,
+                "not_solvable": contacts.solves.fallen_back,
             },
             "simulation": simulated.map(|report| json!({
                 "simulated_s": report.time,

@@ -161,6 +161,10 @@ pub(super) fn render(
         planes: ReflectingPlanes::default(),
         max_frequency: section.number(d, "max_frequency", Quantity::between(100.0, nyquist, "Hz")),
     };
+    if let Some(node) = section.get("limit_energy") {
+        let _ = section.boolean(d, "limit_energy");
+        d.warn(node.place(d), Doubt::WithoutEffect { key: "limit_energy" });
+    }
     let render = RenderDescription {
         sample_rate,
         bits: section.choice(d, "bits", &formats).unwrap_or(default.bits),
@@ -171,7 +175,6 @@ pub(super) fn render(
         proxy_frequency: section
             .number(d, "proxy_frequency", Quantity::between(0.0, 1e6, "Hz"))
             .unwrap_or(default.proxy_frequency),
-        limit_energy: section.boolean(d, "limit_energy").unwrap_or(default.limit_energy),
         inherit_vibration: section.boolean(d, "inherit_vibration").unwrap_or(default.inherit_vibration),
         rolling: section.boolean(d, "rolling").unwrap_or(default.rolling),
         sound: section.choice(d, "acceleration", SOUNDS).unwrap_or(default.sound),

@@ -189,6 +189,7 @@ impl ModalSource {
         };
         ModesAtContact {
             frequencies: self.resonances.iter().map(|resonance| resonance.frequency).collect(),
+            damping_ratios: self.resonances.iter().map(|resonance| resonance.damping_ratio).collect(),
             motions: points.iter().map(motions).collect(),
         }
     }

@@ -13,7 +13,7 @@ use clangor_core::synthesis::SoundModel;
 use clangor_core::synthesis::modal::{ModalError, ModalSource, ModalVoice};
 use clangor_core::synthesis::{Listener, RenderSettings, SynthesisError};
 
-use super::energy_limit::{EnergyLimits, impacts_by_body};
+use super::impacts_by_body::impacts_by_body;
 use super::modal_state_transfer::{Breaking, ModalStateTransfer, transfer_modal_state};
 use super::modal_voices::{ModalVoices, Rolling};
 use super::struck_source::StruckSource;
@@ -98,8 +98,7 @@ impl ModalSources {
         let mut sources = Vec::new();
         for (body, source) in modal {
             let impacts = by_body.remove(&body).unwrap_or_default();
-            let limits = EnergyLimits::count(&impacts);
-            sources.push(StruckSource { body, source, impacts, limits, handed: None });
+            sources.push(StruckSource { body, source, impacts, handed: None });
         }
         let handovers = match breaking {
             Some(breaking) => transfer_modal_state(bodies, &mut sources, pulses, breaking),
@@ -116,11 +115,6 @@ impl ModalSources {
     /// The bodies, in their order.
     pub(super) fn bodies(&self) -> impl Iterator<Item = BodyId> {
         self.sources.iter().map(|struck| struck.body)
-    }
-
-    /// What became of the impacts on each.
-    pub(super) fn limits(&self) -> BTreeMap<BodyId, EnergyLimits> {
-        self.sources.iter().map(|struck| (struck.body, struck.limits)).collect()
     }
 
     /// Those that are struck, or only one of them, as a listener hears them.

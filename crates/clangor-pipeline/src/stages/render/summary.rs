@@ -8,7 +8,6 @@ use clangor_core::contact::ContactReport;
 use clangor_core::synthesis::RenderReport;
 use clangor_core::synthesis::SoundPart;
 
-use super::energy_limit::EnergyLimits;
 use super::modal_state_transfer::ModalStateTransfer;
 use crate::analysis::levels::Levels;
 
@@ -55,8 +54,6 @@ pub struct RenderSummary {
     pub ground_energies: BTreeMap<BodyId, f64>,
     /// What became of the vibration of bodies that broke.
     pub handovers: BTreeMap<BodyId, ModalStateTransfer>,
-    /// Energy of the impacts on bodies that ring, against that which they have.
-    pub energy_limits: BTreeMap<BodyId, EnergyLimits>,
     /// Estimates of the same above the band of the fields, for bodies whose field ends within the band
     /// rendered.
     pub missing_energies: BTreeMap<BodyId, f64>,

@@ -1,0 +1,40 @@
+//! The contact points of an impact, from the rows of a timeline.
+//!
+//! A solver of rigid bodies writes a row for each of its steps and each point of its manifold. Rows of an
+//! impact that lie within 0.5 % of the smaller body's size of each other, with the same normal, are one
+//! point: its impulse is their sum, and what their distance changes of the torque is kept as a couple. A point
+//! that is first touched later than the impact begins had a gap until then, closed at the speed of its row.
+
+use super::impact::ContactPoint;
+use crate::timeline::ContactRow;
+
+/// Largest distance of rows of one point, over the size of the smaller body.
+const ONE_POINT: f64 = 5e-3;
+/// Least cosine between normals of one point.
+const ONE_NORMAL: f64 = 0.98;
+
+/// The points of an impact on bodies of this size \[m\], whose first row is at `time` \[s\].
+pub(super) fn contact_points(rows: &[ContactRow], time: f64, size: f64) -> Vec<ContactPoint> {
+    let mut ordered: Vec<&ContactRow> = rows.iter().collect();
+    ordered.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let mut points: Vec<ContactPoint> = Vec::new();
+    for row in ordered {
+        let impulse = row.impulse();
+        let same = |point: &&mut ContactPoint| {
+            point.place.distance(row.point) <= ONE_POINT * size && point.normal.dot(row.normal) > ONE_NORMAL
+        };
+        match points.iter_mut().find(same) {
+            Some(point) => {
+                point.impulse += impulse;
+                point.couple += row.couple + (row.point - point.place).cross(impulse);
+            }
+            None => points.push(ContactPoint {
+                gap: row.approach_speed() * (row.time - time),
+                impulse,
+                couple: row.couple,
+                ..ContactPoint::approaching(row.point, row.normal, row.velocity)
+            }),
+        }
+    }
+    points
+}

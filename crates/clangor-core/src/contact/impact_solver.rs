@@ -1,0 +1,407 @@
+//! The forces of one impact from a solve of the contact: both bodies give way, move and vibrate.
+//!
+//! ```text
+//! sides, points, velocities ─► members, contacts ─► solve ─► F_c(t) of every point ─► shapes of the pulses
+//! modes, their ringing      ─►
+//! ```
+//!
+//! The members are the two bodies of the impact, with their modes and, per contact, a tail of modes above the
+//! last known one ([`compliant`](super::compliant)). Every point has the Hertz stiffness of the impact and
+//! loses energy by the restitution of the pair; a half-space also takes waves away.
+//!
+//! A solver is used for all impacts of a timeline in order of time. It keeps the vibration of each body from
+//! impact to impact. A body that rings meets the next impact with its surface where the vibration has brought
+//! it, so the gap of the rigid surfaces there is
+//!
+//! ```text
+//! g = −Σ φ_i q_i
+//! ```
+//!
+//! with φ > 0 for a displacement that opens the contact.
+//!
+//! The motion of a timeline is given: its impulses are those of rigid bodies. The forces of the solve keep
+//! their shape and are scaled to these impulses, by s = (1 + e recorded)/(1 + e solved) where the solve has
+//! the restitution e. On the modes s counts at most 2 (6 dB).
+//!
+//! Not covered: more than two bodies, loads of standing contacts, gravity during the impact.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+use num_complex::Complex64;
+
+use super::compliant::{
+    ContactLaw, ContactSystem, HertzLaw, Member, MemberContact, SolverMemory, StepSettings, modal_tail,
+    restitution_damping,
+};
+use super::contact_side::ContactSide;
+use super::force_history::ForceHistory;
+use super::hertz::HertzContact;
+use super::impact::{ContactPoint, Impact};
+use super::impact_pulse::ImpactPulse;
+use super::modal_energy::ModesAtContact;
+use crate::body::BodyId;
+
+/// Largest factor by which a solved force on modes is raised to a recorded impulse: 6 dB.
+pub const MOST_SCALE: f64 = 2.0;
+/// Share of the energy of the approach in the modes above which a contact at one point is solved.
+const LEAST_MODAL_SHARE: f64 = 0.003;
+/// Share below which an impact does not count for the ringing of its bodies.
+const AUDIBLE_SHARE: f64 = 1e-8;
+/// Damping ratio from which a mode does not vibrate.
+const MAX_RATIO: f64 = 0.9;
+/// Most steps of a solve.
+const MAX_STEPS: usize = 16_384;
+
+/// Counts of impacts by how their forces came about.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SolveReport {
+    /// Impacts whose contact was solved.
+    pub solved: u64,
+    /// Impacts at one point that hardly excite modes: Hertz's pulse in closed form.
+    pub closed: u64,
+    /// Impacts that could not be solved: Hertz's pulse, with the modes bounded by the energy.
+    pub fallen_back: u64,
+    /// Largest factor s from a solved impulse to the recorded one; 0 without solves.
+    pub largest_scale: f64,
+    /// Solved impacts whose s is above 2, the most that counts on modes.
+    pub over_scaled: u64,
+    /// Steps of all solves.
+    pub steps: u64,
+}
+
+/// How a body rings at a time.
+#[derive(Clone, Debug)]
+struct Ringing {
+    time: f64,
+    /// w = q̇ − λ̄q of each mode [m kg^½/s].
+    state: Vec<Complex64>,
+}
+
+/// Solves the impacts of a timeline: see the module.
+#[derive(Default)]
+pub struct ImpactSolver {
+    memory: SolverMemory,
+    system: ContactSystem,
+    ringing: BTreeMap<BodyId, Ringing>,
+    report: SolveReport,
+}
+
+/// The shape of the force of one contact point along one direction.
+#[derive(Clone, Debug)]
+pub(super) struct SolvedForce {
+    /// Index among the points of the impact.
+    pub(super) point: usize,
+    /// Impulse [N s] and couple impulse [N m s] on A that have this shape.
+    pub(super) impulse: DVec3,
+    pub(super) couple: DVec3,
+    pub(super) history: Arc<ForceHistory>,
+    /// End of the force after the onset \[s\].
+    pub(super) end: f64,
+    /// Factor from the recorded impulse to the force on the modes, at most 1.
+    pub(super) modal_gain: f64,
+}
+
+/// What a solve needs besides the impact.
+#[derive(Clone, Copy)]
+pub(super) struct SolveInput<'a> {
+    pub(super) impact: &'a Impact,
+    pub(super) contact: &'a HertzContact,
+    /// Modes of A and B at the points, for bodies that move.
+    pub(super) modes: [Option<&'a ModesAtContact>; 2],
+    /// Steps per first duration.
+    pub(super) steps: f64,
+    /// Highest frequency that the forces keep \[Hz\].
+    pub(super) band: f64,
+}
+
+/// λ of the modes of a body; 0 for one that does not vibrate.
+fn poles(modes: &ModesAtContact) -> Vec<Complex64> {
+    let pole = |(frequency, ratio): (&f64, &f64)| {
+        let omega = TAU * frequency;
+        if *frequency > 0.0 && (0.0..MAX_RATIO).contains(ratio) {
+            Complex64::new(-ratio * omega, omega * (1.0 - ratio * ratio).sqrt())
+        } else {
+            Complex64::ZERO
+        }
+    };
+    modes.frequencies.iter().zip(&modes.damping_ratios).map(pole).collect()
+}
+
+impl SolveInput<'_> {
+    /// Whether the closed form of Hertz's pulse is enough: one point, and `share` of the energy of the
+    /// approach in the modes.
+    pub(super) fn is_closed(&self, share: f64) -> bool {
+        self.impact.points.len() == 1 && share < LEAST_MODAL_SHARE
+    }
+}
+
+impl ImpactSolver {
+    /// Counts so far.
+    pub fn report(&self) -> SolveReport {
+        self.report
+    }
+
+    /// Counts an impact that could not be solved.
+    pub(super) fn count_fallback(&mut self) {
+        self.report.fallen_back += 1;
+    }
+
+    /// Counts an impact in closed form, and adds what its modes take over from it to their ringing.
+    pub(super) fn ring_closed(&mut self, input: &SolveInput<'_>, pulse: &ImpactPulse, share: f64) {
+        self.report.closed += 1;
+        if share < AUDIBLE_SHARE {
+            return;
+        }
+        for (index, modes) in input.modes.iter().enumerate() {
+            let (Some(modes), Some(body)) = (modes, pulse.bodies[index]) else { continue };
+            let sign = if index == 0 { 1.0 } else { -1.0 };
+            let points = body.local(&pulse.points, sign);
+            let poles = poles(modes);
+            let end = pulse.time + pulse.duration;
+            let mut state = self.state_at(body.body, &poles, end);
+            for (i, (w, pole)) in state.iter_mut().zip(&poles).enumerate() {
+                let along: f64 = points.iter().zip(&modes.motions).map(|((_, j), u)| u[i].dot(*j)).sum();
+                let ring = pulse.shape.at_pole(*pole, pulse.duration) * (*pole * pulse.duration).exp();
+                *w += along * body.modal_gain * ring;
+            }
+            self.ringing.insert(body.body, Ringing { time: end, state });
+        }
+    }
+
+    /// How a body with these poles rings at a time, without new forces.
+    fn state_at(&self, body: BodyId, poles: &[Complex64], time: f64) -> Vec<Complex64> {
+        match self.ringing.get(&body).filter(|ringing| ringing.state.len() == poles.len()) {
+            None => vec![Complex64::ZERO; poles.len()],
+            Some(Ringing { time: since, state }) => {
+                state.iter().zip(poles).map(|(w, pole)| w * (pole * (time - since)).exp()).collect()
+            }
+        }
+    }
+
+    /// The forces of an impact; `None` if its contact cannot be solved.
+    pub(super) fn solve(&mut self, input: &SolveInput<'_>) -> Option<Vec<SolvedForce>> {
+        let SolveInput { impact, contact, steps, band, .. } = *input;
+        // Members: the two bodies, with the vibration that they bring along.
+        let poles = input.modes.map(|modes| modes.map(poles).unwrap_or_default());
+        let states: [Vec<Complex64>; 2] =
+            [0, 1].map(|side| self.state_at(impact.sides[side].body, &poles[side], impact.time));
+        let tails = [0, 1].map(|side| Tails::of(input, side));
+        let members = [0, 1].map(|side| {
+            let mut member = rigid_member(&impact.sides[side]);
+            // A mode that does not vibrate has no shape; any pole serves.
+            let pole = |pole: &Complex64| if pole.im > 0.0 { *pole } else { Complex64::new(0.0, 1.0) };
+            member.poles = poles[side].iter().map(pole).chain(tails[side].poles()).collect();
+            member.state = states[side].clone();
+            member.state.resize(member.poles.len(), Complex64::ZERO);
+            member
+        });
+        let contacts: Vec<MemberContact> =
+            (0..impact.points.len()).map(|at| member_contact(input, at, &members, &poles, &tails)).collect();
+        self.system.replace(&members, &contacts).ok()?;
+        // Steps: a part of the first duration, and short enough for the band.
+        let first = self.system.first_duration()?;
+        let step = (first / steps).min(0.25 / band);
+        let settings = StepSettings {
+            steps_per_duration: steps,
+            step: Some(step),
+            max_steps: MAX_STEPS,
+            ..StepSettings::default()
+        };
+        let solution = self.system.solve(&settings, &mut self.memory).ok()?;
+        self.report.solved += 1;
+        self.report.steps += solution.steps as u64;
+        // Shapes of the forces, scaled to the recorded impulses.
+        let courses: Vec<[Vec<f64>; 3]> = (0..contacts.len())
+            .map(|c| [0, 1, 2].map(|axis| (0..solution.steps).map(|n| solution.force(n, c)[axis]).collect()))
+            .collect();
+        let (forces, scale) = scaled_forces(impact, &courses, &solution.axes, (solution.step, band))?;
+        // What the bodies ring with afterwards: their own vibration and the scaled part of the force.
+        let duration = solution.duration();
+        let modal_scale = scale.min(MOST_SCALE);
+        for side in [0, 1] {
+            if poles[side].is_empty() {
+                continue;
+            }
+            let after = solution.modal_state(side);
+            let own = states[side].iter().zip(&poles[side]).map(|(w, pole)| w * (pole * duration).exp());
+            let state = own.zip(after).map(|(own, after)| own + modal_scale * (after - own)).collect();
+            let time = impact.time + duration;
+            self.ringing.insert(impact.sides[side].body, Ringing { time, state });
+        }
+        self.report.largest_scale = self.report.largest_scale.max(scale);
+        self.report.over_scaled += u64::from(scale > MOST_SCALE);
+        Some(forces)
+    }
+}
+
+/// The modes above the last known one of a body, a tail for each contact.
+struct Tails {
+    tails: Vec<super::compliant::ModalTail>,
+}
+
+impl Tails {
+    fn of(input: &SolveInput<'_>, side: usize) -> Self {
+        let Some(modes) = input.modes[side] else { return Tails { tails: Vec::new() } };
+        let highest = modes.frequencies.iter().copied().fold(0.0, f64::max);
+        let to_world = input.impact.sides[side].pose.orientation;
+        let tail = |(point, motions): (&ContactPoint, &Vec<DVec3>)| {
+            let normal = to_world.inverse() * point.normal;
+            let along = modes.frequencies.iter().zip(motions).map(|(f, u)| (TAU * f, u.dot(normal)));
+            modal_tail(along, highest, input.contact.duration())
+        };
+        Tails { tails: input.impact.points.iter().zip(&modes.motions).map(tail).collect() }
+    }
+
+    fn poles(&self) -> impl Iterator<Item = Complex64> {
+        self.tails.iter().flat_map(|tail| tail.poles.iter().copied())
+    }
+
+    /// Displacements of all tails at a contact, along its normal.
+    fn shapes(&self, contact: usize, normal: DVec3) -> impl Iterator<Item = DVec3> {
+        self.tails.iter().enumerate().flat_map(move |(at, tail)| {
+            let shape = if at == contact { tail.shape * normal } else { DVec3::ZERO };
+            std::iter::repeat_n(shape, tail.poles.len())
+        })
+    }
+}
+
+/// A body of an impact without modes, at rest.
+fn rigid_member(side: &ContactSide) -> Member {
+    let turn = DMat3::from_quat(side.pose.orientation);
+    Member {
+        inverse_mass: side.inverse_mass,
+        inverse_inertia: turn * side.inverse_inertia * turn.transpose(),
+        centre: side.pose.position,
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+        acceleration: DVec3::ZERO,
+        poles: Vec::new(),
+        state: Vec::new(),
+    }
+}
+
+/// A contact point of the impact, with the modes of both bodies there.
+fn member_contact(
+    input: &SolveInput<'_>,
+    at: usize,
+    members: &[Member; 2],
+    poles: &[Vec<Complex64>; 2],
+    tails: &[Tails; 2],
+) -> MemberContact {
+    let impact = input.impact;
+    let point = &impact.points[at];
+    let shapes: [Vec<DVec3>; 2] = [0, 1].map(|side| {
+        let Some(modes) = input.modes[side] else { return Vec::new() };
+        let to_world = impact.sides[side].pose.orientation;
+        let vibrates = |(motion, pole): (&DVec3, &Complex64)| {
+            if pole.im > 0.0 { to_world * *motion } else { DVec3::ZERO }
+        };
+        let known = modes.motions[at].iter().zip(&poles[side]).map(vibrates);
+        known.chain(tails[side].shapes(at, point.normal)).collect()
+    });
+    // The surfaces touch where the vibration has brought them: A moves along +n, B along −n opens it.
+    let opening = |side: usize, sign: f64| -> f64 {
+        let member = &members[side];
+        let displaced = member.poles.iter().zip(&member.state).zip(&shapes[side]);
+        displaced.map(|((pole, w), shape)| sign * shape.dot(point.normal) * w.im / pole.im).sum()
+    };
+    let gap = point.gap - opening(0, 1.0) - opening(1, -1.0);
+    let radiation: f64 = impact.sides.iter().map(|side| side.radiation).sum();
+    MemberContact {
+        members: [Some(0), Some(1)],
+        point: point.place,
+        normal: point.normal,
+        velocity: point.velocity,
+        law: ContactLaw::Hertz(HertzLaw {
+            stiffness: input.contact.stiffness(),
+            restitution_damping: restitution_damping(impact.restitution),
+            radiation,
+            ..HertzLaw::default()
+        }),
+        gap,
+        friction: impact.friction,
+        standing: false,
+        shapes,
+    }
+}
+
+/// Least part of a recorded impulse that a solve must give a point for the point to have its own shape.
+const LEAST_OWN_PART: f64 = 0.1;
+
+/// Deviation of shapes below which two forces share one.
+const LEAST_DEVIATION: f64 = 5e-3;
+
+/// ∫ |S − S₀| dt of the shapes of two forces, each of unit impulse.
+fn deviation(force: &[f64], reference: &[f64]) -> f64 {
+    let [own, other] = [force, reference].map(|force| force.iter().sum::<f64>().recip());
+    force.iter().zip(reference).map(|(a, b)| (a * own - b * other).abs()).sum()
+}
+
+/// The shapes of the forces with the recorded impulses, and the factor s from the solved to the recorded
+/// normal impulse of the impact.
+fn scaled_forces(
+    impact: &Impact,
+    courses: &[[Vec<f64>; 3]],
+    axes: &[[DVec3; 3]],
+    (step, band): (f64, f64),
+) -> Option<(Vec<SolvedForce>, f64)> {
+    let normal_of = |point: &ContactPoint| point.impulse.dot(point.normal);
+    let solved: Vec<f64> = courses.iter().map(|course| step * course[0].iter().sum::<f64>()).collect();
+    let recorded: Vec<f64> = impact.points.iter().map(normal_of).collect();
+    let (solved_sum, recorded_sum): (f64, f64) = (solved.iter().sum(), recorded.iter().sum());
+    if !(solved_sum > 0.0 && recorded_sum > 0.0) {
+        return None;
+    }
+    let scale = recorded_sum / solved_sum;
+    let gain = (MOST_SCALE / scale).min(1.0);
+    // A point that the solve hardly presses has the shape of the sum.
+    let mut sum = vec![0.0; courses.first()?[0].len()];
+    for course in courses {
+        sum.iter_mut().zip(&course[0]).for_each(|(sum, force)| *sum += force);
+    }
+    let of_steps = |forces: &[f64]| {
+        let end = forces.iter().rposition(|force| *force != 0.0).map_or(0, |last| last + 1);
+        let (history, _) = ForceHistory::of_steps(&forces[..end], step, band)?;
+        Some((Arc::new(history), end as f64 * step))
+    };
+    let (common, common_end) = of_steps(&sum)?;
+    let mut forces = Vec::with_capacity(courses.len());
+    for (at, (course, point)) in courses.iter().zip(&impact.points).enumerate() {
+        let differs = deviation(&course[0], &sum) > LEAST_DEVIATION;
+        let own = (differs && solved[at] > LEAST_OWN_PART * recorded[at].abs() / scale)
+            .then(|| of_steps(&course[0]))
+            .flatten();
+        let (history, end) = own.unwrap_or_else(|| (Arc::clone(&common), common_end));
+        let along = point.impulse.dot(point.normal) * point.normal;
+        let across = point.impulse - along;
+        // Friction has its own shape where the solve pushes the recorded way for most of the time.
+        let tangential = across.try_normalize().and_then(|direction| {
+            let turned = [1, 2].map(|axis| axes[at][axis].dot(direction));
+            let force: Vec<f64> =
+                course[1].iter().zip(&course[2]).map(|(a, b)| turned[0] * a + turned[1] * b).collect();
+            let (pushed, total) =
+                force.iter().fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f.abs()));
+            let differs = deviation(&force, &course[0]) > LEAST_DEVIATION;
+            (differs && pushed > 0.5 * total).then(|| of_steps(&force)).flatten()
+        });
+        let with = |impulse: DVec3, couple: DVec3, (history, end): (Arc<ForceHistory>, f64)| SolvedForce {
+            point: at,
+            impulse,
+            couple,
+            history,
+            end,
+            modal_gain: gain,
+        };
+        match tangential {
+            Some(own) => {
+                forces.push(with(along, point.couple, (history, end)));
+                forces.push(with(across, DVec3::ZERO, own));
+            }
+            None => forces.push(with(point.impulse, point.couple, (history, end))),
+        }
+    }
+    Some((forces, scale))
+}

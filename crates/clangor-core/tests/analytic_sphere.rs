@@ -76,6 +76,7 @@ fn impact(radius: f64, listener: DVec3, tau: f64, rate: u32) -> Strike {
         point: DVec3::Y * radius,
         listener,
         profile: ForceProfile::HalfSine,
+        steps: 16.0,
         sample_rate: SampleRate::try_new(rate).unwrap(),
         max_frequency: None,
         seconds: None,

@@ -25,6 +25,7 @@ fn impact(radius: f64) -> Strike {
         point: DVec3::Y * radius,
         listener: DVec3::new(0.3, 0.4, 0.0),
         profile: ForceProfile::HalfSine,
+        steps: 16.0,
         sample_rate: SampleRate::HZ_48000,
         max_frequency: None,
         seconds: None,

@@ -110,6 +110,7 @@ fn loudness(body: &Body, source: &Arc<ModalSource>, (point, impulse): (DVec3, DV
         point,
         listener: DVec3::new(0.7, 1.2, 0.5),
         profile: ForceProfile::HalfSine,
+        steps: 16.0,
         sample_rate: SampleRate::try_new(48_000).unwrap(),
         max_frequency: None,
         seconds: None,

@@ -198,14 +198,15 @@ fn residual(plate: Plate, step: Duration) -> f64 {
         }),
         point: pose.body_from_world(contact.arm),
         listener: pose.body_from_world(ear),
-        profile: ForceProfile::HalfSine,
+        profile: ForceProfile::Hertz,
+        steps: 16.0,
         sample_rate: SampleRate::HZ_48000,
         max_frequency: Some(BAND),
         seconds: Some(SECONDS),
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
     };
-    let offline = strike(&body, &source, &impact).unwrap();
+    let offline = strike(&body, &source, Some(&modes), &impact).unwrap();
     let ringing = struck_ringing(&body, modes, &impact, &offline).unwrap();
     let offline: Vec<f64> =
         offline.pressures.iter().zip(&ringing).map(|(click, ring)| click + ring).collect();

@@ -183,7 +183,7 @@ impl ImpactSolver {
 
     /// The forces of an impact; `None` if its contact cannot be solved.
     pub(super) fn solve(&mut self, input: &SolveInput<'_>) -> Option<Vec<SolvedForce>> {
-        let SolveInput { impact, contact, steps, band, .. } = *input;
+        let SolveInput { impact, steps, band, .. } = *input;
         // Members: the two bodies, with the vibration that they bring along.
         let poles = input.modes.map(|modes| modes.map(poles).unwrap_or_default());
         let states: [Vec<Complex64>; 2] =

@@ -57,13 +57,14 @@ fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, St
         point: DVec3::new(0.0, -radius, 0.0),
         listener,
         profile: ForceProfile::HalfSine,
+        steps: 16.0,
         sample_rate: SampleRate::HZ_48000,
         max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
     };
-    let sound = strike(&body, &SoundSource::Sphere { radius }, &impact).map_err(|e| e.to_string())?;
+    let sound = strike(&body, &SoundSource::Sphere { radius }, None, &impact).map_err(|e| e.to_string())?;
     let step = 1.0 / SampleRate::HZ_48000.as_f64();
     let (mut error, mut norm) = (0.0, 0.0);
     for k in 0..200 {

@@ -269,6 +269,7 @@ fn impact(impulse: DVec3, point: DVec3, listener: DVec3, hz: u32) -> Result<Stri
         point,
         listener,
         profile: ForceProfile::HalfSine,
+        steps: 16.0,
         sample_rate: SampleRate::try_new(hz)?,
         max_frequency: None,
         seconds: None,

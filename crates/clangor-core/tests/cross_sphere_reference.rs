@@ -63,7 +63,7 @@ fn struck_sphere_agrees_with_the_reference_program() {
             point: DVec3::NEG_Y * radius,
             listener: DVec3::new(angle.sin(), angle.cos(), 0.0) * distance,
             profile: ForceProfile::HalfSine,
-        steps: 16.0,
+            steps: 16.0,
             sample_rate: SampleRate::HZ_48000,
             max_frequency: None,
             seconds: None,

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use clangor_core::body::Body;
-use clangor_core::contact::ForceProfile;
+use clangor_core::contact::ForceSettings;
 use clangor_core::material::presets::PRESETS;
 use clangor_core::pose::Pose;
 use clangor_core::realtime::{ImpactEvent, ImpactTarget, event_row};

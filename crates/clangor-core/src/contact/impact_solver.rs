@@ -382,8 +382,7 @@ fn scaled_forces(
             let turned = [1, 2].map(|axis| axes[at][axis].dot(direction));
             let force: Vec<f64> =
                 course[1].iter().zip(&course[2]).map(|(a, b)| turned[0] * a + turned[1] * b).collect();
-            let (pushed, total) =
-                force.iter().fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f.abs()));
+            let (pushed, total) = force.iter().fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f.abs()));
             let differs = deviation(&force, &course[0]) > LEAST_DEVIATION;
             (differs && pushed > 0.5 * total).then(|| of_steps(&force)).flatten()
         });

@@ -68,8 +68,7 @@ pub(super) fn modal_energy_ratio(pulse: &ImpactPulse, modes: [Option<&ModesAtCon
         let (Some(share), Some(modes)) = (share, modes) else { continue };
         let impulses: Vec<DVec3> =
             share.local(&pulse.points, sign).into_iter().map(|(_, impulse)| impulse).collect();
-        energy +=
-            modes.energy(&impulses, |omega| pulse.shape.centred_spectrum(omega, pulse.duration).norm());
+        energy += modes.energy(&impulses, |omega| pulse.shape.centred_spectrum(omega, pulse.duration).norm());
     }
     energy / pulse.approach_energy()
 }

@@ -155,8 +155,7 @@ fn forces_of_impulse(
     let settings =
         ForceSettings { profile: strike.profile, model: ImpactModel::Given, ..ForceSettings::default() };
     let pulses = contact_forces(&impact, &no_modes, &settings, &mut ImpactSolver::default())?;
-    let lasting =
-        |pulse: ImpactPulse| ImpactPulse { duration: duration.unwrap_or(pulse.duration), ..pulse };
+    let lasting = |pulse: ImpactPulse| ImpactPulse { duration: duration.unwrap_or(pulse.duration), ..pulse };
     Ok(pulses.into_iter().map(lasting).collect())
 }
 
@@ -179,8 +178,7 @@ pub fn strike(
     {
         sources.push(SoundSource::Sphere { radius: striker.radius });
     }
-    let clicks: Vec<AccelerationPulse> =
-        pulses.iter().flat_map(|pulse| clicks_of(pulse, &sources)).collect();
+    let clicks: Vec<AccelerationPulse> = pulses.iter().flat_map(|pulse| clicks_of(pulse, &sources)).collect();
     let distance = strike.listener.length();
     let inside = |click: &AccelerationPulse| {
         click.source.silent_at(click.orientation.inverse() * (strike.listener - click.centre))

@@ -64,5 +64,10 @@ pub(crate) fn cube(edge: f64) -> Body {
 /// The impact to a body that sounds as the sphere of its volume.
 #[allow(dead_code, reason = "not every test that shares this file needs it")]
 pub(crate) fn strike(body: &Body, impact: &Strike) -> Result<StrikeSound, StrikeError> {
-    clangor_core::synthesis::strike::strike(body, &SoundSource::equal_volume_sphere(&body.surface), None, impact)
+    clangor_core::synthesis::strike::strike(
+        body,
+        &SoundSource::equal_volume_sphere(&body.surface),
+        None,
+        impact,
+    )
 }

@@ -106,6 +106,7 @@ pub(crate) fn contact(
     law: HertzLaw,
 ) -> MemberContact {
     MemberContact {
+        velocity: DVec3::ZERO,
         members,
         point,
         normal,

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clangor_core::body::{Body, Surface};
+use clangor_core::contact::contact_forces::OFFLINE_STEPS;
 use clangor_core::contact::force_profile::ForceProfile;
 use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;

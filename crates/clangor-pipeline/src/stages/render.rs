@@ -8,12 +8,12 @@
 //! voices, and written as soon as they are complete. Normalising takes a pass of its own to find the peak,
 //! so that memory stays flat however long the sound is.
 
-mod impacts_by_body;
 mod error;
 mod file_names;
 mod forces;
 mod ground;
 mod impact_reader;
+mod impacts_by_body;
 mod modal_sources;
 mod modal_state_transfer;
 mod modal_voices;
@@ -74,11 +74,8 @@ pub fn render(
     let passes = options.listeners.len()
         * (stems.len() + usize::from(matches!(options.full_scale, FullScale::Peak(_))));
     let mut progress = PassProgress { passes, done: 0.0, progress };
-    let mut summary = RenderSummary {
-        contacts,
-        handovers: scene.modal.handovers().clone(),
-        ..RenderSummary::default()
-    };
+    let mut summary =
+        RenderSummary { contacts, handovers: scene.modal.handovers().clone(), ..RenderSummary::default() };
     for listener in &options.listeners {
         let mut full_scale = None;
         for &stem in &stems {

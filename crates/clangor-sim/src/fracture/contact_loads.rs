@@ -13,7 +13,9 @@
 use std::f64::consts::FRAC_PI_2;
 
 use clangor_core::body::{Body, BodyId};
-use clangor_core::contact::{ContactError, ContactSettings, ForceSettings, ImpactPulse, PoseHistory, impact_pulses};
+use clangor_core::contact::{
+    ContactError, ContactSettings, ForceSettings, ImpactPulse, PoseHistory, impact_pulses,
+};
 use clangor_core::material::PairCoefficients;
 use clangor_core::scene::breaking::Load;
 use clangor_core::timeline::{ContactRow, PoseRow};

@@ -4,7 +4,9 @@ use std::mem::take;
 
 use clangor_core::body::Body;
 use clangor_core::contact::chain_onset::delay_chains_after;
-use clangor_core::contact::{ContactError, ContactSettings, ForceSettings, ImpactPulse, PoseHistory, impact_pulses};
+use clangor_core::contact::{
+    ContactError, ContactSettings, ForceSettings, ImpactPulse, PoseHistory, impact_pulses,
+};
 use clangor_core::timeline::{ContactRow, PoseRow, Timeline};
 
 use super::error::LiveError;

@@ -7,9 +7,7 @@ use clangor_core::scene::render_description::GroundSound;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::{AccelerationPart, BodyModes, NoModes, SoundPart};
 use clangor_pipeline::analysis::levels::db_spl;
-use clangor_pipeline::stages::render::{
-    ModalStateTransfer, RenderOptions, RenderSummary, RenderedFile,
-};
+use clangor_pipeline::stages::render::{ModalStateTransfer, RenderOptions, RenderSummary, RenderedFile};
 use clangor_pipeline::stages::sound_models::SoundModels;
 use clangor_pipeline::stages::sound_models::modal_plan::MOST_FORMS;
 use clangor_sim::SimulationReport;

@@ -22,6 +22,8 @@ pub(super) struct RowSide {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ContactRow {
     pub(super) sides: [Option<RowSide>; 2],
+    /// Rate of separation besides that of the members [m/s].
+    pub(super) own_speed: f64,
 }
 
 /// Rigid part of a member.
@@ -55,7 +57,7 @@ impl ContactRow {
                 RowSide { member, push, torque: (contact.point - members[member].centre).cross(push) }
             })
         };
-        ContactRow { sides: [side(0, 1.0), side(1, -1.0)] }
+        ContactRow { sides: [side(0, 1.0), side(1, -1.0)], own_speed: contact.velocity.dot(direction) }
     }
 
     fn sum(&self, of_side: impl Fn(&RowSide) -> f64) -> f64 {
@@ -64,10 +66,11 @@ impl ContactRow {
 
     /// Rate of separation [m/s].
     pub(super) fn velocity(&self, members: &[RigidMember]) -> f64 {
-        self.sum(|side| {
-            let member = &members[side.member];
-            side.push.dot(member.velocity) + side.torque.dot(member.angular_velocity)
-        })
+        self.own_speed
+            + self.sum(|side| {
+                let member = &members[side.member];
+                side.push.dot(member.velocity) + side.torque.dot(member.angular_velocity)
+            })
     }
 
     /// Its constant acceleration by gravity [m/s²].

@@ -35,6 +35,9 @@ pub struct MemberContact {
     pub point: DVec3,
     /// Unit normal from B to A.
     pub normal: DVec3,
+    /// Velocity of A relative to B at the point that the members' velocities do not contain [m/s]: of a
+    /// description that knows the approach of its points and not the motion of its bodies.
+    pub velocity: DVec3,
     /// Force law.
     pub law: ContactLaw,
     /// Gap between the surfaces at t₀ without vibration \[m\]; negative where they overlap, as the preload of

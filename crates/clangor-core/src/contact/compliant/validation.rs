@@ -135,7 +135,7 @@ fn check_pair(contact: usize, pair: &MemberContact, members: &[Member]) -> Check
 
 fn check_contact(contact: usize, pair: &MemberContact) -> Checked {
     let wrong = |what, value, wanted| Err(CompliantContactError::Contact { contact, what, value, wanted });
-    for (what, vector) in [("point", pair.point), ("normal", pair.normal)] {
+    for (what, vector) in [("point", pair.point), ("normal", pair.normal), ("velocity", pair.velocity)] {
         if let Some(value) = stray(vector) {
             return wrong(what, value, "finite");
         }

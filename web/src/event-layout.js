@@ -2,8 +2,8 @@
 // SI units. Generated from crates/clangor-web/src/layout.rs; do not edit:
 //   cargo run -p clangor-web --example event-layout > web/src/event-layout.js
 
-/** Numbers per event (f64). */
-export const EVENT_STRIDE = 24;
+/** Numbers per row of an event (f64). */
+export const EVENT_STRIDE = 25;
 
 /** Offsets within an event. */
 export const EVENT = {
@@ -31,6 +31,18 @@ export const EVENT = {
   impulse: 20,
   /** Number of the body; the engine ignores it. */
   body: 23,
+  /** Number of the force history; 0 for the engine's profile. */
+  history: 24,
+  /** Number of samples of a force history. */
+  count: 2,
+  /** Time of its first sample after the onset [s]. */
+  start: 3,
+  /** Distance of its samples [s]. */
+  step: 4,
+  /** Index of the first sample of the row. */
+  first: 5,
+  /** Samples [1/s] of a force of unit impulse, up to 17 numbers. */
+  samples: 6,
 };
 
 /** Kinds of events. */
@@ -43,6 +55,8 @@ export const EVENT_KIND = {
   pose: 2,
   /** The end of a loaded object. */
   end: 3,
+  /** A part of a force history. */
+  forceHistory: 4,
 };
 
 /** Numbers per contact (f64). */
@@ -78,4 +92,4 @@ export const BODY_STRIDE = 8;
 export const LINK_STRIDE = 8;
 
 /** Numbers of the report of the synthesis (f64). */
-export const REPORT_STRIDE = 12;
+export const REPORT_STRIDE = 13;

@@ -2,6 +2,7 @@
 // work is bounded: events that do not fit, or have no valid time, are counted and dropped.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
+import { isForceRow } from './force-rows.js';
 
 export class EventQueue {
   /** @param {number} capacity events */
@@ -24,16 +25,18 @@ export class EventQueue {
   }
 
   /**
+   * Adds events; rows of force histories are left out, as they do not wait.
    * @param {Float64Array} events rows of `EVENT_STRIDE`
    */
   add(events) {
     const rows = Math.floor(events.length / EVENT_STRIDE);
     for (let row = 0; row < rows; row += 1) {
-      if (this.count === this.capacity) {
-        this.dropped += rows - row;
-        return;
-      }
       const at = row * EVENT_STRIDE;
+      if (isForceRow(events, at)) continue;
+      if (this.count === this.capacity) {
+        this.dropped += 1;
+        continue;
+      }
       const time = events[at + EVENT.time];
       if (!Number.isFinite(time)) {
         this.dropped += 1;

@@ -4,6 +4,9 @@
 import { EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
 import { openTensors } from './model-file.js';
 
+/** Numbers of an event in files of version 1, which have no force histories. */
+const STRIDE_OF_VERSION_1 = 24;
+
 /**
  * @typedef {object} ExportedRun
  * @property {any} about the description
@@ -28,9 +31,9 @@ import { openTensors } from './model-file.js';
  */
 export function readRun(file) {
   const { about, array } = openTensors(file);
-  if (about.kind !== 'replay' || about.version !== 1) {
+  if (about.kind !== 'replay' || ![1, 2].includes(about.version)) {
     throw new Error(
-      `this is ${about.kind ?? 'something'}, version ${about.version}, not a replay of version 1`,
+      `this is ${about.kind ?? 'something'}, version ${about.version}, not a replay of version 1 or 2`,
     );
   }
   const rows = new Float32Array(array('poses'));
@@ -46,7 +49,10 @@ export function readRun(file) {
     }
     frames.push({ time: frame / about.frame_rate_hz, poses });
   }
-  const events = splitRows(new Float64Array(array('events')));
+  const events = splitRows(
+    new Float64Array(array('events')),
+    about.version === 1 ? STRIDE_OF_VERSION_1 : EVENT_STRIDE,
+  );
   const ranges = new Uint32Array(array('sounds.ranges'));
   const sounds = new Uint8Array(array('sounds.bytes'));
   const models = about.sounds.map((/** @type {any} */ sound, /** @type {number} */ slot) => {
@@ -104,11 +110,13 @@ function upward([x, y, z, w]) {
   return [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)];
 }
 
-/** @param {Float64Array} rows */
-function splitRows(rows) {
+/** @param {Float64Array} rows @param {number} stride numbers of each in the file */
+function splitRows(rows, stride) {
   const parts = [];
-  for (let at = 0; at + EVENT_STRIDE <= rows.length; at += EVENT_STRIDE) {
-    parts.push(rows.slice(at, at + EVENT_STRIDE));
+  for (let at = 0; at + stride <= rows.length; at += stride) {
+    const row = new Float64Array(EVENT_STRIDE);
+    row.set(rows.subarray(at, at + stride));
+    parts.push(row);
   }
   return parts;
 }

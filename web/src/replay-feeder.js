@@ -3,6 +3,7 @@
 // length.
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
+import { isForceRow } from './force-rows.js';
 
 export class ReplayFeeder {
   constructor() {
@@ -31,7 +32,7 @@ export class ReplayFeeder {
   }
 
   /**
-   * Moves the events before `time` into `target`, on the clock of the sound.
+   * Moves the events before `time` into `target`, on the clock of the sound, without rows of force histories.
    * @param {number} time [s]
    * @param {Float64Array} target
    * @returns {number} events moved: as many as are due and fit
@@ -42,6 +43,10 @@ export class ReplayFeeder {
     let taken = 0;
     while (taken < most && this.at < rows) {
       const row = this.at * EVENT_STRIDE;
+      if (isForceRow(this.events, row)) {
+        this.at += 1;
+        continue;
+      }
       const due = this.soundTime + (this.events[row + EVENT.time] - this.from) / this.rate;
       if (due >= time) break;
       target.set(this.events.subarray(row, row + EVENT_STRIDE), taken * EVENT_STRIDE);

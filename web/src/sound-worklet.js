@@ -4,6 +4,7 @@
 
 import { EVENT, EVENT_STRIDE, REPORT_STRIDE } from './event-layout.js';
 import { EventQueue } from './event-queue.js';
+import { takeForceRows } from './force-rows.js';
 import { ReplayFeeder } from './replay-feeder.js';
 import { WasmInstance } from './wasm-instance.js';
 
@@ -79,11 +80,11 @@ class SoundProcessor extends AudioWorkletProcessor {
         case 'world':
           this.worldPort = message.port;
           message.port.onmessage = (/** @type {MessageEvent} */ event) => {
-            if (event.data.kind === 'events') this.queue.add(event.data.events);
+            if (event.data.kind === 'events') this.receive(event.data.events);
           };
           break;
         case 'events':
-          this.queue.add(message.events);
+          this.receive(message.events);
           break;
         // Impacts of the page start as soon as possible; the page receives their time.
         case 'strike': {
@@ -91,7 +92,7 @@ class SoundProcessor extends AudioWorkletProcessor {
           for (let at = EVENT.time; at < events.length; at += EVENT_STRIDE) {
             events[at] = currentTime;
           }
-          this.queue.add(events);
+          this.receive(events);
           this.port.postMessage({ kind: 'impacts', events });
           break;
         }
@@ -113,6 +114,7 @@ class SoundProcessor extends AudioWorkletProcessor {
         case 'replay':
           this.queue.clear();
           exports.synth_silence();
+          this.giveForces(message.events);
           this.replay.start(message.events, message.from, message.rate, currentTime + HORIZON, sampleRate);
           this.port.postMessage({
             kind: 'replaying',
@@ -131,6 +133,20 @@ class SoundProcessor extends AudioWorkletProcessor {
     } catch (error) {
       this.complain(error);
     }
+  }
+
+  /** @param {Float64Array} events rows on the clock of the context */
+  receive(events) {
+    this.giveForces(events);
+    this.queue.add(events);
+  }
+
+  /** Gives force histories to the synthesis before their impacts. @param {Float64Array} rows of events */
+  giveForces(rows) {
+    takeForceRows(rows, (part, count) => {
+      this.synth.writeNumbers(part);
+      this.synth.exports.synth_push(count);
+    });
   }
 
   /** @param {number[]} ears left and right [m] */

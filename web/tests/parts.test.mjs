@@ -7,6 +7,7 @@ import { EVENT, EVENT_KIND, EVENT_STRIDE } from '../src/event-layout.js';
 import { EventQueue } from '../src/event-queue.js';
 import { History } from '../src/history.js';
 import { ReplayFeeder } from '../src/replay-feeder.js';
+import { ROWS_AT_ONCE, takeForceRows } from '../src/force-rows.js';
 import { randomNumbers } from '../src/rain.js';
 import { inRoom, isReflecting } from '../src/room.js';
 import { boxScene } from '../src/sphere-box.js';
@@ -82,6 +83,32 @@ test('a replay shifts events by whole samples, and stretches time when it is slo
   assert.equal(feeder.take(1e9, target), 4);
   const spacing = target[EVENT_STRIDE + EVENT.time] - target[EVENT.time];
   assert.ok(Math.abs(spacing - 4) < 1e-9);
+});
+
+test('force histories go ahead of their impacts, which wait for their time', () => {
+  const rows = eventsAt(Array.from({ length: 3000 }, (_, row) => 1 + row / 1000));
+  for (let row = 0; row < 3000; row += 1) {
+    if (row % 3 > 0) rows[row * EVENT_STRIDE + EVENT.kind] = EVENT_KIND.forceHistory;
+  }
+  /** @type {number[]} */
+  const ahead = [];
+  takeForceRows(rows, (part, count) => {
+    assert.ok(count <= ROWS_AT_ONCE && part.length === count * EVENT_STRIDE);
+    for (let row = 0; row < count; row += 1) ahead.push(part[row * EVENT_STRIDE + EVENT.body]);
+  });
+  const all = Array.from({ length: 3000 }, (_, row) => row);
+  assert.deepEqual(
+    ahead,
+    all.filter((row) => row % 3 > 0),
+  );
+  const queue = new EventQueue(1000);
+  queue.add(rows);
+  assert.deepEqual([queue.count, queue.dropped], [1000, 0]);
+  const feeder = new ReplayFeeder();
+  feeder.start(rows, 1, 1, 1, 48000);
+  const target = new Float64Array(1024 * EVENT_STRIDE);
+  assert.equal(feeder.take(1e9, target), 1000);
+  assert.equal(target[999 * EVENT_STRIDE + EVENT.body], 2997);
 });
 
 test('the history keeps half a minute and interpolates poses', () => {

@@ -151,7 +151,7 @@ fn page(model: &[u8], text: &str, point: DVec3) -> (Vec<f64>, Vec<f64>) {
     let pose = Pose { position: DVec3::ZERO, orientation: DQuat::IDENTITY };
     let (velocity, angular_velocity) = (DVec3::ZERO, DVec3::ZERO);
     let rests = Event::Pose { slot: 0, time: 0.0, pose, velocity, angular_velocity };
-    let rows = [event_row::encode(&rests, 0).unwrap().to_vec(), events].concat();
+    let rows = [event_row::RowEncoder::default().encode(&rests, 0).concat(), events].concat();
     write(&rows.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
     assert_eq!(synth::synth_push(3), 3);
     let latency = (synth::synth_latency() * RATE as f64).round() as usize;

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use clangor_core::glam::DVec3;
 use clangor_core::material::Damping;
-use clangor_core::realtime::event_row::{self, ROW};
+use clangor_core::realtime::event_row::{DecodedRow, ROW, RowDecoder};
 use clangor_core::realtime::{EngineSettings, Event, SoundingObject, engine};
 use clangor_core::scene::Scene;
 use safetensors::SafeTensors;
@@ -105,8 +105,13 @@ fn replayed(path: &Path, frames: usize) -> [Vec<f64>; 2] {
         |values: &Value| DVec3::from_array(serde_json::from_value(values.clone()).expect("a vector"));
     let listener = &report["listeners"][0];
     controller.send(Event::Receivers([vector(&listener["left"]), vector(&listener["right"])])).expect("room");
+    let mut decoder = RowDecoder::default();
     for row in numbers(&array("events"), f64::from_le_bytes).as_chunks::<ROW>().0 {
-        let event = event_row::decode(row).expect("a known kind");
+        let event = match decoder.decode(row) {
+            DecodedRow::Event(event) => event,
+            DecodedRow::ForceHistory => continue,
+            DecodedRow::Unknown => panic!("{row:?} is of an unknown kind"),
+        };
         assert!(!matches!(event, Event::End { .. }), "no body of this scene breaks");
         controller.send(event).expect("room");
     }

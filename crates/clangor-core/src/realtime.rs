@@ -55,6 +55,7 @@ pub mod engine;
 pub mod engine_settings;
 pub mod event;
 pub mod event_row;
+mod kept_histories;
 mod object_table;
 pub mod playback_level;
 mod receivers;

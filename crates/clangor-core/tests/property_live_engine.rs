@@ -31,6 +31,7 @@ fn marble(time: f64) -> ImpactEvent {
         target: ImpactTarget::Sphere { radius: 0.01 },
         time,
         duration: 60e-6,
+        force: None,
         pose: Pose::IDENTITY,
         velocity_change: DVec3::Y,
         angular_velocity_change: DVec3::ZERO,
@@ -112,18 +113,18 @@ fn nonsense_is_refused_and_counted() {
     let turned =
         Pose { orientation: clangor_core::glam::DQuat::from_xyzw(9.0, 0.0, 0.0, 1.0), ..Pose::IDENTITY };
     let nonsense = [
-        Event::Impact(ImpactEvent { time: f64::NAN, ..good }),
-        Event::Impact(ImpactEvent { time: f64::INFINITY, ..good }),
-        Event::Impact(ImpactEvent { time: 1e9, ..good }),
-        Event::Impact(ImpactEvent { duration: -1.0, ..good }),
-        Event::Impact(ImpactEvent { duration: 1e3, ..good }),
-        Event::Impact(ImpactEvent { duration: 1e306, ..good }),
-        Event::Impact(ImpactEvent { target: ImpactTarget::Sphere { radius: 1e-160 }, ..good }),
-        Event::Impact(ImpactEvent { velocity_change: 1e300 * DVec3::Y, ..good }),
-        Event::Impact(ImpactEvent { velocity_change: DVec3::NAN, ..good }),
-        Event::Impact(ImpactEvent { pose: Pose::at(DVec3::INFINITY), ..good }),
-        Event::Impact(ImpactEvent { pose: turned, ..good }),
-        Event::Impact(ImpactEvent { target: ImpactTarget::Sphere { radius: 0.0 }, ..good }),
+        Event::Impact(ImpactEvent { time: f64::NAN, ..good.clone() }),
+        Event::Impact(ImpactEvent { time: f64::INFINITY, ..good.clone() }),
+        Event::Impact(ImpactEvent { time: 1e9, ..good.clone() }),
+        Event::Impact(ImpactEvent { duration: -1.0, ..good.clone() }),
+        Event::Impact(ImpactEvent { duration: 1e3, ..good.clone() }),
+        Event::Impact(ImpactEvent { duration: 1e306, ..good.clone() }),
+        Event::Impact(ImpactEvent { target: ImpactTarget::Sphere { radius: 1e-160 }, ..good.clone() }),
+        Event::Impact(ImpactEvent { velocity_change: 1e300 * DVec3::Y, ..good.clone() }),
+        Event::Impact(ImpactEvent { velocity_change: DVec3::NAN, ..good.clone() }),
+        Event::Impact(ImpactEvent { pose: Pose::at(DVec3::INFINITY), ..good.clone() }),
+        Event::Impact(ImpactEvent { pose: turned, ..good.clone() }),
+        Event::Impact(ImpactEvent { target: ImpactTarget::Sphere { radius: 0.0 }, ..good.clone() }),
         Event::Impact(bell(3, 0.0)),
         Event::Impact(bell(usize::MAX, 0.0)),
         pose(turned),
@@ -144,8 +145,8 @@ fn nonsense_is_refused_and_counted() {
         controller.send(event).unwrap();
     }
     // A force too long for a wave is rejected at both ears; a wave from too far away is left out.
-    controller.send(Event::Impact(ImpactEvent { duration: 1.0, ..good })).unwrap();
-    controller.send(Event::Impact(ImpactEvent { pose: Pose::at(1e4 * DVec3::X), ..good })).unwrap();
+    controller.send(Event::Impact(ImpactEvent { duration: 1.0, ..good.clone() })).unwrap();
+    controller.send(Event::Impact(ImpactEvent { pose: Pose::at(1e4 * DVec3::X), ..good.clone() })).unwrap();
     assert!(listen(&mut engine, 40).iter().all(|p| !p.is_nan()));
     let report = controller.report();
     assert_eq!((report.refused, report.distant), (count + 2, 2), "{report:?}");

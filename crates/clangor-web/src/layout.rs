@@ -15,7 +15,7 @@ use std::fmt::Write;
 use clangor_core::contact::ImpactPulse;
 use clangor_core::realtime::event_row::{FIELDS, Field, KINDS, ROW};
 
-/// Numbers of an event.
+/// Numbers of a row of an event.
 pub const EVENT_STRIDE: usize = ROW;
 /// Numbers of a contact in [`world_contacts`](crate::world::world_contacts).
 pub const CONTACT_STRIDE: usize = 12;
@@ -26,7 +26,7 @@ pub const BODY_STRIDE: usize = 8;
 /// Numbers of a rod or a spring in [`world_links`](crate::world::world_links).
 pub const LINK_STRIDE: usize = 8;
 /// Numbers of [`synth_report`](crate::synth::synth_report).
-pub const REPORT_STRIDE: usize = 12;
+pub const REPORT_STRIDE: usize = 13;
 
 /// Onset of a contact.
 const CONTACT_TIME: usize = 0;
@@ -69,7 +69,7 @@ pub fn javascript() -> String {
          // SI units. Generated from crates/clangor-web/src/layout.rs; do not edit:\n\
          //   cargo run -p clangor-web --example event-layout > web/src/event-layout.js\n",
     );
-    stride(&mut text, "EVENT_STRIDE", "Numbers per event (f64).", EVENT_STRIDE);
+    stride(&mut text, "EVENT_STRIDE", "Numbers per row of an event (f64).", EVENT_STRIDE);
     let events = FIELDS.iter().map(|(name, at, content)| (*name, *at as f64, *content));
     table(&mut text, "EVENT", "Offsets within an event.", events);
     table(&mut text, "EVENT_KIND", "Kinds of events.", KINDS);

@@ -85,7 +85,8 @@ impl State {
             targets.into_iter().enumerate().flat_map(of_side)
         });
         self.events.clear();
-        let rows = events.filter_map(|event| event_row::encode(&event.into(), slot));
+        let mut encoder = event_row::RowEncoder::default();
+        let rows = events.flat_map(|event| encoder.encode(&event.into(), slot));
         self.events.extend(rows.flatten());
         let [pulse, ..] = &pulses[..] else { return Ok(0) };
         self.contact = contact_row(pulse, [f64::from(slot), -1.0]);
@@ -109,7 +110,7 @@ pub fn strike_materials() -> i32 {
 }
 
 /// Hits the object of a slot with a ball of a material, by the [`STRIKE_NUMBERS`] numbers in the buffer.
-/// Returns the number of events.
+/// Returns the number of rows.
 pub fn strike_impact(slot: u32, material: u32) -> i32 {
     let numbers = wasm_buffer::with_words(|words| {
         let first = words.first_chunk::<STRIKE_NUMBERS>().copied();
@@ -118,7 +119,7 @@ pub fn strike_impact(slot: u32, material: u32) -> i32 {
     STATE.with_borrow_mut(|state| status(state.strike(slot, material, numbers)))
 }
 
-/// The events of the last impact, at time 0: on the object, then on the ball.
+/// The rows of the events of the last impact, at time 0: on the object, then on the ball.
 pub fn strike_events() -> *const f64 {
     STATE.with_borrow(|state| state.events.as_ptr())
 }

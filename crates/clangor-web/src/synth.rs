@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 
 use clangor_core::glam::DVec3;
 use clangor_core::material::Damping;
+use clangor_core::realtime::event_row::{DecodedRow, RowDecoder};
 use clangor_core::realtime::{
     Controller, Engine, EngineSettings, Event, Part, PlaybackLevel, SendError, SoundingObject, engine,
-    event_row,
 };
 use clangor_core::scene::Scene;
 use clangor_core::synthesis::object_file::ObjectError;
@@ -63,6 +63,7 @@ struct Playing {
     controller: Controller,
     engine: Engine,
     settings: EngineSettings,
+    decoder: RowDecoder,
     /// Number of events of an unknown kind.
     unknown: u64,
 }
@@ -117,7 +118,8 @@ impl State {
         }
         settings.acoustics.planes = settings.acoustics.planes.up_to_order(IMAGE_ORDER);
         let (controller, engine) = engine(&settings)?;
-        self.playing = Some(Playing { controller, engine, settings, unknown: 0 });
+        self.playing =
+            Some(Playing { controller, engine, settings, decoder: RowDecoder::default(), unknown: 0 });
         for (slot, file) in &self.files {
             put(self.playing.as_mut(), *slot, file)?;
         }
@@ -177,8 +179,9 @@ pub fn synth_listener(lx: f64, ly: f64, lz: f64, rx: f64, ry: f64, rz: f64) -> i
     send(Event::Receivers([DVec3::new(lx, ly, lz), DVec3::new(rx, ry, rz)]))
 }
 
-/// Takes so many events from the buffer; returns how many were taken. The others have an unknown kind, or the
-/// ring is full.
+/// Takes so many rows from the buffer; returns how many were taken. The others have an unknown kind, or the
+/// ring is full. Rows of force histories may come long before their impacts, which the audio thread then
+/// only looks up.
 pub fn synth_push(count: u32) -> u32 {
     STATE.with_borrow_mut(|state| {
         let Some(playing) = &mut state.playing else { return 0 };
@@ -186,9 +189,10 @@ pub fn synth_push(count: u32) -> u32 {
             let rows = words.as_chunks::<EVENT_STRIDE>().0.iter().take(count as usize);
             let mut taken = 0;
             for row in rows {
-                match event_row::decode(&row.map(f64::from_bits)) {
-                    Some(event) => taken += u32::from(playing.controller.send(event).is_ok()),
-                    None => playing.unknown += 1,
+                match playing.decoder.decode(&row.map(f64::from_bits)) {
+                    DecodedRow::Event(event) => taken += u32::from(playing.controller.send(event).is_ok()),
+                    DecodedRow::ForceHistory => taken += 1,
+                    DecodedRow::Unknown => playing.unknown += 1,
                 }
             }
             taken
@@ -257,10 +261,10 @@ pub fn synth_time() -> f64 {
 
 /// [`REPORT_STRIDE`] numbers: events taken, waves, late impacts, distant waves, events refused or lost, waves
 /// and impacts shed, objects shed, audible objects, vibrating modes, largest pressure since the last report
-/// \[Pa\], masked waves, waves with the receiver inside the body.
+/// \[Pa\], masked waves, waves with the receiver inside the body, impacts without their force history.
 pub fn synth_report() -> *const f64 {
     STATE.with_borrow_mut(|state| {
-        if let Some(Playing { controller, unknown, .. }) = &state.playing {
+        if let Some(Playing { controller, unknown, decoder, .. }) = &state.playing {
             let report = controller.report();
             let count = |n: u64| n as f64;
             state.report = [
@@ -276,6 +280,7 @@ pub fn synth_report() -> *const f64 {
                 state.peak,
                 count(report.masked),
                 count(report.inside),
+                count(report.simplified + decoder.missing),
             ];
             state.peak = 0.0;
         }

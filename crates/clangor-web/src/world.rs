@@ -86,6 +86,7 @@ impl State {
     /// Takes the impacts out of the world.
     fn collect(&mut self) {
         let State { world: Some(world), events, contacts, .. } = self else { return };
+        let mut encoder = event_row::RowEncoder::default();
         for pulse in world.impacts() {
             let body = |id: BodyId| if id == BodyId::WORLD { -1.0 } else { f64::from(id.0) };
             let row = contact_row(pulse, pulse.pair.map(body));
@@ -95,7 +96,7 @@ impl State {
                 if let Some(Surface::Sphere { radius }) = world.body(share.body).map(|body| &*body.surface) {
                     let target = ImpactTarget::Sphere { radius: *radius };
                     for impact in ImpactEvent::of_side(target, pulse, side) {
-                        events.extend(event_row::encode(&impact.into(), share.body.0).into_iter().flatten());
+                        events.extend(encoder.encode(&impact.into(), share.body.0).into_iter().flatten());
                     }
                 }
             }

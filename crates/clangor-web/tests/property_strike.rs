@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use clangor_core::contact::hertz::HertzContact;
 use clangor_core::glam::DVec3;
 use clangor_core::material::{Material, PairCoefficients, presets};
-use clangor_core::realtime::event_row::{ROW, decode};
+use clangor_core::realtime::event_row::{DecodedRow, ROW, RowDecoder};
 use clangor_core::realtime::{Event, ImpactEvent, ImpactTarget};
 use clangor_web::layout::{CONTACT_FIELDS, CONTACT_STRIDE};
 use clangor_web::strike::{STRIKE_NUMBERS, strike_impact, strike_load, strike_materials, with_impact};
@@ -44,8 +44,8 @@ fn hit(material: &str, from_centre: DVec3) -> (ImpactEvent, ImpactEvent, [f64; C
     write_numbers(&numbers(CENTRE + from_centre));
     assert_eq!(strike_impact(SLOT, index), 2, "{}", last_message());
     with_impact(|rows, contact| {
-        let event = |row: &[f64; ROW]| match decode(row) {
-            Some(Event::Impact(event)) => event,
+        let event = |row: &[f64; ROW]| match RowDecoder::default().decode(row) {
+            DecodedRow::Event(Event::Impact(event)) => event,
             _ => panic!("{row:?} is no impact"),
         };
         let [object, mallet] = rows.as_chunks::<ROW>().0 else { panic!("{} numbers", rows.len()) };

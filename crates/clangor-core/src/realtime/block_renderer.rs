@@ -1,14 +1,16 @@
 //! Renders blocks: waves of acceleration pulses, voices, late reverberation, and the fade to silence.
 
+use std::sync::Arc;
+
 use super::budget::Budget;
 use super::engine_settings::EngineSettings;
 use super::event::{ImpactEvent, Part};
 use super::object_table::MOST_RETIRING;
 use super::receivers::Receivers;
 use super::scheduler::Onset;
-use super::wave_queue::{QueuedWave, WaveQueue, strength};
+use super::wave_queue::{QueuedWave, WaveQueue, rate, strength};
 use crate::body::BodyId;
-use crate::contact::ForceProfile;
+use crate::contact::{ForceHistory, ForceProfile, ForceShape};
 use crate::medium::Medium;
 use crate::propagation::{LateReverberation, PropagationPaths};
 use crate::synthesis::live_pulses::LivePulses;
@@ -141,9 +143,16 @@ impl BlockRenderer {
         self.stopping
     }
 
-    /// The force of an impact of unit impulse; `None` if it lasts too long or too many are in progress.
-    pub(super) fn force(&mut self, onset: &Onset, duration: f64) -> Option<LiveForce> {
-        self.forces.impact(&self.profile.into(), onset.sample, duration)
+    /// The force of an impact over time.
+    fn shape(&self, impact: &ImpactEvent) -> ForceShape {
+        let history = |force: &Arc<ForceHistory>| ForceShape::History(Arc::clone(force));
+        impact.force.as_ref().map_or(self.profile.into(), history)
+    }
+
+    /// The force of an impact for unit impulse; `None` if it lasts too long or too many are in progress.
+    pub(super) fn force(&mut self, onset: &Onset, impact: &ImpactEvent) -> Option<LiveForce> {
+        let shape = self.shape(impact);
+        self.forces.impact(&shape, onset.sample, impact.duration)
     }
 
     /// Queues the waves of the acceleration pulse that an impact causes on a source of this bounding radius
@@ -159,13 +168,14 @@ impl BlockRenderer {
             body: BodyId(0),
             time: onset.time,
             duration: impact.duration,
-            shape: self.profile.into(),
+            shape: self.shape(impact),
             centre: impact.pose.position,
             orientation: impact.pose.orientation,
             velocity_change: impact.velocity_change,
             angular_velocity_change: impact.angular_velocity_change,
             source,
         };
+        let rate = rate(&pulse.shape, pulse.duration);
         for (receiver, place) in self.receivers.targets().iter().enumerate() {
             for path in 0..self.paths.count() {
                 let Some(towards) = self.paths.towards(path, pulse.centre, *place) else { continue };
@@ -178,7 +188,7 @@ impl BlockRenderer {
                     continue;
                 }
                 let Some(first) = self.pulses.first_sample(&pulse, towards) else { continue };
-                let strength = strength(&pulse, radius, towards.length(), &self.medium);
+                let strength = strength(&pulse, rate, radius, towards.length(), &self.medium);
                 self.waves.add(first, QueuedWave { pulse: pulse.clone(), towards, path, receiver, strength });
             }
         }

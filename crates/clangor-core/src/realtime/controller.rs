@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::event::Event;
+use super::kept_histories::KeptHistories;
 use super::report::{Report, SharedReport};
 use super::sounding_object::SoundingObject;
 
@@ -31,6 +32,8 @@ pub(super) struct EngineChannels {
     pub(super) events: rtrb::Consumer<Event>,
     pub(super) returned: rtrb::Producer<Box<SoundingObject>>,
     pub(super) report: Arc<SharedReport>,
+    /// Not used: the histories must exist as long as the engine.
+    _histories: KeptHistories,
 }
 
 /// Sends events to an engine from another thread.
@@ -38,7 +41,9 @@ pub struct Controller {
     events: rtrb::Producer<Event>,
     returned: rtrb::Consumer<Box<SoundingObject>>,
     report: Arc<SharedReport>,
+    histories: KeptHistories,
     lost: u64,
+    simplified: u64,
 }
 
 /// Both ends of the rings, for an engine that holds up to `held` objects outside its slots.
@@ -47,8 +52,14 @@ pub(super) fn channels(held: usize) -> (Controller, EngineChannels) {
     // Room for every object that can have been sent.
     let (given_back, returned) = rtrb::RingBuffer::new(EVENTS + held + 2);
     let report = Arc::<SharedReport>::default();
-    let engine = EngineChannels { events: taken, returned: given_back, report: Arc::clone(&report) };
-    (Controller { events, returned, report, lost: 0 }, engine)
+    let histories = KeptHistories::default();
+    let engine = EngineChannels {
+        events: taken,
+        returned: given_back,
+        report: Arc::clone(&report),
+        _histories: histories.clone(),
+    };
+    (Controller { events, returned, report, histories, lost: 0, simplified: 0 }, engine)
 }
 
 impl EngineChannels {
@@ -70,7 +81,14 @@ impl Controller {
         if self.events.is_abandoned() {
             return Err(SendError::Gone);
         }
-        self.events.push(event.into()).map_err(|_| {
+        let mut event = event.into();
+        if let Event::Impact(impact) = &mut event
+            && let Some(force) = &impact.force
+        {
+            impact.force = self.histories.sent(force);
+            self.simplified += u64::from(impact.force.is_none());
+        }
+        self.events.push(event).map_err(|_| {
             self.lost += 1;
             SendError::Full
         })
@@ -96,6 +114,7 @@ impl Controller {
 
     /// Counts of the events.
     pub fn report(&self) -> Report {
-        Report { lost: self.lost, ..self.report.read() }
+        let report = self.report.read();
+        Report { lost: self.lost, simplified: self.simplified + report.simplified, ..report }
     }
 }

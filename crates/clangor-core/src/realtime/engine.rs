@@ -67,6 +67,7 @@ impl Engine {
             lost: 0,
             refused: events.refused + pulses.refused,
             late: events.late,
+            simplified: events.simplified,
             waves: pulses.waves,
             distant: distant + pulses.distant,
             shed: events.shed + shed,
@@ -224,7 +225,7 @@ impl Engine {
         voice.stand(onset.sample, impact.pose);
         let transfers = if voice.awake_modes() == 0 { object.transfer_work } else { 0 };
         let allowed = scheduler.work.allows(transfers);
-        let force = if allowed { renderer.force(onset, impact.duration) } else { None };
+        let force = if allowed { renderer.force(onset, impact) } else { None };
         let point = impact.pose.body_from_world(impact.point);
         let strikes = |force| voice.strike(&force, &[(point, impulse)], scheduler.position());
         if force.is_some_and(strikes) {

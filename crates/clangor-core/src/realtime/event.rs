@@ -1,10 +1,12 @@
 //! Events of a real-time engine: impacts, motion of objects and receivers, and changes of what is rendered.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::engine_settings::MOST_RECEIVERS;
 use super::sounding_object::SoundingObject;
-use crate::contact::ImpactPulse;
+use crate::contact::{ForceHistory, ForceShape, ImpactPulse};
 use crate::pose::Pose;
 
 /// Bound of the components of vectors, in SI units: far beyond it, products overflow.
@@ -82,7 +84,7 @@ pub enum ImpactTarget {
 }
 
 /// An impact on a body: its velocities change over a short time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ImpactEvent {
     /// The body.
     pub target: ImpactTarget,
@@ -90,6 +92,8 @@ pub struct ImpactEvent {
     pub time: f64,
     /// Duration τ of the force \[s\].
     pub duration: f64,
+    /// The force over time; `None` for the engine's profile.
+    pub force: Option<Arc<ForceHistory>>,
     /// Pose of the body at the onset.
     pub pose: Pose,
     /// Change of the velocity, Σj/M [m/s], world.
@@ -132,6 +136,7 @@ impl ImpactEvent {
             target,
             time,
             duration,
+            force: None,
             pose: Pose::IDENTITY,
             velocity_change: DVec3::ZERO,
             angular_velocity_change: DVec3::ZERO,
@@ -144,6 +149,7 @@ impl ImpactEvent {
     ///
     /// There is one event for each contact point, with the force on the modes there. The first one also has
     /// the changes of the velocities. A sphere has only the first; none if contacts cannot move the body.
+    /// All have the history of the pulse; a closed profile of the pulse is left to the engine.
     pub fn of_side(
         target: ImpactTarget,
         pulse: &ImpactPulse,
@@ -156,9 +162,11 @@ impl ImpactEvent {
             ImpactTarget::Object { .. } => usize::MAX,
         };
         share.into_iter().flat_map(move |share| {
-            let still = ImpactEvent::new(target, pulse.onset, pulse.duration).with_pose(share.pose);
+            let still = ImpactEvent::new(target, pulse.onset, pulse.duration)
+                .with_pose(share.pose)
+                .with_shape(&pulse.shape);
             pulse.points.iter().take(most).enumerate().map(move |(index, (point, impulse))| {
-                let event = still.with_impulse(*point, sign * share.modal_gain * *impulse);
+                let event = still.clone().with_impulse(*point, sign * share.modal_gain * *impulse);
                 match index {
                     0 => event.with_velocity_changes(share.velocity_change, share.angular_velocity_change),
                     _ => event,
@@ -177,6 +185,16 @@ impl ImpactEvent {
     #[must_use]
     pub fn with_pose(self, pose: Pose) -> Self {
         ImpactEvent { pose, ..self }
+    }
+
+    /// Replaces the force over time: a history, or the engine's profile for any closed profile.
+    #[must_use]
+    pub fn with_shape(self, shape: &ForceShape) -> Self {
+        let force = match shape {
+            ForceShape::History(history) => Some(Arc::clone(history)),
+            ForceShape::Profile(_) => None,
+        };
+        ImpactEvent { force, ..self }
     }
 
     /// Replaces the change of the velocity [m/s, world].
@@ -205,8 +223,15 @@ impl ImpactEvent {
             ImpactTarget::Object { .. } => true,
         };
         let good = vectors.into_iter().all(is_within_limits) && is_pose(&self.pose);
-        good && sized && DURATIONS.contains(&self.duration)
+        let lasting = self.force.as_deref().is_none_or(is_lasting);
+        good && sized && lasting && DURATIONS.contains(&self.duration)
     }
+}
+
+/// Whether a history begins near its onset, and has a duration within limits.
+fn is_lasting(history: &ForceHistory) -> bool {
+    let (begin, end) = history.extent();
+    begin.abs() < DURATIONS.end && DURATIONS.contains(&(end - begin))
 }
 
 /// Whether a vector is finite and its components are below 1e9.

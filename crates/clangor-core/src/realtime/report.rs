@@ -13,6 +13,8 @@ pub struct Report {
     pub refused: u64,
     /// Impacts that arrived too late and were rendered as soon as possible.
     pub late: u64,
+    /// Impacts with the engine's profile in place of a history that is too long, or one of too many.
+    pub simplified: u64,
     /// Rendered waves of acceleration pulses.
     pub waves: u64,
     /// Waves left out because their path exceeds the reach.
@@ -36,26 +38,26 @@ pub struct Report {
 }
 
 /// Number of fields of a [`Report`].
-const COUNTS: usize = 14;
+const COUNTS: usize = 15;
 
 impl Report {
     fn to_numbers(self) -> [u64; COUNTS] {
         let Report { taken, lost, refused, late, waves, distant, shed, .. } = self;
-        let Report { masked, inside, shed_voices, voices, modes, peak, time, .. } = self;
+        let Report { masked, inside, shed_voices, voices, modes, simplified, peak, time, .. } = self;
         let [peak, time] = [peak, time].map(f64::to_bits);
         let mut numbers = [0; COUNTS];
         numbers[..7].copy_from_slice(&[taken, lost, refused, late, waves, distant, shed]);
-        numbers[7..].copy_from_slice(&[masked, inside, shed_voices, voices, modes, peak, time]);
+        numbers[7..].copy_from_slice(&[masked, inside, shed_voices, voices, modes, simplified, peak, time]);
         numbers
     }
 
     fn from_numbers(numbers: [u64; COUNTS]) -> Self {
         let [taken, lost, refused, late, waves, distant, shed, masked, inside, rest @ ..] = numbers;
-        let [shed_voices, voices, modes, peak, time] = rest;
+        let [shed_voices, voices, modes, simplified, peak, time] = rest;
         let [peak, time] = [peak, time].map(f64::from_bits);
         let counts =
             Report { taken, lost, refused, late, waves, distant, shed, masked, inside, ..Report::default() };
-        Report { shed_voices, voices, modes, peak, time, ..counts }
+        Report { shed_voices, voices, modes, simplified, peak, time, ..counts }
     }
 }
 

@@ -7,6 +7,7 @@ use super::budget::Budget;
 use super::engine_settings::EngineSettings;
 use super::event::{Event, ImpactEvent};
 use super::schedule::Schedule;
+use crate::contact::ForceHistory;
 use crate::synthesis::live_pulses::LOOK_AHEAD as PULSE_LOOK_AHEAD;
 use crate::synthesis::modal::live_voice::LOOK_AHEAD as FORCE_LOOK_AHEAD;
 
@@ -17,6 +18,10 @@ const LOOK_AHEAD: usize =
 const MOST_WAITING: usize = 8192;
 /// Events further ahead are rejected \[s\].
 const HORIZON: f64 = 60.0;
+/// Longest force history \[samples of the output\], so that its waves and forces fit the longest block.
+const LONGEST_HISTORY: f64 = 3072.0;
+/// Most samples of a history: the work of a spectrum is in proportion to them.
+const MOST_HISTORY_SAMPLES: usize = 2048;
 /// Longest delay of an impact on an object that exceeds the budget \[s\].
 const LONGEST_WAIT: f64 = 0.03;
 
@@ -27,6 +32,7 @@ pub(super) struct EventCounts {
     pub(super) refused: u64,
     pub(super) late: u64,
     pub(super) shed: u64,
+    pub(super) simplified: u64,
 }
 
 /// Outcome of an event that arrives.
@@ -133,7 +139,7 @@ impl Scheduler {
 
     /// Schedules an event, or says that it acts at once or is rejected. An object put into an empty slot acts
     /// at once.
-    pub(super) fn admit(&mut self, event: Event, is_empty: impl Fn(usize) -> bool) -> Admission {
+    pub(super) fn admit(&mut self, mut event: Event, is_empty: impl Fn(usize) -> bool) -> Admission {
         let time = match (&event, event.time()) {
             (_, Some(time)) => time,
             (Event::Put { slot, .. }, None) if !is_empty(*slot) => self.time(),
@@ -143,6 +149,12 @@ impl Scheduler {
         if ahead.is_nan() || ahead > HORIZON {
             self.counts.refused += 1;
             return Admission::Rejected(event);
+        }
+        if let Event::Impact(impact) = &mut event
+            && impact.force.as_deref().is_some_and(|force| self.is_too_long(force))
+        {
+            impact.force = None;
+            self.counts.simplified += 1;
         }
         // Impacts act before they are heard; all else acts when it is heard.
         let extra = if matches!(event, Event::Pose { .. } | Event::End { .. }) { LOOK_AHEAD } else { 0 };
@@ -160,6 +172,11 @@ impl Scheduler {
                 Admission::Rejected(event)
             }
         }
+    }
+
+    fn is_too_long(&self, force: &ForceHistory) -> bool {
+        let (begin, end) = force.extent();
+        (end - begin) * self.sample_rate > LONGEST_HISTORY || force.values().len() > MOST_HISTORY_SAMPLES
     }
 
     /// Begins a block: its full budget.
@@ -198,7 +215,7 @@ impl Scheduler {
     /// Delays the modal part of an impact that exceeds the budget (`may_wait`) to a later block, or leaves it
     /// out.
     pub(super) fn postpone(&mut self, impact: &ImpactEvent, onset: &Onset, may_wait: bool) {
-        let modal_only = impact.with_velocity_changes(glam::DVec3::ZERO, glam::DVec3::ZERO);
+        let modal_only = impact.clone().with_velocity_changes(glam::DVec3::ZERO, glam::DVec3::ZERO);
         let next = self.position + (self.block + LOOK_AHEAD) as i64;
         let room = self.waiting.len() < MOST_WAITING / 8;
         let waits = may_wait && room && onset.lateness < LONGEST_WAIT;

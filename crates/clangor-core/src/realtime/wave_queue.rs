@@ -4,6 +4,7 @@
 use glam::DVec3;
 
 use super::schedule::Schedule;
+use crate::contact::ForceShape;
 use crate::medium::Medium;
 use crate::synthesis::SoundSource;
 use crate::synthesis::acceleration_pulse::AccelerationPulse;
@@ -93,11 +94,17 @@ impl WaveQueue {
 }
 
 /// Estimate of the peak pressure \[Pa\] of an acceleration pulse at a distance \[m\]: that of a sphere of
-/// this radius \[m\] on the axis of its motion.
+/// this radius \[m\] on the axis of its motion, with the [`rate`] π/τ \[1/s\] of its force.
 ///
 /// A compact sphere accelerated by a half-sine, a = π Δv/(2τ), radiates ρR³/2 (ȧ/(cr) + a/r²), and at most
 /// the pressure of an instantaneous start, ρcΔv R/r.
-pub(super) fn strength(pulse: &AccelerationPulse, radius: f64, distance: f64, medium: &Medium) -> f64 {
+pub(super) fn strength(
+    pulse: &AccelerationPulse,
+    rate: f64,
+    radius: f64,
+    distance: f64,
+    medium: &Medium,
+) -> f64 {
     let Medium { density, sound_speed } = *medium;
     let distance = distance.max(radius);
     let turning = match pulse.source {
@@ -105,11 +112,18 @@ pub(super) fn strength(pulse: &AccelerationPulse, radius: f64, distance: f64, me
         _ => radius * pulse.angular_velocity_change.length(),
     };
     let speed = pulse.velocity_change.length() + turning;
-    let rate = std::f64::consts::PI / pulse.duration;
     let acceleration = 0.5 * rate * speed;
     let compact = 0.5
         * density
         * radius.powi(3)
         * (acceleration * rate / (sound_speed * distance) + acceleration / distance.powi(2));
     compact.min(density * sound_speed * speed * radius / distance)
+}
+
+/// π/τ \[1/s\] of the half-sine that has the same peak as a force.
+pub(super) fn rate(shape: &ForceShape, duration: f64) -> f64 {
+    match shape {
+        ForceShape::Profile(_) => std::f64::consts::PI / duration,
+        ForceShape::History(history) => 2.0 * history.values().iter().copied().fold(0.0, f64::max),
+    }
 }

@@ -22,7 +22,7 @@ pub(crate) struct HistorySpectra {
 
 /// A spectrum Ŝ(ω) e^{iωτ/2}, and what it belongs to.
 struct Kept {
-    history: Arc<ForceHistory>,
+    history: Option<Arc<ForceHistory>>,
     spacing: f64,
     duration: f64,
     re: Vec<f64>,
@@ -32,22 +32,17 @@ struct Kept {
 impl Kept {
     fn is_of(&self, history: &Arc<ForceHistory>, grid: &Grid, duration: f64) -> bool {
         let same_grid = self.spacing == grid.spacing_hz && self.re.len() == grid.omega.len();
-        Arc::ptr_eq(&self.history, history) && same_grid && self.duration == duration
+        let same_force = self.history.as_ref().is_some_and(|kept| Arc::ptr_eq(kept, history));
+        same_force && same_grid && self.duration == duration
     }
 }
 
 impl HistorySpectra {
     /// Reserves memory for grids of up to this number of bins.
     pub(crate) fn reserve(&mut self, bins: usize) {
-        let nothing = ForceHistory::restored(0.0, 1.0, vec![1.0]).map(Arc::new);
         for kept in &mut self.kept {
-            *kept = nothing.clone().map(|history| Kept {
-                history,
-                spacing: 0.0,
-                duration: 0.0,
-                re: Vec::with_capacity(bins),
-                im: Vec::with_capacity(bins),
-            });
+            let [re, im] = [(), ()].map(|()| Vec::with_capacity(bins));
+            *kept = Some(Kept { history: None, spacing: 0.0, duration: 0.0, re, im });
         }
     }
 
@@ -83,7 +78,7 @@ impl HistorySpectra {
             re.resize(grid.omega.len(), 0.0);
             im.resize(grid.omega.len(), 0.0);
             history.spectra(TAU * grid.spacing_hz, 0.5 * duration, &mut re, &mut im);
-            let history = Arc::clone(history);
+            let history = Some(Arc::clone(history));
             self.kept[at] = Some(Kept { history, spacing: grid.spacing_hz, duration, re, im });
             at
         });

@@ -36,8 +36,8 @@ use self::surfaces::Surfaces;
 use crate::formats::atomic_file::{OutputError, write_atomically};
 use crate::stages::render::forces;
 
-/// Version of the format.
-pub const VERSION: u32 = 1;
+/// Version of the format: 2 has force histories, and rows that are longer by their number.
+pub const VERSION: u32 = 2;
 /// Poses per second \[Hz\].
 pub const FRAME_RATE: f64 = 120.0;
 /// Slots of the page's engine.
@@ -108,7 +108,7 @@ pub struct ReplaySummary {
     pub bodies: usize,
     /// Slots.
     pub sounds: usize,
-    /// Events.
+    /// Rows of events.
     pub events: usize,
     /// Poses.
     pub poses: usize,

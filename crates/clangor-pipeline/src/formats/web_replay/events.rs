@@ -4,7 +4,7 @@ use clangor_core::body::BodyId;
 use clangor_core::contact::ImpactPulse;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::pose::Pose;
-use clangor_core::realtime::event_row::{ROW, encode};
+use clangor_core::realtime::event_row::{ROW, RowEncoder};
 use clangor_core::realtime::{Event, ImpactEvent, ImpactTarget};
 
 use super::Replay;
@@ -26,7 +26,7 @@ struct TimedEvent {
     event: Event,
 }
 
-/// The rows of all events, in order of time.
+/// The rows of all events, in order of time, those of a force history before its first impact.
 pub(super) fn event_rows(sounds: &Sounds, replay: &Replay<'_>, forces: &Forces) -> Vec<[f64; ROW]> {
     let mut events = Vec::new();
     for id in sounds.rings.keys() {
@@ -41,7 +41,8 @@ pub(super) fn event_rows(sounds: &Sounds, replay: &Replay<'_>, forces: &Forces) 
     }
     // The sort is stable: poses stay before the impacts of their time.
     events.sort_by(|a, b| a.time.total_cmp(&b.time));
-    events.iter().filter_map(|timed| encode(&timed.event, timed.body.0)).collect()
+    let mut encoder = RowEncoder::default();
+    events.iter().flat_map(|timed| encoder.encode(&timed.event, timed.body.0)).collect()
 }
 
 /// Adds the impacts: on each body one for its acceleration noise, and one per point of contact for its modes.
@@ -68,8 +69,9 @@ fn add_impacts(sounds: &Sounds, forces: &Forces, events: &mut Vec<TimedEvent>) {
             for event in events_on(ImpactTarget::Object { slot: *slot }) {
                 let Some(at) = places.of(share.pose.body_from_world(event.point)) else { continue };
                 let place = share.pose.world_from_body(places.places[at]);
+                let impulse = event.impulse;
                 let still =
-                    event.with_velocity_changes(DVec3::ZERO, DVec3::ZERO).with_impulse(place, event.impulse);
+                    event.with_velocity_changes(DVec3::ZERO, DVec3::ZERO).with_impulse(place, impulse);
                 events.push(in_frame(rotation, still));
             }
         }

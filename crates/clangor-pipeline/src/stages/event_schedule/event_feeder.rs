@@ -73,7 +73,7 @@ impl<'a> EventFeeder<'a> {
         while let Some((id, impact)) =
             self.score.impacts.get(self.next_impact).filter(|(_, b)| b.time < until)
         {
-            let mut impact = *impact;
+            let mut impact = impact.clone();
             // It moves otherwise from now on.
             if let ImpactTarget::Object { slot } = impact.target {
                 taken(controller.send(self.pose(slot, *id, impact.time)))?;

@@ -23,6 +23,7 @@ fn contact(members: [Option<usize>; 2], point: DVec3, radius: f64) -> MemberCont
         members,
         point,
         normal: DVec3::Y,
+        velocity: DVec3::ZERO,
         law: ContactLaw::Hertz(HertzLaw { stiffness, restitution_damping: 0.037, ..HertzLaw::default() }),
         gap: 0.0,
         friction: 0.0,

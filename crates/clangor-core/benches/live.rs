@@ -8,10 +8,13 @@
 //! * `soak SECONDS`: so many seconds of sound, objects at rest. Prints the share of real time and the times
 //!   of blocks: median, 99 %, 99.99 %, longest.
 //! * `moving SECONDS`: the same while all objects and the ears move, and transfers follow.
+//! * `histories SECONDS`: at rest; the forces of impacts on objects, and of one on a sphere in ten, have
+//!   histories of 0.3 to 11 ms.
 //! * `floor SECONDS`, `room SECONDS`: at rest over a rigid floor, and in a room with late reverberation.
 
 use std::sync::Arc;
 
+use clangor_core::contact::ForceHistory;
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::Damping;
 use clangor_core::math::random::SplitMix;
@@ -76,6 +79,7 @@ struct Load {
     random: SplitMix,
     places: Vec<DVec3>,
     moving: bool,
+    histories: bool,
     /// Impacts on spheres and on objects that are due.
     due: [f64; 2],
     /// Number of impacts on spheres in the next burst.
@@ -106,21 +110,35 @@ impl Load {
         }
     }
 
+    /// The impact, with a history if it is to have one.
+    fn with_history(&mut self, impact: ImpactEvent, share: f64) -> ImpactEvent {
+        if !self.histories || self.random.uniform(0.0, 1.0) > share {
+            return impact;
+        }
+        let duration = 0.3e-3 * self.random.uniform(0.0, 36_f64.ln()).exp();
+        let forces: Vec<f64> = (0..400).map(|n| (0.02 * f64::from(n)).sin().abs()).collect();
+        let history = ForceHistory::of_steps(&forces, duration / 400.0, 24e3);
+        ImpactEvent { duration, force: history.map(|(history, _)| Arc::new(history)), ..impact }
+    }
+
     fn sphere_impact(&mut self, time: f64) -> ImpactEvent {
         let random = &mut self.random;
         let target = ImpactTarget::Sphere { radius: random.uniform(0.003, 0.03) };
         let time = time + random.uniform(0.0, BLOCK as f64 / RATE);
-        ImpactEvent::new(target, time, random.uniform(30e-6, 200e-6))
+        let impact = ImpactEvent::new(target, time, random.uniform(30e-6, 200e-6))
             .at(2.0 * random.direction())
-            .with_velocity_change(random.direction())
+            .with_velocity_change(random.direction());
+        self.with_history(impact, 0.1)
     }
 
     fn object_impact(&mut self, time: f64) -> ImpactEvent {
         let slot = (self.random.uniform(0.0, 1.0) * OBJECTS as f64) as usize;
         let place = self.places[slot];
-        ImpactEvent::new(ImpactTarget::Object { slot }, time, self.random.uniform(30e-6, 500e-6))
-            .at(place)
-            .with_impulse(place, 0.01 * self.random.direction())
+        let impact =
+            ImpactEvent::new(ImpactTarget::Object { slot }, time, self.random.uniform(30e-6, 500e-6))
+                .at(place)
+                .with_impulse(place, 0.01 * self.random.direction());
+        self.with_history(impact, 1.0)
     }
 
     fn send_motion(&self, controller: &mut Controller, time: f64) {
@@ -136,7 +154,7 @@ impl Load {
     }
 }
 
-fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
+fn soak(name: &str, seconds: f64, settings: &EngineSettings, [moving, histories]: [bool; 2]) {
     let mut random = SplitMix::new(7);
     let (mut controller, mut engine) = engine(settings).expect("good settings");
     let places: Vec<DVec3> = (0..OBJECTS).map(|_| random.direction() * random.uniform(0.3, 2.0)).collect();
@@ -146,7 +164,7 @@ fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
     }
     engine.render(BLOCK);
     let blocks = (seconds * RATE / BLOCK as f64) as usize;
-    let mut load = Load { random, places, moving, due: [0.0; 2], next_burst: 1 };
+    let mut load = Load { random, places, moving, histories, due: [0.0; 2], next_burst: 1 };
     let (mut times, mut modes) = (Vec::with_capacity(blocks), 0);
     for block in 0..blocks {
         load.send(&mut controller, block, engine.time());
@@ -163,7 +181,7 @@ fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
     println!(
         "{name}: {seconds} s, {:.1} % of real time; of a block's period 50 %: {:.1} %, 99 %: {:.1} %, \
          99.99 %: {:.1} %, longest {:.1} %; {:.0} modes on average, {} waves, shed {} (masked {}), late {}, \
-         objects faded {}",
+         objects faded {}, without history {}",
         100.0 * mean,
         at(0.5),
         at(0.99),
@@ -175,6 +193,7 @@ fn soak(name: &str, seconds: f64, settings: &EngineSettings, moving: bool) {
         report.masked,
         report.late,
         report.shed_voices,
+        report.simplified,
     );
 }
 
@@ -196,14 +215,15 @@ fn main() {
     let floor = settings.clone().with_floor(Floor::Rigid { height: -2.5 });
     let room = settings.clone().with_room(Some(room)).with_air(Some(Air::default()));
     let runs = [
-        ("soak", &settings, false),
-        ("moving", &settings, true),
-        ("floor", &floor, false),
-        ("room", &room, false),
+        ("soak", &settings, [false, false]),
+        ("moving", &settings, [true, false]),
+        ("histories", &settings, [false, true]),
+        ("floor", &floor, [false, false]),
+        ("room", &room, [false, false]),
     ];
-    for (name, settings, moving) in runs {
+    for (name, settings, variation) in runs {
         if let Some(seconds) = seconds(name) {
-            soak(name, seconds, settings, moving);
+            soak(name, seconds, settings, variation);
         }
     }
 }

@@ -5,7 +5,8 @@
 pub struct Budget {
     /// Waves of acceleration pulses: one for each receiver and path. About 5 µs each on a desktop processor.
     pub waves: usize,
-    /// Impacts on modal objects, about 20 µs each. Further impacts are delayed by up to 30 ms.
+    /// Impacts on modal objects, about 20 µs each; one with a history of 5 ms counts for three. Further
+    /// impacts are delayed by up to 30 ms.
     pub impacts: usize,
     /// Vibrating modes, times the paths and receivers of each.
     pub mode_paths: usize,

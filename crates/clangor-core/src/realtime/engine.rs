@@ -227,9 +227,10 @@ impl Engine {
         let allowed = scheduler.work.allows(transfers);
         let force = if allowed { renderer.force(onset, impact) } else { None };
         let point = impact.pose.body_from_world(impact.point);
+        let work = force.as_ref().map_or(0, |force| force.work);
         let strikes = |force| voice.strike(&force, &[(point, impulse)], scheduler.position());
         if force.is_some_and(strikes) {
-            scheduler.work.spend(transfers);
+            scheduler.work.spend(work, transfers);
         } else {
             scheduler.postpone(impact, onset, !allowed);
         }

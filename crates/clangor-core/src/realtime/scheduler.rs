@@ -73,9 +73,9 @@ impl ImpactWork {
         self.impacts > 0 && (transfers <= self.transfers || !self.woken)
     }
 
-    /// Uses up the work of an impact.
-    pub(super) fn spend(&mut self, transfers: usize) {
-        self.impacts -= 1;
+    /// Uses up the work of an impact, in impacts with a closed profile, and its `transfers`.
+    pub(super) fn spend(&mut self, impacts: usize, transfers: usize) {
+        self.impacts = self.impacts.saturating_sub(impacts);
         self.transfers = self.transfers.saturating_sub(transfers);
         self.woken |= transfers > 0;
     }

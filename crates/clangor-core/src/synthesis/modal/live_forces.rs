@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use super::drive::{ForceSamples, Shaper};
-use crate::contact::ForceShape;
+use crate::contact::{ForceHistory, ForceShape};
 use crate::synthesis::lowpass;
 use crate::synthesis::render_settings::RenderSettings;
 
 /// Longest force \[samples\]; longer ones are rejected.
 const LONGEST_FORCE: usize = 4096;
+/// Samples of a history times samples of its force that take as long to compute as the rest of an impact.
+const HISTORY_WORK: usize = 100_000;
 
 /// See the module.
 pub struct LiveForces {
@@ -16,6 +18,16 @@ pub struct LiveForces {
     rate: f64,
     forces: Vec<Arc<ForceSamples>>,
     next: usize,
+    /// All points of an impact and both bodies have the same force.
+    last: Option<LastForce>,
+}
+
+/// The last force with a history.
+struct LastForce {
+    history: Arc<ForceHistory>,
+    onset: f64,
+    duration: f64,
+    force: LiveForce,
 }
 
 /// The force of one impact of unit impulse.
@@ -25,6 +37,8 @@ pub struct LiveForce {
     pub(super) first: i64,
     /// Its samples.
     pub(super) samples: Arc<ForceSamples>,
+    /// Work of computing it, 1 for a closed profile.
+    pub work: usize,
 }
 
 impl LiveForces {
@@ -40,12 +54,22 @@ impl LiveForces {
                 terms: Vec::with_capacity(LONGEST_FORCE),
             })
         };
-        LiveForces { shaper, rate, forces: (0..impacts).map(|_| force()).collect(), next: 0 }
+        LiveForces { shaper, rate, forces: (0..impacts).map(|_| force()).collect(), next: 0, last: None }
     }
 
     /// The force of an impact of unit impulse that begins at `onset` \[samples\] and lasts `duration` \[s\];
     /// `None` if it lasts too long or too many are in progress.
     pub fn impact(&mut self, shape: &ForceShape, onset: f64, duration: f64) -> Option<LiveForce> {
+        let history = match shape {
+            ForceShape::History(history) => Some(history),
+            ForceShape::Profile(_) => None,
+        };
+        if let (Some(history), Some(last)) = (history, &self.last)
+            && Arc::ptr_eq(history, &last.history)
+            && (onset, duration) == (last.onset, last.duration)
+        {
+            return Some(LiveForce { work: 1, ..last.force.clone() });
+        }
         let (begin, end) = shape.extent(duration);
         let samples = (end - begin) * self.rate + 2.0 * self.shaper.reach() as f64 + 3.0;
         if samples.is_nan() || samples > LONGEST_FORCE as f64 || !onset.is_finite() {
@@ -59,6 +83,12 @@ impl LiveForces {
         })?;
         self.next = (free + 1) % count;
         let first = self.shaper.pulse(shape, onset, duration, Arc::get_mut(&mut self.forces[free])?);
-        Some(LiveForce { first, samples: Arc::clone(&self.forces[free]) })
+        let work = 1 + history.map_or(0, |history| history.values().len() * samples as usize / HISTORY_WORK);
+        let force = LiveForce { first, samples: Arc::clone(&self.forces[free]), work };
+        if let Some(history) = history {
+            let (history, force) = (Arc::clone(history), force.clone());
+            self.last = Some(LastForce { history, onset, duration, force });
+        }
+        Some(force)
     }
 }

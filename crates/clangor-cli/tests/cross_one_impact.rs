@@ -140,7 +140,7 @@ fn page(model: &[u8], text: &str, point: DVec3) -> (Vec<f64>, Vec<f64>) {
     let numbers = [BALL, SPEED, 0.0, 0.0, 0.0, point.x, point.y, point.z];
     write(&numbers.map(f64::to_le_bytes).concat());
     let count = strike::strike_impact(0, steel as u32);
-    assert_eq!(count, 2, "the plate and the ball: {}", last_message());
+    assert!(count >= 2, "the plate and the ball: {}", last_message());
     let (mut events, contact) = strike::with_impact(|events, contact| (events.to_vec(), contact.to_vec()));
     let time = event_row::FIELDS.iter().find(|(name, ..)| *name == "time").unwrap().1;
     events.chunks_mut(layout::EVENT_STRIDE).for_each(|row| row[time] = IMPACT);
@@ -153,7 +153,7 @@ fn page(model: &[u8], text: &str, point: DVec3) -> (Vec<f64>, Vec<f64>) {
     let rests = Event::Pose { slot: 0, time: 0.0, pose, velocity, angular_velocity };
     let rows = [event_row::RowEncoder::default().encode(&rests, 0).concat(), events].concat();
     write(&rows.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
-    assert_eq!(synth::synth_push(3), 3);
+    assert_eq!(synth::synth_push(count as u32 + 1), count as u32 + 1);
     let latency = (synth::synth_latency() * RATE as f64).round() as usize;
     let mut sound = Vec::new();
     while sound.len() < RATE / 4 + latency {

@@ -42,14 +42,19 @@ fn numbers(point: DVec3) -> [f64; STRIKE_NUMBERS] {
 fn hit(material: &str, from_centre: DVec3) -> (ImpactEvent, ImpactEvent, [f64; CONTACT_STRIDE]) {
     let index = index_of(material);
     write_numbers(&numbers(CENTRE + from_centre));
-    assert_eq!(strike_impact(SLOT, index), 2, "{}", last_message());
+    assert!(strike_impact(SLOT, index) >= 2, "{}", last_message());
     with_impact(|rows, contact| {
-        let event = |row: &[f64; ROW]| match RowDecoder::default().decode(row) {
-            DecodedRow::Event(Event::Impact(event)) => event,
+        let mut decoder = RowDecoder::default();
+        let event = |row: &[f64; ROW]| match decoder.decode(row) {
+            DecodedRow::Event(Event::Impact(event)) => Some(event),
+            DecodedRow::ForceHistory => None,
             _ => panic!("{row:?} is no impact"),
         };
-        let [object, mallet] = rows.as_chunks::<ROW>().0 else { panic!("{} numbers", rows.len()) };
-        (event(object), event(mallet), contact.try_into().unwrap())
+        let events: Vec<ImpactEvent> = rows.as_chunks::<ROW>().0.iter().filter_map(event).collect();
+        let [object, mallet] = &events[..] else { panic!("{} events", events.len()) };
+        // Both have the same force over time.
+        assert_eq!((&object.force, decoder.missing), (&mallet.force, 0));
+        (object.clone(), mallet.clone(), contact.try_into().unwrap())
     })
 }
 

@@ -1,6 +1,8 @@
 //! Impacts between bodies that give way against an independent integrator of all coordinates, and short
 //! steps against long ones.
 
+#[path = "compliant_bodies/comparison.rs"]
+mod comparison;
 #[expect(dead_code, reason = "parts of it are for other tests")]
 mod compliant_bodies;
 #[path = "compliant_bodies/integrator.rs"]
@@ -9,57 +11,13 @@ mod integrator;
 use std::f64::consts::TAU;
 
 use clangor_core::contact::compliant::{
-    ContactLaw, ContactSolution, ContactSystem, HertzLaw, Member, MemberContact, SolverMemory, StepSettings,
-    hertz_duration, restitution_damping,
+    ContactLaw, ContactSystem, HertzLaw, Member, MemberContact, hertz_duration, restitution_damping,
 };
 use clangor_core::glam::DVec3;
 use clangor_core::math::random::SplitMix;
+use comparison::{level_errors, mode_energies, solve, worst_level};
 use compliant_bodies::{Disc, ball, contact, hertz, stiffness};
 use integrator::{Integrated, impact};
-use num_complex::Complex64;
-
-/// Steps over a fixed time.
-fn solve(members: &[Member], contacts: &[MemberContact], per_duration: f64, time: f64) -> ContactSolution {
-    let system = ContactSystem::new(members, contacts).unwrap();
-    let steps = (time / system.first_duration().unwrap() * per_duration).ceil();
-    let settings = StepSettings {
-        step: Some(time / steps),
-        max_steps: steps as usize,
-        end_when_parted: false,
-        ..StepSettings::default()
-    };
-    system.solve(&settings, &mut SolverMemory::default()).unwrap().clone()
-}
-
-/// Energies by third octaves, of those within 30 dB of the greatest.
-fn third_octaves(poles: &[Complex64], energies: &[f64]) -> Vec<(i32, f64)> {
-    let mut bands = std::collections::BTreeMap::new();
-    for (pole, energy) in poles.iter().zip(energies) {
-        let band = (10.0 * (pole.norm() / TAU).log10()).round() as i32;
-        *bands.entry(band).or_insert(0.0) += energy;
-    }
-    let greatest = bands.values().copied().fold(0.0, f64::max);
-    bands.into_iter().filter(|(_, energy)| *energy > 1e-3 * greatest).collect()
-}
-
-fn mode_energies(state: &[Complex64]) -> Vec<f64> {
-    state.iter().map(|w| 0.5 * w.norm_sqr()).collect()
-}
-
-/// Differences of third-octave levels [dB] in the bands of `exact`.
-fn level_errors(poles: &[Complex64], state: &[Complex64], exact: &[f64]) -> Vec<f64> {
-    let found = mode_energies(state);
-    let all: Vec<(i32, f64)> = third_octaves(poles, exact);
-    let own = |band: i32| -> f64 {
-        let of_band = |pole: &Complex64| (10.0 * (pole.norm() / TAU).log10()).round() as i32 == band;
-        poles.iter().zip(&found).filter(|(pole, _)| of_band(pole)).map(|(_, e)| e).sum()
-    };
-    all.iter().map(|(band, energy)| 10.0 * (own(*band) / energy).log10()).collect()
-}
-
-fn worst_level(member: &Member, state: &[Complex64], exact: &[f64]) -> f64 {
-    level_errors(&member.poles, state, exact).iter().fold(0.0, |a: f64, b| a.max(b.abs()))
-}
 
 /// A ball of 5 mm radius at 1 m/s on the rim of a disc.
 fn rim(seed: u64, size: [f64; 2]) -> (Vec<Member>, Vec<MemberContact>) {

@@ -30,6 +30,7 @@ pub mod impact_solver;
 pub mod modal_energy;
 pub mod pose_history;
 pub mod pulses;
+pub mod recorded_forces;
 pub mod relative_curvature;
 mod row_checks;
 
@@ -48,3 +49,4 @@ pub use impact_solver::{ImpactSolver, SolveReport};
 pub use modal_energy::{ModesAtContact, no_modes};
 pub use pose_history::PoseHistory;
 pub use pulses::{ContactReport, ContactSettings, StruckBodies, impact_pulses, impact_pulses_on};
+pub use recorded_forces::force_rows;

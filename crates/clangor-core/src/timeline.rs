@@ -1,7 +1,13 @@
 //! Timeline: contacts, poses and fractures over time, the interface between dynamics and sound.
 //!
-//! Solvers, importers and hand-written lists produce the same rows; sound synthesis has no other input.
+//! Solvers, importers and hand-written lists produce the same rows; sound synthesis has no other input. A
+//! timeline may also carry the forces of its impacts ([`ForceRow`]), which otherwise follow from its rows.
 
+mod force_row;
+
+use std::collections::BTreeSet;
+
+pub use force_row::{FORCE_REACH, FORCE_STEPS, ForceProblem, ForceRow};
 use glam::{DQuat, DVec3};
 
 use crate::body::{Body, BodyId};
@@ -142,7 +148,8 @@ impl FractureRow {
 
 /// Receiver of the rows of a simulation: memory, or a file.
 ///
-/// Rows come in order of time within each kind, up to the merging window of impacts (0.5 ms).
+/// Rows come in order of time within each kind, up to the merging window of impacts (0.5 ms). The force of an
+/// impact may begin a little before its time, and lasts up to [`FORCE_REACH`].
 pub trait TimelineSink {
     /// Takes a contact row.
     fn contact(&mut self, row: &ContactRow) -> std::io::Result<()>;
@@ -164,9 +171,16 @@ pub struct Timeline {
     pub fractures: Vec<FractureRow>,
     /// Bodies born after the beginning, in the order of their ids, which follow those of the world.
     pub births: Vec<Body>,
+    /// Forces of impacts over time, in order of time; empty for none.
+    pub forces: Vec<ForceRow>,
 }
 
 impl Timeline {
+    /// The numbers of the impacts.
+    pub fn impacts(&self) -> BTreeSet<u64> {
+        self.contacts.iter().map(|row| row.impact_id).filter(|id| *id != 0).collect()
+    }
+
     /// All bodies at any time: those of the world at the beginning, `start`, then those born later, each with
     /// its complete span of existence.
     pub fn all_bodies(&self, start: &[Body]) -> Vec<Body> {

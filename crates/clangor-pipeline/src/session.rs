@@ -26,6 +26,7 @@ pub mod named_body;
 #[cfg(feature = "playback")]
 mod play;
 mod progress;
+mod saved_forces;
 mod source;
 pub mod strike;
 mod struck_body;

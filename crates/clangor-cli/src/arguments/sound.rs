@@ -23,6 +23,10 @@ pub(crate) struct Render {
     /// Also write the simulated timeline here
     #[arg(long, value_name = "RUN.timeline")]
     pub(crate) timeline: Option<PathBuf>,
+    /// Also write the timeline with the forces of its impacts over time here, to render it without a solve; a
+    /// scene needs --timeline
+    #[arg(long, value_name = "RUN.timeline")]
+    pub(crate) save_forces: Option<PathBuf>,
     /// Samples per second, 8000 to 384000
     #[arg(long, value_name = "HZ")]
     pub(crate) sample_rate: Option<u32>,

@@ -160,6 +160,15 @@ fn timeline(path: &Path, console: &Console) -> Result<(), Failure> {
         impacts.len(),
         rows.poses
     ));
+    if rows.forces > 0 {
+        let forces = reader.forces_of(&impacts).map_err(Failure::new)?;
+        let solved: std::collections::BTreeSet<u64> = forces.iter().map(|force| force.impact_id).collect();
+        console.say(format_args!(
+            "{} over time, of {}",
+            counted(forces.len(), "force", "forces"),
+            counted(solved.len(), "impact", "impacts")
+        ));
+    }
     if rows.fractures > 0 {
         let cracks: f64 = reader.fractures().iter().map(|fracture| fracture.crack_area).sum();
         console.say(format_args!(
@@ -174,6 +183,7 @@ fn timeline(path: &Path, console: &Console) -> Result<(), Failure> {
         "bodies": reader.bodies().into_iter().map(|b| b.name).collect::<Vec<_>>(),
         "fractures": rows.fractures,
         "births": rows.births,
+        "forces": rows.forces,
         "duration_s": origin.duration,
         "solver": origin.solver,
         "time_step_s": origin.time_step,

@@ -11,12 +11,12 @@ use clangor_pipeline::stages::render::{FullScale, Transfers};
 
 use self::report::RenderReportView;
 use super::audio_file::modes_of_files;
-use super::check_ending;
 use super::session::{self, StageBars, check_simulated, open, prepare};
 use super::simulate::breaking;
 use super::sound_sources::give_models;
+use super::{check_ending, is_timeline};
 use crate::arguments::{Bits, Global, Render, RenderedPart, Transfer};
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::failure::Failure;
 
 mod report;
@@ -30,6 +30,7 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     if let Some(path) = &options.report {
         check_ending(path, "json")?;
     }
+    check_saved_forces(options)?;
     let settled = [
         ("--timeline", options.timeline.is_some()),
         ("--seed", global.seed.is_some()),
@@ -43,6 +44,10 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
     give_known(&mut session, &options.model, console)?;
     let simulated = prepare(&mut session, console, &bars)?;
     let summary = session.render(&output)?.summary;
+    if let Some(folder) = &options.save_forces {
+        let count = session.save_forces(folder, options.force)? as usize;
+        console.say(format_args!("{}: {}", folder.display(), counted(count, "force", "forces")));
+    }
     bars.clear();
     let (Some(models), Some(timeline)) = (session.models(), session.timeline()) else { return Ok(()) };
     let bodies = session.bodies();
@@ -69,6 +74,19 @@ pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Resul
         report.explain(console);
     }
     report.print_json(console);
+    Ok(())
+}
+
+/// Refuses a place for `--save-forces` before a long run.
+fn check_saved_forces(options: &Render) -> Result<(), Failure> {
+    let Some(folder) = &options.save_forces else { return Ok(()) };
+    check_ending(folder, "timeline")?;
+    if !is_timeline(&options.input) && options.timeline.is_none() {
+        return Err(Failure::new("--save-forces needs a timeline: give --timeline RUN.timeline too"));
+    }
+    if folder.exists() && !options.force {
+        return Err(Failure::new(format!("{} exists; --force replaces it", folder.display())));
+    }
     Ok(())
 }
 

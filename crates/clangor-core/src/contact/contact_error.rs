@@ -1,5 +1,7 @@
 //! Errors in converting the contacts of a timeline into forces.
 
+use crate::timeline::ForceProblem;
+
 /// Error in a timeline whose contacts cannot be converted into forces.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContactError {
@@ -51,5 +53,15 @@ pub enum ContactError {
         time: f64,
         /// Duration found \[s\].
         duration: f64,
+    },
+    /// A recorded force that cannot be one.
+    #[error("the recorded force of impact {impact_id} at t = {time} s {problem}")]
+    Force {
+        /// The impact.
+        impact_id: u64,
+        /// Its time \[s\].
+        time: f64,
+        /// What is wrong with the force.
+        problem: ForceProblem,
     },
 }

@@ -25,10 +25,11 @@ use super::ContactError;
 use super::contact_side::ContactSide;
 use super::force_profile::ForceProfile;
 use super::force_shape::ForceShape;
+use super::hertz::HertzContact;
 use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::{BodyPulse, ImpactPulse};
 use super::impact_solver::{ImpactSolver, SolveInput, SolvedForce};
-use super::modal_energy::{ModesOf, bound_modal_energy, modal_energy_ratio};
+use super::modal_energy::{ModesAtContact, ModesOf, bound_modal_energy, modal_energy_ratio};
 
 /// How the force of an impact comes about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -99,16 +100,7 @@ pub fn contact_forces(
     settings: &ForceSettings,
     solver: &mut ImpactSolver,
 ) -> Result<Vec<ImpactPulse>, ContactError> {
-    // Stiffness and duration by Hertz from effective mass, radii, compliance and speed.
-    let (contact, _) = impact.hertz();
-    let mut pulse = rigid_pulse(impact, settings)?;
-    // Modes at the points, and the energy that the closed pulse would give them.
-    let own = [0, 1].map(|side| {
-        let share = pulse.bodies[side]?;
-        modes(share.body, &share.local(&pulse.points, if side == 0 { 1.0 } else { -1.0 }))
-    });
-    let share = modal_energy_ratio(&pulse, [own[0].as_ref(), own[1].as_ref()]);
-    pulse.modal_energy_ratio = if share.is_finite() { share } else { 0.0 };
+    let Prepared { contact, own, mut pulse, modal_share: share } = Prepared::new(impact, modes, settings)?;
     let input = SolveInput {
         impact,
         contact: &contact,
@@ -118,7 +110,7 @@ pub fn contact_forces(
     };
     match settings.model {
         ImpactModel::Given => return Ok(vec![pulse]),
-        ImpactModel::Solved if settings.profile == ForceProfile::Hertz => {
+        ImpactModel::Solved if settings.allows_histories() => {
             if input.is_closed(share) {
                 solver.ring_closed(&input, &pulse, share);
                 return Ok(vec![pulse]);
@@ -133,6 +125,63 @@ pub fn contact_forces(
     // Bound of the forces on the modes.
     bound_modal_energy(&mut pulse);
     Ok(vec![pulse])
+}
+
+/// The pulses of an impact whose `forces` a timeline holds.
+///
+/// # Errors
+/// As [`contact_forces`].
+pub(super) fn recorded_contact_forces(
+    impact: &Impact,
+    forces: Vec<SolvedForce>,
+    modes: ModesOf<'_>,
+    settings: &ForceSettings,
+    solver: &mut ImpactSolver,
+) -> Result<Vec<ImpactPulse>, ContactError> {
+    let Prepared { contact, own, pulse, .. } = Prepared::new(impact, modes, settings)?;
+    let input = SolveInput {
+        impact,
+        contact: &contact,
+        modes: own.each_ref().map(Option::as_ref),
+        steps: settings.steps,
+        band: settings.band,
+    };
+    solver.ring_recorded(&input, &forces);
+    Ok(pulses_of(impact, &pulse, forces))
+}
+
+impl ForceSettings {
+    /// Whether forces over time take the place of a closed profile.
+    pub(super) fn allows_histories(&self) -> bool {
+        self.model == ImpactModel::Solved && self.profile == ForceProfile::Hertz
+    }
+}
+
+/// What is known of an impact before its force.
+struct Prepared {
+    contact: HertzContact,
+    /// Modes of A and B at the points.
+    own: [Option<ModesAtContact>; 2],
+    /// The pulse of rigid bodies.
+    pulse: ImpactPulse,
+    /// Energy that it would give the modes, over that of the approach.
+    modal_share: f64,
+}
+
+impl Prepared {
+    fn new(impact: &Impact, modes: ModesOf<'_>, settings: &ForceSettings) -> Result<Self, ContactError> {
+        // Stiffness and duration by Hertz from effective mass, radii, compliance and speed.
+        let (contact, _) = impact.hertz();
+        let mut pulse = rigid_pulse(impact, settings)?;
+        // Modes at the points, and the energy that the closed pulse would give them.
+        let own = [0, 1].map(|side| {
+            let share = pulse.bodies[side]?;
+            modes(share.body, &share.local(&pulse.points, if side == 0 { 1.0 } else { -1.0 }))
+        });
+        let modal_share = modal_energy_ratio(&pulse, [own[0].as_ref(), own[1].as_ref()]);
+        pulse.modal_energy_ratio = if modal_share.is_finite() { modal_share } else { 0.0 };
+        Ok(Prepared { contact, own, pulse, modal_share })
+    }
 }
 
 /// The pulse of rigid bodies: all points share one profile.

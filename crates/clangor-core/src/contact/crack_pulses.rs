@@ -56,7 +56,7 @@ fn pulse(
     fractures: &[FractureRow],
     settings: &ForceSettings,
 ) -> Result<Option<ImpactPulse>, ContactError> {
-    let StruckBodies { bodies, poses, modes } = struck;
+    let StruckBodies { bodies, poses, modes, .. } = struck;
     let ContactRow { time, body_a, body_b, impact_id, .. } = rows[0];
     // Duration of the fracture.
     let duration = duration_at_birth(fractures, body_a).unwrap_or(0.0);

@@ -64,6 +64,8 @@ pub struct SolveReport {
     pub closed: u64,
     /// Impacts that could not be solved: Hertz's pulse, with the modes bounded by the energy.
     pub fallen_back: u64,
+    /// Impacts whose forces the timeline holds.
+    pub recorded: u64,
     /// Largest factor s from a solved impulse to the recorded one; 0 without solves.
     pub largest_scale: f64,
     /// Solved impacts whose s is above 2, the most that counts on modes.
@@ -168,6 +170,32 @@ impl ImpactSolver {
                 *w += along * body.modal_gain * ring;
             }
             self.ringing.insert(body.body, Ringing { time: end, state });
+        }
+    }
+
+    /// Counts an impact with these recorded forces, and adds what they leave in the modes to their ringing.
+    pub(super) fn ring_recorded(&mut self, input: &SolveInput<'_>, forces: &[SolvedForce]) {
+        self.report.recorded += 1;
+        let length = forces.iter().map(|force| force.end).fold(0.0, f64::max);
+        let end = input.impact.time + length;
+        for (index, (modes, sign)) in input.modes.iter().zip([1.0, -1.0]).enumerate() {
+            let Some(modes) = modes else { continue };
+            let side = &input.impact.sides[index];
+            let to_body = side.pose.orientation.inverse();
+            let poles = poles(modes);
+            let mut state = self.state_at(side.body, &poles, end);
+            for force in forces {
+                let impulse = to_body * force.impulse * (sign * force.modal_gain);
+                let motions = &modes.motions[force.point];
+                for ((w, pole), motion) in state.iter_mut().zip(&poles).zip(motions) {
+                    let ring = force.history.at_pole(*pole) * (*pole * length).exp();
+                    // A mode that dies out within the contact has no number here, and no part in the ringing.
+                    if ring.is_finite() {
+                        *w += motion.dot(impulse) * ring;
+                    }
+                }
+            }
+            self.ringing.insert(side.body, Ringing { time: end, state });
         }
     }
 

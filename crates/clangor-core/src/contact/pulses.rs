@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use super::ContactError;
 use super::chain_onset::delay_chains;
-use super::contact_forces::{ForceSettings, contact_forces};
+use super::contact_forces::{ForceSettings, contact_forces, recorded_contact_forces};
 use super::contact_points::contact_points;
 use super::contact_side::{ContactSide, inverse_mass};
 use super::hertz::HertzRange;
@@ -25,10 +25,11 @@ use super::impact_pulse::ImpactPulse;
 use super::impact_solver::{ImpactSolver, SolveReport};
 use super::modal_energy::{ModesOf, no_modes};
 use super::pose_history::PoseHistory;
+use super::recorded_forces::RecordedForces;
 use super::row_checks::check_row;
 use crate::body::{Body, BodyId, Motion};
 use crate::material::PairCoefficients;
-use crate::timeline::{ContactKind, ContactRow};
+use crate::timeline::{ContactKind, ContactRow, ForceRow};
 
 /// Settings of the conversion of impacts into forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,12 +105,14 @@ pub struct StruckBodies<'a> {
     pub poses: &'a PoseHistory,
     /// Their modes, which bound the forces on them.
     pub modes: ModesOf<'a>,
+    /// Forces of impacts that need no solve; rows of unknown impacts are not used.
+    pub forces: &'a [ForceRow],
 }
 
 impl<'a> StruckBodies<'a> {
-    /// Bodies without modes.
+    /// Bodies without modes and recorded forces.
     pub fn rigid(bodies: &'a [Body], poses: &'a PoseHistory) -> Self {
-        StruckBodies { bodies, poses, modes: &no_modes }
+        StruckBodies { bodies, poses, modes: &no_modes, forces: &[] }
     }
 }
 
@@ -133,7 +136,8 @@ pub fn impact_pulses(
 /// [`ContactKind::Impact`] with id 0.
 ///
 /// # Errors
-/// Unknown bodies, numbers that are not finite, bodies without mass or stiffness.
+/// Unknown bodies, numbers that are not finite, bodies without mass or stiffness, recorded forces that
+/// cannot be any.
 pub fn impact_pulses_on(
     struck: StruckBodies<'_>,
     rows: &[ContactRow],
@@ -144,11 +148,12 @@ pub fn impact_pulses_on(
         ContactReport { bodies: vec![BodyContacts::default(); bodies.len()], ..Default::default() };
     let (mut pulses, mut impact_count) = (Vec::new(), 0);
     let mut solver = ImpactSolver::default();
+    let recorded = RecordedForces::new(struck.forces)?;
     for impact in whole_impacts(rows) {
         for row in &impact {
             check_row(bodies, row)?;
         }
-        let outcome = pulse(struck, &impact, settings, &mut solver)?;
+        let outcome = pulse(struck, &impact, &recorded, settings, &mut solver)?;
         for id in [impact[0].body_a, impact[0].body_b] {
             if let Some(counts) = report.bodies.get_mut(id.index()) {
                 count(counts, &outcome, id);
@@ -227,10 +232,11 @@ pub(super) fn whole_impacts(rows: &[ContactRow]) -> Vec<Vec<ContactRow>> {
 fn pulse(
     struck: StruckBodies<'_>,
     rows: &[ContactRow],
+    recorded: &RecordedForces<'_>,
     settings: &ContactSettings,
     solver: &mut ImpactSolver,
 ) -> Result<Result<Vec<ImpactPulse>, Silence>, ContactError> {
-    let StruckBodies { bodies, poses, modes } = struck;
+    let StruckBodies { bodies, poses, modes, .. } = struck;
     let ids = [rows[0].body_a, rows[0].body_b];
     let pair = ids.map(|id| (id != BodyId::WORLD).then(|| &bodies[id.index()]));
     // Approach speed at the first instant; silent impacts end here.
@@ -292,7 +298,12 @@ fn pulse(
         friction: coefficients.friction,
         points: contact_points(rows, time, size),
     };
-    let pulses = contact_forces(&impact, modes, &settings.forces, solver)?;
+    let forces = &settings.forces;
+    let own = if forces.allows_histories() { recorded.of(&impact) } else { None };
+    let pulses = match own {
+        Some(own) => recorded_contact_forces(&impact, own, modes, forces, solver)?,
+        None => contact_forces(&impact, modes, forces, solver)?,
+    };
     let velocity_before = velocity_of(0).zip(velocity_of(1)).map(|(a, b)| a - b);
     Ok(Ok(pulses.into_iter().map(|pulse| ImpactPulse { velocity_before, ..pulse }).collect()))
 }

@@ -5,6 +5,8 @@
 //!               contacts.parquet   one row per contact point
 //!               poses.parquet      one row per body and instant
 //!               fractures.parquet  one row per body that broke, if any did
+//!               forces.parquet     one row per recorded force of a contact point, if any is
+//!               force_samples.parquet   the samples of their shapes
 //!               meshes/HASH.ply    every distinct surface, with its mean curvature
 //! ```
 //!
@@ -19,6 +21,9 @@ mod columns;
 mod description;
 mod error;
 mod files;
+mod force_columns;
+mod force_copy;
+mod force_writer;
 mod hash;
 mod header;
 mod reader;

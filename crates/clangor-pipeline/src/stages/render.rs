@@ -37,6 +37,7 @@ use clangor_core::timeline::Timeline;
 pub use self::error::RenderError;
 pub use self::file_names::check_output;
 use self::file_names::file_name;
+pub use self::forces::timeline_forces;
 pub(crate) use self::forces::{Forces, forces};
 pub use self::impact_reader::read_impacts;
 pub use self::modal_sources::{UnplayableModes, modal_sources};

@@ -184,6 +184,12 @@ impl RenderReportView<'_> {
                 20.0 * solves.largest_scale.log10()
             ));
         }
+        if solves.recorded > 0 {
+            console.say(format_args!(
+                "{} with the forces in the timeline",
+                counted(solves.recorded as usize, "impact", "impacts")
+            ));
+        }
         if solves.over_scaled > 0 {
             console.warn(format_args!(
                 "the recorded impulses of {} are over twice those of the solve, so the modes get twice the \
@@ -368,6 +374,7 @@ impl RenderReportView<'_> {
                 "immovable": contacts.immovable,
                 "delayed_in_chains": contacts.delayed,
                 "solved": contacts.solves.solved,
+                "recorded": contacts.solves.recorded,
                 "closed_form": contacts.solves.closed,
                 "not_solvable": contacts.solves.fallen_back,
             },

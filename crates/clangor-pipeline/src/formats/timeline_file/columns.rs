@@ -33,7 +33,7 @@ pub(super) enum Field<R> {
     Kind(fn(&R) -> u8, fn(&mut R, u8) -> bool),
 }
 
-/// A row that is stored as a table. Three are: contacts, poses and fractures.
+/// A row that is stored as a table: contacts, poses, fractures, forces and their samples.
 pub(super) trait TableRow: Copy + 'static {
     /// The columns, in the order of the file.
     fn columns() -> Vec<Column<Self>>;
@@ -60,6 +60,8 @@ macro_rules! double {
         Column { name: $name, field: Field::F64(|r| r.$($field)+, |r, v| r.$($field)+ = v) }
     };
 }
+
+pub(super) use {double, float};
 
 /// How far a stored unit vector may be from length 1: f32 rounding is 1e-7, the rest is for hand-made tables.
 const UNIT_TOLERANCE: f64 = 1e-3;

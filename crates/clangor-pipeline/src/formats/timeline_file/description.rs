@@ -20,6 +20,10 @@ pub(super) struct Description {
     pub(super) poses: TableFields,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) fractures: Option<TableFields>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) forces: Option<TableFields>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) force_samples: Option<TableFields>,
     origin: OriginFields,
     medium: MediumFields,
     gravity: [f64; 3],

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use clangor_core::timeline::ForceProblem;
+
 use super::header::{FORMAT_VERSION, OLDEST_VERSION};
 use crate::formats::atomic_file::OutputError;
 use crate::formats::mesh_reader::{MeshFault, MeshPlace};
@@ -200,6 +202,28 @@ pub enum RowProblem {
     Kind {
         /// The number given.
         code: i32,
+    },
+    /// A force that cannot be one.
+    #[error("the force {0}")]
+    Force(#[from] ForceProblem),
+    /// A shape that is not in the table of samples.
+    #[error(
+        "the {count} samples from {first} on are no shape: shapes follow one another, and there are {samples} \
+         samples"
+    )]
+    Samples {
+        /// First sample.
+        first: u64,
+        /// How many.
+        count: u32,
+        /// Samples there are.
+        samples: u64,
+    },
+    /// A force of an impact without contacts.
+    #[error("impact_id is {impact_id}, which no contact has")]
+    Impact {
+        /// The impact.
+        impact_id: u64,
     },
     /// A normal or quaternion that is not of length 1.
     #[error("{column} has length {length}, not 1")]

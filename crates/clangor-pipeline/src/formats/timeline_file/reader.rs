@@ -1,15 +1,18 @@
 //! Reading a timeline, a block of rows at a time.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, Life};
-use clangor_core::timeline::{ContactRow, FractureRow, PoseRow, Timeline};
+use clangor_core::timeline::{ContactRow, ForceRow, FractureRow, PoseRow, Timeline};
 
 use super::columns::TableRow;
 use super::description::decode;
 use super::error::{RowProblem, TimelineError};
-use super::files::{CONTACTS_FILE, DESCRIPTION_FILE, FRACTURES_FILE, POSES_FILE};
+use super::files::{CONTACTS_FILE, DESCRIPTION_FILE, FORCES_FILE, FRACTURES_FILE, POSES_FILE, SAMPLES_FILE};
+use super::force_columns::{ShapeReader, StoredForce, StoredSample};
+use super::force_writer::force_slack;
 use super::hash;
 use super::header::TimelineHeader;
 use super::summary::TimelineSummary;
@@ -24,6 +27,8 @@ pub struct TimelineReader {
     fractures: Vec<FractureRow>,
     program: String,
     rows: TimelineSummary,
+    /// Samples of forces.
+    samples: u64,
 }
 
 impl TimelineReader {
@@ -40,6 +45,8 @@ impl TimelineReader {
             (CONTACTS_FILE, Some(&description.contacts)),
             (POSES_FILE, Some(&description.poses)),
             (FRACTURES_FILE, description.fractures.as_ref()),
+            (FORCES_FILE, description.forces.as_ref()),
+            (SAMPLES_FILE, description.force_samples.as_ref()),
         ];
         for (name, table) in tables {
             if let Some(hash) = table.and_then(|table| table.hash.as_ref()) {
@@ -51,13 +58,23 @@ impl TimelineReader {
             poses: description.poses.rows,
             fractures: description.fractures.map_or(0, |table| table.rows),
             births: births.len() as u64,
+            forces: description.forces.map_or(0, |table| table.rows),
         };
+        let samples = description.force_samples.map_or(0, |table| table.rows);
         let program = description.program;
-        let mut reader =
-            TimelineReader { folder: folder.into(), header, births, fractures: Vec::new(), program, rows };
-        // Both tables must at least begin and end well.
+        let mut reader = TimelineReader {
+            folder: folder.into(),
+            header,
+            births,
+            fractures: Vec::new(),
+            program,
+            rows,
+            samples,
+        };
+        // All tables must at least begin and end well.
         let _ = reader.contacts()?;
         let _ = reader.poses()?;
+        let _ = reader.force_tables()?;
         reader.read_fractures()?;
         Ok(reader)
     }
@@ -99,7 +116,7 @@ impl TimelineReader {
     pub fn contacts(
         &self,
     ) -> Result<impl Iterator<Item = Result<ContactRow, TimelineError>> + use<>, TimelineError> {
-        self.table::<ContactRow>(CONTACTS_FILE, self.rows.contacts)
+        self.table::<ContactRow>(CONTACTS_FILE, self.rows.contacts, self.header.origin.order_slack())
     }
 
     /// The poses, in the order in which they were written.
@@ -109,7 +126,7 @@ impl TimelineReader {
     pub fn poses(
         &self,
     ) -> Result<impl Iterator<Item = Result<PoseRow, TimelineError>> + use<>, TimelineError> {
-        self.table::<PoseRow>(POSES_FILE, self.rows.poses)
+        self.table::<PoseRow>(POSES_FILE, self.rows.poses, self.header.origin.order_slack())
     }
 
     /// All rows in memory, sorted by time.
@@ -122,10 +139,47 @@ impl TimelineReader {
             poses: self.poses()?.collect::<Result<_, _>>()?,
             fractures: self.fractures.clone(),
             births: self.births.clone(),
+            forces: Vec::new(),
         };
         timeline.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
         timeline.poses.sort_by(|a, b| a.time.total_cmp(&b.time));
+        timeline.forces = self.forces_of(&timeline.impacts())?;
         Ok(timeline)
+    }
+
+    /// The recorded forces of `impacts`, which are all there are, sorted by time; none for a timeline without.
+    ///
+    /// # Errors
+    /// As [`TimelineReader::contacts`], and [`RowProblem::Impact`] for a force of an unknown impact.
+    pub fn forces_of(&self, impacts: &BTreeSet<u64>) -> Result<Vec<ForceRow>, TimelineError> {
+        let Some((table, samples)) = self.force_tables()? else { return Ok(Vec::new()) };
+        let samples =
+            samples.map(|sample| sample.map(|sample| sample.value as f32)).collect::<Result<_, _>>()?;
+        let mut shapes = ShapeReader::new(samples);
+        let mut forces = Vec::new();
+        for (row, stored) in table.enumerate() {
+            let stored = stored?;
+            let known = impacts.contains(&stored.impact_id);
+            let force = if known {
+                shapes.join(&stored)
+            } else {
+                Err(RowProblem::Impact { impact_id: stored.impact_id })
+            };
+            let path = self.folder.join(FORCES_FILE);
+            forces.push(force.map_err(|problem| TimelineError::Row { path, row: row as u64, problem })?);
+        }
+        forces.sort_by(|a, b| a.time.total_cmp(&b.time));
+        Ok(forces)
+    }
+
+    /// The tables of forces and samples; `None` for a timeline without.
+    fn force_tables(&self) -> Result<Option<(Rows<StoredForce>, Rows<StoredSample>)>, TimelineError> {
+        if self.rows.forces == 0 {
+            return Ok(None);
+        }
+        let slack = force_slack(self.header.origin.order_slack());
+        let forces = self.table(FORCES_FILE, self.rows.forces, slack)?;
+        Ok(Some((forces, self.table(SAMPLES_FILE, self.samples, 0.0)?)))
     }
 
     /// Reads the fractures, and checks that the pieces are theirs one after the other.
@@ -134,8 +188,9 @@ impl TimelineReader {
         let mut next = start;
         if self.rows.fractures > 0 {
             let path = self.folder.join(FRACTURES_FILE);
-            for (row, fracture) in self.table::<FractureRow>(FRACTURES_FILE, self.rows.fractures)?.enumerate()
-            {
+            let slack = self.header.origin.order_slack();
+            let table = self.table::<FractureRow>(FRACTURES_FILE, self.rows.fractures, slack)?;
+            for (row, fracture) in table.enumerate() {
                 let fracture = fracture?;
                 if fracture.first_child.index() != next {
                     let FractureRow { first_child, children, time, .. } = fracture;
@@ -154,9 +209,8 @@ impl TimelineReader {
         Ok(())
     }
 
-    fn table<R: TableRow>(&self, name: &str, promised: u64) -> Result<Rows<R>, TimelineError> {
+    fn table<R: TableRow>(&self, name: &str, promised: u64, slack: f64) -> Result<Rows<R>, TimelineError> {
         let lives: Vec<Life> = self.header.world.bodies.iter().chain(&self.births).map(|b| b.life).collect();
-        let slack = self.header.origin.order_slack();
         Ok(Rows {
             table: TableReader::open(&self.folder.join(name), promised, lives, slack)?,
             next: 0,

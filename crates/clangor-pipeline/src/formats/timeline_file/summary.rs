@@ -11,4 +11,6 @@ pub struct TimelineSummary {
     pub fractures: u64,
     /// Bodies that were born of it.
     pub births: u64,
+    /// Rows of forces; 0 for a timeline without.
+    pub forces: u64,
 }

@@ -6,13 +6,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, Life};
-use clangor_core::timeline::{ContactRow, FractureRow, PoseRow, TimelineSink};
+use clangor_core::timeline::{ContactRow, ForceRow, FractureRow, PoseRow, TimelineSink};
 
 use super::description::Description;
 use super::description::decode::check_json;
 use super::description::encode::describe;
 use super::error::{RowProblem, TimelineError};
 use super::files::{CONTACTS_FILE, DESCRIPTION_FILE, FRACTURES_FILE, MESH_FOLDER, POSES_FILE};
+use super::force_writer::ForceWriter;
 use super::header::TimelineHeader;
 use super::summary::TimelineSummary;
 use super::table::writer::TableWriter;
@@ -27,6 +28,8 @@ pub struct TimelineWriter {
     poses: TableWriter<PoseRow>,
     /// Only once something broke.
     fractures: Option<TableWriter<FractureRow>>,
+    /// Only once there is one.
+    forces: Option<ForceWriter>,
     /// Of all bodies so far.
     lives: Vec<Life>,
     /// Bodies at the beginning.
@@ -61,6 +64,7 @@ impl TimelineWriter {
             contacts,
             poses,
             fractures: None,
+            forces: None,
             start: lives.len(),
             lives,
             meshes: BTreeSet::new(),
@@ -88,8 +92,20 @@ impl TimelineWriter {
         Ok(())
     }
 
+    /// Appends a contact.
+    pub(super) fn add_contact(&mut self, row: &ContactRow) -> Result<(), TimelineError> {
+        self.latest = self.latest.max(row.time);
+        self.contacts.push(row)
+    }
+
+    /// Appends a pose.
+    pub(super) fn add_pose(&mut self, row: &PoseRow) -> Result<(), TimelineError> {
+        self.latest = self.latest.max(row.time);
+        self.poses.push(row)
+    }
+
     /// Adds the pieces of a body that broke.
-    fn replace(&mut self, row: &FractureRow, pieces: &[Body]) -> Result<(), TimelineError> {
+    pub(super) fn replace(&mut self, row: &FractureRow, pieces: &[Body]) -> Result<(), TimelineError> {
         let path = self.folder.path().join(FRACTURES_FILE);
         let known = self.lives.len();
         if row.first_child.index() != known
@@ -122,6 +138,20 @@ impl TimelineWriter {
             TimelineError::Json { path, line, column, reason: format!("a piece: {e}") }
         })?;
         self.write_meshes(meshes)
+    }
+
+    /// Appends the force of a contact point. Rows come in order of time, up to the length of a contact
+    /// ([`FORCE_REACH`](clangor_core::timeline::FORCE_REACH)); the contacts of the impact are written too,
+    /// before or after.
+    ///
+    /// # Errors
+    /// [`TimelineError`].
+    pub fn force(&mut self, row: &ForceRow) -> Result<(), TimelineError> {
+        let forces = match &mut self.forces {
+            Some(forces) => forces,
+            none => none.insert(ForceWriter::create(self.folder.path(), self.slack)?),
+        };
+        forces.push(row)
     }
 
     /// Completes the files and puts the folder in place.
@@ -157,15 +187,21 @@ impl TimelineWriter {
         let contacts = self.contacts.finish()?;
         let poses = self.poses.finish()?;
         let fractures = self.fractures.map(TableWriter::finish).transpose()?;
+        let forces = self.forces.map(ForceWriter::finish).transpose()?;
         let summary = TimelineSummary {
             contacts: contacts.rows,
             poses: poses.rows,
             fractures: fractures.as_ref().map_or(0, |table| table.rows),
             births: (self.lives.len() - self.start) as u64,
+            forces: forces.as_ref().map_or(0, |[table, _]| table.rows),
         };
         self.description.contacts = contacts;
         self.description.poses = poses;
         self.description.fractures = fractures;
+        if let Some([forces, samples]) = forces {
+            self.description.forces = Some(forces);
+            self.description.force_samples = Some(samples);
+        }
         let path = self.folder.path().join(DESCRIPTION_FILE);
         write_synchronised(&path, &to_json(&self.description, &path)?)?;
         Ok((self.folder, summary))
@@ -174,13 +210,11 @@ impl TimelineWriter {
 
 impl TimelineSink for TimelineWriter {
     fn contact(&mut self, row: &ContactRow) -> std::io::Result<()> {
-        self.latest = self.latest.max(row.time);
-        self.contacts.push(row).map_err(std::io::Error::other)
+        self.add_contact(row).map_err(std::io::Error::other)
     }
 
     fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
-        self.latest = self.latest.max(row.time);
-        self.poses.push(row).map_err(std::io::Error::other)
+        self.add_pose(row).map_err(std::io::Error::other)
     }
 
     fn fracture(&mut self, row: &FractureRow, children: &[Body]) -> std::io::Result<()> {

@@ -8,7 +8,7 @@ use clangor_core::timeline::Timeline;
 use crate::formats::timeline_file::{TimelineError, TimelineReader};
 
 /// The impacts of a timeline folder and the poses of their bodies at them, and all poses of the bodies that
-/// are `followed` and of their pieces, leaving the rest on the disk; with `rolling`, what touches them gently
+/// are `followed` and of their pieces, and all recorded forces, leaving the rest on the disk; with `rolling`, what touches them gently
 /// too.
 ///
 /// # Errors
@@ -37,6 +37,7 @@ pub fn read_impacts(
         }
     }
     timeline.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
+    timeline.forces = reader.forces_of(&timeline.impacts())?;
     let impacts = timeline.contacts.iter().filter(|r| r.impact_id != 0);
     let times: Vec<f64> = impacts.map(|r| r.time).collect();
     // A pose at an impact has its very time; where there is none, its neighbours at the pose rate are needed.

@@ -42,6 +42,8 @@ pub(in crate::formats::timeline_file) fn describe(
         contacts: TableFields::default(),
         poses: TableFields::default(),
         fractures: None,
+        forces: None,
+        force_samples: None,
         origin: OriginFields {
             solver: origin.solver.clone(),
             time_step: origin.time_step,

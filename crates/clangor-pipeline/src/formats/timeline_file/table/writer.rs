@@ -88,7 +88,7 @@ impl<R: TableRow> TableWriter<R> {
     /// Appends a row.
     pub(in crate::formats::timeline_file) fn push(&mut self, row: &R) -> Result<(), TimelineError> {
         let checked = self.order.check(row.time()).and_then(|()| row.check(&self.lives));
-        checked.map_err(|problem| self.row_error(self.rows, problem))?;
+        checked.map_err(|problem| self.refused(problem))?;
         self.block.push(row.stored());
         self.rows += 1;
         if self.block.len() == BLOCK_ROWS {
@@ -173,8 +173,9 @@ impl<R: TableRow> TableWriter<R> {
         Ok(())
     }
 
-    fn row_error(&self, row: u64, problem: RowProblem) -> TimelineError {
-        TimelineError::Row { path: self.path.clone(), row, problem }
+    /// The error of a next row with a problem.
+    pub(in crate::formats::timeline_file) fn refused(&self, problem: RowProblem) -> TimelineError {
+        TimelineError::Row { path: self.path.clone(), row: self.rows, problem }
     }
 }
 

@@ -208,8 +208,8 @@ pub enum RowProblem {
     Force(#[from] ForceProblem),
     /// A shape that is not in the table of samples.
     #[error(
-        "the {count} samples from {first} on are no shape: shapes follow one another, and there are {samples} \
-         samples"
+        "the {count} samples from {first} on are no shape: shapes follow one another, and there are \
+         {samples} samples"
     )]
     Samples {
         /// First sample.

@@ -147,7 +147,8 @@ impl TimelineReader {
         Ok(timeline)
     }
 
-    /// The recorded forces of `impacts`, which are all there are, sorted by time; none for a timeline without.
+    /// The recorded forces of `impacts`, which are all there are, sorted by time; none for a timeline
+    /// without.
     ///
     /// # Errors
     /// As [`TimelineReader::contacts`], and [`RowProblem::Impact`] for a force of an unknown impact.

@@ -8,8 +8,8 @@ use clangor_core::timeline::Timeline;
 use crate::formats::timeline_file::{TimelineError, TimelineReader};
 
 /// The impacts of a timeline folder and the poses of their bodies at them, and all poses of the bodies that
-/// are `followed` and of their pieces, and all recorded forces, leaving the rest on the disk; with `rolling`, what touches them gently
-/// too.
+/// are `followed` and of their pieces, and all recorded forces, leaving the rest on the disk;
+/// with `rolling`, what touches them gently too.
 ///
 /// # Errors
 /// [`TimelineError`] for rows that cannot be read.

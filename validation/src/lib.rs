@@ -14,8 +14,10 @@
 //! | `proxy_figure_4` | \[PROXY\] Fig. 4: pulses of ellipsoids along three edges of the bank |
 //! | `rock_proxies` | errors of ellipsoids and spheres that replace irregular stones |
 //! | `fracture_figures` | \[FRAC\] Figs. 4 and 5: pieces against toughness, impulses of cracks |
+//! | `contact_figures` | forces of impacts that the solve of the contact gives, beside Hertz's pulse |
 //! | `piece_proxies` | \[FRAC\] Table 2: errors and time of modal proxies of fragments |
 
 pub mod cpu_time;
 pub mod pan_representation;
+pub mod panel;
 pub mod paper_scene;

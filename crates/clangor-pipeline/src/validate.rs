@@ -5,6 +5,7 @@
 //! does, such as a finer step, another sample rate or the state at the start. `docs/validation.md` is the
 //! output; nothing in it is typed by hand.
 
+mod compliant_contact;
 mod contact;
 mod dynamics;
 mod fields;
@@ -92,8 +93,9 @@ type Section = fn(Extent, &mut Validation) -> Outcome;
 /// [`ValidationError`] if a check cannot be carried out; a check that fails its bar is in the table.
 pub fn validate(extent: Extent, report: &mut dyn FnMut(&str)) -> Result<Validation, ValidationError> {
     let mut table = Validation::default();
-    let sections: [(&'static str, Section); 10] = [
+    let sections: [(&'static str, Section); 11] = [
         ("contact", contact::run),
+        ("forces of contact", compliant_contact::run),
         ("radiation", radiation::run),
         ("fields", fields::run),
         ("ringing", ringing::run),

@@ -10,9 +10,8 @@ mod broken_tile;
 
 use clangor_core::glam::DVec2;
 use clangor_core::scene::render_description::Parts;
-use clangor_pipeline::plots::picture::{
-    Align, BLACK, Canvas, Colour, GREY, Raster, Svg, TextStyle, circle, rectangle,
-};
+use clangor_pipeline::plots::picture::{Align, Canvas, Colour, Raster, Svg, TextStyle};
+use clangor_validation::panel::Panel;
 
 use broken_tile::{DURATION, Tile, median, onset_energy, onset_sample};
 
@@ -27,44 +26,6 @@ const ONSET: f64 = 5.0;
 const SINGLE: Colour = [150, 175, 215];
 const MEDIAN: Colour = [30, 70, 190];
 const WITH: Colour = [200, 40, 30];
-
-/// A plot in a picture.
-struct Panel {
-    corner: DVec2,
-    extent: DVec2,
-    across: [f64; 2],
-    up: [f64; 2],
-}
-
-impl Panel {
-    /// Position of a point in the picture; coordinates are logarithms on logarithmic axes.
-    fn place(&self, x: f64, y: f64) -> DVec2 {
-        let part = |v: f64, [low, high]: [f64; 2]| (v - low) / (high - low);
-        self.corner + self.extent * DVec2::new(part(x, self.across), 1.0 - part(y, self.up))
-    }
-
-    fn frame(&self, title: &str, canvas: &mut dyn Canvas) {
-        canvas.line(&rectangle(self.corner, self.extent), 1.0, BLACK);
-        let above = self.corner + DVec2::new(0.5 * self.extent.x, -16.0);
-        canvas.text(above, Align::Middle, TextStyle::Label, title);
-    }
-
-    fn tick_below(&self, x: f64, label: &str, canvas: &mut dyn Canvas) {
-        let at = self.place(x, self.up[0]);
-        canvas.line(&[at, at + DVec2::new(0.0, 5.0)], 1.0, BLACK);
-        canvas.text(at + DVec2::new(0.0, 18.0), Align::Middle, TextStyle::Label, label);
-    }
-
-    fn tick_left(&self, y: f64, label: &str, canvas: &mut dyn Canvas) {
-        let at = self.place(self.across[0], y);
-        canvas.line(&[at, self.place(self.across[1], y)], 0.5, GREY);
-        canvas.text(at - DVec2::new(6.0, 0.0), Align::Right, TextStyle::Label, label);
-    }
-
-    fn dot(&self, x: f64, y: f64, colour: Colour, canvas: &mut dyn Canvas) {
-        canvas.line(&circle(self.place(x, y), 2.0), 2.0, colour);
-    }
-}
 
 /// Number, median mass \[kg\] and median pitch \[Hz\] of the pieces.
 fn pieces(toughness: f64, seed: u64) -> [f64; 3] {

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use clangor_core::acoustics::Acoustics;
 use clangor_core::body::{Body, Surface};
-use clangor_core::contact::ContactSettings;
+use clangor_core::contact::{ContactSettings, ForceSettings};
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::material::{PairCoefficients, presets};
 use clangor_core::pose::Pose;
@@ -64,7 +64,7 @@ fn impulse(plate: &Body, point: DVec3, normal: DVec3) -> f64 {
 
 fn scene(ball: DVec3) -> String {
     format!(
-        "version = 1\ngravity = [0.0, 0.0, 0.0]\n[simulation]\nduration = 0.3\n[render]\nground = \"none\"\n\
+        "version = 1\ngravity = [0.0, 0.0, 0.0]\n[simulation]\nduration = 0.3\n[render]\nground = \"none\"\ncontact_steps = 8\n\
          max_frequency = {BAND}\n\
          [[body]]\nname = \"plate\"\nshape = \"plate\"\nmaterial = \"ceramic\"\nposition = [0.0, 0.0, 0.0]\n\
          [[body]]\nname = \"ball\"\nshape = \"sphere:{BALL}\"\nmaterial = \"steel\"\n\
@@ -100,7 +100,7 @@ fn live(timeline: &Path, file: &ModelFile) -> Vec<f64> {
     let acoustics = Acoustics { max_frequency: BAND.parse().ok(), ..Acoustics::default() };
     let options = RenderOptions {
         listeners: vec![Listener::fixed("ear", EAR)],
-        contact: ContactSettings::default(),
+        contact: ContactSettings { forces: ForceSettings::default().live(), ..ContactSettings::default() },
         synthesis: RenderSettings { acoustics, ..RenderSettings::default() },
         parts: Parts::default(),
         transfers: Transfers::Baked,
@@ -183,7 +183,16 @@ fn one_impact_sounds_the_same_everywhere() {
     let triple = |v: DVec3| format!("{},{},{}", v.x, v.y, v.z);
 
     // The strike, which begins 2 ms before the impact.
-    let strike = ["strike", "plate.safetensors", "--material", "ceramic", "--striker", "steel:0.006"];
+    let strike = [
+        "strike",
+        "plate.safetensors",
+        "--material",
+        "ceramic",
+        "--striker",
+        "steel:0.006",
+        "--contact-steps",
+        "8",
+    ];
     let (place, ear) = (triple(point), triple(EAR));
     let how = ["--speed", "1", "--point", &place, "--listener", &ear, "--seconds", "0.2"];
     let report = ["--max-frequency", BAND, "-o", "strike.wav", "--json"];

@@ -199,7 +199,7 @@ fn residual(plate: Plate, step: Duration) -> f64 {
         point: pose.body_from_world(contact.arm),
         listener: pose.body_from_world(ear),
         profile: ForceProfile::Hertz,
-        steps: 16.0,
+        steps: clangor_core::contact::contact_forces::LIVE_STEPS,
         sample_rate: SampleRate::HZ_48000,
         max_frequency: Some(BAND),
         seconds: Some(SECONDS),

@@ -131,6 +131,10 @@ pub(crate) struct Strike {
     #[arg(long, value_name = "X,Y,Z", value_parser = vector)]
     #[arg(allow_hyphen_values = true, requires = "striker")]
     pub(crate) normal: Option<DVec3>,
+    /// Steps of the solve of the striker's contact per first duration of the contact, 2 to 256
+    #[arg(long, value_name = "N", default_value_t = 16, requires = "striker")]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=256))]
+    pub(crate) contact_steps: u32,
     /// Point of impact on the surface in metres from the centre of mass
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub(crate) point: DVec3,

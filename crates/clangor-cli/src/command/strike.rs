@@ -48,10 +48,9 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     ));
     if sound.modal_energy_ratio > 1.0 {
         console.say(format_args!(
-            "forces of rigid bodies would give the modes {:.1} times the energy of the approach; they are \
-             scaled by −{:.1} dB",
+            "forces of rigid bodies would give the modes {:.1} times the energy of the approach; the contact \
+             is solved",
             sound.modal_energy_ratio,
-            10.0 * sound.modal_energy_ratio.log10(),
         ));
     }
     console.json(&json!({
@@ -73,6 +72,7 @@ fn impact(body: StruckBody, options: &Strike, global: &Global) -> Result<Impact,
     let mut impact = Impact::new(body)
         .at(options.point)
         .listener(options.listener)
+        .contact_steps(options.contact_steps)
         .sample_rate(options.sample_rate)
         .parts(Parts {
             acceleration: wants(StrikePart::Acceleration),

@@ -2,8 +2,13 @@
 //!
 //! A solver of rigid bodies writes a row for each of its steps and each point of its manifold. Rows of an
 //! impact that lie within 0.5 % of the smaller body's size of each other, with the same normal, are one
-//! point: its impulse is their sum, and what their distance changes of the torque is kept as a couple. A point
-//! that is first touched later than the impact begins had a gap until then, closed at the speed of its row.
+//! point: its impulse is their sum, and what their distance changes of the torque is kept as a couple.
+//!
+//! A body that lands almost flat touches with one point after another. A point that is first touched later than
+//! the impact begins had a gap, which its motion until then closed. Its velocity at the beginning is that of
+//! the bodies before the impact, where the timeline has it.
+
+use glam::DVec3;
 
 use super::impact::ContactPoint;
 use crate::timeline::ContactRow;
@@ -13,8 +18,14 @@ const ONE_POINT: f64 = 5e-3;
 /// Least cosine between normals of one point.
 const ONE_NORMAL: f64 = 0.98;
 
-/// The points of an impact on bodies of this size \[m\], whose first row is at `time` \[s\].
-pub(super) fn contact_points(rows: &[ContactRow], time: f64, size: f64) -> Vec<ContactPoint> {
+/// The points of an impact on bodies of this size \[m\], whose first row is at `time` \[s\]. `velocity_before`
+/// gives the velocity of A relative to B at a place before the impact [m/s], if it is known.
+pub(super) fn contact_points(
+    rows: &[ContactRow],
+    time: f64,
+    size: f64,
+    velocity_before: impl Fn(DVec3) -> Option<DVec3>,
+) -> Vec<ContactPoint> {
     let mut ordered: Vec<&ContactRow> = rows.iter().collect();
     ordered.sort_by(|a, b| a.time.total_cmp(&b.time));
     let mut points: Vec<ContactPoint> = Vec::new();
@@ -28,12 +39,15 @@ pub(super) fn contact_points(rows: &[ContactRow], time: f64, size: f64) -> Vec<C
                 point.impulse += impulse;
                 point.couple += row.couple + (row.point - point.place).cross(impulse);
             }
-            None => points.push(ContactPoint {
-                gap: row.approach_speed() * (row.time - time),
-                impulse,
-                couple: row.couple,
-                ..ContactPoint::approaching(row.point, row.normal, row.velocity)
-            }),
+            None => {
+                let before = velocity_before(row.point).filter(|_| row.time > time);
+                points.push(ContactPoint {
+                    gap: row.approach_speed() * (row.time - time),
+                    impulse,
+                    couple: row.couple,
+                    ..ContactPoint::approaching(row.point, row.normal, before.unwrap_or(row.velocity))
+                });
+            }
         }
     }
     points

@@ -20,8 +20,10 @@
 //! with φ > 0 for a displacement that opens the contact.
 //!
 //! The motion of a timeline is given: its impulses are those of rigid bodies. The forces of the solve keep
-//! their shape and are scaled to these impulses, by s = (1 + e recorded)/(1 + e solved) where the solve has
-//! the restitution e. On the modes s counts at most 2 (6 dB).
+//! their shape and are scaled to the sum of the normal impulses, by s = (1 + e recorded)/(1 + e solved) where
+//! the solve has the restitution e. On the modes s counts at most 2 (6 dB). At one point the recorded friction
+//! keeps its impulse. Several points share the sum as the solve has it: which of them touches first, and what
+//! each gets, is an accident of rigid bodies that land almost flat.
 //!
 //! Not covered: more than two bodies, loads of standing contacts, gravity during the impact.
 
@@ -356,9 +358,6 @@ fn member_contact(
     }
 }
 
-/// Least part of a recorded impulse that a solve must give a point for the point to have its own shape.
-const LEAST_OWN_PART: f64 = 0.1;
-
 /// Deviation of shapes below which two forces share one.
 const LEAST_DEVIATION: f64 = 5e-3;
 
@@ -368,49 +367,55 @@ fn deviation(force: &[f64], reference: &[f64]) -> f64 {
     force.iter().zip(reference).map(|(a, b)| (a * own - b * other).abs()).sum()
 }
 
-/// The shapes of the forces with the recorded impulses, and the factor s from the solved to the recorded
-/// normal impulse of the impact.
+/// The shapes of the forces with their impulses, and the factor s from the solved to the recorded normal
+/// impulse of the impact.
 fn scaled_forces(
     impact: &Impact,
     courses: &[[Vec<f64>; 3]],
     axes: &[[DVec3; 3]],
     (step, band): (f64, f64),
 ) -> Option<(Vec<SolvedForce>, f64)> {
-    let normal_of = |point: &ContactPoint| point.impulse.dot(point.normal);
-    let solved: Vec<f64> = courses.iter().map(|course| step * course[0].iter().sum::<f64>()).collect();
-    let recorded: Vec<f64> = impact.points.iter().map(normal_of).collect();
-    let (solved_sum, recorded_sum): (f64, f64) = (solved.iter().sum(), recorded.iter().sum());
-    if !(solved_sum > 0.0 && recorded_sum > 0.0) {
+    let recorded: f64 = impact.points.iter().map(|point| point.impulse.dot(point.normal)).sum();
+    let solved: f64 = courses.iter().map(|course| step * course[0].iter().sum::<f64>()).sum();
+    if !(solved > 0.0 && recorded > 0.0) {
         return None;
     }
-    let scale = recorded_sum / solved_sum;
+    let scale = recorded / solved;
     let gain = (MOST_SCALE / scale).min(1.0);
-    // A point that the solve hardly presses has the shape of the sum.
-    let mut sum = vec![0.0; courses.first()?[0].len()];
-    for course in courses {
-        sum.iter_mut().zip(&course[0]).for_each(|(sum, force)| *sum += force);
-    }
     let of_steps = |forces: &[f64]| {
         let end = forces.iter().rposition(|force| *force != 0.0).map_or(0, |last| last + 1);
         let (history, _) = ForceHistory::of_steps(&forces[..end], step, band)?;
         Some((Arc::new(history), end as f64 * step))
     };
-    let (common, common_end) = of_steps(&sum)?;
+    // Points whose force has the shape of the sum share it.
+    let mut sum = vec![0.0; courses.first()?[0].len()];
+    for course in courses {
+        sum.iter_mut().zip(&course[0]).for_each(|(sum, force)| *sum += force);
+    }
+    let common = of_steps(&sum)?;
+    let single = courses.len() == 1;
     let mut forces = Vec::with_capacity(courses.len());
     for (at, (course, point)) in courses.iter().zip(&impact.points).enumerate() {
+        let [normal, friction] = impulses(course, &axes[at], step);
+        if normal.length_squared() == 0.0 {
+            continue;
+        }
+        let [along, across] = if single {
+            let along = point.impulse.dot(point.normal) * point.normal;
+            [along, point.impulse - along]
+        } else {
+            [scale * normal, scale * friction]
+        };
         let differs = deviation(&course[0], &sum) > LEAST_DEVIATION;
-        let own = (differs && solved[at] > LEAST_OWN_PART * recorded[at].abs() / scale)
-            .then(|| of_steps(&course[0]))
-            .flatten();
-        let (history, end) = own.unwrap_or_else(|| (Arc::clone(&common), common_end));
-        let along = point.impulse.dot(point.normal) * point.normal;
-        let across = point.impulse - along;
-        // Friction has its own shape where the solve pushes the recorded way for most of the time.
-        let tangential = across.try_normalize().and_then(|direction| {
-            let turned = [1, 2].map(|axis| axes[at][axis].dot(direction));
+        let shape = differs.then(|| of_steps(&course[0])).flatten().unwrap_or_else(|| common.clone());
+        // Friction has its own shape where it pushes one way for most of the time.
+        let own = across.try_normalize().and_then(|direction| {
+            let [_, first, second] = axes[at];
+            let turned = [first.dot(direction), second.dot(direction)];
             let force: Vec<f64> =
                 course[1].iter().zip(&course[2]).map(|(a, b)| turned[0] * a + turned[1] * b).collect();
-            let (pushed, total) = force.iter().fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f.abs()));
+            let (pushed, total) =
+                force.iter().fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f64::abs(*f)));
             let differs = deviation(&force, &course[0]) > LEAST_DEVIATION;
             (differs && pushed > 0.5 * total).then(|| of_steps(&force)).flatten()
         });
@@ -422,13 +427,19 @@ fn scaled_forces(
             end,
             modal_gain: gain,
         };
-        match tangential {
+        match own {
             Some(own) => {
-                forces.push(with(along, point.couple, (history, end)));
+                forces.push(with(along, point.couple, shape));
                 forces.push(with(across, DVec3::ZERO, own));
             }
-            None => forces.push(with(point.impulse, point.couple, (history, end))),
+            None => forces.push(with(along + across, point.couple, shape)),
         }
     }
     Some((forces, scale))
+}
+
+/// Normal and tangential impulse of a force on A [N s].
+fn impulses(course: &[Vec<f64>; 3], axes: &[DVec3; 3], step: f64) -> [DVec3; 2] {
+    let [normal, first, second] = [0, 1, 2].map(|axis| step * course[axis].iter().sum::<f64>() * axes[axis]);
+    [normal, first + second]
 }

@@ -274,12 +274,13 @@ fn pulse(
         None => ContactSide::SURROUNDINGS,
     };
     // Velocities of the contact point before the impact.
-    let velocity_of = |i: usize| match pair[i] {
+    let velocity_of = |i: usize, place: DVec3| match pair[i] {
         Some(body) if inverse_mass(body) > 0.0 || matches!(body.motion, Motion::Keyframed(_)) => {
-            poses.velocity_at(ids[i], point, time)
+            poses.velocity_at(ids[i], place, time)
         }
         _ => Some(DVec3::ZERO),
     };
+    let relative = |place: DVec3| velocity_of(0, place).zip(velocity_of(1, place)).map(|(a, b)| a - b);
     let sides = [side(0), side(1)];
     let size = sides[0].bounding_radius.min(sides[1].bounding_radius);
     let coefficients = match pair {
@@ -296,7 +297,7 @@ fn pulse(
         speed,
         restitution: coefficients.restitution,
         friction: coefficients.friction,
-        points: contact_points(rows, time, size),
+        points: contact_points(rows, time, size, relative),
     };
     let forces = &settings.forces;
     let own = if forces.allows_histories() { recorded.of(&impact) } else { None };
@@ -304,6 +305,6 @@ fn pulse(
         Some(own) => recorded_contact_forces(&impact, own, modes, forces, solver)?,
         None => contact_forces(&impact, modes, forces, solver)?,
     };
-    let velocity_before = velocity_of(0).zip(velocity_of(1)).map(|(a, b)| a - b);
+    let velocity_before = relative(point);
     Ok(Ok(pulses.into_iter().map(|pulse| ImpactPulse { velocity_before, ..pulse }).collect()))
 }

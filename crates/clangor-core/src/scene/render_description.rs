@@ -1,6 +1,7 @@
 //! Settings of a scene for rendering: file format, level, parts of the sound, sound models.
 
 use crate::contact::ForceProfile;
+use crate::contact::contact_forces::OFFLINE_STEPS;
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::sound_model::rule::AccelerationRule;
 
@@ -27,6 +28,9 @@ pub struct RenderDescription {
     /// Lowest natural frequency \[Hz\] above which pieces of broken bodies ring as ellipsoids, 0 to 1e6.
     /// Default: [`PROXY_FREQUENCY`].
     pub proxy_frequency: f64,
+    /// Steps of the solve of an impact per first duration of the contact, 2 to 256. Default:
+    /// [`OFFLINE_STEPS`].
+    pub contact_steps: u32,
     /// Whether pieces of a broken body inherit its vibration. Default: true.
     pub inherit_vibration: bool,
     /// Whether contact forces too weak to be impacts excite modes: rolling, sliding, settling. Default:
@@ -54,6 +58,7 @@ impl Default for RenderDescription {
             parts: Parts::default(),
             ground: GroundSound::default(),
             proxy_frequency: PROXY_FREQUENCY,
+            contact_steps: OFFLINE_STEPS as u32,
             inherit_vibration: true,
             rolling: false,
             sound: AccelerationRule::Auto,

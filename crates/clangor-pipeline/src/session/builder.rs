@@ -241,6 +241,7 @@ impl<'p> SessionBuilder<'p> {
                 v_min: source.v_min,
                 forces: ForceSettings {
                     profile: settings.pulse,
+                    steps: f64::from(settings.contact_steps),
                     band: 0.5 * sample_rate.as_f64(),
                     ..ForceSettings::default()
                 },

@@ -106,6 +106,13 @@ impl Strike {
         Strike { striker: Some(striker), ..self }
     }
 
+    /// Steps of the solve of a striker's contact per first duration of the contact.
+    #[must_use]
+    pub fn contact_steps(mut self, steps: u32) -> Self {
+        self.impact.steps = f64::from(steps.clamp(2, 256));
+        self
+    }
+
     /// Position of the listener \[m from the centre of mass\].
     #[must_use]
     pub fn listener(mut self, position: impl Into<DVec3>) -> Self {

@@ -95,6 +95,7 @@ pub(super) const RENDER_KEYS: &[&str] = &[
     "reflection_order",
     "air_absorption",
     "pulse",
+    "contact_steps",
     "parts",
     "ground",
     "proxy_frequency",
@@ -170,6 +171,9 @@ pub(super) fn render(
         bits: section.choice(d, "bits", &formats).unwrap_or(default.bits),
         level: level(d, &section),
         pulse: section.choice(d, "pulse", &pulses).unwrap_or(default.pulse),
+        contact_steps: section
+            .integer(d, "contact_steps", 2, 256)
+            .map_or(default.contact_steps, |steps| steps as u32),
         parts: parts(d, &section).unwrap_or(default.parts),
         ground: section.choice(d, "ground", &grounds).unwrap_or(default.ground),
         proxy_frequency: section

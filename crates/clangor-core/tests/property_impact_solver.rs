@@ -227,7 +227,7 @@ fn impacts_of_a_timeline_pass_through_one_solver() {
     let point = DVec3::new(0.1, 0.0, 0.0);
     let hit = |time: f64, impact_id: u64| ContactRow { time, impact_id, ..row(point, DVec3::NEG_Y, 0.01) };
     let rows = [hit(0.1, 1), hit(0.101, 2), hit(0.103, 3)];
-    let struck = StruckBodies { bodies: &bodies, poses: &poses, modes: &modes };
+    let struck = StruckBodies { modes: &modes, ..StruckBodies::rigid(&bodies, &poses) };
     let (pulses, report) = impact_pulses_on(struck, &rows, &ContactSettings::default()).unwrap();
     assert_eq!((report.pulses, report.solves.solved), (3, 3));
     let shapes: Vec<_> = pulses.iter().map(|pulse| pulse.shape.clone()).collect();

@@ -43,7 +43,11 @@ fn impact(restitution: f64) -> Impact {
     let [plate, ball] = bodies();
     let point = DVec3::new(0.1, 0.0, 0.0);
     let sides = [(PLATE, &plate), (BALL, &ball)].map(|(id, body)| {
-        ContactSide::of_body(id, body, body.pose).touched_at(&body.surface, DVec3::Y, [(point, 1.0)].into_iter())
+        ContactSide::of_body(id, body, body.pose).touched_at(
+            &body.surface,
+            DVec3::Y,
+            [(point, 1.0)].into_iter(),
+        )
     });
     Impact { restitution: 0.98, ..Impact::with_restitution(sides, point, DVec3::NEG_Y, SPEED, restitution) }
 }
@@ -67,8 +71,7 @@ fn a_solved_force_has_the_recorded_impulse_and_no_more_energy_than_the_approach(
     for restitution in [0.1, 0.5, 0.8] {
         let mut solver = ImpactSolver::default();
         let impact = impact(restitution);
-        let pulses =
-            contact_forces(&impact, &modes, &ForceSettings::default(), &mut solver).unwrap();
+        let pulses = contact_forces(&impact, &modes, &ForceSettings::default(), &mut solver).unwrap();
         let report = solver.report();
         assert_eq!((report.solved, report.closed, report.fallen_back), (1, 0, 0));
         let impulse: DVec3 = pulses.iter().flat_map(|pulse| &pulse.points).map(|(_, j)| *j).sum();
@@ -149,7 +152,10 @@ fn opposed_impulses_of_one_impact_turn_the_body() {
     let turned: DVec3 = shares().map(|share| share.angular_velocity_change).sum();
     // 2 × 0.02 N s × 9 mm over the moment of inertia.
     let expected = 0.02 * 0.018 / bodies[0].inertia.z_axis.z;
-    assert!(impulse.length() < 1e-15 && (turned - DVec3::Z * expected).length() < 1e-9 * expected, "{turned}");
+    assert!(
+        impulse.length() < 1e-15 && (turned - DVec3::Z * expected).length() < 1e-9 * expected,
+        "{turned}"
+    );
     // The sound is that of the two forces: each acts with the shape that the solve gives it.
     for pulse in &pulses {
         assert!((pulse.shape.centred_spectrum(0.0, pulse.duration).re - 1.0).abs() < 1e-6);
@@ -175,7 +181,8 @@ fn a_landing_on_many_points_keeps_the_recorded_sum() {
 fn too_many_contacts_fall_back_and_say_so() {
     let bodies = [cube(), wall()];
     let poses = PoseHistory::try_new(&bodies, &[]).unwrap();
-    let place = |i: usize| DVec3::new(0.2e-3 * (i % 100) as f64 - 0.01, -0.01, 0.2e-3 * (i / 100) as f64 - 0.01);
+    let place =
+        |i: usize| DVec3::new(0.2e-3 * (i % 100) as f64 - 0.01, -0.01, 0.2e-3 * (i / 100) as f64 - 0.01);
     let rows: Vec<ContactRow> = (0..10_000).map(|i| row(place(i), DVec3::Y, 1e-5)).collect();
     let (pulses, report) = impact_pulses(&bodies, &rows, &poses, &ContactSettings::default()).unwrap();
     assert_eq!((report.solves.fallen_back, report.solves.solved, pulses.len()), (1, 0, 1));
@@ -212,8 +219,7 @@ fn modes_without_mass_and_overlapping_bodies_give_forces_all_the_same() {
 fn the_step_of_real_time_is_close_to_that_of_a_file() {
     let levels = [8.0, 16.0].map(|steps| {
         let settings = ForceSettings { steps, ..ForceSettings::default() };
-        let pulses =
-            contact_forces(&impact(0.3), &modes, &settings, &mut ImpactSolver::default()).unwrap();
+        let pulses = contact_forces(&impact(0.3), &modes, &settings, &mut ImpactSolver::default()).unwrap();
         10.0 * modal_energy(&pulses).log10()
     });
     // Residual seen: see the message.

@@ -21,9 +21,9 @@
 //!
 //! The motion of a timeline is given: its impulses are those of rigid bodies. The forces of the solve keep
 //! their shape and are scaled to the sum of the normal impulses, by s = (1 + e recorded)/(1 + e solved) where
-//! the solve has the restitution e. On the modes s counts at most 2 (6 dB). At one point the recorded friction
-//! keeps its impulse. Several points share the sum as the solve has it: which of them touches first, and what
-//! each gets, is an accident of rigid bodies that land almost flat.
+//! the solve has the restitution e. On the modes s counts at most 2 (6 dB). Several points share the sum as
+//! the solve has it: which of them touches first, and what each gets, is an accident of rigid bodies that land
+//! almost flat. The recorded friction keeps its impulse; an impact without any has none in the solve.
 //!
 //! Not covered: more than two bodies, loads of standing contacts, gravity during the impact.
 
@@ -313,6 +313,16 @@ fn rigid_member(side: &ContactSide) -> Member {
     }
 }
 
+/// Whether the recorded impulses of an impact have a tangential part.
+fn rubs(impact: &Impact) -> bool {
+    let total: f64 = impact.points.iter().map(|point| point.impulse.length()).sum();
+    let across = |point: &ContactPoint| point.impulse.reject_from_normalized(point.normal).length();
+    impact.points.iter().map(across).sum::<f64>() > LEAST_FRICTION * total
+}
+
+/// Share of the tangential impulses in all below which an impact counts as free of friction.
+const LEAST_FRICTION: f64 = 1e-6;
+
 /// A contact point of the impact, with the modes of both bodies there.
 fn member_contact(
     input: &SolveInput<'_>,
@@ -352,7 +362,7 @@ fn member_contact(
             ..HertzLaw::default()
         }),
         gap,
-        friction: impact.friction,
+        friction: if rubs(impact) { impact.friction } else { 0.0 },
         standing: false,
         shapes,
     }
@@ -396,17 +406,14 @@ fn scaled_forces(
     let single = courses.len() == 1;
     let mut forces = Vec::with_capacity(courses.len());
     for (at, (course, point)) in courses.iter().zip(&impact.points).enumerate() {
-        let [normal, friction] = impulses(course, &axes[at], step);
-        if normal.length_squared() == 0.0 {
+        let own = point.impulse.dot(point.normal) * point.normal;
+        let across = point.impulse - own;
+        let normal = step * course[0].iter().sum::<f64>() * point.normal;
+        let along = if single { own } else { scale * normal };
+        if along == DVec3::ZERO && across == DVec3::ZERO && point.couple == DVec3::ZERO {
             continue;
         }
-        let [along, across] = if single {
-            let along = point.impulse.dot(point.normal) * point.normal;
-            [along, point.impulse - along]
-        } else {
-            [scale * normal, scale * friction]
-        };
-        let differs = deviation(&course[0], &sum) > LEAST_DEVIATION;
+        let differs = normal != DVec3::ZERO && deviation(&course[0], &sum) > LEAST_DEVIATION;
         let shape = differs.then(|| of_steps(&course[0])).flatten().unwrap_or_else(|| common.clone());
         // Friction has its own shape where it pushes one way for most of the time.
         let own = across.try_normalize().and_then(|direction| {
@@ -416,7 +423,7 @@ fn scaled_forces(
                 course[1].iter().zip(&course[2]).map(|(a, b)| turned[0] * a + turned[1] * b).collect();
             let (pushed, total) =
                 force.iter().fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f64::abs(*f)));
-            let differs = deviation(&force, &course[0]) > LEAST_DEVIATION;
+            let differs = pushed > 0.0 && deviation(&force, &course[0]) > LEAST_DEVIATION;
             (differs && pushed > 0.5 * total).then(|| of_steps(&force)).flatten()
         });
         let with = |impulse: DVec3, couple: DVec3, (history, end): (Arc<ForceHistory>, f64)| SolvedForce {
@@ -436,10 +443,4 @@ fn scaled_forces(
         }
     }
     Some((forces, scale))
-}
-
-/// Normal and tangential impulse of a force on A [N s].
-fn impulses(course: &[Vec<f64>; 3], axes: &[DVec3; 3], step: f64) -> [DVec3; 2] {
-    let [normal, first, second] = [0, 1, 2].map(|axis| step * course[axis].iter().sum::<f64>() * axes[axis]);
-    [normal, first + second]
 }

@@ -1,5 +1,5 @@
-// Rows of force histories among rows of events. They go to the synthesis as soon as they come, so that it does
-// not allocate while it renders; the other rows wait for their time.
+// Rows of force histories among rows of events. They go to the synthesis as soon as they come, so that it
+// does not allocate while it renders; the other rows wait for their time.
 
 import { EVENT, EVENT_KIND, EVENT_STRIDE } from './event-layout.js';
 

@@ -43,8 +43,8 @@ fn bounce(thickness: f64, highest: f64) -> [f64; 2] {
     })
 }
 
-/// Restitution on a supported pane of 50 × 50 cm with all modes, of the shared note "compliant contact", and on
-/// a pane of baked modes.
+/// Restitution on a supported pane of 50 × 50 cm with all modes, of the shared note "compliant contact", and
+/// on a pane of baked modes.
 fn panes_bounce_as_with_all_modes(panes: &[(f64, f64)]) {
     for (thickness, known) in panes {
         let [cut, whole] = bounce(*thickness, 20e3);

@@ -64,7 +64,8 @@ fn impulse(plate: &Body, point: DVec3, normal: DVec3) -> f64 {
 
 fn scene(ball: DVec3) -> String {
     format!(
-        "version = 1\ngravity = [0.0, 0.0, 0.0]\n[simulation]\nduration = 0.3\n[render]\nground = \"none\"\ncontact_steps = 8\n\
+        "version = 1\ngravity = [0.0, 0.0, 0.0]\n[simulation]\nduration = 0.3\n[render]\nground = \"none\"\n\
+         contact_steps = 8\n\
          max_frequency = {BAND}\n\
          [[body]]\nname = \"plate\"\nshape = \"plate\"\nmaterial = \"ceramic\"\nposition = [0.0, 0.0, 0.0]\n\
          [[body]]\nname = \"ball\"\nshape = \"sphere:{BALL}\"\nmaterial = \"steel\"\n\

@@ -34,8 +34,9 @@ fn approach_factors_are_those_of_the_elliptic_integrals() {
     }
 }
 
-/// Displacement [m] of a half-space at (x, y) within an ellipse of Hertz's pressure, from Boussinesq's integral
-/// of p/(π E* r) in polar coordinates about the point: ∫ p dr along a chord is that of half an ellipse.
+/// Displacement [m] of a half-space at (x, y) within an ellipse of Hertz's pressure, from Boussinesq's
+/// integral of p/(π E* r) in polar coordinates about the point: ∫ p dr along a chord is that of half an
+/// ellipse.
 fn displacement([x, y]: [f64; 2], semi_axes: [f64; 2], pressure: f64, nodes: u32) -> f64 {
     let [a, b] = semi_axes.map(|axis| axis.powi(-2));
     let inside = 1.0 - a * x * x - b * y * y;

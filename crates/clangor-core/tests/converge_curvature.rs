@@ -106,8 +106,8 @@ impl Exact {
     }
 }
 
-/// Errors of the mean curvature by cotangents in units of the largest curvature at the place, root mean square
-/// and largest.
+/// Errors of the mean curvature by cotangents in units of the largest curvature at the place, root mean
+/// square and largest.
 fn cotangent_errors(exact: &Exact, mesh: &TriMesh) -> [f64; 2] {
     let errors: Vec<f64> = mesh
         .vertices

@@ -37,8 +37,8 @@ fn impact(radius: f64) -> Strike {
 #[test]
 fn default_duration_is_that_of_a_rigid_plane_at_1_m_per_s() {
     let sound = strike(&pan_steel_ball(0.0075, DVec3::ZERO), &impact(0.0075)).unwrap();
-    // 5 × 7.335 µs times 5^{1/5} for the speed; [PAN] Table 1 has 7.326 µs at 5 m/s, with a factor of 2.87 for
-    // Hertz's 2.8683. Seen: 50.604 µs.
+    // 5 × 7.335 µs times 5^{1/5} for the speed; [PAN] Table 1 has 7.326 µs at 5 m/s, with a factor of 2.87
+    // for Hertz's 2.8683. Seen: 50.604 µs.
     assert!((sound.duration - 5.0 * 7.335e-6 * 5f64.powf(0.2)).abs() < 1e-8, "{:e}", sound.duration);
 }
 

@@ -30,7 +30,9 @@ use avian3d::prelude::*;
 use bevy::prelude::*;
 use clangor_core::body::{Body, BodyId, EDGE_RADIUS_RATIO, Surface};
 use clangor_core::contact::contact_side::rayleigh_speed;
-use clangor_core::contact::{ContactSide, ForceProfile, ForceSettings, Impact, contact_forces};
+use clangor_core::contact::{
+    ContactSide, ForceProfile, ForceSettings, Impact, ImpactSolver, contact_forces,
+};
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::material::Material;
 use clangor_core::pose::Pose;
@@ -335,7 +337,8 @@ fn send_impacts(
         };
         let settings = ForceSettings { profile: sound.profile, ..ForceSettings::default().live() };
         // Two bodies without material have no impact.
-        let forces = contact_forces(&impact.at_time(time), &modes_of, &settings, &mut ImpactSolver::default());
+        let solver = &mut ImpactSolver::default();
+        let forces = contact_forces(&impact.at_time(time), &modes_of, &settings, solver);
         let Ok(pulses) = forces else { continue };
         for (index, side) in sides.iter().enumerate() {
             let Some(target) = side.sounding.map(|sounding| sounding.target) else { continue };

@@ -4,9 +4,9 @@
 //! impact that lie within 0.5 % of the smaller body's size of each other, with the same normal, are one
 //! point: its impulse is their sum, and what their distance changes of the torque is kept as a couple.
 //!
-//! A body that lands almost flat touches with one point after another. A point that is first touched later than
-//! the impact begins had a gap, which its motion until then closed. Its velocity at the beginning is that of
-//! the bodies before the impact, where the timeline has it.
+//! A body that lands almost flat touches with one point after another. A point that is first touched later
+//! than the impact begins had a gap, which its motion until then closed. Its velocity at the beginning is
+//! that of the bodies before the impact, where the timeline has it.
 
 use glam::DVec3;
 
@@ -18,8 +18,9 @@ const ONE_POINT: f64 = 5e-3;
 /// Least cosine between normals of one point.
 const ONE_NORMAL: f64 = 0.98;
 
-/// The points of an impact on bodies of this size \[m\], whose first row is at `time` \[s\]. `velocity_before`
-/// gives the velocity of A relative to B at a place before the impact [m/s], if it is known.
+/// The points of an impact on bodies of this size \[m\], whose first row is at `time` \[s\].
+/// `velocity_before` gives the velocity of A relative to B at a place before the impact [m/s], if it is
+/// known.
 pub(super) fn contact_points(
     rows: &[ContactRow],
     time: f64,

@@ -31,8 +31,8 @@ pub struct ContactSide {
     pub compliance: f64,
     /// Speed of Rayleigh waves in its material [m/s].
     pub rayleigh_speed: f64,
-    /// Curvature tensor of its surface at the contact, in the tangent plane and in the axes of the world [1/m]:
-    /// 0 for a plane, negative where hollow.
+    /// Curvature tensor of its surface at the contact, in the tangent plane and in the axes of the world
+    /// [1/m]: 0 for a plane, negative where hollow.
     pub curvature: DMat3,
     /// Lower bound of both principal radii of that curvature \[m\]; 0 for none.
     pub edge_radius: f64,

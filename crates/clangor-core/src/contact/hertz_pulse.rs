@@ -7,8 +7,8 @@
 //! τ = (4/5) B(2/5, 1/2) d_m/V = 2.943275184 d_m/V
 //! ```
 //!
-//! Every pulse has the same shape. Seen from its middle, and of unit impulse, its spectrum is real and depends
-//! on x = ωτ/2 only. S is even about the middle, and its Legendre series gives
+//! Every pulse has the same shape. Seen from its middle, and of unit impulse, its spectrum is real and
+//! depends on x = ωτ/2 only. S is even about the middle, and its Legendre series gives
 //!
 //! ```text
 //! S(t) τ = Σ_k a_k P_2k(2t/τ − 1)        Ŝ = Σ_k a_k (−1)^k j_2k(x)                    x ≤ 15

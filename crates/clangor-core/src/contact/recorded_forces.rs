@@ -6,9 +6,9 @@
 //! ```
 //!
 //! Rows give the shapes; the impulses stay those of the contact rows. A row belongs to the point of the
-//! impact that lies nearest to it, within 1 % of the size of the smaller body, and of points at one place to that
-//! whose impulse points its way. What a point's impulse is more than its rows say goes with the strongest of
-//! them. A point without rows has the shape of the sum of all normal forces.
+//! impact that lies nearest to it, within 1 % of the size of the smaller body, and of points at one place to
+//! that whose impulse points its way. What a point's impulse is more than its rows say goes with the
+//! strongest of them. A point without rows has the shape of the sum of all normal forces.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

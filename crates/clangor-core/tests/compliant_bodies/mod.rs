@@ -37,7 +37,8 @@ pub(crate) fn rigid(mass: f64, inverse_inertia: DMat3, centre: DVec3, velocity: 
 
 /// A ceramic disc of this radius and thickness \[m\] about the origin, its axis along y.
 ///
-/// Its modes are like those of a plate: density and mean mobility of a thin plate, irregular frequencies and shapes.
+/// Its modes are like those of a plate: density and mean mobility of a thin plate, irregular frequencies and
+/// shapes.
 pub(crate) struct Disc {
     pub(crate) member: Member,
     radius: f64,

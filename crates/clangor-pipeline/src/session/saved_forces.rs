@@ -9,8 +9,8 @@ use crate::stages::render::timeline_forces;
 
 impl Session<'_> {
     /// Writes the timeline with the forces of its impacts over time into a folder; with `replace`, in place
-    /// of an older one, which may be the timeline itself. Simulates and obtains models first. Returns the number
-    /// of forces. Rendering that folder gives the same sound without a solve.
+    /// of an older one, which may be the timeline itself. Simulates and obtains models first. Returns the
+    /// number of forces. Rendering that folder gives the same sound without a solve.
     ///
     /// # Errors
     /// [`Error::NotRecorded`] for a scene whose timeline is not kept

@@ -4,12 +4,12 @@
 //! stick: 2A T = −s    if |T| ≤ μF      slip: (2A + ηI) T = −s,  |T| = μF      loss Tᵀ(A + ηI)T ≥ 0
 //! ```
 //!
-//! s is the slip over the step without friction of this contact \[m\], A its tangential mobility over the step,
-//! modes included [m/N]; the slip with friction is s + AT. Without the factor 2 the surfaces would stick in
-//! the mean of a step, and rigid bodies would leave it with their slip reversed: a force that alternates from
-//! step to step. With it their slip has stopped at its end. Both oppose the slip of the step itself and take
-//! energy. A steady force makes a contact that sticks creep by AT in each step, which vanishes with h.
-//! 1/|T| is concave in η, so that Newton's method rises to the root from η = 0.
+//! s is the slip over the step without friction of this contact \[m\], A its tangential mobility over the
+//! step, modes included [m/N]; the slip with friction is s + AT. Without the factor 2 the surfaces would
+//! stick in the mean of a step, and rigid bodies would leave it with their slip reversed: a force that
+//! alternates from step to step. With it their slip has stopped at its end. Both oppose the slip of the step
+//! itself and take energy. A steady force makes a contact that sticks creep by AT in each step, which
+//! vanishes with h. 1/|T| is concave in η, so that Newton's method rises to the root from η = 0.
 
 /// Friction forces \[N\] along both tangents, and η [m/N].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! P is the slowness along the surface in units of 1/c_S; the first term are the waves into the body, the
-//! second is Rayleigh's wave, 67.4 % at ν = ¼ \[MillerPursey1955\]. Force and displacement are those of a point
-//! far smaller than the waves, as a contact is.
+//! second is Rayleigh's wave, 67.4 % at ν = ¼ \[MillerPursey1955\]. Force and displacement are those of a
+//! point far smaller than the waves, as a contact is.
 
 /// β of a half-space and its parts.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -86,8 +86,8 @@ impl ContactSolution {
     }
 
     /// Makes the end the beginning of what follows: velocities, states and gaps of the members and contacts
-    /// of this solution, in their order. More may come after them. Points and centres stay, as they do within a
-    /// solve, so that going on gives what one longer solve gives.
+    /// of this solution, in their order. More may come after them. Points and centres stay, as they do within
+    /// a solve, so that going on gives what one longer solve gives.
     pub fn carry_over(&self, members: &mut [Member], contacts: &mut [MemberContact]) {
         for (index, member) in members.iter_mut().enumerate().take(self.velocities.len()) {
             member.velocity = self.velocities[index];

@@ -54,8 +54,8 @@ impl ContactSystem {
     /// Standing contacts do not keep it from ending: what they carry then is in
     /// [`approaches`](ContactSolution::approaches), and [`carry_over`](ContactSolution::carry_over) goes
     /// on.
-    /// If all contacts stand, those of Hertz are awaited; springs alone end at the limit. There is no limit in
-    /// seconds.
+    /// If all contacts stand, those of Hertz are awaited; springs alone end at the limit. There is no limit
+    /// in seconds.
     ///
     /// # Errors
     ///

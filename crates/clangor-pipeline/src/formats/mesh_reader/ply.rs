@@ -11,8 +11,8 @@ use super::{Located, MeshFault, excerpt, push_fan};
 #[derive(Debug, Default)]
 pub(crate) struct PlyMesh {
     pub(crate) mesh: TriMesh,
-    /// The extra properties that were asked for, each with one value per vertex; empty if the file has none of
-    /// this name.
+    /// The extra properties that were asked for, each with one value per vertex; empty if the file has none
+    /// of this name.
     pub(crate) extra: Vec<Vec<f64>>,
 }
 

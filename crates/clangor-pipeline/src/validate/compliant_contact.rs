@@ -95,7 +95,7 @@ fn solve(members: &[Member], hit: MemberContact, steps: f64) -> Result<ContactSo
 
 /// z = ∫s^{3/2} of a Zener contact after steps of the classical Runge–Kutta method until it opens, and its
 /// force at each: ṡ = 1 − z − λ s^{3/2}, ż = s^{3/2}, in units of Hertz's contact.
-fn zener_course(lambda: f64, step: f64) -> (f64, Vec<f64>) {
+pub(super) fn zener_course(lambda: f64, step: f64) -> (f64, Vec<f64>) {
     let force = |s: f64| s.max(0.0).powf(1.5);
     let rate = |[s, z]: [f64; 2]| [1.0 - z - lambda * force(s), force(s)];
     let along = |a: [f64; 2], h: f64, k: [f64; 2]| [a[0] + h * k[0], a[1] + h * k[1]];

@@ -74,22 +74,22 @@ fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, St
             re += pressure * (omega * time).cos() * step;
             im -= pressure * (omega * time).sin() * step;
         }
-        let exact = exact_spectrum(omega, radius, duration, listener);
+        let exact = exact_spectrum(omega, radius, half_sine_spectrum(omega, duration), listener);
         error += (re - exact.0).powi(2) + (im - exact.1).powi(2);
         norm += exact.0.powi(2) + exact.1.powi(2);
     }
     Ok((error / norm).sqrt())
 }
 
-/// Pressure spectrum [Pa s] of a sphere that gains 1 m/s along y in a half-sine.
+/// Pressure spectrum [Pa s] of a sphere that gains 1 m/s along y in a pulse of this spectrum.
 ///
 /// p = −ρ a(ω) cos θ h₁(kr) / (k h₁′(ka)), which follows from ∂p/∂r = −ρ a cos θ on the sphere.
-pub(super) fn exact_spectrum(omega: f64, radius: f64, duration: f64, listener: DVec3) -> Complex {
+pub(super) fn exact_spectrum(omega: f64, radius: f64, pulse: Complex, listener: DVec3) -> Complex {
     let Medium { density, sound_speed } = Medium::AIR;
     let (k, r) = (omega / sound_speed, listener.length());
     let cosine = listener.y / r;
     let field = divide(hankel(k * r), scale(hankel_slope(k * radius), k));
-    multiply(scale(field, -density * cosine), half_sine_spectrum(omega, duration))
+    multiply(scale(field, -density * cosine), pulse)
 }
 
 /// h₁⁽²⁾(z) = −e^{−iz} (1/z) (1 − i/z).

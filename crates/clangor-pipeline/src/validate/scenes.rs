@@ -6,11 +6,13 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use clangor_core::contact::ContactSettings;
+use clangor_core::contact::hertz_pulse::DURATION_OVER_APPROACH_TIME;
 use clangor_core::glam::DVec3;
 use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::synthesis::SoundModel;
 use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
 
+use super::compliant_contact::zener_course;
 use super::radiation::exact_spectrum;
 use super::{Check, Extent, Fault, Outcome, Validation};
 use crate::formats::wav::{SampleFormat, WavReader};
@@ -53,6 +55,10 @@ pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
     // Hertz: 4/5 B(2/5, 1/2) (15/16)^{2/5}.
     let duration = 2.868_265_699_2 * (mass * mass / (radius * stiffness * stiffness * speed)).powf(0.2);
     let listener = DVec3::new(0.3, 0.4 - radius, 0.2);
+    // Hertz's force without loss, in steps of the contact; it changes the velocity by twice its unit.
+    let unit_step = 1e-3;
+    let (_, forces) = zener_course(0.0, unit_step);
+    let step = duration / (1.25_f64.powf(0.4) * DURATION_OVER_APPROACH_TIME) * unit_step;
     let (mut error, mut norm) = (0.0, 0.0);
     for k in 0..200 {
         let omega = TAU * (100.0 + 19_900.0 * f64::from(k) / 199.0);
@@ -62,7 +68,13 @@ pub(super) fn run(_extent: Extent, table: &mut Validation) -> Outcome {
             re += f64::from(*pressure) * cos / 48_000.0;
             im -= f64::from(*pressure) * sin / 48_000.0;
         }
-        let (a, b) = exact_spectrum(omega, radius, duration, listener);
+        let mut pulse = (0.0, 0.0);
+        for (i, force) in forces.iter().enumerate() {
+            let (sin, cos) = (omega * step * i as f64).sin_cos();
+            pulse.0 += 0.5 * unit_step * force * cos;
+            pulse.1 -= 0.5 * unit_step * force * sin;
+        }
+        let (a, b) = exact_spectrum(omega, radius, pulse, listener);
         // The impact comes when free fall ends, and turns v into −0.7 v.
         let (sin, cos) = (omega * speed / 9.81).sin_cos();
         let exact = ((a * cos + b * sin) * 1.7 * speed, (b * cos - a * sin) * 1.7 * speed);

@@ -174,7 +174,8 @@ impl RenderReportView<'_> {
 
     /// Impacts whose contact was solved, and what scaling to the recorded impulses costs.
     fn say_solves(&self, console: &Console) {
-        let solves = &self.summary.contacts.solves;
+        let contacts = &self.summary.contacts;
+        let solves = &contacts.solves;
         if solves.solved > 0 {
             console.say(format_args!(
                 "{} with a solve of the contact ({} in closed form); scaled to the recorded impulses by \
@@ -188,6 +189,13 @@ impl RenderReportView<'_> {
             console.say(format_args!(
                 "{} with the forces in the timeline",
                 counted(solves.recorded as usize, "impact", "impacts")
+            ));
+        }
+        if contacts.beyond_hertz > 0 {
+            console.say(format_args!(
+                "{} out of the range of Hertz's theory (flat, close-fitting or deep contacts), whose radii \
+                 are bounded by the size of the bodies",
+                counted(contacts.beyond_hertz as usize, "impact", "impacts"),
             ));
         }
         if solves.over_scaled > 0 {
@@ -377,6 +385,7 @@ impl RenderReportView<'_> {
                 "recorded": contacts.solves.recorded,
                 "closed_form": contacts.solves.closed,
                 "not_solvable": contacts.solves.fallen_back,
+                "beyond_hertz": contacts.beyond_hertz,
             },
             "simulation": simulated.map(|report| json!({
                 "simulated_s": report.time,

@@ -107,6 +107,23 @@ fn a_body_that_rings_meets_the_next_impact_with_its_vibration() {
     assert!(apart(shape(&late).values()) < 1e-6, "{}", apart(shape(&late).values()));
 }
 
+#[test]
+fn a_vibration_does_not_grow_before_its_impact_ends() {
+    let damped = |id: BodyId, points: &[(DVec3, DVec3)]| {
+        let known = modes(id, points)?;
+        Some(ModesAtContact { damping_ratios: vec![0.8; known.frequencies.len()], ..known })
+    };
+    let mut solver = ImpactSolver::default();
+    let settings = ForceSettings::default();
+    // The second impact begins while the first still lasts in the clock of the first, by the whole of 0.1 s.
+    for time in [0.1, 0.0] {
+        let pulses = contact_forces(&impact(0.5).at_time(time), &damped, &settings, &mut solver).unwrap();
+        let energy = modal_energy(&pulses);
+        assert!(energy.is_finite() && energy < 1.0, "{time} s: {energy} J");
+    }
+    assert_eq!((solver.report().solved, solver.report().fallen_back), (2, 0));
+}
+
 /// A steel cube of 20 mm, and a row that pushes it at a place along a normal.
 fn cube() -> Body {
     let mut cube = Body::sphere("cube", presets::STEEL.material(), 0.01);

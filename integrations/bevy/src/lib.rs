@@ -105,6 +105,8 @@ pub struct Sound {
     controller: Mutex<Controller>,
     /// Time profile of the forces.
     profile: ForceProfile,
+    /// Keeps the vibration of the bodies from impact to impact; its bodies are the indices of entities.
+    solver: ImpactSolver,
     /// Time of sound minus time of physics [s].
     offset: Option<f64>,
     /// Impacts sent.
@@ -134,7 +136,8 @@ impl Plugin for ClangorPlugin {
         let mut held = self.controller.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(controller) = held.take() else { return };
         let (controller, profile) = (Mutex::new(controller), self.profile);
-        app.insert_resource(Sound { controller, profile, offset: None, impacts: 0 });
+        let solver = ImpactSolver::default();
+        app.insert_resource(Sound { controller, profile, solver, offset: None, impacts: 0 });
         let systems = (follow_clock, send_receivers, send_poses, send_impacts).chain();
         app.add_systems(PhysicsSchedule, systems.in_set(PhysicsStepSystems::Last));
     }
@@ -229,7 +232,7 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    /// The body with this number in the contact, with its centre of mass at `centre` [m, world], touched at a
+    /// The body with this number, with its centre of mass at `centre` [m, world], touched at a
     /// point [m, world] along a unit normal.
     fn touched_at(
         id: BodyId,
@@ -305,11 +308,11 @@ fn send_impacts(
         let points = || pair.manifolds.iter().flat_map(|m| m.points.iter().map(move |p| (m, p)));
         let touches = |p: &ContactPoint| p.normal_impulse > 0.0;
         let approach = points().filter(|(_, p)| touches(p)).map(|(_, p)| -p.normal_speed).fold(0.0, f32::max);
-        let (Some(one), Some(two)) = (pair.body1, pair.body2) else { continue };
+        let (Some(first_entity), Some(second_entity)) = (pair.body1, pair.body2) else { continue };
         if approach < V_MIN {
             continue;
         }
-        let (Ok(one), Ok(two)) = (bodies.get(one), bodies.get(two)) else { continue };
+        let (Ok(one), Ok(two)) = (bodies.get(first_entity), bodies.get(second_entity)) else { continue };
         // Mean over the points, weighted by their normal impulses.
         let total: f32 = points().map(|(_, p)| p.normal_impulse).sum();
         let share = |p: &ContactPoint| f64::from(p.normal_impulse / total);
@@ -326,19 +329,19 @@ fn send_impacts(
         let weighted = points().map(|(m, p)| (m.normal, p, share(p)));
         let Touch { point, centres: [first, second] } = Touch::new(weighted, ways);
         // A is the second body: its normal points from the first one to it.
-        let sides = [(BodyId(0), two, second), (BodyId(1), one, first)]
-            .map(|(id, body, centre)| Side::touched_at(id, body, centre, [point, normal]));
+        let sides = [(second_entity, two, second), (first_entity, one, first)].map(|(entity, body, centre)| {
+            Side::touched_at(BodyId(entity.index_u32()), body, centre, [point, normal])
+        });
         let [a, b] = &sides;
         let impact =
             Impact::with_restitution([a.contact, b.contact], point, normal, f64::from(approach), restitution);
         let modes_of = |id: BodyId, points: &[(DVec3, DVec3)]| {
-            let modes = sides.get(id.index())?.sounding?.modes.as_ref()?;
-            Some(modes.at_contact(points))
+            let side = sides.iter().find(|side| side.contact.body == id)?;
+            Some(side.sounding?.modes.as_ref()?.at_contact(points))
         };
         let settings = ForceSettings { profile: sound.profile, ..ForceSettings::default().live() };
         // Two bodies without material have no impact.
-        let solver = &mut ImpactSolver::default();
-        let forces = contact_forces(&impact.at_time(time), &modes_of, &settings, solver);
+        let forces = contact_forces(&impact.at_time(time), &modes_of, &settings, &mut sound.solver);
         let Ok(pulses) = forces else { continue };
         for (index, side) in sides.iter().enumerate() {
             let Some(target) = side.sounding.map(|sounding| sounding.target) else { continue };

@@ -202,11 +202,16 @@ impl ImpactSolver {
     }
 
     /// How a body with these poles rings at a time, without new forces.
+    ///
+    /// Impacts may overlap. Before the end of the last one the vibration has its phase, and no more amplitude.
     fn state_at(&self, body: BodyId, poles: &[Complex64], time: f64) -> Vec<Complex64> {
         match self.ringing.get(&body).filter(|ringing| ringing.state.len() == poles.len()) {
             None => vec![Complex64::ZERO; poles.len()],
             Some(Ringing { time: since, state }) => {
-                state.iter().zip(poles).map(|(w, pole)| w * (pole * (time - since)).exp()).collect()
+                let passed = time - since;
+                let turn =
+                    |pole: &Complex64| Complex64::new(pole.re * passed.max(0.0), pole.im * passed).exp();
+                state.iter().zip(poles).map(|(w, pole)| w * turn(pole)).collect()
             }
         }
     }

@@ -35,7 +35,7 @@ impl BodyId {
 }
 
 /// The surface of a body, in the body frame (origin at the centre of mass).
-#[expect(clippy::large_enum_variant, reason = "a surface lies behind an Arc, once per body")]
+#[allow(clippy::large_enum_variant, reason = "a surface lies behind an Arc, once per body")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Surface {
     /// A sphere about the centre of mass.

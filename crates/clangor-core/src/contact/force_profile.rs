@@ -13,7 +13,7 @@ use super::hertz_pulse;
 /// Shape of the contact force over the duration τ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ForceProfile {
-    /// Hertz's own pulse ([`hertz_pulse`](super::hertz_pulse)).
+    /// Hertz's own pulse ([`hertz_pulse`]).
     #[default]
     Hertz,
     /// \[PAN\] eq. (6): (π/2τ) sin(πt/τ) for 0 ≤ t ≤ τ.

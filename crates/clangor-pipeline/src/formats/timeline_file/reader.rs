@@ -174,7 +174,7 @@ impl TimelineReader {
     }
 
     /// The tables of forces and samples; `None` for a timeline without.
-    fn force_tables(&self) -> Result<Option<(Rows<StoredForce>, Rows<StoredSample>)>, TimelineError> {
+    fn force_tables(&self) -> Result<Option<ForceTables>, TimelineError> {
         if self.rows.forces == 0 {
             return Ok(None);
         }
@@ -231,6 +231,9 @@ fn split_births(path: &Path, bodies: &mut Vec<Body>) -> Result<Vec<Body>, Timeli
     }
     Ok(births)
 }
+
+/// The forces, and the samples of their shapes.
+type ForceTables = (Rows<StoredForce>, Rows<StoredSample>);
 
 /// The rows of a table, one after another; a fault is the last item.
 struct Rows<R: TableRow> {

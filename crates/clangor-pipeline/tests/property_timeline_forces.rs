@@ -104,6 +104,9 @@ fn options() -> RenderOptions {
     }
 }
 
+/// Displacement across a face at a place, in half edges.
+type Bending = fn(DVec3) -> f64;
+
 /// The floor, and a tile with three modes that bend it across its faces.
 fn models(bodies: &[Body]) -> Vec<SoundModel> {
     let mut models: Vec<SoundModel> =
@@ -119,13 +122,13 @@ fn models(bodies: &[Body]) -> Vec<SoundModel> {
         }
     }
     let scale = 2.0 / bodies[1].mass.sqrt();
-    let mode = |(frequency, shape): (f64, fn(DVec3) -> f64)| ModalMode {
+    let mode = |(frequency, shape): (f64, Bending)| ModalMode {
         frequency,
         mesh_error: 0.0,
         shape: nodes.iter().map(|x| DVec3::Y * scale * shape(*x / HALF)).collect(),
         transfer: Some(ModalTransfer { order: 0, coefficients: vec![Complex64::ONE] }),
     };
-    let shapes: [(f64, fn(DVec3) -> f64); 3] =
+    let shapes: [(f64, Bending); 3] =
         [(1700.0, |x| x.x * x.z), (3900.0, |x| x.x * x.x - 0.5), (6100.0, |x| x.z * x.z - 0.5)];
     models[1].modal = BodyModes::Own(Arc::new(ModalModel {
         radius: HALF.length(),

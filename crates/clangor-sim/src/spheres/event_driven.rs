@@ -1,7 +1,7 @@
 //! Exact event-driven motion: closed form between events, events at the roots of the gaps.
 //!
 //! Balls fly, slide, roll and rest at constant accelerations (`ball`, `support`). Balls on rods and springs
-//! follow Chebyshev series that are exact to rounding (`arc`). The first meeting of a ball with another ball
+//! follow Chebyshev series that are exact to rounding (`arc`, `island`). The first meeting of a ball with another ball
 //! or with a plane is a root ([`approach`](super::approach), `predict`), sought among its neighbours
 //! (`grid`). The earliest meeting of all balls (`schedule`) is resolved together with everything that touches
 //! at that instant (`collide`, [`impact`](super::impact)). Only the balls that the impact moved are predicted
@@ -31,6 +31,7 @@ mod collide;
 mod engine;
 mod event_loop;
 mod grid;
+mod island;
 mod links;
 mod motion;
 mod pending;

@@ -123,6 +123,7 @@ impl Engine {
         moved_islands.sort_unstable();
         moved_islands.dedup();
         for island in moved_islands {
+            self.islands[island].forget_pace();
             self.launch(island);
         }
         Ok(())

@@ -4,10 +4,10 @@ use clangor_core::body::World;
 use clangor_core::pose::Pose;
 use glam::DVec3;
 
-use super::arc::Island;
 use super::ball::{Ball, MotionPhase, Spin, Traits};
 use super::cluster::Cluster;
 use super::grid::{Grid, NONE, NOWHERE};
+use super::island::Island;
 use super::pending::Pending;
 use super::schedule::Schedule;
 use super::setup::Start;
@@ -84,6 +84,8 @@ pub(crate) struct Engine {
     pub(super) schedule: Schedule,
     /// Events since time last advanced.
     pub(super) stalled: u64,
+    /// Body whose motion on rods or springs can no longer be followed.
+    pub(super) lost: Option<u32>,
     /// Cost so far in events; impacts of large clusters count for several.
     pub(super) work: u64,
 }
@@ -118,6 +120,7 @@ impl Engine {
             next: vec![NEVER; count],
             schedule: Schedule::new(count),
             stalled: 0,
+            lost: None,
             work: 0,
         })
     }

@@ -85,6 +85,10 @@ impl Engine {
     ) -> Result<u64, SimulationError> {
         let first = self.work;
         while self.work - first < most {
+            if let Some(body) = self.lost {
+                let body = world.bodies[body as usize].name.clone();
+                return Err(SimulationError::Diverged { body, time: self.now });
+            }
             let (time, ball) = self.schedule.first();
             if time > stop {
                 self.now = stop;

@@ -3,8 +3,8 @@
 use clangor_core::body::{BodyId, Link, SpringEnd, World};
 use glam::DVec3;
 
-use super::arc::{Far, Island, Rod, Spring};
 use super::ball::Traits;
+use super::island::{Far, Island, Rod, Spring};
 use crate::SimulationError;
 
 /// Most rods on one ball.

@@ -33,13 +33,16 @@ impl Engine {
         }
     }
 
-    /// Starts a new segment of the arcs of an island, whose balls have been brought forward.
+    /// Starts a new segment of the arcs of an island, whose balls have been brought forward. If its motion
+    /// cannot be followed, the run ends before the next event.
     pub(super) fn launch(&mut self, island: usize) {
-        let Engine { islands, balls, spins, next, now, .. } = self;
+        let Engine { islands, balls, spins, next, now, lost, traits, .. } = self;
         let island = &mut islands[island];
         let (mut x, mut v): (Vec<_>, Vec<_>) =
             island.balls.iter().map(|&ball| (balls[ball].position, balls[ball].velocity)).unzip();
-        island.launch(*now, &mut x, &mut v);
+        if island.launch(*now, &mut x, &mut v).is_err() {
+            *lost = island.balls.first().map(|&ball| traits[ball].body);
+        }
         for (place, &ball) in island.balls.iter().enumerate() {
             let record = &mut balls[ball];
             (record.position, record.velocity) = (x[place], v[place]);

@@ -5,8 +5,8 @@ use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
-use super::arc::Far;
 use super::engine::Engine;
+use super::island::Far;
 use crate::SimulationError;
 use crate::body_state::BodyState;
 use crate::record::Recorder;

@@ -3,9 +3,9 @@
 use clangor_core::body::{Motion, World};
 use glam::DVec3;
 
-use super::arc::Island;
 use super::ball::{Ball, MotionPhase, Spin, Traits};
 use super::grid::{Grid, NONE, NOWHERE};
+use super::island::Island;
 use super::links::link_islands;
 use crate::SimulationError;
 use crate::spheres::bodies::{Bodies, Plane};

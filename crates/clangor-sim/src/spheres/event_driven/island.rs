@@ -1,8 +1,10 @@
 //! Balls on rods and springs, whose motion has no closed form, over one time segment after another.
 //!
 //! A hung ball is a spherical pendulum: a = f + Σ λᵢ dᵢ with dᵢ the unit vectors from the anchors and dᵢ·a =
-//! −v²/Lᵢ. Rods are rigid: they push as well as pull, and a fast ball turns over the top. A spring pulls with
-//! k (ℓ − ℓ₀) + c ℓ̇ along itself. Balls that springs join are integrated together, as an island.
+//! −v²/Lᵢ. Rods are rigid: they push as well as pull, and a fast ball turns over the top. Two rods hold a ball
+//! to a circle about the line through their anchors, which stays well determined when the rods are nearly in
+//! line ([`Track`]). A spring pulls with k (ℓ − ℓ₀) + c ℓ̇ along itself. Balls that springs join are integrated
+//! together, as an island.
 //!
 //! Over a segment of h seconds the accelerations are interpolated at [`NODES`] Chebyshev points and
 //! integrated twice in closed form ([`Arc`]); the accelerations at the new positions give the next iterate,
@@ -62,8 +64,35 @@ pub(super) struct Rod {
     pub(super) ball: usize,
     /// Fixed end \[m\].
     pub(super) anchor: DVec3,
-    /// Length \[m\].
-    pub(super) length: f64,
+}
+
+/// Where the rods of a ball leave it: on a sphere about an anchor, or on a circle about the line through two.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Track {
+    /// Ball of the island.
+    pub(super) ball: usize,
+    /// Centre \[m\].
+    pub(super) centre: DVec3,
+    /// Unit normal of the circle's plane; zero for a sphere.
+    pub(super) axis: DVec3,
+    /// Radius \[m\].
+    pub(super) radius: f64,
+}
+
+impl Track {
+    /// Unit vector from the centre to a position, in the plane of a circle.
+    fn outwards(&self, position: DVec3) -> DVec3 {
+        let offset = position - self.centre;
+        (offset - self.axis * self.axis.dot(offset)).normalize_or_zero()
+    }
+
+    /// The acceleration that the rods leave of one due to everything else.
+    fn guided(&self, driven: DVec3, position: DVec3, velocity: DVec3) -> DVec3 {
+        let outwards = self.outwards(position);
+        let across = driven - self.axis * self.axis.dot(driven);
+        // With the radius itself, so that rounding does not accumulate.
+        across - outwards * (velocity.length_squared() / self.radius + outwards.dot(across))
+    }
 }
 
 /// Balls that are integrated together.
@@ -77,6 +106,8 @@ pub(super) struct Island {
     pub(super) springs: Vec<Spring>,
     /// Rods on them; at most two on each.
     pub(super) rods: Vec<Rod>,
+    /// Where the rods leave their balls; one for each ball with rods.
+    pub(super) tracks: Vec<Track>,
     /// Gravity \[m/s²\].
     pub(super) gravity: DVec3,
     /// The present segment of each ball.
@@ -122,7 +153,8 @@ impl Island {
         let arcs = balls.iter().map(|_| Arc::uniform(0.0, 1.0, DVec3::ZERO, DVec3::ZERO)).collect();
         let (springs, rods) = (Vec::new(), Vec::new());
         let (start, span, pace, forced) = (0.0, 0.0, f64::NAN, 0);
-        Island { balls, masses, springs, rods, gravity, arcs, start, span, pace, forced }
+        let tracks = Vec::new();
+        Island { balls, masses, springs, rods, tracks, gravity, arcs, start, span, pace, forced }
     }
 
     /// When the present segment ends \[s\].
@@ -130,20 +162,10 @@ impl Island {
         self.start + self.span
     }
 
-    /// An orthonormal basis of the directions in which rods hold a ball at `position`; zero where there is
-    /// none.
+    /// Orthonormal directions in which rods hold a ball at `position`; zero where there is none.
     pub(super) fn held(&self, ball: usize, position: DVec3) -> [DVec3; 2] {
-        let mut basis = [DVec3::ZERO; 2];
-        let mut count = 0;
-        for rod in self.rods.iter().filter(|r| r.ball == ball) {
-            let d = (position - rod.anchor).normalize_or_zero();
-            let rest = d - basis[0] * basis[0].dot(d);
-            if count < 2 && rest.length() > 1e-6 {
-                basis[count] = rest.normalize();
-                count += 1;
-            }
-        }
-        basis
+        let track = self.tracks.iter().find(|t| t.ball == ball);
+        track.map_or([DVec3::ZERO; 2], |track| [track.outwards(position), track.axis])
     }
 
     /// Forgets the length of the last segment: an impact may have changed the rates of the motion.
@@ -195,9 +217,9 @@ impl Island {
     /// An upper estimate of the rates of change \[1/s\].
     fn fastest(&self, v: &[DVec3]) -> f64 {
         let mut rate = 1e-3_f64;
-        for rod in &self.rods {
-            let swing = (self.gravity.length() / rod.length).sqrt();
-            rate = rate.max(swing + v[rod.ball].length() / rod.length);
+        for track in &self.tracks {
+            let swing = (self.gravity.length() / track.radius).sqrt();
+            rate = rate.max(swing + v[track.ball].length() / track.radius);
         }
         for spring in &self.springs {
             let mass = match spring.to {
@@ -211,18 +233,15 @@ impl Island {
 
     /// Removes rounding errors from the lengths of the rods: projects positions and velocities.
     fn restore(&self, x: &mut [DVec3], v: &mut [DVec3]) {
-        // Twice, for balls on two rods.
-        for rod in self.rods.iter().chain(&self.rods) {
-            let offset = x[rod.ball] - rod.anchor;
-            let error = offset.length() - rod.length;
-            if error.abs() > f64::EPSILON * rod.length {
-                x[rod.ball] -= offset.normalize_or_zero() * error;
+        for track in &self.tracks {
+            let (x, v) = (&mut x[track.ball], &mut v[track.ball]);
+            let outwards = track.outwards(*x);
+            let off = *x - track.centre - outwards * track.radius;
+            if off.length() > f64::EPSILON * track.radius {
+                *x -= off;
             }
-        }
-        for ball in 0..self.balls.len() {
-            for d in self.held(ball, x[ball]) {
-                v[ball] -= d * d.dot(v[ball]);
-            }
+            *v -= track.axis * track.axis.dot(*v);
+            *v -= outwards * outwards.dot(*v);
         }
     }
 
@@ -275,8 +294,9 @@ impl Island {
 
     fn accelerations(&self, x: &[DVec3], v: &[DVec3]) -> Vec<DVec3> {
         let mut a = self.driven(x, v);
-        for (rod, tension) in self.rods.iter().zip(self.rod_forces(x, v, &a)) {
-            a[rod.ball] += tension / self.masses[rod.ball];
+        for track in &self.tracks {
+            let ball = track.ball;
+            a[ball] = track.guided(a[ball], x[ball], v[ball]);
         }
         a
     }
@@ -294,34 +314,23 @@ impl Island {
         a
     }
 
-    /// Forces of the rods on their balls \[N\], given the accelerations `driven` due to everything else.
-    fn rod_forces(&self, x: &[DVec3], v: &[DVec3], driven: &[DVec3]) -> Vec<DVec3> {
-        let pull = |rod: &Rod| {
-            let d = (x[rod.ball] - rod.anchor).normalize_or_zero();
-            // d·(f + λ d) = −v²/L, with the length itself so that rounding does not accumulate.
-            let speed_squared = v[rod.ball].length_squared();
-            (d, -speed_squared / rod.length - d.dot(driven[rod.ball]))
-        };
+    /// Forces of the rods on their balls \[N\]. Those of two rods on one ball add up to what keeps it on its
+    /// circle.
+    fn rod_forces(&self, x: &[DVec3], v: &[DVec3]) -> Vec<DVec3> {
+        let (driven, whole) = (self.driven(x, v), self.accelerations(x, v));
+        let along = |rod: &Rod| (x[rod.ball] - rod.anchor).normalize_or_zero();
         let force = |(index, rod): (usize, &Rod)| {
-            let (d, wanted) = pull(rod);
-            let partner =
-                self.rods.iter().enumerate().find(|(other, r)| *other != index && r.ball == rod.ball);
-            let multiplier = match partner {
-                None => wanted,
-                Some((other, second)) => {
-                    let (e, also_wanted) = pull(second);
-                    let c = d.dot(e);
-                    let determinant = 1.0 - c * c;
-                    if determinant > 1e-12 {
-                        (wanted - c * also_wanted) / determinant
-                    } else if index < other {
-                        wanted
-                    } else {
-                        0.0
-                    }
-                }
+            let reaction = (whole[rod.ball] - driven[rod.ball]) * self.masses[rod.ball];
+            let is_partner = |(other, r): &(usize, &Rod)| *other != index && r.ball == rod.ball;
+            let Some((other, second)) = self.rods.iter().enumerate().find(is_partner) else {
+                return reaction;
             };
-            d * (multiplier * self.masses[rod.ball])
+            let first = |d: DVec3, e: DVec3| {
+                let across = d - e * e.dot(d);
+                d * (across.dot(reaction) / across.length_squared())
+            };
+            let (d, e) = (along(rod), along(second));
+            if index < other { first(d, e) } else { reaction - first(e, d) }
         };
         self.rods.iter().enumerate().map(force).collect()
     }
@@ -340,7 +349,7 @@ impl Island {
                 let (along, force) = tension(spring, &x, &v);
                 *sum += along * (force * share);
             }
-            for (sum, force) in by_rods.iter_mut().zip(self.rod_forces(&x, &v, &self.driven(&x, &v))) {
+            for (sum, force) in by_rods.iter_mut().zip(self.rod_forces(&x, &v)) {
                 *sum += force * share;
             }
         }

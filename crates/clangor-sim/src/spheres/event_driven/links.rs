@@ -4,11 +4,14 @@ use clangor_core::body::{BodyId, Link, SpringEnd, World};
 use glam::DVec3;
 
 use super::ball::Traits;
-use super::island::{Far, Island, Rod, Spring};
+use super::island::{Far, Island, Rod, Spring, Track};
 use crate::SimulationError;
 
-/// Most rods on one ball.
-const MOST_RODS: usize = 2;
+/// Anchors nearer than this, relative to the rods, are one.
+const SAME_ANCHOR: f64 = 1e-9;
+
+/// Least radius of the circle on which two rods leave a ball, relative to their lengths.
+const LEAST_CIRCLE: f64 = 1e-6;
 
 /// Island of a ball and its place there; `None` for a ball without links.
 type IslandPlace = Option<(usize, usize)>;
@@ -96,17 +99,36 @@ impl Linked<'_> {
     }
 
     fn add_rod(&mut self, body: BodyId, anchor: DVec3) -> Result<(), SimulationError> {
-        let Some((island, ball)) = self.island_place(body) else {
+        let Some((place, ball)) = self.island_place(body) else {
             return self.refuse(body, "it hangs, but it is not a free sphere");
         };
         let length = self.position(body).distance(anchor);
         if !(length > 0.0 && length.is_finite()) {
             return self.refuse(body, "the rod on which it hangs has no length");
         }
-        if self.islands[island].rods.iter().filter(|r| r.ball == ball).count() == MOST_RODS {
-            return self.refuse(body, "it hangs on more than two rods");
+        let centre = self.position(body);
+        let island = &self.islands[place];
+        let others: Vec<&Rod> = island.rods.iter().filter(|r| r.ball == ball).collect();
+        if others.iter().any(|r| r.anchor.distance(anchor) <= SAME_ANCHOR * length) {
+            // The same rod again.
+            return Ok(());
         }
-        self.islands[island].rods.push(Rod { ball, anchor, length });
+        let track = match others[..] {
+            [] => Track { ball, centre: anchor, axis: DVec3::ZERO, radius: length },
+            [first] => {
+                let axis = (anchor - first.anchor).normalize();
+                let foot = anchor + axis * axis.dot(centre - anchor);
+                Track { ball, centre: foot, axis, radius: centre.distance(foot) }
+            }
+            _ => return self.refuse(body, "it hangs on more than two rods"),
+        };
+        if track.radius <= LEAST_CIRCLE * length {
+            return self.refuse(body, "its two rods are in one line, so it cannot move");
+        }
+        let island = &mut self.islands[place];
+        island.rods.push(Rod { ball, anchor });
+        island.tracks.retain(|t| t.ball != ball);
+        island.tracks.push(track);
         Ok(())
     }
 

@@ -289,7 +289,7 @@ fn random_world(seed: u64) -> World {
 
 #[test]
 fn random_hung_balls_run_at_any_speed() {
-    let scenes = (FROM()..300).map(|seed| (format!("seed {seed}"), random_world(seed))).collect();
+    let scenes = (FROM()..TO()).map(|seed| (format!("seed {seed}"), random_world(seed))).collect();
     hold(scenes, 1.0, false);
 }
 
@@ -308,4 +308,8 @@ fn lossless_hung_balls_keep_their_energy() {
 #[allow(non_snake_case)]
 fn FROM() -> u64 {
     std::env::var("FROM").ok().and_then(|x| x.parse().ok()).unwrap_or(0)
+}
+#[allow(non_snake_case)]
+fn TO() -> u64 {
+    std::env::var("TO").ok().and_then(|x| x.parse().ok()).unwrap_or(300)
 }

@@ -24,6 +24,8 @@ const TAIL: f64 = 1e-13;
 const MAX_ITERATIONS: usize = 40;
 /// Iterations after which changes that still grow show a segment to be too long.
 const GROWING: usize = 8;
+/// Operations whose rounding errors add up in an acceleration.
+const ROUNDINGS: f64 = 8.0;
 /// Longest and shortest segment \[s\]. The shortest is accepted if it is finite: it contains a jump of the
 /// force, as of a spring whose length passes through zero.
 const LONGEST: f64 = 0.5;
@@ -245,13 +247,40 @@ impl Island {
         }
     }
 
+    /// An upper estimate of the rounding error of the accelerations \[m/s²\]: of forces that rods take up, and
+    /// of lengths and directions as differences of positions.
+    fn rounding(&self, x: &[DVec3], v: &[DVec3]) -> f64 {
+        let mut forces = vec![self.gravity.length(); x.len()];
+        for spring in &self.springs {
+            let mut add = |ball: usize, size: f64| {
+                let force =
+                    spring.stiffness * (size + spring.rest_length) + spring.damping * v[ball].length();
+                forces[ball] += force / self.masses[ball];
+            };
+            match spring.to {
+                Far::Ball(other) => {
+                    let size = x[spring.ball].length() + x[other].length();
+                    add(spring.ball, size);
+                    add(other, size);
+                }
+                Far::Point(point) => add(spring.ball, x[spring.ball].length() + point.length()),
+            }
+        }
+        for track in &self.tracks {
+            let ball = track.ball;
+            let centripetal = v[ball].length_squared() / track.radius;
+            forces[ball] = (forces[ball] + centripetal) * (1.0 + x[ball].length() / track.radius);
+        }
+        ROUNDINGS * f64::EPSILON * forces.iter().copied().fold(0.0, f64::max)
+    }
+
     /// Computes one segment from the states at its start.
     fn collocate(&self, time: f64, span: f64, x: &[DVec3], v: &[DVec3]) -> (Vec<Arc>, Outcome) {
         // Initial guess: uniform motion.
         let half = 0.5 * span;
         let mut arcs: Vec<Arc> = x.iter().zip(v).map(|(x, v)| Arc::uniform(time, half, *x, *v)).collect();
         let mut accelerations = vec![[DVec3::ZERO; NODES]; arcs.len()];
-        let mut last_change = f64::INFINITY;
+        let (mut last_change, rounding) = (f64::INFINITY, self.rounding(x, v));
         for round in 1..=MAX_ITERATIONS {
             // Accelerations at the nodes of the present iterate.
             for node in 0..NODES {
@@ -269,8 +298,9 @@ impl Island {
                 (change, size) = (change.max(refined.0), size.max(refined.1));
             }
             // Rounding keeps changing the last digits: the iteration ends when it no longer contracts.
-            if change <= 1e-15 * size || change <= 1e-13 * size && change >= 0.5 * last_change {
-                let outcome = self.judge(&arcs, round);
+            let near = change <= rounding.max(1e-13 * size);
+            if change <= 1e-15 * size || near && change >= 0.5 * last_change {
+                let outcome = self.judge(&arcs, round, rounding);
                 return (arcs, outcome);
             }
             if round > GROWING && change > last_change {
@@ -284,11 +314,12 @@ impl Island {
 
     /// Whether arcs to which the iteration has converged are exact to rounding: their last coefficients are
     /// negligible.
-    fn judge(&self, arcs: &[Arc], rounds: usize) -> Outcome {
+    fn judge(&self, arcs: &[Arc], rounds: usize, rounding: f64) -> Outcome {
         if !arcs.iter().all(Arc::is_finite) {
             return Outcome::Refused;
         }
-        let exact = arcs.iter().all(|arc| arc.tail() <= TAIL * (arc.bound() + self.gravity.length()));
+        let negligible = |arc: &Arc| rounding.max(TAIL * (arc.bound() + self.gravity.length()));
+        let exact = arcs.iter().all(|arc| arc.tail() <= negligible(arc));
         if exact { Outcome::Resolved { rounds } } else { Outcome::Finite }
     }
 

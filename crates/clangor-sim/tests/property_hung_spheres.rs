@@ -159,19 +159,8 @@ fn hold(scenes: Vec<(String, World)>, duration: f64, lossless: bool) {
     let (mut worst, count) = (Drift::default(), scenes.len());
     let mut failed = Vec::new();
     for (name, world) in scenes {
-        if count > 100 {
-            println!("start {name}");
-        }
-        let began = std::time::Instant::now();
-        let done = drift(&world, duration);
-        if began.elapsed().as_secs_f64() > 0.3 {
-            println!("SLOW {name} {:?}", began.elapsed());
-        }
-        match done {
+        match drift(&world, duration) {
             Ok(found) => {
-                if count < 100 {
-                    println!("{name} {found:?}");
-                }
                 let kept = !lossless || found.loss <= BAR;
                 if !(found.rods <= BAR && found.growth <= BAR && kept) {
                     failed.push(format!("{name}: {found:?}"));
@@ -181,7 +170,10 @@ fn hold(scenes: Vec<(String, World)>, duration: f64, lossless: bool) {
             Err(error) => failed.push(format!("{name}: {error}")),
         }
     }
-    println!("{count} scenes: {worst:.1?}");
+    println!(
+        "{count} scenes, {} impacts: rods {:.1e}, growth {:.1e}, loss {:.1e}",
+        worst.impacts, worst.rods, worst.growth, worst.loss
+    );
     assert!(failed.is_empty(), "{} of {count} fail:\n{}", failed.len(), failed.join("\n"));
 }
 
@@ -289,7 +281,7 @@ fn random_world(seed: u64) -> World {
 
 #[test]
 fn random_hung_balls_run_at_any_speed() {
-    let scenes = (FROM()..TO()).map(|seed| (format!("seed {seed}"), random_world(seed))).collect();
+    let scenes = (0..300).map(|seed| (format!("seed {seed}"), random_world(seed))).collect();
     hold(scenes, 1.0, false);
 }
 
@@ -305,11 +297,75 @@ fn lossless_hung_balls_keep_their_energy() {
     let scenes = [0.1, 0.4].iter().flat_map(|&l| [1.0, 5.0, 25.0].map(|v| lossless(l, v)));
     hold(scenes.collect(), 3.0, true);
 }
-#[allow(non_snake_case)]
-fn FROM() -> u64 {
-    std::env::var("FROM").ok().and_then(|x| x.parse().ok()).unwrap_or(0)
+
+/// A hung ball at the bottom of its rod, thrown sideways.
+fn thrown(length: f64, speed: f64, at: DVec3) -> World {
+    let steel = material(1.0, 0.0, 0.0);
+    let ball = sphere(0.01, at + DVec3::NEG_Y * length, DVec3::X * speed, &steel);
+    world(vec![ball], vec![hang(0, at)], G)
 }
-#[allow(non_snake_case)]
-fn TO() -> u64 {
-    std::env::var("TO").ok().and_then(|x| x.parse().ok()).unwrap_or(300)
+
+#[test]
+fn a_fast_ball_turns_over_the_top_at_the_exact_rate() {
+    for (length, speed) in [(0.1, 2.1), (0.1, 10.0), (0.4, 4.1), (0.15, 25.0)] {
+        // Time of a turn: 2 π L/v over the arithmetic-geometric mean of 1 and √(1 − 4 g L/v²).
+        let (mut a, mut b) = (1.0, (1.0 - 4.0 * G * length / (speed * speed)).sqrt());
+        for _ in 0..8 {
+            (a, b) = (0.5 * (a + b), f64::sqrt(a * b));
+        }
+        let turn = TAU * length / (speed * a);
+        let turns = (2.0 / turn).ceil();
+        let duration = turns * turn;
+        let world = thrown(length, speed, DVec3::ZERO);
+        let (timeline, _) = run(&world, &settings(duration, false, 1.0 / duration)).unwrap();
+        let last = timeline.poses.last().unwrap();
+        let error = (last.position - DVec3::NEG_Y * length).length() / length;
+        println!("{turns} turns on {length} m at {speed} m/s: {error:.1e}");
+        assert!(last.time > 0.99 * duration && last.velocity.x > 0.99 * speed);
+        assert!(error < 1e-9, "{error:e}");
+    }
+}
+
+#[test]
+fn a_rod_far_from_the_origin_keeps_its_length() {
+    let far = thrown(0.1, 5.0, DVec3::new(700.0, -300.0, 2000.0));
+    let found = drift(&far, 1.0).unwrap();
+    println!("2 km away: {found:?}");
+    // Residuals seen: 2e-12 and 1e-11; a position has a rounding error of 2e-13 m.
+    assert!(found.rods < BAR && found.growth < BAR && found.loss < BAR, "{found:?}");
+}
+
+#[test]
+fn a_spring_through_its_anchor_keeps_its_energy() {
+    let steel = material(1.0, 0.0, 0.0);
+    let ball = sphere(0.01, DVec3::Y * -0.2, DVec3::Y * 4.0, &steel);
+    let (body, to) = (BodyId(0), SpringEnd::Point(DVec3::ZERO));
+    let spring = Link::Spring { body, to, rest_length: 0.1, stiffness: 30.0, damping: 0.0 };
+    let found = drift(&world(vec![ball], vec![spring], G), 2.0).unwrap();
+    println!("through the anchor: {found:?}");
+    assert!(found.growth < BAR && found.loss < BAR, "{found:?}");
+}
+
+#[test]
+fn what_cannot_be_followed_is_an_error_with_its_place() {
+    for speed in [1e10, 1e100, 1e200] {
+        let refused = run(&thrown(0.1, speed, DVec3::ZERO), &settings(1.0, false, 10.0));
+        let Err(SimulationError::Diverged { body, time }) = refused else { panic!("{speed} m/s ran") };
+        assert!(body == "body0" && time < 1e-3, "{body} {time}");
+    }
+    let mut stiff = thrown(0.1, 1.0, DVec3::ZERO);
+    let (body, to) = (BodyId(0), SpringEnd::Point(DVec3::ZERO));
+    let spring = Link::Spring { body, to, rest_length: 0.1, stiffness: 1e22, damping: 0.0 };
+    stiff.links = vec![spring];
+    let refused = run(&stiff, &settings(1.0, false, 10.0));
+    assert!(matches!(refused, Err(SimulationError::Diverged { .. })), "{refused:?}");
+    // Two rods in one line leave no motion; the same rod twice is one rod.
+    let mut held = thrown(0.1, 1.0, DVec3::ZERO);
+    held.links.push(hang(0, DVec3::Y * 0.1));
+    let refused = run(&held, &settings(1.0, false, 10.0));
+    let Err(SimulationError::NotASphere { body, reason }) = refused else { panic!("ran") };
+    assert!(body == "body0" && reason.contains("one line"), "{body}: {reason}");
+    let mut twice = thrown(0.1, 1.0, DVec3::ZERO);
+    twice.links.push(hang(0, DVec3::ZERO));
+    assert!(drift(&twice, 1.0).unwrap().loss < BAR);
 }

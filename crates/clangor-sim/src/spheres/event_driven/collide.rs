@@ -71,6 +71,7 @@ impl Engine {
             _ if cluster.participants.iter().any(piled) => PILE_STOP * self.slow_speed(),
             _ => 0.0,
         };
+        self.set_lifts(cluster, stop_below);
         // Compute and log the impulses.
         self.work += (cluster.touches.len() as u64).pow(2) / COSTLY;
         impact::reflect(&mut cluster.members, &cluster.touches, stop_below, &mut cluster.impulse_pairs);
@@ -226,7 +227,6 @@ impl Engine {
         let (Participant::Ball(ball_a), end_b) = (cluster.participants[a], cluster.participants[b]) else {
             return;
         };
-        let mut depth = 0.0;
         let (normal, arm_b, pressing, when_slow) = match end_b {
             Participant::Plane(plane) => {
                 let normal = self.planes[plane].normal;
@@ -239,7 +239,6 @@ impl Engine {
             Participant::Ball(ball_b) => {
                 let offset = cluster.positions[a] - cluster.positions[b];
                 let normal = offset.normalize_or(DVec3::Y);
-                depth = self.balls[ball_a].radius + self.balls[ball_b].radius - offset.length();
                 let pull = self.acceleration(ball_a) - self.acceleration(ball_b);
                 (normal, normal * self.balls[ball_b].radius, -normal.dot(pull), Slow::Hop)
             }
@@ -270,8 +269,37 @@ impl Engine {
             coefficients,
             slow,
             when_slow,
-            lift: if depth > TOUCH { self.slow_speed().min(depth / CONTACT_TIME) } else { 0.0 },
+            lift: 0.0,
         });
+    }
+
+    /// Sets the speeds at which balls that overlap separate.
+    fn set_lifts(&self, cluster: &mut Cluster, stop_below: f64) {
+        let stops = cluster.touches.iter().all(|t| approach(t, &cluster.members) <= stop_below);
+        for touch in 0..cluster.touches.len() {
+            cluster.touches[touch].lift = self.lift(cluster, &cluster.touches[touch], stops);
+        }
+    }
+
+    /// Speed at which two members separate if they overlap \[m/s\].
+    ///
+    /// Rods and springs may press hung balls harder than gravity does. They are lifted no faster than they
+    /// approach, and so gain no energy; where the cluster stops, as fast as they would bounce for
+    /// [`CONTACT_TIME`], so that they do not sink into each other.
+    fn lift(&self, cluster: &Cluster, touch: &Touch, stops: bool) -> f64 {
+        let participants = [touch.a, touch.b].map(|member| cluster.participants[member]);
+        let [Participant::Ball(a), Participant::Ball(b)] = participants else { return 0.0 };
+        let distance = (cluster.positions[touch.a] - cluster.positions[touch.b]).length();
+        let depth = self.balls[a].radius + self.balls[b].radius - distance;
+        if depth <= TOUCH {
+            return 0.0;
+        }
+        let mut fastest = self.slow_speed();
+        if [a, b].iter().any(|&ball| self.balls[ball].motion_phase == MotionPhase::Arc) {
+            let bounce = if stops { touch.slow } else { 0.0 };
+            fastest = fastest.max(bounce).min(approach(touch, &cluster.members).max(0.0));
+        }
+        fastest.min(depth / CONTACT_TIME)
     }
 
     fn body_of(&self, participant: Participant) -> BodyId {
@@ -337,4 +365,9 @@ impl Engine {
         (cluster.rows, cluster.poses) = (rows, poses);
         Ok(())
     }
+}
+
+/// Speed at which two members approach \[m/s\].
+fn approach(touch: &Touch, members: &[Member]) -> f64 {
+    -touch.normal.dot(members[touch.a].velocity - members[touch.b].velocity)
 }

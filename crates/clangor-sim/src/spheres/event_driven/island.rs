@@ -30,8 +30,11 @@ const ROUNDINGS: f64 = 8.0;
 /// force, as of a spring whose length passes through zero.
 const LONGEST: f64 = 0.5;
 const SHORTEST: f64 = 1e-11;
-/// Shortest segments in succession after which an island has no motion that can be followed.
-const MOST_SHORTEST: u32 = 64;
+/// A segment shorter than this is brief \[s\]. Approaching and leaving a jump takes some dozens of them; an
+/// island that moves on in brief segments only changes too fast to be followed.
+const BRIEF: f64 = 1e-8;
+/// Most brief segments in succession.
+const MOST_BRIEF: u32 = 1000;
 
 /// A spring of an island.
 #[derive(Clone, Debug)]
@@ -118,8 +121,8 @@ pub(super) struct Island {
     span: f64,
     /// Length of the next segment to try \[s\]; NaN where it is to be estimated.
     pace: f64,
-    /// Segments of the shortest length in succession that were not resolved.
-    forced: u32,
+    /// Brief segments in succession.
+    brief: u32,
 }
 
 /// The motion of an island cannot be followed.
@@ -154,9 +157,9 @@ impl Island {
     pub(super) fn new(balls: Vec<usize>, masses: Vec<f64>, gravity: DVec3) -> Self {
         let arcs = balls.iter().map(|_| Arc::uniform(0.0, 1.0, DVec3::ZERO, DVec3::ZERO)).collect();
         let (springs, rods) = (Vec::new(), Vec::new());
-        let (start, span, pace, forced) = (0.0, 0.0, f64::NAN, 0);
+        let (start, span, pace, brief) = (0.0, 0.0, f64::NAN, 0);
         let tracks = Vec::new();
-        Island { balls, masses, springs, rods, tracks, gravity, arcs, start, span, pace, forced }
+        Island { balls, masses, springs, rods, tracks, gravity, arcs, start, span, pace, brief }
     }
 
     /// When the present segment ends \[s\].
@@ -178,8 +181,8 @@ impl Island {
     /// Starts a segment at `time` from the states of the balls, after projecting them onto their rods.
     ///
     /// # Errors
-    /// [`Lost`] if the motion from these states is not finite, or changes within [`SHORTEST`] again and
-    /// again. The balls then stay where they are.
+    /// [`Lost`] if the motion from these states is not finite, or took [`MOST_BRIEF`] brief segments in
+    /// succession. The balls then stay where they are.
     pub(super) fn launch(&mut self, time: f64, x: &mut [DVec3], v: &mut [DVec3]) -> Result<(), Lost> {
         self.restore(x, v);
         if self.pace.is_nan() {
@@ -188,26 +191,21 @@ impl Island {
         loop {
             let (arcs, outcome) = self.collocate(time, self.pace, x, v);
             let shortest = self.pace <= SHORTEST;
-            match outcome {
-                Outcome::Resolved { rounds } => {
-                    self.hold(time, arcs);
-                    self.forced = 0;
-                    if rounds < 14 {
-                        self.pace = (1.5 * self.pace).min(LONGEST);
-                    }
-                    return Ok(());
+            let accepted =
+                matches!(outcome, Outcome::Resolved { .. }) || shortest && matches!(outcome, Outcome::Finite);
+            if accepted && self.brief < MOST_BRIEF {
+                self.hold(time, arcs);
+                self.brief = if self.pace < BRIEF { self.brief + 1 } else { 0 };
+                if matches!(outcome, Outcome::Resolved { rounds } if rounds < 14) {
+                    self.pace = (1.5 * self.pace).min(LONGEST);
                 }
-                Outcome::Finite if shortest && self.forced < MOST_SHORTEST => {
-                    self.hold(time, arcs);
-                    self.forced += 1;
-                    return Ok(());
-                }
-                _ if shortest => {
-                    self.hold(time, x.iter().map(|x| Arc::uniform(time, 1.0, *x, DVec3::ZERO)).collect());
-                    return Err(Lost);
-                }
-                _ => self.pace = (0.5 * self.pace).max(SHORTEST),
+                return Ok(());
             }
+            if accepted || shortest {
+                self.hold(time, x.iter().map(|x| Arc::uniform(time, 1.0, *x, DVec3::ZERO)).collect());
+                return Err(Lost);
+            }
+            self.pace = (0.5 * self.pace).max(SHORTEST);
         }
     }
 

@@ -179,6 +179,7 @@ fn hold(scenes: Vec<(String, World)>, duration: f64, lossless: bool) {
 
 #[test]
 fn cradles_and_shots_run_at_any_speed() {
+    // Residuals seen: rods 2e-15, growth 6e-13.
     for restitution in [1.0, 0.9, 0.5] {
         hold(designed(restitution), 3.0, false);
     }
@@ -281,6 +282,7 @@ fn random_world(seed: u64) -> World {
 
 #[test]
 fn random_hung_balls_run_at_any_speed() {
+    // Residuals seen: rods 3e-15, growth 1e-13.
     let scenes = (0..300).map(|seed| (format!("seed {seed}"), random_world(seed))).collect();
     hold(scenes, 1.0, false);
 }
@@ -295,6 +297,7 @@ fn lossless_hung_balls_keep_their_energy() {
         (format!("shot of {speed} m/s at {length} m without friction"), scene)
     };
     let scenes = [0.1, 0.4].iter().flat_map(|&l| [1.0, 5.0, 25.0].map(|v| lossless(l, v)));
+    // Residual seen: 5e-13.
     hold(scenes.collect(), 3.0, true);
 }
 
@@ -320,6 +323,7 @@ fn a_fast_ball_turns_over_the_top_at_the_exact_rate() {
         let (timeline, _) = run(&world, &settings(duration, false, 1.0 / duration)).unwrap();
         let last = timeline.poses.last().unwrap();
         let error = (last.position - DVec3::NEG_Y * length).length() / length;
+        // Residuals seen: 9e-15 to 6e-12.
         println!("{turns} turns on {length} m at {speed} m/s: {error:.1e}");
         assert!(last.time > 0.99 * duration && last.velocity.x > 0.99 * speed);
         assert!(error < 1e-9, "{error:e}");
@@ -343,6 +347,7 @@ fn a_spring_through_its_anchor_keeps_its_energy() {
     let spring = Link::Spring { body, to, rest_length: 0.1, stiffness: 30.0, damping: 0.0 };
     let found = drift(&world(vec![ball], vec![spring], G), 2.0).unwrap();
     println!("through the anchor: {found:?}");
+    // Residual seen: 5e-11; the force jumps at the anchor.
     assert!(found.growth < BAR && found.loss < BAR, "{found:?}");
 }
 

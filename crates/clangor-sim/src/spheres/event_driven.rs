@@ -1,12 +1,12 @@
 //! Exact event-driven motion: closed form between events, events at the roots of the gaps.
 //!
 //! Balls fly, slide, roll and rest at constant accelerations (`ball`, `support`). Balls on rods and springs
-//! follow Chebyshev series that are exact to rounding (`arc`, `island`). The first meeting of a ball with another ball
-//! or with a plane is a root ([`approach`](super::approach), `predict`), sought among its neighbours
-//! (`grid`). The earliest meeting of all balls (`schedule`) is resolved together with everything that touches
-//! at that instant (`collide`, [`impact`](super::impact)). Only the balls that the impact moved are predicted
-//! anew. A prediction stores the generation of its partner: a later change of the partner's motion
-//! invalidates it. There is no time step, so impact times and impulses are exact to rounding.
+//! follow Chebyshev series that are exact to rounding (`arc`, `island`). The first meeting of a ball with
+//! another ball or with a plane is a root ([`approach`](super::approach), `predict`), sought among its
+//! neighbours (`grid`). The earliest meeting of all balls (`schedule`) is resolved together with everything
+//! that touches at that instant (`collide`, [`impact`](super::impact)). Only the balls that the impact moved
+//! are predicted anew. A prediction stores the generation of its partner: a later change of the partner's
+//! motion invalidates it. There is no time step, so impact times and impulses are exact to rounding.
 //!
 //! Differs from HW §2.3.1: trajectories are parabolas and arcs, not straight lines within a step, and balls
 //! have friction and spin.
@@ -41,6 +41,7 @@ mod samples;
 mod schedule;
 mod setup;
 mod support;
+mod track;
 
 use std::ops::ControlFlow;
 

@@ -1,9 +1,9 @@
 //! The motion of a ball over a time segment as Chebyshev series in time.
 //!
-//! The acceleration at [`NODES`] Chebyshev points gives the coefficients of its interpolating polynomial
-//! ; two integrations in closed form give velocity and position. The series is dense
-//! output for the search of events, exact to rounding, and the sum of the norms of its coefficients bounds the
-//! acceleration. What accelerates the ball is not known here (`island`).
+//! The acceleration at [`NODES`] Chebyshev points gives the coefficients of its interpolating polynomial; two
+//! integrations in closed form give velocity and position. The series is dense output for the search of
+//! events, exact to rounding, and the sum of the norms of its coefficients bounds the acceleration. It does
+//! not know the forces (`island`).
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;

@@ -1,10 +1,10 @@
 //! Balls on rods and springs, whose motion has no closed form, over one time segment after another.
 //!
 //! A hung ball is a spherical pendulum: a = f + Σ λᵢ dᵢ with dᵢ the unit vectors from the anchors and dᵢ·a =
-//! −v²/Lᵢ. Rods are rigid: they push as well as pull, and a fast ball turns over the top. Two rods hold a ball
-//! to a circle about the line through their anchors, which stays well determined when the rods are nearly in
-//! line ([`Track`]). A spring pulls with k (ℓ − ℓ₀) + c ℓ̇ along itself. Balls that springs join are integrated
-//! together, as an island.
+//! −v²/Lᵢ. Rods are rigid: they push as well as pull, and a fast ball turns over the top. Two rods hold a
+//! ball to a circle about the line through their anchors, well determined even when the rods are nearly in
+//! line (`track`). A spring pulls with k (ℓ − ℓ₀) + c ℓ̇ along itself. Balls that springs join are
+//! integrated together, as an island.
 //!
 //! Over a segment of h seconds the accelerations are interpolated at [`NODES`] Chebyshev points and
 //! integrated twice in closed form ([`Arc`]); the accelerations at the new positions give the next iterate,
@@ -17,6 +17,7 @@ use clangor_core::body::BodyId;
 use glam::DVec3;
 
 use super::arc::{Arc, NODES, TABLE};
+use super::track::Track;
 
 /// Last coefficients of the acceleration that are negligible, relative to the largest acceleration.
 const TAIL: f64 = 1e-13;
@@ -69,35 +70,6 @@ pub(super) struct Rod {
     pub(super) ball: usize,
     /// Fixed end \[m\].
     pub(super) anchor: DVec3,
-}
-
-/// Where the rods of a ball leave it: on a sphere about an anchor, or on a circle about the line through two.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Track {
-    /// Ball of the island.
-    pub(super) ball: usize,
-    /// Centre \[m\].
-    pub(super) centre: DVec3,
-    /// Unit normal of the circle's plane; zero for a sphere.
-    pub(super) axis: DVec3,
-    /// Radius \[m\].
-    pub(super) radius: f64,
-}
-
-impl Track {
-    /// Unit vector from the centre to a position, in the plane of a circle.
-    fn outwards(&self, position: DVec3) -> DVec3 {
-        let offset = position - self.centre;
-        (offset - self.axis * self.axis.dot(offset)).normalize_or_zero()
-    }
-
-    /// The acceleration that the rods leave of one due to everything else.
-    fn guided(&self, driven: DVec3, position: DVec3, velocity: DVec3) -> DVec3 {
-        let outwards = self.outwards(position);
-        let across = driven - self.axis * self.axis.dot(driven);
-        // With the radius itself, so that rounding does not accumulate.
-        across - outwards * (velocity.length_squared() / self.radius + outwards.dot(across))
-    }
 }
 
 /// Balls that are integrated together.
@@ -245,8 +217,8 @@ impl Island {
         }
     }
 
-    /// An upper estimate of the rounding error of the accelerations \[m/s²\]: of forces that rods take up, and
-    /// of lengths and directions as differences of positions.
+    /// An upper estimate of the rounding error of the accelerations \[m/s²\]: of forces that rods take up,
+    /// and of lengths and directions as differences of positions.
     fn rounding(&self, x: &[DVec3], v: &[DVec3]) -> f64 {
         let mut forces = vec![self.gravity.length(); x.len()];
         for spring in &self.springs {
@@ -277,20 +249,18 @@ impl Island {
         // Initial guess: uniform motion.
         let half = 0.5 * span;
         let mut arcs: Vec<Arc> = x.iter().zip(v).map(|(x, v)| Arc::uniform(time, half, *x, *v)).collect();
-        let mut accelerations = vec![[DVec3::ZERO; NODES]; arcs.len()];
         let (mut last_change, rounding) = (f64::INFINITY, self.rounding(x, v));
         for round in 1..=MAX_ITERATIONS {
             // Accelerations at the nodes of the present iterate.
-            for node in 0..NODES {
+            let at_nodes: [Vec<DVec3>; NODES] = std::array::from_fn(|node| {
                 let (xs, vs): (Vec<_>, Vec<_>) = arcs.iter().map(|arc| arc.at_node(node)).unzip();
-                for (ball, a) in self.accelerations(&xs, &vs).into_iter().enumerate() {
-                    accelerations[ball][node] = a;
-                }
-            }
+                self.accelerations(&xs, &vs)
+            });
             // The next iterate.
             let (mut change, mut size) = (0.0_f64, self.gravity.length());
             for (ball, arc) in arcs.iter_mut().enumerate() {
-                let Some(refined) = arc.refine(&accelerations[ball], x[ball], v[ball]) else {
+                let values = std::array::from_fn(|node| at_nodes[node][ball]);
+                let Some(refined) = arc.refine(&values, x[ball], v[ball]) else {
                     return (arcs, Outcome::Refused);
                 };
                 (change, size) = (change.max(refined.0), size.max(refined.1));

@@ -4,7 +4,8 @@ use clangor_core::body::{BodyId, Link, SpringEnd, World};
 use glam::DVec3;
 
 use super::ball::Traits;
-use super::island::{Far, Island, Rod, Spring, Track};
+use super::island::{Far, Island, Rod, Spring};
+use super::track::Track;
 use crate::SimulationError;
 
 /// Anchors nearer than this, relative to the rods, are one.

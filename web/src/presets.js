@@ -120,7 +120,7 @@ export const PRESETS = [
     id: 'trick',
     name: 'Trick shot',
     story:
-      'Nine gaps that shrink: every ball hands its motion to the next, ' +
+      'Two cushions, then gaps that shrink: every ball hands its motion to the next, ' +
       'and the clicks come faster and faster.',
     how: 'Drag any ball to shoot it. N sets the row up again.',
     scene: fixed(trickShot),

@@ -203,7 +203,8 @@ impl ImpactSolver {
 
     /// How a body with these poles rings at a time, without new forces.
     ///
-    /// Impacts may overlap. Before the end of the last one the vibration has its phase, and no more amplitude.
+    /// Impacts may overlap. Before the end of the last one the vibration has its phase, but no more
+    /// amplitude.
     fn state_at(&self, body: BodyId, poles: &[Complex64], time: f64) -> Vec<Complex64> {
         match self.ringing.get(&body).filter(|ringing| ringing.state.len() == poles.len()) {
             None => vec![Complex64::ZERO; poles.len()],

@@ -54,6 +54,8 @@ const LEAST_MODAL_SHARE: f64 = 0.003;
 const AUDIBLE_SHARE: f64 = 1e-8;
 /// Damping ratio from which a mode does not vibrate.
 const MAX_RATIO: f64 = 0.9;
+/// Time without a force after which another hit is another impact \[s\]: timelines merge what is nearer.
+const LONGEST_FLIGHT: f64 = 0.5e-3;
 /// Most steps of a solve.
 const MAX_STEPS: usize = 16_384;
 
@@ -244,6 +246,7 @@ impl ImpactSolver {
             steps_per_duration: steps,
             step: Some(step),
             max_steps: MAX_STEPS,
+            longest_flight: LONGEST_FLIGHT,
             ..StepSettings::default()
         };
         let solution = self.system.solve(&settings, &mut self.memory).ok()?;

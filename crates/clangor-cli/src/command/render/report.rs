@@ -385,6 +385,7 @@ impl RenderReportView<'_> {
                 "recorded": contacts.solves.recorded,
                 "closed_form": contacts.solves.closed,
                 "not_solvable": contacts.solves.fallen_back,
+                "solve_steps": contacts.solves.steps,
                 "beyond_hertz": contacts.beyond_hertz,
             },
             "simulation": simulated.map(|report| json!({

@@ -66,6 +66,8 @@ pub struct StepSettings {
     pub end_when_parted: bool,
     /// A contact that gravity closes again within this time, in first durations, has not parted.
     pub return_durations: f64,
+    /// Longest time without a force \[s\]: what comes after it is another impact.
+    pub longest_flight: f64,
     /// Whether to compute what the damping of the modes takes. It costs another pass per step.
     pub modal_loss: bool,
 }
@@ -78,6 +80,7 @@ impl Default for StepSettings {
             max_steps: 65_536,
             end_when_parted: true,
             return_durations: 2.0,
+            longest_flight: f64::INFINITY,
             modal_loss: false,
         }
     }

@@ -91,7 +91,10 @@ impl ContactSystem {
             }
             memory.advance(self, arch);
             idle = if touching { 0 } else { idle + 1 };
-            if settings.end_when_parted && idle % LOOK_EVERY == 1 && memory.has_parted(self, pause) {
+            let is_far = idle as f64 * step > settings.longest_flight;
+            if settings.end_when_parted
+                && (is_far || idle % LOOK_EVERY == 1 && memory.has_parted(self, pause))
+            {
                 end = Some(ContactEnd::Parted);
             }
         }

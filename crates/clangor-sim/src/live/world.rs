@@ -70,7 +70,7 @@ impl LiveWorld {
                 check("the speed of a spinning rim", rim, [0.0, FASTEST], "at most 200 m/s")?;
             }
         }
-        Engine::new(world, false)?.check_overlaps(world)?;
+        Engine::new(world, false, None)?.check_overlaps(world)?;
         let solver =
             if world.links.is_empty() { choose_solver(world, settings.solver) } else { Solver::Spheres };
         Ok(LiveWorld {
@@ -135,7 +135,7 @@ impl LiveWorld {
         let ActiveSolver::ToBuild(solver) = self.motion else { return Ok(()) };
         self.slices = 0;
         if solver == Solver::Spheres {
-            let mut engine = Engine::new(&self.world, false)?;
+            let mut engine = Engine::new(&self.world, false, None)?;
             if self.is_exact_for_good() || engine.touching() <= MOST_TOUCHES {
                 engine.begin();
                 self.motion = ActiveSolver::Exact(Box::new(engine));

@@ -20,6 +20,8 @@ pub(super) struct Plane {
     pub(super) offset: f64,
     /// Its material class.
     pub(super) material: u32,
+    /// Contact compliance [1/Pa].
+    pub(super) compliance: f64,
 }
 
 /// A ball of a world.
@@ -66,7 +68,9 @@ impl Bodies {
                 _ => {
                     let normal = body.pose.orientation.normalize() * DVec3::Y;
                     let offset = normal.dot(body.pose.position);
-                    planes.push(Plane { body: index as u32, normal, offset, material: classes[index] });
+                    let compliance = body.material.contact_compliance();
+                    let material = classes[index];
+                    planes.push(Plane { body: index as u32, normal, offset, material, compliance });
                 }
             }
         }

@@ -36,6 +36,8 @@ mod links;
 mod motion;
 mod pending;
 mod predict;
+mod press_in_place;
+mod pressed;
 mod renumber;
 mod samples;
 mod schedule;
@@ -51,6 +53,7 @@ use crate::record::Recorder;
 use crate::{SimulationError, SimulationSettings};
 
 pub(crate) use engine::Engine;
+use pressed::Compliance;
 
 /// Simulates a world of spheres and planes to the end of the settings' duration.
 ///
@@ -62,7 +65,8 @@ pub(crate) fn simulate(
     recorder: &mut Recorder<'_>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(), SimulationError> {
-    let mut engine = Engine::new(world, !recorder.ignores_slow_contacts())?;
+    let compliance = Compliance { steps: 64.0 };
+    let mut engine = Engine::new(world, !recorder.ignores_slow_contacts(), Some(compliance))?;
     engine.check_overlaps(world)?;
     engine.begin();
     engine.run(world, settings, recorder, progress)

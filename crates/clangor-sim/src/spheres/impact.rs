@@ -120,12 +120,12 @@ impl Member {
 }
 
 impl Touch {
-    fn velocity(&self, members: &[Member]) -> DVec3 {
+    pub(super) fn velocity(&self, members: &[Member]) -> DVec3 {
         let (a, b) = (&members[self.a], &members[self.b]);
         a.velocity + a.omega.cross(self.arm_a) - b.velocity - b.omega.cross(self.arm_b)
     }
 
-    fn normal_speed(&self, members: &[Member]) -> f64 {
+    pub(super) fn normal_speed(&self, members: &[Member]) -> f64 {
         self.normal.dot(members[self.a].velocity - members[self.b].velocity)
     }
 
@@ -173,6 +173,11 @@ pub(super) fn reflect(
         [touch] if touch.lift == 0.0 => bounce(members, touch, impulse_pairs),
         _ => reflect_cluster(members, touches, stop_below, impulse_pairs),
     }
+    note_rods(members, touches, impulse_pairs);
+}
+
+/// Notes which members the impulses have moved, and what their rods took up.
+pub(super) fn note_rods(members: &mut [Member], touches: &[Touch], impulse_pairs: &[ImpulsePair]) {
     for impulse_pair in impulse_pairs {
         let touch = &touches[impulse_pair.touch];
         let impulse = touch.normal * impulse_pair.normal + impulse_pair.tangential;

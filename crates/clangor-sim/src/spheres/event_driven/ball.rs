@@ -15,6 +15,8 @@ pub(super) enum MotionPhase {
     Steady,
     /// The arc of a ball on rods or springs.
     Arc,
+    /// In steps, pressed on several others: the record holds the end of the last step.
+    Pressed,
 }
 
 /// Data of a ball for the search of contacts: two cache lines, of which the first excludes most meetings.

@@ -29,6 +29,10 @@ impl Engine {
         partner: Participant,
         recorder: &mut Recorder<'_>,
     ) -> std::io::Result<()> {
+        if self.is_crowded(ball, partner) {
+            self.impacts += 1;
+            return self.begin_press(ball, partner, recorder);
+        }
         let mut cluster = std::mem::take(&mut self.cluster);
         cluster.clear();
         let done = self.resolve(&mut cluster, ball, partner, recorder);
@@ -44,7 +48,8 @@ impl Engine {
         partner: Participant,
         recorder: &mut Recorder<'_>,
     ) -> std::io::Result<()> {
-        // Collect the cluster: everything that touches a member, transitively.
+        // Collect the cluster: everything that touches a member, transitively, or is within reach.
+        let reach = self.cluster_reach(ball, partner);
         self.add_ball(cluster, ball);
         let other = match partner {
             Participant::Ball(other) => self.add_ball(cluster, other),
@@ -56,7 +61,7 @@ impl Engine {
             if let Participant::Ball(ball) = cluster.participants[grown]
                 && self.traits[ball].free
             {
-                self.add_touching(cluster, grown, ball);
+                self.add_touching(cluster, grown, ball, reach);
             }
             grown += 1;
         }
@@ -74,7 +79,13 @@ impl Engine {
         self.set_lifts(cluster, stop_below);
         // Compute and log the impulses.
         self.work += (cluster.touches.len() as u64).pow(2) / COSTLY;
-        impact::reflect(&mut cluster.members, &cluster.touches, stop_below, &mut cluster.impulse_pairs);
+        if reach == 0.0 || !self.press_in_place(cluster) {
+            // The law of impacts is for what touches.
+            if reach > 0.0 {
+                self.drop_gaps(cluster);
+            }
+            impact::reflect(&mut cluster.members, &cluster.touches, stop_below, &mut cluster.impulse_pairs);
+        }
         self.log_impulses(cluster, recorder)?;
         self.apply_velocities(cluster, recorder)?;
         // Predict the next events of the balls that moved.
@@ -168,14 +179,15 @@ impl Engine {
         cluster.participants.len() - 1
     }
 
-    /// Adds everything that touches a member, or will within [`TIE`].
-    fn add_touching(&mut self, cluster: &mut Cluster, member: usize, ball: usize) {
+    /// Adds everything that touches a member, will within [`TIE`], or is nearer than `reach` \[m\].
+    fn add_touching(&mut self, cluster: &mut Cluster, member: usize, ball: usize, reach: f64) {
         let (x, v) = (cluster.positions[member], cluster.members[member].velocity);
         let radius = self.balls[ball].radius;
         // A ball that is hit incessantly is in a pile; a wider tolerance synchronises the impacts of the
         // pile.
         let crowded = self.is_hit_incessantly(ball, 1.5);
         let touch = if crowded { TOUCH + self.slow_speed() * CONTACT_TIME } else { TOUCH };
+        let touch = touch.max(reach);
         for plane in 0..self.planes.len() {
             let p = &self.planes[plane];
             let gap = p.normal.dot(x) - p.offset - radius;
@@ -190,20 +202,23 @@ impl Engine {
         let mut near = std::mem::take(&mut cluster.near);
         near.clear();
         self.for_each_near(ball, |other, record| {
+            if record.motion_phase == MotionPhase::Pressed {
+                return;
+            }
             let (y, w) = if record.motion_phase == MotionPhase::Arc {
                 self.state(other, self.now)
             } else {
                 record.at(self.now)
             };
-            let reach = radius + record.radius;
+            let sum = radius + record.radius;
             let d = x - y;
             let distance_squared = d.length_squared();
             // Rough test without square roots; speeds stay below 1e5 m/s.
-            let far = reach + touch + 1e5 * TIE;
+            let far = sum + touch + 1e5 * TIE;
             if distance_squared < far * far {
                 let distance = distance_squared.sqrt();
                 let closing = (-d.dot(v - w) / distance).max(0.0);
-                if distance - reach <= touch + TIE * closing {
+                if distance - sum <= touch + TIE * closing {
                     near.push(other);
                 }
             }

@@ -9,6 +9,7 @@ use super::cluster::Cluster;
 use super::grid::{Grid, NONE, NOWHERE};
 use super::island::Island;
 use super::pending::Pending;
+use super::pressed::{Compliance, Pressed};
 use super::schedule::Schedule;
 use super::setup::Start;
 use super::support::Phase;
@@ -20,6 +21,8 @@ use crate::spheres::tolerances::{CONTACT_TIME, TOUCH};
 
 /// Marks a partner that is a plane.
 pub(super) const PLANE: u32 = 1 << 31;
+/// Marks the next step of the balls that press on each other.
+pub(super) const PRESSED: u32 = u32::MAX - 2;
 /// Marks a search that must be resumed.
 pub(super) const SEARCH: u32 = u32::MAX - 1;
 
@@ -29,7 +32,7 @@ pub(super) const SEARCH: u32 = u32::MAX - 1;
 pub(super) struct Next {
     /// Time of the meeting with its partner \[s\].
     pub(super) contact: f64,
-    /// Ball, or plane with [`PLANE`], or [`SEARCH`], or [`NONE`].
+    /// Ball, or plane with [`PLANE`], or [`SEARCH`], [`PRESSED`] or [`NONE`].
     pub(super) partner: u32,
     /// Generation of the partner for which the prediction holds.
     pub(super) generation: u32,
@@ -74,6 +77,12 @@ pub(crate) struct Engine {
     pub(super) island_places: Vec<Option<(usize, usize)>>,
     /// Largest radius \[m\].
     pub(super) broadest: f64,
+    /// Contact compliance of each ball [1/Pa].
+    pub(super) compliances: Vec<f64>,
+    /// How impacts among several balls are solved; `None` for the law of impacts alone.
+    pub(super) compliance: Option<Compliance>,
+    /// The balls that press on each other.
+    pub(super) pressed: Pressed,
     /// Buffers of the present cluster.
     pub(super) cluster: Cluster,
     /// Impacts since the balls were last renumbered.
@@ -93,7 +102,11 @@ pub(crate) struct Engine {
 impl Engine {
     /// The balls of a world at t = 0, with or without a log of lasting contacts; [`Engine::begin`] starts
     /// their motion.
-    pub(crate) fn new(world: &World, logs_lasting: bool) -> Result<Self, SimulationError> {
+    pub(crate) fn new(
+        world: &World,
+        logs_lasting: bool,
+        compliance: Option<Compliance>,
+    ) -> Result<Self, SimulationError> {
         let start = Start::from_world(world)?;
         let count = start.balls.len();
         let broadest = start.balls.iter().map(|b| b.radius).fold(0.0, f64::max);
@@ -114,6 +127,9 @@ impl Engine {
             pending: logs_lasting.then(|| vec![Pending::default(); count]),
             islands: start.islands,
             broadest,
+            compliances: start.compliances,
+            compliance,
+            pressed: Pressed::default(),
             cluster: Cluster::default(),
             impacts: 0,
             island_places: start.island_places,

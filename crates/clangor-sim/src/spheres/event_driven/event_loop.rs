@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use clangor_core::body::World;
 
 use super::cluster::Participant;
-use super::engine::{Engine, PLANE, SEARCH};
+use super::engine::{Engine, PLANE, PRESSED, SEARCH};
 use crate::record::Recorder;
 use crate::{SimulationError, SimulationSettings};
 
@@ -67,6 +67,7 @@ impl Engine {
                 beats += 1;
             }
             if stop >= settings.duration {
+                self.end_press(recorder)?;
                 self.write_lasting(recorder)?;
                 return Ok(());
             }
@@ -124,6 +125,8 @@ impl Engine {
             self.predict(ball);
         } else if next.crossing < next.contact {
             self.cross(ball);
+        } else if next.partner == PRESSED {
+            self.continue_press(recorder)?;
         } else if next.partner == SEARCH {
             self.predict(ball);
         } else if next.partner & PLANE != 0 {

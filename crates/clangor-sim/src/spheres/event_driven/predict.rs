@@ -70,6 +70,10 @@ impl Engine {
     /// Keeps the meeting with another ball if it is the earliest so far.
     #[inline]
     fn consider(&self, seeker: &Seeker, other: usize, near: &Ball, best: &mut Next) {
+        // A cluster finds itself whom its balls meet.
+        if near.motion_phase == MotionPhase::Pressed {
+            return;
+        }
         if seeker.motion_phase == MotionPhase::Ballistic && near.motion_phase == MotionPhase::Ballistic {
             // Uses only the first cache line of the other ball: whether they approach, and pass near enough.
             let s = self.now - near.time;

@@ -39,6 +39,7 @@ impl Engine {
         permute(&mut self.balls, &order);
         permute(&mut self.spins, &order);
         permute(&mut self.traits, &order);
+        permute(&mut self.compliances, &order);
         permute(&mut self.phases, &order);
         permute(&mut self.island_places, &order);
         permute(&mut self.next, &order);
@@ -51,6 +52,7 @@ impl Engine {
                 next.partner = new_of[next.partner as usize];
             }
         }
+        self.pressed.renumber(&new_of);
         for ball in self.by_body.iter_mut().chain(&mut self.wide) {
             *ball = new_of[*ball as usize];
         }

@@ -17,6 +17,8 @@ pub(super) struct Start {
     pub(super) balls: Vec<Ball>,
     pub(super) spins: Vec<Spin>,
     pub(super) traits: Vec<Traits>,
+    /// Contact compliance of each ball [1/Pa].
+    pub(super) compliances: Vec<f64>,
     pub(super) planes: Vec<Plane>,
     pub(super) pairs: PairTable,
     pub(super) grid: Grid,
@@ -47,6 +49,7 @@ fn records(world: &World, bodies: Bodies, cells: &Cells) -> Start {
     let Bodies { spheres, planes, pairs, classes } = bodies;
     let mut grid = Grid::new(cells.edge, cells.low, cells.high, spheres.len());
     let (mut balls, mut spins, mut traits, mut wide) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut compliances = Vec::new();
     for sphere in &spheres {
         let body = &world.bodies[sphere.body];
         let free = body.motion == Motion::Free;
@@ -70,6 +73,7 @@ fn records(world: &World, bodies: Bodies, cells: &Cells) -> Start {
             omega: moving(body.angular_velocity),
             alpha: DVec3::ZERO,
         });
+        compliances.push(body.material.contact_compliance());
         traits.push(Traits {
             body: sphere.body as u32,
             material: classes[sphere.body],
@@ -90,5 +94,5 @@ fn records(world: &World, bodies: Bodies, cells: &Cells) -> Start {
         }
     }
     let island_places = vec![None; balls.len()];
-    Start { balls, spins, traits, planes, pairs, grid, wide, islands: Vec::new(), island_places }
+    Start { balls, spins, traits, compliances, planes, pairs, grid, wide, islands: Vec::new(), island_places }
 }

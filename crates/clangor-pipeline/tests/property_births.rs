@@ -25,7 +25,7 @@ use clangor_pipeline::stages::render::{
 };
 use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{CrackImpulse, Replacement, RigidWorld, StepLog};
-use clangor_sim::{SimulationError, SimulationSettings, Solver, simulate_breaking};
+use clangor_sim::{ContactModel, SimulationError, SimulationSettings, Solver, simulate_breaking};
 use glam::{DMat3, DQuat, DVec3};
 use num_complex::Complex64;
 
@@ -62,6 +62,7 @@ fn world() -> World {
 fn settings(time_step: f64) -> SimulationSettings {
     SimulationSettings {
         solver: Solver::Rigid,
+        contact: ContactModel::default(),
         duration: DURATION,
         time_step,
         record: RecordSettings { raw: true, ..RecordSettings::default() },

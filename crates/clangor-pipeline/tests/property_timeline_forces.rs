@@ -24,7 +24,7 @@ use clangor_pipeline::stages::render::{
     FullScale, RenderOptions, RenderSummary, Transfers, read_impacts, render, timeline_forces,
 };
 use clangor_sim::record::RecordSettings;
-use clangor_sim::{SimulationSettings, Solver, simulate};
+use clangor_sim::{ContactModel, SimulationSettings, Solver, simulate};
 use glam::{DMat3, DQuat, DVec3};
 use num_complex::Complex64;
 use tempfile::TempDir;
@@ -68,6 +68,7 @@ fn header() -> TimelineHeader {
 fn settings() -> SimulationSettings {
     SimulationSettings {
         solver: Solver::Rigid,
+        contact: ContactModel::default(),
         duration: DURATION,
         time_step: 2e-4,
         record: RecordSettings::default(),

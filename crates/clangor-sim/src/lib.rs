@@ -32,4 +32,4 @@ pub use settings::SimulationSettings;
 pub use simulate::simulate;
 #[cfg(feature = "rigid")]
 pub use simulate::simulate_breaking;
-pub use solver_choice::{Solver, choose_solver};
+pub use solver_choice::{ContactModel, Solver, choose_solver};

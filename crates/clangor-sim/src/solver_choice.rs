@@ -2,7 +2,7 @@
 
 use clangor_core::body::{Body, Link, Motion, Surface, World};
 use clangor_core::glam::DVec3;
-pub use clangor_core::scene::simulation_description::SolverChoice as Solver;
+pub use clangor_core::scene::simulation_description::{ContactModel, SolverChoice as Solver};
 
 /// Largest number of freely falling inelastic balls that is left to the sphere solver; more may pile up,
 /// which it computes only slowly.

@@ -14,7 +14,7 @@ use clangor_core::pose::{Keyframe, Pose, Track};
 use clangor_core::timeline::{ContactKind, Timeline};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{RigidWorld, StepLog};
-use clangor_sim::{SimulationError, SimulationSettings, Solver, simulate};
+use clangor_sim::{ContactModel, SimulationError, SimulationSettings, Solver, simulate};
 
 use scenes::{Random, ball, bowl, cuboid, cylinder, die, floor, key, material, rock, solid, world};
 
@@ -252,6 +252,7 @@ fn a_bowl_falls_through_the_public_entrance() {
     let world = world(vec![floor(&material), falling]);
     let settings = SimulationSettings {
         solver: Solver::Auto,
+        contact: ContactModel::default(),
         duration: 0.6,
         time_step: 2.5e-4,
         record: RecordSettings::default(),

@@ -8,7 +8,7 @@ use clangor_core::scene::instantiate::load_shape;
 use clangor_core::scene::{Scene, instantiate};
 use clangor_core::timeline::Timeline;
 use clangor_sim::record::RecordSettings;
-use clangor_sim::{SimulationSettings, Solver, simulate};
+use clangor_sim::{ContactModel, SimulationSettings, Solver, simulate};
 use clangor_web::layout::CONTACT_STRIDE;
 use clangor_web::wasm_buffer::{last_message, write};
 use clangor_web::world::{with_events, world_advance, world_clear, world_load, world_solver, world_time};
@@ -107,6 +107,7 @@ fn the_clicks_are_those_of_the_offline_run() {
     let world = instantiate(&scene, &mut load_shape).unwrap().world;
     let settings = SimulationSettings {
         solver: Solver::Auto,
+        contact: ContactModel::Rigid,
         duration: end,
         time_step: 1e-3,
         record: RecordSettings::default(),

@@ -5,6 +5,8 @@
 pub struct SimulationDescription {
     /// Solver of the motion. Default: automatic.
     pub solver: SolverChoice,
+    /// How an impact becomes impulses. Default: compliant.
+    pub contact: ContactModel,
     /// Simulated time \[s\], 0.001 to 3600. Default: 2.
     pub duration: f64,
     /// Step of the time-stepped solver \[s\], 1e-6 to 0.01. Default: 0.00025.
@@ -24,6 +26,7 @@ impl Default for SimulationDescription {
     fn default() -> Self {
         SimulationDescription {
             solver: SolverChoice::Auto,
+            contact: ContactModel::Compliant,
             duration: 2.0,
             time_step: 0.000_25,
             v_min: 0.05,
@@ -43,5 +46,16 @@ pub enum SolverChoice {
     /// Event-driven, exact for spheres.
     Spheres,
     /// Time-stepped with impulses, for any shape.
+    Rigid,
+}
+
+/// How an impact becomes impulses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ContactModel {
+    /// By a solve of the contact: the bodies give way and vibrate. The restitution of the materials is the
+    /// loss of the contact alone.
+    #[default]
+    Compliant,
+    /// By the law of rigid bodies: restitution and friction at an instant.
     Rigid,
 }

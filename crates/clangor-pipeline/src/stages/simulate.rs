@@ -63,6 +63,7 @@ pub fn simulation_settings(scene: &Scene, raw_log: bool) -> SimulationSettings {
     let simulation = &scene.simulation;
     SimulationSettings {
         solver: simulation.solver,
+        contact: simulation.contact,
         duration: simulation.duration,
         time_step: simulation.time_step,
         record: RecordSettings { v_min: simulation.v_min, pose_rate: simulation.pose_rate, raw: raw_log },

@@ -9,7 +9,7 @@ use clangor_core::pose::Pose;
 use clangor_core::shape::Shape;
 use clangor_core::timeline::{ContactKind, ContactRow, Timeline};
 use clangor_sim::record::RecordSettings;
-use clangor_sim::{SimulationSettings, Solver, simulate};
+use clangor_sim::{ContactModel, SimulationSettings, Solver, simulate};
 
 use super::{Check, Extent, Fault, Outcome, Timing, Validation, cpu_time};
 
@@ -262,6 +262,7 @@ fn gas(extent: Extent, table: &mut Validation) -> Outcome {
     let duration = 1.0;
     let settings = SimulationSettings {
         solver: Solver::Spheres,
+        contact: ContactModel::Rigid,
         duration,
         time_step: 2.5e-4,
         // Impacts are not of interest here: none is fast enough to be kept.

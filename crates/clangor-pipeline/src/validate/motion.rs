@@ -10,7 +10,7 @@ use clangor_core::shape::Shape;
 use clangor_core::timeline::{PoseRow, Timeline};
 use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{Impulse, RigidWorld, StepLog};
-use clangor_sim::{SimulationSettings, Solver, simulate};
+use clangor_sim::{ContactModel, SimulationSettings, Solver, simulate};
 
 use super::dynamics::{GRAVITY, RADIUS, ball, material, plane};
 use super::{Check, Extent, Fault, Outcome, Validation};
@@ -27,6 +27,7 @@ fn poses(world: &World, duration: f64, pose_rate: f64) -> Result<Vec<PoseRow>, F
     let mut timeline = Timeline::default();
     let settings = SimulationSettings {
         solver: Solver::Spheres,
+        contact: ContactModel::Rigid,
         duration,
         time_step: 2.5e-4,
         record: RecordSettings { v_min: 0.05, pose_rate, raw: false },

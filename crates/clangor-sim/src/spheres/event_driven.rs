@@ -50,10 +50,14 @@ use std::ops::ControlFlow;
 use clangor_core::body::World;
 
 use crate::record::Recorder;
+use crate::solver_choice::ContactModel;
 use crate::{SimulationError, SimulationSettings};
 
 pub(crate) use engine::Engine;
 use pressed::Compliance;
+
+/// Steps per contact time of balls that press on several others.
+const STEPS: f64 = 64.0;
 
 /// Simulates a world of spheres and planes to the end of the settings' duration.
 ///
@@ -65,8 +69,11 @@ pub(crate) fn simulate(
     recorder: &mut Recorder<'_>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(), SimulationError> {
-    let compliance = Compliance { steps: 64.0 };
-    let mut engine = Engine::new(world, !recorder.ignores_slow_contacts(), Some(compliance))?;
+    let compliance = match settings.contact {
+        ContactModel::Compliant => Some(Compliance { steps: STEPS }),
+        ContactModel::Rigid => None,
+    };
+    let mut engine = Engine::new(world, !recorder.ignores_slow_contacts(), compliance)?;
     engine.check_overlaps(world)?;
     engine.begin();
     engine.run(world, settings, recorder, progress)

@@ -11,7 +11,7 @@ use clangor_core::material::{Damping, Material};
 use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactRow, PoseRow, Timeline};
 use clangor_sim::record::RecordSettings;
-use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, Solver, simulate};
+use clangor_sim::{ContactModel, SimulationError, SimulationReport, SimulationSettings, Solver, simulate};
 use glam::{DMat3, DQuat, DVec3};
 
 pub(crate) const G: f64 = 9.81;
@@ -61,6 +61,7 @@ pub(crate) fn world(mut bodies: Vec<Body>, links: Vec<Link>, gravity: f64) -> Wo
 pub(crate) fn settings(duration: f64, raw: bool, pose_rate: f64) -> SimulationSettings {
     SimulationSettings {
         solver: Solver::Spheres,
+        contact: ContactModel::Rigid,
         duration,
         time_step: 1e-3,
         record: RecordSettings { v_min: 0.0, pose_rate, raw },

@@ -10,7 +10,7 @@ use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::render_description::{
     Compressor, GroundSound, Level, Parts, RenderDescription, SampleFormat,
 };
-use crate::scene::simulation_description::{SimulationDescription, SolverChoice};
+use crate::scene::simulation_description::{ContactModel, SimulationDescription, SolverChoice};
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::sound_model::rule::AccelerationRule;
 use crate::sound_model::rule::ModalRule;
@@ -48,7 +48,7 @@ pub(super) fn medium(d: &mut Decoder<'_>, top: &Section<'_>) -> (Medium, Air) {
 }
 
 pub(super) const SIMULATION_KEYS: &[&str] =
-    &["solver", "duration", "time_step", "v_min", "pose_rate", "seed", "sleep"];
+    &["solver", "contact", "duration", "time_step", "v_min", "pose_rate", "seed", "sleep"];
 
 pub(super) fn simulation(d: &mut Decoder<'_>, top: &Section<'_>) -> SimulationDescription {
     let default = SimulationDescription::default();
@@ -57,8 +57,10 @@ pub(super) fn simulation(d: &mut Decoder<'_>, top: &Section<'_>) -> SimulationDe
     };
     let solvers =
         [("auto", SolverChoice::Auto), ("spheres", SolverChoice::Spheres), ("rigid", SolverChoice::Rigid)];
+    let contacts = [("compliant", ContactModel::Compliant), ("rigid", ContactModel::Rigid)];
     let settings = SimulationDescription {
         solver: section.choice(d, "solver", &solvers).unwrap_or(default.solver),
+        contact: section.choice(d, "contact", &contacts).unwrap_or(default.contact),
         duration: section
             .number(d, "duration", Quantity::between(1e-3, 3600.0, "s"))
             .unwrap_or(default.duration),

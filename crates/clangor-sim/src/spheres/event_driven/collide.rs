@@ -275,12 +275,19 @@ impl Engine {
             coefficients.restitution = 1.0;
         }
         let slow = 0.5 * pressing.max(0.0) * CONTACT_TIME;
+        // Balls that have pressed on each other may rest with an overlap; they touch at its middle.
+        let radius_a = self.balls[ball_a].radius;
+        let (reach, distance) =
+            (radius_a + arm_b.length(), cluster.positions[a].distance(cluster.positions[b]));
+        let overlaps = self.compliance.is_some() && matches!(end_b, Participant::Ball(_));
+        let sunk = if overlaps { (reach - distance).max(0.0) } else { 0.0 };
+        let share = radius_a / reach;
         cluster.touches.push(Touch {
             a,
             b,
             normal,
-            arm_a: normal * -self.balls[ball_a].radius,
-            arm_b,
+            arm_a: normal * -(radius_a - share * sunk),
+            arm_b: arm_b - normal * ((1.0 - share) * sunk),
             coefficients,
             slow,
             when_slow,
@@ -317,6 +324,14 @@ impl Engine {
         fastest.min(depth / CONTACT_TIME)
     }
 
+    /// Radius of a ball \[m\]; 0 for a plane.
+    pub(super) fn radius_of(&self, participant: Participant) -> f64 {
+        match participant {
+            Participant::Ball(ball) => self.balls[ball].radius,
+            Participant::Plane(_) => 0.0,
+        }
+    }
+
     fn body_of(&self, participant: Participant) -> BodyId {
         BodyId(match participant {
             Participant::Ball(ball) => self.traits[ball].body,
@@ -330,7 +345,7 @@ impl Engine {
         for (index, touch) in cluster.touches.iter().enumerate() {
             rows.clear();
             poses.clear();
-            let radius_a = touch.arm_a.length();
+            let radius_a = self.radius_of(cluster.participants[touch.a]);
             let depth = match cluster.participants[touch.b] {
                 Participant::Plane(plane) => {
                     let plane = &self.planes[plane];
@@ -338,7 +353,7 @@ impl Engine {
                 }
                 Participant::Ball(_) => {
                     let distance = cluster.positions[touch.a].distance(cluster.positions[touch.b]);
-                    radius_a + touch.arm_b.length() - distance
+                    radius_a + self.radius_of(cluster.participants[touch.b]) - distance
                 }
             };
             for impulse_pair in cluster.impulse_pairs.iter().filter(|pair| pair.touch == index) {

@@ -57,19 +57,19 @@ impl Engine {
         let mut first = f64::INFINITY;
         for touch in &cluster.touches {
             let Participant::Ball(ball) = cluster.participants[touch.a] else { return false };
-            system.balls[touch.a].radius = touch.arm_a.length();
+            system.balls[touch.a].radius = self.balls[ball].radius;
             let (partner, other, gap) = match cluster.participants[touch.b] {
                 Participant::Ball(other) => {
-                    system.balls[touch.b].radius = touch.arm_b.length();
+                    system.balls[touch.b].radius = self.balls[other].radius;
                     (
                         Partner::Along(touch.b, touch.normal),
                         Participant::Ball(other),
-                        touch_gap(cluster, touch),
+                        self.touch_gap(cluster, touch),
                     )
                 }
                 Participant::Plane(plane) => {
                     let offset = self.planes[plane].offset;
-                    let gap = touch_gap(cluster, touch) - offset;
+                    let gap = self.touch_gap(cluster, touch) - offset;
                     (Partner::Plane(touch.normal, offset), Participant::Plane(plane), gap)
                 }
             };
@@ -106,14 +106,23 @@ impl Engine {
         true
     }
 
+    /// Distance of the surfaces of two balls, or height of a ball over the origin of its plane \[m\].
+    fn touch_gap(&self, cluster: &Cluster, touch: &impact::Touch) -> f64 {
+        let [a, b] = [touch.a, touch.b].map(|member| self.radius_of(cluster.participants[member]));
+        match cluster.participants[touch.b] {
+            Participant::Plane(_) => touch.normal.dot(cluster.positions[touch.a]) - a,
+            Participant::Ball(_) => cluster.positions[touch.a].distance(cluster.positions[touch.b]) - a - b,
+        }
+    }
+
     /// Leaves the touches of a cluster that was gathered with a reach without those that have gaps.
     pub(super) fn drop_gaps(&self, cluster: &mut Cluster) {
         let gaps: Vec<f64> = cluster
             .touches
             .iter()
             .map(|touch| match cluster.participants[touch.b] {
-                Participant::Plane(plane) => touch_gap(cluster, touch) - self.planes[plane].offset,
-                Participant::Ball(_) => touch_gap(cluster, touch),
+                Participant::Plane(plane) => self.touch_gap(cluster, touch) - self.planes[plane].offset,
+                Participant::Ball(_) => self.touch_gap(cluster, touch),
             })
             .collect();
         let mut at = 0;
@@ -122,18 +131,6 @@ impl Engine {
             at += 1;
             at == 1 || gaps[at - 1] <= TOUCH
         });
-    }
-}
-
-/// Distance of the surfaces of two balls, or height of a ball over the origin of its plane \[m\].
-fn touch_gap(cluster: &Cluster, touch: &impact::Touch) -> f64 {
-    match cluster.participants[touch.b] {
-        Participant::Plane(_) => touch.normal.dot(cluster.positions[touch.a]) - touch.arm_a.length(),
-        Participant::Ball(_) => {
-            cluster.positions[touch.a].distance(cluster.positions[touch.b])
-                - touch.arm_a.length()
-                - touch.arm_b.length()
-        }
     }
 }
 

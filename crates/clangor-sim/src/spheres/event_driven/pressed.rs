@@ -36,6 +36,8 @@ pub(super) const REACH: f64 = 2.0;
 const LIST_STEPS: u32 = 16;
 /// Rate of the overlap below which a contact rests, over v_min.
 const REST: f64 = 0.1;
+/// Contact times after which a contact at rest is left to its load.
+const SETTLED: f64 = 40.0;
 /// Slowest approach that begins a cluster \[m/s\]; \[PAN\] §4.3 has it as the slowest one that sounds.
 pub(super) const SLOWEST: f64 = 0.05;
 
@@ -280,7 +282,8 @@ impl Engine {
             }
             let record = &mut self.balls[ball];
             record.motion_phase = MotionPhase::Pressed;
-            record.acceleration = DVec3::ZERO;
+            // Gravity acts evenly within a step, the forces at its beginning.
+            record.acceleration = self.gravity;
             record.generation = record.generation.wrapping_add(1);
             self.spins[ball].alpha = DVec3::ZERO;
             self.phases[ball] = None;
@@ -407,7 +410,7 @@ impl Engine {
                 over.map_or(Ok(()), |over| close(over, recorder))?;
                 continue;
             }
-            if f64::from(open.quiet) < 2.0 * steps {
+            if f64::from(open.quiet) < SETTLED * steps {
                 holds[press.ball] = true;
                 if let Partner::Ball(other) = press.partner {
                     holds[other] = true;
@@ -495,7 +498,8 @@ impl Engine {
         }
     }
 
-    /// The row of a contact for the step that has been made, in its middle.
+    /// The row of a contact for the step that has been made: at the time of its beginning, when the records
+    /// take on the velocities of its end, with the point in its middle.
     fn press_row(&self, pressed: &Pressed, k: usize, kind: ContactKind) -> ContactRow {
         let press = &pressed.cluster.presses[k];
         let sign = self.sign(pressed, press);
@@ -517,7 +521,7 @@ impl Engine {
             if sign > 0.0 { (body(press.ball), partner) } else { (partner, body(press.ball)) };
         let impulse_n = impulse.dot(normal);
         ContactRow {
-            time: self.now + 0.5 * pressed.step,
+            time: self.now,
             body_a,
             body_b,
             kind,

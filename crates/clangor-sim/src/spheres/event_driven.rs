@@ -11,6 +11,10 @@
 //! Differs from HW §2.3.1: trajectories are parabolas and arcs, not straight lines within a step, and balls
 //! have friction and spin.
 //!
+//! Balls that would meet others before they part move by Hertz's forces through the time of the contacts
+//! (`pressed`), with balls on rods at the place of the first touch (`press_in_place`); everything else collides
+//! at an instant.
+//!
 //! Infinite sequences of events are cut off:
 //! * bounces on a plane under gravity whose next flight would be shorter than `CONTACT_TIME` end in lasting
 //!   contact, which slides, rolls and rests in closed form;
@@ -37,6 +41,10 @@ mod motion;
 mod pending;
 mod predict;
 mod press_in_place;
+mod press_laws;
+mod press_log;
+mod press_neighbours;
+mod press_state;
 mod pressed;
 mod renumber;
 mod samples;
@@ -54,7 +62,7 @@ use crate::solver_choice::ContactModel;
 use crate::{SimulationError, SimulationSettings};
 
 pub(crate) use engine::Engine;
-use pressed::Compliance;
+use press_state::Compliance;
 
 /// Steps per contact time of balls that press on several others.
 const STEPS: f64 = 64.0;

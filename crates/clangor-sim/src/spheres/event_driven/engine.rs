@@ -9,7 +9,7 @@ use super::cluster::Cluster;
 use super::grid::{Grid, NONE, NOWHERE};
 use super::island::Island;
 use super::pending::Pending;
-use super::pressed::{Compliance, Pressed};
+use super::press_state::{Compliance, Pressed};
 use super::schedule::Schedule;
 use super::setup::Start;
 use super::support::Phase;

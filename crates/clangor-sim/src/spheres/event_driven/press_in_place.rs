@@ -1,9 +1,9 @@
 //! Clusters with balls on rods: their impact through the time of the contacts, at the places where it begins.
 //!
-//! As in [`pressed`](super::pressed), everything within reach of the impact moves by Hertz's forces. Rods take
-//! up the impulses along them. The balls then have their new velocities at the instant and the places of the
-//! first touch: a ball on an arc cannot follow steps in space, and moves by V τ, a tenth of a millimetre at
-//! 1 m/s, during the contact. Normals and the points of contact stay as they are at the first touch.
+//! As in [`pressed`](super::pressed), everything within reach of the impact moves by Hertz's forces. Rods
+//! take up the impulses along them. The balls then have their new velocities at the instant and the places of
+//! the first touch: a ball on an arc cannot follow steps in space, and moves by V τ, a tenth of a millimetre
+//! at 1 m/s, during the contact. Normals and the points of contact stay as they are at the first touch.
 //!
 //! Not covered: gravity and springs during the contact.
 
@@ -11,7 +11,8 @@ use glam::DVec3;
 
 use super::cluster::{Cluster, Participant};
 use super::engine::Engine;
-use super::pressed::{REACH, SLOWEST, steps_per_contact};
+use super::press_laws::SLOWEST;
+use super::pressed::REACH;
 use crate::spheres::compliant_cluster::{CompliantCluster, Mover, Partner, Press};
 use crate::spheres::impact::{self, ImpulsePair};
 use crate::spheres::tolerances::TOUCH;
@@ -21,7 +22,7 @@ const LONGEST: f64 = 200.0;
 
 /// A contact of the cluster over its course.
 #[derive(Clone, Copy, Default)]
-struct Course {
+struct PressSum {
     impulse: DVec3,
     fastest: f64,
 }
@@ -81,7 +82,7 @@ impl Engine {
             }
             system.presses.push(Press::new(touch.a, partner, law, -gap));
         }
-        let h = first / steps_per_contact(compliance);
+        let h = first / compliance.steps;
         let Some(courses) = run(&mut system, h, first) else { return false };
         // The impulses of the contacts, as the law of impacts has them.
         cluster.impulse_pairs.clear();
@@ -135,8 +136,8 @@ impl Engine {
 }
 
 /// Steps of `h` until nothing touches or is about to; `None` if that takes too long.
-fn run(system: &mut CompliantCluster, h: f64, first: f64) -> Option<Vec<Course>> {
-    let mut courses = vec![Course::default(); system.presses.len()];
+fn run(system: &mut CompliantCluster, h: f64, first: f64) -> Option<Vec<PressSum>> {
+    let mut courses = vec![PressSum::default(); system.presses.len()];
     let most = (LONGEST * first / h) as usize;
     for _ in 0..most {
         system.step(h, DVec3::ZERO);

@@ -12,7 +12,7 @@
 //! have friction and spin.
 //!
 //! Balls that would meet others before they part move by Hertz's forces through the time of the contacts
-//! (`pressed`), with balls on rods at the place of the first touch (`press_in_place`); everything else collides
+//! (`pressed`), with balls on rods at the place of the first touch (`press_in_place`); all else collides
 //! at an instant.
 //!
 //! Infinite sequences of events are cut off:

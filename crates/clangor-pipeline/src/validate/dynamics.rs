@@ -53,6 +53,7 @@ fn run_world(world: &World, solver: Solver, time_step: f64, duration: f64) -> Re
     let mut timeline = Timeline::default();
     let settings = SimulationSettings {
         solver,
+        contact: ContactModel::Rigid,
         duration,
         time_step,
         record: RecordSettings { v_min: 0.0, pose_rate: 1000.0, raw: false },

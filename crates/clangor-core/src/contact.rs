@@ -8,6 +8,9 @@
 //! modes and the ground, whatever calls it. [`pulses`] and [`mod@crack_pulses`] give it the rows of a
 //! timeline.
 //!
+//! Dynamics that lets the force of the contact move the bodies asks
+//! [`group_impact`](mod@group_impact): all bodies and contacts of one instant, impulses out.
+//!
 //! Weaker contact forces form a force stream ([`force_stream`](mod@force_stream)).
 
 pub mod chain_onset;
@@ -21,6 +24,7 @@ pub mod force_history;
 pub mod force_profile;
 pub mod force_shape;
 pub mod force_stream;
+pub mod group_impact;
 pub mod hertz;
 pub mod hertz_ellipse;
 pub mod hertz_pulse;
@@ -33,6 +37,7 @@ pub mod pulses;
 pub mod recorded_forces;
 pub mod relative_curvature;
 mod row_checks;
+mod vibrating_member;
 
 pub use contact_error::ContactError;
 pub use contact_forces::{ForceSettings, ImpactModel, contact_forces};
@@ -42,6 +47,7 @@ pub use force_history::ForceHistory;
 pub use force_profile::ForceProfile;
 pub use force_shape::ForceShape;
 pub use force_stream::{StreamPoint, StreamSettings, StreamedForce, force_stream};
+pub use group_impact::{GroupContact, GroupImpact, GroupMember, GroupSolver};
 pub use hertz::HertzRange;
 pub use impact::{ContactPoint, Impact};
 pub use impact_pulse::{BodyPulse, ImpactPulse};

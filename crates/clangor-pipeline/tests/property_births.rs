@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId, MeshSurface, Motion, Surface, World};
-use clangor_core::contact::ContactSettings;
+use clangor_core::contact::{ContactSettings, no_modes};
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::geometry::hull::convex_hull;
 use clangor_core::material::presets;
@@ -132,7 +132,7 @@ fn simulate(folder: &Path, time_step: f64) -> Timeline {
     let mut sink = Both(Timeline::default(), TimelineWriter::create(folder, &header, true).unwrap());
     let mut breaker = |rigid: &RigidWorld, log: &StepLog| Ok::<_, SimulationError>(halve(rigid, log));
     let go_on = &mut |_| ControlFlow::Continue(());
-    let report = simulate_breaking(&world(), &settings, &mut sink, &mut breaker, go_on).unwrap();
+    let report = simulate_breaking(&world(), (&settings, &no_modes), &mut sink, &mut breaker, go_on).unwrap();
     assert_eq!((report.fractures, report.births), (1, 2));
     let Both(timeline, writer) = sink;
     let summary = writer.finish().unwrap();

@@ -29,7 +29,7 @@ pub mod spheres;
 pub use error::SimulationError;
 pub use report::{BreakingReport, SimulationReport};
 pub use settings::SimulationSettings;
-pub use simulate::simulate;
 #[cfg(feature = "rigid")]
 pub use simulate::simulate_breaking;
+pub use simulate::{simulate, simulate_with_modes};
 pub use solver_choice::{ContactModel, Solver, choose_solver};

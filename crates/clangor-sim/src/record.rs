@@ -182,6 +182,12 @@ impl<'a> Recorder<'a> {
         self.report.events += 1;
     }
 
+    /// Counts impacts whose contacts were solved, and those that could not be.
+    pub(crate) fn count_solves(&mut self, (solved, fallen_back): (u64, u64)) {
+        self.report.solved += solved;
+        self.report.fallen_back += fallen_back;
+    }
+
     /// Closes everything and reports.
     pub fn finish(mut self, time: f64) -> std::io::Result<SimulationReport> {
         self.advance(f64::INFINITY)?;

@@ -22,6 +22,10 @@ pub struct SimulationReport {
     /// Events of the event-driven solver: impacts, cell crossings, ends of phases, renewed searches; 0 for
     /// the time-stepped solver.
     pub events: u64,
+    /// Impacts whose contacts were solved: bodies give way.
+    pub solved: u64,
+    /// Impacts that should have been solved but could not be, and follow the law of rigid bodies.
+    pub fallen_back: u64,
     /// Largest overlap seen \[m\].
     pub deepest_overlap: f64,
     /// Time simulated \[s\].

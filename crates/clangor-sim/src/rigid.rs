@@ -4,7 +4,8 @@
 //! 1. every body flies freely to the middle of the step (`state`, `flight`), where contacts are found or
 //!    re-measured (`broad_phase`, `pair`, `manifold`);
 //! 2. the *collision phase* takes the impacts of the step in the order of their times, each at the exact
-//!    poses of its instant, with restitution and friction (`collision_phase`);
+//!    poses of its instant, with restitution and friction (`collision_phase`); bodies
+//!    with modes give way meanwhile (`compliant_block`);
 //! 3. gravity and springs act;
 //! 4. the *contact phase* solves resting, sliding and rolling contact without restitution (`contact_phase`);
 //! 5. every body flies to the end of the step, and bodies that have been at rest fall asleep (`sleep`).
@@ -25,6 +26,7 @@ mod clip;
 mod collision_block;
 mod collision_phase;
 mod collision_scene;
+mod compliant_block;
 mod contact_phase;
 mod flight;
 mod impact_threshold;
@@ -41,6 +43,7 @@ mod state;
 mod step_log;
 mod world;
 
+pub use compliant_block::Vibration;
 pub use replacement::{Breaker, CrackImpulse, Replacement};
 pub(crate) use run::run;
 #[cfg(feature = "fracture")]

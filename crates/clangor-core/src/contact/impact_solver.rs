@@ -27,37 +27,30 @@
 //!
 //! Not covered: more than two bodies, loads of standing contacts, gravity during the impact.
 
-use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
-use num_complex::Complex64;
+use glam::DVec3;
 
 use super::compliant::{
-    ContactLaw, ContactSystem, HertzLaw, Member, MemberContact, SolverMemory, StepSettings, modal_tail,
-    restitution_damping,
+    ContactLaw, ContactSystem, HertzLaw, MemberContact, SolverMemory, StepSettings, restitution_damping,
 };
-use super::contact_side::ContactSide;
 use super::force_history::ForceHistory;
 use super::hertz::HertzContact;
 use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::ImpactPulse;
 use super::modal_energy::ModesAtContact;
-use crate::body::BodyId;
+use super::vibrating_member::{RingingBodies, VibratingMember, modal_poles};
 
 /// Largest factor by which a solved force on modes is raised to a recorded impulse: 6 dB.
 pub const MOST_SCALE: f64 = 2.0;
 /// Share of the energy of the approach in the modes above which a contact at one point is solved.
-const LEAST_MODAL_SHARE: f64 = 0.003;
+pub(super) const LEAST_MODAL_SHARE: f64 = 0.003;
 /// Share below which an impact does not count for the ringing of its bodies.
 const AUDIBLE_SHARE: f64 = 1e-8;
-/// Damping ratio from which a mode does not vibrate.
-const MAX_RATIO: f64 = 0.9;
 /// Time without a force after which another hit is another impact \[s\]: timelines merge what is nearer.
 const LONGEST_FLIGHT: f64 = 0.5e-3;
 /// Most steps of a solve.
-const MAX_STEPS: usize = 16_384;
+pub(super) const MAX_STEPS: usize = 16_384;
 
 /// Counts of impacts by how their forces came about.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -78,20 +71,12 @@ pub struct SolveReport {
     pub steps: u64,
 }
 
-/// How a body rings at a time.
-#[derive(Clone, Debug)]
-struct Ringing {
-    time: f64,
-    /// w = q̇ − λ̄q of each mode [m kg^½/s].
-    state: Vec<Complex64>,
-}
-
 /// Solves the impacts of a timeline: see the module.
 #[derive(Default)]
 pub struct ImpactSolver {
     memory: SolverMemory,
     system: ContactSystem,
-    ringing: BTreeMap<BodyId, Ringing>,
+    ringing: RingingBodies,
     report: SolveReport,
 }
 
@@ -123,19 +108,6 @@ pub(super) struct SolveInput<'a> {
     pub(super) band: f64,
 }
 
-/// λ of the modes of a body; 0 for one that does not vibrate.
-fn poles(modes: &ModesAtContact) -> Vec<Complex64> {
-    let pole = |(frequency, ratio): (&f64, &f64)| {
-        let omega = TAU * frequency;
-        if *frequency > 0.0 && (0.0..MAX_RATIO).contains(ratio) {
-            Complex64::new(-ratio * omega, omega * (1.0 - ratio * ratio).sqrt())
-        } else {
-            Complex64::ZERO
-        }
-    };
-    modes.frequencies.iter().zip(&modes.damping_ratios).map(pole).collect()
-}
-
 impl SolveInput<'_> {
     /// Whether the closed form of Hertz's pulse is enough: one point, and `share` of the energy of the
     /// approach in the modes.
@@ -165,15 +137,15 @@ impl ImpactSolver {
             let (Some(modes), Some(body)) = (modes, pulse.bodies[index]) else { continue };
             let sign = if index == 0 { 1.0 } else { -1.0 };
             let points = body.local(&pulse.points, sign);
-            let poles = poles(modes);
+            let poles = modal_poles(modes);
             let end = pulse.time + pulse.duration;
-            let mut state = self.state_at(body.body, &poles, end);
+            let mut state = self.ringing.state_at(body.body, &poles, end);
             for (i, (w, pole)) in state.iter_mut().zip(&poles).enumerate() {
                 let along: f64 = points.iter().zip(&modes.motions).map(|((_, j), u)| u[i].dot(*j)).sum();
                 let ring = pulse.shape.at_pole(*pole, pulse.duration) * (*pole * pulse.duration).exp();
                 *w += along * body.modal_gain * ring;
             }
-            self.ringing.insert(body.body, Ringing { time: end, state });
+            self.ringing.set(body.body, end, &poles, state);
         }
     }
 
@@ -186,8 +158,8 @@ impl ImpactSolver {
             let Some(modes) = modes else { continue };
             let side = &input.impact.sides[index];
             let to_body = side.pose.orientation.inverse();
-            let poles = poles(modes);
-            let mut state = self.state_at(side.body, &poles, end);
+            let poles = modal_poles(modes);
+            let mut state = self.ringing.state_at(side.body, &poles, end);
             for force in forces {
                 let impulse = to_body * force.impulse * (sign * force.modal_gain);
                 let motions = &modes.motions[force.point];
@@ -199,23 +171,7 @@ impl ImpactSolver {
                     }
                 }
             }
-            self.ringing.insert(side.body, Ringing { time: end, state });
-        }
-    }
-
-    /// How a body with these poles rings at a time, without new forces.
-    ///
-    /// Impacts may overlap. Before the end of the last one the vibration has its phase, but no more
-    /// amplitude.
-    fn state_at(&self, body: BodyId, poles: &[Complex64], time: f64) -> Vec<Complex64> {
-        match self.ringing.get(&body).filter(|ringing| ringing.state.len() == poles.len()) {
-            None => vec![Complex64::ZERO; poles.len()],
-            Some(Ringing { time: since, state }) => {
-                let passed = time - since;
-                let turn =
-                    |pole: &Complex64| Complex64::new(pole.re * passed.max(0.0), pole.im * passed).exp();
-                state.iter().zip(poles).map(|(w, pole)| w * turn(pole)).collect()
-            }
+            self.ringing.set(side.body, end, &poles, state);
         }
     }
 
@@ -223,21 +179,15 @@ impl ImpactSolver {
     pub(super) fn solve(&mut self, input: &SolveInput<'_>) -> Option<Vec<SolvedForce>> {
         let SolveInput { impact, steps, band, .. } = *input;
         // Members: the two bodies, with the vibration that they bring along.
-        let poles = input.modes.map(|modes| modes.map(poles).unwrap_or_default());
-        let states: [Vec<Complex64>; 2] =
-            [0, 1].map(|side| self.state_at(impact.sides[side].body, &poles[side], impact.time));
-        let tails = [0, 1].map(|side| Tails::of(input, side));
-        let members = [0, 1].map(|side| {
-            let mut member = rigid_member(&impact.sides[side]);
-            // A mode that does not vibrate has no shape; any pole serves.
-            let pole = |pole: &Complex64| if pole.im > 0.0 { *pole } else { Complex64::new(0.0, 1.0) };
-            member.poles = poles[side].iter().map(pole).chain(tails[side].poles()).collect();
-            member.state = states[side].clone();
-            member.state.resize(member.poles.len(), Complex64::ZERO);
-            member
+        let normals: Vec<(DVec3, f64)> =
+            impact.points.iter().map(|point| (point.normal, input.contact.duration())).collect();
+        let bodies = [0, 1].map(|side| {
+            let ringing = (&self.ringing, impact.time);
+            VibratingMember::new(&impact.sides[side], input.modes[side], &normals, ringing)
         });
+        let members = bodies.each_ref().map(|body| body.member.clone());
         let contacts: Vec<MemberContact> =
-            (0..impact.points.len()).map(|at| member_contact(input, at, &members, &poles, &tails)).collect();
+            (0..impact.points.len()).map(|at| member_contact(input, at, &bodies)).collect();
         self.system.replace(&members, &contacts).ok()?;
         // Steps: a part of the first duration, and short enough for the band.
         let first = self.system.first_duration()?;
@@ -260,65 +210,15 @@ impl ImpactSolver {
         // What the bodies ring with afterwards: their own vibration and the scaled part of the force.
         let duration = solution.duration();
         let modal_scale = scale.min(MOST_SCALE);
-        for side in [0, 1] {
-            if poles[side].is_empty() {
-                continue;
-            }
+        for (side, body) in bodies.iter().enumerate().filter(|(_, body)| !body.poles.is_empty()) {
             let after = solution.modal_state(side);
-            let own = states[side].iter().zip(&poles[side]).map(|(w, pole)| w * (pole * duration).exp());
+            let own = body.known_state().iter().zip(&body.poles).map(|(w, pole)| w * (pole * duration).exp());
             let state = own.zip(after).map(|(own, after)| own + modal_scale * (after - own)).collect();
-            let time = impact.time + duration;
-            self.ringing.insert(impact.sides[side].body, Ringing { time, state });
+            self.ringing.set(impact.sides[side].body, impact.time + duration, &body.poles, state);
         }
         self.report.largest_scale = self.report.largest_scale.max(scale);
         self.report.over_scaled += u64::from(scale > MOST_SCALE);
         Some(forces)
-    }
-}
-
-/// The modes above the last known one of a body, a tail for each contact.
-struct Tails {
-    tails: Vec<super::compliant::ModalTail>,
-}
-
-impl Tails {
-    fn of(input: &SolveInput<'_>, side: usize) -> Self {
-        let Some(modes) = input.modes[side] else { return Tails { tails: Vec::new() } };
-        let highest = modes.frequencies.iter().copied().fold(0.0, f64::max);
-        let to_world = input.impact.sides[side].pose.orientation;
-        let tail = |(point, motions): (&ContactPoint, &Vec<DVec3>)| {
-            let normal = to_world.inverse() * point.normal;
-            let along = modes.frequencies.iter().zip(motions).map(|(f, u)| (TAU * f, u.dot(normal)));
-            modal_tail(along, highest, input.contact.duration())
-        };
-        Tails { tails: input.impact.points.iter().zip(&modes.motions).map(tail).collect() }
-    }
-
-    fn poles(&self) -> impl Iterator<Item = Complex64> {
-        self.tails.iter().flat_map(|tail| tail.poles.iter().copied())
-    }
-
-    /// Displacements of all tails at a contact, along its normal.
-    fn shapes(&self, contact: usize, normal: DVec3) -> impl Iterator<Item = DVec3> {
-        self.tails.iter().enumerate().flat_map(move |(at, tail)| {
-            let shape = if at == contact { tail.shape * normal } else { DVec3::ZERO };
-            std::iter::repeat_n(shape, tail.poles.len())
-        })
-    }
-}
-
-/// A body of an impact without modes, at rest.
-fn rigid_member(side: &ContactSide) -> Member {
-    let turn = DMat3::from_quat(side.pose.orientation);
-    Member {
-        inverse_mass: side.inverse_mass,
-        inverse_inertia: turn * side.inverse_inertia * turn.transpose(),
-        centre: side.pose.position,
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        acceleration: DVec3::ZERO,
-        poles: Vec::new(),
-        state: Vec::new(),
     }
 }
 
@@ -333,31 +233,11 @@ fn rubs(impact: &Impact) -> bool {
 const LEAST_FRICTION: f64 = 1e-6;
 
 /// A contact point of the impact, with the modes of both bodies there.
-fn member_contact(
-    input: &SolveInput<'_>,
-    at: usize,
-    members: &[Member; 2],
-    poles: &[Vec<Complex64>; 2],
-    tails: &[Tails; 2],
-) -> MemberContact {
+fn member_contact(input: &SolveInput<'_>, at: usize, bodies: &[VibratingMember; 2]) -> MemberContact {
     let impact = input.impact;
     let point = &impact.points[at];
-    let shapes: [Vec<DVec3>; 2] = [0, 1].map(|side| {
-        let Some(modes) = input.modes[side] else { return Vec::new() };
-        let to_world = impact.sides[side].pose.orientation;
-        let vibrates = |(motion, pole): (&DVec3, &Complex64)| {
-            if pole.im > 0.0 { to_world * *motion } else { DVec3::ZERO }
-        };
-        let known = modes.motions[at].iter().zip(&poles[side]).map(vibrates);
-        known.chain(tails[side].shapes(at, point.normal)).collect()
-    });
     // The surfaces touch where the vibration has brought them: A moves along +n, B along −n opens it.
-    let opening = |side: usize, sign: f64| -> f64 {
-        let member = &members[side];
-        let displaced = member.poles.iter().zip(&member.state).zip(&shapes[side]);
-        displaced.map(|((pole, w), shape)| sign * shape.dot(point.normal) * w.im / pole.im).sum()
-    };
-    let gap = point.gap - opening(0, 1.0) - opening(1, -1.0);
+    let gap = point.gap - bodies[0].opening(at, point.normal) - bodies[1].opening(at, -point.normal);
     let radiation: f64 = impact.sides.iter().map(|side| side.radiation).sum();
     MemberContact {
         members: [Some(0), Some(1)],
@@ -373,7 +253,7 @@ fn member_contact(
         gap,
         friction: if rubs(impact) { impact.friction } else { 0.0 },
         standing: false,
-        shapes,
+        shapes: bodies.each_ref().map(|body| body.shapes[at].clone()),
     }
 }
 

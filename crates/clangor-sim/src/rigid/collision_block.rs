@@ -3,6 +3,7 @@
 //! Only the points that approach are solved together: `u⁺ ≥ −e u⁻` with `λ ≥ 0` and a round friction cone
 //! (generalized reflections, \[REFL\] §4), by projected Gauss-Seidel.
 
+use clangor_core::pose::Pose;
 use clangor_core::timeline::ContactKind;
 use glam::DVec3;
 
@@ -12,9 +13,9 @@ use super::state::Instant;
 use super::step_log::{ContactImpulse, Impulse};
 
 /// Points of a pair that touch within this time belong to the impact \[s\].
-const TOGETHER: f64 = 1e-7;
+pub(super) const TOGETHER: f64 = 1e-7;
 /// Points of a pair within this distance belong to the impact \[m\].
-const TOUCHING: f64 = 1e-9;
+pub(super) const TOUCHING: f64 = 1e-9;
 /// Impacts of one pair in one step, or rounds of one block, after which restitution is dropped.
 pub(super) const ELASTIC_HITS: u32 = 12;
 /// Gauss-Seidel sweeps at most.
@@ -30,20 +31,55 @@ pub(super) struct Actor {
 
 /// A point in a block.
 pub(super) struct BlockPoint {
-    pair: usize,
-    a: usize,
-    b: usize,
-    normal: DVec3,
-    point: DVec3,
-    gap: f64,
-    arm_a: DVec3,
-    arm_b: DVec3,
-    inverse_mass: f64,
-    friction: f64,
-    target: f64,
-    before: DVec3,
-    impulse_n: f64,
-    impulse_t: DVec3,
+    pub(super) pair: usize,
+    pub(super) a: usize,
+    pub(super) b: usize,
+    pub(super) normal: DVec3,
+    pub(super) point: DVec3,
+    pub(super) gap: f64,
+    pub(super) arm_a: DVec3,
+    pub(super) arm_b: DVec3,
+    pub(super) inverse_mass: f64,
+    pub(super) friction: f64,
+    pub(super) target: f64,
+    pub(super) before: DVec3,
+    pub(super) impulse_n: f64,
+    pub(super) impulse_t: DVec3,
+}
+
+impl Actor {
+    pub(super) fn pose(&self) -> Pose {
+        Pose { position: self.now.position, orientation: self.now.orientation }
+    }
+}
+
+impl BlockPoint {
+    /// A point of a pair between two actors, without impulse.
+    pub(super) fn at(
+        pair: usize,
+        (a, b): (usize, usize),
+        (normal, point): (DVec3, DVec3),
+        actors: &[Actor],
+    ) -> Self {
+        let (now_a, now_b) = (&actors[a].now, &actors[b].now);
+        let (arm_a, arm_b) = (point - now_a.position, point - now_b.position);
+        BlockPoint {
+            pair,
+            a,
+            b,
+            normal,
+            point,
+            gap: 0.0,
+            arm_a,
+            arm_b,
+            inverse_mass: now_a.inverse_mass_at(arm_a, normal) + now_b.inverse_mass_at(arm_b, normal),
+            friction: 0.0,
+            target: 0.0,
+            before: now_a.velocity_at(arm_a) - now_b.velocity_at(arm_b),
+            impulse_n: 0.0,
+            impulse_t: DVec3::ZERO,
+        }
+    }
 }
 
 /// The bodies and points of a block.
@@ -54,6 +90,11 @@ pub(super) struct Block {
 }
 
 impl Block {
+    /// Replaces the points by some whose impulses are known.
+    pub(super) fn replace_points(&mut self, points: Vec<BlockPoint>) {
+        self.points = points;
+    }
+
     /// Whether no point approaches.
     pub(super) fn is_empty(&self) -> bool {
         self.points.is_empty()
@@ -66,14 +107,12 @@ impl Block {
             let pair = &scene.pairs[index];
             let find = |body: u32| self.actors.iter().position(|actor| actor.body == body as usize);
             let (Some(a), Some(b)) = (find(pair.key.a), find(pair.key.b)) else { continue };
-            let (now_a, now_b) = (&self.actors[a].now, &self.actors[b].now);
             let normal = pair.exact.normal;
             let rest = rest_speed(pair.coefficients.restitution, &scene.step);
             for point in &pair.exact.points {
                 let middle = (point.on_a + point.on_b) * 0.5;
-                let (arm_a, arm_b) = (middle - now_a.position, middle - now_b.position);
-                let before = now_a.velocity_at(arm_a) - now_b.velocity_at(arm_b);
-                let approach = -before.dot(normal);
+                let known = BlockPoint::at(index, (a, b), (normal, middle), &self.actors);
+                let approach = -known.before.dot(normal);
                 if approach <= rest || point.gap > TOUCHING + TOGETHER * approach {
                     continue;
                 }
@@ -81,20 +120,10 @@ impl Block {
                 let ramp = ((approach - rest) / rest).clamp(0.0, 1.0);
                 let restitution = if spent { 0.0 } else { pair.coefficients.restitution * ramp };
                 self.points.push(BlockPoint {
-                    pair: index,
-                    a,
-                    b,
-                    normal,
-                    point: middle,
                     gap: point.gap,
-                    arm_a,
-                    arm_b,
-                    inverse_mass: now_a.inverse_mass_at(arm_a, normal) + now_b.inverse_mass_at(arm_b, normal),
                     friction: pair.coefficients.friction,
                     target: restitution * approach,
-                    before,
-                    impulse_n: 0.0,
-                    impulse_t: DVec3::ZERO,
+                    ..known
                 });
             }
         }

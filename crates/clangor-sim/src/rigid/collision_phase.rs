@@ -5,7 +5,7 @@
 //! (`collision_block`), which is solved repeatedly until none of its points approaches (generalized
 //! reflections, \[REFL\] §4). A row of touching balls therefore transmits a single impulse, and a ball
 //! between two others is treated symmetrically. After each impulse the predictions of all neighbours are
-//! renewed.
+//! renewed. Where bodies have modes, the impulses of a solve of the contacts come first (`compliant_block`).
 //!
 //! Points slower than the rest speed are left to the contact phase; restitution grows from 0 at that speed to
 //! e at twice that speed. Because impacts precede gravity (\[GUE\] §7), a resting body has none.
@@ -93,6 +93,8 @@ impl CollisionPhase {
                 }
             }
         }
+        // Bodies that vibrate: impulses of a solve of the contacts.
+        self.block.give_way(scene, &mut self.group, t);
         // Rounds of reflections until no point approaches.
         for round in 0..MAX_ROUNDS {
             self.block.assemble(scene, &self.group, round);

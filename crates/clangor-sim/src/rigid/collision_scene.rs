@@ -1,6 +1,7 @@
 //! The bodies and pairs that the collision phase works on.
 
 use super::broad_phase::Neighbours;
+use super::compliant_block::Compliance;
 use super::pair::{Pair, PairScratch, Step};
 use super::shape::Shape;
 use super::state::BodyState;
@@ -15,4 +16,6 @@ pub(super) struct Scene<'a> {
     pub(super) step: Step,
     pub(super) scratch: &'a mut PairScratch,
     pub(super) log: &'a mut StepLog,
+    /// Modes of the bodies, where impacts are solved with them.
+    pub(super) compliance: Option<Compliance<'a>>,
 }

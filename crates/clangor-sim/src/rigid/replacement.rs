@@ -11,6 +11,7 @@ use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::timeline::FractureRow;
 use glam::DVec3;
 
+use super::compliant_block::BodySide;
 use super::pair::{Pair, Step};
 use super::shape::Shape;
 use super::sleep;
@@ -94,8 +95,10 @@ impl RigidWorld {
         }
         self.wake_around(broken);
         self.bodies[broken].vanish();
+        self.compliant.remove(parent);
         let first = self.bodies.len() as u32;
         for (piece, (shape, state)) in pieces.iter().zip(born) {
+            self.sides.push(BodySide::new(BodyId(self.bodies.len() as u32), piece));
             self.shapes.push(shape);
             self.bodies.push(state);
             self.names.push(piece.name.clone());

@@ -3,21 +3,23 @@
 use std::ops::ControlFlow;
 
 use clangor_core::body::{Body, BodyId, Life, World};
+use clangor_core::contact::modal_energy::ModesOf;
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow};
 
+use super::compliant_block::Vibration;
 use super::replacement::{Breaker, CrackImpulse, Replacement};
 use super::step_log::StepLog;
 use super::world::RigidWorld;
 use crate::record::Recorder;
-use crate::{SimulationError, SimulationSettings};
+use crate::{ContactModel, SimulationError, SimulationSettings};
 
 /// Steps between two calls of the progress report.
 const PROGRESS_CHECK: u64 = 64;
 
-/// Simulates a world; after each step `breaker` returns the bodies that break.
+/// Simulates a world whose bodies have these modes; after each step `breaker` returns the bodies that break.
 pub(crate) fn run(
     world: &World,
-    settings: &SimulationSettings,
+    (settings, modes): (&SimulationSettings, ModesOf<'_>),
     recorder: &mut Recorder<'_>,
     breaker: Breaker<'_>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
@@ -31,6 +33,8 @@ pub(crate) fn run(
     } else {
         StepLog::new()
     };
+    let vibration = Some(Vibration { modes, v_min: recorder.settings().v_min })
+        .filter(|_| settings.contact == ContactModel::Compliant);
     let interval = recorder.pose_interval();
     let bodies = (0..world.bodies.len() as u32).map(BodyId);
     for body in bodies.clone() {
@@ -40,7 +44,7 @@ pub(crate) fn run(
     let mut next_pose = 1_u64;
     let steps = (settings.duration / settings.time_step - 1e-9).ceil() as u64;
     for k in 0..steps {
-        rigid.step(&mut log)?;
+        rigid.step_with(&mut log, vibration)?;
         for (kind, rows, poses) in log.groups() {
             match kind {
                 ContactKind::Impact => recorder.impact(rows, poses)?,
@@ -72,6 +76,7 @@ pub(crate) fn run(
             return Err(SimulationError::Interrupted);
         }
     }
+    recorder.count_solves(rigid.solved_impacts());
     Ok(())
 }
 

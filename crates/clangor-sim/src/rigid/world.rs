@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId, World};
+use clangor_core::contact::GroupSolver;
 use clangor_core::material::PairCoefficients;
 use clangor_core::timeline::PoseRow;
 use glam::DVec3;
@@ -10,6 +11,7 @@ use glam::DVec3;
 use super::broad_phase::{self, Neighbours};
 use super::collision_phase::CollisionPhase;
 use super::collision_scene::Scene;
+use super::compliant_block::{BodySide, Compliance, Vibration};
 use super::contact_phase::ContactPhase;
 use super::pair::{Pair, PairScratch, Step};
 use super::shape::Shape;
@@ -32,6 +34,7 @@ pub struct RigidWorld {
     pub(super) materials: Vec<clangor_core::material::Material>,
     pub(super) bodies: Vec<BodyState>,
     pub(super) shapes: Vec<Shape>,
+    pub(super) sides: Vec<BodySide>,
     pub(super) springs: Vec<Spring>,
     pub(super) restless: Vec<bool>,
     pub(super) gravity: DVec3,
@@ -44,6 +47,7 @@ pub struct RigidWorld {
     paired: usize,
     pub(super) neighbours: Neighbours,
     collision: CollisionPhase,
+    pub(super) compliant: GroupSolver,
     contact: ContactPhase,
     scratch: PairScratch,
 }
@@ -94,6 +98,7 @@ impl RigidWorld {
             materials: world.bodies.iter().map(|b: &Body| b.material.clone()).collect(),
             bodies,
             shapes,
+            sides: world.bodies.iter().enumerate().map(|(i, b)| BodySide::new(BodyId(i as u32), b)).collect(),
             springs,
             restless,
             gravity: world.gravity,
@@ -105,6 +110,7 @@ impl RigidWorld {
             paired: 0,
             neighbours: Neighbours::default(),
             collision: CollisionPhase::default(),
+            compliant: GroupSolver::default(),
             contact: ContactPhase::default(),
             scratch: PairScratch::default(),
         };
@@ -183,11 +189,36 @@ impl RigidWorld {
         self.sweeps
     }
 
-    /// Advances by one step and writes its impulses into `log`.
+    /// Energy of the vibration that solved impacts left in the bodies, of each at the end of its last one
+    /// \[J\].
+    pub fn modal_energy(&self) -> f64 {
+        self.compliant.modal_energy()
+    }
+
+    /// Numbers of impacts whose contacts were solved with the modes of the bodies, and of those that could
+    /// not be.
+    pub fn solved_impacts(&self) -> (u64, u64) {
+        (self.compliant.solved(), self.compliant.fallen_back())
+    }
+
+    /// Advances rigid bodies by one step and writes its impulses into `log`.
     ///
     /// # Errors
     /// [`SimulationError::Diverged`] if the state is no longer finite.
     pub fn step(&mut self, log: &mut StepLog) -> Result<(), SimulationError> {
+        self.step_with(log, None)
+    }
+
+    /// Advances by one step and writes its impulses into `log`. Bodies of which `vibration` has modes give
+    /// way.
+    ///
+    /// # Errors
+    /// [`SimulationError::Diverged`] if the state is no longer finite.
+    pub fn step_with(
+        &mut self,
+        log: &mut StepLog,
+        vibration: Option<Vibration<'_>>,
+    ) -> Result<(), SimulationError> {
         let step = Step { time: self.time(), length: self.time_step, gravity: self.gravity };
         log.clear();
         // Fly to the middle of the step and update the contacts there.
@@ -215,6 +246,11 @@ impl RigidWorld {
             step,
             scratch: &mut self.scratch,
             log,
+            compliance: vibration.map(|vibration| Compliance {
+                vibration,
+                sides: &self.sides,
+                solver: &mut self.compliant,
+            }),
         });
         // Gravity and springs.
         for body in self.bodies.iter_mut().filter(|b| b.is_awake()) {

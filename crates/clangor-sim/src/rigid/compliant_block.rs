@@ -1,0 +1,233 @@
+//! A block whose bodies give way: the impulses of its impacts by a solve of the contacts.
+//!
+//! Where bodies have modes, and the pulse of rigid bodies would give them more than 0.003 of the energy of
+//! the approach, all contacts of the block are solved together
+//! ([`group_impact`](mod@clangor_core::contact::group_impact)). The impulses that come out, normal and
+//! tangential, replace those of the reflections of \[REFL\]; reflections follow for whatever approaches then.
+//! Contacts of the block are all points of its pairs, and of other parts of the same bodies, that are no
+//! farther apart than the approach closes in a few durations.
+//!
+//! Differs: the duration of the contact itself is neglected. The impulses act at its first instant and pose.
+//! The bodies would move by V τ meanwhile, 20 to 300 µm at 1 m/s, and gravity would add g τ, below 3 mm/s.
+//!
+//! Bodies without modes, such as the pieces of a broken one, keep the impulses of rigid bodies.
+
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId, Surface};
+use clangor_core::contact::modal_energy::ModesOf;
+use clangor_core::contact::{ContactSide, GroupContact, GroupImpact, GroupMember, GroupSolver};
+use clangor_core::pose::Pose;
+use glam::DVec3;
+
+use super::collision_block::{Block, BlockPoint, ELASTIC_HITS, TOGETHER, TOUCHING};
+use super::collision_scene::Scene;
+use super::impact_threshold::rest_speed;
+use super::manifold::ManifoldPoint;
+use super::pair::Pair;
+
+/// Durations of the rigid contact in which the approach closes the gaps of a block.
+const HORIZON: f64 = 4.0;
+/// Points nearer than this part of the smaller body, with normals within 11°, are one contact.
+const ONE_PLACE: f64 = 1e-3;
+const ONE_NORMAL: f64 = 0.98;
+
+/// The modes of bodies, and from which approach speed on they matter.
+#[derive(Clone, Copy)]
+pub struct Vibration<'m> {
+    /// Modes of each body that has any.
+    pub modes: ModesOf<'m>,
+    /// Slower impacts follow the law of rigid bodies [m/s].
+    pub v_min: f64,
+}
+
+/// A body as it gives way, without its pose.
+pub(super) struct BodySide {
+    side: ContactSide,
+    surface: Arc<Surface>,
+}
+
+impl BodySide {
+    pub(super) fn new(id: BodyId, body: &Body) -> Self {
+        BodySide { side: ContactSide::of_body(id, body, Pose::IDENTITY), surface: Arc::clone(&body.surface) }
+    }
+}
+
+/// What a solve needs besides the block.
+pub(super) struct Compliance<'a> {
+    pub(super) vibration: Vibration<'a>,
+    pub(super) sides: &'a [BodySide],
+    pub(super) solver: &'a mut GroupSolver,
+}
+
+/// A point of a pair in a block.
+#[derive(Clone, Copy)]
+struct PointOfPair<'p> {
+    pair: usize,
+    point: &'p ManifoldPoint,
+    /// The bodies among the actors.
+    actors: [usize; 2],
+    normal: DVec3,
+    place: DVec3,
+    velocity: DVec3,
+}
+
+impl PointOfPair<'_> {
+    fn approach(&self) -> f64 {
+        -self.velocity.dot(self.normal)
+    }
+}
+
+impl Block {
+    /// Solves the contacts of the group at time `t` of the step, if its bodies vibrate enough; applies and
+    /// logs the impulses. The group then also has the other pairs that took part.
+    pub(super) fn give_way(&mut self, scene: &mut Scene<'_>, group: &mut Vec<usize>, t: f64) {
+        let own = group.len();
+        let Some(reach) = self.closing_distance(scene, group) else { return };
+        self.add_other_parts(scene, group, t);
+        let Some(compliance) = &mut scene.compliance else { return };
+        let points = self.touching(scene.pairs, group, (reach, compliance.sides));
+        let contacts: Vec<GroupContact> =
+            points.iter().map(|point| self.contact(point, scene.pairs, compliance.sides)).collect();
+        let member = |actor: &super::collision_block::Actor| GroupMember {
+            side: ContactSide { pose: actor.pose(), ..compliance.sides[actor.body].side },
+            velocity: actor.now.velocity,
+            angular_velocity: actor.now.angular_velocity,
+        };
+        let members: Vec<GroupMember> = self.actors.iter().map(member).collect();
+        let time = scene.step.time + t;
+        let impact = GroupImpact { time, members: &members, contacts: &contacts };
+        let Some(impulses) = compliance.solver.solve(&impact, compliance.vibration.modes) else {
+            group.truncate(own);
+            return;
+        };
+        let solved: Vec<BlockPoint> = points
+            .iter()
+            .zip(impulses)
+            .map(|(at, impulse)| {
+                let [a, b] = at.actors;
+                let along = impulse.dot(at.normal);
+                BlockPoint {
+                    gap: at.point.gap,
+                    before: at.velocity,
+                    impulse_n: along,
+                    impulse_t: impulse - along * at.normal,
+                    ..BlockPoint::at(at.pair, (a, b), (at.normal, at.place), &self.actors)
+                }
+            })
+            .collect();
+        self.replace_points(solved);
+        self.apply_and_log(scene, time);
+        group.sort_unstable();
+    }
+
+    /// Distance \[m\] that the fastest approach of the group closes in the time of the contact; `None` if no
+    /// contact is to be solved.
+    fn closing_distance(&self, scene: &Scene<'_>, group: &[usize]) -> Option<f64> {
+        let compliance = scene.compliance.as_ref()?;
+        let Vibration { modes, v_min } = compliance.vibration;
+        if group.iter().any(|pair| scene.pairs[*pair].hits >= ELASTIC_HITS) {
+            return None;
+        }
+        let mut reach: Option<f64> = None;
+        for &index in group {
+            let pair = &scene.pairs[index];
+            let slowest = v_min.max(rest_speed(pair.coefficients.restitution, &scene.step));
+            let touching = self
+                .points_of(index, pair)
+                .filter(|at| at.approach() > slowest && at.point.gap <= TOUCHING + TOGETHER * at.approach());
+            let fastest = touching.max_by(|a, b| a.approach().total_cmp(&b.approach()));
+            let Some(fastest) = fastest else { continue };
+            if pair.ends().iter().all(|body| modes(BodyId(*body as u32), &[]).is_none()) {
+                continue;
+            }
+            let contact = self.contact(&fastest, scene.pairs, compliance.sides);
+            if compliance.solver.matters(&contact, modes) {
+                let closed = HORIZON * contact.duration() * contact.approach;
+                reach = Some(reach.map_or(closed, |reach| reach.max(closed)));
+            }
+        }
+        reach
+    }
+
+    /// Adds the pairs of other parts of the same bodies. Their predictions are renewed after the impulses.
+    fn add_other_parts(&self, scene: &mut Scene<'_>, group: &mut Vec<usize>, t: f64) {
+        let takes_part = |body: u32| self.actors.iter().any(|actor| actor.body == body as usize);
+        let mut others: Vec<usize> = Vec::new();
+        for actor in self.actors.iter().filter(|actor| actor.now.inverse_mass > 0.0) {
+            for &index in scene.neighbours.of(actor.body) {
+                let (index, pair) = (index as usize, &scene.pairs[index as usize]);
+                let meets = takes_part(pair.key.a) && takes_part(pair.key.b);
+                if meets && pair.live && !group.contains(&index) && !others.contains(&index) {
+                    others.push(index);
+                }
+            }
+        }
+        others.sort_unstable();
+        for &index in &others {
+            scene.pairs[index].find_exactly(scene.bodies, scene.shapes, &scene.step, t, scene.scratch);
+        }
+        group.extend(others);
+    }
+
+    /// Points of a pair at the instant of the block.
+    fn points_of<'p>(&self, index: usize, pair: &'p Pair) -> impl Iterator<Item = PointOfPair<'p>> {
+        let find = |body: u32| self.actors.iter().position(|actor| actor.body == body as usize);
+        let actors = find(pair.key.a).zip(find(pair.key.b));
+        actors.into_iter().flat_map(move |(a, b)| {
+            let normal = pair.exact.normal;
+            let (now_a, now_b) = (self.actors[a].now, self.actors[b].now);
+            pair.exact.points.iter().map(move |point| {
+                let place = (point.on_a + point.on_b) * 0.5;
+                let velocity =
+                    now_a.velocity_at(place - now_a.position) - now_b.velocity_at(place - now_b.position);
+                PointOfPair { pair: index, point, actors: [a, b], normal, place, velocity }
+            })
+        })
+    }
+
+    /// The contacts of the group whose gaps are within `reach` \[m\], each place once.
+    fn touching<'p>(
+        &self,
+        pairs: &'p [Pair],
+        group: &[usize],
+        (reach, sides): (f64, &[BodySide]),
+    ) -> Vec<PointOfPair<'p>> {
+        let radius = |actor: usize| sides[self.actors[actor].body].side.bounding_radius;
+        let mut points: Vec<PointOfPair<'p>> = Vec::new();
+        for &index in group {
+            for at in self.points_of(index, &pairs[index]) {
+                let known = points.iter().any(|other| {
+                    other.actors == at.actors
+                        && other.normal.dot(at.normal) > ONE_NORMAL
+                        && other.place.distance(at.place)
+                            < ONE_PLACE * radius(at.actors[0]).min(radius(at.actors[1]))
+                });
+                if at.point.gap <= reach && !known {
+                    points.push(at);
+                }
+            }
+        }
+        points
+    }
+
+    fn contact(&self, at: &PointOfPair<'_>, pairs: &[Pair], sides: &[BodySide]) -> GroupContact {
+        let coefficients = &pairs[at.pair].coefficients;
+        let place = std::iter::once((at.place, 1.0));
+        GroupContact {
+            members: at.actors,
+            sides: at.actors.map(|actor| {
+                let actor = &self.actors[actor];
+                let BodySide { side, surface } = &sides[actor.body];
+                let side = ContactSide { pose: actor.pose(), ..*side };
+                side.touched_at(surface, at.normal, place.clone())
+            }),
+            place: at.place,
+            normal: at.normal,
+            gap: at.point.gap,
+            approach: at.approach(),
+            restitution: coefficients.restitution,
+            friction: coefficients.friction,
+        }
+    }
+}

@@ -5,6 +5,7 @@ pub(crate) mod bake;
 pub(crate) mod bank;
 pub(crate) mod check;
 pub(crate) mod export;
+mod impact_modes;
 pub(crate) mod import;
 pub(crate) mod inspect;
 mod model_options;

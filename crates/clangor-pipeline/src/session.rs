@@ -58,6 +58,7 @@ pub use self::struck_sound::{StrikeRemark, StruckSound};
 pub use self::web_export::ExportedReplay;
 use crate::formats::model_cache::ModelCache;
 use crate::formats::soundbank::default_bank;
+use crate::stages::impact_modes::obtain_impact_modes;
 use crate::stages::load::LoadedScene;
 use crate::stages::render::{RenderOptions, RenderSummary, check_output, read_impacts, render};
 use crate::stages::simulate::{simulate_and_keep, simulate_impacts};
@@ -198,7 +199,7 @@ impl<'p> Session<'p> {
 
     /// The impacts and the poses at them, and all poses of the `followed` bodies.
     fn record(&mut self, followed: &BTreeSet<BodyId>) -> Result<RecordedMotion, Error> {
-        let loaded = match &self.source.motion {
+        let loaded = match &mut self.source.motion {
             Motion::Scene(loaded) => loaded,
             Motion::Timeline(reader) => {
                 let timeline = read_impacts(reader, followed, self.options.rolling.is_some())?;
@@ -207,6 +208,10 @@ impl<'p> Session<'p> {
         };
         let total = loaded.scene.simulation.duration;
         let on_progress = &mut self.on_progress;
+        let mut modal = |p: &SoundModelProgress<'_>| {
+            on_progress(&Progress { stage: Stage::Modal, done: p.done, body: p.body, step: p.step })
+        };
+        obtain_impact_modes(loaded, self.cache.as_ref(), &mut modal)?;
         let reached =
             &mut |time: f64| on_progress(&Progress::of_time(Stage::Simulation, "simulate", (time, total)));
         let (timeline, report) = match &self.keep {
@@ -233,7 +238,11 @@ impl<'p> Session<'p> {
                 let stage = if p.part == SoundPart::Modal { Stage::Modal } else { Stage::Acceleration };
                 on_progress(&Progress { stage, done: p.done, body: p.body, step: p.step })
             };
-            self.models = Some(plan.find(&self.source.bodies, &struck, store, &mut reached)?);
+            let mut models = plan.find(&self.source.bodies, &struck, store, &mut reached)?;
+            if let Motion::Scene(loaded) = &self.source.motion {
+                models.remarks.extend(loaded.modes.remarks.iter().cloned());
+            }
+            self.models = Some(models);
         }
         Ok(self.models.get_or_insert_default())
     }

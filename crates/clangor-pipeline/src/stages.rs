@@ -3,6 +3,7 @@
 mod breakables;
 pub mod event_schedule;
 pub mod fracture_report;
+pub mod impact_modes;
 pub mod load;
 pub mod render;
 pub mod simulate;

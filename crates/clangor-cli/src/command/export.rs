@@ -17,6 +17,7 @@ use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
+use super::impact_modes::find_impact_modes;
 use super::{check_ending, is_timeline, load};
 use crate::arguments::{Export, ExportFormat, Global};
 use crate::console::{Console, counted};
@@ -38,7 +39,8 @@ fn motion(input: &Path, output: &Path, rate: f64, global: &Global, console: &Con
     let summary = if is_timeline(input) {
         export_timeline_gltf(input, output, rate)?
     } else {
-        let loaded = load(input, global, &|_| (), console)?;
+        let mut loaded = load(input, global, &|_| (), console)?;
+        find_impact_modes(&mut loaded, global, console)?;
         let progress = console.progress("simulate", loaded.scene.simulation.duration);
         export_scene_gltf(&loaded, output, rate, &mut |t| progress.reached(t))?
     };

@@ -8,6 +8,7 @@ use clangor_pipeline::stages::simulate::simulate_to_folder;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 
+use super::impact_modes::find_impact_modes;
 use super::{check_ending, load};
 use crate::arguments::{Global, Simulate};
 use crate::console::{Console, counted};
@@ -22,7 +23,8 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
     let adjust = |scene: &mut clangor_core::scene::Scene| {
         scene.simulation.duration = options.duration.unwrap_or(scene.simulation.duration);
     };
-    let loaded = load(&options.scene, global, &adjust, console)?;
+    let mut loaded = load(&options.scene, global, &adjust, console)?;
+    find_impact_modes(&mut loaded, global, console)?;
     let progress = console.progress("simulate", loaded.scene.simulation.duration);
     let (report, rows) =
         simulate_to_folder(&loaded, options.raw_log, &output, options.force, &mut |t| progress.reached(t))?;
@@ -51,6 +53,8 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
         "births": report.births,
         "contact_rows": rows.contacts,
         "pose_rows": rows.poses,
+        "solved_impacts": report.solved,
+        "unsolved_impacts": report.fallen_back,
         "deepest_overlap_m": report.deepest_overlap,
         "breaking": breaking::json(&report.breaking),
         "simulated_s": report.time,
@@ -67,6 +71,13 @@ pub(super) fn say_simulated(console: &Console, report: &SimulationReport) {
         report.dropped_impacts,
         report.deepest_overlap * 1e6
     ));
+    if report.solved + report.fallen_back > 0 {
+        console.say(format_args!(
+            "{} on bodies that give way, {} of which could not be solved",
+            counted((report.solved + report.fallen_back) as usize, "impact", "impacts"),
+            report.fallen_back
+        ));
+    }
     if report.fractures > 0 {
         console.say(format_args!(
             "{} broke, and {} were born",

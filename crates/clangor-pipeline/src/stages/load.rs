@@ -19,6 +19,7 @@ use rayon::prelude::*;
 
 use crate::formats::mesh_reader::read_mesh;
 use crate::stages::breakables::breakables;
+use crate::stages::impact_modes::ImpactModes;
 
 /// A scene with everything that its file refers to.
 #[derive(Clone, Debug)]
@@ -33,6 +34,9 @@ pub struct LoadedScene {
     pub world: World,
     /// Those of them that may break.
     pub breakables: Vec<Breakable>,
+    /// Modes of those that give way in impacts; none until
+    /// [`obtain_impact_modes`](super::impact_modes::obtain_impact_modes) has found them.
+    pub modes: ImpactModes,
     /// Allowed but probably not meant.
     pub warnings: Vec<SceneWarning>,
 }
@@ -126,7 +130,8 @@ fn loaded(path: &Path, text: String, mut scene: Scene) -> Result<LoadedScene, Lo
     let warnings = scene.warnings.iter().cloned().chain(instance.warnings).collect();
     let mut world = instance.world;
     let breakables = breakables(&scene, &mut world).map_err(|e| refuse(&text, e))?;
-    Ok(LoadedScene { path: path.into(), text, world, breakables, scene, warnings })
+    let modes = ImpactModes::default();
+    Ok(LoadedScene { path: path.into(), text, world, breakables, modes, scene, warnings })
 }
 
 /// Endings of the mesh files that can be read.

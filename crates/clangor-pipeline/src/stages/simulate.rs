@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId};
-use clangor_core::contact::no_modes;
+use clangor_core::glam::DVec3;
 use clangor_core::scene::Scene;
 use clangor_core::scene::simulation_description::SolverChoice;
 use clangor_core::timeline::{ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
@@ -113,13 +113,14 @@ fn run(
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<SimulationReport, SimulateError> {
     let world = &loaded.world;
+    let modes = |body: BodyId, points: &[(DVec3, DVec3)]| loaded.modes.at(body, points);
     if loaded.breakables.is_empty() {
-        return Ok(clangor_sim::simulate(world, settings, sink, progress)?);
+        return Ok(clangor_sim::simulate_with_modes(world, (settings, &modes), sink, progress)?);
     }
     let (v_min, step) = (settings.record.v_min, settings.time_step);
     let mut breaking = BreakingBodies::new(world, loaded.breakables.clone(), v_min, step)?;
     let mut breaker = |rigid: &RigidWorld, log: &StepLog| breaking.look(rigid, log);
-    let report = clangor_sim::simulate_breaking(world, (settings, &no_modes), sink, &mut breaker, progress)?;
+    let report = clangor_sim::simulate_breaking(world, (settings, &modes), sink, &mut breaker, progress)?;
     Ok(SimulationReport { breaking: breaking.report().clone(), ..report })
 }
 

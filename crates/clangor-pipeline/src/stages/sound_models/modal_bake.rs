@@ -12,7 +12,7 @@ use clangor_core::sound_model::modal::model::ModalModel;
 use super::error::SoundModelError;
 use super::obtain::BakedPart;
 use super::request::{RequestedPart, SoundModelRequest};
-use crate::formats::model_cache::{CacheError, ModelCache, given_modes_key, modal_key};
+use crate::formats::model_cache::{CacheError, Lookup, ModelCache, given_modes_key, modal_key};
 
 /// How the modes of a body are baked.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,24 +95,56 @@ fn bake_modes(
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<ModalFile, ModalBakeError> {
-    let SoundModelRequest { geometry, part: ModalBake { material, options, .. }, key, .. } = request;
+    let SoundModelRequest { geometry, part: ModalBake { options, .. }, key, .. } = request;
     let kept = cache.and_then(|cache| cache.read_modes(key));
     let (mut model, mut evidence) = match kept {
         Some(ModalFile { modal, .. }) => (modal.model, evidence_of(modal.origin)),
         None => {
             let mut on_progress = |p: &BakeProgress| progress(&BakeProgress { done: MODES * p.done, ..*p });
-            let (model, evidence) = find_modes(geometry, material, options, &mut on_progress)?;
-            if let Some(cache) = cache.filter(|_| !model.modes.is_empty()) {
-                // Without a folder to keep them in, a bake that is killed begins again.
-                let _ = cache.write_modes(&request.file(model.clone(), evidence.clone()));
-            }
-            (model, evidence)
+            let found = find_and_keep(request, cache, &mut on_progress)?.modal;
+            (found.model, evidence_of(found.origin))
         }
     };
     let mut on_progress =
         |p: &BakeProgress| progress(&BakeProgress { done: MODES + (1.0 - MODES) * p.done, ..*p });
     radiate(geometry, &mut model, &mut evidence, options, &mut on_progress)?;
     Ok(request.file(model, evidence))
+}
+
+/// Finds modes without their transfers, and keeps them for a bake that goes on from them.
+fn find_and_keep(
+    request: &SoundModelRequest<ModalBake>,
+    cache: Option<&ModelCache>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<ModalFile, ModalBakeError> {
+    let ModalBake { material, options, .. } = &request.part;
+    let (model, evidence) = find_modes(&request.geometry, material, options, progress)?;
+    let file = request.file(model, evidence);
+    if let Some(cache) = cache.filter(|_| !file.modal.model.modes.is_empty()) {
+        // Without a folder to keep them in, a bake that is killed begins again.
+        let _ = cache.write_modes(&file);
+    }
+    Ok(file)
+}
+
+/// The modes of a request, with or without their transfers, rounded as in a file: from the cache, or found
+/// and kept there. Also returns whether they were in the cache.
+///
+/// # Errors
+/// [`SoundModelError`].
+pub(crate) fn obtain_modes(
+    request: &SoundModelRequest<ModalBake>,
+    cache: Option<&ModelCache>,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(ModalModel, bool), SoundModelError> {
+    let baked = cache.map(|cache| cache.read::<ModalFile>(request.key()));
+    if let Some(Lookup::Found(file)) = baked {
+        return Ok((file.modal.model, true));
+    }
+    if let Some(file) = cache.and_then(|cache| cache.read_modes(request.key())) {
+        return Ok((file.modal.model, true));
+    }
+    Ok((find_and_keep(request, cache, progress)?.modal.model, false))
 }
 
 /// Share of the work that modes take; estimated.

@@ -192,7 +192,7 @@ fn dynamics_does_not_depend_on_sound() {
                 // How hard an impact presses, and for how long, decides what breaks as well as how it sounds;
                 // a live world hands its impacts out as such; bodies that vibrate give way by the solve of
                 // the contact.
-                let gives_way = ["compliant_block.rs", "world.rs", "run.rs", "simulate.rs"]
+                let gives_way = ["compliance.rs", "compliant_block.rs", "world.rs", "run.rs", "simulate.rs"]
                     .iter()
                     .any(|file| path.file_name().is_some_and(|name| name == *file));
                 let pressed = module == "clangor_core::contact" && (breaks || lives || gives_way);

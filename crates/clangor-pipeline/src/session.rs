@@ -58,7 +58,7 @@ pub use self::struck_sound::{StrikeRemark, StruckSound};
 pub use self::web_export::ExportedReplay;
 use crate::formats::model_cache::ModelCache;
 use crate::formats::soundbank::default_bank;
-use crate::stages::impact_modes::obtain_impact_modes;
+use crate::stages::find_impact_modes::find_impact_modes;
 use crate::stages::load::LoadedScene;
 use crate::stages::render::{RenderOptions, RenderSummary, check_output, read_impacts, render};
 use crate::stages::simulate::{simulate_and_keep, simulate_impacts};
@@ -211,7 +211,7 @@ impl<'p> Session<'p> {
         let mut modal = |p: &SoundModelProgress<'_>| {
             on_progress(&Progress { stage: Stage::Modal, done: p.done, body: p.body, step: p.step })
         };
-        obtain_impact_modes(loaded, self.cache.as_ref(), &mut modal)?;
+        loaded.modes = find_impact_modes(loaded, self.cache.as_ref(), &mut modal)?;
         let reached =
             &mut |time: f64| on_progress(&Progress::of_time(Stage::Simulation, "simulate", (time, total)));
         let (timeline, report) = match &self.keep {

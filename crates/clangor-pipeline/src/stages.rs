@@ -2,6 +2,7 @@
 
 mod breakables;
 pub mod event_schedule;
+pub mod find_impact_modes;
 pub mod fracture_report;
 pub mod impact_modes;
 pub mod load;

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::model_cache::ModelCache;
-use clangor_pipeline::stages::impact_modes::obtain_impact_modes;
+use clangor_pipeline::stages::find_impact_modes::find_impact_modes;
 use clangor_pipeline::stages::load::{LoadedScene, scene_from_text};
 use clangor_pipeline::stages::simulate::simulate_impacts;
 use clangor_sim::SimulationReport;
@@ -68,7 +68,7 @@ fn bounce(loaded: &LoadedScene) -> f64 {
 fn panes_bounce(panes: &[(f64, f64)]) {
     for (thickness, known) in panes {
         let mut loaded = scene(&format!("box:0.25x{thickness}x0.25"), 0.5 * thickness, "compliant");
-        obtain_impact_modes(&mut loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+        loaded.modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(loaded.modes.count(), 1);
         let restitution = bounce(&loaded);
         println!("{thickness}: {restitution:.4} of {known} after {:?}", loaded.modes.obtained);
@@ -93,7 +93,7 @@ fn motion_does_not_depend_on_the_cache() {
     let cache = ModelCache::new(folder.path());
     let find = |cache: Option<&ModelCache>| {
         let mut loaded = scene("coin:0.02x0.0012@0.0005", 0.0006, "compliant");
-        obtain_impact_modes(&mut loaded, cache, &mut |_| ControlFlow::Continue(())).unwrap();
+        loaded.modes = find_impact_modes(&loaded, cache, &mut |_| ControlFlow::Continue(())).unwrap();
         (loaded.modes.obtained[0].1, run(&loaded))
     };
     let (none, without) = find(None);
@@ -108,7 +108,7 @@ fn motion_does_not_depend_on_the_cache() {
         [("coin:0.02x0.0012@0.0005", 0.0006, "rigid"), ("box:0.03x0.02x0.03", 0.01, "compliant")]
     {
         let mut loaded = scene(shape, top, contact);
-        obtain_impact_modes(&mut loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+        loaded.modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(loaded.modes.count(), 0, "{shape}");
     }
 }

@@ -26,6 +26,7 @@ mod clip;
 mod collision_block;
 mod collision_phase;
 mod collision_scene;
+mod compliance;
 mod compliant_block;
 mod contact_phase;
 mod flight;
@@ -43,7 +44,7 @@ mod state;
 mod step_log;
 mod world;
 
-pub use compliant_block::Vibration;
+pub use compliance::ContactModes;
 pub use replacement::{Breaker, CrackImpulse, Replacement};
 pub(crate) use run::run;
 #[cfg(feature = "fracture")]

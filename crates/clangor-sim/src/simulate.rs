@@ -72,7 +72,8 @@ fn ended(
 }
 
 /// Simulates a world whose bodies have these modes and may break, always with the time-stepped solver.
-/// `breaker` inspects each step; the bodies that it returns are replaced by their pieces at the end of that step.
+/// `breaker` inspects each step; the bodies that it returns are replaced by their pieces at the end of that
+/// step.
 ///
 /// # Errors
 /// [`SimulationError`], including those of `breaker`; the sink has received all rows up to the failure.

@@ -13,7 +13,7 @@ use clangor_core::glam::DVec3;
 use clangor_core::material::{Material, presets};
 use clangor_core::timeline::Timeline;
 use clangor_sim::record::RecordSettings;
-use clangor_sim::rigid::{Impulse, RigidWorld, StepLog, Vibration};
+use clangor_sim::rigid::{ContactModes, Impulse, RigidWorld, StepLog};
 use clangor_sim::{
     ContactModel, SimulationReport, SimulationSettings, Solver, simulate, simulate_with_modes,
 };
@@ -165,7 +165,7 @@ fn momentum_is_kept_and_energy_never_grows() {
         for _ in 0..400 {
             let before: Vec<_> = (0..2).map(|i| rigid.momentum(BodyId(i))).collect();
             let was = energy(&rigid);
-            rigid.step_with(&mut log, Some(Vibration { modes: &modes, v_min: 0.05 })).unwrap();
+            rigid.step_with(&mut log, Some(ContactModes { modes: &modes, v_min: 0.05 })).unwrap();
             gained = gained.max((energy(&rigid) - was) / all);
             for (i, (momentum, spin)) in before.iter().enumerate() {
                 let (mut sum, mut turn, mut size) = (DVec3::ZERO, DVec3::ZERO, 0.0);

@@ -17,7 +17,7 @@ use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
-use super::impact_modes::find_impact_modes;
+use super::impact_modes::impact_modes;
 use super::{check_ending, is_timeline, load};
 use crate::arguments::{Export, ExportFormat, Global};
 use crate::console::{Console, counted};
@@ -40,7 +40,7 @@ fn motion(input: &Path, output: &Path, rate: f64, global: &Global, console: &Con
         export_timeline_gltf(input, output, rate)?
     } else {
         let mut loaded = load(input, global, &|_| (), console)?;
-        find_impact_modes(&mut loaded, global, console)?;
+        impact_modes(&mut loaded, global, console)?;
         let progress = console.progress("simulate", loaded.scene.simulation.duration);
         export_scene_gltf(&loaded, output, rate, &mut |t| progress.reached(t))?
     };

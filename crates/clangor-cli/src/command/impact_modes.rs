@@ -1,7 +1,7 @@
 //! The modes with which thin bodies meet impacts, found before a scene moves.
 
 use clangor_pipeline::formats::model_cache::ModelCache;
-use clangor_pipeline::stages::impact_modes::obtain_impact_modes;
+use clangor_pipeline::stages::find_impact_modes::find_impact_modes;
 use clangor_pipeline::stages::load::LoadedScene;
 use clangor_pipeline::stages::sound_models::SoundModelProgress;
 
@@ -10,7 +10,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 
 /// Finds them in the cache or by a bake, and says what that took.
-pub(super) fn find_impact_modes(
+pub(super) fn impact_modes(
     loaded: &mut LoadedScene,
     global: &Global,
     console: &Console,
@@ -21,7 +21,7 @@ pub(super) fn find_impact_modes(
         progress.stage(p.step);
         progress.reached(p.done)
     };
-    obtain_impact_modes(loaded, cache.as_ref(), &mut reached)?;
+    loaded.modes = find_impact_modes(loaded, cache.as_ref(), &mut reached)?;
     drop(progress);
     for (body, cached, time) in &loaded.modes.obtained {
         let (name, seconds) = (&loaded.world.bodies[body.index()].name, time.as_secs_f64());

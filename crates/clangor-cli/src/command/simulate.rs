@@ -8,7 +8,7 @@ use clangor_pipeline::stages::simulate::simulate_to_folder;
 use clangor_sim::SimulationReport;
 use serde_json::json;
 
-use super::impact_modes::find_impact_modes;
+use super::impact_modes::impact_modes;
 use super::{check_ending, load};
 use crate::arguments::{Global, Simulate};
 use crate::console::{Console, counted};
@@ -24,7 +24,7 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
         scene.simulation.duration = options.duration.unwrap_or(scene.simulation.duration);
     };
     let mut loaded = load(&options.scene, global, &adjust, console)?;
-    find_impact_modes(&mut loaded, global, console)?;
+    impact_modes(&mut loaded, global, console)?;
     let progress = console.progress("simulate", loaded.scene.simulation.duration);
     let (report, rows) =
         simulate_to_folder(&loaded, options.raw_log, &output, options.force, &mut |t| progress.reached(t))?;

@@ -15,6 +15,7 @@ use super::error::Error;
 use super::progress::{Progress, Stage};
 use crate::formats::model_cache::ModelCache;
 use crate::formats::soundbank::default_bank;
+use crate::stages::find_impact_modes::find_impact_modes;
 use crate::stages::load::LoadedScene;
 use crate::stages::sound_models::acceleration_plan::{SharedField, shared_fields};
 use crate::stages::sound_models::{
@@ -125,7 +126,7 @@ impl SceneBake<'_> {
         })
     }
 
-    /// Finds or bakes the modes of all bodies that may ring; `None` if the modal part is not asked for, or
+    /// Finds or bakes the modes of all bodies that may ring, and those with which they meet impacts; `None` if the modal part is not asked for, or
     /// not rendered. Progress goes to `on_progress`, which breaks to stop.
     ///
     /// # Errors
@@ -154,6 +155,9 @@ impl SceneBake<'_> {
             let stage = if p.part == SoundPart::Modal { Stage::Modal } else { Stage::Acceleration };
             on_progress(&Progress { stage, done: p.done, body: p.body, step: p.step })
         };
-        Ok(Some(plan.find(bodies, &all, store, &mut reached)?))
+        let mut found = plan.find(bodies, &all, store, &mut reached)?;
+        // The modes with which they meet impacts have a band of their own.
+        found.remarks.extend(find_impact_modes(self.loaded, Some(&self.cache), &mut reached)?.remarks);
+        Ok(Some(found))
     }
 }

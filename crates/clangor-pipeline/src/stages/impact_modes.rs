@@ -1,54 +1,16 @@
-//! The modes with which the bodies of a scene meet impacts, found before anything moves.
-//!
-//! A free body has them if it is so thin or slender that vibration takes a part of its impacts. Two bounds
-//! decide, with the thickness h = 2V/A and the extent L of the body, and a reference contact: its own mass m
-//! and its own material on both sides, relative radius 5 mm, V = 1 m/s.
-//!
-//! ```text
-//! λ = Y m/T₀ > 0.01    Y = 1/(8 √(D m″))    T₀ = (m/(k √V))^{2/5}    Zener's parameter of inelasticity
-//! f₁ τ < 1.5           f₁ = 0.6 h c_p/L²     τ = 3.2 T₀              lowest bending mode of a plate
-//! ```
-//!
-//! No lighter partner has a larger λ, and for f₁ τ above 1.5 the spectrum of Hertz's pulse leaves modes less
-//! than 0.003 of the energy. Spheres have none: their lowest mode has f₁ τ > 3 at any speed that Hertz's
-//! theory covers.
-//!
-//! Band, mesh error and medium are fixed ([`ModalBakeOptions::new`] with air: 20 kHz, 1 %), so that motion
-//! does not depend on how a scene is rendered. Shapes are rounded as in a file, so that a model from the cache
-//! and a baked one are the same. Damping is the material's alone. Only the modes are found here, not their
-//! sound; a render with the default settings goes on from them.
+//! The modes with which the bodies of a scene meet impacts: frequencies, damping of the material alone, and
+//! shapes at points of the surface. [`find_impact_modes`](mod@super::find_impact_modes) finds them.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use clangor_bake::acceleration::BakeProgress;
-use clangor_bake::modal::ModalBakeOptions;
-use clangor_core::body::{Body, BodyId, Motion, Surface};
+use clangor_core::body::BodyId;
 use clangor_core::contact::ModesAtContact;
 use clangor_core::glam::DVec3;
-use clangor_core::material::Material;
-use clangor_core::medium::Medium;
-use clangor_core::scene::simulation_description::{ContactModel, SolverChoice};
-use clangor_core::sound_model::ModalRule;
+use clangor_core::material::Damping;
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel};
 use clangor_core::sound_model::modal::surface::SurfaceLocator;
-use clangor_core::synthesis::SoundPart;
-
-use super::load::LoadedScene;
-use super::simulate::solver;
-use super::sound_models::modal_bake::obtain_modes;
-use super::sound_models::modal_plan::MOST_FORMS;
-use super::sound_models::{ModalBake, SoundModelError, SoundModelProgress, SoundModelRequest};
-use crate::formats::model_cache::ModelCache;
-
-/// Least Zener parameter of a body that gives way.
-const LEAST_INELASTICITY: f64 = 0.01;
-/// Largest f₁ τ of such a body.
-const MOST_PERIODS: f64 = 1.5;
-/// Relative radius of the reference contact \[m\].
-const RADIUS: f64 = 5e-3;
 
 /// The modes of the bodies of a scene that give way in impacts.
 #[derive(Clone, Debug, Default)]
@@ -60,10 +22,23 @@ pub struct ImpactModes {
     pub remarks: Vec<String>,
 }
 
+/// Modes, and where on their surface a point is.
+#[derive(Clone, Debug)]
+pub(super) struct ModalShapes {
+    model: ModalModel,
+    locator: SurfaceLocator,
+}
+
+impl ModalShapes {
+    pub(super) fn new(model: ModalModel) -> Self {
+        ModalShapes { locator: SurfaceLocator::new(&model.surface), model }
+    }
+}
+
 /// A body that gives way.
 #[derive(Clone, Debug)]
 struct GivingBody {
-    shapes: Arc<(ModalModel, SurfaceLocator)>,
+    shapes: Arc<ModalShapes>,
     damping_ratios: Vec<f64>,
 }
 
@@ -71,7 +46,7 @@ impl ImpactModes {
     /// The modes of a body at points \[m\] in its frame; `None` for a body that is rigid in impacts.
     pub fn at(&self, body: BodyId, points: &[(DVec3, DVec3)]) -> Option<ModesAtContact> {
         let GivingBody { shapes, damping_ratios } = self.bodies.get(&body)?;
-        let (model, locator) = &**shapes;
+        let ModalShapes { model, locator } = &**shapes;
         let motions = |(place, _): &(DVec3, DVec3)| match locator.nearest(*place) {
             Some(place) => model.modes.iter().map(|mode| place.interpolate(&mode.shape)).collect(),
             None => vec![DVec3::ZERO; model.modes.len()],
@@ -83,113 +58,15 @@ impl ImpactModes {
         })
     }
 
+    /// Gives these modes to a body with this damping.
+    pub(super) fn insert(&mut self, body: BodyId, shapes: &Arc<ModalShapes>, damping: &Damping) {
+        let ratio = |mode: &ModalMode| damping.damping_ratio(mode.frequency);
+        let damping_ratios = shapes.model.modes.iter().map(ratio).collect();
+        self.bodies.insert(body, GivingBody { shapes: Arc::clone(shapes), damping_ratios });
+    }
+
     /// Number of bodies that give way.
     pub fn count(&self) -> usize {
         self.bodies.len()
     }
-}
-
-/// Finds the modes of the bodies that give way, in the cache or by a bake, and gives them to the scene. Those
-/// that cannot be had make a remark.
-///
-/// # Errors
-/// [`SoundModelError::Interrupted`], when `progress` breaks.
-pub fn obtain_impact_modes(
-    loaded: &mut LoadedScene,
-    cache: Option<&ModelCache>,
-    progress: &mut dyn FnMut(&SoundModelProgress<'_>) -> ControlFlow<()>,
-) -> Result<(), SoundModelError> {
-    let mut found = ImpactModes::default();
-    let solves =
-        loaded.scene.simulation.contact == ContactModel::Compliant && solver(loaded) == SolverChoice::Rigid;
-    let forms = if solves { forms(loaded, &mut found.remarks) } else { Vec::new() };
-    let count = forms.len() as f64;
-    for (at, (request, bodies)) in forms.iter().enumerate() {
-        let started = Instant::now();
-        let first = &loaded.world.bodies[bodies[0].index()];
-        let mut on_progress = |p: &BakeProgress| {
-            let done = (at as f64 + p.done) / count;
-            progress(&SoundModelProgress { part: SoundPart::Modal, body: &first.name, done, step: p.stage })
-        };
-        match obtain_modes(request, cache, &mut on_progress) {
-            Ok((model, _)) if model.modes.is_empty() => {}
-            Ok((model, cached)) => {
-                found.obtained.push((bodies[0], cached, started.elapsed()));
-                let locator = SurfaceLocator::new(&model.surface);
-                let shapes = Arc::new((model, locator));
-                for id in bodies {
-                    let damping = &loaded.world.bodies[id.index()].material.damping;
-                    let ratio = |mode: &ModalMode| damping.damping_ratio(mode.frequency);
-                    let damping_ratios = shapes.0.modes.iter().map(ratio).collect();
-                    found.bodies.insert(*id, GivingBody { shapes: Arc::clone(&shapes), damping_ratios });
-                }
-            }
-            Err(SoundModelError::Interrupted) => return Err(SoundModelError::Interrupted),
-            Err(error) => found.remarks.push(format!(
-                "the modes of \"{}\" cannot be found: {error}; it collides rigidly",
-                first.name
-            )),
-        }
-    }
-    loaded.modes = found;
-    Ok(())
-}
-
-/// A form and material, and the bodies that have it.
-type Form = (SoundModelRequest<ModalBake>, Vec<BodyId>);
-
-/// The forms of the bodies that give way; none if they are too many.
-fn forms(loaded: &LoadedScene, remarks: &mut Vec<String>) -> Vec<Form> {
-    let rules = loaded.scene.sound_rules();
-    let mut forms: Vec<Form> = Vec::new();
-    let mut known: Vec<(usize, &Material, usize)> = Vec::new();
-    for (index, body) in loaded.world.bodies.iter().enumerate() {
-        let silent = rules.get(index).is_some_and(|rule| rule.modal == ModalRule::Never);
-        if silent || !gives_way(body) {
-            continue;
-        }
-        let id = BodyId(index as u32);
-        let surface = Arc::as_ptr(&body.surface).addr();
-        let copy = known.iter().find(|(s, m, _)| *s == surface && **m == body.material);
-        if let Some((_, _, at)) = copy {
-            forms[*at].1.push(id);
-            continue;
-        }
-        let part = ModalBake::new(&body.material, ModalBakeOptions::new(Medium::AIR));
-        let Ok(request) = SoundModelRequest::of_body(body, part) else { continue };
-        let at = forms.iter().position(|(other, _)| other.key() == request.key());
-        let at = at.unwrap_or(forms.len());
-        if at == forms.len() {
-            forms.push((request, Vec::new()));
-        }
-        forms[at].1.push(id);
-        known.push((surface, &body.material, at));
-        if forms.len() > MOST_FORMS {
-            remarks.push(format!(
-                "more than {MOST_FORMS} different thin bodies: all bodies collide rigidly in this scene"
-            ));
-            return Vec::new();
-        }
-    }
-    forms
-}
-
-/// Whether vibration may take a part of the impacts of a body; see the module.
-fn gives_way(body: &Body) -> bool {
-    let Surface::Mesh(surface) = &*body.surface else { return false };
-    if body.motion != Motion::Free {
-        return false;
-    }
-    let Material { youngs_modulus, poisson_ratio, density, .. } = body.material;
-    let plane_strain = youngs_modulus / (1.0 - poisson_ratio * poisson_ratio);
-    let thickness = 2.0 * surface.volume / surface.mesh.area();
-    let extent = 2.0 * body.surface.bounding_radius();
-    // Zener's λ of the reference contact.
-    let bending = plane_strain * thickness.powi(3) / 12.0;
-    let mobility = 1.0 / (8.0 * (bending * density * thickness).sqrt());
-    let stiffness = 4.0 / 3.0 * 0.5 * plane_strain * RADIUS.sqrt();
-    let time = (body.mass / stiffness).powf(0.4);
-    // Lowest bending mode.
-    let first = 0.6 * thickness * (plane_strain / density).sqrt() / (extent * extent);
-    mobility * body.mass / time > LEAST_INELASTICITY && first * 3.2 * time < MOST_PERIODS
 }

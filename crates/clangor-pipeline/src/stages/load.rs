@@ -35,7 +35,7 @@ pub struct LoadedScene {
     /// Those of them that may break.
     pub breakables: Vec<Breakable>,
     /// Modes of those that give way in impacts; none until
-    /// [`obtain_impact_modes`](super::impact_modes::obtain_impact_modes) has found them.
+    /// [`find_impact_modes`](fn@super::find_impact_modes::find_impact_modes) has found them.
     pub modes: ImpactModes,
     /// Allowed but probably not meant.
     pub warnings: Vec<SceneWarning>,

@@ -1,7 +1,7 @@
 //! The bodies and pairs that the collision phase works on.
 
 use super::broad_phase::Neighbours;
-use super::compliant_block::Compliance;
+use super::compliance::Compliance;
 use super::pair::{Pair, PairScratch, Step};
 use super::shape::Shape;
 use super::state::BodyState;

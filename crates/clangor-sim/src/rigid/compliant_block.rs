@@ -12,16 +12,13 @@
 //!
 //! Bodies without modes, such as the pieces of a broken one, keep the impulses of rigid bodies.
 
-use std::sync::Arc;
-
-use clangor_core::body::{Body, BodyId, Surface};
-use clangor_core::contact::modal_energy::ModesOf;
-use clangor_core::contact::{ContactSide, GroupContact, GroupImpact, GroupMember, GroupSolver};
-use clangor_core::pose::Pose;
+use clangor_core::body::BodyId;
+use clangor_core::contact::{ContactSide, GroupContact, GroupImpact, GroupMember};
 use glam::DVec3;
 
-use super::collision_block::{Block, BlockPoint, ELASTIC_HITS, TOGETHER, TOUCHING};
+use super::collision_block::{Actor, Block, BlockPoint, ELASTIC_HITS, TOGETHER, TOUCHING};
 use super::collision_scene::Scene;
+use super::compliance::{BodySide, ContactModes};
 use super::impact_threshold::rest_speed;
 use super::manifold::ManifoldPoint;
 use super::pair::Pair;
@@ -31,34 +28,6 @@ const HORIZON: f64 = 4.0;
 /// Points nearer than this part of the smaller body, with normals within 11°, are one contact.
 const ONE_PLACE: f64 = 1e-3;
 const ONE_NORMAL: f64 = 0.98;
-
-/// The modes of bodies, and from which approach speed on they matter.
-#[derive(Clone, Copy)]
-pub struct Vibration<'m> {
-    /// Modes of each body that has any.
-    pub modes: ModesOf<'m>,
-    /// Slower impacts follow the law of rigid bodies [m/s].
-    pub v_min: f64,
-}
-
-/// A body as it gives way, without its pose.
-pub(super) struct BodySide {
-    side: ContactSide,
-    surface: Arc<Surface>,
-}
-
-impl BodySide {
-    pub(super) fn new(id: BodyId, body: &Body) -> Self {
-        BodySide { side: ContactSide::of_body(id, body, Pose::IDENTITY), surface: Arc::clone(&body.surface) }
-    }
-}
-
-/// What a solve needs besides the block.
-pub(super) struct Compliance<'a> {
-    pub(super) vibration: Vibration<'a>,
-    pub(super) sides: &'a [BodySide],
-    pub(super) solver: &'a mut GroupSolver,
-}
 
 /// A point of a pair in a block.
 #[derive(Clone, Copy)]
@@ -89,7 +58,7 @@ impl Block {
         let points = self.touching(scene.pairs, group, (reach, compliance.sides));
         let contacts: Vec<GroupContact> =
             points.iter().map(|point| self.contact(point, scene.pairs, compliance.sides)).collect();
-        let member = |actor: &super::collision_block::Actor| GroupMember {
+        let member = |actor: &Actor| GroupMember {
             side: ContactSide { pose: actor.pose(), ..compliance.sides[actor.body].side },
             velocity: actor.now.velocity,
             angular_velocity: actor.now.angular_velocity,
@@ -97,7 +66,7 @@ impl Block {
         let members: Vec<GroupMember> = self.actors.iter().map(member).collect();
         let time = scene.step.time + t;
         let impact = GroupImpact { time, members: &members, contacts: &contacts };
-        let Some(impulses) = compliance.solver.solve(&impact, compliance.vibration.modes) else {
+        let Some(impulses) = compliance.solver.solve(&impact, compliance.modes.modes) else {
             group.truncate(own);
             return;
         };
@@ -125,7 +94,7 @@ impl Block {
     /// contact is to be solved.
     fn closing_distance(&self, scene: &Scene<'_>, group: &[usize]) -> Option<f64> {
         let compliance = scene.compliance.as_ref()?;
-        let Vibration { modes, v_min } = compliance.vibration;
+        let ContactModes { modes, v_min } = compliance.modes;
         if group.iter().any(|pair| scene.pairs[*pair].hits >= ELASTIC_HITS) {
             return None;
         }

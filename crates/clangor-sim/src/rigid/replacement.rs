@@ -11,7 +11,7 @@ use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::timeline::FractureRow;
 use glam::DVec3;
 
-use super::compliant_block::BodySide;
+use super::compliance::BodySide;
 use super::pair::{Pair, Step};
 use super::shape::Shape;
 use super::sleep;

@@ -6,7 +6,7 @@ use clangor_core::body::{Body, BodyId, Life, World};
 use clangor_core::contact::modal_energy::ModesOf;
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow};
 
-use super::compliant_block::Vibration;
+use super::compliance::ContactModes;
 use super::replacement::{Breaker, CrackImpulse, Replacement};
 use super::step_log::StepLog;
 use super::world::RigidWorld;
@@ -33,7 +33,7 @@ pub(crate) fn run(
     } else {
         StepLog::new()
     };
-    let vibration = Some(Vibration { modes, v_min: recorder.settings().v_min })
+    let modes = Some(ContactModes { modes, v_min: recorder.settings().v_min })
         .filter(|_| settings.contact == ContactModel::Compliant);
     let interval = recorder.pose_interval();
     let bodies = (0..world.bodies.len() as u32).map(BodyId);
@@ -44,7 +44,7 @@ pub(crate) fn run(
     let mut next_pose = 1_u64;
     let steps = (settings.duration / settings.time_step - 1e-9).ceil() as u64;
     for k in 0..steps {
-        rigid.step_with(&mut log, vibration)?;
+        rigid.step_with(&mut log, modes)?;
         for (kind, rows, poses) in log.groups() {
             match kind {
                 ContactKind::Impact => recorder.impact(rows, poses)?,

@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::broad_phase::{self, Neighbours};
 use super::collision_phase::CollisionPhase;
 use super::collision_scene::Scene;
-use super::compliant_block::{BodySide, Compliance, Vibration};
+use super::compliance::{BodySide, Compliance, ContactModes};
 use super::contact_phase::ContactPhase;
 use super::pair::{Pair, PairScratch, Step};
 use super::shape::Shape;
@@ -209,15 +209,14 @@ impl RigidWorld {
         self.step_with(log, None)
     }
 
-    /// Advances by one step and writes its impulses into `log`. Bodies of which `vibration` has modes give
-    /// way.
+    /// Advances by one step and writes its impulses into `log`. Bodies of which `modes` has modes give way.
     ///
     /// # Errors
     /// [`SimulationError::Diverged`] if the state is no longer finite.
     pub fn step_with(
         &mut self,
         log: &mut StepLog,
-        vibration: Option<Vibration<'_>>,
+        modes: Option<ContactModes<'_>>,
     ) -> Result<(), SimulationError> {
         let step = Step { time: self.time(), length: self.time_step, gravity: self.gravity };
         log.clear();
@@ -246,8 +245,8 @@ impl RigidWorld {
             step,
             scratch: &mut self.scratch,
             log,
-            compliance: vibration.map(|vibration| Compliance {
-                vibration,
+            compliance: modes.map(|modes| Compliance {
+                modes,
                 sides: &self.sides,
                 solver: &mut self.compliant,
             }),

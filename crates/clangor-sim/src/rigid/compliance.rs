@@ -1,0 +1,36 @@
+//! What the collision phase needs to solve contacts of bodies that give way.
+
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId, Surface};
+use clangor_core::contact::modal_energy::ModesOf;
+use clangor_core::contact::{ContactSide, GroupSolver};
+use clangor_core::pose::Pose;
+
+/// The modes of bodies, and from which approach speed on they matter.
+#[derive(Clone, Copy)]
+pub struct ContactModes<'m> {
+    /// Modes of each body that has any.
+    pub modes: ModesOf<'m>,
+    /// Slower impacts follow the law of rigid bodies [m/s].
+    pub v_min: f64,
+}
+
+/// A body as it gives way, without its pose.
+pub(super) struct BodySide {
+    pub(super) side: ContactSide,
+    pub(super) surface: Arc<Surface>,
+}
+
+impl BodySide {
+    pub(super) fn new(id: BodyId, body: &Body) -> Self {
+        BodySide { side: ContactSide::of_body(id, body, Pose::IDENTITY), surface: Arc::clone(&body.surface) }
+    }
+}
+
+/// What a solve needs besides the block.
+pub(super) struct Compliance<'a> {
+    pub(super) modes: ContactModes<'a>,
+    pub(super) sides: &'a [BodySide],
+    pub(super) solver: &'a mut GroupSolver,
+}

@@ -126,8 +126,9 @@ impl SceneBake<'_> {
         })
     }
 
-    /// Finds or bakes the modes of all bodies that may ring, and those with which they meet impacts; `None` if the modal part is not asked for, or
-    /// not rendered. Progress goes to `on_progress`, which breaks to stop.
+    /// Finds or bakes the modes of all bodies that may ring, and those with which they meet impacts; `None`
+    /// if the modal part is not asked for, or not rendered. Progress goes to `on_progress`, which breaks to
+    /// stop.
     ///
     /// # Errors
     /// [`Error::Models`].

@@ -9,8 +9,8 @@
 //! f₁ τ < 1.5           f₁ = 0.6 h c_p/L²     τ = 3.2 T₀              lowest bending mode of a plate
 //! ```
 //!
-//! No lighter partner has a larger λ. At f₁ τ = 1.5 the spectrum of Hertz's pulse has fallen to 0.1, and modes get
-//! its square. Spheres are compact and have none.
+//! No lighter partner has a larger λ. At f₁ τ = 1.5 the spectrum of Hertz's pulse has fallen to 0.1, and
+//! modes get its square. Spheres are compact and have none.
 //!
 //! Band, mesh error and medium are fixed ([`ModalBakeOptions::new`] with air: 20 kHz, 1 %), so that motion
 //! does not depend on how a scene is rendered. Shapes are rounded as in a file, so that a model from the

@@ -121,7 +121,9 @@ fn a_rendered_disc_rings_at_its_modes_with_the_same_bits_on_any_threads() {
     // The disc moves at 0.05 m/s: Doppler's shift is 1e-4.
     let left: Vec<f32> = stems[1].iter().step_by(2).copied().collect();
     let model = fs::read_dir(folder.path().join("cache")).unwrap().map(|e| e.unwrap().path());
-    let model = model.filter(|p| p.to_string_lossy().contains("modal-"));
+    let model = model.filter(|p| {
+        p.to_string_lossy().contains("modal-") && p.extension().is_some_and(|e| e == "safetensors")
+    });
     let frequencies: Vec<f64> = model
         .flat_map(|p| {
             let report = clangor(folder.path(), &["--json", "inspect", &p.to_string_lossy()]);

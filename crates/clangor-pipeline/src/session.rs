@@ -61,7 +61,7 @@ use crate::formats::soundbank::default_bank;
 use crate::stages::find_impact_modes::find_impact_modes;
 use crate::stages::load::LoadedScene;
 use crate::stages::render::{RenderOptions, RenderSummary, check_output, read_impacts, render};
-use crate::stages::simulate::{simulate_and_keep, simulate_impacts};
+use crate::stages::simulate::{check_motion, simulate_and_keep, simulate_impacts};
 use crate::stages::sound_models::{
     ModalPlanSettings, ModelOptions, SoundModelPlan, SoundModelProgress, SoundModelSettings, SoundModelStore,
     SoundModels,
@@ -211,6 +211,8 @@ impl<'p> Session<'p> {
         let mut modal = |p: &SoundModelProgress<'_>| {
             on_progress(&Progress { stage: Stage::Modal, done: p.done, body: p.body, step: p.step })
         };
+        // No long search for a scene that cannot move.
+        check_motion(loaded)?;
         loaded.modes = find_impact_modes(loaded, self.cache.as_ref(), &mut modal)?;
         let reached =
             &mut |time: f64| on_progress(&Progress::of_time(Stage::Simulation, "simulate", (time, total)));

@@ -3,6 +3,7 @@
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::stages::find_impact_modes::find_impact_modes;
 use clangor_pipeline::stages::load::LoadedScene;
+use clangor_pipeline::stages::simulate::check_motion;
 use clangor_pipeline::stages::sound_models::SoundModelProgress;
 
 use crate::arguments::Global;
@@ -15,6 +16,8 @@ pub(super) fn impact_modes(
     global: &Global,
     console: &Console,
 ) -> Result<(), Failure> {
+    // No long search for a scene that cannot move.
+    check_motion(loaded)?;
     let cache = ModelCache::find(global.cache.as_deref());
     let progress = console.progress("modes", 1.0);
     let mut reached = |p: &SoundModelProgress<'_>| {

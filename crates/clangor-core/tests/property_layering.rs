@@ -181,22 +181,10 @@ fn dynamics_does_not_depend_on_sound() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../clangor-sim/src");
     for path in sources(&root) {
         let breaks = path.components().any(|c| c.as_os_str() == "fracture" || c.as_os_str() == "fracture.rs");
-        let lives = path.components().any(|c| c.as_os_str() == "live" || c.as_os_str() == "live.rs");
         for (number, line) in code(&path).iter().enumerate() {
-            for module in [
-                "clangor_core::synthesis",
-                "clangor_core::contact",
-                "clangor_core::sound_model",
-                "clangor_core::output",
-            ] {
-                // How hard an impact presses, and for how long, decides what breaks as well as how it sounds;
-                // a live world hands its impacts out as such; bodies that vibrate give way by the solve of
-                // the contact.
-                let gives_way = ["compliance.rs", "compliant_block.rs", "world.rs", "run.rs", "simulate.rs"]
-                    .iter()
-                    .any(|file| path.file_name().is_some_and(|name| name == *file));
-                let pressed = module == "clangor_core::contact" && (breaks || lives || gives_way);
-                assert!(pressed || !line.contains(module), "{}:{}: {module}", path.display(), number + 1);
+            // The force of a contact moves bodies; what it sounds like is not known here.
+            for module in ["clangor_core::synthesis", "clangor_core::sound_model", "clangor_core::output"] {
+                assert!(!line.contains(module), "{}:{}: {module}", path.display(), number + 1);
             }
             let foreign =
                 if path.components().any(|c| c.as_os_str() == "rigid") { "spheres::" } else { "rigid::" };

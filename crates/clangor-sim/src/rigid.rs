@@ -34,6 +34,7 @@ mod impact_threshold;
 mod manifold;
 mod pair;
 mod prediction;
+mod pressed_balls;
 mod replacement;
 
 mod run;

@@ -7,7 +7,7 @@ use clangor_core::body::{BodyId, Surface, World};
 use clangor_core::contact::compliant::restitution_damping;
 use clangor_core::material::Material;
 use clangor_core::timeline::{ContactKind, PoseRow, Timeline};
-use clangor_sim::{ContactModel, SimulationSettings};
+use clangor_sim::{ContactModel, SimulationSettings, Solver};
 use glam::{DMat3, DVec3};
 use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, run, sphere, world};
 
@@ -68,7 +68,12 @@ fn reference(world: &World, duration: f64, step: f64) -> Vec<DVec3> {
 
 /// Velocities at the end of a run, and the largest deviation from the reference [m/s].
 fn deviation(world: &World, duration: f64, step: f64) -> (Vec<DVec3>, f64) {
-    let (timeline, _) = run(world, &settings(duration, false, 1.0 / duration)).unwrap();
+    deviation_by(Solver::Auto, world, duration, step)
+}
+
+fn deviation_by(solver: Solver, world: &World, duration: f64, step: f64) -> (Vec<DVec3>, f64) {
+    let settings = SimulationSettings { solver, ..settings(duration, false, 1.0 / duration) };
+    let (timeline, _) = run(world, &settings).unwrap();
     let found: Vec<DVec3> = last_poses(&timeline).iter().map(|p| p.velocity).collect();
     let exact = reference(world, duration, step);
     assert_eq!(found.len(), exact.len());
@@ -85,11 +90,13 @@ fn five_balls_in_a_row_pass_the_push_on_as_their_equations_say() {
             sphere(0.01, DVec3::X * x, DVec3::X * if k == 0 { 1.0 } else { 0.0 }, &steel)
         };
         let world = world((0..5).map(ball).collect(), vec![], 0.0);
-        let (found, worst) = deviation(&world, 2f64.powi(-9), 2f64.powi(-9) / 20_000.0);
-        let speeds: Vec<String> = found.iter().map(|v| format!("{:.5}", v.x)).collect();
-        println!("gap {gap:.0e} m: {} m/s, within {worst:.1e} m/s", speeds.join(" "));
-        // Residual seen: 3.4e-4 m/s without gaps, 4e-8 m/s at 50 µm.
-        assert!(worst < 5e-4, "gap {gap}: {worst}");
+        for solver in [Solver::Spheres, Solver::Rigid] {
+            let (found, worst) = deviation_by(solver, &world, 2f64.powi(-9), 2f64.powi(-9) / 20_000.0);
+            let speeds: Vec<String> = found.iter().map(|v| format!("{:.5}", v.x)).collect();
+            println!("{solver:?}, gap {gap:.0e} m: {} m/s, within {worst:.1e} m/s", speeds.join(" "));
+            // Residual seen: 3.4e-4 m/s without gaps, 4e-8 m/s at 50 µm.
+            assert!(worst < 5e-4, "gap {gap}: {worst}");
+        }
     }
 }
 
@@ -116,6 +123,8 @@ fn a_rack_breaks_as_its_equations_say() {
     for aside in [0.003, 0.0] {
         let world = rack(aside);
         let (found, worst) = deviation(&world, 2f64.powi(-7), 2f64.powi(-7) / 40_000.0);
+        let (_, stepped) = deviation_by(Solver::Rigid, &world, 2f64.powi(-7), 2f64.powi(-7) / 40_000.0);
+        println!("time-stepped: within {stepped:.1e} m/s");
         let corners = [10, 14].map(|k: usize| found[k].length());
         println!("{aside} m aside: corners {corners:.4?} m/s, within {worst:.1e} m/s");
         // Residual seen: 1.6e-3 m/s.

@@ -5,7 +5,8 @@
 //! ([`group_impact`](mod@clangor_core::contact::group_impact)). The impulses that come out, normal and
 //! tangential, replace those of the reflections of \[REFL\]; reflections follow for whatever approaches then.
 //! Contacts of the block are all points of its pairs, and of other parts of the same bodies, that are no
-//! farther apart than the approach closes in a few durations.
+//! farther apart than the approach closes in a few durations. Balls that press on others meanwhile are
+//! solved too, with those others (`pressed_balls`).
 //!
 //! Differs: the duration of the contact itself is neglected. The impulses act at its first instant and pose.
 //! The bodies would move by V τ meanwhile, 20 to 300 µm at 1 m/s, and gravity would add g τ, below 3 mm/s.
@@ -18,7 +19,7 @@ use glam::DVec3;
 
 use super::collision_block::{Actor, Block, BlockPoint, ELASTIC_HITS, TOGETHER, TOUCHING};
 use super::collision_scene::Scene;
-use super::compliance::{BodySide, ContactModes};
+use super::compliance::BodySide;
 use super::impact_threshold::rest_speed;
 use super::manifold::ManifoldPoint;
 use super::pair::Pair;
@@ -51,9 +52,8 @@ impl Block {
     /// Solves the contacts of the group at time `t` of the step, if its bodies vibrate enough; applies and
     /// logs the impulses. The group then also has the other pairs that took part.
     pub(super) fn give_way(&mut self, scene: &mut Scene<'_>, group: &mut Vec<usize>, t: f64) {
-        let own = group.len();
-        let Some(reach) = self.closing_distance(scene, group) else { return };
-        self.add_other_parts(scene, group, t);
+        let (own, bodies) = (group.len(), self.actors.len());
+        let Some(reach) = self.gather_pressed(scene, group, t) else { return };
         let Some(compliance) = &mut scene.compliance else { return };
         let points = self.touching(scene.pairs, group, (reach, compliance.sides));
         let contacts: Vec<GroupContact> =
@@ -68,6 +68,7 @@ impl Block {
         let impact = GroupImpact { time, members: &members, contacts: &contacts };
         let Some(impulses) = compliance.solver.solve(&impact, compliance.modes.modes) else {
             group.truncate(own);
+            self.actors.truncate(bodies);
             return;
         };
         let solved: Vec<BlockPoint> = points
@@ -90,28 +91,47 @@ impl Block {
         group.sort_unstable();
     }
 
-    /// Distance \[m\] that the fastest approach of the group closes in the time of the contact; `None` if no
-    /// contact is to be solved.
-    fn closing_distance(&self, scene: &Scene<'_>, group: &[usize]) -> Option<f64> {
+    /// Adds the pairs that take part in the impacts of the group, and returns the distance \[m\] that its
+    /// fastest approach closes in the time of the contact; `None` if no contact is to be solved.
+    fn gather_pressed(&mut self, scene: &mut Scene<'_>, group: &mut Vec<usize>, t: f64) -> Option<f64> {
         let compliance = scene.compliance.as_ref()?;
-        let ContactModes { modes, v_min } = compliance.modes;
         if group.iter().any(|pair| scene.pairs[*pair].hits >= ELASTIC_HITS) {
             return None;
         }
+        let modes = compliance.modes.modes;
+        let vibrates = |pair: &Pair, contact: &GroupContact| {
+            pair.ends().iter().any(|body| modes(BodyId(*body as u32), &[]).is_some())
+                && compliance.solver.matters(contact, modes)
+        };
+        if let Some(reach) = self.closing_distance(scene, group, &vibrates) {
+            self.add_other_parts(scene, group, t);
+            return Some(reach);
+        }
+        let balls = |pair: &Pair, _: &GroupContact| pair.ends().iter().all(|body| scene.is_free_ball(*body));
+        let reach = self.closing_distance(scene, group, &balls)?;
+        self.add_pressed_balls(scene, group, (reach, t)).then_some(reach)
+    }
+
+    /// Distance \[m\] that the fastest approach of the group closes in the time of the contact, among the
+    /// impacts that are `solved`.
+    fn closing_distance(
+        &self,
+        scene: &Scene<'_>,
+        group: &[usize],
+        solved: &dyn Fn(&Pair, &GroupContact) -> bool,
+    ) -> Option<f64> {
+        let compliance = scene.compliance.as_ref()?;
         let mut reach: Option<f64> = None;
         for &index in group {
             let pair = &scene.pairs[index];
-            let slowest = v_min.max(rest_speed(pair.coefficients.restitution, &scene.step));
+            let slowest = compliance.modes.v_min.max(rest_speed(pair.coefficients.restitution, &scene.step));
             let touching = self
                 .points_of(index, pair)
                 .filter(|at| at.approach() > slowest && at.point.gap <= TOUCHING + TOGETHER * at.approach());
             let fastest = touching.max_by(|a, b| a.approach().total_cmp(&b.approach()));
             let Some(fastest) = fastest else { continue };
-            if pair.ends().iter().all(|body| modes(BodyId(*body as u32), &[]).is_none()) {
-                continue;
-            }
             let contact = self.contact(&fastest, scene.pairs, compliance.sides);
-            if compliance.solver.matters(&contact, modes) {
+            if solved(pair, &contact) {
                 let closed = HORIZON * contact.duration() * contact.approach;
                 reach = Some(reach.map_or(closed, |reach| reach.max(closed)));
             }

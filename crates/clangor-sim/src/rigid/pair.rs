@@ -360,13 +360,26 @@ impl Pair {
         scratch: &mut PairScratch,
     ) {
         let (a, b) = self.bodies(bodies);
+        let foresight = self.foresight(self.reach(a, b, step), step);
+        self.find_within(bodies, shapes, step, (t, foresight), scratch);
+    }
+
+    /// Computes the points no farther apart than a distance \[m\] at a time `t` of the step \[s\].
+    pub(super) fn find_within(
+        &mut self,
+        bodies: &[BodyState],
+        shapes: &[Shape],
+        step: &Step,
+        (t, distance): (f64, f64),
+        scratch: &mut PairScratch,
+    ) {
+        let (a, b) = self.bodies(bodies);
         let fall = 0.5 * t * t;
         let (xa, qa) = a.weightless_pose(step.time, step.length, t);
         let (xb, qb) = b.weightless_pose(step.time, step.length, t);
         let (xa, xb) = (xa + a.gravity(step.gravity) * fall, xb + b.gravity(step.gravity) * fall);
-        let foresight = self.foresight(self.reach(a, b, step), step);
         let (placed_a, placed_b) = self.placed(shapes, (a, xa, qa), (b, xb, qb));
-        let query = ManifoldQuery { prediction: foresight, fast: true, axis: self.axis };
+        let query = ManifoldQuery { prediction: distance, fast: true, axis: self.axis };
         let found = manifold(&placed_a, &placed_b, query, &mut scratch.found, &mut scratch.manifold);
         self.exact.time = t;
         self.exact.normal = found.normal;

@@ -97,6 +97,7 @@ fn header() -> TimelineHeader {
             raw_log: true,
             sleep: false,
             seed: u64::MAX,
+            impact_modes: vec![(BodyId(2), "0123456789abcdef".into())],
         },
         scene: Some("version = 1\n".into()),
     }
@@ -533,6 +534,7 @@ fn tampered_description_is_refused_by_field() {
         ("\"hash\": \"", "\"hash\": \"0", "contacts.parquet has changed since it was written"),
         (MESH_HASH, "\"mesh\": {\n          \"hash\": \"../", "is not 32 hexadecimal digits"),
         ("\"body\": 3", "\"body\": 9", "links[0].body is 9, but there are 5 bodies"),
+        ("\"body\": 2", "\"body\": 9", "origin.impact_modes.body is 9, but there are 5 bodies"),
     ];
     for (from, to, expected) in cases {
         assert!(good.contains(from), "{from}");

@@ -51,6 +51,7 @@ pub(crate) fn header() -> TimelineHeader {
             raw_log: true,
             sleep: true,
             seed: 3,
+            impact_modes: Vec::new(),
         },
         scene: None,
     }

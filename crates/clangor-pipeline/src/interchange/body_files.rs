@@ -91,6 +91,7 @@ pub fn import_contacts(
             raw_log: false,
             sleep: false,
             seed: simulation.seed,
+            impact_modes: Vec::new(),
         },
         scene: Some(loaded.text.clone()),
     };

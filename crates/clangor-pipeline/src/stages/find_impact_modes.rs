@@ -82,7 +82,7 @@ pub fn find_impact_modes(
             Ok((model, _)) if model.modes.is_empty() => {}
             Ok((model, cached)) => {
                 found.obtained.push((bodies[0], cached, started.elapsed()));
-                let shapes = Arc::new(ModalShapes::new(model));
+                let shapes = Arc::new(ModalShapes::new(request.key(), model));
                 for id in bodies {
                     found.insert(*id, &shapes, &loaded.world.bodies[id.index()].material.damping);
                 }

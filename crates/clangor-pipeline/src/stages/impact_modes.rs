@@ -25,13 +25,15 @@ pub struct ImpactModes {
 /// Modes, and where on their surface a point is.
 #[derive(Clone, Debug)]
 pub(super) struct ModalShapes {
+    /// Hash of what the model depends on.
+    key: String,
     model: ModalModel,
     locator: SurfaceLocator,
 }
 
 impl ModalShapes {
-    pub(super) fn new(model: ModalModel) -> Self {
-        ModalShapes { locator: SurfaceLocator::new(&model.surface), model }
+    pub(super) fn new(key: &str, model: ModalModel) -> Self {
+        ModalShapes { key: key.into(), locator: SurfaceLocator::new(&model.surface), model }
     }
 }
 
@@ -46,7 +48,7 @@ impl ImpactModes {
     /// The modes of a body at points \[m\] in its frame; `None` for a body that is rigid in impacts.
     pub fn at(&self, body: BodyId, points: &[(DVec3, DVec3)]) -> Option<ModesAtContact> {
         let GivingBody { shapes, damping_ratios } = self.bodies.get(&body)?;
-        let ModalShapes { model, locator } = &**shapes;
+        let ModalShapes { model, locator, .. } = &**shapes;
         let motions = |(place, _): &(DVec3, DVec3)| match locator.nearest(*place) {
             Some(place) => model.modes.iter().map(|mode| place.interpolate(&mode.shape)).collect(),
             None => vec![DVec3::ZERO; model.modes.len()],
@@ -63,6 +65,11 @@ impl ImpactModes {
         let ratio = |mode: &ModalMode| damping.damping_ratio(mode.frequency);
         let damping_ratios = shapes.model.modes.iter().map(ratio).collect();
         self.bodies.insert(body, GivingBody { shapes: Arc::clone(shapes), damping_ratios });
+    }
+
+    /// The bodies that give way, and the hashes of their models.
+    pub fn models(&self) -> Vec<(BodyId, String)> {
+        self.bodies.iter().map(|(body, giving)| (*body, giving.shapes.key.clone())).collect()
     }
 
     /// Number of bodies that give way.

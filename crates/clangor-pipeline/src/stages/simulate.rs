@@ -211,7 +211,10 @@ fn header(loaded: &LoadedScene, settings: &SimulationSettings) -> TimelineHeader
     TimelineHeader {
         world: loaded.world.clone(),
         medium: loaded.scene.acoustics.medium,
-        origin: Origin::of_simulation(settings, solver(loaded), loaded.scene.simulation.seed),
+        origin: Origin {
+            impact_modes: loaded.modes.models(),
+            ..Origin::of_simulation(settings, solver(loaded), loaded.scene.simulation.seed)
+        },
         scene: Some(loaded.text.clone()),
     }
 }

@@ -67,6 +67,16 @@ struct OriginFields {
     raw_log: bool,
     sleep: bool,
     seed: u64,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    impact_modes: Vec<ImpactModesFields>,
+}
+
+/// A body that gave way in impacts, and the hash of its modal model.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ImpactModesFields {
+    body: u32,
+    model: String,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! What a timeline is about: bodies, medium, and how its rows came about.
 
-use clangor_core::body::World;
+use clangor_core::body::{BodyId, World};
 use clangor_core::medium::Medium;
 use clangor_sim::record::MERGE_WINDOW;
 use clangor_sim::{SimulationSettings, Solver};
@@ -44,6 +44,8 @@ pub struct Origin {
     pub sleep: bool,
     /// Seed of everything random in the scene.
     pub seed: u64,
+    /// Bodies that gave way in impacts, and the hashes of their modal models.
+    pub impact_modes: Vec<(BodyId, String)>,
 }
 
 impl Origin {
@@ -63,6 +65,7 @@ impl Origin {
             raw_log: settings.record.raw,
             sleep: settings.sleep,
             seed,
+            impact_modes: Vec::new(),
         }
     }
 

@@ -12,8 +12,8 @@ use glam::{DMat3, DQuat, DVec3};
 use serde::Deserialize;
 
 use super::{
-    BodyFields, DampingFields, Description, FORMAT_NAME, LifeFields, LinkFields, MotionFields,
-    SpringEndFields, SurfaceFields,
+    BodyFields, DampingFields, Description, FORMAT_NAME, ImpactModesFields, LifeFields, LinkFields,
+    MotionFields, SpringEndFields, SurfaceFields,
 };
 use crate::formats::timeline_file::error::TimelineError;
 use crate::formats::timeline_file::files::MESH_FOLDER;
@@ -75,6 +75,11 @@ pub(in crate::formats::timeline_file) fn read(
     let links =
         description.links.iter().enumerate().map(|(i, l)| checks.link(i, l)).collect::<Result<_, _>>()?;
     let origin = &description.origin;
+    let of_body = |modes: &ImpactModesFields| {
+        let body = checks.body_id("origin.impact_modes.body", modes.body);
+        body.map(|body| (body, modes.model.clone()))
+    };
+    let impact_modes = origin.impact_modes.iter().map(of_body).collect::<Result<_, _>>()?;
     let header = TimelineHeader {
         world: World { bodies, links, gravity: description.gravity.into() },
         medium: Medium { density: description.medium.density, sound_speed: description.medium.sound_speed },
@@ -87,6 +92,7 @@ pub(in crate::formats::timeline_file) fn read(
             raw_log: origin.raw_log,
             sleep: origin.sleep,
             seed: origin.seed,
+            impact_modes,
         },
         scene: description.scene.clone(),
     };
@@ -235,16 +241,13 @@ impl Checks<'_> {
         Ok(Life { birth, death, parent })
     }
 
+    fn body_id(&self, name: &str, body: u32) -> Result<BodyId, TimelineError> {
+        let problem = || format!("is {body}, but there are {} bodies", self.count);
+        Some(BodyId(body)).filter(|id| id.index() < self.count).ok_or_else(|| self.field(name, problem()))
+    }
+
     fn link(&self, index: usize, link: &LinkFields) -> Result<Link, TimelineError> {
-        let body_id = |body: u32| {
-            let id = BodyId(body);
-            let problem = || format!("is {body}, but there are {} bodies", self.count);
-            if id.index() < self.count {
-                Ok(id)
-            } else {
-                Err(self.field(&format!("links[{index}].body"), problem()))
-            }
-        };
+        let body_id = |body: u32| self.body_id(&format!("links[{index}].body"), body);
         Ok(match link {
             LinkFields::Hang { body, anchor } => {
                 Link::Hang { body: body_id(*body)?, anchor: DVec3::from_array(*anchor) }

@@ -8,9 +8,9 @@ use clangor_core::material::Damping;
 use clangor_core::pose::Keyframe;
 
 use super::{
-    BodyFields, DampingFields, Description, Extended, FORMAT_NAME, KeyFields, LifeFields, LinkFields,
-    MaterialFields, MediumFields, MotionFields, OriginFields, SpringEndFields, SurfaceFields, TableFields,
-    Units,
+    BodyFields, DampingFields, Description, Extended, FORMAT_NAME, ImpactModesFields, KeyFields, LifeFields,
+    LinkFields, MaterialFields, MediumFields, MotionFields, OriginFields, SpringEndFields, SurfaceFields,
+    TableFields, Units,
 };
 use crate::formats::timeline_file::header::{FORMAT_VERSION, TimelineHeader};
 use crate::formats::timeline_file::{hash, surface_file};
@@ -53,6 +53,11 @@ pub(in crate::formats::timeline_file) fn describe(
             raw_log: origin.raw_log,
             sleep: origin.sleep,
             seed: origin.seed,
+            impact_modes: origin
+                .impact_modes
+                .iter()
+                .map(|(body, model)| ImpactModesFields { body: body.0, model: model.clone() })
+                .collect(),
         },
         medium: MediumFields { density: header.medium.density, sound_speed: header.medium.sound_speed },
         gravity: header.world.gravity.to_array(),

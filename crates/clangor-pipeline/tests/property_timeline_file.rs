@@ -97,7 +97,7 @@ fn header() -> TimelineHeader {
             raw_log: true,
             sleep: false,
             seed: u64::MAX,
-            impact_modes: vec![(BodyId(2), "0123456789abcdef".into())],
+            impact_modes: vec![(BodyId(0), "0123456789abcdef".into())],
         },
         scene: Some("version = 1\n".into()),
     }
@@ -523,7 +523,7 @@ fn tampered_description_is_refused_by_field() {
         ("\"version\": 2", "\"version\": 3", "has format version 3; this program reads versions 1 to 2"),
         ("clangor timeline", "other timeline", "format is \"other timeline\""),
         ("\"mass\": 0.1", "\"mass\": -0.1", "bodies[0].mass is -0.1, not positive"),
-        ("\"mass\": 0.1", "\"mass\": null", "line 47, column 18: expected a number or \"infinity\""),
+        ("\"mass\": 0.1", "\"mass\": null", "line 53, column 18: expected a number or \"infinity\""),
         ("\"mass\": 0.1", "\"weight\": 0.1", "unknown field `weight`"),
         ("\"poisson_ratio\": 0.29", "\"poisson_ratio\": 0.6", "material.poisson_ratio is 0.6"),
         ("\"rock 2\"", "\"rock 1\"", "bodies[1].name \"rock 1\" is not unique"),
@@ -534,7 +534,7 @@ fn tampered_description_is_refused_by_field() {
         ("\"hash\": \"", "\"hash\": \"0", "contacts.parquet has changed since it was written"),
         (MESH_HASH, "\"mesh\": {\n          \"hash\": \"../", "is not 32 hexadecimal digits"),
         ("\"body\": 3", "\"body\": 9", "links[0].body is 9, but there are 5 bodies"),
-        ("\"body\": 2", "\"body\": 9", "origin.impact_modes.body is 9, but there are 5 bodies"),
+        ("\"body\": 0", "\"body\": 9", "origin.impact_modes.body is 9, but there are 5 bodies"),
     ];
     for (from, to, expected) in cases {
         assert!(good.contains(from), "{from}");

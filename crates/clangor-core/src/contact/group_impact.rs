@@ -21,7 +21,7 @@ use super::compliant::{
 use super::contact_side::ContactSide;
 use super::hertz::HertzContact;
 use super::hertz_pulse::centred_spectrum;
-use super::impact_solver::{LEAST_MODAL_SHARE, MAX_STEPS};
+use super::impact_solver::{LEAST_MODAL_SHARE, LONGEST_FLIGHT, MAX_STEPS};
 use super::modal_energy::{ModesAtContact, ModesOf};
 use super::relative_curvature::RelativeCurvature;
 use super::vibrating_member::{RingingBodies, VibratingMember};
@@ -218,7 +218,12 @@ impl GroupSolver {
         self.system.replace(&members, &contacts).ok()?;
         let vibrates = members.iter().any(|member| !member.poles.is_empty());
         let steps_per_duration = if vibrates { STEPS } else { RIGID_STEPS };
-        let settings = StepSettings { steps_per_duration, max_steps: MAX_STEPS, ..StepSettings::default() };
+        let settings = StepSettings {
+            steps_per_duration,
+            max_steps: MAX_STEPS,
+            longest_flight: LONGEST_FLIGHT,
+            ..StepSettings::default()
+        };
         let solution = self.system.solve(&settings, &mut self.memory).ok()?;
         // A force that still acts has not given its impulse.
         if solution.end == ContactEnd::StillTouching {

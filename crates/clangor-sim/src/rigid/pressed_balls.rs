@@ -23,9 +23,9 @@ impl Scene<'_> {
 }
 
 impl Block {
-    /// Adds the pairs of balls, with each other and with bodies at rest, whose gaps at the time `t` of the step
-    /// are within `reach` \[m\], from those of the block outwards, and their bodies. Says whether more than
-    /// one pair is in the block; adds none where they are too many.
+    /// Adds the pairs of balls, with each other and with bodies that are not free, whose gaps at the time `t`
+    /// of the step are within `reach` \[m\], from those of the block outwards, and their bodies. Says
+    /// whether more than one pair is in the block; adds none where they are too many.
     pub(super) fn add_pressed_balls(
         &mut self,
         scene: &mut Scene<'_>,

@@ -1,9 +1,13 @@
 //! Materials: elasticity for the contact, losses for the motion, damping and strength for the sound.
 
 pub mod damping;
+pub mod pair_restitution;
 pub mod presets;
 
 pub use damping::Damping;
+pub use pair_restitution::PairRestitution;
+
+use pair_restitution::geometric_mean;
 
 /// An isotropic elastic material with the contact and loss coefficients that dynamics and sound need.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,8 +20,12 @@ pub struct Material {
     pub youngs_modulus: f64,
     /// Poisson's ratio ν \[-\].
     pub poisson_ratio: f64,
-    /// Coefficient of restitution e \[-\], 0 to 1.
+    /// Coefficient of restitution e of a contact \[-\], 0 to 1, without the vibration of the bodies.
     pub restitution: f64,
+    /// Approach speed [m/s] at which a viscous contact has that restitution; without it, all speeds have it.
+    pub restitution_speed: Option<f64>,
+    /// Yield strength Y \[Pa\]: with it, hard impacts lose energy by plastic flow as well.
+    pub yield_strength: Option<f64>,
     /// Coulomb friction coefficient μ \[-\].
     pub friction: f64,
     /// Rolling loss length \[m\]: a rolling contact resists with a couple of at most this length times the
@@ -34,6 +42,12 @@ pub struct Material {
 }
 
 impl Material {
+    /// The material with a restitution that holds at every speed.
+    #[must_use]
+    pub fn with_restitution(self, restitution: f64) -> Self {
+        Material { restitution, restitution_speed: None, ..self }
+    }
+
     /// Plane-strain compliance (1 − ν²)/E [1/Pa], the body's share of 1/E* in \[PAN\] eq. (8).
     pub fn contact_compliance(&self) -> f64 {
         (1.0 - self.poisson_ratio * self.poisson_ratio) / self.youngs_modulus
@@ -42,13 +56,13 @@ impl Material {
 
 /// Coefficients of a pair of materials in contact.
 ///
-/// Restitution and friction are geometric means, rolling loss is the larger of the two. Materials carry one
-/// number each, so a rule is needed; this one is symmetric, leaves a pair of equals unchanged, and gives 0 if
-/// either is 0.
+/// Restitution at each speed and friction are geometric means, rolling loss is the larger of the two.
+/// Materials carry their own numbers, so a rule is needed; this one is symmetric, leaves a pair of equals
+/// unchanged, and gives 0 if either is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairCoefficients {
-    /// Coefficient of restitution e \[-\].
-    pub restitution: f64,
+    /// Coefficient of restitution e at each approach speed.
+    pub restitution: PairRestitution,
     /// Coulomb friction coefficient μ \[-\].
     pub friction: f64,
     /// Rolling loss length \[m\].
@@ -58,11 +72,9 @@ pub struct PairCoefficients {
 impl PairCoefficients {
     /// Combines two materials.
     pub fn of(a: &Material, b: &Material) -> Self {
-        // The square root of a square is not always exact; equal values must stay bit-equal.
-        let mean = |x: f64, y: f64| if x == y { x } else { (x * y).sqrt() };
         PairCoefficients {
-            restitution: mean(a.restitution, b.restitution),
-            friction: mean(a.friction, b.friction),
+            restitution: PairRestitution::of(a, b),
+            friction: geometric_mean(a.friction, b.friction),
             rolling_loss: a.rolling_loss.max(b.rolling_loss),
         }
     }

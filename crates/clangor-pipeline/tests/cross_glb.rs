@@ -22,6 +22,8 @@ fn body(name: &str, surface: &Arc<Surface>, position: DVec3, motion: Motion) -> 
         youngs_modulus: 200e9,
         poisson_ratio: 0.29,
         restitution: 0.5,
+        restitution_speed: None,
+        yield_strength: None,
         friction: 0.3,
         rolling_loss: 0.0,
         damping: Damping::LossFactor(1e-3),

@@ -26,6 +26,8 @@ fn material(damping: Damping) -> Material {
         youngs_modulus: 200e9,
         poisson_ratio: 0.29,
         restitution: 0.1 + 0.2,
+        restitution_speed: None,
+        yield_strength: None,
         friction: 0.3,
         rolling_loss: 5e-5,
         damping,

@@ -90,7 +90,7 @@ fn weightless(bodies: Vec<Body>) -> World {
 
 /// A material with this restitution.
 fn losing(preset: &presets::Preset, restitution: f64) -> Material {
-    Material { restitution, ..preset.material() }
+    preset.material().with_restitution(restitution)
 }
 
 fn pane_body(material: &Material, side: f64, thickness: f64) -> Body {

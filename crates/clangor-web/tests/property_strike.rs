@@ -134,7 +134,7 @@ fn a_cube_that_is_hit_off_its_centre_turns_and_momentum_is_kept() {
     // (r × n)² / I of the normal −y.
     let turn = (arm.x.powi(2) + arm.z.powi(2)) / inertia;
     let effective = 1.0 / (1.0 / mass + turn + 1.0 / striker_mass);
-    let restitution = PairCoefficients::of(&ceramic, &wood).restitution;
+    let restitution = PairCoefficients::of(&ceramic, &wood).restitution.at(MALLET[1]);
     let impulse = (1.0 + restitution) * effective * MALLET[1] * -DVec3::Y;
     near(field(&contact, "mass"), effective);
     near_vector(struck.impulse, impulse);

@@ -138,7 +138,8 @@ fn world(plate: Plate, step: Duration) -> (App, Engine, Body) {
 
     let Plate { body, modes, object, .. } = plate;
     let steel = presets::STEEL.material();
-    let restitution = Restitution::new(PairCoefficients::of(&body.material, &steel).restitution as f32);
+    let pair = PairCoefficients::of(&body.material, &steel);
+    let restitution = Restitution::new(pair.restitution.at(SPEED) as f32);
     let (mesh, point, normal) = rim(&body);
     let vertices = mesh.vertices.iter().map(|v| single(*v)).collect();
     app.world_mut().spawn((

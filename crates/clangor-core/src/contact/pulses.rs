@@ -295,7 +295,7 @@ fn pulse(
         point,
         normal,
         speed,
-        restitution: coefficients.restitution,
+        restitution: coefficients.restitution.at(speed),
         friction: coefficients.friction,
         points: contact_points(rows, time, size, relative),
     };

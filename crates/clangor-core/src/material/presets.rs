@@ -13,8 +13,13 @@ pub struct Preset {
     pub youngs_modulus: f64,
     /// Poisson's ratio ν \[-\].
     pub poisson_ratio: f64,
-    /// Coefficient of restitution e \[-\].
+    /// Coefficient of restitution e of a contact \[-\], without the vibration of the bodies.
     pub restitution: f64,
+    /// Speed of that restitution [m/s], for a viscous contact.
+    pub restitution_speed: Option<f64>,
+    /// Coefficient of restitution of whole bodies \[-\], with the vibration of those of everyday shapes: for
+    /// impacts by the law of rigid bodies.
+    pub rigid_restitution: f64,
     /// Coulomb friction coefficient μ \[-\].
     pub friction: f64,
     /// Rolling loss length \[m\].
@@ -30,6 +35,11 @@ pub struct Preset {
 }
 
 impl Preset {
+    /// As a material for impacts by the law of rigid bodies, which knows no vibration.
+    pub fn rigid_material(&self) -> Material {
+        self.material().with_restitution(self.rigid_restitution)
+    }
+
     /// As a material.
     pub fn material(&self) -> Material {
         Material {
@@ -38,6 +48,8 @@ impl Preset {
             youngs_modulus: self.youngs_modulus,
             poisson_ratio: self.poisson_ratio,
             restitution: self.restitution,
+            restitution_speed: self.restitution_speed,
+            yield_strength: None,
             friction: self.friction,
             rolling_loss: self.rolling_loss,
             damping: Damping::LossFactor(self.loss_factor),
@@ -54,7 +66,9 @@ pub const STEEL: Preset = Preset {
     density: 7850.0,
     youngs_modulus: 2.0e11,
     poisson_ratio: 0.29,
-    restitution: 0.9,
+    restitution: 0.95,
+    restitution_speed: Some(0.3),
+    rigid_restitution: 0.9,
     friction: 0.4,
     rolling_loss: 5.0e-5,
     loss_factor: 3.0e-4,
@@ -70,6 +84,8 @@ pub const COPPER: Preset = Preset {
     youngs_modulus: 1.234e11,
     poisson_ratio: 0.34,
     restitution: 0.7,
+    restitution_speed: None,
+    rigid_restitution: 0.7,
     friction: 0.35,
     rolling_loss: 5.0e-5,
     loss_factor: 0.002,
@@ -84,7 +100,9 @@ pub const CERAMIC: Preset = Preset {
     density: 2700.0,
     youngs_modulus: 7.2e10,
     poisson_ratio: 0.19,
-    restitution: 0.7,
+    restitution: 0.98,
+    restitution_speed: None,
+    rigid_restitution: 0.7,
     friction: 0.35,
     rolling_loss: 5.0e-5,
     loss_factor: 0.002,
@@ -99,7 +117,9 @@ pub const GLASS: Preset = Preset {
     density: 2600.0,
     youngs_modulus: 6.2e10,
     poisson_ratio: 0.2,
-    restitution: 0.75,
+    restitution: 0.97,
+    restitution_speed: None,
+    rigid_restitution: 0.75,
     friction: 0.4,
     rolling_loss: 5.0e-5,
     loss_factor: 0.001,
@@ -114,7 +134,9 @@ pub const PLASTIC: Preset = Preset {
     density: 1200.0,
     youngs_modulus: 2.4e9,
     poisson_ratio: 0.37,
-    restitution: 0.6,
+    restitution: 0.87,
+    restitution_speed: None,
+    rigid_restitution: 0.6,
     friction: 0.35,
     rolling_loss: 1.0e-4,
     loss_factor: 0.03,
@@ -130,6 +152,8 @@ pub const ALUMINIUM: Preset = Preset {
     youngs_modulus: 7.0e10,
     poisson_ratio: 0.33,
     restitution: 0.7,
+    restitution_speed: None,
+    rigid_restitution: 0.7,
     friction: 0.4,
     rolling_loss: 5.0e-5,
     loss_factor: 1.0e-4,
@@ -145,6 +169,8 @@ pub const BRASS: Preset = Preset {
     youngs_modulus: 1.0e11,
     poisson_ratio: 0.34,
     restitution: 0.75,
+    restitution_speed: None,
+    rigid_restitution: 0.75,
     friction: 0.4,
     rolling_loss: 5.0e-5,
     loss_factor: 5.0e-4,
@@ -160,6 +186,8 @@ pub const WOOD: Preset = Preset {
     youngs_modulus: 1.24e10,
     poisson_ratio: 0.35,
     restitution: 0.5,
+    restitution_speed: None,
+    rigid_restitution: 0.5,
     friction: 0.4,
     rolling_loss: 2.0e-4,
     loss_factor: 0.01,
@@ -174,7 +202,9 @@ pub const GRANITE: Preset = Preset {
     density: 2700.0,
     youngs_modulus: 6.0e10,
     poisson_ratio: 0.25,
-    restitution: 0.7,
+    restitution: 0.83,
+    restitution_speed: None,
+    rigid_restitution: 0.7,
     friction: 0.5,
     rolling_loss: 1.0e-4,
     loss_factor: 0.005,
@@ -190,6 +220,8 @@ pub const CONCRETE: Preset = Preset {
     youngs_modulus: 3.0e10,
     poisson_ratio: 0.2,
     restitution: 0.5,
+    restitution_speed: None,
+    rigid_restitution: 0.5,
     friction: 0.6,
     rolling_loss: 2.0e-4,
     loss_factor: 0.006,
@@ -205,6 +237,8 @@ pub const RUBBER: Preset = Preset {
     youngs_modulus: 3.0e6,
     poisson_ratio: 0.49,
     restitution: 0.7,
+    restitution_speed: None,
+    rigid_restitution: 0.7,
     friction: 0.9,
     rolling_loss: 0.001,
     loss_factor: 0.1,
@@ -220,6 +254,8 @@ pub const SOIL: Preset = Preset {
     youngs_modulus: 1.0e8,
     poisson_ratio: 0.3,
     restitution: 0.2,
+    restitution_speed: None,
+    rigid_restitution: 0.2,
     friction: 0.6,
     rolling_loss: 0.005,
     loss_factor: 0.06,
@@ -239,9 +275,17 @@ pub const ALIASES: &[(&str, &str)] = &[("pan-steel", "copper"), ("aluminum", "al
 
 /// The preset of a name or alias; the material keeps the name that was asked for.
 pub fn preset(name: &str) -> Option<Material> {
+    Some(Material { name: name.to_owned(), ..of_name(name)?.material() })
+}
+
+/// The preset of a name or alias for impacts by the law of rigid bodies: [`Preset::rigid_material`].
+pub fn rigid_preset(name: &str) -> Option<Material> {
+    Some(Material { name: name.to_owned(), ..of_name(name)?.rigid_material() })
+}
+
+fn of_name(name: &str) -> Option<&'static Preset> {
     let full_name = ALIASES.iter().find(|(alias, _)| *alias == name).map_or(name, |(_, full_name)| full_name);
-    let preset = PRESETS.iter().find(|p| p.name == full_name)?;
-    Some(Material { name: name.to_owned(), ..preset.material() })
+    PRESETS.iter().find(|p| p.name == full_name)
 }
 
 /// Names of all presets, then the aliases.

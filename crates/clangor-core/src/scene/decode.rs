@@ -113,7 +113,7 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
     let gravity = top.vector(d, "gravity", "m/s²").unwrap_or(STANDARD_GRAVITY);
     let simulation = settings::simulation(d, &top);
     let (render, mut acoustics) = settings::render(d, &top, medium);
-    let materials = material::materials(d, &top);
+    let materials = material::materials(d, &top, simulation.contact);
     let mut names = Names::default();
     let bodies = body::bodies(d, &top, &materials, acoustics.medium.sound_speed, &mut names);
     let planes = plane::planes(d, &top, &materials, &mut names, &mut acoustics);

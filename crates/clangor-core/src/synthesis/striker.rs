@@ -77,7 +77,7 @@ impl Striker {
         let pose = Pose::at(point + self.radius * outward);
         let side = ContactSide::of_body(STRIKER, &ball, pose).touched_at(&ball.surface, outward, once(point));
         let struck = struck.touched_at(&body.surface, outward, once(point));
-        let restitution = PairCoefficients::of(&body.material, &self.material).restitution;
+        let restitution = PairCoefficients::of(&body.material, &self.material).restitution.at(self.speed);
         let impact = Impact::with_restitution([struck, side], point, -outward, self.speed, restitution);
         let modes_of = |id: BodyId, points: &[(DVec3, DVec3)]| {
             modes.filter(|_| id == STRUCK).map(|modes| modes.at_contact(points))

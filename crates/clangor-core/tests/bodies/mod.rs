@@ -18,6 +18,8 @@ pub(crate) fn material(name: &str, density: f64, youngs_modulus: f64, poisson_ra
         youngs_modulus,
         poisson_ratio,
         restitution: 1.0,
+        restitution_speed: None,
+        yield_strength: None,
         friction: 0.0,
         rolling_loss: 0.0,
         damping: Damping::LossFactor(1e-3),

@@ -26,6 +26,8 @@ pub(crate) fn header() -> TimelineHeader {
         youngs_modulus: 50e9,
         poisson_ratio: 0.25,
         restitution: 0.4,
+        restitution_speed: None,
+        yield_strength: None,
         friction: 0.5,
         rolling_loss: 5e-5,
         damping: Damping::LossFactor(1e-3),

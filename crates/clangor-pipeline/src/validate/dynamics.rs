@@ -37,7 +37,7 @@ pub(super) fn run(extent: Extent, table: &mut Validation) -> Outcome {
 
 pub(super) fn material(restitution: f64, friction: f64) -> Result<Material, Fault> {
     let steel = presets::preset("steel").ok_or("there is no preset steel")?;
-    Ok(Material { restitution, friction, rolling_loss: 0.0, ..steel })
+    Ok(Material { friction, rolling_loss: 0.0, ..steel.with_restitution(restitution) })
 }
 
 pub(super) fn ball(name: &str, material: &Material, position: DVec3, velocity: DVec3) -> Body {

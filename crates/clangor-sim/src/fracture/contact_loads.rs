@@ -89,10 +89,16 @@ pub(super) fn contact_load_on(
     };
     let restitution = match pair {
         [Some(a), Some(b)] => PairCoefficients::of(&a.material, &b.material).restitution,
-        [Some(only), None] | [None, Some(only)] => only.material.restitution,
+        [Some(only), None] | [None, Some(only)] => {
+            PairCoefficients::of(&only.material, &only.material).restitution
+        }
         [None, None] => return None,
     };
-    let lost: f64 = rows.iter().map(|r| 0.5 * r.impulse_n * r.approach_speed() * (1.0 - restitution)).sum();
+    let lost_in = |row: &ContactRow| {
+        let speed = row.approach_speed();
+        0.5 * row.impulse_n * speed * (1.0 - restitution.at(speed))
+    };
+    let lost: f64 = rows.iter().map(lost_in).sum();
     Some(ContactLoad {
         end: pulse.time + pulse.duration.max(MERGE_WINDOW),
         forces: pulse

@@ -108,7 +108,7 @@ impl Block {
             let find = |body: u32| self.actors.iter().position(|actor| actor.body == body as usize);
             let (Some(a), Some(b)) = (find(pair.key.a), find(pair.key.b)) else { continue };
             let normal = pair.exact.normal;
-            let rest = rest_speed(pair.coefficients.restitution, &scene.step);
+            let rest = rest_speed(&pair.coefficients.restitution, &scene.step);
             for point in &pair.exact.points {
                 let middle = (point.on_a + point.on_b) * 0.5;
                 let known = BlockPoint::at(index, (a, b), (normal, middle), &self.actors);
@@ -118,7 +118,7 @@ impl Block {
                 }
                 let spent = pair.hits >= ELASTIC_HITS || round >= ELASTIC_HITS;
                 let ramp = ((approach - rest) / rest).clamp(0.0, 1.0);
-                let restitution = if spent { 0.0 } else { pair.coefficients.restitution * ramp };
+                let restitution = if spent { 0.0 } else { pair.coefficients.restitution.at(approach) * ramp };
                 self.points.push(BlockPoint {
                     gap: point.gap,
                     friction: pair.coefficients.friction,

@@ -56,8 +56,9 @@ impl Block {
         let Some(reach) = self.gather_pressed(scene, group, t) else { return };
         let Some(compliance) = &mut scene.compliance else { return };
         let points = self.touching(scene.pairs, group, (reach, compliance.sides));
+        let fastest = points.iter().map(PointOfPair::approach).fold(0.0, f64::max);
         let contacts: Vec<GroupContact> =
-            points.iter().map(|point| self.contact(point, scene.pairs, compliance.sides)).collect();
+            points.iter().map(|point| self.contact(point, fastest, scene.pairs, compliance.sides)).collect();
         let member = |actor: &Actor| GroupMember {
             side: ContactSide { pose: actor.pose(), ..compliance.sides[actor.body].side },
             velocity: actor.now.velocity,
@@ -124,13 +125,13 @@ impl Block {
         let mut reach: Option<f64> = None;
         for &index in group {
             let pair = &scene.pairs[index];
-            let slowest = compliance.modes.v_min.max(rest_speed(pair.coefficients.restitution, &scene.step));
+            let slowest = compliance.modes.v_min.max(rest_speed(&pair.coefficients.restitution, &scene.step));
             let touching = self
                 .points_of(index, pair)
                 .filter(|at| at.approach() > slowest && at.point.gap <= TOUCHING + TOGETHER * at.approach());
             let fastest = touching.max_by(|a, b| a.approach().total_cmp(&b.approach()));
             let Some(fastest) = fastest else { continue };
-            let contact = self.contact(&fastest, scene.pairs, compliance.sides);
+            let contact = self.contact(&fastest, fastest.approach(), scene.pairs, compliance.sides);
             if solved(pair, &contact) {
                 let closed = HORIZON * contact.duration() * contact.approach;
                 reach = Some(reach.map_or(closed, |reach| reach.max(closed)));
@@ -200,7 +201,16 @@ impl Block {
         points
     }
 
-    fn contact(&self, at: &PointOfPair<'_>, pairs: &[Pair], sides: &[BodySide]) -> GroupContact {
+    /// A contact of a group whose fastest approach is `fastest` [m/s]: about as fast a contact meets that is
+    /// pushed through others.
+    fn contact(
+        &self,
+        at: &PointOfPair<'_>,
+        fastest: f64,
+        pairs: &[Pair],
+        sides: &[BodySide],
+    ) -> GroupContact {
+        let meeting = if at.approach() > 0.0 { at.approach() } else { fastest };
         let coefficients = &pairs[at.pair].coefficients;
         let place = std::iter::once((at.place, 1.0));
         GroupContact {
@@ -215,7 +225,7 @@ impl Block {
             normal: at.normal,
             gap: at.point.gap,
             approach: at.approach(),
-            restitution: coefficients.restitution,
+            restitution: coefficients.restitution.at(meeting),
             friction: coefficients.friction,
         }
     }

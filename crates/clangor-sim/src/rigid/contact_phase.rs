@@ -117,7 +117,7 @@ impl<'a> PairContext<'a> {
             tangents: [t1, t2],
             half,
             fall,
-            rest: rest_speed(pair.coefficients.restitution, step),
+            rest: rest_speed(&pair.coefficients.restitution, step),
             bent: bend(body_a, body_b) * half * half,
             stiffest: spin.x_axis.length() + spin.y_axis.length() + spin.z_axis.length(),
         }

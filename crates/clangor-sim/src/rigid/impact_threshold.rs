@@ -1,5 +1,7 @@
 //! Which approaches of a pair are impacts, and which are left to the contact phase.
 
+use clangor_core::material::PairRestitution;
+
 use super::pair::Step;
 use super::state::BodyState;
 
@@ -13,8 +15,8 @@ const REST_SPEED_ELASTIC: f64 = 1e-6;
 const REST_STEPS: f64 = 4.0;
 
 /// Approach speed \[m/s\] below which a pair has no impacts.
-pub(super) fn rest_speed(restitution: f64, step: &Step) -> f64 {
-    if restitution >= 1.0 {
+pub(super) fn rest_speed(restitution: &PairRestitution, step: &Step) -> f64 {
+    if restitution.is_lossless() {
         return REST_SPEED_ELASTIC;
     }
     REST_SPEED.max(REST_STEPS * step.gravity.length() * step.length)

@@ -148,7 +148,7 @@ impl Touch {
     }
 
     fn restitution(&self, approach: f64) -> f64 {
-        let e = self.coefficients.restitution;
+        let e = self.coefficients.restitution.at(approach);
         if e * approach >= self.slow {
             return e;
         }

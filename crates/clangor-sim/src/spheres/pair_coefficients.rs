@@ -25,10 +25,8 @@ impl PairTable {
             .bodies
             .iter()
             .map(|body| {
-                let m = &body.material;
-                let key = [m.restitution, m.friction, m.rolling_loss].map(f64::to_bits);
-                *known.entry(key).or_insert_with(|| {
-                    materials.push(m.clone());
+                *known.entry(key(&body.material)).or_insert_with(|| {
+                    materials.push(body.material.clone());
                     (materials.len() - 1) as u32
                 })
             })
@@ -38,7 +36,6 @@ impl PairTable {
 
     /// The class of a material; a new material gets a new class.
     pub(super) fn class_of(&mut self, material: &Material) -> u32 {
-        let key = |m: &Material| [m.restitution, m.friction, m.rolling_loss].map(f64::to_bits);
         let known = self.materials.iter().position(|m| key(m) == key(material));
         known.unwrap_or_else(|| {
             self.materials.push(material.clone());
@@ -55,6 +52,21 @@ impl PairTable {
             None => PairCoefficients::of(&self.materials[a], &self.materials[b]),
         }
     }
+}
+
+/// What the coefficients of pairs depend on.
+fn key(m: &Material) -> [u64; 7] {
+    let absent = -1.0;
+    [
+        m.restitution,
+        m.restitution_speed.unwrap_or(absent),
+        m.yield_strength.unwrap_or(absent),
+        m.density,
+        m.contact_compliance(),
+        m.friction,
+        m.rolling_loss,
+    ]
+    .map(f64::to_bits)
 }
 
 fn table(materials: &[Material]) -> Vec<PairCoefficients> {

@@ -53,6 +53,8 @@ pub(crate) fn material(density: f64, restitution: f64, friction: f64, rolling_lo
         youngs_modulus: 2e11,
         poisson_ratio: 0.3,
         restitution,
+        restitution_speed: None,
+        yield_strength: None,
         friction,
         rolling_loss,
         damping: Damping::T60(1.0),

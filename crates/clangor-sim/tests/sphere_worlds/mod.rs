@@ -23,6 +23,8 @@ pub(crate) fn material(restitution: f64, friction: f64, rolling_loss: f64) -> Ma
         youngs_modulus: 200e9,
         poisson_ratio: 0.29,
         restitution,
+        restitution_speed: None,
+        yield_strength: None,
         friction,
         rolling_loss,
         damping: Damping::LossFactor(1e-3),

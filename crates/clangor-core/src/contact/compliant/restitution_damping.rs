@@ -7,7 +7,9 @@
 //!
 //! with s = 0, ṡ = 1 at first and e = −ṡ where the force returns to 0: a contact does not pull. Both inverses
 //! are polynomials in L = −ln e, fitted to a DOP853 integration (tolerance 1e-12) at sixty e from 0.995 to
-//! 0.01. The usual α = −√5 ln e/√(ln² e + π²) forgets the cut of the force and gives 0.55 for 0.5.
+//! 0.01; x is [`viscoelastic_rate`]. The usual α = −√5 ln e/√(ln² e + π²) forgets the cut of the force and gives 0.55 for 0.5.
+
+use crate::material::pair_restitution::viscoelastic_rate;
 
 /// Least restitution that has a damping of its own: below, the damping is that of 0.01.
 const LEAST: f64 = 0.01;
@@ -23,29 +25,12 @@ const CONSTANT: [f64; 9] = [
     -5.108_185_57e-8,
     1.935_564_10e-8,
 ];
-/// x of L¹ …: e within 2e-5.
-const VISCOELASTIC: [f64; 9] = [
-    8.655_734_75e-1,
-    1.349_890_29e-1,
-    1.283_351_80e-1,
-    -6.223_942_32e-2,
-    3.763_905_44e-2,
-    -1.254_013_15e-2,
-    2.617_957_60e-3,
-    -2.968_956_49e-4,
-    1.432_528_05e-5,
-];
-
-fn polynomial(coefficients: &[f64], restitution: f64) -> f64 {
-    let logarithm = -restitution.clamp(LEAST, 1.0).ln();
-    coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * logarithm)
-}
-
 /// α of [`HertzLaw`](super::HertzLaw) for a restitution of the contact, independent of speed.
 ///
 /// Restitutions above 1 count as 1, those below 0.01 as 0.01.
 pub fn restitution_damping(restitution: f64) -> f64 {
-    polynomial(&CONSTANT, restitution)
+    let logarithm = -restitution.clamp(LEAST, 1.0).ln();
+    CONSTANT.iter().rev().fold(0.0, |sum, c| (sum + c) * logarithm)
 }
 
 /// A of [`HertzLaw`](super::HertzLaw) \[s\] for a restitution at a speed [m/s].
@@ -55,5 +40,5 @@ pub fn restitution_damping(restitution: f64) -> f64 {
 /// Restitutions above 1 count as 1, those below 0.01 as 0.01.
 pub fn viscosity(restitution: f64, stiffness: f64, inverse_mass: f64, speed: f64) -> f64 {
     let rate = (stiffness * inverse_mass).powf(0.4) * speed.powf(0.2);
-    polynomial(&VISCOELASTIC, restitution) / (1.5 * rate)
+    viscoelastic_rate(restitution) / (1.5 * rate)
 }

@@ -178,7 +178,7 @@ pub(super) fn material(
     preset: Option<&presets::Preset>,
 ) -> Option<Material> {
     if let (Some(preset), false) = (preset, section.has("material")) {
-        return Some(preset.material());
+        return Some(materials.preset(preset));
     }
     if !section.has("material") {
         section.missing(d, "material", "the name of a material in quotes, such as \"steel\"");

@@ -3,6 +3,7 @@
 use super::reader::{Decoder, Node, Quantity, Section};
 use crate::material::{Damping, Material, presets};
 use crate::scene::diagnostic::{Doubt, Problem};
+use crate::scene::simulation_description::ContactModel;
 use crate::scene::suggest::nearest;
 
 pub(super) const KEYS: &[&str] = &[
@@ -11,6 +12,8 @@ pub(super) const KEYS: &[&str] = &[
     "youngs_modulus",
     "poisson_ratio",
     "restitution",
+    "restitution_speed",
+    "yield_strength",
     "friction",
     "rolling_loss",
     "loss_factor",
@@ -27,6 +30,8 @@ const MODULUS: Quantity = Quantity::between(1.0, 1e13, "Pa");
 // The open interval of isotropic elasticity, a hair inside: at 0.5 a body is incompressible.
 const POISSON: Quantity = Quantity::between(-0.999, 0.4999, "");
 const RESTITUTION: Quantity = Quantity::between(0.0, 1.0, "");
+const SPEED: Quantity = Quantity::between(1e-6, 1e3, "m/s");
+const STRENGTH: Quantity = Quantity::between(1.0, 1e13, "Pa");
 const FRICTION: Quantity = Quantity::between(0.0, 10.0, "");
 const LOSS_FACTOR: Quantity = Quantity::between(1e-9, 1.0, "");
 const T60: Quantity = Quantity::between(1e-6, 1e4, "s");
@@ -35,23 +40,40 @@ const FREQUENCY: Quantity = Quantity::between(1.0, 1e6, "Hz");
 /// Materials of the scene, by name; presets follow.
 pub(super) struct Materials {
     custom: Vec<(String, Material)>,
+    contact: ContactModel,
 }
 
-pub(super) fn materials(d: &mut Decoder<'_>, top: &Section<'_>) -> Materials {
-    let Some(node) = top.get("material") else { return Materials { custom: Vec::new() } };
+/// The preset of a name, with the restitution that belongs to a model of contact.
+fn preset_for(contact: ContactModel, name: &str) -> Option<Material> {
+    match contact {
+        ContactModel::Compliant => presets::preset(name),
+        ContactModel::Rigid => presets::rigid_preset(name),
+    }
+}
+
+pub(super) fn materials(d: &mut Decoder<'_>, top: &Section<'_>, contact: ContactModel) -> Materials {
     let mut custom = Vec::new();
+    let Some(node) = top.get("material") else { return Materials { custom, contact } };
     for (name, node) in Section::of_names(d, &node) {
         if presets::preset(name).is_some() {
             d.error(node.place(d), Problem::PresetName { name: name.to_owned() });
         }
         // A material with errors keeps its name, so that its bodies are not rejected as well.
-        let material = material(d, &node, name).unwrap_or_else(|| presets::STEEL.material());
+        let material = material(d, &node, name, contact).unwrap_or_else(|| presets::STEEL.material());
         custom.push((name.to_owned(), material));
     }
-    Materials { custom }
+    Materials { custom, contact }
 }
 
 impl Materials {
+    /// A preset as the material of a body.
+    pub(super) fn preset(&self, preset: &presets::Preset) -> Material {
+        match self.contact {
+            ContactModel::Compliant => preset.material(),
+            ContactModel::Rigid => preset.rigid_material(),
+        }
+    }
+
     /// The material that `key` of a section names.
     pub(super) fn named(
         &self,
@@ -62,7 +84,7 @@ impl Materials {
         let node = section.get(key)?;
         let name = node.text(d, "the name of a material in quotes, such as \"steel\"")?;
         let own = self.custom.iter().find(|(own, _)| own == name).map(|(_, material)| material.clone());
-        let found = own.or_else(|| presets::preset(name));
+        let found = own.or_else(|| preset_for(self.contact, name));
         if found.is_none() {
             let own = self.custom.iter().map(|(name, _)| name.clone());
             let known: Vec<String> = own.chain(presets::names().map(str::to_owned)).collect();
@@ -80,9 +102,9 @@ impl Materials {
     }
 }
 
-fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str) -> Option<Material> {
+fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str, contact: ContactModel) -> Option<Material> {
     let section = node.section(d, KEYS)?;
-    let base = base(d, &section);
+    let base = base(d, &section, contact);
     let has_base = section.mentions("base");
     let required = |d: &mut Decoder<'_>, key: &'static str, quantity: Quantity, from_base: Option<f64>| {
         if !section.has(key) && !has_base {
@@ -94,13 +116,18 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str) -> Option<Material
     let youngs_modulus = required(d, "youngs_modulus", MODULUS, base.as_ref().map(|b| b.youngs_modulus));
     let poisson_ratio = required(d, "poisson_ratio", POISSON, base.as_ref().map(|b| b.poisson_ratio));
     let restitution = required(d, "restitution", RESTITUTION, base.as_ref().map(|b| b.restitution));
+    // A restitution without a speed holds at every speed, whatever the base has.
+    let of_base = base.as_ref().filter(|_| !section.mentions("restitution"));
+    let restitution_speed = section.number(d, "restitution_speed", SPEED);
+    let restitution_speed = restitution_speed.or(of_base.and_then(|b| b.restitution_speed));
+    let yield_strength = section.number(d, "yield_strength", STRENGTH);
     let friction = required(d, "friction", FRICTION, base.as_ref().map(|b| b.friction));
     let damping = damping(d, &section, base.as_ref().map(|b| b.damping.clone()));
     if !has_base && !["t60", "rayleigh"].iter().any(|key| section.mentions(key)) {
         section.missing(d, "loss_factor", format!("{}, or t60 in s, or rayleigh", LOSS_FACTOR.expected()));
     }
     let rolling_loss = section.number(d, "rolling_loss", Quantity::between(0.0, 1.0, "m"));
-    let tensile_strength = section.number(d, "tensile_strength", Quantity::between(1.0, 1e13, "Pa"));
+    let tensile_strength = section.number(d, "tensile_strength", STRENGTH);
     let fracture_energy = section.number(d, "fracture_energy", Quantity::between(1e-6, 1e9, "J/m²"));
     let source = section.text(d, "source", "text in quotes");
     doubt(d, &section, "density", ("a density", "kg/m³"), [1.0, 23_000.0], "1 to 23000");
@@ -118,6 +145,8 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str) -> Option<Material
         youngs_modulus,
         poisson_ratio,
         restitution,
+        restitution_speed,
+        yield_strength,
         friction,
         rolling_loss: rolling_loss.or(base.as_ref().map(|b| b.rolling_loss)).unwrap_or(0.0),
         damping: damping.unwrap_or(Damping::LossFactor(0.0)),
@@ -131,10 +160,10 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str) -> Option<Material
     })
 }
 
-fn base(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Material> {
+fn base(d: &mut Decoder<'_>, section: &Section<'_>, contact: ContactModel) -> Option<Material> {
     let node = section.get("base")?;
     let name = node.text(d, "the name of a preset in quotes, such as \"steel\"")?;
-    let base = presets::preset(name);
+    let base = preset_for(contact, name);
     if base.is_none() {
         let nearest = nearest(name, presets::names());
         let known = presets::names().map(str::to_owned).collect();

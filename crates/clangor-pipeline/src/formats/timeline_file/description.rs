@@ -130,6 +130,10 @@ struct MaterialFields {
     youngs_modulus: f64,
     poisson_ratio: f64,
     restitution: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    restitution_speed: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    yield_strength: Option<f64>,
     friction: f64,
     rolling_loss: f64,
     damping: DampingFields,

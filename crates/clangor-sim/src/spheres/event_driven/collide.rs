@@ -1,6 +1,7 @@
 //! Resolves and logs an impact with the cluster of everything that touches at that instant.
 
 use clangor_core::body::BodyId;
+use clangor_core::material::PairRestitution;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
@@ -272,7 +273,7 @@ impl Engine {
             && lossless(cluster.participants[a])
             && lossless(cluster.participants[b])
         {
-            coefficients.restitution = 1.0;
+            coefficients.restitution = PairRestitution::LOSSLESS;
         }
         let slow = 0.5 * pressing.max(0.0) * CONTACT_TIME;
         // Balls that have pressed on each other may rest with an overlap; they touch at its middle.

@@ -56,6 +56,8 @@ impl Engine {
             });
         }
         let mut first = f64::INFINITY;
+        let approaches = cluster.touches.iter().map(|touch| -touch.normal_speed(&cluster.members));
+        let fastest = approaches.fold(0.0, f64::max);
         for touch in &cluster.touches {
             let Participant::Ball(ball) = cluster.participants[touch.a] else { return false };
             system.balls[touch.a].radius = self.balls[ball].radius;
@@ -74,8 +76,11 @@ impl Engine {
                     (Partner::Plane(touch.normal, offset), Participant::Plane(plane), gap)
                 }
             };
-            let law = self.law_of(ball, other, gap.min(0.0));
-            let speed = (-touch.normal_speed(&cluster.members)).max(SLOWEST);
+            // A contact that is pushed through others meets about as fast as the fastest of them.
+            let own = -touch.normal_speed(&cluster.members);
+            let meeting = if own > SLOWEST { own } else { fastest };
+            let law = self.law_of(ball, other, gap.min(0.0), meeting);
+            let speed = own.max(SLOWEST);
             let duration = self.contact_time(&law, self.inverse_mass_of(ball, other), speed);
             if duration > 0.0 {
                 first = first.min(duration);

@@ -34,16 +34,16 @@ impl Engine {
             Participant::Plane(plane) => (self.planes[plane].normal, DVec3::ZERO),
         };
         let speed = -normal.dot(v - w);
-        let law = self.law_of(ball, partner, 0.0);
+        let law = self.law_of(ball, partner, 0.0, speed);
         let duration = self.contact_time(&law, self.inverse_mass_of(ball, partner), speed);
         MeetingSpeed { normal, speed, duration }
     }
 
-    /// Hertz's law of a ball and its partner, whose surfaces meet or overlap by −`gap`.
-    pub(super) fn law_of(&self, ball: usize, partner: Participant, gap: f64) -> PressLaw {
+    /// Hertz's law of a ball and its partner, whose surfaces meet at `speed` [m/s] or overlap by −`gap`.
+    pub(super) fn law_of(&self, ball: usize, partner: Participant, gap: f64, speed: f64) -> PressLaw {
         match partner {
-            Participant::Ball(other) => self.law_of_balls(ball, other, gap),
-            Participant::Plane(plane) => self.law_on_plane(ball, plane, gap),
+            Participant::Ball(other) => self.law_of_balls(ball, other, gap, speed),
+            Participant::Plane(plane) => self.law_on_plane(ball, plane, gap, speed),
         }
     }
 
@@ -55,8 +55,8 @@ impl Engine {
         self.traits[ball].inverse_mass + other
     }
 
-    /// Hertz's law of two balls whose surfaces meet, or that overlap by −`gap`.
-    pub(super) fn law_of_balls(&self, a: usize, b: usize, gap: f64) -> PressLaw {
+    /// Hertz's law of two balls whose surfaces meet at `speed` [m/s], or that overlap by −`gap`.
+    pub(super) fn law_of_balls(&self, a: usize, b: usize, gap: f64, speed: f64) -> PressLaw {
         let radii = [a, b].map(|ball| self.balls[ball].radius);
         let contact = HertzContact {
             inverse_mass: self.inverse_mass_of(a, Participant::Ball(b)),
@@ -65,11 +65,11 @@ impl Engine {
             speed: 1.0,
         };
         let pair = self.pairs.of(self.traits[a].material, self.traits[b].material);
-        press_law(&contact, pair.restitution, pair.friction, radii[0] + radii[1] + gap)
+        press_law(&contact, pair.restitution.at(speed), pair.friction, radii[0] + radii[1] + gap)
     }
 
     /// Hertz's law of a ball on a plane.
-    pub(super) fn law_on_plane(&self, ball: usize, plane: usize, gap: f64) -> PressLaw {
+    pub(super) fn law_on_plane(&self, ball: usize, plane: usize, gap: f64, speed: f64) -> PressLaw {
         let radius = self.balls[ball].radius;
         let contact = HertzContact {
             inverse_mass: self.traits[ball].inverse_mass,
@@ -78,7 +78,7 @@ impl Engine {
             speed: 1.0,
         };
         let pair = self.pairs.of(self.traits[ball].material, self.planes[plane].material);
-        press_law(&contact, pair.restitution, pair.friction, radius + gap)
+        press_law(&contact, pair.restitution.at(speed), pair.friction, radius + gap)
     }
 
     /// Hertz's contact time \[s\].

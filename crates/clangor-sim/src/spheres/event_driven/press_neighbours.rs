@@ -69,14 +69,14 @@ impl Engine {
         for (one, two, gap) in near_balls {
             if !pressed.is_listed(one, two) {
                 let [a, b] = [one, two].map(|member| pressed.members[member] as usize);
-                let law = self.law_of_balls(a, b, gap.min(0.0));
+                let law = self.law_of_balls(a, b, gap.min(0.0), pressed.speed);
                 let inverse_mass = self.inverse_mass_of(a, Participant::Ball(b));
                 self.add_press(pressed, (one, Partner::Ball(two)), None, (law, inverse_mass, gap));
             }
         }
         for (member, index, gap) in near_planes {
             let ball = pressed.members[member] as usize;
-            let law = self.law_on_plane(ball, index, gap.min(0.0));
+            let law = self.law_on_plane(ball, index, gap.min(0.0), pressed.speed);
             let plane = &self.planes[index];
             let partner = Partner::Plane(plane.normal, plane.offset);
             let inverse_mass = self.traits[ball].inverse_mass;

@@ -275,7 +275,7 @@ impl Engine {
             if press.normal_impulse == 0.0 && normal.dot(pressed.cluster.balls[press.ball].velocity) > 0.0 {
                 let (ball, offset) = (pressed.members[press.ball] as usize, self.planes[index].offset);
                 let gap = normal.dot(self.balls[ball].position) - offset - self.balls[ball].radius;
-                let law = self.law_on_plane(ball, index, gap.min(0.0));
+                let law = self.law_on_plane(ball, index, gap.min(0.0), pressed.speed);
                 let plane = Partner::Plane(normal, offset);
                 pressed.cluster.presses[k] = Press::new(press.ball, plane, law, -gap.max(0.0));
             }

@@ -173,6 +173,13 @@ impl Checks<'_> {
         {
             self.not_negative(&at(&format!("material.{name}")), value)?;
         }
+        for (name, value) in
+            [("restitution_speed", m.restitution_speed), ("yield_strength", m.yield_strength)]
+        {
+            if let Some(value) = value {
+                self.positive(&at(&format!("material.{name}")), value)?;
+            }
+        }
         if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
             let problem = format!("is {}, not above -1 and at most 0.5", m.poisson_ratio);
             return Err(self.field(&at("material.poisson_ratio"), problem));
@@ -207,6 +214,8 @@ impl Checks<'_> {
                 youngs_modulus: m.youngs_modulus,
                 poisson_ratio: m.poisson_ratio,
                 restitution: m.restitution,
+                restitution_speed: m.restitution_speed,
+                yield_strength: m.yield_strength,
                 friction: m.friction,
                 rolling_loss: m.rolling_loss,
                 damping,

@@ -128,6 +128,8 @@ fn body_fields(body: &Body, surface: SurfaceFields) -> BodyFields {
             youngs_modulus: material.youngs_modulus,
             poisson_ratio: material.poisson_ratio,
             restitution: material.restitution,
+            restitution_speed: material.restitution_speed,
+            yield_strength: material.yield_strength,
             friction: material.friction,
             rolling_loss: material.rolling_loss,
             damping: damping_fields(&material.damping),

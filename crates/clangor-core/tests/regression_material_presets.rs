@@ -21,6 +21,7 @@ fn the_documented_table_is_true() {
             preset.youngs_modulus / 1e9,
             preset.poisson_ratio,
             preset.restitution,
+            preset.rigid_restitution,
             preset.friction,
             preset.rolling_loss * 1e3,
             preset.loss_factor,
@@ -42,7 +43,7 @@ fn names_and_aliases_resolve() {
         assert!(!material.source.is_empty());
         assert!(matches!(material.damping, Damping::LossFactor(eta) if eta > 0.0));
         // Two bodies of one material keep its numbers.
-        assert_eq!(PairCoefficients::of(&material, &material).restitution, material.restitution);
+        assert_eq!(PairCoefficients::of(&material, &material).friction, material.friction);
     }
     assert!(ALIASES.contains(&("pan-steel", "copper")));
     assert_eq!(preset("pan-steel").unwrap().youngs_modulus, 123.4e9);

@@ -148,6 +148,20 @@ fn numbers_out_of_range() {
         ],
     );
     refuse(
+        "version = 1\n[material.m]\nbase = \"steel\"\nrestitution_speed = 0\nyield_strength = -2.5e8",
+        &[
+            ("4:21", "material.m.restitution_speed", "0 is out of range", "in m/s from 1e-6 to 1000"),
+            ("5:18", "material.m.yield_strength", "-2.5e8 is out of range", "in Pa from 1 to 1e13"),
+        ],
+    );
+    refuse(
+        "version = 1\n[material.m]\nbase = \"wood\"\nrestitution_speed = \"1\"\nyield_strengh = 4e7",
+        &[
+            ("4:21", "material.m.restitution_speed", "this is text", "a number in m/s"),
+            ("5:1", "material.m.yield_strengh", "unknown key", "did you mean `yield_strength`?"),
+        ],
+    );
+    refuse(
         "version = 1\n[render]\nsample_rate = 4000\nmax_frequency = 30000",
         &[
             ("3:15", "render.sample_rate", "4000 is out of range", "from 8000 to 384000"),

@@ -1,4 +1,4 @@
-//! A thousand granite rocks that fall into a bin, simulated by the program: CPU time, solved impacts, silence.
+//! A thousand granite rocks fall into a bin, simulated by the program: CPU time, solved impacts, silence.
 //!
 //! `cargo bench -p clangor-cli --bench granite_rocks -- [KEY=VALUE]..`
 //!
@@ -11,8 +11,9 @@ use std::process::{Command, ExitCode};
 
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 
-/// Approach speed of an impact that should be solved where bodies vibrate, and speed of a rock that lies [m/s].
+/// Approach speed of a hard impact [m/s].
 const HARD: f64 = 0.5;
+/// Speed of a rock at rest [m/s].
 const STILL: f64 = 0.05;
 /// Part of the rocks that may still move in a heap that has settled.
 const STRAGGLERS: f64 = 0.01;
@@ -128,8 +129,8 @@ fn silence(timeline: &Path, rocks: usize) -> Result<(), Box<dyn std::error::Erro
     let settled = moved[((1.0 - STRAGGLERS) * rocks as f64) as usize - 1];
     println!("impacts above {HARD} m/s: {}", hard.len());
     println!(
-        "below {} cm/s: half of the rocks after {:.2} s, 99 % after {settled:.2} s, all after {:.2} s; at the \
-         end the fastest has {:.1} cm/s",
+        "below {} cm/s: half of the rocks after {:.2} s, 99 % after {settled:.2} s, all after {:.2} s; \
+         at the end the fastest has {:.1} cm/s",
         STILL * 1e2,
         moved[rocks / 2],
         moved[rocks - 1],

@@ -44,8 +44,7 @@ impl Drop<'_> {
              {support}\n[[listener]]\nposition = [0.0, 0.0, 1.0]\n"
         );
         let mut loaded = scene_from_text(Path::new("drop.toml"), text, &|_| ()).unwrap();
-        let ask = &mut |_| ControlFlow::Continue(());
-        loaded.modes = find_impact_modes(&loaded, None, ask).unwrap();
+        loaded.modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
         // Nothing here is thin: what is lost is the loss of the contact.
         assert_eq!(loaded.modes.count(), 0);
         let (timeline, _) =
@@ -117,7 +116,7 @@ fn hard_impacts_on_metal_lose_by_plastic_flow() {
         // Residuals seen 0, 1e-3 (the ball falls 0.5 mm from these speeds).
         assert!((slow[at] - 1.0).abs() < 1e-9, "{slow:?}");
         assert!((sixteen[at] / one[at] - 0.5).abs() < 2e-3, "{one:?} {sixteen:?}");
-        // The rounded constant of Johnson's eq. (11.26), 3.8 (Y/E*)^½ (½mV²/(YR³))^{−1/8}, is 1.5 % above ours.
+        // Johnson's rounded form, 3.8 (Y/E*)^½ (½mV²/(YR³))^{−1/8}, is 1.5 % above ours.
         let (strength, modulus, density) = (2.5e8, 0.5 * 2.0e11 / (1.0 - 0.29_f64.powi(2)), 7850.0);
         let energy = 2.0 / 3.0 * std::f64::consts::PI * density / strength;
         let johnson = 3.8 * (strength / modulus).sqrt() * f64::powf(energy, -0.125);

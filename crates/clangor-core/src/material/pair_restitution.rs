@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! viscous   e_i(V) with x(e_i(V)) = x(e_i) (V/V_i)^{1/5}                        1 − e ∝ V^{1/5} at first
-//! plastic   p(V) = min(1, (V₁/V)^{1/4}),  V₁ = (c p_d/E*)² √(3 p_d/(2πρ)),  c = 3 π^{5/4} 4^{3/4}/10,  p_d = 3Y
+//! plastic   p(V) = min(1, (V₁/V)^{1/4})
+//!           V₁ = (c p_d/E*)² √(3 p_d/(2πρ)),  c = 3 π^{5/4} 4^{3/4}/10,  p_d = 3Y
 //! pair      e(V) = √(e_A(V) e_B(V)) p(V)
 //! ```
 //!
@@ -12,8 +13,8 @@
 //! indentation: loading takes π p_d a⁴/(4R), unloading gives back 3F²/(10aE*) with F = π a² p_d
 //! (\[Johnson1985\] §11.5). R drops out for a ball of density ρ on a thick block: ½mV²/R³ = (2π/3) ρV².
 //!
-//! Differs: of two equal balls m/R³ is four times as large, which lowers p by 16 %; the pair has the geometric
-//! mean of the densities, whichever of the two moves. Between the first yield, 27 times below V₁, and V₁
+//! Differs: of two equal balls m/R³ is four times as large, which lowers p by 16 %; the pair has the
+//! geometric mean of the densities, whichever of the two moves. Between the first yield, 27 times below V₁, and V₁
 //! the true loss sets in slowly. A viscous contact loses more the smaller the bodies are; here the
 //! restitution of a material holds for any size.
 //!

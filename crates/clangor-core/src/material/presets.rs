@@ -1,8 +1,8 @@
 //! Materials by name. Every number and its source is in `docs/format/materials.md`.
 //!
 //! Restitutions are those of compact bodies: `glass` 0.97 ± 0.01 and `plastic` 0.87 ± 0.02 \[Foerster1994\],
-//! `granite` 0.83 ± 0.06 \[Durda2011\], `ceramic` 0.98 as aluminium oxide on glass \[Kharaz2001\], `steel` 0.95
-//! at 0.3 m/s \[McNamaraFalcon2005\]. The others are estimates.
+//! `granite` 0.83 ± 0.06 \[Durda2011\], `ceramic` 0.98 as aluminium oxide on glass \[Kharaz2001\], `steel`
+//! 0.95 at 0.3 m/s \[McNamaraFalcon2005\]. The others are estimates.
 
 use super::{Damping, Material};
 

@@ -7,7 +7,8 @@
 //!
 //! with s = 0, ṡ = 1 at first and e = −ṡ where the force returns to 0: a contact does not pull. Both inverses
 //! are polynomials in L = −ln e, fitted to a DOP853 integration (tolerance 1e-12) at sixty e from 0.995 to
-//! 0.01; x is [`viscoelastic_rate`]. The usual α = −√5 ln e/√(ln² e + π²) forgets the cut of the force and gives 0.55 for 0.5.
+//! 0.01; that of x is [`viscoelastic_rate`]. The usual α = −√5 ln e/√(ln² e + π²) forgets the cut of the
+//! force and gives 0.55 for 0.5.
 
 use crate::material::pair_restitution::viscoelastic_rate;
 

@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 use super::{
     BodyFields, DampingFields, Description, FORMAT_NAME, ImpactModesFields, LifeFields, LinkFields,
-    MotionFields, SpringEndFields, SurfaceFields,
+    MaterialFields, MotionFields, SpringEndFields, SurfaceFields,
 };
 use crate::formats::timeline_file::error::TimelineError;
 use crate::formats::timeline_file::files::MESH_FOLDER;
@@ -165,25 +165,7 @@ impl Checks<'_> {
         }
         self.not_negative(&at("edge_radius"), fields.edge_radius)?;
         let m = &fields.material;
-        for (name, value) in [("density", m.density), ("youngs_modulus", m.youngs_modulus)] {
-            self.positive(&at(&format!("material.{name}")), value)?;
-        }
-        for (name, value) in
-            [("restitution", m.restitution), ("friction", m.friction), ("rolling_loss", m.rolling_loss)]
-        {
-            self.not_negative(&at(&format!("material.{name}")), value)?;
-        }
-        for (name, value) in
-            [("restitution_speed", m.restitution_speed), ("yield_strength", m.yield_strength)]
-        {
-            if let Some(value) = value {
-                self.positive(&at(&format!("material.{name}")), value)?;
-            }
-        }
-        if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
-            let problem = format!("is {}, not above -1 and at most 0.5", m.poisson_ratio);
-            return Err(self.field(&at("material.poisson_ratio"), problem));
-        }
+        self.check_material(&at("material"), m)?;
         let damping = damping_of(&m.damping);
         damping.check().map_err(|e| self.field(&at("material.damping"), e.to_string()))?;
         let motion = match &fields.motion {
@@ -233,6 +215,31 @@ impl Checks<'_> {
             edge_radius: fields.edge_radius,
             life: self.life(index, fields.life)?,
         })
+    }
+
+    /// Checks the numbers of a material in the field `material`, but for its damping.
+    fn check_material(&self, material: &str, m: &MaterialFields) -> Result<(), TimelineError> {
+        let at = |name: &str| format!("{material}.{name}");
+        for (name, value) in [("density", m.density), ("youngs_modulus", m.youngs_modulus)] {
+            self.positive(&at(name), value)?;
+        }
+        for (name, value) in
+            [("restitution", m.restitution), ("friction", m.friction), ("rolling_loss", m.rolling_loss)]
+        {
+            self.not_negative(&at(name), value)?;
+        }
+        for (name, value) in
+            [("restitution_speed", m.restitution_speed), ("yield_strength", m.yield_strength)]
+        {
+            if let Some(value) = value {
+                self.positive(&at(name), value)?;
+            }
+        }
+        if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
+            let problem = format!("is {}, not above -1 and at most 0.5", m.poisson_ratio);
+            return Err(self.field(&at("poisson_ratio"), problem));
+        }
+        Ok(())
     }
 
     fn life(&self, index: usize, fields: Option<LifeFields>) -> Result<Life, TimelineError> {

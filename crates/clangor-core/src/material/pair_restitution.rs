@@ -14,8 +14,8 @@
 //! (\[Johnson1985\] §11.5). R drops out for a ball of density ρ on a thick block: ½mV²/R³ = (2π/3) ρV².
 //!
 //! Differs: of two equal balls m/R³ is four times as large, which lowers p by 16 %; the pair has the
-//! geometric mean of the densities, whichever of the two moves. Between the first yield, 27 times below V₁, and V₁
-//! the true loss sets in slowly. A viscous contact loses more the smaller the bodies are; here the
+//! geometric mean of the densities, whichever of the two moves. Between the first yield, 27 times below V₁,
+//! and V₁ the true loss sets in slowly. A viscous contact loses more the smaller the bodies are; here the
 //! restitution of a material holds for any size.
 //!
 //! Not here: vibration of the bodies and waves into half-spaces, which the solve of a contact has.

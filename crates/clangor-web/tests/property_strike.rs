@@ -87,7 +87,7 @@ fn a_ball_is_hit_by_the_formulas_of_newton_and_hertz() {
         let [radius, speed] = MALLET;
         let [mass, striker_mass] = [ball_mass(&a, SIZE), ball_mass(&b, radius)];
         let effective = 1.0 / (1.0 / mass + 1.0 / striker_mass);
-        let impulse = (1.0 + PairCoefficients::of(&a, &b).restitution) * effective * speed;
+        let impulse = (1.0 + PairCoefficients::of(&a, &b).restitution.at(speed)) * effective * speed;
         let compliance = |m: &Material| (1.0 - m.poisson_ratio.powi(2)) / m.youngs_modulus;
         let hertz = HertzContact {
             inverse_mass: 1.0 / effective,

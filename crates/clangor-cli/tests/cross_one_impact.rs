@@ -59,7 +59,7 @@ fn impulse(plate: &Body, point: DVec3, normal: DVec3) -> f64 {
     let lever = point.cross(normal);
     let ball_mass = steel.density * 4.0 / 3.0 * std::f64::consts::PI * BALL.powi(3);
     let inverse_mass = 1.0 / plate.mass + 1.0 / ball_mass + lever.dot(plate.inertia.inverse() * lever);
-    (1.0 + PairCoefficients::of(&plate.material, &steel).restitution) * SPEED / inverse_mass
+    (1.0 + PairCoefficients::of(&plate.material, &steel).restitution.at(SPEED)) * SPEED / inverse_mass
 }
 
 fn scene(ball: DVec3) -> String {

@@ -36,7 +36,7 @@ fn impact(body: &str, radius: f64, ground: &str) -> (AccelerationPulse, Accelera
         speed,
     }
     .duration();
-    let velocity_change = (1.0 + PairCoefficients::of(&body, &floor).restitution) * speed;
+    let velocity_change = (1.0 + PairCoefficients::of(&body, &floor).restitution.at(speed)) * speed;
     let ground = Arc::new(GroundSource::try_new(&floor, &Medium::AIR).unwrap());
     let click = AccelerationPulse {
         body: BALL,

@@ -24,6 +24,9 @@ pub struct Material {
     pub restitution: f64,
     /// Approach speed [m/s] at which a viscous contact has that restitution; without it, all speeds have it.
     pub restitution_speed: Option<f64>,
+    /// Restitution of whole bodies \[-\], with the vibration of those of everyday shapes, for thin bodies whose
+    /// vibration is not known; without it, that of the contact.
+    pub rigid_restitution: Option<f64>,
     /// Yield strength Y \[Pa\]: with it, hard impacts lose energy by plastic flow as well.
     pub yield_strength: Option<f64>,
     /// Coulomb friction coefficient μ \[-\].
@@ -45,7 +48,16 @@ impl Material {
     /// The material with a restitution that holds at every speed.
     #[must_use]
     pub fn with_restitution(self, restitution: f64) -> Self {
-        Material { restitution, restitution_speed: None, ..self }
+        Material { restitution, restitution_speed: None, rigid_restitution: None, ..self }
+    }
+
+    /// The material of a body whose vibration is not known.
+    #[must_use]
+    pub fn rigid(self) -> Self {
+        match self.rigid_restitution {
+            Some(restitution) => self.with_restitution(restitution),
+            None => self,
+        }
     }
 
     /// Plane-strain compliance (1 − ν²)/E [1/Pa], the body's share of 1/E* in \[PAN\] eq. (8).

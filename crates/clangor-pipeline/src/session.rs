@@ -213,7 +213,7 @@ impl<'p> Session<'p> {
         };
         // No long search for a scene that cannot move.
         check_motion(loaded)?;
-        loaded.modes = find_impact_modes(loaded, self.cache.as_ref(), &mut modal)?;
+        loaded.give_modes(find_impact_modes(loaded, self.cache.as_ref(), &mut modal)?);
         let reached =
             &mut |time: f64| on_progress(&Progress::of_time(Stage::Simulation, "simulate", (time, total)));
         let (timeline, report) = match &self.keep {

@@ -68,7 +68,8 @@ fn bounce(loaded: &LoadedScene) -> f64 {
 fn panes_bounce(panes: &[(f64, f64)]) {
     for (thickness, known) in panes {
         let mut loaded = scene(&format!("box:0.25x{thickness}x0.25"), 0.5 * thickness, "compliant");
-        loaded.modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+        let modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+        loaded.give_modes(modes);
         assert_eq!(loaded.modes.count(), 1);
         let restitution = bounce(&loaded);
         println!("{thickness}: {restitution:.4} of {known} after {:?}", loaded.modes.obtained);
@@ -93,7 +94,8 @@ fn motion_does_not_depend_on_the_cache() {
     let cache = ModelCache::new(folder.path());
     let find = |cache: Option<&ModelCache>| {
         let mut loaded = scene("coin:0.02x0.0012@0.0005", 0.0006, "compliant");
-        loaded.modes = find_impact_modes(&loaded, cache, &mut |_| ControlFlow::Continue(())).unwrap();
+        let modes = find_impact_modes(&loaded, cache, &mut |_| ControlFlow::Continue(())).unwrap();
+        loaded.give_modes(modes);
         (loaded.modes.obtained[0].1, run(&loaded))
     };
     let (none, without) = find(None);
@@ -108,7 +110,27 @@ fn motion_does_not_depend_on_the_cache() {
         [("coin:0.02x0.0012@0.0005", 0.0006, "rigid"), ("box:0.03x0.02x0.03", 0.01, "compliant")]
     {
         let mut loaded = scene(shape, top, contact);
-        loaded.modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+        let modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+        loaded.give_modes(modes);
         assert_eq!(loaded.modes.count(), 0, "{shape}");
     }
+}
+
+#[test]
+fn thin_bodies_without_modes_bounce_as_whole_bodies() {
+    let text = |rule: &str| {
+        format!(
+            "version = 1\n[[body]]\nname = \"coin\"\nshape = \"coin:0.02x0.0012@0.0005\"\nmaterial = \"ceramic\"\n\
+             position = [0, 1, 0]\n{rule}[[body]]\nname = \"block\"\nshape = \"box:0.03x0.02x0.03\"\n\
+             material = \"ceramic\"\n[[listener]]\nname = \"m\"\nposition = [0, 0, 1]\n"
+        )
+    };
+    let restitutions = |rule: &str| {
+        let mut loaded = scene_from_text(Path::new("coin.toml"), text(rule), &|_| ()).unwrap();
+        let modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+        loaded.give_modes(modes);
+        [0, 1].map(|body| loaded.world.bodies[body].material.restitution)
+    };
+    assert_eq!(restitutions(""), [0.98, 0.98]);
+    assert_eq!(restitutions("modal = \"none\"\n"), [0.7, 0.98]);
 }

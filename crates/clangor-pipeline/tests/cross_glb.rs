@@ -23,6 +23,7 @@ fn body(name: &str, surface: &Arc<Surface>, position: DVec3, motion: Motion) -> 
         poisson_ratio: 0.29,
         restitution: 0.5,
         restitution_speed: None,
+        rigid_restitution: None,
         yield_strength: None,
         friction: 0.3,
         rolling_loss: 0.0,

@@ -27,6 +27,7 @@ fn material(damping: Damping) -> Material {
         poisson_ratio: 0.29,
         restitution: 0.1 + 0.2,
         restitution_speed: None,
+        rigid_restitution: Some(0.25),
         yield_strength: None,
         friction: 0.3,
         rolling_loss: 5e-5,

@@ -24,7 +24,7 @@ pub(super) fn impact_modes(
         progress.stage(p.step);
         progress.reached(p.done)
     };
-    loaded.modes = find_impact_modes(loaded, cache.as_ref(), &mut reached)?;
+    loaded.give_modes(find_impact_modes(loaded, cache.as_ref(), &mut reached)?);
     drop(progress);
     for (body, cached, time) in &loaded.modes.obtained {
         let (name, seconds) = (&loaded.world.bodies[body.index()].name, time.as_secs_f64());

@@ -41,7 +41,7 @@ pub struct Preset {
 impl Preset {
     /// As a material for impacts by the law of rigid bodies, which knows no vibration.
     pub fn rigid_material(&self) -> Material {
-        self.material().with_restitution(self.rigid_restitution)
+        self.material().rigid()
     }
 
     /// As a material.
@@ -53,6 +53,7 @@ impl Preset {
             poisson_ratio: self.poisson_ratio,
             restitution: self.restitution,
             restitution_speed: self.restitution_speed,
+            rigid_restitution: Some(self.rigid_restitution),
             yield_strength: None,
             friction: self.friction,
             rolling_loss: self.rolling_loss,

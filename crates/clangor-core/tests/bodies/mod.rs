@@ -19,6 +19,7 @@ pub(crate) fn material(name: &str, density: f64, youngs_modulus: f64, poisson_ra
         poisson_ratio,
         restitution: 1.0,
         restitution_speed: None,
+        rigid_restitution: None,
         yield_strength: None,
         friction: 0.0,
         rolling_loss: 0.0,

@@ -27,6 +27,7 @@ pub(crate) fn header() -> TimelineHeader {
         poisson_ratio: 0.25,
         restitution: 0.4,
         restitution_speed: None,
+        rigid_restitution: None,
         yield_strength: None,
         friction: 0.5,
         rolling_loss: 5e-5,

@@ -57,7 +57,7 @@ const RADIUS: f64 = 5e-3;
 const MODES: f64 = 150.0;
 
 /// Finds the modes of the bodies that give way, in the cache or by a bake, for
-/// [`LoadedScene::modes`]. Those that cannot be had make a remark.
+/// [`LoadedScene::give_modes`]. Those that cannot be had make a remark.
 ///
 /// # Errors
 /// [`SoundModelError::Interrupted`], when `progress` breaks.
@@ -70,7 +70,7 @@ pub fn find_impact_modes(
     let solves =
         loaded.scene.simulation.contact == ContactModel::Compliant && solver(loaded) == SolverChoice::Rigid;
     let forms = if solves { forms(loaded, &mut found.remarks) } else { Vec::new() };
-    let count = forms.len() as f64;
+    let (count, mut stiff) = (forms.len() as f64, Vec::new());
     for (at, (request, bodies)) in forms.iter().enumerate() {
         let started = Instant::now();
         let first = &loaded.world.bodies[bodies[0].index()];
@@ -79,7 +79,7 @@ pub fn find_impact_modes(
             progress(&SoundModelProgress { part: SoundPart::Modal, body: &first.name, done, step: p.stage })
         };
         match obtain_modes(request, cache, &mut on_progress) {
-            Ok((model, _)) if model.modes.is_empty() => {}
+            Ok((model, _)) if model.modes.is_empty() => stiff.extend(bodies),
             Ok((model, cached)) => {
                 found.obtained.push((bodies[0], cached, started.elapsed()));
                 let shapes = Arc::new(ModalShapes::new(request.key(), model));
@@ -93,6 +93,12 @@ pub fn find_impact_modes(
                 first.name
             )),
         }
+    }
+    if solves {
+        let thin = |body: &Body| Plate::of(body).is_some_and(|plate| plate.gives_way());
+        let bodies = (0..).map(BodyId).zip(&loaded.world.bodies).filter(|(_, body)| thin(body));
+        let unknown = bodies.filter(|(id, _)| !found.contains(*id) && !stiff.contains(id));
+        found.rigid = unknown.map(|(id, _)| id).collect();
     }
     Ok(found)
 }

@@ -18,7 +18,9 @@ pub struct ImpactModes {
     bodies: BTreeMap<BodyId, GivingBody>,
     /// What was found or baked: the first body of each form, whether it was in the cache, and the time.
     pub obtained: Vec<(BodyId, bool, Duration)>,
-    /// Bodies whose modes cannot be had, and which collide as rigid ones.
+    /// Thin bodies without modes, which collide as rigid ones.
+    pub rigid: Vec<BodyId>,
+    /// Why modes cannot be had.
     pub remarks: Vec<String>,
 }
 
@@ -70,6 +72,11 @@ impl ImpactModes {
     /// The bodies that give way, and the hashes of their models.
     pub fn models(&self) -> Vec<(BodyId, String)> {
         self.bodies.iter().map(|(body, giving)| (*body, giving.shapes.key.clone())).collect()
+    }
+
+    /// Whether a body gives way.
+    pub fn contains(&self, body: BodyId) -> bool {
+        self.bodies.contains_key(&body)
     }
 
     /// Number of bodies that give way.

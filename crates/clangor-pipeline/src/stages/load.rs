@@ -72,6 +72,18 @@ pub enum LoadError {
     },
 }
 
+impl LoadedScene {
+    /// Gives the bodies their modes, and thin bodies without modes the restitution of whole bodies, in which
+    /// vibration counts.
+    pub fn give_modes(&mut self, modes: ImpactModes) {
+        for id in &modes.rigid {
+            let material = &mut self.world.bodies[id.index()].material;
+            *material = material.clone().rigid();
+        }
+        self.modes = modes;
+    }
+}
+
 /// Reads a scene and everything that it refers to.
 ///
 /// `adjust` may change what the text says before bodies are made of it.

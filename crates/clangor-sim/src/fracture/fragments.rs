@@ -103,13 +103,15 @@ pub(super) fn fragments(
     // Bodies of the solver.
     let to_world = |x: DVec3| parent.state.position + turn * (x - parent.centre);
     let mut bodies = Vec::with_capacity(motions.len());
+    // The modes of pieces are not known.
+    let material = parent.body.material.clone().rigid();
     let hulls = piece_hulls(&shatter.pieces, &shatter.crack_faces, HullSettings::default())?;
     for (k, ((piece, hulls), motion)) in shatter.pieces.iter().zip(hulls).zip(&motions).enumerate() {
         let (surface, _) = MeshSurface::try_new(piece.surface(), hulls.parts)?;
         let surface = Surface::Mesh(surface);
         check_surface(&surface).map_err(FractureError::Collision)?;
         let pose = Pose { position: to_world(motion.centre), orientation: parent.state.orientation };
-        let piece = Body::new(name(k), parent.body.material.clone(), surface, motion.mass, motion.inertia)
+        let piece = Body::new(name(k), material.clone(), surface, motion.mass, motion.inertia)
             .at(pose)
             .with_velocity(turn * motion.velocity)
             .with_angular_velocity(turn * motion.angular_velocity);

@@ -54,6 +54,7 @@ pub(crate) fn material(density: f64, restitution: f64, friction: f64, rolling_lo
         poisson_ratio: 0.3,
         restitution,
         restitution_speed: None,
+        rigid_restitution: None,
         yield_strength: None,
         friction,
         rolling_loss,

@@ -24,6 +24,7 @@ pub(crate) fn material(restitution: f64, friction: f64, rolling_loss: f64) -> Ma
         poisson_ratio: 0.29,
         restitution,
         restitution_speed: None,
+        rigid_restitution: None,
         yield_strength: None,
         friction,
         rolling_loss,

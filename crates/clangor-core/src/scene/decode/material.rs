@@ -120,6 +120,7 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str, contact: ContactMo
     let of_base = base.as_ref().filter(|_| !section.mentions("restitution"));
     let restitution_speed = section.number(d, "restitution_speed", SPEED);
     let restitution_speed = restitution_speed.or(of_base.and_then(|b| b.restitution_speed));
+    let rigid_restitution = of_base.and_then(|b| b.rigid_restitution);
     let yield_strength = section.number(d, "yield_strength", STRENGTH);
     let friction = required(d, "friction", FRICTION, base.as_ref().map(|b| b.friction));
     let damping = damping(d, &section, base.as_ref().map(|b| b.damping.clone()));
@@ -146,6 +147,7 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str, contact: ContactMo
         poisson_ratio,
         restitution,
         restitution_speed,
+        rigid_restitution,
         yield_strength,
         friction,
         rolling_loss: rolling_loss.or(base.as_ref().map(|b| b.rolling_loss)).unwrap_or(0.0),

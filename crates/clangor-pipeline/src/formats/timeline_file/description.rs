@@ -133,6 +133,8 @@ struct MaterialFields {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     restitution_speed: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    rigid_restitution: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     yield_strength: Option<f64>,
     friction: f64,
     rolling_loss: f64,

@@ -197,6 +197,7 @@ impl Checks<'_> {
                 poisson_ratio: m.poisson_ratio,
                 restitution: m.restitution,
                 restitution_speed: m.restitution_speed,
+                rigid_restitution: m.rigid_restitution,
                 yield_strength: m.yield_strength,
                 friction: m.friction,
                 rolling_loss: m.rolling_loss,
@@ -234,6 +235,9 @@ impl Checks<'_> {
             if let Some(value) = value {
                 self.positive(&at(name), value)?;
             }
+        }
+        if let Some(value) = m.rigid_restitution {
+            self.not_negative(&at("rigid_restitution"), value)?;
         }
         if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
             let problem = format!("is {}, not above -1 and at most 0.5", m.poisson_ratio);

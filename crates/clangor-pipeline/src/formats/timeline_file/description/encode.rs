@@ -129,6 +129,7 @@ fn body_fields(body: &Body, surface: SurfaceFields) -> BodyFields {
             poisson_ratio: material.poisson_ratio,
             restitution: material.restitution,
             restitution_speed: material.restitution_speed,
+            rigid_restitution: material.rigid_restitution,
             yield_strength: material.yield_strength,
             friction: material.friction,
             rolling_loss: material.rolling_loss,

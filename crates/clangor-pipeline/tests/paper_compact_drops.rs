@@ -93,7 +93,7 @@ fn rigid_contact_has_the_restitutions_of_whole_bodies() {
     {
         let drop = Drop { ball: material, block: material, contact: "rigid", ..DROP };
         for bounce in drop.with_both_solvers() {
-            // Residual seen 5e-16.
+            // Rounding alone.
             assert!((bounce - known).abs() < 1e-12, "{material}: {bounce}");
         }
     }
@@ -113,7 +113,7 @@ fn hard_impacts_on_metal_lose_by_plastic_flow() {
     let drop = Drop { ball: "hard", block: "hard", hard, ..DROP };
     let [slow, one, sixteen] = [0.1, 1.0, 16.0].map(|speed| Drop { speed, ..drop }.with_both_solvers());
     for at in [0, 1] {
-        // Residuals seen 0, 1e-3 (the ball falls 0.5 mm from these speeds).
+        // The ball falls 0.5 mm from these speeds, which raises that of 1 m/s by 0.5 % and e by 0.12 %.
         assert!((slow[at] - 1.0).abs() < 1e-9, "{slow:?}");
         assert!((sixteen[at] / one[at] - 0.5).abs() < 2e-3, "{one:?} {sixteen:?}");
         // Johnson's rounded form, 3.8 (Y/E*)^½ (½mV²/(YR³))^{−1/8}, is 1.5 % above ours.

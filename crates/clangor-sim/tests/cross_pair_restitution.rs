@@ -44,7 +44,7 @@ fn all_solvers_bounce_alike() {
             let (timeline, _) = run(&world, &settings).unwrap();
             let impulse: f64 = timeline.contacts.iter().map(|row| row.impulse_n).sum();
             let bounce = impulse / (world.bodies[0].mass * speed) - 1.0;
-            // Residual seen 1e-15.
+            // Rounding alone.
             assert!((bounce - known).abs() < 1e-12, "{solver:?} {contact:?} {speed}: {bounce} of {known}");
         }
         for solver in [Solver::Spheres, Solver::Rigid] {
@@ -52,7 +52,7 @@ fn all_solvers_bounce_alike() {
                 LiveWorld::new(&world, LiveSettings { solver, ..LiveSettings::default() }).unwrap();
             while !live.advance(0.02, 1000).unwrap() {}
             let bounce = live.states()[0].velocity.y / speed;
-            // Residual seen 1e-15.
+            // Rounding alone.
             assert!((bounce - known).abs() < 1e-12, "live {solver:?} {speed}: {bounce} of {known}");
         }
     }
@@ -77,7 +77,7 @@ fn clusters_take_the_restitution_at_the_speed_of_their_impact() {
         let constant = Material { yield_strength: None, ..steel.clone().with_restitution(restitution) };
         let (own, known) = (kept(speed, &steel), kept(speed, &constant));
         println!("{speed} m/s: {own:.4}, {known:.4}, e = {restitution:.4}");
-        // Residual seen RESIDUAL_C.
+        // The same contacts and damping: rounding alone.
         assert!((own - known).abs() < 1e-9, "{speed}: {own} of {known}");
         assert!(own < last);
         last = own;

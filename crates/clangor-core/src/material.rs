@@ -24,8 +24,8 @@ pub struct Material {
     pub restitution: f64,
     /// Approach speed [m/s] at which a viscous contact has that restitution; without it, all speeds have it.
     pub restitution_speed: Option<f64>,
-    /// Restitution of whole bodies \[-\], with the vibration of those of everyday shapes, for thin bodies whose
-    /// vibration is not known; without it, that of the contact.
+    /// Restitution of whole bodies \[-\], with the vibration of those of everyday shapes, for thin bodies
+    /// whose vibration is not known; without it, that of the contact.
     pub rigid_restitution: Option<f64>,
     /// Yield strength Y \[Pa\]: with it, hard impacts lose energy by plastic flow as well.
     pub yield_strength: Option<f64>,
@@ -55,7 +55,7 @@ impl Material {
     #[must_use]
     pub fn rigid(self) -> Self {
         match self.rigid_restitution {
-            Some(restitution) => self.with_restitution(restitution),
+            Some(restitution) => Material { restitution, restitution_speed: None, ..self },
             None => self,
         }
     }

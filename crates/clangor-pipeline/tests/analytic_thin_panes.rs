@@ -120,9 +120,25 @@ fn motion_does_not_depend_on_the_cache() {
 fn thin_bodies_without_modes_bounce_as_whole_bodies() {
     let text = |rule: &str| {
         format!(
-            "version = 1\n[[body]]\nname = \"coin\"\nshape = \"coin:0.02x0.0012@0.0005\"\nmaterial = \"ceramic\"\n\
-             position = [0, 1, 0]\n{rule}[[body]]\nname = \"block\"\nshape = \"box:0.03x0.02x0.03\"\n\
-             material = \"ceramic\"\n[[listener]]\nname = \"m\"\nposition = [0, 0, 1]\n"
+            r#"
+version = 1
+
+[[body]]
+name = "coin"
+shape = "coin:0.02x0.0012@0.0005"
+material = "ceramic"
+position = [0, 1, 0]
+{rule}
+
+[[body]]
+name = "block"
+shape = "box:0.03x0.02x0.03"
+material = "ceramic"
+
+[[listener]]
+name = "microphone"
+position = [0, 0, 1]
+"#
         )
     };
     let restitutions = |rule: &str| {
@@ -132,5 +148,5 @@ fn thin_bodies_without_modes_bounce_as_whole_bodies() {
         [0, 1].map(|body| loaded.world.bodies[body].material.restitution)
     };
     assert_eq!(restitutions(""), [0.98, 0.98]);
-    assert_eq!(restitutions("modal = \"none\"\n"), [0.7, 0.98]);
+    assert_eq!(restitutions("modal = \"none\""), [0.7, 0.98]);
 }

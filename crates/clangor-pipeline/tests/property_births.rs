@@ -42,7 +42,8 @@ fn cuboid(name: &str, half: DVec3) -> Body {
     let corners: Vec<DVec3> = (0..8).map(corner).collect();
     let mesh = convex_hull(&corners).unwrap();
     let (surface, mass) = MeshSurface::try_new(mesh, vec![ConvexPart::Hull(corners)]).unwrap();
-    let material = presets::GLASS.material();
+    // As pieces are, whose vibration is not known.
+    let material = presets::GLASS.rigid_material();
     Body::solid(name, material, Surface::Mesh(surface), &mass).with_edge_radius(1e-4)
 }
 

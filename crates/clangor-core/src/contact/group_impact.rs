@@ -12,6 +12,8 @@
 //! Not covered: gravity during the contact, whose impulse m g T belongs to the caller's step; bodies that no
 //! contact of the group touches yet.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::compliant::{
@@ -21,7 +23,7 @@ use super::compliant::{
 use super::contact_side::ContactSide;
 use super::hertz::HertzContact;
 use super::hertz_pulse::centred_spectrum;
-use super::impact_solver::{LEAST_MODAL_SHARE, LONGEST_FLIGHT, MAX_STEPS};
+use super::impact_solver::{LEAST_MODAL_SHARE, MAX_STEPS};
 use super::modal_energy::{ModesAtContact, ModesOf};
 use super::relative_curvature::RelativeCurvature;
 use super::vibrating_member::{RingingBodies, VibratingMember};
@@ -31,6 +33,9 @@ use crate::body::BodyId;
 const STEPS: f64 = 24.0;
 /// The same where no body vibrates: within 5e-4 through a row of five balls.
 const RIGID_STEPS: f64 = 64.0;
+
+/// Time without a force, in first durations, after which another hit is another impact.
+const FLIGHT: f64 = 4.0;
 
 /// A body of a group and its motion before the impact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +86,8 @@ pub struct GroupSolver {
     memory: SolverMemory,
     system: ContactSystem,
     ringing: RingingBodies,
+    /// Until when forces of solved contacts act on each vibrating body \[s\].
+    pressed_until: BTreeMap<BodyId, f64>,
     solved: u64,
     fallen_back: u64,
 }
@@ -156,6 +163,13 @@ impl GroupSolver {
     /// Forgets the vibration of a body.
     pub fn remove(&mut self, body: BodyId) {
         self.ringing.remove(body);
+        self.pressed_until.remove(&body);
+    }
+
+    /// Whether forces of solved contacts still act on a body at a time \[s\]: what meets it meanwhile is no
+    /// impact of its own.
+    pub fn is_pressed(&self, body: BodyId, time: f64) -> bool {
+        self.pressed_until.get(&body).is_some_and(|until| time < *until)
     }
 
     /// Whether the modes of the bodies matter to a contact: their share of the energy of the approach is
@@ -218,10 +232,11 @@ impl GroupSolver {
         self.system.replace(&members, &contacts).ok()?;
         let vibrates = members.iter().any(|member| !member.poles.is_empty());
         let steps_per_duration = if vibrates { STEPS } else { RIGID_STEPS };
+        let first = self.system.first_duration()?;
         let settings = StepSettings {
             steps_per_duration,
             max_steps: MAX_STEPS,
-            longest_flight: LONGEST_FLIGHT,
+            longest_flight: FLIGHT * first,
             ..StepSettings::default()
         };
         let solution = self.system.solve(&settings, &mut self.memory).ok()?;
@@ -229,8 +244,11 @@ impl GroupSolver {
         if solution.end == ContactEnd::StillTouching {
             return None;
         }
-        let end = group.time + solution.duration();
+        let (end, step) = (group.time + solution.duration(), solution.step);
         for (index, body) in bodies.iter().enumerate().filter(|(_, body)| !body.poles.is_empty()) {
+            let pressed = |step: &usize| group.ends_of(index).any(|(c, _)| solution.force(*step, c)[0] > 0.0);
+            let last = (0..solution.steps).rev().find(pressed).map_or(0, |step| step + 1);
+            self.pressed_until.insert(group.members[index].side.body, group.time + last as f64 * step);
             let state = solution.modal_state(index)[..body.poles.len()].to_vec();
             self.ringing.set(group.members[index].side.body, end, &body.poles, state);
         }

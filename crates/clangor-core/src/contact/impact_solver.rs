@@ -48,7 +48,7 @@ pub(super) const LEAST_MODAL_SHARE: f64 = 0.003;
 /// Share below which an impact does not count for the ringing of its bodies.
 const AUDIBLE_SHARE: f64 = 1e-8;
 /// Time without a force after which another hit is another impact \[s\]: timelines merge what is nearer.
-pub(super) const LONGEST_FLIGHT: f64 = 0.5e-3;
+const LONGEST_FLIGHT: f64 = 0.5e-3;
 /// Most steps of a solve.
 pub(super) const MAX_STEPS: usize = 16_384;
 

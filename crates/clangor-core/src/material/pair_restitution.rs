@@ -18,6 +18,9 @@
 //! and V₁ the true loss sets in slowly. A viscous contact loses more the smaller the bodies are; here the
 //! restitution of a material holds for any size.
 //!
+//! A restitution of whole bodies contains their vibration. Where either material has no other, both count
+//! with that of whole bodies, because such numbers were estimated for pairs of equals.
+//!
 //! Not here: vibration of the bodies and waves into half-spaces, which the solve of a contact has.
 
 use std::f64::consts::PI;
@@ -93,7 +96,10 @@ struct ViscousLoss {
 impl ViscousLoss {
     const NONE: ViscousLoss = ViscousLoss { restitution: 1.0, rate: 0.0 };
 
-    fn of(material: &Material) -> Self {
+    fn of(material: &Material, whole: bool) -> Self {
+        if let Some(restitution) = material.rigid_restitution.filter(|_| whole) {
+            return ViscousLoss { restitution, rate: 0.0 };
+        }
         let restitution = material.restitution;
         let rate = material.restitution_speed.map_or(0.0, |v| viscoelastic_rate(restitution) / v.powf(0.2));
         ViscousLoss { restitution, rate }
@@ -128,13 +134,25 @@ impl PairRestitution {
         PairRestitution { stated: 1.0, materials: [ViscousLoss::NONE; 2], plastic_speed: f64::INFINITY };
 
     pub(super) fn of(a: &Material, b: &Material) -> Self {
+        let whole = [a, b].iter().any(|m| m.rigid_restitution == Some(m.restitution));
+        PairRestitution::of_bodies([a, b], whole)
+    }
+
+    /// The pair of whole bodies: vibration, which nothing solves, is in the restitution
+    /// ([`Material::rigid_restitution`]).
+    pub fn of_whole_bodies(a: &Material, b: &Material) -> Self {
+        PairRestitution::of_bodies([a, b], true)
+    }
+
+    fn of_bodies([a, b]: [&Material; 2], whole: bool) -> Self {
+        let losses = [ViscousLoss::of(a, whole), ViscousLoss::of(b, whole)];
         let least = |x: f64, y: f64| x.min(y);
         let strength = [a, b].iter().filter_map(|m| m.yield_strength).reduce(least);
         let density = geometric_mean(a.density, b.density);
         let compliance = a.contact_compliance() + b.contact_compliance();
         PairRestitution {
-            stated: geometric_mean(a.restitution, b.restitution),
-            materials: [ViscousLoss::of(a), ViscousLoss::of(b)],
+            stated: geometric_mean(losses[0].restitution, losses[1].restitution),
+            materials: losses,
             plastic_speed: strength.map_or(f64::INFINITY, |y| plastic_speed(y, density, compliance)),
         }
     }

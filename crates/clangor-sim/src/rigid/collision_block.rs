@@ -86,6 +86,8 @@ impl BlockPoint {
 #[derive(Default)]
 pub(super) struct Block {
     pub(super) actors: Vec<Actor>,
+    /// Whether bodies vibrate by impacts that nothing solves: restitution is that of whole bodies.
+    pub(super) vibrates: bool,
     points: Vec<BlockPoint>,
 }
 
@@ -109,6 +111,8 @@ impl Block {
             let (Some(a), Some(b)) = (find(pair.key.a), find(pair.key.b)) else { continue };
             let normal = pair.exact.normal;
             let rest = rest_speed(&pair.coefficients.restitution, &scene.step);
+            let whole = scene.compliance.as_ref().filter(|_| self.vibrates);
+            let law = whole.map_or(pair.coefficients.restitution, |c| c.whole_restitution(pair));
             for point in &pair.exact.points {
                 let middle = (point.on_a + point.on_b) * 0.5;
                 let known = BlockPoint::at(index, (a, b), (normal, middle), &self.actors);
@@ -118,7 +122,7 @@ impl Block {
                 }
                 let spent = pair.hits >= ELASTIC_HITS || round >= ELASTIC_HITS;
                 let ramp = ((approach - rest) / rest).clamp(0.0, 1.0);
-                let restitution = if spent { 0.0 } else { pair.coefficients.restitution.at(approach) * ramp };
+                let restitution = if spent { 0.0 } else { law.at(approach) * ramp };
                 self.points.push(BlockPoint {
                     gap: point.gap,
                     friction: pair.coefficients.friction,

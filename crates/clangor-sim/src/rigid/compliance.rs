@@ -5,7 +5,10 @@ use std::sync::Arc;
 use clangor_core::body::{Body, BodyId, Surface};
 use clangor_core::contact::modal_energy::ModesOf;
 use clangor_core::contact::{ContactSide, GroupSolver};
+use clangor_core::material::{Material, PairRestitution};
 use clangor_core::pose::Pose;
+
+use super::pair::Pair;
 
 /// The modes of bodies, and from which approach speed on they matter.
 #[derive(Clone, Copy)]
@@ -32,5 +35,22 @@ impl BodySide {
 pub(super) struct Compliance<'a> {
     pub(super) modes: ContactModes<'a>,
     pub(super) sides: &'a [BodySide],
+    pub(super) materials: &'a [Material],
     pub(super) solver: &'a mut GroupSolver,
+}
+
+impl Compliance<'_> {
+    /// Whether a body has modes.
+    pub(super) fn vibrates(&self, body: usize) -> bool {
+        (self.modes.modes)(BodyId(body as u32), &[]).is_some()
+    }
+
+    /// Restitution of a pair by the law of rigid bodies: that of whole bodies, if one of them has modes.
+    pub(super) fn whole_restitution(&self, pair: &Pair) -> PairRestitution {
+        let [a, b] = pair.ends();
+        match self.vibrates(a) || self.vibrates(b) {
+            true => PairRestitution::of_whole_bodies(&self.materials[a], &self.materials[b]),
+            false => pair.coefficients.restitution,
+        }
+    }
 }

@@ -11,7 +11,9 @@
 //! Differs: the duration of the contact itself is neglected. The impulses act at its first instant and pose.
 //! The bodies would move by V τ meanwhile, 20 to 300 µm at 1 m/s, and gravity would add g τ, below 3 mm/s.
 //!
-//! Bodies without modes, such as the pieces of a broken one, keep the impulses of rigid bodies.
+//! Bodies without modes, such as the pieces of a broken one, keep the impulses of rigid bodies. So do impacts
+//! that are slow, or that meet a vibrating body while the forces of its last solve act on it, as in a crowd:
+//! their restitution is that of whole bodies, in which vibration counts.
 
 use clangor_core::body::BodyId;
 use clangor_core::contact::{ContactSide, GroupContact, GroupImpact, GroupMember};
@@ -53,6 +55,7 @@ impl Block {
     /// logs the impulses. The group then also has the other pairs that took part.
     pub(super) fn give_way(&mut self, scene: &mut Scene<'_>, group: &mut Vec<usize>, t: f64) {
         let (own, bodies) = (group.len(), self.actors.len());
+        self.vibrates = false;
         let Some(reach) = self.gather_pressed(scene, group, t) else { return };
         let Some(compliance) = &mut scene.compliance else { return };
         let points = self.touching(scene.pairs, group, (reach, compliance.sides));
@@ -96,20 +99,32 @@ impl Block {
     /// fastest approach closes in the time of the contact; `None` if no contact is to be solved.
     fn gather_pressed(&mut self, scene: &mut Scene<'_>, group: &mut Vec<usize>, t: f64) -> Option<f64> {
         let compliance = scene.compliance.as_ref()?;
+        self.vibrates = self.actors.iter().any(|actor| compliance.vibrates(actor.body));
         if group.iter().any(|pair| scene.pairs[*pair].hits >= ELASTIC_HITS) {
             return None;
         }
+        let time = scene.step.time + t;
+        if self.actors.iter().any(|actor| compliance.solver.is_pressed(BodyId(actor.body as u32), time)) {
+            return None;
+        }
         let modes = compliance.modes.modes;
-        let vibrates = |pair: &Pair, contact: &GroupContact| {
-            pair.ends().iter().any(|body| modes(BodyId(*body as u32), &[]).is_some())
-                && compliance.solver.matters(contact, modes)
+        let (mut met, mut matter) = (false, false);
+        let mut vibrates = |pair: &Pair, contact: &GroupContact| {
+            let one = pair.ends().iter().any(|body| compliance.vibrates(*body));
+            let matters = one && compliance.solver.matters(contact, modes);
+            (met, matter) = (met || one, matter || matters);
+            matters
         };
-        if let Some(reach) = self.closing_distance(scene, group, &vibrates) {
+        let reach = self.closing_distance(scene, group, &mut vibrates);
+        // Modes that do not matter take nothing.
+        self.vibrates &= !met || matter;
+        if let Some(reach) = reach {
             self.add_other_parts(scene, group, t);
             return Some(reach);
         }
-        let balls = |pair: &Pair, _: &GroupContact| pair.ends().iter().all(|body| scene.is_free_ball(*body));
-        let reach = self.closing_distance(scene, group, &balls)?;
+        let mut balls =
+            |pair: &Pair, _: &GroupContact| pair.ends().iter().all(|body| scene.is_free_ball(*body));
+        let reach = self.closing_distance(scene, group, &mut balls)?;
         self.add_pressed_balls(scene, group, (reach, t)).then_some(reach)
     }
 
@@ -119,7 +134,7 @@ impl Block {
         &self,
         scene: &Scene<'_>,
         group: &[usize],
-        solved: &dyn Fn(&Pair, &GroupContact) -> bool,
+        solved: &mut dyn FnMut(&Pair, &GroupContact) -> bool,
     ) -> Option<f64> {
         let compliance = scene.compliance.as_ref()?;
         let mut reach: Option<f64> = None;

@@ -248,6 +248,7 @@ impl RigidWorld {
             compliance: modes.map(|modes| Compliance {
                 modes,
                 sides: &self.sides,
+                materials: &self.materials,
                 solver: &mut self.compliant,
             }),
         });

@@ -183,6 +183,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Counts impacts whose contacts were solved, and those that could not be.
+    #[cfg(feature = "rigid")]
     pub(crate) fn count_solves(&mut self, (solved, fallen_back): (u64, u64)) {
         self.report.solved += solved;
         self.report.fallen_back += fallen_back;

@@ -35,7 +35,7 @@ pub const LEAD: f64 = 2e-3;
 pub const DEFAULT_SPEED: f64 = 1.0;
 
 /// What strikes the body.
-#[expect(clippy::large_enum_variant, reason = "one per strike, never in lists")]
+#[allow(clippy::large_enum_variant, reason = "one per strike, never in lists")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum StrikeForce {
     /// A force of given impulse, which nothing else limits.

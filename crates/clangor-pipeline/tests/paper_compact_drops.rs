@@ -44,7 +44,8 @@ impl Drop<'_> {
              {support}\n[[listener]]\nposition = [0.0, 0.0, 1.0]\n"
         );
         let mut loaded = scene_from_text(Path::new("drop.toml"), text, &|_| ()).unwrap();
-        loaded.modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+        let modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+        loaded.give_modes(modes);
         // Nothing here is thin: what is lost is the loss of the contact.
         assert_eq!(loaded.modes.count(), 0);
         let (timeline, _) =

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::budget::Budget;
 use super::engine_settings::EngineSettings;
 use super::event::{ImpactEvent, Part};
 use super::object_table::MOST_RETIRING;
@@ -200,11 +199,11 @@ impl BlockRenderer {
         self.mix.clear(frames);
     }
 
-    /// Adds the waves of acceleration pulses until a sample.
-    pub(super) fn render_waves(&mut self, end: i64, budget: &Budget) {
+    /// Adds the waves of acceleration pulses until a sample, as many as the `credit` allows, and charges it.
+    pub(super) fn render_waves(&mut self, end: i64, credit: &mut usize) {
         let BlockRenderer { waves, pulses, paths, mix, .. } = self;
         let receivers = mix.channels.len();
-        waves.play(end, budget.waves, |wave| {
+        let played = waves.play(end, *credit, |wave| {
             let QueuedWave { pulse, towards, path, receiver, .. } = wave;
             let input = paths.reverberation_input(*path).filter(|_| *receiver == 0);
             let into = [(*receiver, 1.0), (receivers + input.unwrap_or(0), towards.length())];
@@ -215,6 +214,7 @@ impl BlockRenderer {
             };
             pulses.play(pulse, *towards, *path, outputs);
         });
+        *credit = credit.saturating_sub(played);
         for (output, samples) in mix.channels.iter_mut().chain(&mut mix.entering).enumerate() {
             pulses.take(output, samples);
         }

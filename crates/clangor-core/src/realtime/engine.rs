@@ -112,7 +112,7 @@ impl Engine {
             self.apply(event);
         }
         self.renderer.begin_block(frames);
-        self.renderer.render_waves(end, &budget);
+        self.renderer.render_waves(end, &mut self.scheduler.credit.waves);
         self.objects.limit_modes(budget.mode_paths);
         let (block, mut outputs) = self.renderer.voice_block(position, frames);
         self.objects.render(&block, budget.transfers, &mut outputs);
@@ -224,13 +224,13 @@ impl Engine {
         let Some(voice) = &mut object.voice else { return };
         voice.stand(onset.sample, impact.pose);
         let transfers = if voice.awake_modes() == 0 { object.transfer_work } else { 0 };
-        let allowed = scheduler.work.allows(transfers);
+        let allowed = scheduler.credit.allows(transfers);
         let force = if allowed { renderer.force(onset, impact) } else { None };
         let point = impact.pose.body_from_world(impact.point);
         let work = force.as_ref().map_or(0, |force| force.work);
         let strikes = |force| voice.strike(&force, &[(point, impulse)], scheduler.position());
         if force.is_some_and(strikes) {
-            scheduler.work.spend(work, transfers);
+            scheduler.credit.spend(work, transfers);
         } else {
             scheduler.postpone(impact, onset, !allowed);
         }

@@ -11,7 +11,8 @@ pub struct Report {
     pub lost: u64,
     /// Events with numbers that are not finite or out of range, of unknown objects, or too far ahead.
     pub refused: u64,
-    /// Impacts that arrived too late and were rendered as soon as possible.
+    /// Impacts that arrived too late and were rendered as soon as possible, and delays of impacts beyond the
+    /// budget of a block.
     pub late: u64,
     /// Impacts with the engine's profile in place of a history that is too long, or one of too many.
     pub simplified: u64,

@@ -3,7 +3,7 @@
 //! An event of time t acts at the sample of t + latency, the latency being a block and the look-ahead of
 //! pulses and forces. Impacts act a look-ahead earlier, because their sound is computed before it is heard.
 
-use super::budget::Budget;
+use super::budget::{Budget, Credit};
 use super::engine_settings::EngineSettings;
 use super::event::{Event, ImpactEvent};
 use super::schedule::Schedule;
@@ -56,31 +56,6 @@ pub(super) struct Onset {
     lateness: f64,
 }
 
-/// Work that impacts on objects may still cause in the block.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ImpactWork {
-    impacts: usize,
-    /// Transfer coefficients of objects that start to vibrate.
-    transfers: usize,
-    /// Whether an object has started to vibrate in this block.
-    woken: bool,
-}
-
-impl ImpactWork {
-    /// Whether one more impact, which sets `transfers` coefficients, fits. The first object that starts to
-    /// vibrate in a block always does.
-    pub(super) fn allows(&self, transfers: usize) -> bool {
-        self.impacts > 0 && (transfers <= self.transfers || !self.woken)
-    }
-
-    /// Uses up the work of an impact, in impacts with a closed profile, and its `transfers`.
-    pub(super) fn spend(&mut self, impacts: usize, transfers: usize) {
-        self.impacts = self.impacts.saturating_sub(impacts);
-        self.transfers = self.transfers.saturating_sub(transfers);
-        self.woken |= transfers > 0;
-    }
-}
-
 /// See the module.
 pub(super) struct Scheduler {
     sample_rate: f64,
@@ -89,7 +64,7 @@ pub(super) struct Scheduler {
     /// Sample that is rendered next.
     position: i64,
     waiting: Schedule<Event>,
-    pub(super) work: ImpactWork,
+    pub(super) credit: Credit,
     pub(super) counts: EventCounts,
 }
 
@@ -102,7 +77,7 @@ impl Scheduler {
             budget: settings.budget,
             position: 0,
             waiting: Schedule::new(MOST_WAITING),
-            work: ImpactWork::default(),
+            credit: Credit::of(&settings.budget),
             counts: EventCounts::default(),
         }
     }
@@ -179,11 +154,10 @@ impl Scheduler {
         (end - begin) * self.sample_rate > LONGEST_HISTORY || force.values().len() > MOST_HISTORY_SAMPLES
     }
 
-    /// Begins a block: its full budget.
+    /// Begins a block, whose budget adds to the credit.
     pub(super) fn begin_block(&mut self, frames: usize) -> Budget {
-        let budget = self.budget.of(frames);
-        self.work = ImpactWork { impacts: budget.impacts, transfers: 4 * budget.transfers, woken: false };
-        budget
+        self.credit.add(&self.budget, frames);
+        self.budget.of(frames)
     }
 
     /// The next event that acts in a block up to a sample.

@@ -60,8 +60,8 @@ impl WaveQueue {
     }
 
     /// Plays the waves that begin before a sample, at most `budget` of them, and then later ones as long as
-    /// the budget lasts.
-    pub(super) fn play(&mut self, before: i64, budget: usize, mut play: impl FnMut(&QueuedWave)) {
+    /// the budget lasts. Returns how many it played.
+    pub(super) fn play(&mut self, before: i64, budget: usize, mut play: impl FnMut(&QueuedWave)) -> usize {
         self.due.clear();
         while self.due.len() < self.most
             && let Some(wave) = self.waiting.next_before(before)
@@ -78,13 +78,16 @@ impl WaveQueue {
             }
         }
         self.due.iter().for_each(&mut play);
-        let played = self.due.len();
+        let mut played = self.due.len();
         // Sources must not be kept: their owners free them.
         self.due.clear();
-        for _ in played..budget {
-            let Some(wave) = self.waiting.next_before(i64::MAX) else { break };
+        while played < budget
+            && let Some(wave) = self.waiting.next_before(i64::MAX)
+        {
             play(&wave);
+            played += 1;
         }
+        played
     }
 
     /// Drops all waves.

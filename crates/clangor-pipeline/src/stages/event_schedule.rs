@@ -15,7 +15,7 @@ use clangor_core::contact::{ContactError, PoseHistory};
 use clangor_core::glam::{DQuat, DVec3};
 use clangor_core::pose::Pose;
 use clangor_core::realtime::{
-    Controller, Engine, EngineSettings, ImpactEvent, ImpactTarget, SoundingObject, engine,
+    Budget, Controller, Engine, EngineSettings, ImpactEvent, ImpactTarget, SoundingObject, engine,
 };
 use clangor_core::synthesis::SoundModel;
 use clangor_core::synthesis::modal::ModalSource;
@@ -74,8 +74,7 @@ const STEP: f64 = 1e-3;
 
 impl EventSchedule {
     /// The schedule of a timeline whose bodies have `models` and the modal sources `ringing`. Each struck
-    /// body
-    /// that is more than a sphere that clicks has a slot.
+    /// body that is more than a sphere that clicks has a slot.
     ///
     /// # Errors
     /// [`ContactError`] for a timeline that contradicts itself.
@@ -149,6 +148,9 @@ impl EventSchedule {
             receivers: listener.receivers.len(),
             reach: usual.reach.max(1.5 * self.impacts.iter().map(distance).fold(0.0, f64::max)),
             objects: self.objects.len(),
+            // A body that settles hits with all its contact points at once, each with its own force. The
+            // engine has a core to itself here.
+            budget: Budget { impacts: 64, ..usual.budget },
             ..usual
         }
     }

@@ -1,7 +1,8 @@
 //! Limits of the work of a block, so that each block ends in time.
 //!
 //! Impacts come in bursts. A device may ask for blocks of a few samples, whose share of the work is less than
-//! one burst. Work not done in one block is therefore a [`Credit`] for the next ones.
+//! one burst. Work not done in one block is therefore a [`Credit`] for the next ones. A block of less
+//! than 128 samples may so take as long as one of 128: the buffers of the device must hold that long.
 
 /// Largest work in 128 samples; in longer blocks, in proportion to the length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,8 @@
 //! timeline.
 //!
 //! Dynamics that lets the force of the contact move the bodies asks
-//! [`group_impact`](mod@group_impact): all bodies and contacts of one instant, impulses out.
+//! [`group_impact`](mod@group_impact): all bodies and contacts of one instant, impulses out, and on request
+//! what each body feels over time ([`load_history`](mod@load_history)).
 //!
 //! Weaker contact forces form a force stream ([`force_stream`](mod@force_stream)).
 
@@ -31,6 +32,7 @@ pub mod hertz_pulse;
 pub mod impact;
 pub mod impact_pulse;
 pub mod impact_solver;
+pub mod load_history;
 pub mod modal_energy;
 pub mod pose_history;
 pub mod pulses;
@@ -52,6 +54,7 @@ pub use hertz::HertzRange;
 pub use impact::{ContactPoint, Impact};
 pub use impact_pulse::{BodyPulse, ImpactPulse};
 pub use impact_solver::{ImpactSolver, SolveReport};
+pub use load_history::LoadHistory;
 pub use modal_energy::{ModesAtContact, no_modes};
 pub use pose_history::PoseHistory;
 pub use pulses::{ContactReport, ContactSettings, StruckBodies, impact_pulses, impact_pulses_on};

@@ -20,6 +20,7 @@
 //! Source: \[FRAC\] §3.2 and §3.3.
 
 pub mod breaking;
+mod breaking_instant;
 mod cells;
 mod coarsen;
 mod contact_loads;
@@ -29,9 +30,11 @@ mod family;
 mod fragments;
 pub mod hulls;
 pub mod motion;
+mod pair_history;
 pub mod pattern;
 pub mod piece;
 mod shatter;
+mod spent_energy;
 pub mod split;
 mod star;
 mod tetrahedron;

@@ -39,6 +39,8 @@ pub struct BreakingReport {
     pub screened: u64,
     /// Impacts for which stress was computed.
     pub solved: u64,
+    /// Impacts whose force over time could not be solved: the peak of a half-sine loads the body.
+    pub unsolved: u64,
     /// Impacts beyond the strength whose energy was too small for any crack.
     pub withstood: u64,
     /// Impacts beyond the strength on bodies that already have the largest number of pieces.

@@ -50,5 +50,5 @@ pub use replacement::{Breaker, CrackImpulse, Replacement};
 pub(crate) use run::run;
 #[cfg(feature = "fracture")]
 pub(crate) use shape::check_surface;
-pub use step_log::{Impulse, StepLog};
+pub use step_log::{Impulse, PairImpulses, SolvedLoad, StepLog};
 pub use world::RigidWorld;

@@ -48,7 +48,7 @@ pub fn simulate_with_modes(
     let outcome = match choose_solver(world, settings.solver) {
         Solver::Spheres => spheres::simulate(world, settings, &mut recorder, progress),
         #[cfg(feature = "rigid")]
-        _ => rigid::run(world, (settings, modes), &mut recorder, &mut |_, _| Ok(Vec::new()), progress),
+        _ => rigid::run(world, (settings, modes), &mut recorder, None, progress),
         #[cfg(not(feature = "rigid"))]
         _ => {
             let _ = modes;
@@ -86,6 +86,6 @@ pub fn simulate_breaking(
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<SimulationReport, SimulationError> {
     let mut recorder = Recorder::new(settings.record, sink);
-    let outcome = rigid::run(world, (settings, modes), &mut recorder, breaker, progress);
+    let outcome = rigid::run(world, (settings, modes), &mut recorder, Some(breaker), progress);
     ended(recorder, outcome, settings.duration)
 }

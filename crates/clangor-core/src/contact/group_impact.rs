@@ -9,6 +9,9 @@
 //! the contact alone ([`compliant`](super::compliant)). Motion and modes together never have more energy
 //! than before. What the tails of modes above the band take is heat.
 //!
+//! A group that is followed also says what each body feels over time
+//! ([`load_history`](mod@super::load_history)).
+//!
 //! Not covered: gravity during the contact, whose impulse m g T belongs to the caller's step; bodies that no
 //! contact of the group touches yet.
 
@@ -24,6 +27,7 @@ use super::contact_side::ContactSide;
 use super::hertz::HertzContact;
 use super::hertz_pulse::centred_spectrum;
 use super::impact_solver::{LEAST_MODAL_SHARE, MAX_STEPS};
+use super::load_history::LoadHistory;
 use super::modal_energy::{ModesAtContact, ModesOf};
 use super::relative_curvature::RelativeCurvature;
 use super::vibrating_member::{RingingBodies, VibratingMember};
@@ -78,6 +82,8 @@ pub struct GroupImpact<'a> {
     pub members: &'a [GroupMember],
     /// Contacts between them.
     pub contacts: &'a [GroupContact],
+    /// Whether the energy that contacts and modes store is kept for [`GroupSolver::load_history`].
+    pub followed: bool,
 }
 
 /// Solves groups in order of time, and keeps the vibration of the bodies between them.
@@ -189,6 +195,14 @@ impl GroupSolver {
         impulses
     }
 
+    /// What the group solved last did to one of its members over time; `None` if it was not followed.
+    pub fn load_history(&self, group: &GroupImpact<'_>, member: usize) -> Option<LoadHistory> {
+        let contacts: Vec<(usize, f64)> =
+            group.ends_of(member).map(|(contact, end)| (contact, if end == 0 { 1.0 } else { -1.0 })).collect();
+        let points = contacts.iter().map(|(contact, _)| group.contacts[*contact].place).collect();
+        LoadHistory::of_solution(self.memory.solution(), member, &contacts, points)
+    }
+
     fn try_solve(&mut self, group: &GroupImpact<'_>, modes: ModesOf<'_>) -> Option<Vec<DVec3>> {
         let hertz: Vec<HertzContact> = group.contacts.iter().map(GroupContact::hertz).collect();
         let fastest = group.contacts.iter().map(|contact| contact.approach).fold(0.0, f64::max);
@@ -237,6 +251,7 @@ impl GroupSolver {
             steps_per_duration,
             max_steps: MAX_STEPS,
             longest_flight: FLIGHT * first,
+            stored_energy: group.followed,
             ..StepSettings::default()
         };
         let solution = self.system.solve(&settings, &mut self.memory).ok()?;

@@ -21,7 +21,7 @@ pub struct Breaking {
     pub crack_impulses: bool,
     /// Force that balances the contact forces on a free body in the stress solution.
     pub reaction: Reaction,
-    /// Force equivalent to an impulse.
+    /// Force of an impact.
     pub load: Load,
     /// Scored planes. A scored body breaks along these planes only.
     pub scores: Vec<Score>,
@@ -41,7 +41,7 @@ impl Default for Breaking {
             most_pieces: Self::MOST_PIECES,
             crack_impulses: true,
             reaction: Reaction::InertiaRelief,
-            load: Load::HalfSinePeak,
+            load: Load::History,
             scores: Vec::new(),
         }
     }
@@ -57,9 +57,12 @@ pub enum Reaction {
     LeastResidual,
 }
 
-/// Force equivalent to an impulse j.
+/// Force of an impact of impulse j.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
+    /// Force and stored energy at every instant of the solved contact; the peak of the half-sine where
+    /// bodies do not give way in impacts.
+    History,
     /// The peak of the contact's half-sine: (π/2) j/τ.
     HalfSinePeak,
     /// j/Δt, as in \[FRAC\]. Stress and fracture then depend on the time step.

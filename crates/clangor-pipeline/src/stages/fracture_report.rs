@@ -104,6 +104,9 @@ pub struct ImpactCounts {
     pub screened: u64,
     /// Those for which stress was computed.
     pub solved: u64,
+    /// Impacts whose force over time could not be solved.
+    #[serde(default)]
+    pub unsolved: u64,
     /// Beyond the strength, but they paid for no crack.
     pub withstood: u64,
     /// Beyond the strength, when there were as many pieces as are allowed.
@@ -182,9 +185,9 @@ impl FractureReport {
     /// With what a simulation says of impacts.
     #[must_use]
     pub fn with_impacts(self, report: &BreakingReport) -> Self {
-        let BreakingReport { screened, solved, withstood, capped, refused } = report.clone();
+        let BreakingReport { screened, solved, unsolved, withstood, capped, refused } = report.clone();
         FractureReport {
-            impacts: Some(ImpactCounts { screened, solved, withstood, capped, refused }),
+            impacts: Some(ImpactCounts { screened, solved, unsolved, withstood, capped, refused }),
             ..self
         }
     }

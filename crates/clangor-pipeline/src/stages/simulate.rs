@@ -117,8 +117,7 @@ fn run(
     if loaded.breakables.is_empty() {
         return Ok(clangor_sim::simulate_with_modes(world, (settings, &modes), sink, progress)?);
     }
-    let (v_min, step) = (settings.record.v_min, settings.time_step);
-    let mut breaking = BreakingBodies::new(world, loaded.breakables.clone(), v_min, step)?;
+    let mut breaking = BreakingBodies::new(world, loaded.breakables.clone(), settings)?;
     let mut breaker = |rigid: &RigidWorld, log: &StepLog| breaking.look(rigid, log);
     let report = clangor_sim::simulate_breaking(world, (settings, &modes), sink, &mut breaker, progress)?;
     Ok(SimulationReport { breaking: breaking.report().clone(), ..report })

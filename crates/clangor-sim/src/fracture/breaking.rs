@@ -1,13 +1,12 @@
 //! Which bodies break under the impacts of a step, and into which pieces.
 //!
 //! ```text
-//! K u = F − reaction,    E_S = ½ uᵀF ≤ Σ ½ m V²,    largest σ₁ ≥ strength: it breaks
+//! impacts ─► contact_loads: F(t), U(t) ─► breaking_instant: stress, energy ─► shatter ─► pieces
 //! ```
 //!
-//! All impacts that still act load the body together. The strain energy is limited to the energy of the
-//! impacts: if the static solution exceeds it, forces, stress and energy are scaled down. Cracks and the
-//! motion of the pieces use only the energy that the impacts dissipated, so that the mechanical energy of all
-//! bodies never grows; the rest was returned as rebound.
+//! All impacts that still act load a body together. When it breaks, and with which energy, decides
+//! `breaking_instant`. Cracks and the motion of the pieces use only energy that motion lost in the impacts, so
+//! that the mechanical energy of all bodies never grows; the rest was returned as rebound.
 //!
 //! Nothing is solved if no stress can reach the strength σ_c, because even a single element that held all the
 //! energy would stay below it:
@@ -16,30 +15,34 @@
 //! Σ ½ m V² < V_least σ_c² (1 − 2ν²/(1 − ν))/(2 E)
 //! ```
 //!
-//! A scratch of depth d weakens a scored body there to K/(1.12 √(π d)), K = √(E G_c/(1 − ν²)) (Griffith,
-//! Irwin).
-//!
 //! Source: \[FRAC\] §3. Differs: its load is j/Δt (`Load::Step`, which takes any energy), and its E_S has no
 //! bound.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use clangor_bake::mesh::tetrahedra::TetMesh;
-use clangor_bake::stress::{PointLoad, StressBody, StressOptions, SymmetricTensor};
+use clangor_bake::stress::{Deformation, StressBody, StressOptions};
 use clangor_core::body::{Body, BodyId, World};
-use clangor_core::scene::breaking::{Breaking, Load, Score};
+use clangor_core::contact::{GroupSolver, LoadHistory};
+use clangor_core::scene::breaking::{Breaking, Load};
 use clangor_core::timeline::ContactKind;
 use glam::DVec3;
 
-use super::contact_loads::{ContactLoad, contact_load_on, pair_pulse};
+use super::breaking_instant::{BreakingSearch, Strained, instants};
+use super::contact_loads::{ContactLoad, PairImpact, half_sine_peak};
 use super::error::FractureError;
 use super::family::Family;
 use super::fragments::{Broken, Fragments, Parent, fragments};
+use super::pair_history::pair_histories;
 use super::pattern::PatternSettings;
 use super::piece::Piece;
-use super::shatter::{shatter, shatter_along};
-use crate::rigid::{Replacement, RigidWorld, StepLog};
-use crate::{BreakingReport, SimulationError};
+use super::shatter::{Shatter, shatter, shatter_along};
+use super::spent_energy::SpentEnergy;
+use crate::rigid::{PairImpulses, Replacement, RigidWorld, StepLog};
+use crate::{BreakingReport, ContactModel, SimulationError, SimulationSettings};
+
+/// Growth of the energy after which cracks that were too dear are tried again.
+const MORE_ENERGY: f64 = 1.05;
 
 /// A body that may break.
 #[derive(Clone, Debug)]
@@ -62,6 +65,10 @@ pub struct BreakingBodies {
     families: Vec<Family>,
     v_min: f64,
     time_step: f64,
+    /// Impacts so far, and what cracks took of their energy.
+    impacts: u64,
+    spent: SpentEnergy,
+    solver: GroupSolver,
     report: BreakingReport,
 }
 
@@ -74,11 +81,14 @@ struct Fragile {
     least_volume: f64,
     stress: Option<StressBody>,
     contact_loads: Vec<ContactLoad>,
+    /// Onset of the first load since its stress was looked at \[s\].
+    fresh: f64,
     seed: u64,
 }
 
 impl BreakingBodies {
-    /// Prepares the breakable bodies of a world; impacts slower than `v_min` \[m/s\] are ignored.
+    /// Prepares the breakable bodies of a world. Impacts slower than the `v_min` of the record are ignored; if
+    /// bodies do not give way in impacts, `Load::History` is the peak of a half-sine.
     ///
     /// # Errors
     /// [`SimulationError::Fracture`] for a body that cannot break: its material has no strength or toughness,
@@ -86,21 +96,27 @@ impl BreakingBodies {
     pub fn new(
         world: &World,
         breakables: Vec<Breakable>,
-        v_min: f64,
-        time_step: f64,
+        settings: &SimulationSettings,
     ) -> Result<Self, SimulationError> {
         let mut all = BreakingBodies {
             bodies: world.bodies.clone(),
             fragile: BTreeMap::new(),
             families: Vec::new(),
-            v_min,
-            time_step,
+            v_min: settings.record.v_min,
+            time_step: settings.time_step,
+            impacts: 0,
+            spent: SpentEnergy::default(),
+            solver: GroupSolver::default(),
             report: BreakingReport::default(),
         };
         for breakable in breakables {
             let Some(body) = world.bodies.get(breakable.body.index()) else { continue };
             let refuse = |source| SimulationError::Fracture { body: body.name.clone(), source };
-            let family = Family::of(body, breakable.breaking).map_err(refuse)?;
+            let mut breaking = breakable.breaking;
+            if settings.contact == ContactModel::Rigid && breaking.load == Load::History {
+                breaking.load = Load::HalfSinePeak;
+            }
+            let family = Family::of(body, breaking).map_err(refuse)?;
             let piece = Piece::whole(&breakable.mesh).map_err(refuse)?;
             let fragile = Fragile::new(all.families.len(), piece, breakable.seed).map_err(refuse)?;
             all.families.push(family);
@@ -138,33 +154,84 @@ impl BreakingBodies {
     /// Adds the loads of a step's impacts to the breakable bodies. Returns the loaded bodies.
     fn take_contact_loads(&mut self, log: &StepLog) -> Result<BTreeSet<BodyId>, SimulationError> {
         let mut loaded = BTreeSet::new();
-        for (kind, rows, poses) in log.groups() {
-            let Some(first) = rows.first() else { continue };
-            let ids = [first.body_a, first.body_b];
-            let felt = matches!(kind, ContactKind::Impact | ContactKind::Contact)
-                && ids.iter().any(|id| self.fragile.contains_key(id));
-            if !felt || rows.iter().all(|r| r.approach_speed() < self.v_min) {
+        let first = self.impacts;
+        for load in log.loads() {
+            self.impacts = self.impacts.max(first + load.solve as u64 + 1);
+            let id = load.state.body;
+            if self.load_of(id) == Some(Load::History) {
+                self.add_load(id, ContactLoad::of_solved(load, first + load.solve as u64), &mut loaded);
+            }
+        }
+        for PairImpulses { kind, rows, poses, solved } in log.groups() {
+            let Some(row) = rows.first() else { continue };
+            let ids = [row.body_a, row.body_b];
+            // What solved impacts do over time is known already.
+            let felt = |id: &BodyId| self.load_of(*id).is_some_and(|load| !solved || load != Load::History);
+            if !matches!(kind, ContactKind::Impact | ContactKind::Contact)
+                || !ids.iter().any(felt)
+                || rows.iter().all(|r| r.approach_speed() < self.v_min)
+            {
                 continue;
             }
-            let pair = ids.map(|id| self.bodies.get(id.index()));
-            let name = || pair.iter().flatten().next().map_or_else(String::new, |load| load.name.clone());
-            let refuse = |source| SimulationError::Fracture {
-                body: name(),
-                source: FractureError::ContactLoad(source),
-            };
-            let Some(pulse) = pair_pulse(pair, rows, poses, self.v_min).map_err(refuse)? else { continue };
-            for id in ids {
-                let Some(fragile) = self.fragile.get_mut(&id) else { continue };
-                let model = self.families[fragile.family].breaking.load;
-                if let Some(load) = contact_load_on(id, &pulse, rows, pair, model, self.time_step) {
-                    // Removes the loads that ended before this impact began.
-                    fragile.contact_loads.retain(|earlier| earlier.end > pulse.time);
-                    fragile.contact_loads.push(load);
-                    loaded.insert(id);
-                }
+            let number = self.impacts;
+            self.impacts += 1;
+            let loads = self.pair_loads(PairImpulses { kind, rows, poses, solved }, number)?;
+            for (id, load) in loads {
+                self.add_load(id, load, &mut loaded);
             }
         }
         Ok(loaded)
+    }
+
+    /// How impacts load a body that may break.
+    fn load_of(&self, id: BodyId) -> Option<Load> {
+        self.fragile.get(&id).map(|fragile| self.families[fragile.family].breaking.load)
+    }
+
+    /// The loads of an impact on those of its two bodies that may break.
+    fn pair_loads(
+        &mut self,
+        impulses: PairImpulses<'_>,
+        number: u64,
+    ) -> Result<Vec<(BodyId, ContactLoad)>, SimulationError> {
+        let PairImpulses { rows, poses, solved, .. } = impulses;
+        let ids = [rows[0].body_a, rows[0].body_b];
+        let bodies = ids.map(|id| self.bodies.get(id.index()));
+        let impact = PairImpact { bodies, rows, poses, number };
+        let refuse = |source| SimulationError::Fracture {
+            body: bodies.iter().flatten().next().map_or_else(String::new, |body| body.name.clone()),
+            source: FractureError::ContactLoad(source),
+        };
+        let Some(pulse) = impact.pulse(self.v_min).map_err(refuse)? else { return Ok(Vec::new()) };
+        let models = ids.map(|id| self.load_of(id).filter(|load| !solved || *load != Load::History));
+        let mut histories: [Option<LoadHistory>; 2] = [None, None];
+        if models.contains(&Some(Load::History)) {
+            match pair_histories(&impact, &pulse, &mut self.solver) {
+                Some(both) => histories = both.map(Some),
+                None => self.report.unsolved += 1,
+            }
+        }
+        let mut loads = Vec::new();
+        for ((id, model), history) in ids.into_iter().zip(models).zip(histories) {
+            let (history, per_impulse) = match model {
+                Some(Load::History) => (history, half_sine_peak(&pulse)),
+                Some(Load::HalfSinePeak) => (None, half_sine_peak(&pulse)),
+                Some(Load::Step) => (None, 1.0 / self.time_step),
+                None => continue,
+            };
+            loads.extend(impact.load_on(id, &pulse, history, per_impulse).map(|load| (id, load)));
+        }
+        Ok(loads)
+    }
+
+    /// Adds a load to a body that may break.
+    fn add_load(&mut self, id: BodyId, load: ContactLoad, loaded: &mut BTreeSet<BodyId>) {
+        let Some(fragile) = self.fragile.get_mut(&id) else { return };
+        let onset = load.onset;
+        fragile.fresh = if loaded.insert(id) { onset } else { fragile.fresh.min(onset) };
+        // Removes the loads that ended before this impact began.
+        fragile.contact_loads.retain(|earlier| earlier.end > onset);
+        fragile.contact_loads.push(load);
     }
 
     /// The pieces of a body if its loads break it; pieces get ids from `next` on.
@@ -179,7 +246,8 @@ impl BreakingBodies {
             return None;
         }
         self.report.solved += 1;
-        let outcome = fragile.break_up(family, energy, &mut self.report).and_then(|broken| {
+        self.spent.forget_before(fragile.fresh);
+        let outcome = fragile.break_up(family, &self.spent, &mut self.report).and_then(|broken| {
             let Some(broken) = broken else { return Ok(None) };
             let parent = Parent { body, state: rigid.pose(id), centre: fragile.centre };
             let name = |k| format!("{}-piece-{}", family.name, family.born + k + 1);
@@ -193,6 +261,9 @@ impl BreakingBodies {
                 return None;
             }
         };
+        if family.breaking.load == Load::History {
+            self.spent.take(replacement.row.strain_energy, &fragile.contact_loads);
+        }
         let count = pieces.len();
         let (number, seed) = (fragile.family, fragile.seed);
         let mut fragile_pieces = Vec::with_capacity(count);
@@ -225,14 +296,23 @@ impl Fragile {
         };
         let least_volume = (0..piece.mesh.elements.len()).map(volume).fold(f64::INFINITY, f64::min);
         let centre = piece.mass_properties()?.centre_of_mass;
-        Ok(Fragile { family, piece, centre, least_volume, stress: None, contact_loads: Vec::new(), seed })
+        Ok(Fragile {
+            family,
+            piece,
+            centre,
+            least_volume,
+            stress: None,
+            contact_loads: Vec::new(),
+            fresh: 0.0,
+            seed,
+        })
     }
 
-    /// The pieces of this body under its loads, whose impacts carry `energy` \[J\]; `None` if it stays whole.
+    /// The pieces of this body under its loads; `None` if it stays whole.
     fn break_up(
         &mut self,
         family: &Family,
-        energy: f64,
+        spent: &SpentEnergy,
         report: &mut BreakingReport,
     ) -> Result<Option<Broken>, FractureError> {
         let stress = match &mut self.stress {
@@ -243,76 +323,79 @@ impl Fragile {
                 empty.insert(StressBody::new(self.piece.mesh.clone(), &family.constants, &options)?)
             }
         };
-        // Elastostatic solution under all present loads, limited to the energy of the impacts.
-        let forces = self.contact_loads.iter().flat_map(|load| &load.forces);
-        let loads: Vec<PointLoad> =
-            forces.map(|(point, force)| PointLoad { point: *point + self.centre, force: *force }).collect();
-        // The energy limit can only reduce forces and stress, so a body that withstands the full loads stays
-        // whole.
-        if stress.tension_above(&loads, family.least_strength())?.is_none() {
-            return Ok(None);
-        }
-        let mut deformation = stress.solve(&loads)?;
-        if family.breaking.load == Load::HalfSinePeak && deformation.strain_energy > energy {
-            let factor = (energy / deformation.strain_energy).sqrt();
-            deformation = deformation.scaled(factor);
-        }
-        // Largest ratio of stress to strength.
-        let scores = &family.breaking.scores;
-        let utilisation = match scores.is_empty() {
-            true => deformation.maximum_tension().stress / family.strength,
-            false => across_scores(&self.piece.mesh, &deformation.element_stress, scores, family),
+        let loads = &self.contact_loads;
+        let energy = Energy {
+            model: family.breaking.load,
+            lost: loads.iter().map(|load| load.heat).sum(),
+            available: spent.available(loads),
         };
-        if utilisation < 1.0 {
-            return Ok(None);
-        }
         let room = family.breaking.most_pieces.saturating_sub(family.pieces - 1);
-        if room < 2 {
-            report.capped += 1;
-            return Ok(None);
-        }
-        // Cracks may use the dissipated energy only.
-        let lost: f64 = self.contact_loads.iter().map(|load| load.loss).sum();
-        let strain = match family.breaking.load {
-            Load::HalfSinePeak => deformation.strain_energy.min(lost),
-            Load::Step => deformation.strain_energy,
-        };
         let settings = PatternSettings {
             most_pieces: room,
             smallest_piece: family.smallest_piece,
             ..PatternSettings::new(family.fracture_energy, 0.0, self.seed)
         };
-        let shatter = match scores.is_empty() {
-            true => shatter(&self.piece, &deformation.corner_energy_density, strain, &settings)?,
-            false => shatter_along(&self.piece, scores, strain, &settings)?,
-        };
-        if shatter.is_none() {
-            report.withstood += 1;
+        let mut search = BreakingSearch::new(stress, family, loads, self.centre);
+        let (mut before, mut tried) = (None, None);
+        for time in instants(loads, self.fresh) {
+            let earlier = before.replace(time);
+            let Some(strained) = search.reached(time, earlier)? else { continue };
+            if room < 2 {
+                report.capped += 1;
+                return Ok(None);
+            }
+            let Some(deformation) = search.deformation(&strained) else { continue };
+            let strain = energy.for_cracks(&strained, &deformation);
+            if tried.is_some_and(|tried| strain <= MORE_ENERGY * tried) {
+                continue;
+            }
+            tried = Some(strain);
+            let Some(shatter) = pieces(&self.piece, family, &deformation, strain, &settings)? else { continue };
+            let impact_energy = loads.iter().map(|load| load.energy).sum();
+            return Ok(Some(Broken {
+                shatter,
+                stress: deformation.element_stress,
+                impact_energy,
+                seed: self.seed,
+            }));
         }
-        Ok(shatter.map(|shatter| Broken {
-            shatter,
-            stress: deformation.element_stress,
-            impact_energy: energy,
-            seed: self.seed,
-        }))
+        report.withstood += u64::from(tried.is_some());
+        Ok(None)
     }
 }
 
-/// The largest ratio of the tension across a scored plane to the strength there.
-fn across_scores(mesh: &TetMesh, stress: &[SymmetricTensor], scores: &[Score], family: &Family) -> f64 {
-    let across = |score: &Score| {
-        let normal = score.normal.normalize_or_zero();
-        let height = |n: &u32| (mesh.nodes[*n as usize] - score.point).dot(normal);
-        let reaches = |(element, stress): (&[u32; 10], &SymmetricTensor)| {
-            let heights = || element[..4].iter().map(height);
-            let (low, high) =
-                (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
-            (low <= 0.0 && high >= 0.0).then(|| normal.dot(stress.on(normal)))
-        };
-        mesh.elements.iter().zip(stress).filter_map(reaches).fold(f64::NEG_INFINITY, f64::max)
-            / family.strength_at(score)
-    };
-    scores.iter().map(across).fold(f64::NEG_INFINITY, f64::max)
+/// Energies of the loads of a body.
+struct Energy {
+    model: Load,
+    /// What motion lost in contacts \[J\].
+    lost: f64,
+    /// What is left for cracks of that and of the vibration \[J\].
+    available: f64,
+}
+
+impl Energy {
+    /// Energy for cracks and the motion of the pieces at an instant \[J\].
+    fn for_cracks(&self, strained: &Strained, deformation: &Deformation) -> f64 {
+        match self.model {
+            Load::History => strained.stored.min(self.available),
+            Load::HalfSinePeak => deformation.strain_energy.min(self.lost),
+            Load::Step => deformation.strain_energy,
+        }
+    }
+}
+
+/// The pieces of a body that breaks with an energy \[J\]; `None` if it is too small.
+fn pieces(
+    piece: &Piece,
+    family: &Family,
+    deformation: &Deformation,
+    energy: f64,
+    settings: &PatternSettings,
+) -> Result<Option<Shatter>, FractureError> {
+    match family.breaking.scores.is_empty() {
+        true => shatter(piece, &deformation.corner_energy_density, energy, settings),
+        false => shatter_along(piece, &family.breaking.scores, energy, settings),
+    }
 }
 
 /// Seed of a piece.

@@ -1,12 +1,17 @@
 //! Contact loads: the impacts of a step as forces on breakable bodies.
 //!
 //! ```text
-//! F = (π/2) j/τ,    E = ½ m V²,    ΔE = ½ j V (1 − e)
+//! history          F(t), U(t) of the solved contact     all instants of the impact
+//! half-sine peak   F = (π/2) j/τ,  E = ½ m V²           one instant, as with rigid bodies
+//! step             F = j/Δt                             one instant, [FRAC]
+//!                  ΔE = ½ j V (1 − e)
 //! ```
 //!
 //! j is the impulse at each point, τ Hertz's duration, m the effective mass, V the approach speed, e the
-//! restitution. E is the largest strain energy that the impact can cause in a body, ΔE the kinetic energy
-//! that it dissipates.
+//! restitution. The forces of a history come from the solve that moved the bodies, if there was one,
+//! otherwise from one of these two bodies without vibration ([`pair_histories`]). E is the largest strain
+//! energy that the impact can cause in a body, ΔE the energy that motion loses: what the dynamics does not
+//! give back, in contacts and, of solved impacts, in the vibration of the body.
 //!
 //! Differs: \[FRAC\] uses the force j/Δt, which grows as steps shrink.
 
@@ -14,99 +19,166 @@ use std::f64::consts::FRAC_PI_2;
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::{
-    ContactError, ContactSettings, ForceSettings, ImpactPulse, PoseHistory, impact_pulses,
+    ContactError, ContactSettings, ForceSettings, ImpactPulse, LoadHistory, PoseHistory, impact_pulses,
 };
 use clangor_core::material::PairCoefficients;
-use clangor_core::scene::breaking::Load;
+use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactRow, PoseRow};
 use glam::DVec3;
 
 use crate::record::MERGE_WINDOW;
+use crate::rigid::SolvedLoad;
 
 /// The load of one impact on one body.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ContactLoad {
-    /// End of the load \[s\]: it acts for the duration of the pulse, and at least for the time within which
-    /// impulses are merged into one impact.
+    /// Number of the impact: the loads on its bodies share the energy that it loses.
+    pub(super) impact: u64,
+    /// First instant \[s\].
+    pub(super) onset: f64,
+    /// End of the load \[s\].
     pub(super) end: f64,
-    /// Points \[m\] and forces \[N\] in the axes of the body, about its centre of mass.
-    pub(super) forces: Vec<(DVec3, DVec3)>,
+    /// Forces in the axes of the body, at points about its centre of mass.
+    pub(super) felt: Felt,
     /// Largest strain energy that it can cause \[J\].
     pub(super) energy: f64,
-    /// Kinetic energy that it dissipates \[J\].
-    pub(super) loss: f64,
+    /// Energy that the motion of all bodies loses in contacts \[J\].
+    pub(super) heat: f64,
+    /// Energy that the modes of the body have after it \[J\].
+    pub(super) ringing: f64,
 }
 
-/// The force pulse of an impact of two bodies, from the rows of the pair at one instant and the poses before.
-/// `None` if the approach is slower than `v_min` \[m/s\].
-///
-/// # Errors
-/// [`ContactError`] for numbers that are not finite.
-pub(super) fn pair_pulse(
-    pair: [Option<&Body>; 2],
-    rows: &[ContactRow],
-    poses: &[PoseRow],
-    v_min: f64,
-) -> Result<Option<ImpactPulse>, ContactError> {
-    let Some(first) = rows.first() else { return Ok(None) };
-    // Hertz's formula needs only these two bodies, renumbered 0 and 1.
-    let ids = [first.body_a, first.body_b];
-    let pair: Vec<Body> = pair.into_iter().flatten().cloned().collect();
-    let own = |id: BodyId| match ids.iter().position(|own| *own == id) {
-        Some(at) if id != BodyId::WORLD => BodyId(at as u32),
-        _ => BodyId::WORLD,
-    };
-    let rows: Vec<ContactRow> = rows
-        .iter()
-        .map(|row| ContactRow { body_a: own(row.body_a), body_b: own(row.body_b), impact_id: 1, ..*row })
-        .collect();
-    let known = poses.iter().filter(|pose| ids.contains(&pose.body));
-    let poses: Vec<PoseRow> = known.map(|pose| PoseRow { body: own(pose.body), ..*pose }).collect();
-    // The load takes the impulse and the duration of rigid bodies.
-    let forces = ForceSettings::default().rigid();
-    let settings = ContactSettings { v_min, forces, chain_onset: false };
-    let (pulses, _) = impact_pulses(&pair, &rows, &PoseHistory::try_new(&pair, &poses)?, &settings)?;
-    Ok(pulses.into_iter().next())
+/// Forces of an impact on a body.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Felt {
+    /// Points \[m\] and forces \[N\] at the one instant that counts.
+    Once(Vec<(DVec3, DVec3)>),
+    /// Forces and stored energy over time.
+    OverTime(LoadHistory),
 }
 
-/// The load of an impact on one of its two bodies, as forces in the axes of that body. `None` if `body` is
-/// not part of the impact.
-pub(super) fn contact_load_on(
-    body: BodyId,
-    pulse: &ImpactPulse,
-    rows: &[ContactRow],
-    pair: [Option<&Body>; 2],
-    load: Load,
-    time_step: f64,
-) -> Option<ContactLoad> {
-    let side = [rows.first()?.body_a, rows.first()?.body_b].iter().position(|id| *id == body)?;
-    let sign = if side == 0 { 1.0 } else { -1.0 };
-    let pose = pulse.bodies[side]?.pose;
-    let to_body = pose.orientation.inverse();
-    let per_impulse = match load {
-        Load::HalfSinePeak => FRAC_PI_2 / pulse.duration,
-        Load::Step => 1.0 / time_step,
-    };
-    let restitution = match pair {
-        [Some(a), Some(b)] => PairCoefficients::of(&a.material, &b.material).restitution,
-        [Some(only), None] | [None, Some(only)] => {
-            PairCoefficients::of(&only.material, &only.material).restitution
+impl Felt {
+    /// Forces over time on a body at a pose, from world to the axes of the body.
+    fn over_time(history: LoadHistory, pose: &Pose) -> Self {
+        let to_body = pose.orientation.inverse();
+        Felt::OverTime(LoadHistory {
+            points: history.points.iter().map(|point| pose.body_from_world(*point)).collect(),
+            forces: history.forces.iter().map(|force| to_body * *force).collect(),
+            ..history
+        })
+    }
+}
+
+impl ContactLoad {
+    /// The load of an impact that moved its bodies by a solve of the contacts.
+    pub(super) fn of_solved(load: &SolvedLoad, impact: u64) -> Self {
+        let SolvedLoad { state, history, .. } = load;
+        let pose = Pose { position: state.position, orientation: state.orientation };
+        ContactLoad {
+            impact,
+            onset: state.time,
+            end: state.time + history.duration(),
+            felt: Felt::over_time(history.clone(), &pose),
+            energy: history.energy,
+            heat: history.heat,
+            ringing: history.ringing,
         }
-        [None, None] => return None,
-    };
-    let lost_in = |row: &ContactRow| {
-        let speed = row.approach_speed();
-        0.5 * row.impulse_n * speed * (1.0 - restitution.at(speed))
-    };
-    let lost: f64 = rows.iter().map(lost_in).sum();
-    Some(ContactLoad {
-        end: pulse.time + pulse.duration.max(MERGE_WINDOW),
-        forces: pulse
-            .points
-            .iter()
-            .map(|(point, impulse)| (pose.body_from_world(*point), to_body * *impulse * (sign * per_impulse)))
-            .collect(),
-        energy: 0.5 * pulse.effective_mass * pulse.speed * pulse.speed,
-        loss: lost.max(0.0),
-    })
+    }
+}
+
+/// An impact of two bodies as rigid dynamics has it.
+#[derive(Clone, Copy)]
+pub(super) struct PairImpact<'a> {
+    /// A and B; `None` for the world.
+    pub(super) bodies: [Option<&'a Body>; 2],
+    /// Its rows at one instant, and the poses of its moving bodies before them.
+    pub(super) rows: &'a [ContactRow],
+    pub(super) poses: &'a [PoseRow],
+    /// Its number.
+    pub(super) number: u64,
+}
+
+impl PairImpact<'_> {
+    pub(super) fn ids(&self) -> Option<[BodyId; 2]> {
+        self.rows.first().map(|row| [row.body_a, row.body_b])
+    }
+
+    /// Restitution and friction.
+    pub(super) fn coefficients(&self) -> Option<PairCoefficients> {
+        match self.bodies {
+            [Some(a), Some(b)] => Some(PairCoefficients::of(&a.material, &b.material)),
+            [Some(only), None] | [None, Some(only)] => {
+                Some(PairCoefficients::of(&only.material, &only.material))
+            }
+            [None, None] => None,
+        }
+    }
+
+    /// The force pulse of rigid bodies. `None` if the approach is slower than `v_min` \[m/s\].
+    ///
+    /// # Errors
+    /// [`ContactError`] for numbers that are not finite.
+    pub(super) fn pulse(&self, v_min: f64) -> Result<Option<ImpactPulse>, ContactError> {
+        let Some(ids) = self.ids() else { return Ok(None) };
+        // Hertz's formula needs only these two bodies, renumbered 0 and 1.
+        let pair: Vec<Body> = self.bodies.into_iter().flatten().cloned().collect();
+        let own = |id: BodyId| match ids.iter().position(|own| *own == id) {
+            Some(at) if id != BodyId::WORLD => BodyId(at as u32),
+            _ => BodyId::WORLD,
+        };
+        let renumbered =
+            |row: &ContactRow| ContactRow { body_a: own(row.body_a), body_b: own(row.body_b), impact_id: 1, ..*row };
+        let rows: Vec<ContactRow> = self.rows.iter().map(renumbered).collect();
+        let known = self.poses.iter().filter(|pose| ids.contains(&pose.body));
+        let poses: Vec<PoseRow> = known.map(|pose| PoseRow { body: own(pose.body), ..*pose }).collect();
+        // The load takes the impulse and the duration of rigid bodies.
+        let forces = ForceSettings::default().rigid();
+        let settings = ContactSettings { v_min, forces, chain_onset: false };
+        let (pulses, _) = impact_pulses(&pair, &rows, &PoseHistory::try_new(&pair, &poses)?, &settings)?;
+        Ok(pulses.into_iter().next())
+    }
+
+    /// The load on one of the two bodies by `pulse`: its history, if there is one, or else its impulses times
+    /// `per_impulse` \[1/s\]. `None` if `body` is not part of the impact, or cannot move.
+    pub(super) fn load_on(
+        &self,
+        body: BodyId,
+        pulse: &ImpactPulse,
+        history: Option<LoadHistory>,
+        per_impulse: f64,
+    ) -> Option<ContactLoad> {
+        let side = self.ids()?.iter().position(|id| *id == body)?;
+        let pose = pulse.bodies[side]?.pose;
+        let restitution = self.coefficients()?.restitution;
+        let loss = |row: &ContactRow| 0.5 * row.impulse_n * row.approach_speed() * (1.0 - restitution.at(row.approach_speed()));
+        let lost: f64 = self.rows.iter().map(loss).sum();
+        let (felt, duration) = match history {
+            Some(history) => {
+                let duration = history.duration();
+                (Felt::over_time(history, &pose), duration)
+            }
+            None => {
+                let (to_body, sign) = (pose.orientation.inverse(), if side == 0 { 1.0 } else { -1.0 });
+                let local = |(point, impulse): &(DVec3, DVec3)| {
+                    (pose.body_from_world(*point), to_body * *impulse * (sign * per_impulse))
+                };
+                // Impulses are merged into one impact for at least this long.
+                (Felt::Once(pulse.points.iter().map(local).collect()), pulse.duration.max(MERGE_WINDOW))
+            }
+        };
+        Some(ContactLoad {
+            impact: self.number,
+            onset: pulse.time,
+            end: pulse.time + duration,
+            felt,
+            energy: pulse.approach_energy(),
+            heat: lost.max(0.0),
+            ringing: 0.0,
+        })
+    }
+}
+
+/// (π/2)/τ: the peak of a half-sine per impulse \[1/s\].
+pub(super) fn half_sine_peak(pulse: &ImpactPulse) -> f64 {
+    FRAC_PI_2 / pulse.duration
 }

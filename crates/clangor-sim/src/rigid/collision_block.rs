@@ -173,7 +173,7 @@ impl Block {
     }
 
     /// Applies the summed impulses to the actors, so that the balance of momentum is exact, and logs them.
-    pub(super) fn apply_and_log(&mut self, scene: &mut Scene<'_>, time: f64) {
+    pub(super) fn apply_and_log(&mut self, scene: &mut Scene<'_>, time: f64, solved: bool) {
         let block = &mut self.points;
         block.retain(|p| p.impulse_n > 0.0);
         block.sort_by_key(|p| (scene.pairs[p.pair].key.a, scene.pairs[p.pair].key.b));
@@ -181,6 +181,9 @@ impl Block {
         while k < block.len() {
             let key = scene.pairs[block[k].pair].key;
             scene.log.begin(ContactKind::Impact);
+            if solved {
+                scene.log.mark_solved();
+            }
             for actor in [block[k].a, block[k].b].map(|i| &self.actors[i]) {
                 if scene.bodies[actor.body].is_moving() {
                     scene.log.pose(time, actor.body, &actor.now);

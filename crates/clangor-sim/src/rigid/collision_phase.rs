@@ -102,7 +102,7 @@ impl CollisionPhase {
                 break;
             }
             self.block.solve();
-            self.block.apply_and_log(scene, step.time + t);
+            self.block.apply_and_log(scene, step.time + t, false);
         }
         // Continue the flight of the bodies from their new velocities.
         self.touched.clear();

@@ -17,6 +17,8 @@ pub struct ContactModes<'m> {
     pub modes: ModesOf<'m>,
     /// Slower impacts follow the law of rigid bodies [m/s].
     pub v_min: f64,
+    /// Whether the log says what solved impacts do to each body over time.
+    pub followed: bool,
 }
 
 /// A body as it gives way, without its pose.

@@ -69,12 +69,18 @@ impl Block {
         };
         let members: Vec<GroupMember> = self.actors.iter().map(member).collect();
         let time = scene.step.time + t;
-        let impact = GroupImpact { time, members: &members, contacts: &contacts };
+        let followed = compliance.modes.followed;
+        let impact = GroupImpact { time, members: &members, contacts: &contacts, followed };
         let Some(impulses) = compliance.solver.solve(&impact, compliance.modes.modes) else {
             group.truncate(own);
             self.actors.truncate(bodies);
             return;
         };
+        let free = self.actors.iter().enumerate().filter(|(_, actor)| actor.now.inverse_mass > 0.0);
+        scene.log.solved_loads(free.filter_map(|(index, actor)| {
+            let history = compliance.solver.load_history(&impact, index)?;
+            Some((actor.now.pose_row(time, actor.body), history))
+        }));
         let solved: Vec<BlockPoint> = points
             .iter()
             .zip(impulses)
@@ -91,7 +97,7 @@ impl Block {
             })
             .collect();
         self.replace_points(solved);
-        self.apply_and_log(scene, time);
+        self.apply_and_log(scene, time, true);
         group.sort_unstable();
     }
 

@@ -8,7 +8,7 @@ use clangor_core::timeline::{ContactKind, ContactRow, FractureRow};
 
 use super::compliance::ContactModes;
 use super::replacement::{Breaker, CrackImpulse, Replacement};
-use super::step_log::StepLog;
+use super::step_log::{PairImpulses, StepLog};
 use super::world::RigidWorld;
 use crate::record::Recorder;
 use crate::{ContactModel, SimulationError, SimulationSettings};
@@ -16,12 +16,13 @@ use crate::{ContactModel, SimulationError, SimulationSettings};
 /// Steps between two calls of the progress report.
 const PROGRESS_CHECK: u64 = 64;
 
-/// Simulates a world whose bodies have these modes; after each step `breaker` returns the bodies that break.
+/// Simulates a world whose bodies have these modes; after each step a `breaker` returns the bodies that
+/// break.
 pub(crate) fn run(
     world: &World,
     (settings, modes): (&SimulationSettings, ModesOf<'_>),
     recorder: &mut Recorder<'_>,
-    breaker: Breaker<'_>,
+    mut breaker: Option<Breaker<'_>>,
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(), SimulationError> {
     if !(settings.duration >= 0.0 && settings.duration.is_finite()) {
@@ -33,7 +34,8 @@ pub(crate) fn run(
     } else {
         StepLog::new()
     };
-    let modes = Some(ContactModes { modes, v_min: recorder.settings().v_min })
+    let followed = breaker.is_some();
+    let modes = Some(ContactModes { modes, v_min: recorder.settings().v_min, followed })
         .filter(|_| settings.contact == ContactModel::Compliant);
     let interval = recorder.pose_interval();
     let bodies = (0..world.bodies.len() as u32).map(BodyId);
@@ -45,7 +47,7 @@ pub(crate) fn run(
     let steps = (settings.duration / settings.time_step - 1e-9).ceil() as u64;
     for k in 0..steps {
         rigid.step_with(&mut log, modes)?;
-        for (kind, rows, poses) in log.groups() {
+        for PairImpulses { kind, rows, poses, .. } in log.groups() {
             match kind {
                 ContactKind::Impact => recorder.impact(rows, poses)?,
                 _ => recorder.contact(rows, poses)?,
@@ -60,7 +62,8 @@ pub(crate) fn run(
             }
             next_pose = (rigid.time() / interval + 0.5).floor() as u64 + 1;
         }
-        for replacement in breaker(&rigid, &log)? {
+        let broken = breaker.as_mut().map_or(Ok(Vec::new()), |breaker| breaker(&rigid, &log))?;
+        for replacement in broken {
             let parent = replacement.row.parent;
             if !pictured && rigid.is_alive(parent) {
                 recorder.pose(&rigid.pose(parent))?;

@@ -11,8 +11,9 @@
 //! [`BodyState::redirect`]. After the collision phase u becomes the velocity at the end of the step by `u +=
 //! g Δt`, and the contact phase acts at (x_m, q_m).
 
-use clangor_core::body::{Body, Motion};
+use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::pose::Track;
+use clangor_core::timeline::PoseRow;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::flight::{angular_velocity, turn};
@@ -78,6 +79,18 @@ pub(super) struct Instant {
 }
 
 impl Instant {
+    /// The body with this number at this time \[s\].
+    pub(super) fn pose_row(&self, time: f64, body: usize) -> PoseRow {
+        PoseRow {
+            time,
+            body: BodyId(body as u32),
+            position: self.position,
+            orientation: self.orientation,
+            velocity: self.velocity,
+            angular_velocity: self.angular_velocity,
+        }
+    }
+
     /// Velocity of the material point at `arm` from the centre of mass.
     pub(super) fn velocity_at(&self, arm: DVec3) -> DVec3 {
         self.velocity + self.angular_velocity.cross(arm)

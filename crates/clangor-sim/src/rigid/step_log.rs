@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use clangor_core::body::BodyId;
+use clangor_core::contact::LoadHistory;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
@@ -73,6 +74,31 @@ pub(super) struct Group {
     pub(super) kind: ContactKind,
     pub(super) rows: Range<usize>,
     pub(super) poses: Range<usize>,
+    pub(super) solved: bool,
+}
+
+/// The impulses of one pair at one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct PairImpulses<'l> {
+    /// What they are.
+    pub kind: ContactKind,
+    /// Their rows.
+    pub rows: &'l [ContactRow],
+    /// Poses of the moving bodies before them.
+    pub poses: &'l [PoseRow],
+    /// Whether they are those of a solve of the contacts.
+    pub solved: bool,
+}
+
+/// What a solved impact does to one of its bodies over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolvedLoad {
+    /// Number of the solve in its step.
+    pub solve: usize,
+    /// The body before the impact.
+    pub state: PoseRow,
+    /// Forces and stored energy from the time of `state` on.
+    pub history: LoadHistory,
 }
 
 /// The impulses of one step.
@@ -82,6 +108,7 @@ pub struct StepLog {
     rows: Vec<ContactRow>,
     poses: Vec<PoseRow>,
     groups: Vec<Group>,
+    loads: Vec<SolvedLoad>,
     skip_slower: Option<f64>,
 }
 
@@ -106,6 +133,7 @@ impl StepLog {
         self.rows.clear();
         self.poses.clear();
         self.groups.clear();
+        self.loads.clear();
     }
 
     /// The approach speed \[m/s\] below which contact rows are skipped.
@@ -118,18 +146,25 @@ impl StepLog {
             kind,
             rows: self.rows.len()..self.rows.len(),
             poses: self.poses.len()..self.poses.len(),
+            solved: false,
         });
     }
 
+    /// The group that began last comes from a solve of the contacts.
+    pub(super) fn mark_solved(&mut self) {
+        if let Some(group) = self.groups.last_mut() {
+            group.solved = true;
+        }
+    }
+
     pub(super) fn pose(&mut self, time: f64, body: usize, instant: &Instant) {
-        self.poses.push(PoseRow {
-            time,
-            body: BodyId(body as u32),
-            position: instant.position,
-            orientation: instant.orientation,
-            velocity: instant.velocity,
-            angular_velocity: instant.angular_velocity,
-        });
+        self.poses.push(instant.pose_row(time, body));
+    }
+
+    /// What a solved impact does to each of its bodies.
+    pub(super) fn solved_loads(&mut self, loads: impl Iterator<Item = (PoseRow, LoadHistory)>) {
+        let solve = self.loads.last().map_or(0, |last| last.solve + 1);
+        self.loads.extend(loads.map(|(state, history)| SolvedLoad { solve, state, history }));
     }
 
     pub(super) fn impulse(&mut self, impulse: Impulse) {
@@ -144,9 +179,18 @@ impl StepLog {
         }
     }
 
-    /// Kind, rows and poses of each group of one pair at one instant, in the order of their times; the poses
-    /// are those of the moving bodies before the impulses.
-    pub fn groups(&self) -> impl Iterator<Item = (ContactKind, &[ContactRow], &[PoseRow])> {
-        self.groups.iter().map(|g| (g.kind, &self.rows[g.rows.clone()], &self.poses[g.poses.clone()]))
+    /// The impulses of each pair at each instant, in the order of their times.
+    pub fn groups(&self) -> impl Iterator<Item = PairImpulses<'_>> {
+        self.groups.iter().map(|group| PairImpulses {
+            kind: group.kind,
+            rows: &self.rows[group.rows.clone()],
+            poses: &self.poses[group.poses.clone()],
+            solved: group.solved,
+        })
+    }
+
+    /// What solved impacts do to their bodies, where [`followed`](super::ContactModes::followed) is set.
+    pub fn loads(&self) -> &[SolvedLoad] {
+        &self.loads
     }
 }

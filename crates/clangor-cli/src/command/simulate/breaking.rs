@@ -12,13 +12,19 @@ use crate::failure::Failure;
 
 /// Impacts that broke nothing, and why; what should have broken and did not.
 pub(super) fn say(console: &Console, report: &BreakingReport) {
-    let BreakingReport { screened, solved, withstood, capped, refused } = report;
+    let BreakingReport { screened, solved, unsolved, withstood, capped, refused } = report;
     if screened + solved > 0 {
         console.say(format_args!(
             "{} impacts on bodies that may break: stress computed for {solved}, of which {withstood} \
              beyond the strength but too \
              weak to pay for a crack",
             screened + solved
+        ));
+    }
+    if *unsolved > 0 {
+        console.warn(format_args!(
+            "the force of {unsolved} impacts over time could not be solved: the peak of a half-sine loads the \
+             body"
         ));
     }
     if *capped > 0 {
@@ -60,6 +66,7 @@ pub(super) fn json(report: &BreakingReport) -> Value {
     json!({
         "screened": report.screened,
         "solved": report.solved,
+        "unsolved": report.unsolved,
         "withstood": report.withstood,
         "capped": report.capped,
         "refused": report.refused,

@@ -70,6 +70,8 @@ pub struct StepSettings {
     pub longest_flight: f64,
     /// Whether to compute what the damping of the modes takes. It costs another pass per step.
     pub modal_loss: bool,
+    /// Whether to keep the energy stored in contacts and modes after every step. It costs another pass.
+    pub stored_energy: bool,
 }
 
 impl Default for StepSettings {
@@ -82,6 +84,7 @@ impl Default for StepSettings {
             return_durations: 2.0,
             longest_flight: f64::INFINITY,
             modal_loss: false,
+            stored_energy: false,
         }
     }
 }

@@ -105,12 +105,17 @@ impl ModalPropagator {
 
     /// Energy ½(q̇² + ω²q²) of all modes \[J\].
     pub(super) fn energy(&self) -> f64 {
+        self.energy_of(0..self.poles.len())
+    }
+
+    /// That of the modes `own` \[J\].
+    pub(super) fn energy_of(&self, own: Range<usize>) -> f64 {
         let energy = |i: usize| {
             let (pole, q) = (self.poles[i], self.now[1][i]);
             let rate = self.now[0][i] * pole.im + pole.re * q;
             0.5 * (rate * rate + pole.norm_sqr() * q * q)
         };
-        (0..self.poles.len()).map(energy).sum()
+        own.map(energy).sum()
     }
 
     /// What damping takes from the modes `own` over the coming step with these forces on these shapes \[J\].

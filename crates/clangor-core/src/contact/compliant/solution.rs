@@ -52,6 +52,9 @@ pub struct ContactSolution {
     pub energies: EnergyBalance,
     /// Why it ended.
     pub end: ContactEnd,
+    /// Energy stored at the beginning and after each step \[J\], in every contact and then in the modes of
+    /// every member; empty unless [`stored_energy`](super::StepSettings::stored_energy) is set.
+    pub stored: Vec<f64>,
     /// Steps made without friction because the forces did not converge with it.
     pub stalled_steps: usize,
     pub(super) states: Vec<Complex64>,
@@ -67,6 +70,13 @@ impl ContactSolution {
     /// Force on A of a contact in a step, along its axes \[N\].
     pub fn force(&self, step: usize, contact: usize) -> [f64; 3] {
         self.forces[step * self.axes.len() + contact]
+    }
+
+    /// Energies stored after so many steps \[J\]: in every contact, and in the modes of every member.
+    pub fn stored_after(&self, steps: usize) -> Option<(&[f64], &[f64])> {
+        let (contacts, members) = (self.axes.len(), self.modes.len());
+        let from = steps * (contacts + members);
+        self.stored.get(from..from + contacts + members).map(|all| all.split_at(contacts))
     }
 
     /// Impulse on A of a contact, in world axes [N s].

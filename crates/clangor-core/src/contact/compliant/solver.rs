@@ -78,6 +78,9 @@ impl ContactSystem {
         };
         let pause = settings.return_durations * first.unwrap_or(step * settings.steps_per_duration);
         memory.begin(self, step, settings.modal_loss);
+        if settings.stored_energy {
+            memory.record_stored(self);
+        }
         let arch = Arch::new();
         let (mut idle, mut end) = (0_usize, None);
         while end.is_none() && memory.solution.steps < settings.max_steps {
@@ -90,6 +93,9 @@ impl ContactSystem {
                 memory.record_modal_loss(self);
             }
             memory.advance(self, arch);
+            if settings.stored_energy {
+                memory.record_stored(self);
+            }
             idle = if touching { 0 } else { idle + 1 };
             let is_far = idle as f64 * step > settings.longest_flight;
             if settings.end_when_parted
@@ -105,6 +111,11 @@ impl ContactSystem {
 }
 
 impl SolverMemory {
+    /// What became of the impact solved last.
+    pub fn solution(&self) -> &ContactSolution {
+        &self.solution
+    }
+
     /// The state at t₀, and what depends on the step only.
     fn begin(&mut self, system: &ContactSystem, step: f64, losses: bool) {
         let count = system.rows.len();
@@ -219,6 +230,13 @@ impl SolverMemory {
             let forces = &self.driven[0][modes.driven.clone()];
             self.solution.energies.modal_loss += self.modes.loss(modes.own.clone(), shapes, forces);
         }
+    }
+
+    /// Keeps what contacts and modes store now.
+    fn record_stored(&mut self, system: &ContactSystem) {
+        let stored = &mut self.solution.stored;
+        stored.extend(self.forces.laws.iter().zip(&self.forces.before).map(|(law, at)| law.stored(*at)));
+        stored.extend(system.modes.iter().map(|modes| self.modes.energy_of(modes.own.clone())));
     }
 
     /// Moves bodies and modes through a step of the forces found.
@@ -339,6 +357,7 @@ impl ContactSolution {
         self.steps = 0;
         self.energies = Default::default();
         self.forces.clear();
+        self.stored.clear();
         self.axes.clear();
         self.axes.extend(system.contacts.iter().map(|contact| contact.axes));
         self.touch_durations.clear();

@@ -1,0 +1,99 @@
+//! What an impact does to one body over time: the forces on it, and the energy stored behind them.
+//!
+//! ```text
+//! F(t_n) = (F_n + F_{n+1})/2        U(t_n) = Σ_c (2/5) k d^{5/2} + Σᵢ ½ (q̇ᵢ² + |λᵢ|² qᵢ²)
+//! ```
+//!
+//! The solve of the contacts has the mean force F_n of every step and the state at its end t_n. U sums the
+//! contacts of the body and the modes of the body; the elastic energy of a contact is in both bodies, and all
+//! of it can flow into either. Between the t_n everything is linear. Without modes this is Hertz's contact
+//! with the loss of the material.
+//!
+//! Not covered: what happens after the body breaks; the solve goes on as if it did not.
+
+use glam::DVec3;
+
+use super::compliant::ContactSolution;
+
+/// Forces on a body, and the energy stored in its contacts and modes, at equally spaced instants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadHistory {
+    /// Distance of the instants \[s\]; the first is the onset.
+    pub step: f64,
+    /// Where the forces act [m, world].
+    pub points: Vec<DVec3>,
+    /// Forces on the body [N, world]: at all points at the onset, then at the next instant.
+    pub forces: Vec<DVec3>,
+    /// Energy stored in the contacts of the body and in its modes at each instant \[J\].
+    pub stored: Vec<f64>,
+    /// Largest energy that the whole impact stored, of all bodies \[J\].
+    pub energy: f64,
+    /// Energy that all contacts of the impact turned into heat \[J\].
+    pub heat: f64,
+    /// Energy of the modes of the body at the end \[J\].
+    pub ringing: f64,
+}
+
+impl LoadHistory {
+    /// The part of a member in a solution that kept its stored energies; its `contacts` have a sign of 1
+    /// where it is A and −1 where it is B.
+    pub(super) fn of_solution(
+        solution: &ContactSolution,
+        member: usize,
+        contacts: &[(usize, f64)],
+        points: Vec<DVec3>,
+    ) -> Option<Self> {
+        let steps = solution.steps;
+        let (_, modes) = solution.stored_after(steps)?;
+        let force = |step: usize, contact: usize| -> DVec3 {
+            let axes = solution.axes[contact].iter().zip(solution.force(step, contact));
+            axes.map(|(axis, along)| *axis * along).sum()
+        };
+        let mut forces = Vec::with_capacity((steps + 1) * contacts.len());
+        let mut stored = Vec::with_capacity(steps + 1);
+        let mut energy = 0.0_f64;
+        for n in 0..=steps {
+            for (contact, sign) in contacts {
+                // The force begins and ends at zero.
+                let mean = |n: usize| force(n, *contact) * (0.5 * sign);
+                forces.push(if n == 0 || n == steps { DVec3::ZERO } else { mean(n - 1) + mean(n) });
+            }
+            let (in_contacts, in_modes) = solution.stored_after(n)?;
+            let own: f64 = contacts.iter().map(|(contact, _)| in_contacts[*contact]).sum();
+            stored.push(own + in_modes.get(member)?);
+            energy = energy.max(in_contacts.iter().chain(in_modes).sum());
+        }
+        let energies = &solution.energies;
+        Some(LoadHistory {
+            step: solution.step,
+            points,
+            forces,
+            stored,
+            energy,
+            heat: energies.contact_loss + energies.plate_loss + energies.friction_loss,
+            ringing: *modes.get(member)?,
+        })
+    }
+
+    /// Time from the onset to the end \[s\].
+    pub fn duration(&self) -> f64 {
+        self.step * self.stored.len().saturating_sub(1) as f64
+    }
+
+    /// Forces at all points [N, world] and stored energy \[J\] at a time after the onset \[s\]; zero outside.
+    pub fn at(&self, time: f64) -> (Vec<DVec3>, f64) {
+        let (count, place) = (self.points.len(), time / self.step);
+        let last = self.stored.len().saturating_sub(1);
+        if !(place >= 0.0 && place <= last as f64) || last == 0 {
+            return (vec![DVec3::ZERO; count], 0.0);
+        }
+        let from = (place as usize).min(last - 1);
+        let part = place - from as f64;
+        let force = |point: usize| {
+            let [a, b] = [from, from + 1].map(|n| self.forces[n * count + point]);
+            a + (b - a) * part
+        };
+        let stored = self.stored[from] + (self.stored[from + 1] - self.stored[from]) * part;
+        ((0..count).map(force).collect(), stored)
+    }
+}

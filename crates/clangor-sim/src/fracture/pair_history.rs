@@ -1,0 +1,83 @@
+//! The force of an impact of two bodies over time, where the dynamics did not solve it: Hertz's contact with
+//! the loss of the material.
+//!
+//! ```text
+//! m d̈ = −F    F = k d^{3/2} + α √(k m) d^{1/4} ḋ        at every point of the impact
+//! ```
+//!
+//! The two bodies move as before the impact and do not vibrate. Points, normal and stiffness are those of the
+//! pulse of rigid bodies.
+//!
+//! Not covered: other bodies that touch at that instant; the vibration of the two.
+
+use clangor_core::body::{Body, BodyId};
+use clangor_core::contact::{
+    ContactSide, GroupContact, GroupImpact, GroupMember, GroupSolver, ImpactPulse, LoadHistory, no_modes,
+};
+use clangor_core::pose::Pose;
+use glam::DVec3;
+
+use super::contact_loads::PairImpact;
+
+/// What each of the two bodies feels; `None` if the contact cannot be solved.
+pub(super) fn pair_histories(
+    impact: &PairImpact<'_>,
+    pulse: &ImpactPulse,
+    solver: &mut GroupSolver,
+) -> Option<[LoadHistory; 2]> {
+    let coefficients = impact.coefficients()?;
+    let ids = impact.ids()?;
+    let member = |i: usize| member(ids[i], impact.bodies[i], impact);
+    let members = [member(0), member(1)];
+    let weighted = || impact.rows.iter().map(|row| (row.point, row.impulse_n));
+    let total: f64 = weighted().map(|(_, weight)| weight).sum();
+    let sides = [0, 1].map(|i| match impact.bodies[i] {
+        Some(body) => {
+            let points = weighted().map(|(point, weight)| (point, weight / total));
+            members[i].side.touched_at(&body.surface, pulse.normal, points)
+        }
+        None => members[i].side,
+    });
+    let velocity = |i: usize, place: DVec3| {
+        let GroupMember { side, velocity, angular_velocity } = members[i];
+        velocity + angular_velocity.cross(place - side.pose.position)
+    };
+    let contact = |(place, _): &(DVec3, DVec3)| GroupContact {
+        members: [0, 1],
+        sides,
+        place: *place,
+        normal: pulse.normal,
+        gap: 0.0,
+        approach: (velocity(1, *place) - velocity(0, *place)).dot(pulse.normal),
+        restitution: coefficients.restitution,
+        friction: coefficients.friction,
+    };
+    let contacts: Vec<GroupContact> = pulse.points.iter().map(contact).collect();
+    let group = GroupImpact { time: pulse.time, members: &members, contacts: &contacts, followed: true };
+    solver.solve(&group, &no_modes)?;
+    solver.load_history(&group, 0).zip(solver.load_history(&group, 1)).map(|(a, b)| [a, b])
+}
+
+/// A body as it was before the impact; one without a pose there does not move.
+fn member(id: BodyId, body: Option<&Body>, impact: &PairImpact<'_>) -> GroupMember {
+    let Some(body) = body else {
+        let side = ContactSide::SURROUNDINGS;
+        return GroupMember { side, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO };
+    };
+    match impact.poses.iter().rev().find(|row| row.body == id) {
+        Some(row) => GroupMember {
+            side: ContactSide::of_body(
+                id,
+                body,
+                Pose { position: row.position, orientation: row.orientation },
+            ),
+            velocity: row.velocity,
+            angular_velocity: row.angular_velocity,
+        },
+        None => GroupMember {
+            side: ContactSide::of_body(id, body, body.pose),
+            velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+        },
+    }
+}

@@ -6,9 +6,10 @@
 mod brittle;
 
 use clangor_core::glam::DVec3;
-use clangor_core::scene::breaking::{Breaking, Score};
+use clangor_core::scene::breaking::{Breaking, Load, Score};
+use clangor_sim::ContactModel;
 
-use brittle::{Run, run, tile};
+use brittle::{Run, run, run_with, tile};
 
 #[test]
 fn fractures_keep_momentum_and_never_make_energy() {
@@ -91,4 +92,57 @@ fn the_outcome_depends_little_on_the_time_step() {
     for other in [slow, fast] {
         assert!((other / middle - 1.0).abs() <= 0.2, "{slow} {middle} {fast}");
     }
+}
+
+#[test]
+fn cracks_get_no_more_than_the_approach() {
+    for (strength, seed) in [(2e7, 1), (6e7, 2), (1e8, 3)] {
+        let (mut world, breakables) = tile(60.0, (0.03, 4.0), 12.0, Breaking::default(), seed);
+        world.bodies[0].material.tensile_strength = Some(strength);
+        let seen = run(&world, breakables, 1e-4, 0.06);
+        let first = &seen.replacements[0].row;
+        println!("{strength:.0e} Pa: {:.4} J of {:.4} J", first.strain_energy, first.impact_energy);
+        for replacement in &seen.replacements {
+            let row = &replacement.row;
+            assert!(row.strain_energy <= row.impact_energy * (1.0 + 1e-9), "{row:?}");
+            assert!(row.fracture_energy <= 0.8 * row.strain_energy * (1.0 + 1e-9), "{row:?}");
+        }
+        // 1e-9 allows for rounding.
+        assert!(seen.most_energy <= 1.0 + 1e-9, "{strength}: energy grew to {}", seen.most_energy);
+    }
+}
+
+#[test]
+fn rigid_impacts_load_with_the_peak_of_a_half_sine() {
+    let rows = |contact: ContactModel, load: Load| {
+        let breaking = Breaking { load, ..Breaking::default() };
+        let (world, breakables) = tile(150.0, (0.8, 0.0), 20.0, breaking, 5);
+        let seen = run_with(contact, &world, breakables, (1e-4, 0.45));
+        seen.replacements.iter().map(|r| (r.row, r.pieces.len())).collect::<Vec<_>>()
+    };
+    let known = rows(ContactModel::Rigid, Load::HalfSinePeak);
+    assert!(!known.is_empty());
+    assert_eq!(rows(ContactModel::Rigid, Load::History), known);
+    assert_ne!(rows(ContactModel::Compliant, Load::History), known);
+}
+
+#[test]
+fn two_bodies_of_one_impact_share_its_energy() {
+    // Two equal tiles meet in free flight, rim to face.
+    let (mut world, mut breakables) = tile(20.0, (0.0, 0.0), 0.0, Breaking::default(), 1);
+    let (other, more) = tile(20.0, (0.065, 6.0), 90.0, Breaking::default(), 2);
+    world.gravity = DVec3::ZERO;
+    let mut body = other.bodies[0].clone();
+    body.name = "other".into();
+    world.bodies.truncate(1);
+    world.bodies[0].angular_velocity = DVec3::ZERO;
+    world.bodies.push(body);
+    breakables.extend(
+        more.into_iter()
+            .map(|b| clangor_sim::fracture::Breakable { body: clangor_core::body::BodyId(1), ..b }),
+    );
+    let seen = run(&world, breakables, 1e-4, 0.01);
+    println!("{} fractures, energy {:.9}", seen.replacements.len(), seen.most_energy);
+    assert!(seen.replacements.len() >= 2);
+    assert!(seen.most_energy <= 1.0 + 1e-9, "energy grew to {}", seen.most_energy);
 }

@@ -197,8 +197,10 @@ impl GroupSolver {
 
     /// What the group solved last did to one of its members over time; `None` if it was not followed.
     pub fn load_history(&self, group: &GroupImpact<'_>, member: usize) -> Option<LoadHistory> {
-        let contacts: Vec<(usize, f64)> =
-            group.ends_of(member).map(|(contact, end)| (contact, if end == 0 { 1.0 } else { -1.0 })).collect();
+        let contacts: Vec<(usize, f64)> = group
+            .ends_of(member)
+            .map(|(contact, end)| (contact, if end == 0 { 1.0 } else { -1.0 }))
+            .collect();
         let points = contacts.iter().map(|(contact, _)| group.contacts[*contact].place).collect();
         LoadHistory::of_solution(self.memory.solution(), member, &contacts, points)
     }

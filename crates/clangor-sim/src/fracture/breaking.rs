@@ -28,7 +28,7 @@ use clangor_core::scene::breaking::{Breaking, Load};
 use clangor_core::timeline::ContactKind;
 use glam::DVec3;
 
-use super::breaking_instant::{BreakingSearch, Strained, instants};
+use super::breaking_instant::{BreakingSearch, instants, stored_while};
 use super::contact_loads::{ContactLoad, PairImpact, half_sine_peak};
 use super::error::FractureError;
 use super::family::Family;
@@ -79,6 +79,8 @@ struct Fragile {
     /// Its centre of mass in the frame of `piece` \[m\].
     centre: DVec3,
     least_volume: f64,
+    /// Largest extent about its centre of mass \[m\].
+    extent: f64,
     stress: Option<StressBody>,
     contact_loads: Vec<ContactLoad>,
     /// Onset of the first load since its stress was looked at \[s\].
@@ -296,11 +298,13 @@ impl Fragile {
         };
         let least_volume = (0..piece.mesh.elements.len()).map(volume).fold(f64::INFINITY, f64::min);
         let centre = piece.mass_properties()?.centre_of_mass;
+        let reach = piece.mesh.nodes.iter().map(|node| node.distance(centre)).fold(0.0, f64::max);
         Ok(Fragile {
             family,
             piece,
             centre,
             least_volume,
+            extent: 2.0 * reach,
             stress: None,
             contact_loads: Vec::new(),
             fresh: 0.0,
@@ -328,6 +332,7 @@ impl Fragile {
             model: family.breaking.load,
             lost: loads.iter().map(|load| load.heat).sum(),
             available: spent.available(loads),
+            crack_time: self.extent / family.crack_speed,
         };
         let room = family.breaking.most_pieces.saturating_sub(family.pieces - 1);
         let settings = PatternSettings {
@@ -345,12 +350,14 @@ impl Fragile {
                 return Ok(None);
             }
             let Some(deformation) = search.deformation(&strained) else { continue };
-            let strain = energy.for_cracks(&strained, &deformation);
+            let strain = energy.for_cracks(loads, strained.time, &deformation);
             if tried.is_some_and(|tried| strain <= MORE_ENERGY * tried) {
                 continue;
             }
             tried = Some(strain);
-            let Some(shatter) = pieces(&self.piece, family, &deformation, strain, &settings)? else { continue };
+            let Some(shatter) = pieces(&self.piece, family, &deformation, strain, &settings)? else {
+                continue;
+            };
             let impact_energy = loads.iter().map(|load| load.energy).sum();
             return Ok(Some(Broken {
                 shatter,
@@ -364,20 +371,22 @@ impl Fragile {
     }
 }
 
-/// Energies of the loads of a body.
+/// Energies of the loads of a body, and how long cracks take.
 struct Energy {
     model: Load,
     /// What motion lost in contacts \[J\].
     lost: f64,
     /// What is left for cracks of that and of the vibration \[J\].
     available: f64,
+    /// Time in which a crack crosses the body \[s\].
+    crack_time: f64,
 }
 
 impl Energy {
-    /// Energy for cracks and the motion of the pieces at an instant \[J\].
-    fn for_cracks(&self, strained: &Strained, deformation: &Deformation) -> f64 {
+    /// Energy for cracks and the motion of the pieces of a body that breaks at a time \[J\].
+    fn for_cracks(&self, loads: &[ContactLoad], time: f64, deformation: &Deformation) -> f64 {
         match self.model {
-            Load::History => strained.stored.min(self.available),
+            Load::History => stored_while(loads, time, self.crack_time).min(self.available),
             Load::HalfSinePeak => deformation.strain_energy.min(self.lost),
             Load::Step => deformation.strain_energy,
         }

@@ -126,8 +126,12 @@ impl PairImpact<'_> {
             Some(at) if id != BodyId::WORLD => BodyId(at as u32),
             _ => BodyId::WORLD,
         };
-        let renumbered =
-            |row: &ContactRow| ContactRow { body_a: own(row.body_a), body_b: own(row.body_b), impact_id: 1, ..*row };
+        let renumbered = |row: &ContactRow| ContactRow {
+            body_a: own(row.body_a),
+            body_b: own(row.body_b),
+            impact_id: 1,
+            ..*row
+        };
         let rows: Vec<ContactRow> = self.rows.iter().map(renumbered).collect();
         let known = self.poses.iter().filter(|pose| ids.contains(&pose.body));
         let poses: Vec<PoseRow> = known.map(|pose| PoseRow { body: own(pose.body), ..*pose }).collect();

@@ -7,12 +7,15 @@ use std::f64::consts::PI;
 
 use clangor_bake::fem::ElasticConstants;
 use clangor_core::body::Body;
+use clangor_core::contact::contact_side::rayleigh_speed;
 use clangor_core::scene::breaking::{Breaking, Score};
 
 use super::error::FractureError;
 
 /// Factor of the stress intensity of a shallow crack in an edge (Irwin 1958).
 const EDGE_CRACK: f64 = 1.12;
+/// Speed of cracks that branch, over that of Rayleigh waves \[FinebergMarder1999\].
+const CRACK_SPEED: f64 = 0.5;
 
 /// A body of the scene that may break, with all its pieces.
 pub(super) struct Family {
@@ -24,6 +27,8 @@ pub(super) struct Family {
     pub(super) critical_density: f64,
     youngs_modulus: f64,
     poisson_ratio: f64,
+    /// Speed of cracks \[m/s\].
+    pub(super) crack_speed: f64,
     pub(super) smallest_piece: f64,
     /// Name of the body of the scene.
     pub(super) name: String,
@@ -50,6 +55,7 @@ impl Family {
             critical_density: 0.0,
             youngs_modulus: material.youngs_modulus,
             poisson_ratio: nu,
+            crack_speed: CRACK_SPEED * rayleigh_speed(material),
             name: body.name.clone(),
             pieces: 1,
             born: 0,

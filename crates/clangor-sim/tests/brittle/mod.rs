@@ -9,7 +9,9 @@ use clangor_core::pose::Pose;
 use clangor_core::scene::breaking::Breaking;
 use clangor_core::shape::Shape;
 use clangor_sim::fracture::{Breakable, BreakingBodies};
+use clangor_sim::record::RecordSettings;
 use clangor_sim::rigid::{Replacement, RigidWorld, StepLog};
+use clangor_sim::{ContactModel, SimulationSettings, Solver};
 
 pub(crate) const EDGES: DVec3 = DVec3::new(0.12, 0.006, 0.12);
 
@@ -53,8 +55,26 @@ pub(crate) struct Run {
 }
 
 pub(crate) fn run(world: &World, breakables: Vec<Breakable>, step: f64, duration: f64) -> Run {
+    run_with(ContactModel::Compliant, world, breakables, (step, duration))
+}
+
+/// A run with this law of impacts.
+pub(crate) fn run_with(
+    contact: ContactModel,
+    world: &World,
+    breakables: Vec<Breakable>,
+    (step, duration): (f64, f64),
+) -> Run {
     let mut rigid = RigidWorld::try_new(world, step, true).unwrap();
-    let mut breaking = BreakingBodies::new(world, breakables, 0.05, step).unwrap();
+    let settings = SimulationSettings {
+        solver: Solver::Rigid,
+        contact,
+        duration,
+        time_step: step,
+        record: RecordSettings { v_min: 0.05, ..RecordSettings::default() },
+        sleep: true,
+    };
+    let mut breaking = BreakingBodies::new(world, breakables, &settings).unwrap();
     let mut log = StepLog::new();
     let mut seen = Run::default();
     let start = rigid.energy();

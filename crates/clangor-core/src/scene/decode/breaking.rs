@@ -14,8 +14,7 @@ pub(super) fn breaking(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<Breaking>
     let length = Quantity::above(0.0, 1e3, "m");
     let reactions =
         [("inertia-relief", Reaction::InertiaRelief), ("least-residual", Reaction::LeastResidual)];
-    let loads =
-        [("history", Load::History), ("half-sine-peak", Load::HalfSinePeak), ("step", Load::Step)];
+    let loads = [("history", Load::History), ("half-sine-peak", Load::HalfSinePeak), ("step", Load::Step)];
     let default = Breaking::default();
     Some(Breaking {
         edge: section.number(d, "edge", length),

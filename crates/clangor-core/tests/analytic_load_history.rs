@@ -27,9 +27,11 @@ fn fall(
     (speed, restitution): (f64, f64),
     modes: ModesOf<'_>,
 ) -> ([LoadHistory; 2], HertzContact) {
-    let ball = body("sphere:1cm", &presets::STEEL.material(), DVec3::Y * RADIUS);
+    let ball = body("sphere:0.01", &presets::STEEL.material(), DVec3::Y * RADIUS);
     let sides = [(1, &ball), (0, below)].map(|(id, body)| {
         let side = ContactSide::of_body(BodyId(id), body, body.pose);
+        // No waves into the floor.
+        let side = ContactSide { radiation: 0.0, ..side };
         side.touched_at(&body.surface, DVec3::Y, std::iter::once((DVec3::ZERO, 1.0)))
     });
     let members = [-speed * DVec3::Y, DVec3::ZERO];
@@ -74,7 +76,6 @@ fn a_hertz_pulse_has_its_force_and_energy_at_every_instant() {
     let peak = stiffness * deepest.powf(1.5);
     let energy = 0.5 * 2.0 * 2.0 / hertz.inverse_mass;
     let mut worst = [0.0_f64; 2];
-    // The floor takes waves, 3e-4 of the energy here; both feel the same.
     for part in [0.1, 0.2, 0.4, 0.6, 0.8, 0.9] {
         let (force, stored) = ball.at(time_of(part) * deepest / 2.0);
         let known = stiffness * (part * deepest).powf(1.5);
@@ -98,7 +99,6 @@ fn losses_leave_less_than_the_approach() {
         let ([ball, _], hertz) = fall(&stone, (2.0, restitution), &no_modes);
         let energy = 2.0 / hertz.inverse_mass;
         let lost = energy * (1.0 - restitution * restitution);
-        // Without the waves into the floor, which take 3e-4.
         assert!((ball.heat / lost - 1.0).abs() < 0.02, "{restitution}: {} {lost}", ball.heat);
         assert!(ball.stored.iter().all(|stored| (0.0..energy).contains(stored)));
         assert_eq!(ball.ringing, 0.0);
@@ -110,7 +110,7 @@ fn contact_and_modes_store_what_motion_lost() {
     // A pane with sliding edges, hit at its middle.
     let glass = presets::GLASS.material();
     let (side, thickness) = (0.25, 0.004);
-    let pane = body("box:25cmx4mmx25cm", &glass, -0.5 * thickness * DVec3::Y);
+    let pane = body("box:0.25x0.004x0.25", &glass, -0.5 * thickness * DVec3::Y);
     let plate = glass.youngs_modulus * thickness.powi(3) / (12.0 * (1.0 - glass.poisson_ratio.powi(2)));
     let scale = 0.5 * PI / (side * side) * (plate / (glass.density * thickness)).sqrt();
     let mut found = ModesAtContact::default();

@@ -340,7 +340,7 @@ impl Fragile {
             smallest_piece: family.smallest_piece,
             ..PatternSettings::new(family.fracture_energy, 0.0, self.seed)
         };
-        let mut search = BreakingSearch::new(stress, family, loads, self.centre);
+        let mut search = BreakingSearch::new(stress, family, loads, (self.centre, self.least_volume));
         let (mut before, mut tried) = (None, None);
         for time in instants(loads, self.fresh) {
             let earlier = before.replace(time);

@@ -96,7 +96,7 @@ fn the_outcome_depends_little_on_the_time_step() {
 
 #[test]
 fn cracks_get_no_more_than_the_approach() {
-    for (strength, seed) in [(2e7, 1), (6e7, 2), (1e8, 3)] {
+    for (strength, seed) in [(2e7, 1), (4e7, 2), (6e7, 2)] {
         let (mut world, breakables) = tile(60.0, (0.03, 4.0), 12.0, Breaking::default(), seed);
         world.bodies[0].material.tensile_strength = Some(strength);
         let seen = run(&world, breakables, 1e-4, 0.06);
@@ -130,7 +130,7 @@ fn rigid_impacts_load_with_the_peak_of_a_half_sine() {
 fn two_bodies_of_one_impact_share_its_energy() {
     // Two equal tiles meet in free flight, rim to face.
     let (mut world, mut breakables) = tile(20.0, (0.0, 0.0), 0.0, Breaking::default(), 1);
-    let (other, more) = tile(20.0, (0.065, 6.0), 90.0, Breaking::default(), 2);
+    let (other, more) = tile(20.0, (0.09, 6.0), 90.0, Breaking::default(), 2);
     world.gravity = DVec3::ZERO;
     let mut body = other.bodies[0].clone();
     body.name = "other".into();
@@ -141,7 +141,7 @@ fn two_bodies_of_one_impact_share_its_energy() {
         more.into_iter()
             .map(|b| clangor_sim::fracture::Breakable { body: clangor_core::body::BodyId(1), ..b }),
     );
-    let seen = run(&world, breakables, 1e-4, 0.01);
+    let seen = run(&world, breakables, 1e-4, 0.02);
     println!("{} fractures, energy {:.9}", seen.replacements.len(), seen.most_energy);
     assert!(seen.replacements.len() >= 2);
     assert!(seen.most_energy <= 1.0 + 1e-9, "energy grew to {}", seen.most_energy);

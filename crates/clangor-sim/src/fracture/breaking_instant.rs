@@ -33,7 +33,7 @@ use super::error::FractureError;
 use super::family::Family;
 
 /// Most instants that are looked at: each may cost a static solution.
-const MOST_INSTANTS: usize = 64;
+const MOST_INSTANTS: usize = 512;
 /// Relative difference of two sets of forces that count as proportional.
 const PROPORTIONAL: f64 = 2e-2;
 /// Rounds in which the instant of breaking is found within a step.

@@ -49,7 +49,7 @@ pub(super) fn pair_histories(
         normal: pulse.normal,
         gap: 0.0,
         approach: (velocity(1, *place) - velocity(0, *place)).dot(pulse.normal),
-        restitution: coefficients.restitution,
+        restitution: coefficients.restitution.at(pulse.speed),
         friction: coefficients.friction,
     };
     let contacts: Vec<GroupContact> = pulse.points.iter().map(contact).collect();

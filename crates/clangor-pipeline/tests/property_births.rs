@@ -131,7 +131,7 @@ fn simulate(folder: &Path, time_step: f64) -> Timeline {
         scene: None,
     };
     let mut sink = Both(Timeline::default(), TimelineWriter::create(folder, &header, true).unwrap());
-    let mut breaker = |rigid: &RigidWorld, log: &StepLog| Ok::<_, SimulationError>(halve(rigid, log));
+    let mut breaker = |rigid: &mut RigidWorld, log: &mut StepLog| Ok::<_, SimulationError>(halve(rigid, log));
     let go_on = &mut |_| ControlFlow::Continue(());
     let report = simulate_breaking(&world(), (&settings, &no_modes), &mut sink, &mut breaker, go_on).unwrap();
     assert_eq!((report.fractures, report.births), (1, 2));

@@ -29,6 +29,7 @@ mod collision_scene;
 mod compliance;
 mod compliant_block;
 mod contact_phase;
+mod cut_short;
 mod flight;
 mod impact_threshold;
 mod manifold;
@@ -46,6 +47,7 @@ mod step_log;
 mod world;
 
 pub use compliance::ContactModes;
+pub use cut_short::CutShort;
 pub use replacement::{Breaker, CrackImpulse, Replacement};
 pub(crate) use run::run;
 #[cfg(feature = "fracture")]

@@ -165,7 +165,9 @@ fn momentum_is_kept_and_energy_never_grows() {
         for _ in 0..400 {
             let before: Vec<_> = (0..2).map(|i| rigid.momentum(BodyId(i))).collect();
             let was = energy(&rigid);
-            rigid.step_with(&mut log, Some(ContactModes { modes: &modes, v_min: 0.05, followed: false })).unwrap();
+            rigid
+                .step_with(&mut log, Some(ContactModes { modes: &modes, v_min: 0.05, followed: false }))
+                .unwrap();
             gained = gained.max((energy(&rigid) - was) / all);
             for (i, (momentum, spin)) in before.iter().enumerate() {
                 let (mut sum, mut turn, mut size) = (DVec3::ZERO, DVec3::ZERO, 0.0);

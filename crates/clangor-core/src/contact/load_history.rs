@@ -80,6 +80,53 @@ impl LoadHistory {
         self.step * self.stored.len().saturating_sub(1) as f64
     }
 
+    /// The share of the impulse at each point that acts after a time after the onset \[s\], along the whole
+    /// impulse there.
+    pub fn shares_after(&self, time: f64) -> Vec<f64> {
+        let count = self.points.len();
+        let whole = self.impulses(0.0);
+        let rest = self.impulses(time.max(0.0));
+        (0..count)
+            .map(|k| {
+                let square = whole[k].length_squared();
+                if square > 0.0 { (rest[k].dot(whole[k]) / square).clamp(0.0, 1.0) } else { 0.0 }
+            })
+            .collect()
+    }
+
+    /// Impulse at each point from a time after the onset \[s\] on [N s, world].
+    fn impulses(&self, from: f64) -> Vec<DVec3> {
+        let count = self.points.len();
+        let mut sums = vec![DVec3::ZERO; count];
+        // Forces are linear between the instants.
+        let (mut before, mut forces) = (from, self.at(from).0);
+        for n in 0..self.stored.len() {
+            let time = n as f64 * self.step;
+            if time <= before {
+                continue;
+            }
+            let next = &self.forces[n * count..(n + 1) * count];
+            for k in 0..count {
+                sums[k] += (forces[k] + next[k]) * (0.5 * (time - before));
+            }
+            (before, forces) = (time, next.to_vec());
+        }
+        sums
+    }
+
+    /// Ends the forces at a time after the onset \[s\].
+    pub fn end_at(&mut self, time: f64) {
+        let kept = ((time / self.step).ceil().max(0.0) as usize + 1).min(self.stored.len());
+        self.stored.truncate(kept);
+        self.forces.truncate(kept * self.points.len());
+        for force in self.forces.iter_mut().skip((kept - 1) * self.points.len()) {
+            *force = DVec3::ZERO;
+        }
+        if let Some(last) = self.stored.last_mut() {
+            *last = 0.0;
+        }
+    }
+
     /// Forces at all points [N, world] and stored energy \[J\] at a time after the onset \[s\]; zero outside.
     pub fn at(&self, time: f64) -> (Vec<DVec3>, f64) {
         let (count, place) = (self.points.len(), time / self.step);

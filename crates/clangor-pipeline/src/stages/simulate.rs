@@ -118,7 +118,7 @@ fn run(
         return Ok(clangor_sim::simulate_with_modes(world, (settings, &modes), sink, progress)?);
     }
     let mut breaking = BreakingBodies::new(world, loaded.breakables.clone(), settings)?;
-    let mut breaker = |rigid: &RigidWorld, log: &StepLog| breaking.look(rigid, log);
+    let mut breaker = |rigid: &mut RigidWorld, log: &mut StepLog| breaking.look(rigid, log);
     let report = clangor_sim::simulate_breaking(world, (settings, &modes), sink, &mut breaker, progress)?;
     Ok(SimulationReport { breaking: breaking.report().clone(), ..report })
 }

@@ -28,7 +28,7 @@ use clangor_core::scene::breaking::{Breaking, Load};
 use clangor_core::timeline::ContactKind;
 use glam::DVec3;
 
-use super::breaking_instant::{BreakingSearch, instants, stored_while};
+use super::breaking_instant::{BreakingSearch, instants, most_stored};
 use super::contact_loads::{ContactLoad, PairImpact, half_sine_peak};
 use super::error::FractureError;
 use super::family::Family;
@@ -38,7 +38,7 @@ use super::pattern::PatternSettings;
 use super::piece::Piece;
 use super::shatter::{Shatter, shatter, shatter_along};
 use super::spent_energy::SpentEnergy;
-use crate::rigid::{PairImpulses, Replacement, RigidWorld, StepLog};
+use crate::rigid::{CutShort, PairImpulses, Replacement, RigidWorld, StepLog};
 use crate::{BreakingReport, ContactModel, SimulationError, SimulationSettings};
 
 /// Growth of the energy after which cracks that were too dear are tried again.
@@ -132,16 +132,21 @@ impl BreakingBodies {
         &self.report
     }
 
-    /// Inspects a completed step. Returns the bodies that break, and their pieces.
+    /// Inspects a completed step. Returns the bodies that break, and their pieces, and takes back what acts
+    /// on bodies after they have broken.
     ///
     /// # Errors
     /// [`SimulationError::Fracture`] for numbers that are not finite.
-    pub fn look(&mut self, rigid: &RigidWorld, log: &StepLog) -> Result<Vec<Replacement>, SimulationError> {
+    pub fn look(
+        &mut self,
+        rigid: &mut RigidWorld,
+        log: &mut StepLog,
+    ) -> Result<Vec<Replacement>, SimulationError> {
         let loaded = self.take_contact_loads(log)?;
         let mut replacements = Vec::new();
         for id in loaded {
             let next = BodyId((rigid.count() + self.pending(&replacements)) as u32);
-            if let Some(replacement) = self.fracture_of(id, next, rigid) {
+            if let Some(replacement) = self.fracture_of(id, next, (rigid, log)) {
                 replacements.push(replacement);
             }
         }
@@ -237,7 +242,12 @@ impl BreakingBodies {
     }
 
     /// The pieces of a body if its loads break it; pieces get ids from `next` on.
-    fn fracture_of(&mut self, id: BodyId, next: BodyId, rigid: &RigidWorld) -> Option<Replacement> {
+    fn fracture_of(
+        &mut self,
+        id: BodyId,
+        next: BodyId,
+        (rigid, log): (&mut RigidWorld, &mut StepLog),
+    ) -> Option<Replacement> {
         let fragile = self.fragile.get_mut(&id)?;
         let family = &mut self.families[fragile.family];
         let body = &self.bodies[id.index()];
@@ -249,13 +259,17 @@ impl BreakingBodies {
         }
         self.report.solved += 1;
         self.spent.forget_before(fragile.fresh);
-        let outcome = fragile.break_up(family, &self.spent, &mut self.report).and_then(|broken| {
-            let Some(broken) = broken else { return Ok(None) };
+        let step = LoadedStep { body: id, rigid, log };
+        let outcome = fragile.break_up(family, (&step, &self.spent), &mut self.report).and_then(|found| {
+            let Some((broken, cut)) = found else { return Ok(None) };
+            let lost = cut.short.lost_motion(rigid, log);
+            cut.short.apply(rigid, log);
             let parent = Parent { body, state: rigid.pose(id), centre: fragile.centre };
             let name = |k| format!("{}-piece-{}", family.name, family.born + k + 1);
-            fragments(&parent, broken, family.breaking.crack_impulses, name).map(Some)
+            let fragments = fragments(&parent, broken, family.breaking.crack_impulses, name)?;
+            Ok(Some((fragments, cut.time, lost)))
         });
-        let Fragments { replacement, pieces } = match outcome {
+        let (Fragments { replacement, pieces }, cut_time, lost) = match outcome {
             Ok(Some(found)) => found,
             Ok(None) => return None,
             Err(error) => {
@@ -264,8 +278,9 @@ impl BreakingBodies {
             }
         };
         if family.breaking.load == Load::History {
-            self.spent.take(replacement.row.strain_energy, &fragile.contact_loads);
+            self.spent.take(replacement.row.strain_energy - lost, &fragile.contact_loads);
         }
+        let ended: BTreeSet<u64> = fragile.contact_loads.iter().map(|load| load.impact).collect();
         let count = pieces.len();
         let (number, seed) = (fragile.family, fragile.seed);
         let mut fragile_pieces = Vec::with_capacity(count);
@@ -281,6 +296,9 @@ impl BreakingBodies {
         family.pieces += count - 1;
         family.born += count;
         self.fragile.remove(&id);
+        // The others feel nothing more of its impacts either.
+        let others = self.fragile.values_mut().flat_map(|fragile| &mut fragile.contact_loads);
+        others.filter(|load| ended.contains(&load.impact)).for_each(|load| load.end_at(cut_time));
         for (k, piece) in fragile_pieces.into_iter().enumerate() {
             self.fragile.insert(BodyId(next.0 + k as u32), piece);
         }
@@ -316,9 +334,9 @@ impl Fragile {
     fn break_up(
         &mut self,
         family: &Family,
-        spent: &SpentEnergy,
+        (step, spent): (&LoadedStep<'_>, &SpentEnergy),
         report: &mut BreakingReport,
-    ) -> Result<Option<Broken>, FractureError> {
+    ) -> Result<Option<(Broken, Cut)>, FractureError> {
         let stress = match &mut self.stress {
             Some(stress) => stress,
             empty => {
@@ -350,7 +368,7 @@ impl Fragile {
                 return Ok(None);
             }
             let Some(deformation) = search.deformation(&strained) else { continue };
-            let strain = energy.for_cracks(loads, strained.time, &deformation);
+            let (cut, strain) = energy.for_cracks(loads, (strained.time, &deformation), step);
             if tried.is_some_and(|tried| strain <= MORE_ENERGY * tried) {
                 continue;
             }
@@ -359,12 +377,8 @@ impl Fragile {
                 continue;
             };
             let impact_energy = loads.iter().map(|load| load.energy).sum();
-            return Ok(Some(Broken {
-                shatter,
-                stress: deformation.element_stress,
-                impact_energy,
-                seed: self.seed,
-            }));
+            let stress = deformation.element_stress;
+            return Ok(Some((Broken { shatter, stress, impact_energy, seed: self.seed }, cut)));
         }
         report.withstood += u64::from(tried.is_some());
         Ok(None)
@@ -382,13 +396,40 @@ struct Energy {
     crack_time: f64,
 }
 
+/// A step in which a body is loaded.
+struct LoadedStep<'a> {
+    body: BodyId,
+    rigid: &'a RigidWorld,
+    log: &'a StepLog,
+}
+
+/// When a body falls apart \[s\], and what it does not feel after that.
+struct Cut {
+    time: f64,
+    short: CutShort,
+}
+
 impl Energy {
-    /// Energy for cracks and the motion of the pieces of a body that breaks at a time \[J\].
-    fn for_cracks(&self, loads: &[ContactLoad], time: f64, deformation: &Deformation) -> f64 {
+    /// When a body that breaks at a time \[s\] falls apart, and the energy for cracks and the motion of the
+    /// pieces \[J\].
+    fn for_cracks(
+        &self,
+        loads: &[ContactLoad],
+        (time, deformation): (f64, &Deformation),
+        step: &LoadedStep<'_>,
+    ) -> (Cut, f64) {
         match self.model {
-            Load::History => stored_while(loads, time, self.crack_time).min(self.available),
-            Load::HalfSinePeak => deformation.strain_energy.min(self.lost),
-            Load::Step => deformation.strain_energy,
+            Load::History => {
+                let (time, stored) = most_stored(loads, time, self.crack_time);
+                let shares = loads.iter().flat_map(|load| load.cut_at(time, step.body, step.log));
+                let short = CutShort { shares: shares.collect() };
+                let lost = (self.available + short.lost_motion(step.rigid, step.log)).max(0.0);
+                (Cut { time, short }, stored.min(lost))
+            }
+            Load::HalfSinePeak => {
+                (Cut { time, short: CutShort::default() }, deformation.strain_energy.min(self.lost))
+            }
+            Load::Step => (Cut { time, short: CutShort::default() }, deformation.strain_energy),
         }
     }
 }

@@ -14,11 +14,9 @@
 //! crack, the impact goes on loading the body.
 //!
 //! Cracks run at c = c_R/2 \[FinebergMarder1999\] and divide a body of extent L in the time L/c. Until then it is one
-//! body, and the impact goes on as the solve has it, so that what contacts and modes store meanwhile, the
-//! largest U of that time, feeds the cracks.
-//!
-//! The impulse of the impact has moved the body as a whole, so that cracks and pieces can use only what motion
-//! lost in it: E = min(largest U, heat and vibration).
+//! body, and the impact goes on as the solve has it. At the instant t_c of that time at which contacts and
+//! modes store most, it falls apart: forces end ([`CutShort`](crate::rigid::CutShort)), and U(t_c) feeds the
+//! cracks and drives the pieces apart, as far as motion lost it: E = min(U(t_c), what motion lost until then).
 //!
 //! A load of one instant (`Load::HalfSinePeak`, `Load::Step`) is the same with that instant only; then
 //! E = min(E_S, ΔE), or E_S whatever it is.
@@ -85,11 +83,14 @@ fn felt(loads: &[ContactLoad], centre: DVec3, time: f64) -> LoadsNow {
     all
 }
 
-/// The largest energy that contacts and modes store \[J\] for a `duration` from a time on \[s\].
-pub(super) fn stored_while(loads: &[ContactLoad], from: f64, duration: f64) -> f64 {
+/// The instant \[s\] at which contacts and modes store most, and how much \[J\], in a `duration` from a time
+/// on \[s\].
+pub(super) fn most_stored(loads: &[ContactLoad], from: f64, duration: f64) -> (f64, f64) {
     let till = from + duration;
     let between = instants(loads, from).into_iter().take_while(|time| *time < till);
-    between.chain([from, till]).map(|time| felt(loads, DVec3::ZERO, time).stored).fold(0.0, f64::max)
+    let stored = between.chain([till]).map(|time| (time, felt(loads, DVec3::ZERO, time).stored));
+    let first = (from, felt(loads, DVec3::ZERO, from).stored);
+    stored.fold(first, |most, other| if other.1 > most.1 { other } else { most })
 }
 
 /// The body at an instant.
@@ -281,7 +282,16 @@ mod tests {
         let points = vec![DVec3::Y * 0.02];
         let felt =
             Felt::OverTime(LoadHistory { step, points, forces, stored, energy, heat: energy, ringing: 0.0 });
-        ContactLoad { impact: 0, onset: 1.0, end: 2.0, felt, energy, heat: energy, ringing: 0.0 }
+        ContactLoad {
+            impact: 0,
+            onset: 1.0,
+            end: 2.0,
+            felt,
+            places: Vec::new(),
+            energy,
+            heat: energy,
+            ringing: 0.0,
+        }
     }
 
     #[test]
@@ -321,7 +331,7 @@ mod tests {
             let place = |i: i32| (f64::from(i) + 0.5) * ds;
             let time: f64 = (0..n).map(|i| ds / (1.0 - place(i).powf(2.5)).sqrt()).sum();
             let force = felt(&loads, DVec3::ZERO, found.time).loads[0].force.length();
-            let stored = stored_while(&loads, found.time, 0.0);
+            let stored = most_stored(&loads, found.time, 0.0).1;
             let errors = [
                 (found.time - 1.0) / (time * deepest / speed) - 1.0,
                 force / (share * peak) - 1.0,
@@ -336,7 +346,7 @@ mod tests {
             assert!(stored > last, "a stronger body breaks with more energy");
             last = stored;
             // While a crack runs, the contact goes on.
-            let all = stored_while(&loads, found.time, 1.0);
+            let all = most_stored(&loads, found.time, 1.0).1;
             assert!((all / (0.4 * peak * deepest) - 1.0).abs() < 2e-3, "{all}");
         }
         // A body stronger than the peak stays whole.
@@ -366,7 +376,7 @@ mod tests {
         for time in instants(&loads, 1.0) {
             let Some(found) = search.reached(time, None).unwrap() else { continue };
             let strain = search.deformation(&found).unwrap().strain_energy;
-            let stored = stored_while(&loads, found.time, 0.0);
+            let stored = most_stored(&loads, found.time, 0.0).1;
             assert!(strain <= stored * (1.0 + 1e-9), "{strain} {stored}");
             seen += 1;
             bound += usize::from(strain > stored * (1.0 - 1e-9));

@@ -27,7 +27,7 @@ use clangor_core::timeline::{ContactRow, PoseRow};
 use glam::DVec3;
 
 use crate::record::MERGE_WINDOW;
-use crate::rigid::SolvedLoad;
+use crate::rigid::{Impulse, SolvedLoad, StepLog};
 
 /// The load of one impact on one body.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +40,8 @@ pub(super) struct ContactLoad {
     pub(super) end: f64,
     /// Forces in the axes of the body, at points about its centre of mass.
     pub(super) felt: Felt,
+    /// Those points \[m\], world; of a load over time.
+    pub(super) places: Vec<DVec3>,
     /// Largest strain energy that it can cause \[J\].
     pub(super) energy: f64,
     /// Energy that the motion of all bodies loses in contacts \[J\].
@@ -70,6 +72,29 @@ impl Felt {
 }
 
 impl ContactLoad {
+    /// The shares of this step's impulses on a body that act after a time \[s\].
+    pub(super) fn cut_at(&self, time: f64, body: BodyId, log: &StepLog) -> Vec<(usize, f64)> {
+        let Felt::OverTime(history) = &self.felt else { return Vec::new() };
+        let shares = history.shares_after(time - self.onset);
+        let of = |(place, impulse): (usize, &Impulse)| {
+            let row = &impulse.row;
+            let own = (row.body_a == body || row.body_b == body) && row.time == self.onset;
+            let distance = |point: &DVec3| point.distance_squared(row.point);
+            let nearest =
+                self.places.iter().zip(&shares).min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
+            nearest.filter(|(_, share)| own && **share > 0.0).map(|(_, share)| (place, *share))
+        };
+        log.impulses().iter().enumerate().filter_map(of).collect()
+    }
+
+    /// Ends the load at a time \[s\].
+    pub(super) fn end_at(&mut self, time: f64) {
+        if let Felt::OverTime(history) = &mut self.felt {
+            history.end_at(time - self.onset);
+            self.end = self.end.min(time);
+        }
+    }
+
     /// The load of an impact that moved its bodies by a solve of the contacts.
     pub(super) fn of_solved(load: &SolvedLoad, impact: u64) -> Self {
         let SolvedLoad { state, history, .. } = load;
@@ -78,6 +103,7 @@ impl ContactLoad {
             impact,
             onset: state.time,
             end: state.time + history.duration(),
+            places: history.points.clone(),
             felt: Felt::over_time(history.clone(), &pose),
             energy: history.energy,
             heat: history.heat,
@@ -154,12 +180,14 @@ impl PairImpact<'_> {
         let side = self.ids()?.iter().position(|id| *id == body)?;
         let pose = pulse.bodies[side]?.pose;
         let restitution = self.coefficients()?.restitution;
-        let loss = |row: &ContactRow| 0.5 * row.impulse_n * row.approach_speed() * (1.0 - restitution.at(row.approach_speed()));
+        let loss = |row: &ContactRow| {
+            0.5 * row.impulse_n * row.approach_speed() * (1.0 - restitution.at(row.approach_speed()))
+        };
         let lost: f64 = self.rows.iter().map(loss).sum();
-        let (felt, duration) = match history {
+        let (felt, places, duration) = match history {
             Some(history) => {
-                let duration = history.duration();
-                (Felt::over_time(history, &pose), duration)
+                let (duration, places) = (history.duration(), history.points.clone());
+                (Felt::over_time(history, &pose), places, duration)
             }
             None => {
                 let (to_body, sign) = (pose.orientation.inverse(), if side == 0 { 1.0 } else { -1.0 });
@@ -167,7 +195,8 @@ impl PairImpact<'_> {
                     (pose.body_from_world(*point), to_body * *impulse * (sign * per_impulse))
                 };
                 // Impulses are merged into one impact for at least this long.
-                (Felt::Once(pulse.points.iter().map(local).collect()), pulse.duration.max(MERGE_WINDOW))
+                let felt = Felt::Once(pulse.points.iter().map(local).collect());
+                (felt, Vec::new(), pulse.duration.max(MERGE_WINDOW))
             }
         };
         Some(ContactLoad {
@@ -175,6 +204,7 @@ impl PairImpact<'_> {
             onset: pulse.time,
             end: pulse.time + duration,
             felt,
+            places,
             energy: pulse.approach_energy(),
             heat: lost.max(0.0),
             ringing: 0.0,

@@ -51,7 +51,8 @@ pub struct CrackImpulse {
 
 /// Inspects a completed step and returns the bodies that break. The log contains the impacts of the step, and
 /// contacts slower than `v_min` only if all rows are recorded.
-pub type Breaker<'a> = &'a mut dyn FnMut(&RigidWorld, &StepLog) -> Result<Vec<Replacement>, SimulationError>;
+pub type Breaker<'a> =
+    &'a mut dyn FnMut(&mut RigidWorld, &mut StepLog) -> Result<Vec<Replacement>, SimulationError>;
 
 impl RigidWorld {
     /// Replaces `parent` by its pieces at the present time and wakes the bodies that it touched.

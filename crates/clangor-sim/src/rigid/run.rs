@@ -47,6 +47,7 @@ pub(crate) fn run(
     let steps = (settings.duration / settings.time_step - 1e-9).ceil() as u64;
     for k in 0..steps {
         rigid.step_with(&mut log, modes)?;
+        let broken = breaker.as_mut().map_or(Ok(Vec::new()), |breaker| breaker(&mut rigid, &mut log))?;
         for PairImpulses { kind, rows, poses, .. } in log.groups() {
             match kind {
                 ContactKind::Impact => recorder.impact(rows, poses)?,
@@ -62,7 +63,6 @@ pub(crate) fn run(
             }
             next_pose = (rigid.time() / interval + 0.5).floor() as u64 + 1;
         }
-        let broken = breaker.as_mut().map_or(Ok(Vec::new()), |breaker| breaker(&rigid, &log))?;
         for replacement in broken {
             let parent = replacement.row.parent;
             if !pictured && rigid.is_alive(parent) {

@@ -343,6 +343,21 @@ impl BodyState {
         self.last_hit = t;
     }
 
+    /// What changes of the momentum \[N s\] and the angular momentum \[N m s\] add to the kinetic energy
+    /// \[J\].
+    pub(super) fn energy_gain(&self, momentum: DVec3, angular: DVec3) -> f64 {
+        let velocity = self.velocity + momentum / self.mass;
+        let turned = self.momentum + angular;
+        let spin = angular_velocity(self.orientation, turned, &self.inverse_inertia);
+        0.5 * self.mass * velocity.length_squared() + 0.5 * turned.dot(spin) - self.kinetic_energy()
+    }
+
+    /// Makes these changes.
+    pub(super) fn push(&mut self, momentum: DVec3, angular: DVec3) {
+        self.velocity += momentum / self.mass;
+        self.momentum += angular;
+    }
+
     /// Stops the body when it falls asleep.
     pub(super) fn stop(&mut self) {
         self.velocity = DVec3::ZERO;

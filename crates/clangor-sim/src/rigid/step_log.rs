@@ -172,6 +172,16 @@ impl StepLog {
         self.rows.push(impulse.row);
     }
 
+    /// Scales an impulse.
+    pub(super) fn scale(&mut self, place: usize, factor: f64) {
+        if let Some(impulse) = self.impulses.get_mut(place) {
+            impulse.row.impulse_n *= factor;
+            impulse.row.impulse_t *= factor;
+            impulse.row.couple *= factor;
+            self.rows[place] = impulse.row;
+        }
+    }
+
     pub(super) fn end(&mut self) {
         if let Some(group) = self.groups.last_mut() {
             group.rows.end = self.rows.len();

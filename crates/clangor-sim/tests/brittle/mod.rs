@@ -80,7 +80,7 @@ pub(crate) fn run_with(
     let start = rigid.energy();
     for _ in 0..(duration / step) as usize {
         rigid.step(&mut log).unwrap();
-        for replacement in breaking.look(&rigid, &log).unwrap() {
+        for replacement in breaking.look(&mut rigid, &mut log).unwrap() {
             let parent = replacement.row.parent;
             let state = rigid.pose(parent);
             let (momentum, spin) = rigid.momentum(parent);

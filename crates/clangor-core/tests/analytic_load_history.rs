@@ -144,3 +144,22 @@ fn contact_and_modes_store_what_motion_lost() {
     // Without modes of its own, the ball feels the contact alone.
     assert!(ball.ringing == 0.0 && struck.ringing > 0.3 * energy);
 }
+
+#[test]
+fn half_of_the_impulse_follows_the_deepest_approach() {
+    let floor = body("box:0.2x0.2x0.2", &presets::GLASS.material(), DVec3::NEG_Y * 0.1);
+    let ([history, _], hertz) = fall(&floor, (1.0, 1.0), &no_modes);
+    let half = 0.5 * hertz.duration();
+    assert_eq!(
+        (history.shares_after(0.0), history.shares_after(2.0 * history.duration())),
+        (vec![1.0], vec![0.0])
+    );
+    let [share] = history.shares_after(half)[..] else { panic!("one point") };
+    println!("share {share}");
+    // Residual seen: SEEN.
+    assert!((share - 0.5).abs() < 5e-3, "{share}");
+    let mut ended = history.clone();
+    ended.end_at(half);
+    assert!((ended.duration() - half).abs() <= history.step);
+    assert_eq!(ended.at(1.01 * half + history.step), (vec![DVec3::ZERO], 0.0));
+}

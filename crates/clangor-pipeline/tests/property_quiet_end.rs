@@ -5,13 +5,16 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use clangor_pipeline::stages::find_impact_modes::find_impact_modes;
 use clangor_pipeline::stages::load::load_scene;
 use clangor_pipeline::stages::simulate::simulate_impacts;
 
 /// Impacts of a scene as shipped; pieces, and the fastest approach \[m/s\] in the last second and in all.
 fn fastest(name: &str) -> (u64, f64, f64) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
-    let loaded = load_scene(&path, &|_| ()).unwrap();
+    let mut loaded = load_scene(&path, &|_| ()).unwrap();
+    let modes = find_impact_modes(&loaded, None, &mut |_| ControlFlow::Continue(())).unwrap();
+    loaded.give_modes(modes);
     let duration = loaded.scene.simulation.duration;
     // Slower ones are no impacts, and not in the timeline.
     assert!(loaded.scene.simulation.v_min <= 0.05);

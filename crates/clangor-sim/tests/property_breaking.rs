@@ -5,8 +5,12 @@
 
 mod brittle;
 
+use clangor_core::body::Body;
 use clangor_core::glam::DVec3;
+use clangor_core::material::presets;
+use clangor_core::pose::Pose;
 use clangor_core::scene::breaking::{Breaking, Load, Score};
+use clangor_core::shape::Shape;
 use clangor_sim::ContactModel;
 
 use brittle::{Run, run, run_with, tile};
@@ -145,4 +149,36 @@ fn two_bodies_of_one_impact_share_its_energy() {
     println!("{} fractures, energy {:.9}", seen.replacements.len(), seen.most_energy);
     assert!(seen.replacements.len() >= 2);
     assert!(seen.most_energy <= 1.0 + 1e-9, "energy grew to {}", seen.most_energy);
+}
+
+/// What acts on a body after it has broken does not move the other one.
+#[test]
+fn a_ball_that_breaks_a_tile_loses_less_speed() {
+    let of = |strength: f64| {
+        let (mut world, breakables) = tile(20.0, (0.0, 0.0), 0.0, Breaking::default(), 1);
+        world.gravity = DVec3::ZERO;
+        world.bodies.truncate(1);
+        world.bodies[0].angular_velocity = DVec3::ZERO;
+        world.bodies[0].material.tensile_strength = Some(strength);
+        let (surface, mass) = Shape::parse("sphere:0.008").unwrap().surface().unwrap();
+        let ball = Body::solid("ball", presets::STEEL.material(), surface, &mass)
+            .at(Pose { position: DVec3::Y * 0.012, ..Pose::IDENTITY })
+            .with_velocity(DVec3::NEG_Y * 8.0);
+        let start = ball.mass * ball.velocity;
+        world.bodies.push(ball);
+        let seen = run(&world, breakables, 1e-4, 3e-4);
+        let error = seen.momentum.distance(start) / start.length();
+        println!(
+            "{:.3} m/s, {} fractures, momentum {error:.1e}",
+            seen.velocities[1].y,
+            seen.replacements.len()
+        );
+        // Residual seen: 2e-16.
+        assert!(error < 1e-12, "{error:e}");
+        assert!(seen.most_energy <= 1.0 + 1e-9, "energy grew to {}", seen.most_energy);
+        (seen.velocities[1].y, seen.replacements.len())
+    };
+    let ((whole, none), (broken, some)) = (of(1e12), of(4e7));
+    assert!(none == 0 && some > 0);
+    assert!(broken < whole - 1.0, "{broken} m/s through the broken tile, {whole} m/s off the whole one");
 }

@@ -52,6 +52,10 @@ pub(crate) struct Run {
     pub(crate) jump: f64,
     /// Kinetic energy gained from cracks, and its expected value \[J\].
     pub(crate) gains: Vec<(f64, f64)>,
+    /// Velocities of the first bodies at the end \[m/s\].
+    pub(crate) velocities: Vec<DVec3>,
+    /// Momentum of all bodies at the end \[N s\].
+    pub(crate) momentum: DVec3,
 }
 
 pub(crate) fn run(world: &World, breakables: Vec<Breakable>, step: f64, duration: f64) -> Run {
@@ -104,6 +108,10 @@ pub(crate) fn run_with(
         }
         seen.most_energy = seen.most_energy.max(rigid.energy() / start);
     }
+    let all = |count: usize| (0..count as u32).map(BodyId);
+    seen.velocities = all(world.bodies.len()).map(|body| rigid.pose(body).velocity).collect();
+    let alive = all(rigid.count()).filter(|body| rigid.is_alive(*body));
+    seen.momentum = alive.map(|body| rigid.momentum(body).0).filter(|p| p.is_finite()).sum();
     seen
 }
 

@@ -299,7 +299,9 @@ impl BreakingBodies {
         // The others feel nothing more of its impacts either.
         let others = self.fragile.values_mut().flat_map(|fragile| &mut fragile.contact_loads);
         others.filter(|load| ended.contains(&load.impact)).for_each(|load| load.end_at(cut_time));
-        for (k, piece) in fragile_pieces.into_iter().enumerate() {
+        // A scored body has broken along all its scores at once; its pieces have none.
+        let again = self.families[number].breaking.scores.is_empty();
+        for (k, piece) in fragile_pieces.into_iter().enumerate().filter(|_| again) {
             self.fragile.insert(BodyId(next.0 + k as u32), piece);
         }
         // Ids and this list both follow the order of births.

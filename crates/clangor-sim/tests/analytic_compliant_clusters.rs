@@ -9,7 +9,7 @@ use clangor_core::material::Material;
 use clangor_core::timeline::{ContactKind, PoseRow, Timeline};
 use clangor_sim::{ContactModel, SimulationSettings, Solver};
 use glam::{DMat3, DVec3};
-use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, run, sphere, world};
+use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, rack, run, sphere, world};
 
 fn settings(duration: f64, raw: bool, pose_rate: f64) -> SimulationSettings {
     let rigid = sphere_worlds::settings(duration, raw, pose_rate);
@@ -98,24 +98,6 @@ fn five_balls_in_a_row_pass_the_push_on_as_their_equations_say() {
             assert!(worst < 5e-4, "gap {gap}: {worst}");
         }
     }
-}
-
-/// Fifteen balls with gaps of 50 µm, and a cue ball that meets the first one off its middle.
-fn rack(aside: f64) -> World {
-    let phenolic =
-        Material { density: 1700.0, youngs_modulus: 5.8e9, poisson_ratio: 0.34, ..material(0.93, 0.0, 0.0) };
-    let (radius, pitch) = (0.028575, 2.0 * 0.028575 + 5e-5);
-    let mut bodies = Vec::new();
-    for row in 0..5_u32 {
-        let x = f64::from(row) * pitch * 0.75_f64.sqrt();
-        for k in 0..=row {
-            let z = (f64::from(k) - 0.5 * f64::from(row)) * pitch;
-            bodies.push(sphere(radius, DVec3::new(x, 0.0, z), DVec3::ZERO, &phenolic));
-        }
-    }
-    let start = DVec3::new(-2.0 * radius - 1e-3, 0.0, aside);
-    bodies.push(sphere(radius, start, DVec3::X * 6.79, &phenolic));
-    world(bodies, vec![], 0.0)
 }
 
 #[test]

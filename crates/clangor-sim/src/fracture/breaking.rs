@@ -5,8 +5,8 @@
 //! ```
 //!
 //! All impacts that still act load a body together. When it breaks, and with which energy, decides
-//! `breaking_instant`. Cracks and the motion of the pieces use only energy that motion lost in the impacts, so
-//! that the mechanical energy of all bodies never grows; the rest was returned as rebound.
+//! `breaking_instant`. Cracks and the motion of the pieces use only energy that motion lost in the impacts,
+//! so that the mechanical energy of all bodies never grows; the rest was returned as rebound.
 //!
 //! Nothing is solved if no stress can reach the strength σ_c, because even a single element that held all the
 //! energy would stay below it:
@@ -89,8 +89,8 @@ struct Fragile {
 }
 
 impl BreakingBodies {
-    /// Prepares the breakable bodies of a world. Impacts slower than the `v_min` of the record are ignored; if
-    /// bodies do not give way in impacts, `Load::History` is the peak of a half-sine.
+    /// Prepares the breakable bodies of a world. Impacts slower than the `v_min` of the record are ignored;
+    /// if bodies do not give way in impacts, `Load::History` is the peak of a half-sine.
     ///
     /// # Errors
     /// [`SimulationError::Fracture`] for a body that cannot break: its material has no strength or toughness,

@@ -102,3 +102,21 @@ pub(crate) fn kinetic_energy(world: &World, poses: &[PoseRow]) -> f64 {
         })
         .sum()
 }
+
+/// Fifteen balls with gaps of 50 µm, and a cue ball that meets the first one off its middle.
+pub(crate) fn rack(aside: f64) -> World {
+    let phenolic =
+        Material { density: 1700.0, youngs_modulus: 5.8e9, poisson_ratio: 0.34, ..material(0.93, 0.0, 0.0) };
+    let (radius, pitch) = (0.028575, 2.0 * 0.028575 + 5e-5);
+    let mut bodies = Vec::new();
+    for row in 0..5_u32 {
+        let x = f64::from(row) * pitch * 0.75_f64.sqrt();
+        for k in 0..=row {
+            let z = (f64::from(k) - 0.5 * f64::from(row)) * pitch;
+            bodies.push(sphere(radius, DVec3::new(x, 0.0, z), DVec3::ZERO, &phenolic));
+        }
+    }
+    let start = DVec3::new(-2.0 * radius - 1e-3, 0.0, aside);
+    bodies.push(sphere(radius, start, DVec3::X * 6.79, &phenolic));
+    world(bodies, vec![], 0.0)
+}

@@ -23,8 +23,8 @@ pub(super) fn say(console: &Console, report: &BreakingReport) {
     }
     if *unsolved > 0 {
         console.warn(format_args!(
-            "the force of {unsolved} impacts over time could not be solved: the peak of a half-sine loads the \
-             body"
+            "the force of {unsolved} impacts over time could not be solved: the peak of a half-sine loads \
+             the body"
         ));
     }
     if *capped > 0 {

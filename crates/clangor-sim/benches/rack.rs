@@ -1,9 +1,9 @@
 //! Cost of the break of a rack of 15 balls: the whole event-driven run of 8 ms, with the solves of the
 //! contacts.
 //!
-//! `cargo bench -p clangor-sim --bench rack`: milliseconds of CPU time, the median of 21 runs, and impacts; the
-//! cue ball at 6.79 m/s, 3 mm off the centre and centred, gaps of 50 µm. One thread, so that CPU time equals
-//! elapsed time.
+//! `cargo bench -p clangor-sim --bench rack`: milliseconds of CPU time, the median of 21 runs, and impacts;
+//! the cue ball at 6.79 m/s, 3 mm off the centre and centred, gaps of 50 µm. One thread, so that CPU time
+//! equals elapsed time.
 
 #[path = "../tests/sphere_worlds/mod.rs"]
 mod sphere_worlds;

@@ -13,10 +13,11 @@
 //! Strength and energy are both necessary \[Leguillon2002\]. If the energy of the instant is too small for
 //! any crack, the impact goes on loading the body.
 //!
-//! Cracks run at c = c_R/2 \[FinebergMarder1999\] and divide a body of extent L in the time L/c. Until then it
-//! is one body, and the impact goes on as the solve has it. At the instant t_c of that time at which contacts
-//! and modes store most, it falls apart: forces end ([`CutShort`](crate::rigid::CutShort)), and U(t_c) feeds
-//! the cracks and drives the pieces apart, as far as motion lost it: E = min(U(t_c), what motion lost).
+//! Cracks run at c = c_R/2 \[FinebergMarder1999\] and divide a body of extent L in the time L/c. Until then
+//! it is one body, and the impact goes on as the solve has it. At the instant t_c of that time at which
+//! contacts and modes store most, it falls apart: forces end ([`CutShort`](crate::rigid::CutShort)), and
+//! U(t_c) feeds the cracks and drives the pieces apart, as far as motion lost it:
+//! E = min(U(t_c), what motion lost).
 //!
 //! A load of one instant (`Load::HalfSinePeak`, `Load::Step`) is the same with that instant only; then
 //! E = min(E_S, ΔE), or E_S whatever it is.

@@ -249,8 +249,12 @@ impl CompliantCluster {
         let press = self.presses[k];
         let middle = self.middle(&press, h);
         let Middle { normal, pressure, along, arms: [arm, far_arm], overlap, closing } = middle;
+        let far_radius = press.partner.ball().map_or(0.0, |other| self.balls[other].radius);
+        let depth = self.balls[press.ball].radius + far_radius - arm.length() - far_arm.length();
         let mut tangential = DVec3::ZERO;
-        let limit = press.law.friction * pressure;
+        // Surfaces that are apart in the mean, in the first and last step of a contact, do not rub.
+        let apart = matches!(press.partner, Partner::Ball(_)) && depth < 0.0;
+        let limit = if apart { 0.0 } else { press.law.friction * pressure };
         if limit > 0.0 {
             // The tangential impulse that stops the mean slip, within Coulomb's cone.
             let (slip, response) = self.slip(&press, arm, far_arm);
@@ -258,10 +262,8 @@ impl CompliantCluster {
             let known = press.impulse - normal * normal.dot(press.impulse);
             tangential = (known - slip * (2.0 / response)).clamp_length_max(limit);
         }
-        let far_radius = press.partner.ball().map_or(0.0, |other| self.balls[other].radius);
-        let radii = self.balls[press.ball].radius + far_radius;
         let press = &mut self.presses[k];
-        press.depth = radii - arm.length() - far_arm.length();
+        press.depth = depth;
         press.impulse = normal * (along * pressure) + tangential;
         press.turns = [arm.cross(tangential), -far_arm.cross(tangential)];
         (press.normal, press.normal_impulse) = (normal, pressure);

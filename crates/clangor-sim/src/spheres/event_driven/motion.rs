@@ -88,12 +88,17 @@ impl Engine {
             }
         }
         let phase = support::phase(&mut state, &grounds);
+        let removed = state.velocity - record.velocity;
         (record.velocity, spin.omega) = (state.velocity, state.omega);
         (record.acceleration, spin.alpha) = (phase.acceleration, phase.alpha);
         record.generation = record.generation.wrapping_add(1);
         self.next[ball].phase_end = self.now + phase.duration;
         let (flew, flies) = (record.motion_phase == MotionPhase::Ballistic, phase.reactions.is_empty());
         record.motion_phase = if flies { MotionPhase::Ballistic } else { MotionPhase::Steady };
+        if let Some(reaction) = phase.reactions.first() {
+            let Ground { plane, normal, .. } = reaction.ground;
+            self.accumulate_removed(ball, plane, removed.dot(normal) * state.mass);
+        }
         if !(flew && flies) {
             self.phases[ball] = (!flies).then(|| Box::new(phase));
         }

@@ -42,6 +42,18 @@ impl Engine {
         }
     }
 
+    /// Adds the impulse \[N s\] along the normal of a plane by which a ball that comes to lie on it loses the
+    /// speed that rounding has left.
+    pub(super) fn accumulate_removed(&mut self, ball: usize, plane: usize, impulse: f64) {
+        let Some(pending) = self.pending.as_mut().filter(|_| impulse != 0.0) else { return };
+        let normal = self.planes[plane].normal;
+        let (body_a, body_b) = (BodyId(self.traits[ball].body), BodyId(self.planes[plane].body));
+        let row = pending[ball].row(plane, || empty_row(ContactKind::Contact, body_a, body_b, normal));
+        row.time = self.now;
+        row.impulse_n += impulse;
+        row.point = self.balls[ball].position - normal * self.balls[ball].radius;
+    }
+
     /// Adds the impulses of the springs and rods of an island up to now.
     ///
     /// A spring between two balls becomes two rows against the world, each at the centre of its ball: a link

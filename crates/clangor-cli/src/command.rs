@@ -4,6 +4,7 @@ mod audio_file;
 pub(crate) mod bake;
 pub(crate) mod bank;
 pub(crate) mod check;
+mod collision_parts;
 pub(crate) mod export;
 mod impact_modes;
 pub(crate) mod import;

@@ -59,7 +59,7 @@ pub struct MeshSurface {
     pub mean_curvature: Vec<f64>,
     /// Principal curvatures at each vertex, whose mean is not exactly `mean_curvature`.
     pub curvature: Vec<Curvature>,
-    /// Convex parts whose union collides.
+    /// Convex parts whose union collides; none where nothing collides.
     pub parts: Vec<ConvexPart>,
     /// Volume \[m³\].
     pub volume: f64,
@@ -89,6 +89,12 @@ impl MeshSurface {
         let tree = SurfaceTree::new(&mesh);
         let curvature = mean_curvature.iter().map(|h| Curvature::isotropic(*h)).collect();
         MeshSurface { mesh, mean_curvature, curvature, parts: Vec::new(), volume, tree }
+    }
+
+    /// The same surface with other convex parts, in its own frame.
+    #[must_use]
+    pub fn with_parts(self, parts: Vec<ConvexPart>) -> Self {
+        MeshSurface { parts, ..self }
     }
 
     /// The same surface with other principal curvatures, one for each vertex.

@@ -58,6 +58,7 @@ pub use self::struck_sound::{StrikeRemark, StruckSound};
 pub use self::web_export::ExportedReplay;
 use crate::formats::model_cache::ModelCache;
 use crate::formats::soundbank::default_bank;
+use crate::stages::collision_parts::find_collision_parts;
 use crate::stages::find_impact_modes::find_impact_modes;
 use crate::stages::load::LoadedScene;
 use crate::stages::render::{RenderOptions, RenderSummary, check_output, read_impacts, render};
@@ -211,6 +212,7 @@ impl<'p> Session<'p> {
         let mut modal = |p: &SoundModelProgress<'_>| {
             on_progress(&Progress { stage: Stage::Modal, done: p.done, body: p.body, step: p.step })
         };
+        find_collision_parts(loaded, self.cache.as_ref())?;
         // No long search for a scene that cannot move.
         check_motion(loaded)?;
         loaded.give_modes(find_impact_modes(loaded, self.cache.as_ref(), &mut modal)?);

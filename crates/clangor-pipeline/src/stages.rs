@@ -1,6 +1,7 @@
 //! The stages from a scene to its sound: load, simulate, obtain sound models, render.
 
 mod breakables;
+pub mod collision_parts;
 pub mod event_schedule;
 pub mod find_impact_modes;
 pub mod fracture_report;

@@ -38,15 +38,17 @@ pub struct DecomposeSettings {
     pub concavity: f64,
 }
 
+const DEFAULT: DecomposeSettings = DecomposeSettings {
+    resolution: 100,
+    tolerance: 0.03,
+    most_parts: 128,
+    most_points: 160,
+    concavity: 0.001,
+};
+
 impl Default for DecomposeSettings {
     fn default() -> Self {
-        DecomposeSettings {
-            resolution: 100,
-            tolerance: 0.03,
-            most_parts: 128,
-            most_points: 160,
-            concavity: 0.001,
-        }
+        DEFAULT
     }
 }
 
@@ -94,6 +96,38 @@ pub fn convex_parts(mesh: &TriMesh, settings: DecomposeSettings) -> Result<Decom
     }
     let clusters = voxel_clusters(mesh, settings);
     measured(mesh, volume, &clusters)?.ok_or(DecomposeError::NoParts { resolution: settings.resolution })
+}
+
+/// Resolutions that [`convex_parts_within`] tries, coarse to fine.
+const LEVELS: [DecomposeSettings; 4] = [
+    DecomposeSettings { resolution: 32, most_parts: 16, concavity: 0.01, ..DEFAULT },
+    DecomposeSettings { resolution: 64, most_parts: 64, concavity: 0.003, ..DEFAULT },
+    DEFAULT,
+    DecomposeSettings { resolution: 160, most_parts: 512, concavity: 0.0003, ..DEFAULT },
+];
+
+/// The coarsest convex parts whose surface is within `error` \[m\] of that of a closed mesh: one hull, or the
+/// clusters of voxels at rising resolution. If even the finest are farther off, those that are nearest; their
+/// [`surface_error`](Decomposition::surface_error) tells.
+///
+/// # Errors
+/// As [`convex_parts`].
+pub fn convex_parts_within(mesh: &TriMesh, error: f64) -> Result<Decomposition, DecomposeError> {
+    let volume = MassProperties::of(mesh)?.volume;
+    let hull = thin_out(&mesh.vertices, DEFAULT.most_points);
+    let mut nearest: Option<Decomposition> = None;
+    let groups = std::iter::once_with(|| vec![hull])
+        .chain(LEVELS.iter().map(|settings| voxel_clusters(mesh, *settings)));
+    for group in groups {
+        let Some(found) = measured(mesh, volume, &group)? else { continue };
+        if found.surface_error <= error {
+            return Ok(found);
+        }
+        if nearest.as_ref().is_none_or(|best| found.surface_error < best.surface_error) {
+            nearest = Some(found);
+        }
+    }
+    nearest.ok_or(DecomposeError::NoParts { resolution: LEVELS[LEVELS.len() - 1].resolution })
 }
 
 /// The hulls of groups of points, compared with the mesh; `None` if all of them are flat.

@@ -6,7 +6,9 @@ use clangor_core::geometry::solid::check_solid;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
 use clangor_core::shape::Shape;
-use clangor_sim::decompose::{DecomposeError, DecomposeSettings, Decomposition, convex_parts};
+use clangor_sim::decompose::{
+    DecomposeError, DecomposeSettings, Decomposition, convex_parts, convex_parts_within,
+};
 
 fn decompose(mesh: &TriMesh) -> Decomposition {
     convex_parts(mesh, DecomposeSettings::default()).unwrap()
@@ -118,4 +120,20 @@ fn published_meshes_decompose() {
         // Seen: bowl 3.6 mm, coin 0.22 mm (its relief), die 1.0 mm (its pips).
         assert!(found.surface_error < 0.04 * mesh.diagonal());
     }
+}
+
+#[test]
+fn property_parts_are_the_coarsest_within_an_error() {
+    let mesh = Shape::parse("torus:0.03x0.01@0.004").unwrap().mesh();
+    // Seen: hull 19.8 mm, then 3.0 mm and less.
+    let found = [0.03, 0.005, 0.001].map(|error| convex_parts_within(&mesh, error).unwrap());
+    assert_eq!(found[0].parts.len(), 1);
+    for (coarse, fine) in [(0, 1), (1, 2)] {
+        println!("{} parts, {:.2e} m", found[fine].parts.len(), found[fine].surface_error);
+        assert!(found[coarse].parts.len() < found[fine].parts.len());
+        assert!(found[coarse].surface_error > found[fine].surface_error);
+    }
+    assert!(found[1].surface_error <= 0.005 && found[2].surface_error <= 0.001);
+    let cube = Shape::parse("box:0.1x0.05x0.02").unwrap().mesh();
+    assert_eq!(convex_parts_within(&cube, 1e-9).unwrap().parts.len(), 1);
 }

@@ -3,13 +3,15 @@
 use clangor_pipeline::stages::simulate::check_motion;
 use serde_json::json;
 
+use super::collision_parts::collision_parts;
 use super::load;
 use crate::arguments::{Check, Global};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Check, global: &Global, console: &Console) -> Result<(), Failure> {
-    let loaded = load(&options.scene, global, &|_| (), console)?;
+    let mut loaded = load(&options.scene, global, &|_| (), console)?;
+    collision_parts(&mut loaded, global, console)?;
     check_motion(&loaded)?;
     let (bodies, listeners) = (loaded.world.bodies.len(), loaded.scene.listeners.len());
     console.say(format_args!(
@@ -23,7 +25,7 @@ pub(crate) fn run(options: &Check, global: &Global, console: &Console) -> Result
         "bodies": bodies,
         "listeners": listeners,
         "duration_s": loaded.scene.simulation.duration,
-        "warnings": loaded.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "warnings": loaded.warnings.iter().chain(&loaded.collisions.warnings).map(ToString::to_string).collect::<Vec<_>>(),
     }));
     Ok(())
 }

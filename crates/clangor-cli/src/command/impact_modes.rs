@@ -1,4 +1,5 @@
-//! The modes with which thin bodies meet impacts, found before a scene moves.
+//! The convex parts with which meshes collide and the modes with which thin bodies meet impacts, found before
+//! a scene moves.
 
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::stages::find_impact_modes::find_impact_modes;
@@ -6,6 +7,7 @@ use clangor_pipeline::stages::load::LoadedScene;
 use clangor_pipeline::stages::simulate::check_motion;
 use clangor_pipeline::stages::sound_models::SoundModelProgress;
 
+use super::collision_parts::collision_parts;
 use crate::arguments::Global;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -16,6 +18,7 @@ pub(super) fn impact_modes(
     global: &Global,
     console: &Console,
 ) -> Result<(), Failure> {
+    collision_parts(loaded, global, console)?;
     // No long search for a scene that cannot move.
     check_motion(loaded)?;
     let cache = ModelCache::find(global.cache.as_deref());

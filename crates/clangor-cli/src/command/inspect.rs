@@ -1,14 +1,16 @@
 //! `clangor inspect`: what is in a file.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use clangor_core::body::{Motion, Surface};
 use clangor_core::geometry::principal_axes::principal_axes;
 use clangor_core::scene::body_description::Geometry;
 use clangor_pipeline::analysis::levels::{LevelMeter, db_spl};
+use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
-use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
+use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use clangor_sim::choose_solver;
 use serde_json::json;
@@ -26,7 +28,7 @@ pub(crate) fn run(options: &Inspect, global: &Global, console: &Console) -> Resu
         Some("toml") => scene(path, global, console),
         Some("safetensors") => sound_file(path, console),
         _ if is_timeline(path) => timeline(path, console),
-        _ => geometry(&options.file, console),
+        _ => geometry(&options.file, global, console),
     }
 }
 
@@ -263,7 +265,7 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
 }
 
 /// Size, mass properties and collision parts of a shape or a mesh file.
-fn geometry(text: &str, console: &Console) -> Result<(), Failure> {
+fn geometry(text: &str, global: &Global, console: &Console) -> Result<(), Failure> {
     let reference = geometry_reference(text, 1.0);
     // A name with a separator or an ending is meant as a file; a shape has numbers there.
     let path = Path::new(text);
@@ -276,19 +278,35 @@ fn geometry(text: &str, console: &Console) -> Result<(), Failure> {
              .glb, and shapes such as mug"
         )));
     }
-    let loaded = load_geometry(Path::new(""), &reference)
-        .map_err(|e| Failure::new(format_args!("\"{text}\" cannot be inspected: {e}")))?;
-    loaded.warnings.iter().for_each(|w| console.warn(w));
-    let (triangles, parts) = match &*loaded.surface {
-        Surface::Mesh(surface) => (surface.mesh.triangles.len(), surface.parts.len()),
-        _ => (0, 1),
+    let refuse = |e: &dyn Display| Failure::new(format_args!("\"{text}\" cannot be inspected: {e}"));
+    let (loaded, parts) = match &reference.geometry {
+        Geometry::Shape(_) => (load_geometry(Path::new(""), &reference).map_err(|e| refuse(&e))?, None),
+        Geometry::File(file) => {
+            let (loaded, mesh) = load_mesh(Path::new(file), reference.scale).map_err(|e| refuse(&e))?;
+            let cache = ModelCache::find(global.cache.as_deref());
+            let found = mesh.parts(None, cache.as_ref()).map_err(|e| refuse(&e))?;
+            found.remarks.iter().for_each(|remark| console.warn(remark));
+            let error = mesh.surface_error(&found.decomposition);
+            (loaded, Some((found.decomposition.parts.len(), error)))
+        }
+    };
+    let triangles = match &*loaded.surface {
+        Surface::Mesh(surface) => surface.mesh.triangles.len(),
+        _ => 0,
+    };
+    let parts_error = parts.map(|(_, error)| error);
+    let parts = match (&*loaded.surface, parts) {
+        (_, Some((count, _))) => count,
+        (Surface::Mesh(surface), None) => surface.parts.len(),
+        _ => 1,
     };
     let (moments, _) = principal_axes(loaded.mass.inertia);
     let centre = loaded.mass.centre_of_mass;
     console.say(format_args!(
-        "{text}: {}, {}, bounding radius {:.6} m",
+        "{text}: {}, {}{}, bounding radius {:.6} m",
         counted(triangles, "triangle", "triangles"),
         counted(parts, "convex part", "convex parts"),
+        parts_error.map_or(String::new(), |error| format!(" within {error:.2e} m of the surface")),
         loaded.surface.bounding_radius()
     ));
     console.say(format_args!(
@@ -306,6 +324,7 @@ fn geometry(text: &str, console: &Console) -> Result<(), Failure> {
     console.json(&json!({
         "triangles": triangles,
         "convex_parts": parts,
+        "convex_parts_error_m": parts_error,
         "bounding_radius_m": loaded.surface.bounding_radius(),
         "equal_volume_radius_m": loaded.surface.equal_volume_radius(),
         "volume_m3": loaded.mass.volume,

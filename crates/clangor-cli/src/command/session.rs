@@ -8,8 +8,8 @@ use clangor_pipeline::session::{Progress as SessionProgress, Session, SessionBui
 use clangor_pipeline::stages::sound_models::ModelOptions;
 use clangor_sim::SimulationReport;
 
-use super::is_timeline;
 use super::simulate::say_simulated;
+use super::{collision_parts, is_timeline};
 use crate::arguments::Global;
 use crate::console::{Console, Progress};
 use crate::diagnostics::draw_warning;
@@ -98,6 +98,9 @@ pub(super) fn prepare(
 ) -> Result<Option<SimulationReport>, Failure> {
     let simulated = session.simulate()?.cloned();
     bars.clear();
+    if let Some(loaded) = session.scene() {
+        collision_parts::say(loaded, console);
+    }
     if let Some(report) = &simulated {
         say_simulated(console, report);
     }

@@ -9,7 +9,7 @@ use clangor_sim::SimulationReport;
 use serde_json::json;
 
 use super::impact_modes::impact_modes;
-use super::{check_ending, load};
+use super::{check_ending, collision_parts, load};
 use crate::arguments::{Global, Simulate};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
@@ -58,6 +58,7 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
         "deepest_overlap_m": report.deepest_overlap,
         "breaking": breaking::json(&report.breaking),
         "simulated_s": report.time,
+        "collision_parts": collision_parts::json(&loaded),
     }));
     Ok(())
 }

@@ -36,6 +36,9 @@ pub struct BodyDescription {
     /// Lower bound of the local contact radius \[m\]; `None`:
     /// [`EDGE_RADIUS_RATIO`](crate::body::EDGE_RADIUS_RATIO) of its bounding radius.
     pub edge_radius: Option<f64>,
+    /// Largest distance of the convex parts that collide from the surface of a mesh file, over its bounding
+    /// radius; `None`: those of a fixed resolution.
+    pub collision_error: Option<f64>,
     /// Acceleration model; `None`: that of the `[render]` section.
     pub sound: Option<AccelerationRule>,
     /// Modal model: its own modes, those of a proxy, or none.
@@ -73,6 +76,7 @@ impl BodyDescription {
             angular_velocity: DVec3::ZERO,
             motion: Motion::Free,
             edge_radius: None,
+            collision_error: None,
             sound: None,
             ringing: ModalRule::default(),
             breaking: None,

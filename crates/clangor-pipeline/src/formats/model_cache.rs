@@ -9,7 +9,10 @@
 //! Beside the entries is what long bakes have so far, under the same promises: `acceleration-HASH.partial`
 //! the frequencies that are solved, `modal-HASH.partial` the modes whose sound is not. They go when the entry
 //! comes.
+//!
+//! The convex parts with which meshes collide are kept in the same way, as `collision-HASH.parts`.
 
+mod collision_parts;
 mod key;
 mod partial_bake;
 
@@ -23,9 +26,10 @@ use clangor_core::sound_model::files::modal_file::ModalFile;
 use clangor_core::sound_model::files::modal_soundbank_file::ModalSoundbankFile;
 use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
+use clangor_sim::decompose::Decomposition;
 
 use crate::formats::atomic_file::{OutputError, write_atomically};
-pub use key::{given_modes_key, modal_key, modal_soundbank_key, model_key};
+pub use key::{collision_parts_key, given_modes_key, modal_key, modal_soundbank_key, model_key};
 
 /// A partial entry this old belongs to a process that was killed: writing one takes seconds.
 const ABANDONED: Duration = Duration::from_secs(3600);
@@ -235,6 +239,31 @@ impl ModelCache {
         self.write_entry(&path, &entry.encode()?)?;
         let _ = fs::remove_file(self.partial_path::<M>(entry.key()));
         Ok(path)
+    }
+
+    fn collision_parts_path(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("collision-{key}.parts"))
+    }
+
+    /// Looks up the convex parts of a mesh.
+    pub fn read_collision_parts(&self, key: &str) -> Lookup<Decomposition> {
+        let path = self.collision_parts_path(key);
+        match fs::read(&path) {
+            Ok(bytes) => match collision_parts::decode(key, &bytes) {
+                Some(parts) => Lookup::Found(Box::new(parts)),
+                None => Lookup::Invalid(format!("{} is not valid", path.display())),
+            },
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Lookup::Missing,
+            Err(error) => Lookup::Invalid(format!("{} cannot be read: {error}", path.display())),
+        }
+    }
+
+    /// Keeps the convex parts of a mesh.
+    ///
+    /// # Errors
+    /// [`CacheError`]; whatever was there before is untouched then.
+    pub fn write_collision_parts(&self, key: &str, parts: &Decomposition) -> Result<(), CacheError> {
+        self.write_entry(&self.collision_parts_path(key), &collision_parts::encode(key, parts))
     }
 
     fn write_entry(&self, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {

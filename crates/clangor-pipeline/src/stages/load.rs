@@ -6,19 +6,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clangor_core::body::{MeshSurface, Surface, World};
-use clangor_core::geometry::solid::{MeshError, check_solid};
+use clangor_core::geometry::solid::MeshError;
 use clangor_core::geometry::tri_mesh::TriMesh;
-use clangor_core::glam::DVec3;
 use clangor_core::scene::body_description::{Geometry, GeometryReference};
 use clangor_core::scene::diagnostic::{Doubt, SceneErrors, SceneWarning};
 use clangor_core::scene::instantiate::{GeometryError, LoadedGeometry, load_shape, references};
 use clangor_core::scene::{Scene, instantiate};
-use clangor_sim::decompose::{DecomposeSettings, convex_parts};
 use clangor_sim::fracture::Breakable;
 use rayon::prelude::*;
 
 use crate::formats::mesh_reader::read_mesh;
 use crate::stages::breakables::breakables;
+use crate::stages::collision_parts::{CollisionMesh, Collisions};
 use crate::stages::impact_modes::ImpactModes;
 
 /// A scene with everything that its file refers to.
@@ -37,6 +36,9 @@ pub struct LoadedScene {
     /// Modes of those that give way in impacts; none until
     /// [`find_impact_modes`](fn@super::find_impact_modes::find_impact_modes) has found them.
     pub modes: ImpactModes,
+    /// Meshes whose convex parts collide; none have parts until
+    /// [`find_collision_parts`](fn@super::collision_parts::find_collision_parts) has found them.
+    pub collisions: Collisions,
     /// Allowed but probably not meant.
     pub warnings: Vec<SceneWarning>,
 }
@@ -132,18 +134,22 @@ fn loaded(path: &Path, text: String, mut scene: Scene) -> Result<LoadedScene, Lo
     if !scene.listeners.is_empty() {
         scene.warnings.retain(|w| w.doubt != Doubt::NoListener);
     }
-    let geometries: BTreeMap<String, Result<LoadedGeometry, GeometryError>> =
-        references(&scene).into_par_iter().map(|r| (r.to_string(), load_geometry(folder, &r))).collect();
+    let geometries: BTreeMap<String, Result<Loaded, GeometryError>> =
+        references(&scene).into_par_iter().map(|r| (r.to_string(), load(folder, &r))).collect();
     let mut find = |r: &GeometryReference| match geometries.get(&r.to_string()) {
-        Some(found) => found.clone(),
+        Some(found) => found.as_ref().map(|loaded| loaded.geometry.clone()).map_err(Clone::clone),
         None => load_geometry(folder, r),
     };
     let instance = instantiate(&scene, &mut find).map_err(|e| refuse(&text, e))?;
     let warnings = scene.warnings.iter().cloned().chain(instance.warnings).collect();
     let mut world = instance.world;
     let breakables = breakables(&scene, &mut world).map_err(|e| refuse(&text, e))?;
+    let meshes = geometries
+        .into_values()
+        .filter_map(|loaded| loaded.ok().and_then(|loaded| Some((loaded.geometry.surface, loaded.mesh?))));
+    let collisions = Collisions::of_scene(&scene, &world, meshes);
     let modes = ImpactModes::default();
-    Ok(LoadedScene { path: path.into(), text, world, breakables, modes, scene, warnings })
+    Ok(LoadedScene { path: path.into(), text, world, breakables, modes, collisions, scene, warnings })
 }
 
 /// Endings of the mesh files that can be read.
@@ -159,14 +165,28 @@ pub fn geometry_reference(text: &str, scale: f64) -> GeometryReference {
     GeometryReference { geometry, scale }
 }
 
-/// Builds a shape, or reads a mesh file relative to `folder`.
+/// A geometry, and the mesh of its file.
+struct Loaded {
+    geometry: LoadedGeometry,
+    mesh: Option<CollisionMesh>,
+}
+
+/// Builds a shape, or reads a mesh file relative to `folder`. A mesh has no convex parts: only bodies that
+/// collide need them ([`super::collision_parts`]).
 ///
 /// # Errors
 /// [`GeometryError`] with what to do.
 pub fn load_geometry(folder: &Path, reference: &GeometryReference) -> Result<LoadedGeometry, GeometryError> {
+    load(folder, reference).map(|loaded| loaded.geometry)
+}
+
+fn load(folder: &Path, reference: &GeometryReference) -> Result<Loaded, GeometryError> {
     match &reference.geometry {
-        Geometry::Shape(_) => load_shape(reference),
-        Geometry::File(file) => load_mesh(&folder.join(file), reference.scale),
+        Geometry::Shape(_) => Ok(Loaded { geometry: load_shape(reference)?, mesh: None }),
+        Geometry::File(file) => {
+            let (geometry, mesh) = load_mesh(&folder.join(file), reference.scale)?;
+            Ok(Loaded { geometry, mesh: Some(mesh) })
+        }
     }
 }
 
@@ -174,12 +194,16 @@ pub fn load_geometry(folder: &Path, reference: &GeometryReference) -> Result<Loa
 /// triangle.
 const WELD_TOLERANCE: f64 = 1e-9;
 
-fn load_mesh(path: &Path, scale: f64) -> Result<LoadedGeometry, GeometryError> {
+/// The geometry of a mesh file, and what its convex parts are made of.
+///
+/// # Errors
+/// [`GeometryError`] with what to do.
+pub fn load_mesh(path: &Path, scale: f64) -> Result<(LoadedGeometry, CollisionMesh), GeometryError> {
     let mesh = read_mesh(path).map_err(|e| GeometryError {
         reason: e.to_string(),
         remedy: "correct the path, or export the mesh again".into(),
     })?;
-    mesh_geometry(mesh, scale)
+    solid_of_mesh(mesh, scale)
 }
 
 /// A body from a triangle mesh in any frame, as if it were read from a file.
@@ -187,40 +211,20 @@ fn load_mesh(path: &Path, scale: f64) -> Result<LoadedGeometry, GeometryError> {
 /// # Errors
 /// [`GeometryError`] with what to do.
 pub fn mesh_geometry(mesh: TriMesh, scale: f64) -> Result<LoadedGeometry, GeometryError> {
-    let mesh = mesh.weld(WELD_TOLERANCE * mesh.diagonal());
-    let not_solid = |e: MeshError| GeometryError {
-        reason: e.to_string(),
-        remedy: "a body needs one closed surface, wound outwards: repair the mesh".into(),
-    };
-    // The check comes first: decomposing a surface that bounds nothing would say less.
-    check_solid(&mesh).map_err(not_solid)?;
-    let decomposition = convex_parts(&mesh, DecomposeSettings::default()).map_err(|e| GeometryError {
-        reason: e.to_string(),
-        remedy: "simplify the mesh, or build the body from the shape library".into(),
-    })?;
-    let mut warnings = Vec::new();
-    let deviation = decomposition.surface_error / mesh.bounding_radius(mesh_middle(&mesh));
-    if deviation > DOUBTFUL_DEVIATION {
-        warnings.push(format!(
-            "collisions see {} convex parts that are up to {:.2e} m ({:.1} % of its size) off the surface",
-            decomposition.parts.len(),
-            decomposition.surface_error * scale,
-            deviation * 100.0
-        ));
-    }
-    let (surface, mass) = MeshSurface::try_new(mesh, decomposition.parts).map_err(not_solid)?;
-    Ok(LoadedGeometry {
-        surface: Arc::new(Surface::Mesh(surface).scaled(scale)),
-        mass: mass.scaled(scale),
-        warnings,
-    })
+    solid_of_mesh(mesh, scale).map(|(geometry, _)| geometry)
 }
 
-/// Collision parts further off the surface than this fraction of the body's size are told.
-const DOUBTFUL_DEVIATION: f64 = 0.01;
-
-/// Middle of the bounding box.
-fn mesh_middle(mesh: &TriMesh) -> DVec3 {
-    let (low, high) = mesh.bounds();
-    0.5 * (low + high)
+fn solid_of_mesh(mesh: TriMesh, scale: f64) -> Result<(LoadedGeometry, CollisionMesh), GeometryError> {
+    let mesh = mesh.weld(WELD_TOLERANCE * mesh.diagonal());
+    let welded = Arc::new(mesh.clone());
+    let (surface, mass) = MeshSurface::try_new(mesh, Vec::new()).map_err(|e: MeshError| GeometryError {
+        reason: e.to_string(),
+        remedy: "a body needs one closed surface, wound outwards: repair the mesh".into(),
+    })?;
+    let geometry = LoadedGeometry {
+        surface: Arc::new(Surface::Mesh(surface).scaled(scale)),
+        mass: mass.scaled(scale),
+        warnings: Vec::new(),
+    };
+    Ok((geometry, CollisionMesh::new(welded, mass.centre_of_mass, scale)))
 }

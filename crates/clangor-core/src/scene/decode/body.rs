@@ -33,6 +33,7 @@ pub(super) const KEYS: &[&str] = &[
     "motion",
     "keyframes",
     "edge_radius",
+    "collision_error",
     "acceleration",
     "modal",
     "fracture",
@@ -135,6 +136,9 @@ fn body(
     let breaking =
         section.get("fracture").map(|node| breakable(d, section, &node, motion.as_ref(), material.as_ref()));
     let edge_radius = section.number(d, "edge_radius", Quantity::between(1e-9, 1e3, "m"));
+    section.exclude(d, "collision_error", "shape", "`shape`, whose convex parts are known");
+    section.exclude(d, "collision_error", "preset", "`preset`, whose convex parts are known");
+    let collision_error = section.number(d, "collision_error", Quantity::between(1e-4, 1.0, ""));
     if !matches!(motion, Some(Motion::Free) | None) {
         refuse_velocities(d, section);
     }
@@ -152,6 +156,7 @@ fn body(
         angular_velocity: angular_velocity.unwrap_or(DVec3::ZERO),
         motion,
         edge_radius,
+        collision_error,
         sound,
         ringing: ringing.unwrap_or_default(),
         breaking: breaking.flatten(),

@@ -5,6 +5,7 @@ use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::soundbank::modal::ModalSoundbankOptions;
 use clangor_core::geometry::meridian::Piece;
+use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
 use clangor_core::material::Material;
 use clangor_core::sound_model::files::{modal_file, modal_soundbank_file, model_file};
@@ -15,6 +16,8 @@ use twox_hash::xxhash3_128::Hasher;
 const SOLVERS: u32 = 1;
 /// The same for modes and their sound.
 const MODAL_SOLVERS: u32 = 2;
+/// The same for the convex parts of meshes, by a change of any bit.
+const DECOMPOSITION: u32 = 1;
 
 /// The hash of everything that a baked model depends on, 32 hexadecimal digits. Where it was computed is none
 /// of it: what comes from either device is equal to well below any accuracy.
@@ -91,6 +94,20 @@ pub fn modal_soundbank_key(options: &ModalSoundbankOptions) -> String {
     format!("{:032x}", inputs.0.finish_128())
 }
 
+/// The hash of everything that the convex parts of a mesh depend on: the mesh and the largest error, if one is
+/// asked for.
+pub fn collision_parts_key(mesh: &TriMesh, error: Option<f64>) -> String {
+    let mut inputs = Inputs(Hasher::new());
+    inputs.text("collision parts");
+    inputs.whole(DECOMPOSITION.into());
+    inputs.mesh(mesh);
+    match error {
+        Some(error) => inputs.number(error),
+        None => inputs.text("default"),
+    }
+    format!("{:032x}", inputs.0.finish_128())
+}
+
 /// Hashes numbers bit by bit.
 struct Inputs(Hasher);
 
@@ -130,14 +147,16 @@ impl Inputs {
                 self.whole(meridian.pieces().len() as u64);
                 meridian.pieces().iter().for_each(|piece| self.piece(piece));
             }
-            BakeGeometry::Mesh(mesh) => {
-                self.text("mesh");
-                self.whole(mesh.vertices.len() as u64);
-                mesh.vertices.iter().flat_map(|v| v.to_array()).for_each(|x| self.number(x));
-                self.whole(mesh.triangles.len() as u64);
-                mesh.triangles.iter().flatten().for_each(|i| self.whole((*i).into()));
-            }
+            BakeGeometry::Mesh(mesh) => self.mesh(mesh),
         }
+    }
+
+    fn mesh(&mut self, mesh: &TriMesh) {
+        self.text("mesh");
+        self.whole(mesh.vertices.len() as u64);
+        mesh.vertices.iter().flat_map(|v| v.to_array()).for_each(|x| self.number(x));
+        self.whole(mesh.triangles.len() as u64);
+        mesh.triangles.iter().flatten().for_each(|i| self.whole((*i).into()));
     }
 
     fn piece(&mut self, piece: &Piece) {

@@ -66,7 +66,7 @@ pub(super) fn decode(key: &str, bytes: &[u8]) -> Option<Vec<SolvedFrequency>> {
 }
 
 /// What has not been read.
-struct Numbers<'a>(&'a [u8]);
+pub(super) struct Numbers<'a>(pub(super) &'a [u8]);
 
 impl Numbers<'_> {
     fn eight(&mut self) -> Option<[u8; 8]> {
@@ -75,11 +75,11 @@ impl Numbers<'_> {
         Some(*number)
     }
 
-    fn whole(&mut self) -> Option<u64> {
+    pub(super) fn whole(&mut self) -> Option<u64> {
         self.eight().map(u64::from_le_bytes)
     }
 
-    fn real(&mut self) -> Option<f64> {
+    pub(super) fn real(&mut self) -> Option<f64> {
         self.eight().map(f64::from_le_bytes)
     }
 

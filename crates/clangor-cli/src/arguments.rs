@@ -12,7 +12,7 @@ mod values;
 
 use clap::{Parser, Subcommand};
 
-pub(crate) use self::bake::{Bake, Bank, BankAction, Grid, Modes, Part, Representation};
+pub(crate) use self::bake::{Bake, Bank, BankAction, Compare, Grid, Modes, Part, Representation};
 pub(crate) use self::files::{Export, ExportFormat, Import, ImportFormat, Inspect, Serve, Validate};
 pub(crate) use self::global::Global;
 pub(crate) use self::models::{Device, ModelArguments, Quality, Solver};
@@ -44,6 +44,8 @@ pub(crate) enum Command {
     Bake(Bake),
     /// Compute the modes of a free body: frequencies, their errors, damping
     Modes(Modes),
+    /// Compare a recording with the modes of a body, and fit Young's modulus and damping
+    Compare(Compare),
     /// Compute the sound of one impact on one body at one listener
     Strike(Strike),
     /// Build or inspect soundbanks: ellipsoids that replace small bodies

@@ -5,6 +5,7 @@ pub(crate) mod bake;
 pub(crate) mod bank;
 pub(crate) mod check;
 mod collision_parts;
+pub(crate) mod compare;
 pub(crate) mod export;
 mod impact_modes;
 pub(crate) mod import;

@@ -37,6 +37,7 @@ fn main() -> ExitCode {
         Command::Bank(options) => command::bank::run(options, global, &console),
         Command::Plot(options) => command::plot::run(options, &console),
         Command::Modes(options) => command::modes::run(options, &console),
+        Command::Compare(options) => command::compare::run(options, global, &console),
         Command::Strike(options) => command::strike::run(options, global, &console),
         Command::Import(options) => command::import::run(options, global, &console),
         Command::Export(options) => command::export::run(options, global, &console),

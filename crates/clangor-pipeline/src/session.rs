@@ -21,6 +21,7 @@
 pub mod bake;
 pub mod bake_scene;
 mod builder;
+pub mod compare;
 mod error;
 pub mod named_body;
 #[cfg(feature = "playback")]
@@ -48,6 +49,7 @@ use clangor_sim::SimulationReport;
 pub use self::bake::{Bake, BakedBody, BakedFile};
 pub use self::bake_scene::{BakedField, SceneBake};
 pub use self::builder::{SessionBuilder, reseed};
+pub use self::compare::{Compare, CompareError, Comparison};
 pub use self::error::Error;
 pub use self::named_body::{GltfBody, NamedSolid};
 pub use self::progress::{Progress, Stage};

@@ -83,6 +83,39 @@ pub(crate) struct Modes {
     pub(crate) export: Option<PathBuf>,
 }
 
+#[derive(Args)]
+pub(crate) struct Compare {
+    /// The recording of one impact (.wav)
+    pub(crate) sound: PathBuf,
+    /// A shape (bowl, box:0.3x0.03x0.01 …), a mesh file (FILE.glb#BODY for one of several bodies), or a sound
+    /// model with modes (.safetensors)
+    pub(crate) model: String,
+    /// Material preset of a shape or a mesh file; its damping is listed beside that of the recording
+    #[arg(long, value_name = "NAME")]
+    pub(crate) material: Option<String>,
+    /// Highest frequency of tones and modes
+    #[arg(long, value_name = "HZ", default_value_t = 20_000.0, value_parser = band)]
+    pub(crate) max_frequency: f64,
+    /// Relative error of a frequency of the model due to its mesh
+    #[arg(long, value_name = "E", default_value_t = 0.01, value_parser = accuracy)]
+    pub(crate) accuracy: f64,
+    /// Channel of a recording of several, from 1
+    #[arg(long, value_name = "N")]
+    pub(crate) channel: Option<u16>,
+    /// Scale of a mesh file to metres
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) scale: f64,
+    /// Density instead of the material's, in kg/m³
+    #[arg(long, value_name = "RHO", value_parser = positive)]
+    pub(crate) density: Option<f64>,
+    /// Young's modulus instead of the material's, in Pa
+    #[arg(long, value_name = "E", value_parser = positive)]
+    pub(crate) youngs_modulus: Option<f64>,
+    /// Poisson's ratio instead of the material's
+    #[arg(long, value_name = "NU", value_parser = finite, allow_hyphen_values = true)]
+    pub(crate) poisson_ratio: Option<f64>,
+}
+
 /// Representation of an acceleration field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Representation {

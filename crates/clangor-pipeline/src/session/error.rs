@@ -12,6 +12,7 @@ use clangor_core::synthesis::SynthesisError;
 use clangor_core::synthesis::modal::ModalError;
 use clangor_core::synthesis::strike::StrikeError;
 
+use super::compare::CompareError;
 use crate::formats::atomic_file::OutputError;
 use crate::formats::timeline_file::TimelineError;
 use crate::formats::wav::WavError;
@@ -189,6 +190,9 @@ pub enum Error {
     /// The file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// A recording cannot be compared with a model.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
     /// Stopped by the caller.
     #[error("interrupted")]
     Interrupted,

@@ -78,6 +78,12 @@ pub(crate) enum ExportFormat {
 pub(crate) struct Inspect {
     /// A timeline folder, a WAV file, a sound model, a soundbank, a mesh, a shape or a scene
     pub(crate) file: String,
+    /// Material preset of a mesh or a shape, for its mass and its modes
+    #[arg(long, value_name = "NAME")]
+    pub(crate) material: Option<String>,
+    /// Scale of a mesh file to metres
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) scale: f64,
 }
 
 #[derive(Args)]

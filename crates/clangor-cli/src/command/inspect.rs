@@ -2,18 +2,22 @@
 
 use std::fmt::Display;
 use std::path::Path;
+use std::sync::Arc;
 
 use clangor_core::body::{Motion, Surface};
 use clangor_core::geometry::principal_axes::principal_axes;
+use clangor_core::material::Material;
 use clangor_core::scene::body_description::Geometry;
 use clangor_pipeline::analysis::levels::{LevelMeter, db_spl};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
+use clangor_pipeline::session::named_body::preset;
+use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts, ModalDensity};
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use clangor_sim::choose_solver;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::bake::{modal_report, model_report, pan_report};
 use super::{bank, is_timeline, load};
@@ -28,7 +32,7 @@ pub(crate) fn run(options: &Inspect, global: &Global, console: &Console) -> Resu
         Some("toml") => scene(path, global, console),
         Some("safetensors") => sound_file(path, console),
         _ if is_timeline(path) => timeline(path, console),
-        _ => geometry(&options.file, global, console),
+        _ => geometry(options, global, console),
     }
 }
 
@@ -211,6 +215,7 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
         counted(scene.listeners.len(), "listener", "listeners"),
         scene.simulation.duration
     ));
+    let mut said = Vec::new();
     for body in &world.bodies {
         let size = match *body.surface {
             Surface::HalfSpace => "plane".into(),
@@ -231,6 +236,12 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
             "body \"{}\": {size}, {}, {motion}, at [{:.4}, {:.4}, {:.4}] m",
             body.name, body.material.name, p.x, p.y, p.z
         ));
+        // Copies of one form say the same.
+        let described = said.contains(&(Arc::as_ptr(&body.surface).addr(), body.material.name.as_str()));
+        if let Some(facts) = BodyFacts::of(&body.surface).filter(|_| !described) {
+            console.say(format_args!("  {}, {}", sizes(&facts), modes(&facts, &body.material)));
+            said.push((Arc::as_ptr(&body.surface).addr(), body.material.name.as_str()));
+        }
     }
     for listener in &scene.listeners {
         let p = listener.track.sample(0.0).0.position;
@@ -252,6 +263,7 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
             "bounding_radius_m": Some(body.surface.bounding_radius()).filter(|r| r.is_finite()),
             "position_m": body.pose.position.to_array(),
             "moves_freely": body.motion == Motion::Free,
+            "body": BodyFacts::of(&body.surface).map(|facts| facts_json(&facts, Some(&body.material))),
         })
     });
     console.json(&json!({
@@ -265,8 +277,10 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
 }
 
 /// Size, mass properties and collision parts of a shape or a mesh file.
-fn geometry(text: &str, global: &Global, console: &Console) -> Result<(), Failure> {
-    let reference = geometry_reference(text, 1.0);
+fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(), Failure> {
+    let text = options.file.as_str();
+    let material = options.material.as_deref().map(preset).transpose()?;
+    let reference = geometry_reference(text, options.scale);
     // A name with a separator or an ending is meant as a file; a shape has numbers there.
     let path = Path::new(text);
     let is_named_like_a_file =
@@ -321,7 +335,17 @@ fn geometry(text: &str, global: &Global, console: &Console) -> Result<(), Failur
         "principal moments of inertia per density [{:.6e}, {:.6e}, {:.6e}] m⁵",
         moments.x, moments.y, moments.z
     ));
+    let facts = BodyFacts::of(&loaded.surface);
+    if let Some(facts) = &facts {
+        console.say(format_args!("{}", sizes(facts)));
+        if let Some(material) = &material {
+            let mass = material.density * loaded.mass.volume;
+            console.say(format_args!("in {}: {mass:.6e} kg, {}", material.name, modes(facts, material)));
+        }
+    }
     console.json(&json!({
+        "body": facts.map(|facts| facts_json(&facts, material.as_ref())),
+        "mass_kg": material.as_ref().map(|material| material.density * loaded.mass.volume),
         "triangles": triangles,
         "convex_parts": parts,
         "convex_parts_error_m": parts_error,
@@ -332,4 +356,49 @@ fn geometry(text: &str, global: &Global, console: &Console) -> Result<(), Failur
         "principal_moments_per_density_m5": moments.to_array(),
     }));
     Ok(())
+}
+
+/// Bounding box and wall of a body.
+fn sizes(facts: &BodyFacts) -> String {
+    let edges = facts.edges();
+    format!(
+        "{} × {} × {} m, surface {} m², mean wall 2V/A {} m",
+        four_digits(edges.x),
+        four_digits(edges.y),
+        four_digits(edges.z),
+        four_digits(facts.area),
+        four_digits(facts.wall())
+    )
+}
+
+/// Estimated number of modes that can be heard.
+fn modes(facts: &BodyFacts, material: &Material) -> String {
+    let (count, density) = facts.modes_below(AUDIBLE, material);
+    let density = match density {
+        ModalDensity::Plate => "a plate",
+        ModalDensity::Solid => "a solid",
+    };
+    match count < FEW {
+        true => format!("fewer than {FEW} modes to 20 kHz by the density of {density}"),
+        false => format!("about {count:.0} modes to 20 kHz by the density of {density}"),
+    }
+}
+
+/// Fewer modes than this are not counted by their density.
+const FEW: f64 = 10.0;
+
+fn facts_json(facts: &BodyFacts, material: Option<&Material>) -> Value {
+    let estimate = material.map(|material| facts.modes_below(AUDIBLE, material));
+    let density = estimate.map(|(_, density)| match density {
+        ModalDensity::Plate => "plate",
+        ModalDensity::Solid => "solid",
+    });
+    json!({
+        "bounds_m": facts.bounds.map(|corner| corner.to_array()),
+        "surface_m2": facts.area,
+        "volume_m3": facts.volume,
+        "mean_wall_m": facts.wall(),
+        "estimated_modes_to_20_khz": estimate.map(|(count, _)| count),
+        "modal_density": density,
+    })
 }

@@ -1,5 +1,6 @@
-//! Draws every shape of the library from above and the side, each to its own scale, as docs/format/shapes.svg:
-//! `cargo run --release -p clangor-pipeline --example shapes_picture > docs/format/shapes.svg`.
+//! Draws every shape of the library from above and the side, each to its own scale, as
+//! docs/format/shapes.svg: `cargo run --release -p clangor-pipeline --example shapes_picture >
+//! docs/format/shapes.svg`.
 //!
 //! Faces that look at the observer are filled from the farthest to the nearest; brighter towards the light. A
 //! picture, not a measurement: where faces overlap, the order of their middles decides.

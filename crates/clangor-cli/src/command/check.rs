@@ -21,11 +21,12 @@ pub(crate) fn run(options: &Check, global: &Global, console: &Console) -> Result
         counted(listeners, "listener", "listeners"),
         loaded.scene.simulation.duration
     ));
+    let warnings = loaded.warnings.iter().chain(&loaded.collisions.warnings);
     console.json(&json!({
         "bodies": bodies,
         "listeners": listeners,
         "duration_s": loaded.scene.simulation.duration,
-        "warnings": loaded.warnings.iter().chain(&loaded.collisions.warnings).map(ToString::to_string).collect::<Vec<_>>(),
+        "warnings": warnings.map(ToString::to_string).collect::<Vec<_>>(),
     }));
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! The damping of a material from the decays of its modes.
 //!
-//! Each law of [`Damping`] that is linear in its numbers is fitted to δ = ξω = 3 ln 10/T60, with equal weight of
-//! relative errors and little of outliers (Huber), and no number negative:
+//! Each law of [`Damping`] that is linear in its numbers is fitted to δ = ξω = 3 ln 10/T60, with equal weight
+//! of relative errors and little of outliers (Huber), and no number negative:
 //!
 //! ```text
 //! loss factor η:  δ = η ω/2
@@ -9,14 +9,16 @@
 //! Rayleigh:       δ = (α + β ω² + g/ω²)/2
 //! ```
 //!
-//! The laws come in the order of the Bayesian information criterion n ln s² + k ln n, with the relative spread s
-//! of n decays and k numbers, so that a law with more numbers has to earn them.
+//! The laws come in the order of the Bayesian information criterion n ln s² + k ln n, with the relative
+//! spread s of n decays and k numbers, so that a law with more numbers has to earn them.
 //!
 //! Not the damping of the material alone where supports or air take energy as well: a recording has all.
 
 use std::f64::consts::{LN_10, TAU};
 
 use clangor_core::material::Damping;
+use faer::Mat;
+use faer::linalg::solvers::SolveLstsq;
 
 /// Relative errors above this multiple of their median count less.
 const OUTLIER: f64 = 2.0;
@@ -101,7 +103,7 @@ fn law(
     let mut weights: Vec<f64> = decays.iter().map(|decay| decay.weight).collect();
     let mut numbers = vec![0.0; count];
     for _ in 0..ITERATIONS {
-        numbers = weighted(&rows, &scales, &weights)?;
+        numbers = weighted(&rows, &scales, &weights);
         let errors: Vec<f64> = rows.iter().map(|row| (dot(row, &numbers) - 1.0).abs()).collect();
         let usual = OUTLIER * median(&errors).max(LEAST_SPREAD);
         let weigh = |(decay, e): (&Decay, &f64)| decay.weight * (usual / e).min(1.0);
@@ -118,38 +120,12 @@ fn law(
     Some(DampingFit { damping: damping(&numbers), spread, criterion })
 }
 
-/// The numbers of least squares of Σ row·number − 1, by Gaussian elimination of the normal equations.
-fn weighted(rows: &[Vec<f64>], scales: &[f64], weights: &[f64]) -> Option<Vec<f64>> {
-    let count = scales.len();
-    let mut system = vec![vec![0.0; count + 1]; count];
-    for (row, w) in rows.iter().zip(weights) {
-        for i in 0..count {
-            let own = w * row[i] * scales[i];
-            (0..count).for_each(|j| system[i][j] += own * row[j] * scales[j]);
-            system[i][count] += own;
-        }
-    }
-    for pivot in 0..count {
-        let largest =
-            (pivot..count).max_by(|a, b| system[*a][pivot].abs().total_cmp(&system[*b][pivot].abs()))?;
-        system.swap(pivot, largest);
-        if system[pivot][pivot].abs() < 1e-12 {
-            return None;
-        }
-        for row in pivot + 1..count {
-            let factor = system[row][pivot] / system[pivot][pivot];
-            for column in pivot..=count {
-                let above = system[pivot][column];
-                system[row][column] -= factor * above;
-            }
-        }
-    }
-    let mut numbers = vec![0.0; count];
-    for row in (0..count).rev() {
-        let known: f64 = (row + 1..count).map(|k| system[row][k] * numbers[k]).sum();
-        numbers[row] = (system[row][count] - known) / system[row][row];
-    }
-    Some(numbers.iter().zip(scales).map(|(n, s)| n * s).collect())
+/// The numbers of weighted least squares of Σ row·number = 1; not finite where the rows do not tell them.
+fn weighted(rows: &[Vec<f64>], scales: &[f64], weights: &[f64]) -> Vec<f64> {
+    let matrix = Mat::from_fn(rows.len(), scales.len(), |i, k| weights[i].sqrt() * rows[i][k] * scales[k]);
+    let right = Mat::from_fn(rows.len(), 1, |i, _| weights[i].sqrt());
+    let found = matrix.qr().solve_lstsq(&right);
+    scales.iter().enumerate().map(|(k, scale)| found[(k, 0)] * scale).collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -1,8 +1,8 @@
 //! The tones of a sound that rings after an impact: frequency, level and decay of each.
 //!
 //! Peaks of the spectra of the whole sound and of ever shorter beginnings say where tones are: a beginning
-//! shows those that die before noise or lasting tones hide them. Around each peak, the tones are found in a band
-//! that narrows until it observes half of their decay ([`subband`](super::subband)):
+//! shows those that die before noise or lasting tones hide them. Around each peak, the tones are found in a
+//! band that narrows until it observes half of their decay (`subband`):
 //!
 //! ```text
 //! x(t) = Σ_k a_k e^{−δ_k t} cos(ω_k t + φ_k),   T60 = 3 ln 10/δ
@@ -24,8 +24,8 @@ const SHORTENING: f64 = 3.0;
 const DEPTH: f64 = 70.0;
 /// Least height of a peak above the median of its neighbourhood. Of noise, one bin in 10⁷ is so high.
 const ABOVE_MEDIAN: f64 = 5.0;
-/// Least width of the neighbourhood \[Hz\], and in units of the resolution: peaks of tones that die within the
-/// sound are wide.
+/// Least width of the neighbourhood \[Hz\], and in units of the resolution: peaks of tones that die within
+/// the sound are wide.
 const NEIGHBOURHOOD: f64 = 800.0;
 const RESOLUTIONS: f64 = 200.0;
 /// Most peaks that are looked at, the highest.

@@ -1,9 +1,10 @@
 //! Which tones of a sound are which modes of a body, and how much stiffer the body is than its model.
 //!
-//! With all else equal, every frequency of a free body is proportional to √E. For a ratio r of the frequencies,
-//! tone f would be the nearest mode m at x = ln(f/(r m)). Where modes are far apart that says much, where they
-//! are dense little: each tone adds the logarithm of the density of its x, Gaussian for a match, over that for
-//! chance, uniform in the gap Δ between modes, and no tone subtracts more than a constant:
+//! With all else equal, every frequency of a free body is proportional to √E. For a ratio r of the
+//! frequencies, tone f would be the nearest mode m at x = ln(f/(r m)). Where modes are far apart that says
+//! much, where they are dense little: each tone adds the logarithm of the density of its x, Gaussian for a
+//! match, over that for chance, uniform in the gap Δ between modes, and no tone subtracts more than a
+//! constant:
 //!
 //! ```text
 //! L(r) = Σ_tones max(ln(Δ e^{−x²/2σ²}/(σ √2π)), −1) − (ln r)²/(2 s²)
@@ -12,8 +13,8 @@
 //! The last term prefers r near 1 where tones leave a choice. The greatest L of a grid is made exact with
 //! σ reduced: by the weighted mean of ln(f/m) over pairs that are sure, outliers weighing less (Huber).
 //!
-//! Not a fit of Poisson's ratio or of the shape: those move frequencies against each other, which shows in the
-//! spread.
+//! Not a fit of Poisson's ratio or of the shape: those move frequencies against each other, which shows in
+//! the spread.
 
 use std::f64::consts::TAU;
 

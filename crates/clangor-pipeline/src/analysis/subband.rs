@@ -6,11 +6,11 @@
 //! y[n] = Σ_m h[m] x[n₀ + nD − m] e^{−iω₀(n₀ + nD − m)/r} = Σ_k a_k z_kⁿ,   z_k = e^{(i(ω_k − ω₀) − δ_k) D/r}
 //! ```
 //!
-//! with the rate r and a low pass h that ends at half the new rate r/D. The windows of L consecutive y span the
-//! space of the vectors (1, z_k, z_k², …). A basis U of it, from the eigenvectors of Σ w wᴴ above the noise,
-//! obeys U₊ = U₋ Ψ without its first and its last row, and the z_k are the eigenvalues of Ψ (ESPRIT: Roy and
-//! Kailath, IEEE Trans. ASSP 37, 1989; in bands: Laroche, J. Acoust. Soc. Am. 94, 1993). The amplitudes follow
-//! by least squares.
+//! with the rate r and a low pass h that ends at half the new rate r/D. The windows of L consecutive y span
+//! the space of the vectors (1, z_k, z_k², …). A basis U of it, from the eigenvectors of Σ w wᴴ above the
+//! noise, obeys U₊ = U₋ Ψ without its first and its last row, and the z_k are the eigenvalues of Ψ (ESPRIT:
+//! Roy and Kailath, IEEE Trans. ASSP 37, 1989; in bands: Laroche, J. Acoust. Soc. Am. 94, 1993). The
+//! amplitudes follow by least squares.
 //!
 //! Not for tones that change their frequency, and not for the impact itself: samples before `first` are never
 //! used.

@@ -1,9 +1,9 @@
-//! A recording against a model: the tones of one impact beside the modes of a body, and the Young's modulus and
-//! the damping that explain them.
+//! A recording against a model: the tones of one impact beside the modes of a body, and the Young's modulus
+//! and the damping that explain them.
 //!
-//! A mode loses energy to its material and to the air, δ = ω (ξ + η_rad/2). The transfers of a sound model give
-//! η_rad, and its law of damping is then that of the material alone; a shape or a mesh has no transfers here,
-//! and its law is that of both. Supports count as material either way.
+//! A mode loses energy to its material and to the air, δ = ω (ξ + η_rad/2). The transfers of a sound model
+//! give η_rad, and its law of damping is then that of the material alone; a shape or a mesh has no transfers
+//! here, and its law is that of both. Supports count as material either way.
 //!
 //! ```no_run
 //! use clangor_pipeline::session::{Compare, Error, named_body::preset};
@@ -268,8 +268,8 @@ impl Compare {
         })
     }
 
-    /// A mode of a body whose frequencies are `ratio` times those of the model. The field at its surface hardly
-    /// depends on the frequency, and the radiated power follows from the field.
+    /// A mode of a body whose frequencies are `ratio` times those of the model. The field at its surface
+    /// hardly depends on the frequency, and the radiated power follows from the field.
     fn compared(&self, model: &ModalModel, mode: &ModalMode, ratio: f64) -> ComparedMode {
         let ModalMode { frequency, mesh_error, .. } = *mode;
         let sounding = frequency * ratio;

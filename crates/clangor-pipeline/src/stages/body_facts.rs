@@ -1,9 +1,10 @@
 //! Size and wall of a body, and how many modes it has below a frequency, before anything is meshed or solved.
 //!
-//! The mean wall is h = 2V/A, with the volume V and the surface A: the thickness of a plate or shell, and a third
-//! of the diameter of a ball. Below the first resonance of the wall, c_T/2h, the body counts as a plate of area
-//! S = A/2, with the modes of bending, of shear and of compression in its plane (Cremer and Heckl, *Körperschall*);
-//! above it as a solid with a free surface (Dupuis, Mazo and Onsager, J. Chem. Phys. 33, 1960):
+//! The mean wall is h = 2V/A, with the volume V and the surface A: the thickness of a plate or shell, and a
+//! third of the diameter of a ball. Below the first resonance of the wall, c_T/2h, the body counts as a plate
+//! of area S = A/2, with the modes of bending, of shear and of compression in its plane (Cremer and Heckl,
+//! *Körperschall*); above it as a solid with a free surface (Dupuis, Mazo and Onsager, J. Chem. Phys. 33,
+//! 1960):
 //!
 //! ```text
 //! plate:  N = S f √(m″/D)/2 + π S f² (1/c_P² + 1/c_T²)    D = E h³/12(1 − ν²),  m″ = ρ h
@@ -11,8 +12,8 @@
 //! c_P² = E/ρ(1 − ν²),  c_T² = E/2ρ(1 + ν),  c_L² = E(1 − ν)/ρ(1 + ν)(1 − 2ν)
 //! ```
 //!
-//! Averages for many modes: boundaries, curvature and slender forms change the first few, so that a count below
-//! ten says only that there are few. Not a solution: `clangor modes` counts them.
+//! Averages for many modes: boundaries, curvature and slender forms change the first few, so that a count
+//! below ten says only that there are few. Not a solution: `clangor modes` counts them.
 
 use std::f64::consts::PI;
 

@@ -69,8 +69,8 @@ impl CollisionMesh {
         parts.surface_error * self.scale
     }
 
-    /// The convex parts, from the cache or by a decomposition; within `error` of the surface, as a fraction of
-    /// the bounding radius, if that can be reached.
+    /// The convex parts, from the cache or by a decomposition; within `error` of the surface, as a fraction
+    /// of the bounding radius, if that can be reached.
     ///
     /// # Errors
     /// [`DecomposeError`].
@@ -237,7 +237,8 @@ impl CollidingMesh {
             None => String::new(),
         };
         Some(format!(
-            "collisions see {} convex parts that are up to {:.2e} m ({:.1} % of its size{asked}) off the surface",
+            "collisions see {} convex parts that are up to {:.2e} m ({:.1} % of its size{asked}) off the \
+             surface",
             parts.parts.len(),
             self.mesh.surface_error(parts),
             deviation * 100.0

@@ -94,8 +94,8 @@ pub fn modal_soundbank_key(options: &ModalSoundbankOptions) -> String {
     format!("{:032x}", inputs.0.finish_128())
 }
 
-/// The hash of everything that the convex parts of a mesh depend on: the mesh and the largest error, if one is
-/// asked for.
+/// The hash of everything that the convex parts of a mesh depend on: the mesh and the largest error, if one
+/// is asked for.
 pub fn collision_parts_key(mesh: &TriMesh, error: Option<f64>) -> String {
     let mut inputs = Inputs(Hasher::new());
     inputs.text("collision parts");

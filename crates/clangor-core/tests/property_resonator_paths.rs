@@ -9,12 +9,13 @@ const MODES: usize = 45;
 
 /// What some paths receive of the same modes: at rest, moving, with forces and without.
 fn render(paths: &[usize]) -> Vec<Vec<f64>> {
-    let resonance =
-        |i: usize| Resonance { frequency: 110.0 + 430.0 * i as f64, damping_ratio: 1e-4 * (1 + i % 5) as f64 };
+    let resonance = |i: usize| Resonance {
+        frequency: 110.0 + 430.0 * i as f64,
+        damping_ratio: 1e-4 * (1 + i % 5) as f64,
+    };
     let resonances: Vec<Resonance> = (0..MODES).map(resonance).collect();
     let rate = SampleRate::HZ_48000;
-    let mut bank =
-        ResonatorBank::new(&resonances, paths.len(), rate, 21_600.0, ModalPressure::Acceleration);
+    let mut bank = ResonatorBank::new(&resonances, paths.len(), rate, 21_600.0, ModalPressure::Acceleration);
     let transfers = |path: usize, place: usize| -> Vec<Complex64> {
         (0..MODES).map(|i| Complex64::cis((1 + i * (path + 2) + 3 * place) as f64)).collect()
     };

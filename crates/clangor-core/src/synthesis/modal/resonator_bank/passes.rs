@@ -162,10 +162,7 @@ impl<S: Simd> Modes<S> {
                     simd.mul_add_e_f64s(self.step_im[v], self.re[v], forced[2 + v]),
                 )
             } else {
-                (
-                    simd.mul_f64s(self.minus_im[v], self.im[v]),
-                    simd.mul_f64s(self.step_im[v], self.re[v]),
-                )
+                (simd.mul_f64s(self.minus_im[v], self.im[v]), simd.mul_f64s(self.step_im[v], self.re[v]))
             };
             self.re[v] = simd.mul_add_e_f64s(self.step_re[v], self.re[v], across);
             self.im[v] = simd.mul_add_e_f64s(self.step_re[v], self.im[v], along);

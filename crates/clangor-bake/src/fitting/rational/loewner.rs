@@ -369,7 +369,7 @@ mod tests {
         for count in 1..9 {
             let nodes: Vec<usize> = (0..count).map(|n| (5 * n + 3) % 17).collect();
             let error = worst(&samples, &nodes);
-            // Residual seen: 1.1e-15.
+            // Rounding of some hundred terms.
             assert!(error < 1e-13, "{count} nodes: {error:e}");
         }
     }
@@ -379,7 +379,8 @@ mod tests {
         // All loud samples become nodes: what remains is 1e-12 of what was there.
         let samples = samples(17, 11, 14);
         let error = worst(&samples, &[0, 14, 16, 3, 15]);
-        // The first node's columns keep only quiet rows. Residual seen: 5e-16; 6e-6 without computing again.
+        // The first node's columns keep only quiet rows; subtraction alone would leave the
+        // rounding of 1e12 times their squares.
         assert!(error < 1e-13, "{error:e}");
     }
 
@@ -397,7 +398,7 @@ mod tests {
         let residual = matrix.residual(&weights);
         assert_eq!(residual.len(), 6);
         let found: f64 = residual.iter().flat_map(|(_, squares)| squares).sum();
-        // Residual seen: 2e-16.
+        // Rounding of the two sums.
         assert!((found / expected - 1.0).abs() < 1e-13, "{found} {expected}");
     }
 

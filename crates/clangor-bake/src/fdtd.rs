@@ -33,6 +33,7 @@ mod lattice;
 mod modal_bursts;
 mod pulse;
 mod recorder;
+mod row_blocks;
 mod tail;
 
 use std::ops::ControlFlow;

@@ -34,6 +34,9 @@ use clangor_core::synthesis::{Listener, RenderSettings, SampleRate};
 use num_complex::Complex64;
 use thread_time::thread_time;
 
+/// So small that no mode comes to rest, however many seconds a measurement plays: modes at rest cost nothing.
+const UNDAMPED: f64 = 1e-9;
+
 /// The least time [s] of several measurements, each of which repeats until the steps of the clock do not
 /// matter.
 fn best(mut work: impl FnMut()) -> f64 {
@@ -52,7 +55,7 @@ fn best(mut work: impl FnMut()) -> f64 {
 /// Time [s] for a second of this number of modes and receivers.
 fn bank(modes: usize, receivers: usize, moving: bool, impacts: bool) -> f64 {
     let resonances: Vec<Resonance> = (0..modes)
-        .map(|i| Resonance { frequency: 100.0 + 19_000.0 * i as f64 / modes as f64, damping_ratio: 1e-5 })
+        .map(|i| Resonance { frequency: 100.0 + 19_000.0 * i as f64 / modes as f64, damping_ratio: UNDAMPED })
         .collect();
     let rate = SampleRate::HZ_48000;
     let mut bank = ResonatorBank::new(&resonances, receivers, rate, 21_600.0, ModalPressure::Acceleration);
@@ -216,6 +219,12 @@ fn main() {
                      {real_time:.0} modes in real time"
                 );
             }
+            let ears = |moving| bank(modes, 2, moving, false) / bank(modes, 1, moving, false);
+            println!(
+                "bank, {modes} modes: two receivers cost {:.2} times one at rest, {:.2} times one moving",
+                ears(false),
+                ears(true)
+            );
         }
     }
     if wanted("voice") {

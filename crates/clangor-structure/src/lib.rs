@@ -10,6 +10,7 @@
 //! | [`module_graph`] | which file uses items of which, and its cycles |
 //! | [`dependency_cycle`] | a cycle, and the edges whose removal opens it at the least cost |
 //! | [`measures`] | lengths of files, functions, parameter lists and lines |
+//! | [`narrow_dispatch`] | closures that would run with narrow vectors |
 //! | [`old_names`] | names that have been replaced and must not return |
 //! | [`old_name_table`] | the list of those names |
 //!
@@ -20,6 +21,7 @@ pub mod measures;
 pub mod module_graph;
 pub mod module_tree;
 pub mod name_resolution;
+pub mod narrow_dispatch;
 pub mod old_name_table;
 pub mod old_names;
 pub mod path_scan;

@@ -1,6 +1,7 @@
-//! Each measure of lengths and names finds what breaks it, and only that.
+//! Each measure of lengths, names and dispatches finds what breaks it, and only that.
 
 use clangor_structure::measures::{Measure, above, file_lengths, functions, line_lengths};
+use clangor_structure::narrow_dispatch::dispatched_closures;
 use clangor_structure::old_names::{NameKind, OldName, matches_pattern, remaining};
 use clangor_structure::source_files::SourceTree;
 
@@ -150,4 +151,19 @@ fn patterns_match_whole_names() {
     ] {
         assert_eq!(matches_pattern(name, pattern), expected, "{name} {pattern}");
     }
+}
+
+#[test]
+fn a_dispatched_closure_is_found() {
+    let text = "
+fn f(arch: Arch) {
+    arch.dispatch(Type { x: 1 });
+    arch.call(|| ());
+    arch.dispatch(
+        #[inline(always)]
+        || ());
+}
+";
+    let tree = SourceTree::from_texts(&[(PLACE, text)]);
+    assert_eq!(places(&dispatched_closures(&tree)), [(PLACE, 5, 1)]);
 }

@@ -1,11 +1,12 @@
 //! The sources keep their structure: no dependency cycles, short files, functions, parameter lists and lines,
-//! and no name that has been replaced.
+//! no loops that would run with narrow vectors, and no name that has been replaced.
 
 use std::fmt::Display;
 use std::path::Path;
 
 use clangor_structure::measures::{above, file_lengths, functions, line_lengths};
 use clangor_structure::module_graph::{cycles_of_crates, graphs_of_crates};
+use clangor_structure::narrow_dispatch::dispatched_closures;
 use clangor_structure::old_name_table::{ALIAS_FILES, OLD_NAMES};
 use clangor_structure::old_names::remaining;
 use clangor_structure::rust_syntax::test_only_files;
@@ -81,6 +82,11 @@ fn parameter_lists_are_short() {
 fn lines_are_short() {
     let offenders = above(MOST_COLUMNS, line_lengths(&repository()));
     assert_none(&format!("lines above {MOST_COLUMNS} columns"), &offenders);
+}
+
+#[test]
+fn no_closure_is_dispatched_to_wide_vectors() {
+    assert_none("closures in a dispatch: make them types with WithSimd", &dispatched_closures(&repository()));
 }
 
 #[test]

@@ -15,7 +15,9 @@ use num_complex::Complex64;
 
 use super::{BakeError, BakeProgress, Resumption, SolvedFrequency};
 use crate::fitting::comparison::directions;
-use crate::fitting::rational::{FunctionSample, RationalFit, error_at, fit, poles, predict, residues};
+use crate::fitting::rational::{
+    FunctionSample, NestedFits, RationalFit, error_at, fit_nested, poles, predict, residues,
+};
 use crate::radiation::{RadiationSample, RadiationSolver};
 
 /// Distances, in bounding radii, at which the field is fitted.
@@ -92,7 +94,7 @@ pub(super) fn solve_band(
         // Rational fit of all samples.
         functions.extend(tested);
         let tolerance = 0.3 * band.tolerance;
-        let now = fit(&functions, tolerance, functions.len());
+        let NestedFits { best: now, fewer } = fit_nested(&functions, tolerance, functions.len());
         let enough = held_out <= band.tolerance || functions.len() + TESTS > band.most_solves;
         // Accept once the held-out error meets the tolerance or the solves are used up.
         if enough && last.is_some() {
@@ -102,7 +104,7 @@ pub(super) fn solve_band(
             return Ok(FittedBand { samples: reordered(samples, &order), fit, held_out, ring_time });
         }
         // Next test frequencies: where the fit is least certain.
-        pending = least_certain(&functions, &now);
+        pending = least_certain(&functions, &now, &fewer);
         last = Some(now);
     }
 }
@@ -146,11 +148,11 @@ const BATCH: usize = 8;
 /// Frequencies of a test.
 const TESTS: usize = 4;
 
-/// κ of the midpoints between samples where the fit and one with a node less differ most, at most [`TESTS`].
-fn least_certain(functions: &[FunctionSample], now: &RationalFit) -> Vec<f64> {
+/// κ of the midpoints between samples where the fit and the best with fewer nodes differ most, at most
+/// [`TESTS`].
+fn least_certain(functions: &[FunctionSample], now: &RationalFit, fewer: &RationalFit) -> Vec<f64> {
     let mut kappas: Vec<f64> = functions.iter().map(|f| f.s.im).collect();
     kappas.sort_by(f64::total_cmp);
-    let fewer = fit(functions, 0.0, now.nodes.len().saturating_sub(1).max(1));
     let mut gaps: Vec<(f64, f64)> = kappas
         .windows(2)
         .map(|pair| {

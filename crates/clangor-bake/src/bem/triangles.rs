@@ -46,7 +46,7 @@ use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 mod far;
 pub mod field;
-mod lanes;
+pub(crate) mod lanes;
 mod near;
 mod pair_integrals;
 mod pair_rules;

@@ -12,7 +12,10 @@
 //! frequency does not propagate, and no layer absorbs it; it decays over the stretched distance. The memory
 //! variables exist in the layers only.
 
+use pulp::Simd;
+
 use super::lattice::{COURANT, Lattice, SQUARE};
+use super::row_blocks::{update_row, update_rows};
 
 /// Thickness \[cells\].
 pub(super) const LAYER: usize = 8;
@@ -92,7 +95,14 @@ impl Absorber {
 
     /// Adds the terms of the layers to a row of new pressures; rows come in ascending order.
     #[inline(always)]
-    pub(super) fn absorb_row(&mut self, lattice: &Lattice, p: &[f32], new: &mut [f32], j: usize, k: usize) {
+    pub(super) fn absorb_row<S: Simd>(
+        &mut self,
+        simd: S,
+        lattice: &Lattice,
+        p: &[f32],
+        new: &mut [f32],
+        [j, k]: [usize; 2],
+    ) {
         let [nx, ny, nz] = lattice.0;
         let plane = nx * ny;
         let at = k * plane + j * nx;
@@ -111,13 +121,13 @@ impl Absorber {
             let first = ((2 * k + side) * FACES + cell) * nx;
             let rows = [&p[at - nx..at], row, &p[at + nx..at + 2 * nx]];
             let memories = Memories { psi_zeta: &mut self.y, first, stride: nx };
-            absorb_across(&self.profiles[side], cell, rows, new, memories);
+            absorb_across(simd, &self.profiles[side], cell, rows, new, memories);
         }
         if let Some((side, cell)) = layer_of(k, nz) {
             let first = ((side * FACES + cell) * ny + j) * nx;
             let rows = [&p[at - plane..at - plane + nx], row, &p[at + plane..at + plane + nx]];
             let memories = Memories { psi_zeta: &mut self.z, first, stride: plane };
-            absorb_across(&self.profiles[side], cell, rows, new, memories);
+            absorb_across(simd, &self.profiles[side], cell, rows, new, memories);
         }
     }
 }
@@ -169,32 +179,45 @@ struct Memories<'a> {
 
 /// A layer across y or z: a whole row of cells `cell` deep in the block, and the rows before and after it.
 #[inline(always)]
-fn absorb_across(
+fn absorb_across<S: Simd>(
+    simd: S,
     profile: &Profile,
     cell: usize,
     [below, here, above]: [&[f32]; 3],
     new: &mut [f32],
     Memories { psi_zeta: [psi, zeta], first, stride }: Memories<'_>,
 ) {
-    let n = here.len();
+    // Without the rim at both ends.
+    let n = here.len() - 2;
     let (before, after) = psi.split_at_mut(first);
-    let lower = &mut before[first - stride..][..n];
-    let upper = &mut after[..n];
-    let zeta = &mut zeta[first..first + n];
-    let (below, above, new) = (&below[..n], &above[..n], &mut new[..n]);
+    let lower = &mut before[first - stride + 1..][..n];
+    let upper = &mut after[1..][..n];
+    let zeta = &mut zeta[first + 1..][..n];
+    let [below, here, above] = [below, here, above].map(|row| &row[1..][..n]);
+    let new = &mut new[1..][..n];
     if cell == 1 {
         // The face below has not been updated by an earlier row.
         let [a, b] = profile.face[0];
-        for i in 1..n - 1 {
-            lower[i] = b * lower[i] + a * (here[i] - below[i]);
-        }
+        update_row(
+            simd,
+            lower,
+            #[inline(always)]
+            |block, psi| block.splat(b) * psi + block.splat(a) * (block.of(here) - block.of(below)),
+        );
     }
     let ([a, b], [a_cell, b_cell]) = (profile.face[cell], profile.cell[cell]);
-    for i in 1..n - 1 {
-        let (down, up) = (here[i] - below[i], above[i] - here[i]);
-        upper[i] = b * upper[i] + a * up;
-        let stretch = upper[i] - lower[i];
-        zeta[i] = b_cell * zeta[i] + a_cell * (up - down + stretch);
-        new[i] += SQUARE * (stretch + zeta[i]);
-    }
+    let lower = &*lower;
+    update_rows(
+        simd,
+        [upper, zeta, new],
+        #[inline(always)]
+        |block, [psi, zeta, new]| {
+            let own = block.of(here);
+            let (down, up) = (own - block.of(below), block.of(above) - own);
+            let psi = block.splat(b) * psi + block.splat(a) * up;
+            let stretch = psi - block.of(lower);
+            let zeta = block.splat(b_cell) * zeta + block.splat(a_cell) * (up - down + stretch);
+            [psi, zeta, new + block.splat(SQUARE) * (stretch + zeta)]
+        },
+    );
 }

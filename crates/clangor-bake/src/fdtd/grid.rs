@@ -12,11 +12,16 @@
 //! so that reading the spectrum at that ω removes the dispersion. Cells near the body have separate rows
 //! ([`Rows`](super::boundary::Rows)); a layer at the rim absorbs ([`super::absorber`]).
 
-use std::ops::Range;
+use pulp::{Simd, WithSimd};
 
 use super::absorber::{Absorber, LAYER};
 use super::boundary::Rows;
 use super::lattice::{GROUND, Lattice, SQUARE};
+use super::row_blocks::{Block, update_row};
+use crate::bem::triangles::lanes::Lanes;
+
+/// Weight of an edge.
+const SIXTH: f32 = 1.0 / 6.0;
 
 /// The field of one motion.
 #[derive(Clone, Debug)]
@@ -27,6 +32,8 @@ pub(super) struct WaveGrid<'a> {
     pressure: Vec<f32>,
     /// One step earlier; becomes one step later.
     other: Vec<f32>,
+    /// Weight of the edges at each cell of a row: none in the absorbing layers.
+    weights: Vec<f32>,
     absorber: Absorber,
     near_body: Vec<f32>,
     arch: pulp::Arch,
@@ -60,6 +67,7 @@ impl<'a> WaveGrid<'a> {
             drives,
             pressure: vec![GROUND; lattice.cells()],
             other: vec![GROUND; lattice.cells()],
+            weights: edge_weights(lattice.0[0]),
             absorber: Absorber::new(lattice),
             near_body: vec![0.0; rows.cells.len()],
             arch: pulp::Arch::new(),
@@ -74,7 +82,7 @@ impl<'a> WaveGrid<'a> {
     /// Advances one time step, given for each motion the acceleration and its second derivative in units of
     /// (h/c)².
     pub(super) fn step(&mut self, motions: &[[f32; 2]]) {
-        let WaveGrid { lattice, rows, drives, pressure, other, absorber, near_body, arch } = self;
+        let WaveGrid { lattice, rows, drives, pressure, other, weights, absorber, near_body, arch } = self;
         // Sources at the surface.
         near_body.fill(0.0);
         for (Drive { drive, bend }, [acceleration, bending]) in drives.iter().zip(motions) {
@@ -98,10 +106,7 @@ impl<'a> WaveGrid<'a> {
             *new += 2.0 * here - other[cell] + sum;
         }
         // Regular stencil and absorbing layer everywhere.
-        arch.dispatch(
-            #[inline(always)]
-            || sweep(lattice, pressure, other, absorber),
-        );
+        arch.dispatch(Sweep { lattice, p: pressure, new: other, weights, absorber });
         // Overwrite the cells near the body and inside it.
         for (cell, new) in rows.cells.iter().zip(near_body) {
             other[*cell as usize] = *new;
@@ -113,32 +118,49 @@ impl<'a> WaveGrid<'a> {
     }
 }
 
-#[inline(always)]
-fn sweep(lattice: &Lattice, p: &[f32], new: &mut [f32], absorber: &mut Absorber) {
-    let [nx, ny, nz] = lattice.0;
-    let plane = nx * ny;
-    for k in 1..nz - 1 {
-        for j in 1..ny - 1 {
-            let at = k * plane + j * nx;
-            let row = |from: usize| &p[from..from + nx];
-            let new = &mut new[at..at + nx];
-            let faces = [row(at - nx), row(at + nx), row(at - plane), row(at + plane)];
-            let y = inner(j, ny).map(|cell| if cell { 1.0 } else { 0.0 });
-            let z = inner(k, nz).map(|cell| if cell { 1.0 } else { 0.0 });
-            if y[1] * z[1] == 0.0 {
-                advance_row(new, row(at), faces, 1..nx - 1);
-            } else {
-                let edges = [
-                    (row(at - plane - nx), y[0] * z[0]),
-                    (row(at - plane + nx), y[2] * z[0]),
-                    (row(at + plane - nx), y[0] * z[2]),
-                    (row(at + plane + nx), y[2] * z[2]),
-                ];
-                advance_row(new, row(at), faces, 1..LAYER + 1);
-                advance_inner_row(new, row(at), faces, [y[0], y[2], z[0], z[2]], edges);
-                advance_row(new, row(at), faces, nx - 1 - LAYER..nx - 1);
+/// The regular stencil and the absorbing layers of one time step, for the widest vectors of the machine.
+///
+/// A type instead of a closure: `pulp` calls a closure through a function of the standard library that is
+/// compiled for the narrowest vectors, and the sweep with it.
+struct Sweep<'a> {
+    lattice: &'a Lattice,
+    p: &'a [f32],
+    new: &'a mut [f32],
+    /// Weight of the edges at each cell of a row.
+    weights: &'a [f32],
+    absorber: &'a mut Absorber,
+}
+
+impl WithSimd for Sweep<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Sweep { lattice, p, new, weights, absorber } = self;
+        let [nx, ny, nz] = lattice.0;
+        let plane = nx * ny;
+        for k in 1..nz - 1 {
+            for j in 1..ny - 1 {
+                let at = k * plane + j * nx;
+                let row = |from: usize| &p[from..from + nx];
+                let new = &mut new[at..at + nx];
+                let faces = [row(at - nx), row(at + nx), row(at - plane), row(at + plane)];
+                let y = inner(j, ny).map(|cell| if cell { 1.0 } else { 0.0 });
+                let z = inner(k, nz).map(|cell| if cell { 1.0 } else { 0.0 });
+                if y[1] * z[1] == 0.0 {
+                    advance_row(simd, new, row(at), faces);
+                } else {
+                    let edges = [
+                        (row(at - plane - nx), y[0] * z[0]),
+                        (row(at - plane + nx), y[2] * z[0]),
+                        (row(at + plane - nx), y[0] * z[2]),
+                        (row(at + plane + nx), y[2] * z[2]),
+                    ];
+                    let stencil = Stencil { open: [y[0], y[2], z[0], z[2]], edges, weights };
+                    advance_inner_row(simd, new, row(at), faces, &stencil);
+                }
+                absorber.absorb_row(simd, lattice, p, new, [j, k]);
             }
-            absorber.absorb_row(lattice, p, new, j, k);
         }
     }
 }
@@ -149,65 +171,110 @@ fn inner(cell: usize, n: usize) -> [bool; 3] {
     [cell - 1, cell, cell + 1].map(|c| c > LAYER && c < n - 1 - LAYER)
 }
 
-/// Cells of a row in the absorbing layer: the 7-point Laplacian. `faces` are the rows beside, in y and in z.
-#[inline(always)]
-fn advance_row(new: &mut [f32], p: &[f32], faces: [&[f32]; 4], cells: Range<usize>) {
-    let Range { start, end } = cells;
-    let n = end - start;
-    let [a, b, c, d] = faces.map(|r| &r[start..][..n]);
-    let (before, here, after) = (&p[start - 1..][..n], &p[start..][..n], &p[start + 1..][..n]);
-    let new = &mut new[start..][..n];
-    for i in 0..n {
-        let sum = a[i] + b[i] + c[i] + d[i] + before[i] + after[i] - 6.0 * here[i];
-        new[i] = 2.0 * here[i] - new[i] + SQUARE * sum;
-    }
+/// Weight of the edges at each cell of a row of `n`: none in the absorbing layers.
+fn edge_weights(n: usize) -> Vec<f32> {
+    (0..n).map(|cell| if cell > LAYER && cell < n - 1 - LAYER { SIXTH } else { 0.0 }).collect()
 }
 
-/// Cells of a row outside of the absorbing layers: adds 1/6 Σ (p − p_a − p_b + p_ab) over the edges that
-/// touch no layer. `open` is 1 for a row of `faces` outside of the layers; `edges` are the rows across an
-/// edge along x, in the order −−, +−, −+, ++ of y and z, with the same mark.
+/// A row with its neighbours along x: the cells without the rim, those before and those after.
 #[inline(always)]
-fn advance_inner_row<'a>(
-    new: &mut [f32],
-    p: &'a [f32],
-    faces: [&'a [f32]; 4],
-    open: [f32; 4],
-    edges: [(&'a [f32], f32); 4],
-) {
-    const SIXTH: f32 = 1.0 / 6.0;
-    let start = LAYER + 1;
-    let end = p.len() - start;
-    let n = end - start;
-    // Each row shifted by −1, 0 and +1: slices of equal length, which vectorise.
-    let windows = |r: &'a [f32]| [&r[start - 1..][..n], &r[start..][..n], &r[start + 1..][..n]];
-    let [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2], [d0, d1, d2]] = faces.map(windows);
-    let [p0, p1, p2] = windows(p);
-    let [e, f, g, h] = edges.map(|(r, _)| &r[start..][..n]);
+fn shifted(row: &[f32]) -> [&[f32]; 3] {
+    let n = row.len() - 2;
+    [&row[..n], &row[1..][..n], &row[2..][..n]]
+}
+
+/// A row in the absorbing layers across y or z: the 7-point Laplacian. `faces` are the rows beside, in y and
+/// in z.
+#[inline(always)]
+fn advance_row<S: Simd>(simd: S, new: &mut [f32], p: &[f32], [a, b, c, d]: [&[f32]; 4]) {
+    let n = p.len() - 2;
+    let [[_, a, _], [_, b, _], [_, c, _], [_, d, _]] = [shifted(a), shifted(b), shifted(c), shifted(d)];
+    let [before, here, after] = shifted(p);
+    update_row(
+        simd,
+        &mut new[1..][..n],
+        #[inline(always)]
+        |block, old| {
+            let own = block.of(here);
+            let across = block.of(a) + block.of(b) + block.of(c) + block.of(d);
+            let sum = across + block.of(before) + block.of(after) - block.splat(6.0) * own;
+            leap(block, old, own, sum)
+        },
+    );
+}
+
+/// Σ o (p_face − p) over the rows beside, `p` the last of the rows.
+#[inline(always)]
+fn sideways<S: Simd>(block: Block<S>, open: [f32; 4], [a, b, c, d, p]: [&[f32]; 5]) -> Lanes<S> {
     let [o0, o1, o2, o3] = open;
-    let [m0, m1, m2, m3] = edges.map(|e| e.1);
-    let all = o0 + o1 + o2 + o3;
-    let new = &mut new[start..][..n];
+    let rows = block.splat(o0) * block.of(a) + block.splat(o1) * block.of(b);
+    let rows = rows + block.splat(o2) * block.of(c) + block.splat(o3) * block.of(d);
+    rows - block.splat(o0 + o1 + o2 + o3) * block.of(p)
+}
+
+/// The leapfrog: from the old pressure, p and the sum of the Laplacian to the new pressure.
+#[inline(always)]
+fn leap<S: Simd>(block: Block<S>, old: Lanes<S>, own: Lanes<S>, sum: Lanes<S>) -> Lanes<S> {
+    block.splat(2.0) * own - old + block.splat(SQUARE) * sum
+}
+
+/// Rows across the edges along x, and which terms are outside of the absorbing layers.
+struct Stencil<'a> {
+    /// 1 for a row of the faces outside of the layers.
+    open: [f32; 4],
+    /// In the order −−, +−, −+, ++ of y and z, with the same mark.
+    edges: [(&'a [f32], f32); 4],
+    /// Weight of the edges at each cell.
+    weights: &'a [f32],
+}
+
+/// A row outside of the absorbing layers across y and z: adds 1/6 Σ (p − p_a − p_b + p_ab) over the edges
+/// that touch no layer, and nothing in the layers across x.
+#[inline(always)]
+fn advance_inner_row<S: Simd>(
+    simd: S,
+    new: &mut [f32],
+    p: &[f32],
+    [a, b, c, d]: [&[f32]; 4],
+    stencil: &Stencil<'_>,
+) {
+    // Each row shifted by −1, 0 and +1.
+    let ([a0, a1, a2], [b0, b1, b2]) = (shifted(a), shifted(b));
+    let ([c0, c1, c2], [d0, d1, d2]) = (shifted(c), shifted(d));
+    let [p0, p1, p2] = shifted(p);
+    let Stencil { open, edges: [(e, m0), (f, m1), (g, m2), (h, m3)], weights } = *stencil;
+    let [[_, e, _], [_, f, _], [_, g, _], [_, h, _]] = [shifted(e), shifted(f), shifted(g), shifted(h)];
+    let [_, weights, _] = shifted(weights);
+    let n = p1.len();
+    let new = &mut new[1..][..n];
     // 19-point Laplacian: edge terms along x, edge terms across x, face terms; then the leapfrog.
-    for i in 0..n {
-        let before = o0 * a0[i] + o1 * b0[i] + o2 * c0[i] + o3 * d0[i] - all * p0[i];
-        let beside = o0 * a1[i] + o1 * b1[i] + o2 * c1[i] + o3 * d1[i] - all * p1[i];
-        let after = o0 * a2[i] + o1 * b2[i] + o2 * c2[i] + o3 * d2[i] - all * p2[i];
-        let (down, up) = (p1[i] - c1[i], p1[i] - d1[i]);
-        let around = m0 * (down + e[i] - a1[i])
-            + m1 * (down + f[i] - b1[i])
-            + m2 * (up + g[i] - a1[i])
-            + m3 * (up + h[i] - b1[i]);
-        let across = a1[i] + b1[i] + c1[i] + d1[i] + p0[i] + p2[i] - 6.0 * p1[i];
-        let sum = across + SIXTH * (before - 2.0 * beside + after + around);
-        new[i] = 2.0 * p1[i] - new[i] + SQUARE * sum;
-    }
+    update_row(
+        simd,
+        new,
+        #[inline(always)]
+        |block, old| {
+            let before = sideways(block, open, [a0, b0, c0, d0, p0]);
+            let beside = sideways(block, open, [a1, b1, c1, d1, p1]);
+            let after = sideways(block, open, [a2, b2, c2, d2, p2]);
+            let (own, a, b, c, d) = (block.of(p1), block.of(a1), block.of(b1), block.of(c1), block.of(d1));
+            let (down, up) = (own - c, own - d);
+            let around = block.splat(m0) * (down + block.of(e) - a)
+                + block.splat(m1) * (down + block.of(f) - b)
+                + block.splat(m2) * (up + block.of(g) - a)
+                + block.splat(m3) * (up + block.of(h) - b);
+            let across = a + b + c + d + block.of(p0) + block.of(p2) - block.splat(6.0) * own;
+            let edges = before - block.splat(2.0) * beside + after + around;
+            leap(block, old, own, across + block.of(weights) * edges)
+        },
+    );
     // Remove the edge terms between the first or last cell and the layer.
-    let sideways = |[a, b, c, d, p]: [f32; 5]| o0 * a + o1 * b + o2 * c + o3 * d - all * p;
-    let last = n - 1;
+    let [o0, o1, o2, o3] = open;
+    let side = |[a, b, c, d, p]: [f32; 5]| o0 * a + o1 * b + o2 * c + o3 * d - (o0 + o1 + o2 + o3) * p;
+    let (first, last) = (LAYER, n - 1 - LAYER);
     let outside =
-        sideways([a0[0], b0[0], c0[0], d0[0], p0[0]]) - sideways([a1[0], b1[0], c1[0], d1[0], p1[0]]);
-    new[0] -= SQUARE * SIXTH * outside;
-    let outside = sideways([a2[last], b2[last], c2[last], d2[last], p2[last]])
-        - sideways([a1[last], b1[last], c1[last], d1[last], p1[last]]);
+        side([a0, b0, c0, d0, p0].map(|row| row[first])) - side([a1, b1, c1, d1, p1].map(|row| row[first]));
+    new[first] -= SQUARE * SIXTH * outside;
+    let outside =
+        side([a2, b2, c2, d2, p2].map(|row| row[last])) - side([a1, b1, c1, d1, p1].map(|row| row[last]));
     new[last] -= SQUARE * SIXTH * outside;
 }

@@ -250,7 +250,7 @@ mod tests {
         let mut sources = Sources::default();
         sources.push(y, n);
         let (mut double, mut single) = (Vec::new(), SingleLayer::ZERO);
-        pulp::Arch::new().dispatch(|| layers(x, &sources, &wavenumbers, &mut double, &mut single));
+        layers(x, &sources, &wavenumbers, &mut double, &mut single);
         for f in 0..2 {
             let r = y.distance(x);
             let green = (-s[f] * r).exp() / (4.0 * std::f64::consts::PI * r);

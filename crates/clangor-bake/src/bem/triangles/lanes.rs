@@ -11,7 +11,7 @@ use pulp::Simd;
 
 /// One number per lane.
 #[derive(Clone, Copy)]
-pub(super) struct Lanes<S: Simd> {
+pub(crate) struct Lanes<S: Simd> {
     simd: S,
     value: S::f32s,
 }
@@ -19,19 +19,19 @@ pub(super) struct Lanes<S: Simd> {
 impl<S: Simd> Lanes<S> {
     /// The same number in every lane.
     #[inline(always)]
-    pub(super) fn splat(simd: S, value: f32) -> Self {
+    pub(crate) fn splat(simd: S, value: f32) -> Self {
         Self { simd, value: simd.splat_f32s(value) }
     }
 
     /// Register of a list made by [`Simd::as_simd_f32s`].
     #[inline(always)]
-    pub(super) fn of(simd: S, value: S::f32s) -> Self {
+    pub(crate) fn of(simd: S, value: S::f32s) -> Self {
         Self { simd, value }
     }
 
     /// The register.
     #[inline(always)]
-    pub(super) fn register(self) -> S::f32s {
+    pub(crate) fn register(self) -> S::f32s {
         self.value
     }
 

@@ -53,6 +53,10 @@ pub(in crate::formats::timeline_file) fn read(
                 Arc::new(Surface::Sphere { radius: *radius })
             }
             SurfaceFields::HalfSpace {} => Arc::new(Surface::HalfSpace),
+            SurfaceFields::Plate { thickness } => {
+                checks.positive(&format!("bodies[{index}].surface.plate.thickness"), *thickness)?;
+                Arc::new(Surface::Plate { thickness: *thickness })
+            }
             SurfaceFields::Mesh { hash, volume } => {
                 checks.positive(&format!("bodies[{index}].surface.mesh.volume"), *volume)?;
                 if hash.len() != 32 || !hash.bytes().all(|b| b.is_ascii_hexdigit()) {

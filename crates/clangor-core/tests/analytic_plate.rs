@@ -83,19 +83,13 @@ fn the_pressure_is_that_of_the_integral_over_wavenumbers() {
                     let exact = hankel(&material, thickness, at, omega);
                     let found = source.transfer(place(at), &[omega])[0];
                     let error = (found - exact).norm() / exact.norm();
-                    if error > 1e-3 {
-                        println!(
-                            "{} {thickness} R {distance} {degrees}° {frequency} Hz: {error:.1e} {found} {exact}",
-                            material.name
-                        );
-                    }
                     worst = worst.max(error);
                 }
             }
         }
     }
     println!("worst {worst:.1e}");
-    assert!(worst < 1e-3, "{worst:e}");
+    assert!(worst < 3e-4, "{worst:e}");
 }
 
 #[test]

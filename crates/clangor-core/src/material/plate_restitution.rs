@@ -7,8 +7,8 @@
 //! in the units of Hertz's contact: s is the indentation, λ Zener's parameter of the plate, x the damping of
 //! the contact ([`viscoelastic_rate`](super::pair_restitution::viscoelastic_rate)). With u = ṡ + λF, the
 //! velocity of the body, this is u̇ = −F, and the restitution is −u when the force ends. Without x it is
-//! \[Zener1941\]; without λ, \[KuwabaraKono1987\]. Integrated by the classical Runge–Kutta method; 6e-5 from
-//! a thousand times as many steps.
+//! \[Zener1941\]; without λ, \[KuwabaraKono1987\]. Integrated by the classical Runge–Kutta method, to
+//! 2e-6 of a thousand times as many steps.
 //!
 //! For solvers that have the restitution of a pair only. The solve of a contact has the same plate as a
 //! mobility in series.
@@ -30,8 +30,8 @@ pub fn plate_restitution(lambda: f64, rate: f64) -> f64 {
         let f = force(s, u, lambda, rate);
         [u - lambda * f, -f]
     };
-    // A plate that hardly resists lets the body sink in a time λ^{2/3}, slower than the contact.
-    let h = STEP;
+    // The indentation follows the velocity at a rate of 3/2 λ^{2/3}.
+    let h = STEP.min(0.5 * lambda.powf(-2.0 / 3.0));
     // The series s = t at first, where √s has no Taylor series: F = t^{3/2} + x√t, u = 1 − ∫F.
     let t = 0.5 * h;
     let u = 1.0 - 0.4 * t.powf(2.5) - rate * t.powf(1.5) / 1.5;
@@ -77,17 +77,28 @@ mod tests {
     fn the_restitution_is_that_of_small_steps() {
         for (lambda, rate) in [(0.0, 0.3), (0.02, 0.0), (0.1, 0.0), (0.5, 0.1), (1.0, 0.0), (3.0, 0.4)] {
             let error = plate_restitution(lambda, rate) - fine(lambda, rate);
-            println!("λ {lambda} x {rate}: {error:.2e}");
-            assert!(error.abs() < 3e-4, "λ {lambda} x {rate}: {error:e}");
+            // Residual seen: 2e-6.
+            assert!(error.abs() < 1e-4, "λ {lambda} x {rate}: {error:e}");
         }
+    }
+
+    #[test]
+    fn a_plate_that_hardly_resists_stops_the_body() {
+        let mut last = plate_restitution(1.0, 0.0);
+        for lambda in [3.0, 10.0, 100.0, 1e4, 1e8] {
+            let e = plate_restitution(lambda, 0.0);
+            assert!((0.0..=last).contains(&e), "λ {lambda}: {e}");
+            last = e;
+        }
+        assert!(last < 1e-9, "{last}");
     }
 
     #[test]
     fn without_a_plate_it_is_that_of_the_contact() {
         for e in [0.2, 0.5, 0.9, 0.99] {
             let found = plate_restitution(0.0, viscoelastic_rate(e));
-            println!("{e}: {:.2e}", found - e);
-            assert!((found - e).abs() < 3e-4, "{found} for {e}");
+            // Residual seen: 1.3e-5.
+            assert!((found - e).abs() < 1e-4, "{found} for {e}");
             assert!((viscoelastic_restitution(viscoelastic_rate(e)) - e).abs() < 1e-4);
         }
     }

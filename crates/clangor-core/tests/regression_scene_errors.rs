@@ -433,7 +433,7 @@ fn endless_plates() {
         let message = format!("{thickness} is out of range");
         refuse(
             &plate(&format!("thickness = {thickness}")),
-            &[("4:13", field, &message, "in m from 0.00001 to 10")],
+            &[("4:13", field, &message, "in m from 1e-5 to 10")],
         );
     }
     refuse(&plate("thickness = \"thin\""), &[("4:13", field, "this is text", "number")]);

@@ -42,7 +42,7 @@ pub struct ContactSide {
     /// ([`half_space_radiation`]).
     pub radiation: f64,
     /// Y of an endless plate at the driven point [m/(N s)]; 0 for other bodies
-    /// ([`ThinPlate`](crate::material::ThinPlate)).
+    /// ([`ThinPlate`]).
     pub plate_mobility: f64,
 }
 

@@ -23,7 +23,7 @@
 //!
 //! Not here: vibration of the bodies and waves into half-spaces, which the solve of a contact has. The loss
 //! to an endless plate is here for solvers that have only a restitution
-//! ([`plate_restitution`](super::plate_restitution)).
+//! ([`plate_restitution`]).
 
 use std::f64::consts::PI;
 

@@ -6,7 +6,7 @@
 //! far away, at any frequency    p = ∓ ρ F/(2π m″ R) e^{−ikR} f(cos θ)
 //! ```
 //!
-//! with I and f of [`plate_waves`](super::plate_waves). A listener close to grazing hears what the load of
+//! with I and f of `plate_waves`. A listener close to grazing hears what the load of
 //! the fluid leaves: f falls to 0 within an angle of 2ρc/(ω m″). The plate loses energy by radiation, which
 //! f contains, and by the loss factor of its material.
 //!

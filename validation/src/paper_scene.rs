@@ -206,7 +206,7 @@ impl Stage {
         match &*self.bodies[body].surface {
             Surface::Sphere { radius } => *radius,
             Surface::Mesh(mesh) => mesh.mesh.bounding_radius(DVec3::ZERO),
-            Surface::HalfSpace => 0.0,
+            Surface::HalfSpace | Surface::Plate { .. } => 0.0,
         }
     }
 

@@ -19,6 +19,7 @@ pub(crate) mod out_of_memory;
 pub(crate) mod prisms;
 mod products;
 mod rigid_motions;
+pub mod supports;
 mod system;
 
 use clangor_core::material::Material;

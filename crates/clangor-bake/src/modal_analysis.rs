@@ -24,6 +24,7 @@ use clangor_core::sound_model::modal::model::ModalMode;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
+use crate::fem::supports::{Support, SupportError};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::geometry_class::solver_choice::ModalChoice;
@@ -123,6 +124,9 @@ pub enum ModalAnalysisError {
         /// Nodes allowed.
         most: usize,
     },
+    /// The supports do not hold the body.
+    #[error(transparent)]
+    Supports(#[from] SupportError),
     /// The eigensolver failed.
     #[error(transparent)]
     Modes(#[from] ModalError),
@@ -162,12 +166,7 @@ pub fn modal_analysis_and_system(
     options: &ModalAnalysisOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
 ) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
-    if !(options.accuracy > 0.0 && options.accuracy < 1.0) {
-        return Err(ModalAnalysisError::Accuracy(options.accuracy));
-    }
-    if !(options.max_frequency > 0.0 && options.max_frequency.is_finite()) {
-        return Err(ModalError::Frequency(options.max_frequency).into());
-    }
+    check(options)?;
     match geometry.modal_choice().map_err(StuffingError::Input)? {
         ModalChoice::Section(axisymmetry) => {
             refined(&AxisymmetricBody::new(axisymmetry, constants), constants, options, progress)
@@ -177,6 +176,45 @@ pub fn modal_analysis_and_system(
             refined(&body, constants, options, progress)
         }
     }
+}
+
+/// Finds all modes of a body that supports hold, up to a frequency: like [`modal_analysis()`], with the
+/// motions that were rigid among them. Dampers of the supports do not change the modes;
+/// [`support_damping`](crate::fem::supports::support_damping) gives their rate.
+///
+/// # Errors
+/// [`ModalAnalysisError`].
+pub fn supported_modal_analysis(
+    geometry: &BakeGeometry,
+    constants: &ElasticConstants,
+    supports: &[Support],
+    options: &ModalAnalysisOptions,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<ModalAnalysis, ModalAnalysisError> {
+    if supports.is_empty() {
+        return modal_analysis(geometry, constants, options, progress);
+    }
+    check(options)?;
+    supports.iter().enumerate().try_for_each(|(index, support)| support.check(index))?;
+    let choice = match geometry.modal_choice().map_err(StuffingError::Input)? {
+        ModalChoice::Section(_) => match geometry {
+            BakeGeometry::Ellipsoid { semi_axes } => ModalChoice::Ball(*semi_axes),
+            _ => return Err(SupportError::Revolution.into()),
+        },
+        other => other,
+    };
+    let body = VolumeFem::of(choice, constants, options.most_nodes)?.held_by(supports);
+    refined(&body, constants, options, progress).map(|(analysis, _)| analysis)
+}
+
+fn check(options: &ModalAnalysisOptions) -> Result<(), ModalAnalysisError> {
+    if !(options.accuracy > 0.0 && options.accuracy < 1.0) {
+        return Err(ModalAnalysisError::Accuracy(options.accuracy));
+    }
+    if !(options.max_frequency > 0.0 && options.max_frequency.is_finite()) {
+        return Err(ModalError::Frequency(options.max_frequency).into());
+    }
+    Ok(())
 }
 
 /// A body that can be meshed at any element size.
@@ -199,7 +237,7 @@ pub(crate) trait RefinableDiscretization {
     /// Number of nodes, and length of edges in any unit.
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
     /// All modes up to a limit \[Hz\].
-    fn solve(&self, mesh: &Self::Mesh, limit: f64) -> Result<Spectrum<Self::Modes>, ModalError>;
+    fn solve(&self, mesh: &Self::Mesh, limit: f64) -> Result<Spectrum<Self::Modes>, ModalAnalysisError>;
     /// The matrices of a mesh, if there is one system of the whole body.
     fn system(&self, mesh: &Self::Mesh) -> Option<ElasticSystem>;
     /// The surface and the first `count` shapes there.

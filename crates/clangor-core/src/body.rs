@@ -46,6 +46,11 @@ pub enum Surface {
     /// A half-space, solid where `normal · (x − position) < 0`. Always fixed; the body frame's y axis is the
     /// normal.
     HalfSpace,
+    /// The upper face of an endless plate: for motion a half-space, but it gives way and radiates as a plate.
+    Plate {
+        /// Thickness \[m\].
+        thickness: f64,
+    },
     /// Any other closed surface.
     Mesh(MeshSurface),
 }
@@ -157,8 +162,14 @@ impl Surface {
         match self {
             Surface::Sphere { radius } => Surface::Sphere { radius: radius * factor },
             Surface::HalfSpace => Surface::HalfSpace,
+            Surface::Plate { thickness } => Surface::Plate { thickness: thickness * factor },
             Surface::Mesh(surface) => Surface::Mesh(surface.scaled(factor)),
         }
+    }
+
+    /// Whether it is flat and endless: a half-space, or the upper face of a plate.
+    pub fn is_plane(&self) -> bool {
+        matches!(self, Surface::HalfSpace | Surface::Plate { .. })
     }
 
     /// Radius of the smallest ball about the centre of mass that holds the body \[m\]; infinite for a
@@ -166,7 +177,7 @@ impl Surface {
     pub fn bounding_radius(&self) -> f64 {
         match self {
             Surface::Sphere { radius } => *radius,
-            Surface::HalfSpace => f64::INFINITY,
+            Surface::HalfSpace | Surface::Plate { .. } => f64::INFINITY,
             Surface::Mesh(surface) => surface.mesh.bounding_radius(DVec3::ZERO),
         }
     }
@@ -176,7 +187,7 @@ impl Surface {
     pub fn normal_at(&self, point_body: DVec3) -> Option<DVec3> {
         match self {
             Surface::Sphere { .. } => point_body.try_normalize(),
-            Surface::HalfSpace => Some(DVec3::Y),
+            Surface::HalfSpace | Surface::Plate { .. } => Some(DVec3::Y),
             Surface::Mesh(surface) => surface.normal_at(point_body),
         }
     }
@@ -185,7 +196,7 @@ impl Surface {
     pub fn curvature_at(&self, point_body: DVec3) -> Curvature {
         match self {
             Surface::Sphere { radius } => Curvature::isotropic(radius.recip()),
-            Surface::HalfSpace => Curvature::FLAT,
+            Surface::HalfSpace | Surface::Plate { .. } => Curvature::FLAT,
             Surface::Mesh(surface) => surface.curvature_at(point_body),
         }
     }
@@ -194,7 +205,7 @@ impl Surface {
     /// about 1 for convex bodies, and up to 1.08 where the surface is curved.
     pub fn hull_filling(&self) -> f64 {
         match self {
-            Surface::Sphere { .. } | Surface::HalfSpace => 1.0,
+            Surface::Sphere { .. } | Surface::HalfSpace | Surface::Plate { .. } => 1.0,
             Surface::Mesh(surface) => {
                 let hull = extreme_hull(&surface.mesh, 100).and_then(|hull| MassProperties::of(&hull));
                 // A degenerate hull has no volume: the ratio is zero.
@@ -207,7 +218,7 @@ impl Surface {
     pub fn equal_volume_radius(&self) -> f64 {
         match self {
             Surface::Sphere { radius } => *radius,
-            Surface::HalfSpace => f64::INFINITY,
+            Surface::HalfSpace | Surface::Plate { .. } => f64::INFINITY,
             Surface::Mesh(surface) => (0.75 * surface.volume / std::f64::consts::PI).cbrt(),
         }
     }
@@ -365,6 +376,18 @@ impl Body {
             edge_radius: 0.0,
             life: Life::LASTING,
         }
+    }
+
+    /// A fixed endless plate of a `thickness` \[m\] whose upper face goes through `point` \[m\]; `normal` is
+    /// the unit normal of that face.
+    pub fn plate(
+        name: impl Into<String>,
+        material: Material,
+        (point, normal): (DVec3, DVec3),
+        thickness: f64,
+    ) -> Self {
+        let surface = Arc::new(Surface::Plate { thickness });
+        Body { surface, ..Body::plane(name, material, point, normal) }
     }
 
     /// The same body at another pose; a point \[m\] is the pose there with the axes of the world.

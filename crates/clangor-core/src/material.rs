@@ -2,10 +2,14 @@
 
 pub mod damping;
 pub mod pair_restitution;
+mod plate_restitution;
 pub mod presets;
+pub mod thin_plate;
 
 pub use damping::Damping;
 pub use pair_restitution::PairRestitution;
+pub use plate_restitution::plate_restitution;
+pub use thin_plate::ThinPlate;
 
 use pair_restitution::geometric_mean;
 

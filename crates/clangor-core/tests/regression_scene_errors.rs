@@ -4,11 +4,11 @@ use clangor_core::scene::Scene;
 use clangor_core::scene::diagnostic::SceneErrors;
 
 /// Expected error: place (`line:column`), field, words of the message, words of the remedy.
-type Expected = (&'static str, &'static str, &'static str, &'static str);
+type Expected<'a> = (&'a str, &'a str, &'a str, &'a str);
 
 /// Checks that a scene has exactly these errors, in this order.
 #[track_caller]
-fn refuse(text: &str, expected: &[Expected]) {
+fn refuse(text: &str, expected: &[Expected<'_>]) {
     let SceneErrors(errors) = Scene::from_toml(text).expect_err(text);
     let found: Vec<String> = errors.iter().map(ToString::to_string).collect();
     assert_eq!(found.len(), expected.len(), "\n{text}\n{}", found.join("\n"));
@@ -423,6 +423,21 @@ fn a_listener_below_the_rigid_floor() {
         "version = 1\n[render]\nfloor = \"rigid\"\nfloor_height = 0.4\n[[listener]]\nposition = [0, 0.3, 0]",
         &[("5:1", "listener[0]", "height 0.3 m is below the rigid floor at 0.4 m", "raise the listener")],
     );
+}
+
+#[test]
+fn endless_plates() {
+    let plate = |lines: &str| format!("version = 1\n[[plane]]\nmaterial = \"wood\"\n{lines}");
+    let field = "plane[0].thickness";
+    for thickness in ["-0.02", "0", "20"] {
+        let message = format!("{thickness} is out of range");
+        refuse(
+            &plate(&format!("thickness = {thickness}")),
+            &[("4:13", field, &message, "in m from 1e-5 to 10")],
+        );
+    }
+    refuse(&plate("thickness = \"thin\""), &[("4:13", field, "this is text", "number")]);
+    refuse(&plate("thicknes = 0.02"), &[("4:1", "plane[0].thicknes", "unknown key", "`thickness`")]);
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn height(body: &Body, plane: &Body) -> f64 {
     let height = |point: DVec3| plane.pose.body_from_world(body.pose.world_from_body(point)).y;
     match &*body.surface {
         Surface::Sphere { radius } => height(DVec3::ZERO) - radius,
-        Surface::HalfSpace => f64::INFINITY,
+        Surface::HalfSpace | Surface::Plate { .. } => f64::INFINITY,
         Surface::Mesh(mesh) => mesh.mesh.vertices.iter().map(|v| height(*v)).fold(f64::INFINITY, f64::min),
     }
 }
@@ -42,8 +42,8 @@ fn gap(a: &Body, b: &Body) -> f64 {
     let centres = (a.pose.position - b.pose.position).length();
     match (&*a.surface, &*b.surface) {
         (Surface::Sphere { radius: ra }, Surface::Sphere { radius: rb }) => centres - ra - rb,
-        (Surface::HalfSpace, _) => height(b, a),
-        (_, Surface::HalfSpace) => height(a, b),
+        (Surface::HalfSpace | Surface::Plate { .. }, _) => height(b, a),
+        (_, Surface::HalfSpace | Surface::Plate { .. }) => height(a, b),
         (Surface::Mesh(mesh), _) => {
             let points = mesh.mesh.vertices.iter().map(|v| a.pose.world_from_body(*v));
             points.map(|p| distance(b, p)).fold(f64::INFINITY, f64::min)
@@ -56,7 +56,7 @@ fn distance(body: &Body, point: DVec3) -> f64 {
     let local = body.pose.body_from_world(point);
     match &*body.surface {
         Surface::Sphere { radius } => local.length() - radius,
-        Surface::HalfSpace => local.y,
+        Surface::HalfSpace | Surface::Plate { .. } => local.y,
         Surface::Mesh(mesh) => mesh.signed_distance(local),
     }
 }

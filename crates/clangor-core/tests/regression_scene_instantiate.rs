@@ -210,6 +210,10 @@ fn a_listener_inside_a_body_is_refused() {
     let thin = |position: &str| at(position).replace("\"wood\"", "\"wood\"\nthin = true");
     assert!(instantiate(&decode(&thin("[5, -1, 0]")), &mut load_shape).is_ok());
     assert!(refusal(&thin("[0, 1.008, 0]")).contains("inside the body `ball`"));
+    // Under an endless plate it is valid, within its thickness it is not.
+    let plate = |position: &str| at(position).replace("\"wood\"", "\"wood\"\nthickness = 0.02");
+    assert!(instantiate(&decode(&plate("[5, -1, 0]")), &mut load_shape).is_ok());
+    assert!(refusal(&plate("[5, -0.005, 0]")).contains("inside the body `plane-1` by 5.000e-3 m"));
     // One receiver of a pair, 8 cm to the right of a midpoint outside.
     assert!(refusal(&at("[-0.08, 1, 0]\nspacing = 0.16")).contains("inside the body `ball`"));
     let moving = "[0, 1, 0] }, { time = 1, position = [1, 1, 0] }]";

@@ -27,8 +27,7 @@ pub fn choose_solver(world: &World, solver: Solver) -> Solver {
 
 /// Number of free inelastic balls that start above every plane; 0 without gravity.
 fn falling(world: &World) -> usize {
-    let planes: Vec<&Body> =
-        world.bodies.iter().filter(|b| matches!(*b.surface, Surface::HalfSpace)).collect();
+    let planes: Vec<&Body> = world.bodies.iter().filter(|b| b.surface.is_plane()).collect();
     let falls = |b: &&Body| {
         let Surface::Sphere { radius } = *b.surface else { return false };
         let height = |plane: &&Body| plane.pose.body_from_world(b.pose.position).y - radius;

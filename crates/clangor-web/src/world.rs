@@ -159,7 +159,7 @@ pub fn world_bodies() -> *const f64 {
 fn described(body: &Body, materials: &[Material]) -> [f64; BODY_STRIDE] {
     let material = materials.iter().position(|m| m.name == body.material.name).unwrap_or(0);
     let radius = if let Surface::Sphere { radius } = *body.surface { radius } else { 0.0 };
-    let is_plane = matches!(*body.surface, Surface::HalfSpace);
+    let is_plane = body.surface.is_plane();
     let normal = if is_plane { body.pose.orientation * DVec3::Y } else { DVec3::ZERO };
     let flag = |is: bool| f64::from(u8::from(is));
     let [x, y, z] = normal.to_array();

@@ -26,7 +26,8 @@ pub struct ElementMatrices<const N: usize> {
     pub mass: [[f64; N]; N],
 }
 
-fn shapes(at: [f64; 4]) -> [f64; 10] {
+/// The shape functions at barycentric coordinates.
+pub(super) fn shapes(at: [f64; 4]) -> [f64; 10] {
     std::array::from_fn(|n| {
         if n < 4 {
             at[n] * (2.0 * at[n] - 1.0)

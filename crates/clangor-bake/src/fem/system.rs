@@ -10,6 +10,7 @@ use super::ElasticConstants;
 use super::element::{ElementMatrices, element_matrices};
 use super::products::{LANES, Matrix, Product};
 use super::rigid_motions::{orthonormal_in_mass, rigid_motions};
+use super::supports::Holding;
 use crate::mesh::tetrahedra::TetMesh;
 
 /// K and M of a free body. Unknown 3n + c is the displacement of node n along axis c.
@@ -103,6 +104,27 @@ impl ElasticSystem {
             }
         }
         ElasticSystem { held, rigid, ..self }
+    }
+
+    /// The same body with supports, which leave no motion without energy.
+    #[must_use]
+    pub fn held_by(mut self, holding: &Holding) -> Self {
+        for spring in &holding.springs {
+            for (a, first) in spring.weights {
+                for (b, second) in spring.weights.into_iter().filter(|(b, _)| *b <= a) {
+                    // The nodes of a spring share an element, so the pair is in the pattern.
+                    let own = self.starts[b as usize]..self.starts[b as usize + 1];
+                    if let Ok(found) = self.rows[own.clone()].binary_search(&a) {
+                        self.stiffness[own.start + found] += spring.block(first * second);
+                    }
+                }
+            }
+        }
+        let held: Vec<bool> = holding.clamped.iter().flat_map(|held| [*held; 3]).collect();
+        match held.contains(&true) {
+            true => self.holding(held, Vec::new()),
+            false => ElasticSystem { rigid: Vec::new(), ..self },
+        }
     }
 
     /// Number of nodes.

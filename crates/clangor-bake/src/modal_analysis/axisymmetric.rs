@@ -24,7 +24,6 @@ use glam::{DQuat, DVec3};
 
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::Axisymmetry;
-use crate::modal_analysis::eigensolver::ModalError;
 use crate::modal_analysis::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use axisymmetric_surface::AxisymmetricSurface;
 use section_mesh::SectionMesh;
@@ -106,7 +105,11 @@ impl RefinableDiscretization for AxisymmetricBody<'_> {
         (mesh.section.nodes.len(), mesh.fineness)
     }
 
-    fn solve(&self, mesh: &AxisymmetricMesh, limit: f64) -> Result<Spectrum<Vec<SectionMode>>, ModalError> {
+    fn solve(
+        &self,
+        mesh: &AxisymmetricMesh,
+        limit: f64,
+    ) -> Result<Spectrum<Vec<SectionMode>>, ModalAnalysisError> {
         let found = spectrum(&mesh.section, self.constants, limit)?;
         let both = |m: &SectionMode| std::iter::repeat_n(m.frequency, if m.order == 0 { 1 } else { 2 });
         Ok(Spectrum {

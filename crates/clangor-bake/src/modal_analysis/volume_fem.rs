@@ -21,6 +21,7 @@ use super::plate_mesh::plate_mesh;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::bricks::box_of_bricks;
 use crate::fem::prisms::{Prisms, plate_of_prisms};
+use crate::fem::supports::{Holding, Support, SupportKind};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::flat_plate::FlatPlate;
 use crate::geometry_class::solver_choice::ModalChoice;
@@ -63,6 +64,8 @@ pub(super) struct VolumeFem<'a> {
     volume: f64,
     /// Most nodes of a mesh.
     most_nodes: usize,
+    /// What holds the body; empty if it is free.
+    supports: &'a [Support],
 }
 
 enum Filling<'a> {
@@ -100,6 +103,7 @@ impl<'a> VolumeFem<'a> {
                 wall: 2.0 * semi_axes.min_element(),
                 volume: 4.0 / 3.0 * PI * semi_axes.element_product(),
                 most_nodes,
+                supports: &[],
             },
             ModalChoice::Hexahedra(edges) => VolumeFem {
                 form: Filling::Block(edges),
@@ -108,11 +112,20 @@ impl<'a> VolumeFem<'a> {
                 wall: edges.min_element(),
                 volume: edges.element_product(),
                 most_nodes,
+                supports: &[],
             },
             ModalChoice::Prisms(plate) => {
                 let size = plate.longest();
                 let (wall, volume) = (plate.thickness, plate.area() * plate.thickness);
-                VolumeFem { form: Filling::Plate(plate), constants, size, wall, volume, most_nodes }
+                VolumeFem {
+                    form: Filling::Plate(plate),
+                    constants,
+                    size,
+                    wall,
+                    volume,
+                    most_nodes,
+                    supports: &[],
+                }
             }
             ModalChoice::Tetrahedra(surface) => Self::of_surface(surface, constants, most_nodes)?,
             ModalChoice::Section(_) => return Err(ModalAnalysisError::Section),
@@ -128,7 +141,41 @@ impl<'a> VolumeFem<'a> {
         let wall = wall_thickness(&surface, &SurfaceTree::new(&surface));
         let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
         let size = (high - low).max_element();
-        Ok(VolumeFem { form: Filling::Surface(surface), constants, size, wall, volume, most_nodes })
+        let form = Filling::Surface(surface);
+        Ok(VolumeFem { form, constants, size, wall, volume, most_nodes, supports: &[] })
+    }
+
+    /// The same body, held.
+    pub(super) fn held_by(self, supports: &'a [Support]) -> Self {
+        VolumeFem { supports, ..self }
+    }
+
+    fn clamps(&self) -> impl Iterator<Item = &Support> {
+        self.supports.iter().filter(|support| support.kind == SupportKind::Clamped)
+    }
+
+    /// Cells of a box, up to half as many more, such that clamps end close to nodes between elements.
+    fn aligned(&self, cells: [usize; 3]) -> [usize; 3] {
+        let Filling::Block(edges) = self.form else { return cells };
+        std::array::from_fn(|a| {
+            let ends: Vec<f64> = (self.clamps().flat_map(|clamp| clamp.region.ends(a)))
+                .map(|end| end / edges[a] + 0.5)
+                .filter(|end| *end > 0.0 && *end < 1.0)
+                .collect();
+            if cells[a] < 4 || ends.is_empty() {
+                return cells[a];
+            }
+            let misfit = |count: usize| {
+                let off = |end: &f64| {
+                    let place = end * (count / 2) as f64;
+                    (place - place.round()).abs() / count as f64
+                };
+                ends.iter().map(off).fold(0.0, f64::max)
+            };
+            let counts = (cells[a]..=cells[a] + cells[a] / 2).step_by(2);
+            let close = counts.map(|count| (count, misfit(count)));
+            close.min_by(|x, y| x.1.total_cmp(&y.1)).map_or(cells[a], |(count, _)| count)
+        })
     }
 
     fn assembled(&self, mesh: &Filled) -> ElasticSystem {
@@ -165,6 +212,7 @@ impl<'a> VolumeFem<'a> {
 
     fn with_cells(&self, cells: [usize; 3], edge: f64) -> Result<Filled, ModalAnalysisError> {
         let broken = StuffingError::from;
+        let cells = self.aligned(cells);
         let [elements, nodes] = self.expected(cells, edge);
         if nodes > self.most_nodes as f64 {
             let (wall, most) = (self.wall, self.most_nodes);
@@ -233,6 +281,8 @@ impl RefinableDiscretization for VolumeFem<'_> {
 
     fn convergence(&self) -> f64 {
         match self.form {
+            // The ends of clamps.
+            _ if self.clamps().next().is_some() => 1.0,
             Filling::Ellipsoid(_) => 4.0,
             // Near the edges of a plate, torsion varies over its thickness, which is shorter than a
             // hexahedron.
@@ -295,12 +345,19 @@ impl RefinableDiscretization for VolumeFem<'_> {
         (mesh.mesh.nodes.len(), mesh.edge)
     }
 
-    fn solve(&self, mesh: &Filled, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalError> {
-        if let (Filling::Block(edges), Some(part)) = (&self.form, &mesh.part) {
+    fn solve(&self, mesh: &Filled, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalAnalysisError> {
+        // Supports break the mirror symmetry of a box.
+        if let (Filling::Block(edges), Some(part), true) = (&self.form, &mesh.part, self.supports.is_empty())
+        {
             let mirrored = MirroredBox { edges: *edges, cells: mesh.cells, constants: self.constants };
-            return mirrored.solve(&mesh.mesh, part, limit);
+            return Ok(mirrored.solve(&mesh.mesh, part, limit)?);
         }
-        match solve(&self.assembled(mesh), limit) {
+        let system = self.assembled(mesh);
+        let system = match self.supports.is_empty() {
+            true => system,
+            false => system.held_by(&Holding::new(&mesh.mesh, self.supports)?),
+        };
+        match solve(&system, limit) {
             Ok(found) => Ok(Spectrum {
                 frequencies: found.modes.iter().map(|m| m.frequency).collect(),
                 first: found.modes.first().map_or(f64::INFINITY, |m| m.frequency),
@@ -311,7 +368,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
             Err(ModalError::Silent { first, .. }) => {
                 Ok(Spectrum { frequencies: Vec::new(), first, residual: 0.0, modes: Vec::new() })
             }
-            Err(error) => Err(error),
+            Err(error) => Err(error.into()),
         }
     }
 

@@ -219,6 +219,7 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
     for body in &world.bodies {
         let size = match *body.surface {
             Surface::HalfSpace => "plane".into(),
+            Surface::Plate { thickness } => format!("endless plate, {} mm thick", 1e3 * thickness),
             Surface::Sphere { radius } => format!("sphere of radius {radius:.6} m"),
             Surface::Mesh(ref surface) => format!(
                 "{} triangles, bounding radius {:.6} m",

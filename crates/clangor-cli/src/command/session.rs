@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Mutex;
 
+use clangor_core::body::{Body, Surface};
 use clangor_pipeline::session::{Progress as SessionProgress, Session, SessionBuilder, Stage};
 use clangor_pipeline::stages::sound_models::ModelOptions;
 use clangor_sim::SimulationReport;
@@ -88,6 +89,17 @@ pub(super) fn open<'a>(
         );
     }
     Ok(session)
+}
+
+/// Warns of endless plates, whose sound real time leaves out.
+pub(super) fn warn_of_plates(session: &Session<'_>, console: &Console) {
+    let is_plate = |body: &&Body| matches!(*body.surface, Surface::Plate { .. });
+    if let Some(plate) = session.bodies().iter().find(is_plate) {
+        console.warn(format_args!(
+            "the sound of \"{}\", a plane with a thickness, is left out in real time; clangor render has it",
+            plate.name
+        ));
+    }
 }
 
 /// Simulates or reads the motion, obtains the sound models, and prints what is to be known about both.

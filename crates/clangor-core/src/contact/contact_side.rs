@@ -13,7 +13,7 @@ use glam::{DMat3, DVec3};
 use super::compliant::half_space_radiation;
 use crate::body::{Body, BodyId, Motion, Surface};
 use crate::geometry::principal_curvature::Curvature;
-use crate::material::Material;
+use crate::material::{Material, ThinPlate};
 use crate::pose::Pose;
 
 /// A body at a contact: see the module.
@@ -41,6 +41,9 @@ pub struct ContactSide {
     /// κ of the waves that it takes away as a half-space [s m/N]; 0 for other bodies
     /// ([`half_space_radiation`]).
     pub radiation: f64,
+    /// Y of an endless plate at the driven point [m/(N s)]; 0 for other bodies
+    /// ([`ThinPlate`]).
+    pub plate_mobility: f64,
 }
 
 impl ContactSide {
@@ -56,6 +59,7 @@ impl ContactSide {
         edge_radius: 0.0,
         bounding_radius: f64::INFINITY,
         radiation: 0.0,
+        plate_mobility: 0.0,
     };
 
     /// A body at a pose, with a surface that is flat at the contact until [`touched_at`](Self::touched_at)
@@ -77,7 +81,11 @@ impl ContactSide {
                     let Material { youngs_modulus, poisson_ratio, density, .. } = body.material;
                     half_space_radiation(youngs_modulus, poisson_ratio, density)
                 }
-                Surface::Sphere { .. } | Surface::Mesh(_) => 0.0,
+                Surface::Sphere { .. } | Surface::Plate { .. } | Surface::Mesh(_) => 0.0,
+            },
+            plate_mobility: match *body.surface {
+                Surface::Plate { thickness } => ThinPlate::new(&body.material, thickness).point_mobility(),
+                Surface::Sphere { .. } | Surface::HalfSpace | Surface::Mesh(_) => 0.0,
             },
         }
     }
@@ -125,7 +133,7 @@ impl ContactSide {
 
 /// 1/M [1/kg]; 0 for a body that contacts cannot move: fixed, keyframed, or a half-space.
 pub fn inverse_mass(body: &Body) -> f64 {
-    let movable = matches!(body.motion, Motion::Free) && !matches!(*body.surface, Surface::HalfSpace);
+    let movable = matches!(body.motion, Motion::Free) && !body.surface.is_plane();
     if movable { 1.0 / body.mass } else { 0.0 }
 }
 

@@ -121,8 +121,8 @@ impl GroupContact {
         (pose.body_from_world(self.place), pose.orientation.inverse() * self.normal * sign)
     }
 
-    /// Energy of the modes after Hertz's pulse of rigid bodies with j = (1 + e) m V over that of the
-    /// approach; 0 for bodies without modes.
+    /// Energy of the modes after Hertz's pulse of rigid bodies with j = (1 + e) m V, and of the waves in an
+    /// endless plate, over that of the approach; 0 for bodies without modes.
     fn modal_share(&self, modes: ModesOf<'_>) -> f64 {
         let hertz = self.hertz();
         let impulse = (1.0 + self.restitution) * self.approach / hertz.inverse_mass;
@@ -135,7 +135,8 @@ impl GroupContact {
                 false => f64::NAN,
             })
         };
-        (energy(0) + energy(1)) * 2.0 * hertz.inverse_mass / (self.approach * self.approach)
+        let modal = (energy(0) + energy(1)) * 2.0 * hertz.inverse_mass / (self.approach * self.approach);
+        modal + hertz.plate_share(&self.sides)
     }
 }
 
@@ -300,7 +301,8 @@ fn member_contact(
             stiffness,
             restitution_damping: restitution_damping(contact.restitution),
             radiation: contact.sides.iter().map(|side| side.radiation).sum(),
-            ..HertzLaw::default()
+            plate_mobility: contact.sides.iter().map(|side| side.plate_mobility).sum(),
+            viscosity: 0.0,
         }),
         // The surfaces touch where the vibration has brought them.
         gap: contact.gap.max(0.0) - opening(0, contact.normal) - opening(1, -contact.normal),

@@ -16,8 +16,10 @@
 //! Not covered: plastic deformation, adhesion, and the flat punch. [`HertzRange`] says where a contact leaves
 //! the theory.
 
+use super::contact_side::ContactSide;
 use super::hertz_ellipse::HertzEllipse;
 use super::hertz_pulse::DURATION_OVER_APPROACH_TIME;
+use crate::material::thin_plate::inelasticity;
 
 /// Input of Hertz's formulas for one collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +43,16 @@ impl HertzContact {
         let [first, second] = self.relative_radii;
         let factor = HertzEllipse::of_radii(self.relative_radii).approach_factor;
         4.0 / 3.0 * (first * second).sqrt().sqrt() / (self.compliance * factor * factor.sqrt())
+    }
+
+    /// Share of the energy of the approach that endless plates behind the contact take away, where it is
+    /// small: 2 × 1.72 λ, the first order of \[Zener1941\].
+    pub fn plate_share(&self, sides: &[ContactSide; 2]) -> f64 {
+        let mobility: f64 = sides.iter().map(|side| side.plate_mobility).sum();
+        if mobility == 0.0 {
+            return 0.0;
+        }
+        3.44 * inelasticity(mobility, self.inverse_mass, self.stiffness()) * self.speed.powf(0.2)
     }
 
     /// Largest approach d_m \[m\]. All numbers must be positive and finite.

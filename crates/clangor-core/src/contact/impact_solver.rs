@@ -110,9 +110,10 @@ pub(super) struct SolveInput<'a> {
 
 impl SolveInput<'_> {
     /// Whether the closed form of Hertz's pulse is enough: one point, and `share` of the energy of the
-    /// approach in the modes.
+    /// approach in the modes, with that in an endless plate, below 0.003.
     pub(super) fn is_closed(&self, share: f64) -> bool {
-        self.impact.points.len() == 1 && share < LEAST_MODAL_SHARE
+        let lost = share + self.contact.plate_share(&self.impact.sides);
+        self.impact.points.len() == 1 && lost < LEAST_MODAL_SHARE
     }
 }
 
@@ -248,7 +249,8 @@ fn member_contact(input: &SolveInput<'_>, at: usize, bodies: &[VibratingMember; 
             stiffness: input.contact.stiffness(),
             restitution_damping: restitution_damping(impact.restitution),
             radiation,
-            ..HertzLaw::default()
+            plate_mobility: impact.sides.iter().map(|side| side.plate_mobility).sum(),
+            viscosity: 0.0,
         }),
         gap,
         friction: if rubs(impact) { impact.friction } else { 0.0 },

@@ -21,11 +21,13 @@
 //! A restitution of whole bodies contains their vibration. Where either material has no other, both count
 //! with that of whole bodies, because such numbers were estimated for pairs of equals.
 //!
-//! Not here: vibration of the bodies and waves into half-spaces, which the solve of a contact has.
+//! Not here: vibration of the bodies and waves into half-spaces, which the solve of a contact has. The loss
+//! to an endless plate is here for solvers that have only a restitution
+//! ([`plate_restitution`]).
 
 use std::f64::consts::PI;
 
-use super::Material;
+use super::{Material, plate_restitution};
 
 /// Least restitution that has a damping of its own: below, the damping is that of 0.01.
 const LEAST: f64 = 0.01;
@@ -121,6 +123,8 @@ pub struct PairRestitution {
     materials: [ViscousLoss; 2],
     /// V₁ [m/s]; infinite for materials without a yield strength.
     plastic_speed: f64,
+    /// Zener's λ at 1 m/s of an endless plate behind the contact; 0 for none.
+    inelasticity: f64,
 }
 
 /// √(xy); equal values stay bit-equal, because the square root of a square is not always exact.
@@ -130,8 +134,12 @@ pub(super) fn geometric_mean(x: f64, y: f64) -> f64 {
 
 impl PairRestitution {
     /// No loss at any speed.
-    pub const LOSSLESS: PairRestitution =
-        PairRestitution { stated: 1.0, materials: [ViscousLoss::NONE; 2], plastic_speed: f64::INFINITY };
+    pub const LOSSLESS: PairRestitution = PairRestitution {
+        stated: 1.0,
+        materials: [ViscousLoss::NONE; 2],
+        plastic_speed: f64::INFINITY,
+        inelasticity: 0.0,
+    };
 
     pub(super) fn of(a: &Material, b: &Material) -> Self {
         let whole = [a, b].iter().any(|m| m.rigid_restitution == Some(m.restitution));
@@ -154,6 +162,7 @@ impl PairRestitution {
             stated: geometric_mean(losses[0].restitution, losses[1].restitution),
             materials: losses,
             plastic_speed: strength.map_or(f64::INFINITY, |y| plastic_speed(y, density, compliance)),
+            inelasticity: 0.0,
         }
     }
 
@@ -164,11 +173,24 @@ impl PairRestitution {
             true => self.stated,
             false => geometric_mean(a.at(speed), b.at(speed)),
         };
-        if speed > self.plastic_speed { viscous * (self.plastic_speed / speed).powf(0.25) } else { viscous }
+        let plastic = speed > self.plastic_speed;
+        let own = if plastic { viscous * (self.plastic_speed / speed).powf(0.25) } else { viscous };
+        if self.inelasticity == 0.0 {
+            return own;
+        }
+        let lambda = self.inelasticity * speed.max(0.0).powf(0.2);
+        plate_restitution(lambda, viscoelastic_rate(own)).min(own)
+    }
+
+    /// The same pair where an endless plate is behind the contact, of this Zener parameter at 1 m/s
+    /// ([`inelasticity`](super::thin_plate::inelasticity)): for solvers that do not solve the contact.
+    #[must_use]
+    pub fn on_plate(self, inelasticity: f64) -> Self {
+        PairRestitution { inelasticity, ..self }
     }
 
     /// Whether slow impacts lose nothing, so that bodies never come to rest.
     pub fn is_lossless(&self) -> bool {
-        self.stated >= 1.0
+        self.stated >= 1.0 && self.inelasticity == 0.0
     }
 }

@@ -228,6 +228,8 @@ pub struct PlaneDescription {
     pub normal: DVec3,
     /// Material.
     pub material: Material,
+    /// Thickness \[m\] of an endless plate, with the plane as its upper face; `None` for a half-space.
+    pub thickness: Option<f64>,
     /// Whether it is a wall, behind which a listener may be. For bodies there is no difference.
     pub thin: bool,
     /// Place of the plane in the text.
@@ -237,7 +239,15 @@ pub struct PlaneDescription {
 impl PlaneDescription {
     /// A plane through `point` \[m\] with the outward unit `normal`.
     pub fn new(name: impl Into<String>, material: Material, point: DVec3, normal: DVec3) -> Self {
-        PlaneDescription { name: name.into(), point, normal, material, thin: false, place: Place::default() }
+        PlaneDescription {
+            name: name.into(),
+            point,
+            normal,
+            material,
+            thickness: None,
+            thin: false,
+            place: Place::default(),
+        }
     }
 }
 

@@ -73,8 +73,11 @@ pub(super) fn file_errors(scene: &Scene, load: &mut Loader<'_>) -> Vec<SceneErro
 }
 
 fn plane(description: &PlaneDescription) -> Body {
-    let PlaneDescription { name, point, normal, material, .. } = description;
-    Body::plane(name, material.clone(), *point, *normal)
+    let PlaneDescription { name, point, normal, material, thickness, .. } = description;
+    match thickness {
+        Some(thickness) => Body::plate(name, material.clone(), (*point, *normal), *thickness),
+        None => Body::plane(name, material.clone(), *point, *normal),
+    }
 }
 
 /// Bodies of the world by name, and groups of copies by the name of their `[[body]]`.

@@ -83,7 +83,7 @@ impl Obstacle {
         }
         match &*self.surface {
             Surface::Sphere { .. } => false,
-            Surface::HalfSpace => local.y >= radius,
+            Surface::HalfSpace | Surface::Plate { .. } => local.y >= radius,
             Surface::Mesh(surface) => surface.signed_distance(local) >= radius,
         }
     }

@@ -9,6 +9,7 @@ pub(crate) fn inside(surface: &Surface, bounding_radius: f64, point_body: DVec3)
     match surface {
         Surface::Sphere { radius } => point_body.length() < *radius,
         Surface::HalfSpace => point_body.y < 0.0,
+        Surface::Plate { thickness } => point_body.y < 0.0 && point_body.y > -thickness,
         Surface::Mesh(mesh) => point_body.length() < bounding_radius && mesh.contains(point_body),
     }
 }

@@ -29,6 +29,8 @@
 //! Differs from Qu and James, who smooth the force in time and sum the integral over the surface: their sum
 //! is [`rayleigh_integral`](rayleigh_integral()), which the tests compare.
 //!
+//! A plane of finite thickness is a plate instead ([`plate`]).
+//!
 //! The ground models of the papers are in [`reference`](crate::reference).
 //!
 //! Not covered: horizontal forces; losses in the ground, its layers, roughness and edges; the load of the air
@@ -39,6 +41,8 @@ pub mod direction;
 mod directions;
 pub mod half_space;
 pub mod model;
+pub mod plate;
+mod plate_waves;
 pub mod poles;
 pub mod pulses;
 pub mod rayleigh_integral;
@@ -47,6 +51,7 @@ pub(super) mod spectrum;
 
 pub use half_space::{GroundError, HalfSpace};
 pub use model::Ground;
+pub use plate::PlateSource;
 pub use pulses::ground_clicks;
 pub use rayleigh_integral::rayleigh_integral;
 pub use source::GroundSource;

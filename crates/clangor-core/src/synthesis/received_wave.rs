@@ -8,6 +8,7 @@ use super::band_end_fade::fade_reach;
 use super::field_source::FieldSource;
 use super::field_spectrum::FieldTransfer;
 use super::ground::Ground;
+use super::ground::plate::PlateTransfer;
 use super::ground::spectrum::GroundTransfer;
 use super::render_settings::RenderSettings;
 use super::source::SoundSource;
@@ -45,7 +46,7 @@ impl RenderSettings {
             let (from, until) = (click.time + first + begin, click.time + last + end);
             let middle = match &wave.transfer {
                 // The transfer of the ground has the delays.
-                Transfer::Ground(_) => middle + distance / medium.sound_speed,
+                Transfer::Ground(_) | Transfer::Plate(_) => middle + distance / medium.sound_speed,
                 _ => middle,
             };
             Some(ReceivedWave { wave, distance, middle, from, until })
@@ -77,6 +78,11 @@ impl RenderSettings {
                 let source = Arc::clone(ground);
                 let transfer = GroundTransfer { source, impulse: *impulse, place };
                 heard(Transfer::Ground(transfer), 0.0, first, last)
+            }
+            SoundSource::Ground { ground: Ground::Plate(plate), impulse } => {
+                let (first, last) = plate.heard_between(place);
+                let transfer = PlateTransfer { source: Arc::clone(plate), impulse: *impulse, place };
+                heard(Transfer::Plate(transfer), 0.0, first, last)
             }
             // No wave in closed form: the renderer takes the samples of the source.
             SoundSource::Reference(_) => None,

@@ -77,6 +77,7 @@ impl SoundSource {
             SoundSource::Sphere { radius } => point_body.length() < *radius,
             SoundSource::Field(source) => source.contains(point_body),
             SoundSource::Reference(source) => source.contains(point_body),
+            SoundSource::Ground { ground: Ground::Plate(plate), .. } => plate.contains(point_body),
             SoundSource::Ground { .. } => point_body.y <= 0.0,
         }
     }

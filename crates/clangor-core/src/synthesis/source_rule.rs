@@ -138,7 +138,7 @@ pub fn decide(
     max_wavenumber: f64,
 ) -> Decision {
     let decision = |kind, reason| Decision { kind, reason };
-    if !matches!(body.motion, Motion::Free) || matches!(*body.surface, Surface::HalfSpace) {
+    if !matches!(body.motion, Motion::Free) || body.surface.is_plane() {
         return decision(SourceKind::Sphere, Reason::Immovable);
     }
     if matches!(*body.surface, Surface::Sphere { .. }) {

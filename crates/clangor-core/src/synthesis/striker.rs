@@ -102,7 +102,7 @@ pub(super) fn struck_side(body: &Body, point: DVec3) -> Result<ContactSide, Stri
     let local = body.pose.body_from_world(point);
     let distance = match &*body.surface {
         Surface::Sphere { radius } => (local.length() - radius).abs(),
-        Surface::HalfSpace => local.y.abs(),
+        Surface::HalfSpace | Surface::Plate { .. } => local.y.abs(),
         Surface::Mesh(mesh) => mesh.signed_distance(local).abs(),
     };
     if distance > POINT_TOLERANCE * bounding {

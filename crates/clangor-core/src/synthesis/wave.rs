@@ -4,6 +4,7 @@
 use pulp::Simd;
 
 use super::field_spectrum::{FieldPlayer, FieldTransfer};
+use super::ground::plate::PlateTransfer;
 use super::ground::spectrum::GroundTransfer;
 use super::history_spectra::HistorySpectra;
 use super::spectrum::{Grid, Spectrum};
@@ -35,6 +36,8 @@ pub(crate) enum Transfer {
     Field(FieldTransfer),
     /// Of the ground, with its delays.
     Ground(GroundTransfer),
+    /// Of a plate, with its delays.
+    Plate(PlateTransfer),
     /// As a paper has it.
     Reference(SlabTransfer),
 }
@@ -63,6 +66,7 @@ impl Wave {
             Transfer::Sphere(transfer) => sphere_spectrum::add(spectrum, grid, force, transfer),
             Transfer::Field(transfer) => player.add(simd, spectrum, grid, force, transfer),
             Transfer::Ground(transfer) => ground::spectrum::add(spectrum, grid, force, transfer),
+            Transfer::Plate(transfer) => transfer.add(spectrum, grid, force),
             Transfer::Reference(transfer) => transfer.add(spectrum, grid, force),
         }
     }

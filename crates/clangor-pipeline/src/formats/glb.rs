@@ -241,7 +241,7 @@ fn reach(bodies: &[Body], tracks: &[Sampled]) -> f64 {
     bodies
         .iter()
         .zip(tracks)
-        .filter(|(body, _)| !matches!(*body.surface, Surface::HalfSpace))
+        .filter(|(body, _)| !body.surface.is_plane())
         .flat_map(|(body, track)| {
             let radius = body.surface.bounding_radius();
             let poses = std::iter::once(&body.pose).chain(&track.poses);
@@ -281,7 +281,9 @@ impl Meshes {
                     Surface::Sphere { radius } => {
                         Shape::try_new(Form::Sphere { radius: *radius }, Some(0.25 * radius))?.mesh()
                     }
-                    Surface::HalfSpace => plate(2.0 * (reach + body.pose.position.length())),
+                    Surface::HalfSpace | Surface::Plate { .. } => {
+                        plate(2.0 * (reach + body.pose.position.length()))
+                    }
                     Surface::Mesh(surface) => surface.mesh.clone(),
                 };
                 all.meshes.push(out.mesh(&body.name, &mesh, Some(material)));

@@ -52,7 +52,9 @@ impl LiveWorld {
                 Surface::Sphere { radius: theirs } => {
                     (position.distance(state.pose.position) - radius - theirs, radius.min(theirs))
                 }
-                Surface::HalfSpace => (state.pose.body_from_world(position).y - radius, radius),
+                Surface::HalfSpace | Surface::Plate { .. } => {
+                    (state.pose.body_from_world(position).y - radius, radius)
+                }
                 Surface::Mesh(_) => continue,
             };
             if gap < -TOLERATED_OVERLAP * smaller {

@@ -47,6 +47,11 @@ impl Compliance<'_> {
         (self.modes.modes)(BodyId(body as u32), &[]).is_some()
     }
 
+    /// Whether a body takes energy from impacts: by its modes, or as an endless plate.
+    pub(super) fn gives_way(&self, body: usize) -> bool {
+        self.sides[body].side.plate_mobility > 0.0 || self.vibrates(body)
+    }
+
     /// Restitution of a pair by the law of rigid bodies: that of whole bodies, if one of them has modes.
     pub(super) fn whole_restitution(&self, pair: &Pair) -> PairRestitution {
         let [a, b] = pair.ends();

@@ -116,7 +116,7 @@ impl Block {
         let modes = compliance.modes.modes;
         let (mut met, mut matter) = (false, false);
         let mut vibrates = |pair: &Pair, contact: &GroupContact| {
-            let one = pair.ends().iter().any(|body| compliance.vibrates(*body));
+            let one = pair.ends().iter().any(|body| compliance.gives_way(*body));
             let matters = one && compliance.solver.matters(contact, modes);
             (met, matter) = (met || one, matter || matters);
             matters

@@ -79,7 +79,7 @@ impl Shape {
             Surface::Sphere { radius } => {
                 vec![Part::try_new(&ConvexPart::Ball { centre: DVec3::ZERO, radius: *radius })?]
             }
-            Surface::HalfSpace => vec![Part {
+            Surface::HalfSpace | Surface::Plate { .. } => vec![Part {
                 shape: PartShape::HalfSpace,
                 centre: DVec3::ZERO,
                 rotation: DQuat::IDENTITY,
@@ -94,7 +94,7 @@ impl Shape {
             return Err("has more than 65535 convex parts");
         }
         let radius = parts.iter().map(|p| p.centre.length() + p.radius).fold(0.0, f64::max);
-        Ok(Shape { parts, radius, half_space: matches!(surface, Surface::HalfSpace) })
+        Ok(Shape { parts, radius, half_space: surface.is_plane() })
     }
 }
 

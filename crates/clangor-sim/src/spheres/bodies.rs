@@ -1,6 +1,10 @@
 //! Spheres and planes of a [`World`]: which bodies the sphere solvers accept.
 
-use clangor_core::body::{Body, Motion, Surface, World};
+use clangor_core::body::{Body, BodyId, Motion, Surface, World};
+use clangor_core::contact::ContactSide;
+use clangor_core::contact::hertz::HertzContact;
+use clangor_core::material::PairCoefficients;
+use clangor_core::material::thin_plate::inelasticity;
 use glam::DVec3;
 
 use super::pair_coefficients::PairTable;
@@ -22,6 +26,26 @@ pub(super) struct Plane {
     pub(super) material: u32,
     /// Contact compliance [1/Pa].
     pub(super) compliance: f64,
+    /// Mobility of an endless plate [m/(N s)]; 0 for a half-space.
+    pub(super) mobility: f64,
+}
+
+impl Plane {
+    /// The coefficients of a ball of this radius \[m\], inverse mass [1/kg] and compliance [1/Pa] on it.
+    pub(super) fn met_by(
+        &self,
+        coefficients: PairCoefficients,
+        (radius, inverse_mass, compliance): (f64, f64, f64),
+    ) -> PairCoefficients {
+        if self.mobility == 0.0 {
+            return coefficients;
+        }
+        let relative_radii = [radius; 2];
+        let compliance = compliance + self.compliance;
+        let contact = HertzContact { inverse_mass, relative_radii, compliance, speed: 1.0 };
+        let lost = inelasticity(self.mobility, inverse_mass, contact.stiffness());
+        PairCoefficients { restitution: coefficients.restitution.on_plate(lost), ..coefficients }
+    }
 }
 
 /// A ball of a world.
@@ -70,7 +94,9 @@ impl Bodies {
                     let offset = normal.dot(body.pose.position);
                     let compliance = body.material.contact_compliance();
                     let material = classes[index];
-                    planes.push(Plane { body: index as u32, normal, offset, material, compliance });
+                    let mobility = ContactSide::of_body(BodyId(index as u32), body, body.pose).plate_mobility;
+                    let body = index as u32;
+                    planes.push(Plane { body, normal, offset, material, compliance, mobility });
                 }
             }
         }
@@ -87,7 +113,7 @@ fn check_kind(body: &Body) -> Result<(), SimulationError> {
         (_, Motion::Keyframed(track)) if !track.is_fixed() => {
             refuse("it moves by keyframes, which the exact solver does not follow")
         }
-        (Surface::HalfSpace, Motion::Free) => refuse("a half-space cannot be free"),
+        (Surface::HalfSpace | Surface::Plate { .. }, Motion::Free) => refuse("a plane cannot be free"),
         (Surface::Sphere { radius }, _) if !positive(*radius) => {
             refuse("its radius is not a positive number")
         }

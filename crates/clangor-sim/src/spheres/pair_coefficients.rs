@@ -44,6 +44,11 @@ impl PairTable {
         }) as u32
     }
 
+    /// Contact compliance of a class [1/Pa].
+    pub(super) fn compliance(&self, class: u32) -> f64 {
+        self.materials[class as usize].contact_compliance()
+    }
+
     /// The coefficients of two classes.
     pub(super) fn of(&self, a: u32, b: u32) -> PairCoefficients {
         let (a, b) = (a as usize, b as usize);

@@ -5,7 +5,7 @@ use std::path::Path;
 use clangor_pipeline::stages::sound_models::ModelOptions;
 use serde_json::json;
 
-use super::super::session::{StageBars, check_simulated, open, prepare, settings};
+use super::super::session::{StageBars, check_simulated, open, prepare, settings, warn_of_plates};
 use super::super::{check_ending, is_timeline};
 use crate::arguments::Global;
 use crate::console::{Console, counted};
@@ -30,6 +30,7 @@ pub(super) fn run(
     let bars = StageBars::new(console);
     let mut session = open(input, settings(models, global), console, &bars)?;
     prepare(&mut session, console, &bars)?;
+    warn_of_plates(&session, console);
     let exported = session.export_web(&output)?;
     bars.clear();
     let summary = exported.summary;

@@ -5,7 +5,7 @@ use std::path::Path;
 use clangor_pipeline::playback::{PlaybackDevice, PlaybackOptions, PlaybackReport, devices};
 use serde_json::json;
 
-use super::super::session::{StageBars, check_simulated, open, prepare, settings};
+use super::super::session::{StageBars, check_simulated, open, prepare, settings, warn_of_plates};
 use crate::arguments::{Device, Global, Play};
 use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
@@ -44,6 +44,7 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
     let bars = StageBars::new(console);
     let mut session = open(input, settings, console, &bars)?;
     prepare(&mut session, console, &bars)?;
+    warn_of_plates(&session, console);
     let playback = PlaybackOptions { device: Some(device), full_scale: options.full_scale };
     let prepared = session.prepare_playback(playback)?;
     bars.clear();

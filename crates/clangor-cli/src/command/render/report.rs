@@ -289,12 +289,13 @@ impl RenderReportView<'_> {
         let RenderReportView { bodies, summary, models, .. } = *self;
         let body = &bodies[index];
         let counts = summary.contacts.bodies.get(index).copied().unwrap_or_default();
-        if matches!(*body.surface, Surface::HalfSpace) && energy > 0.0 {
-            match self.options.ground {
-                GroundSound::Slab => "a slab of concrete".into(),
+        if body.surface.is_plane() && energy > 0.0 {
+            match (&*body.surface, self.options.ground) {
+                (Surface::Plate { thickness }, _) => format!("an endless plate of {} mm", 1e3 * thickness),
+                (_, GroundSound::Slab) => "a slab of concrete".into(),
                 _ => "a half-space of its material".into(),
             }
-        } else if matches!(*body.surface, Surface::HalfSpace) || body.motion == Motion::Fixed {
+        } else if body.surface.is_plane() || body.motion == Motion::Fixed {
             "silent: it does not move".into()
         } else if body.motion != Motion::Free {
             "silent: keyframes move it, not impacts".into()

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::body::material;
 use super::material::Materials;
 use super::names::{Names, name};
-use super::reader::{Decoder, Section};
+use super::reader::{Decoder, Quantity, Section};
 use super::room::one_wall;
 use crate::acoustics::Acoustics;
 use crate::propagation::reflecting_plane::MOST_ORDERS;
@@ -13,7 +13,8 @@ use crate::propagation::{PlanesError, ReflectingPlane, ReflectingPlanes, WallAbs
 use crate::scene::body_description::PlaneDescription;
 use crate::scene::diagnostic::{Place, Problem};
 
-pub(super) const KEYS: &[&str] = &["name", "point", "normal", "material", "thin", "reflects", "absorption"];
+pub(super) const KEYS: &[&str] =
+    &["name", "point", "normal", "material", "thickness", "thin", "reflects", "absorption"];
 
 /// The planes, of which those that reflect are added to the acoustics.
 pub(super) fn planes(
@@ -32,6 +33,7 @@ pub(super) fn planes(
             None => Some(DVec3::Y),
         };
         let material = material(d, &section, materials, None);
+        let thickness = section.number(d, "thickness", Quantity::between(1e-5, 10.0, "m"));
         let thin = section.boolean(d, "thin").unwrap_or(false);
         let reflects = reflects(d, &section, acoustics);
         if let Some((place, absorption)) = reflects {
@@ -39,7 +41,8 @@ pub(super) fn planes(
             places.push(place);
         }
         let (Some(normal), Some(material)) = (normal, material) else { continue };
-        planes.push(PlaneDescription { name, point, normal, material, thin, place: section.place });
+        let place = section.place;
+        planes.push(PlaneDescription { name, point, normal, material, thickness, thin, place });
     }
     acoustics.planes = together(d, top, &reflecting, &places);
     planes

@@ -31,7 +31,7 @@ pub(super) fn check(scene: &Scene, world: &World, problems: &mut Problems) {
                     if depth > 0.0 && !is_thin(index) && inside.is_none_or(|(_, deepest)| depth > deepest) {
                         inside = Some((body, depth));
                     }
-                    if !matches!(*body.surface, Surface::HalfSpace) {
+                    if !body.surface.is_plane() {
                         let gap = (point - body.pose.position).length() - body.surface.bounding_radius();
                         nearest = nearest.min(gap.max(0.0));
                     }
@@ -54,6 +54,7 @@ fn depth(body: &Body, point: DVec3) -> f64 {
     match &*body.surface {
         Surface::Sphere { radius } => radius - local.length(),
         Surface::HalfSpace => -local.y,
+        Surface::Plate { thickness } => (-local.y).min(local.y + thickness),
         Surface::Mesh(surface) => -surface.signed_distance(local),
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::plate::PlateSource;
 use super::source::GroundSource;
 use crate::reference::SlabSource;
 
@@ -10,6 +11,8 @@ use crate::reference::SlabSource;
 pub enum Ground {
     /// An elastic half-space.
     HalfSpace(Arc<GroundSource>),
+    /// A thin endless plate.
+    Plate(Arc<PlateSource>),
     /// A paper's ground model.
     Reference(Arc<SlabSource>),
 }
@@ -17,5 +20,11 @@ pub enum Ground {
 impl From<Arc<GroundSource>> for Ground {
     fn from(ground: Arc<GroundSource>) -> Self {
         Ground::HalfSpace(ground)
+    }
+}
+
+impl From<Arc<PlateSource>> for Ground {
+    fn from(plate: Arc<PlateSource>) -> Self {
+        Ground::Plate(plate)
     }
 }

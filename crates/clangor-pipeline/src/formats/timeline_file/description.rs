@@ -119,6 +119,7 @@ struct LifeFields {
 enum SurfaceFields {
     Sphere { radius: f64 },
     HalfSpace {},
+    Plate { thickness: f64 },
     Mesh { hash: String, volume: f64 },
 }
 

@@ -29,7 +29,7 @@ impl Surfaces {
         let (mut vertices, mut triangles, mut ranges) = (Vec::new(), Vec::new(), Vec::new());
         let mut form = |body: &Body| match &*body.surface {
             Surface::Sphere { radius } => Form::Sphere { radius: *radius },
-            Surface::HalfSpace => Form::Plane,
+            Surface::HalfSpace | Surface::Plate { .. } => Form::Plane,
             Surface::Mesh(surface) => {
                 let at = *known.entry(Arc::as_ptr(&body.surface).addr()).or_insert_with(|| {
                     let mesh = &surface.mesh;

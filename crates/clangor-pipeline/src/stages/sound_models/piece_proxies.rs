@@ -149,7 +149,7 @@ fn lowest(body: &Body) -> Result<f64, String> {
         Surface::Sphere { radius } => {
             Ok(BALL_ROOT * (constants.shear_modulus / constants.density).sqrt() / radius)
         }
-        Surface::HalfSpace => Err("a half-space has no modes".into()),
+        Surface::HalfSpace | Surface::Plate { .. } => Err("what is endless has no modes".into()),
     }
 }
 

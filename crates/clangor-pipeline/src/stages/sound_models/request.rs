@@ -76,7 +76,7 @@ impl<P> SoundModelRequest<P> {
 /// What radiates, and its mesh if it has one.
 pub(crate) fn radiating(surface: &Surface) -> Result<(BakeGeometry, Option<TriMesh>), RequestError> {
     match surface {
-        Surface::HalfSpace => Err(RequestError::HalfSpace),
+        Surface::HalfSpace | Surface::Plate { .. } => Err(RequestError::HalfSpace),
         Surface::Sphere { radius } => {
             Ok((BakeGeometry::Ellipsoid { semi_axes: DVec3::splat(*radius) }, None))
         }

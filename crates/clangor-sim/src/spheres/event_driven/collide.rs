@@ -265,6 +265,9 @@ impl Engine {
         };
         let mut coefficients =
             self.pairs.of(material(cluster.participants[a]), material(cluster.participants[b]));
+        if let Participant::Plane(plane) = end_b {
+            coefficients = self.planes[plane].met_by(coefficients, self.contact_of(ball_a));
+        }
         let lossless = |participant: Participant| match participant {
             Participant::Ball(ball) => !self.traits[ball].free || self.is_hit_incessantly(ball, 0.5),
             Participant::Plane(_) => true,

@@ -78,7 +78,13 @@ impl Engine {
             speed: 1.0,
         };
         let pair = self.pairs.of(self.traits[ball].material, self.planes[plane].material);
+        let pair = self.planes[plane].met_by(pair, self.contact_of(ball));
         press_law(&contact, pair.restitution.at(speed), pair.friction, radius + gap)
+    }
+
+    /// Radius \[m\], inverse mass [1/kg] and compliance [1/Pa] of a ball.
+    pub(super) fn contact_of(&self, ball: usize) -> (f64, f64, f64) {
+        (self.balls[ball].radius, self.traits[ball].inverse_mass, self.compliances[ball])
     }
 
     /// Hertz's contact time \[s\].

@@ -232,11 +232,16 @@ impl Stepped {
     }
 
     fn pair(&self, a: u32, b: u32) -> Pair {
-        let material = match b & PLANE {
-            0 => self.balls[b as usize].material,
-            _ => self.planes[(b & !PLANE) as usize].material,
+        let ball = &self.balls[a as usize];
+        let coefficients = match b & PLANE {
+            0 => self.classes.of(ball.material, self.balls[b as usize].material),
+            _ => {
+                let plane = &self.planes[(b & !PLANE) as usize];
+                let compliance = self.classes.compliance(ball.material);
+                let own = (ball.radius, ball.inverse_mass, compliance);
+                plane.met_by(self.classes.of(ball.material, plane.material), own)
+            }
         };
-        let coefficients = self.classes.of(self.balls[a as usize].material, material);
         Pair { a, b, coefficients, hold: Hold::default() }
     }
 }

@@ -53,6 +53,7 @@ pub(in crate::formats::timeline_file) fn read(
                 Arc::new(Surface::Sphere { radius: *radius })
             }
             SurfaceFields::HalfSpace {} => Arc::new(Surface::HalfSpace),
+            SurfaceFields::Plate { thickness } => checks.plate(index, *thickness)?,
             SurfaceFields::Mesh { hash, volume } => {
                 checks.positive(&format!("bodies[{index}].surface.mesh.volume"), *volume)?;
                 if hash.len() != 32 || !hash.bytes().all(|b| b.is_ascii_hexdigit()) {
@@ -292,6 +293,11 @@ impl Checks<'_> {
             return Err(self.field(name, problem));
         }
         Ok(Pose { position: position.into(), orientation })
+    }
+
+    fn plate(&self, index: usize, thickness: f64) -> Result<Arc<Surface>, TimelineError> {
+        self.positive(&format!("bodies[{index}].surface.plate.thickness"), thickness)?;
+        Ok(Arc::new(Surface::Plate { thickness }))
     }
 
     fn positive(&self, name: &str, value: f64) -> Result<(), TimelineError> {

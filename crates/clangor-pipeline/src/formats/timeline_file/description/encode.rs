@@ -102,6 +102,7 @@ fn surface_fields(surface: &Surface, known: Option<String>) -> (SurfaceFields, O
     match surface {
         Surface::Sphere { radius } => (SurfaceFields::Sphere { radius: *radius }, None),
         Surface::HalfSpace => (SurfaceFields::HalfSpace {}, None),
+        Surface::Plate { thickness } => (SurfaceFields::Plate { thickness: *thickness }, None),
         Surface::Mesh(surface) => {
             let volume = surface.volume;
             if let Some(hash) = known {

@@ -13,6 +13,7 @@
 
 pub(crate) mod axisymmetric;
 pub mod eigensolver;
+mod immersed_body;
 mod mirrored_box;
 mod plate_mesh;
 mod volume_fem;
@@ -24,12 +25,14 @@ use clangor_core::sound_model::modal::model::ModalMode;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
+use crate::fem::finite_cells::WrongCell;
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;
+use immersed_body::ImmersedBody;
 use volume_fem::VolumeFem;
 
 /// Settings of a modal analysis.
@@ -123,6 +126,9 @@ pub enum ModalAnalysisError {
         /// Nodes allowed.
         most: usize,
     },
+    /// The surface crosses itself.
+    #[error(transparent)]
+    Cell(#[from] WrongCell),
     /// The eigensolver failed.
     #[error(transparent)]
     Modes(#[from] ModalError),
@@ -162,15 +168,32 @@ pub fn modal_analysis_and_system(
     options: &ModalAnalysisOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
 ) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
+    modal_analysis_by(geometry.modal_choice().map_err(StuffingError::Input)?, constants, options, progress)
+}
+
+/// Like [`modal_analysis_and_system()`], with a given discretization.
+///
+/// # Errors
+/// As [`modal_analysis()`].
+pub fn modal_analysis_by(
+    choice: ModalChoice<'_>,
+    constants: &ElasticConstants,
+    options: &ModalAnalysisOptions,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
     if !(options.accuracy > 0.0 && options.accuracy < 1.0) {
         return Err(ModalAnalysisError::Accuracy(options.accuracy));
     }
     if !(options.max_frequency > 0.0 && options.max_frequency.is_finite()) {
         return Err(ModalError::Frequency(options.max_frequency).into());
     }
-    match geometry.modal_choice().map_err(StuffingError::Input)? {
+    match choice {
         ModalChoice::Section(axisymmetry) => {
             refined(&AxisymmetricBody::new(axisymmetry, constants), constants, options, progress)
+        }
+        ModalChoice::Cells(surface) => {
+            let body = ImmersedBody::new(surface, constants)?;
+            refined(&body, constants, options, progress)
         }
         other => {
             let body = VolumeFem::of(other, constants, options.most_nodes)?;

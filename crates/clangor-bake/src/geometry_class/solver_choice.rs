@@ -5,18 +5,20 @@
 //! | ellipsoid | patches | section if of revolution about y, else tetrahedra | tetrahedra in a ball |
 //! | rounded box | patches | hexahedra; tetrahedra if rounded | grid of cells |
 //! | axisymmetric | meridian | section | section, revolved |
-//! | mesh | triangles | prisms if a flat plate, else tetrahedra | tetrahedra on a grid |
+//! | mesh | triangles | prisms if a flat plate, cells if thin, else tetrahedra | tetrahedra on a grid |
 
 use std::borrow::Cow;
 
 use clangor_core::geometry::hull::convex_hull;
 use clangor_core::geometry::icosahedron::icosahedron;
 use clangor_core::geometry::solid::MeshError;
+use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
 use super::bake_geometry::{Axisymmetry, BakeGeometry};
 use super::flat_plate::FlatPlate;
+use crate::mesh::tetrahedra::isosurface_stuffing::wall_quantile;
 
 /// How the sound field around a body is discretized.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +44,8 @@ pub enum ModalChoice<'a> {
     Hexahedra(DVec3),
     /// Prisms across a flat plate.
     Prisms(FlatPlate),
+    /// Cells larger than the walls of any closed surface.
+    Cells(Cow<'a, TriMesh>),
     /// Tetrahedra in any closed surface.
     Tetrahedra(Cow<'a, TriMesh>),
 }
@@ -94,6 +98,7 @@ impl BakeGeometry {
             }
             BakeGeometry::Mesh(mesh) => match FlatPlate::of_mesh(mesh) {
                 Some(plate) => ModalChoice::Prisms(plate),
+                None if is_thin(mesh) => ModalChoice::Cells(Cow::Borrowed(mesh)),
                 None => ModalChoice::Tetrahedra(Cow::Borrowed(mesh)),
             },
         })
@@ -110,6 +115,15 @@ impl BakeGeometry {
             BakeGeometry::Mesh(mesh) => FractureChoice::Tetrahedra(mesh),
         }
     }
+}
+
+/// Ratio of the typical wall to the longest extent below which a body is thin.
+const THIN: f64 = 0.1;
+
+/// Whether tetrahedra, which must be about as small as the wall, are more than cells.
+fn is_thin(mesh: &TriMesh) -> bool {
+    let (low, high) = mesh.bounds();
+    wall_quantile(mesh, &SurfaceTree::new(mesh), 0.5) < THIN * (high - low).max_element()
 }
 
 /// A rounded box as triangles: the convex hull of a ball in each corner.

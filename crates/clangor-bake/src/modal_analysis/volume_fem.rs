@@ -115,6 +115,7 @@ impl<'a> VolumeFem<'a> {
                 VolumeFem { form: Filling::Plate(plate), constants, size, wall, volume, most_nodes }
             }
             ModalChoice::Tetrahedra(surface) => Self::of_surface(surface, constants, most_nodes)?,
+            ModalChoice::Cells(surface) => Self::of_surface(surface, constants, most_nodes)?,
             ModalChoice::Section(_) => return Err(ModalAnalysisError::Section),
         })
     }
@@ -300,19 +301,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
             let mirrored = MirroredBox { edges: *edges, cells: mesh.cells, constants: self.constants };
             return mirrored.solve(&mesh.mesh, part, limit);
         }
-        match solve(&self.assembled(mesh), limit) {
-            Ok(found) => Ok(Spectrum {
-                frequencies: found.modes.iter().map(|m| m.frequency).collect(),
-                first: found.modes.first().map_or(f64::INFINITY, |m| m.frequency),
-                residual: found.residual,
-                modes: found.modes,
-            }),
-            // A finer mesh may have modes in the band.
-            Err(ModalError::Silent { first, .. }) => {
-                Ok(Spectrum { frequencies: Vec::new(), first, residual: 0.0, modes: Vec::new() })
-            }
-            Err(error) => Err(error),
-        }
+        spectrum(&self.assembled(mesh), limit)
     }
 
     fn system(&self, mesh: &Filled) -> Option<ElasticSystem> {
@@ -330,5 +319,22 @@ impl RefinableDiscretization for VolumeFem<'_> {
         let on_surface = |all: &[DVec3]| -> Vec<DVec3> { kept.iter().map(|n| all[*n as usize]).collect() };
         let surface = ModalSurface { nodes: on_surface(&mesh.mesh.nodes), triangles };
         (surface, modes.iter().take(count).map(|m| on_surface(&m.shape)).collect())
+    }
+}
+
+/// All modes of a system up to a limit \[Hz\].
+pub(super) fn spectrum(system: &ElasticSystem, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalError> {
+    match solve(system, limit) {
+        Ok(found) => Ok(Spectrum {
+            frequencies: found.modes.iter().map(|m| m.frequency).collect(),
+            first: found.modes.first().map_or(f64::INFINITY, |m| m.frequency),
+            residual: found.residual,
+            modes: found.modes,
+        }),
+        // A finer mesh may have modes in the band.
+        Err(ModalError::Silent { first, .. }) => {
+            Ok(Spectrum { frequencies: Vec::new(), first, residual: 0.0, modes: Vec::new() })
+        }
+        Err(error) => Err(error),
     }
 }

@@ -18,6 +18,7 @@ mod mirrored_box;
 mod plate_mesh;
 mod volume_fem;
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
@@ -192,8 +193,31 @@ pub fn modal_analysis_by(
             refined(&AxisymmetricBody::new(axisymmetry, constants), constants, options, progress)
         }
         ModalChoice::Cells(surface) => {
-            let body = ImmersedBody::new(surface, constants)?;
+            let body = ImmersedBody::new(surface, constants, options.most_nodes)?;
             refined(&body, constants, options, progress)
+        }
+        ModalChoice::Tetrahedra(surface) => {
+            let choice = ModalChoice::Tetrahedra(Cow::Borrowed(&*surface));
+            let filled = VolumeFem::of(choice, constants, options.most_nodes)
+                .and_then(|body| refined(&body, constants, options, progress));
+            match filled {
+                // More tetrahedra than allowed, or none that fit: cells need fewer nodes and no mesh.
+                Err(
+                    ModalAnalysisError::TooFine { .. }
+                    | ModalAnalysisError::TooLarge { .. }
+                    | ModalAnalysisError::Mesh(
+                        StuffingError::TooFine { .. }
+                        | StuffingError::Unresolved { .. }
+                        | StuffingError::Tetrahedra(_),
+                    ),
+                ) => refined(
+                    &ImmersedBody::new(surface, constants, options.most_nodes)?,
+                    constants,
+                    options,
+                    progress,
+                ),
+                other => other,
+            }
         }
         other => {
             let body = VolumeFem::of(other, constants, options.most_nodes)?;

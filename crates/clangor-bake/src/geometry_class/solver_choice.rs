@@ -5,7 +5,7 @@
 //! | ellipsoid | patches | section if of revolution about y, else tetrahedra | tetrahedra in a ball |
 //! | rounded box | patches | hexahedra; tetrahedra if rounded | grid of cells |
 //! | axisymmetric | meridian | section | section, revolved |
-//! | mesh | triangles | prisms if a flat plate, cells if thin, else tetrahedra | tetrahedra on a grid |
+//! | mesh | triangles | prisms if a flat plate, cells if thin and smooth inside, else tetrahedra | tetrahedra on a grid |
 
 use std::borrow::Cow;
 
@@ -18,6 +18,7 @@ use glam::DVec3;
 
 use super::bake_geometry::{Axisymmetry, BakeGeometry};
 use super::flat_plate::FlatPlate;
+use super::inner_creases::inner_creases;
 use crate::mesh::tetrahedra::isosurface_stuffing::wall_quantile;
 
 /// How the sound field around a body is discretized.
@@ -98,7 +99,7 @@ impl BakeGeometry {
             }
             BakeGeometry::Mesh(mesh) => match FlatPlate::of_mesh(mesh) {
                 Some(plate) => ModalChoice::Prisms(plate),
-                None if is_thin(mesh) => ModalChoice::Cells(Cow::Borrowed(mesh)),
+                None if suits_cells(mesh) => ModalChoice::Cells(Cow::Borrowed(mesh)),
                 None => ModalChoice::Tetrahedra(Cow::Borrowed(mesh)),
             },
         })
@@ -119,11 +120,15 @@ impl BakeGeometry {
 
 /// Ratio of the typical wall to the longest extent below which a body is thin.
 const THIN: f64 = 0.1;
+/// Length of sharp inner edges, in typical walls, from which on they matter.
+pub(crate) const CREASED: f64 = 2.0;
 
-/// Whether tetrahedra, which must be about as small as the wall, are more than cells.
-fn is_thin(mesh: &TriMesh) -> bool {
+/// Whether cells follow the walls of a body better than tetrahedra, which must be about as small as the wall:
+/// if these are thin and do not meet at sharp inner edges.
+fn suits_cells(mesh: &TriMesh) -> bool {
     let (low, high) = mesh.bounds();
-    wall_quantile(mesh, &SurfaceTree::new(mesh), 0.5) < THIN * (high - low).max_element()
+    let wall = wall_quantile(mesh, &SurfaceTree::new(mesh), 0.5);
+    wall < THIN * (high - low).max_element() && inner_creases(mesh) < CREASED * wall
 }
 
 /// A rounded box as triangles: the convex hull of a ball in each corner.

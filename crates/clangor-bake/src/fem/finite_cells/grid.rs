@@ -63,17 +63,6 @@ impl CellGrid {
         inside.then(|| self.place_of(scaled))
     }
 
-    /// All cells, ascending.
-    pub(super) fn places(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
-        let [nx, ny, nz] = self.counts;
-        (0..nx).flat_map(move |i| (0..ny).flat_map(move |j| (0..nz).map(move |k| [i, j, k])))
-    }
-
-    /// Place of a cell in the order of [`places`](Self::places).
-    pub(super) fn index(&self, [i, j, k]: [usize; 3]) -> usize {
-        (i * self.counts[1] + j) * self.counts[2] + k
-    }
-
     /// Middle of a cell \[m\].
     pub(super) fn middle(&self, place: [usize; 3]) -> DVec3 {
         self.origin + self.edge * DVec3::from_array(place.map(|n| n as f64 + 0.5))

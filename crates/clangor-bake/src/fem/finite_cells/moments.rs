@@ -29,79 +29,83 @@ const MOST: usize = 9;
 /// Most corners of a clipped triangle.
 const CORNERS: usize = 9;
 
-/// Legendre moments of a body in the cells of a grid, in coordinates from −1 to 1 in each cell.
-pub(super) struct CellIntegrals {
-    grid: CellGrid,
+/// Legendre moments of a body in one cell, in coordinates from −1 to 1.
+pub(super) struct CellMoments {
+    /// Place of the cell in the grid.
+    pub(super) place: [usize; 3],
     /// Moments along an axis: 2p + 1.
     count: usize,
-    /// ∫ P_a(x) P_b(y) P_c(z), by cell, c, a, b.
+    /// ∫ P_a(x) P_b(y) P_c(z), by c, a, b.
     moments: Vec<f64>,
 }
 
 /// A piece of a triangle in one cell, in units of cells from the corner of the cell.
 struct Piece {
-    cell: usize,
+    place: [usize; 3],
     corners: [DVec3; 3],
 }
 
-impl CellIntegrals {
-    pub(super) fn new(surface: &TriMesh, grid: &CellGrid, basis: &Basis) -> Self {
-        let count = basis.points().len();
-        let full = 3 * basis.degree() + 2;
-        let rules: Vec<Vec<(f64, f64)>> = (0..=full).map(gauss_legendre).collect();
-        let pieces = pieces(surface, grid);
-        // Cells in parallel; the pieces of each in a fixed order.
-        let (flat, cube) = (count * count, count.pow(3));
-        let cells: Vec<(usize, Vec<f64>, Vec<f64>)> = pieces
-            .par_chunk_by(|a, b| a.cell == b.cell)
-            .map(|own| {
-                let (mut moments, mut column) = (vec![0.0; cube], vec![0.0; flat]);
-                let (moments_of, column_of) = (&mut moments[..], &mut column[..]);
-                pulp::Arch::new().dispatch(Sums {
-                    pieces: own,
-                    rules: &rules,
-                    count,
-                    moments: moments_of,
-                    column: column_of,
-                });
-                (own[0].cell, moments, column)
-            })
-            .collect();
-        let total = grid.counts.iter().product::<usize>();
-        let (mut moments, mut columns) = (vec![0.0; total * cube], vec![0.0; total * flat]);
-        for (cell, own, column) in cells {
-            moments[cell * cube..(cell + 1) * cube].copy_from_slice(&own);
-            columns[cell * flat..(cell + 1) * flat].copy_from_slice(&column);
-        }
-        // The surface above a cell closes its column.
-        let levels = grid.counts[2];
-        for top in (0..total).filter(|cell| cell % levels > 0).collect::<Vec<_>>().into_iter().rev() {
-            let (below, above) = columns.split_at_mut(top * flat);
-            let below = &mut below[(top - 1) * flat..];
-            for (k, value) in above[..flat].iter().enumerate() {
-                moments[(top - 1) * cube + k] += value;
-                below[k] += value;
-            }
-        }
-        CellIntegrals { grid: *grid, count, moments }
-    }
+/// The moments of all cells that hold a part of the body, ascending by place.
+pub(super) fn cell_moments(surface: &TriMesh, grid: &CellGrid, basis: &Basis) -> Vec<CellMoments> {
+    let count = basis.points().len();
+    let full = 3 * basis.degree() + 2;
+    let rules: Vec<Vec<(f64, f64)>> = (0..=full).map(gauss_legendre).collect();
+    // Cells in parallel; the pieces of each in a fixed order.
+    let pieces = pieces(surface, grid);
+    let touched: Vec<Touched> =
+        pieces.par_chunk_by(|a, b| a.place == b.place).map(|own| Touched::new(own, &rules, count)).collect();
+    let column = |cell: &Touched| [cell.place[0], cell.place[1]];
+    touched.chunk_by(|a, b| column(a) == column(b)).flat_map(|column| closed(column, count)).collect()
+}
 
-    fn of(&self, place: [usize; 3]) -> &[f64] {
-        let cube = self.count.pow(3);
-        let cell = self.grid.index(place);
-        &self.moments[cell * cube..(cell + 1) * cube]
-    }
+/// Sums over the surface in one cell.
+struct Touched {
+    place: [usize; 3],
+    /// ∮ P_a P_b ∫P_c n_z dA, by c, a, b.
+    moments: Vec<f64>,
+    /// The same as seen from the cells below.
+    above: Vec<f64>,
+}
 
+impl Touched {
+    fn new(pieces: &[Piece], rules: &[Vec<(f64, f64)>], count: usize) -> Self {
+        let (mut moments, mut above) = (vec![0.0; count.pow(3)], vec![0.0; count * count]);
+        let sums = Sums { pieces, rules, count, moments: &mut moments, column: &mut above };
+        pulp::Arch::new().dispatch(sums);
+        Touched { place: pieces[0].place, moments, above }
+    }
+}
+
+/// The cells of a column: the surface above each closes it.
+fn closed(column: &[Touched], count: usize) -> Vec<CellMoments> {
+    let (first, last) = (&column[0], &column[column.len() - 1]);
+    let mut above = vec![0.0; count * count];
+    let mut cells = Vec::new();
+    let mut rest = column.iter().rev().peekable();
+    for level in (first.place[2]..=last.place[2]).rev() {
+        let place = [first.place[0], first.place[1], level];
+        let own = rest.next_if(|cell| cell.place == place);
+        let mut moments = own.map_or_else(|| vec![0.0; count.pow(3)], |own| own.moments.clone());
+        moments.iter_mut().zip(&above).for_each(|(moment, above)| *moment += above);
+        if let Some(own) = own {
+            above.iter_mut().zip(&own.above).for_each(|(sum, own)| *sum += own);
+        }
+        cells.push(CellMoments { place, count, moments });
+    }
+    cells.reverse();
+    cells
+}
+
+impl CellMoments {
     /// Filled part of a cell.
-    pub(super) fn filled(&self, place: [usize; 3]) -> f64 {
-        self.of(place)[0] / 8.0
+    pub(super) fn filled(&self) -> f64 {
+        self.moments[0] / 8.0
     }
 
     /// Weights on the Gauss points of a unit cube, by x, y, z.
-    pub(super) fn weights(&self, place: [usize; 3], basis: &Basis) -> Vec<f64> {
+    pub(super) fn weights(&self, basis: &Basis) -> Vec<f64> {
         let n = self.count;
         let table = basis.from_legendre();
-        let moments = self.of(place);
         // One axis after another: from (c, a, b) to (a, b, z), (b, z, x), (z, x, y), each moving the first
         // axis to the end.
         let transform = |from: &[f64]| {
@@ -114,7 +118,7 @@ impl CellIntegrals {
             }
             to
         };
-        let by_zxy = transform(&transform(&transform(moments)));
+        let by_zxy = transform(&transform(&transform(&self.moments)));
         let mut weights = vec![0.0; n * n * n];
         for (k, value) in by_zxy.into_iter().enumerate() {
             let (z, x, y) = (k / (n * n), k / n % n, k % n);
@@ -150,17 +154,16 @@ fn pieces(surface: &TriMesh, grid: &CellGrid) -> Vec<Piece> {
                 for k in range(&bar, 2) {
                     let part = bar.between(2, k as f64);
                     let corner = DVec3::new(i as f64, j as f64, k as f64);
-                    let cell = grid.index([i, j, k]);
                     let corners = part.corners();
                     for q in 1..corners.len().max(2) - 1 {
                         let corners = [corners[0], corners[q], corners[q + 1]].map(|x| x - corner);
-                        pieces.push(Piece { cell, corners });
+                        pieces.push(Piece { place: [i, j, k], corners });
                     }
                 }
             }
         }
     }
-    pieces.sort_by_key(|piece| piece.cell);
+    pieces.sort_by_key(|piece| piece.place);
     pieces
 }
 

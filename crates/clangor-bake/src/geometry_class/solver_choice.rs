@@ -127,8 +127,9 @@ pub(crate) const CREASED: f64 = 2.0;
 /// if these are thin and do not meet at sharp inner edges.
 fn suits_cells(mesh: &TriMesh) -> bool {
     let (low, high) = mesh.bounds();
-    let wall = wall_quantile(mesh, &SurfaceTree::new(mesh), 0.5);
-    wall < THIN * (high - low).max_element() && inner_creases(mesh) < CREASED * wall
+    let tree = SurfaceTree::new(mesh);
+    let wall = wall_quantile(mesh, &tree, 0.5);
+    wall < THIN * (high - low).max_element() && inner_creases(mesh, &tree, wall) < CREASED * wall
 }
 
 /// A rounded box as triangles: the convex hull of a ball in each corner.

@@ -14,7 +14,7 @@ use twox_hash::xxhash3_128::Hasher;
 /// To be raised when a change to the solvers changes what they compute by more than their accuracy.
 const SOLVERS: u32 = 1;
 /// The same for modes and their sound.
-const MODAL_SOLVERS: u32 = 2;
+const MODAL_SOLVERS: u32 = 3;
 
 /// The hash of everything that a baked model depends on, 32 hexadecimal digits. Where it was computed is none
 /// of it: what comes from either device is equal to well below any accuracy.

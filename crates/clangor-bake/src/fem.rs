@@ -13,6 +13,7 @@
 pub mod bricks;
 pub mod element;
 pub(crate) mod elimination;
+pub mod finite_cells;
 pub mod lamb_sphere;
 mod ordering;
 pub(crate) mod out_of_memory;

@@ -7,6 +7,7 @@ pub mod detect_axisymmetry;
 mod exact_forms;
 pub mod flat_plate;
 mod form_surface;
+pub(crate) mod inner_creases;
 pub mod mirror_symmetry;
 mod recognise;
 mod section_corners;

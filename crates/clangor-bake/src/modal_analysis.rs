@@ -13,10 +13,12 @@
 
 pub(crate) mod axisymmetric;
 pub mod eigensolver;
+mod immersed_body;
 mod mirrored_box;
 mod plate_mesh;
 mod volume_fem;
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
@@ -24,6 +26,7 @@ use clangor_core::sound_model::modal::model::ModalMode;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
+use crate::fem::finite_cells::WrongCell;
 use crate::fem::supports::{Support, SupportError};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::BakeGeometry;
@@ -31,6 +34,7 @@ use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;
+use immersed_body::ImmersedBody;
 use volume_fem::VolumeFem;
 
 /// Settings of a modal analysis.
@@ -127,6 +131,9 @@ pub enum ModalAnalysisError {
     /// The supports do not hold the body.
     #[error(transparent)]
     Supports(#[from] SupportError),
+    /// The surface crosses itself.
+    #[error(transparent)]
+    Cell(#[from] WrongCell),
     /// The eigensolver failed.
     #[error(transparent)]
     Modes(#[from] ModalError),
@@ -166,10 +173,50 @@ pub fn modal_analysis_and_system(
     options: &ModalAnalysisOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
 ) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
+    modal_analysis_by(geometry.modal_choice().map_err(StuffingError::Input)?, constants, options, progress)
+}
+
+/// Like [`modal_analysis_and_system()`], with a given discretization.
+///
+/// # Errors
+/// As [`modal_analysis()`].
+pub fn modal_analysis_by(
+    choice: ModalChoice<'_>,
+    constants: &ElasticConstants,
+    options: &ModalAnalysisOptions,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
     check(options)?;
-    match geometry.modal_choice().map_err(StuffingError::Input)? {
+    match choice {
         ModalChoice::Section(axisymmetry) => {
             refined(&AxisymmetricBody::new(axisymmetry, constants), constants, options, progress)
+        }
+        ModalChoice::Cells(surface) => {
+            let body = ImmersedBody::new(surface, constants, options.most_nodes)?;
+            refined(&body, constants, options, progress)
+        }
+        ModalChoice::Tetrahedra(surface) => {
+            let choice = ModalChoice::Tetrahedra(Cow::Borrowed(&*surface));
+            let filled = VolumeFem::of(choice, constants, options.most_nodes)
+                .and_then(|body| refined(&body, constants, options, progress));
+            match filled {
+                // More tetrahedra than allowed, or none that fit: cells need fewer nodes and no mesh.
+                Err(
+                    ModalAnalysisError::TooFine { .. }
+                    | ModalAnalysisError::TooLarge { .. }
+                    | ModalAnalysisError::Mesh(
+                        StuffingError::TooFine { .. }
+                        | StuffingError::Unresolved { .. }
+                        | StuffingError::Tetrahedra(_),
+                    ),
+                ) => refined(
+                    &ImmersedBody::new(surface, constants, options.most_nodes)?,
+                    constants,
+                    options,
+                    progress,
+                ),
+                other => other,
+            }
         }
         other => {
             let body = VolumeFem::of(other, constants, options.most_nodes)?;

@@ -128,6 +128,7 @@ impl<'a> VolumeFem<'a> {
                 }
             }
             ModalChoice::Tetrahedra(surface) => Self::of_surface(surface, constants, most_nodes)?,
+            ModalChoice::Cells(surface) => Self::of_surface(surface, constants, most_nodes)?,
             ModalChoice::Section(_) => return Err(ModalAnalysisError::Section),
         })
     }
@@ -357,19 +358,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
             true => system,
             false => system.held_by(&Holding::new(&mesh.mesh, self.supports)?),
         };
-        match solve(&system, limit) {
-            Ok(found) => Ok(Spectrum {
-                frequencies: found.modes.iter().map(|m| m.frequency).collect(),
-                first: found.modes.first().map_or(f64::INFINITY, |m| m.frequency),
-                residual: found.residual,
-                modes: found.modes,
-            }),
-            // A finer mesh may have modes in the band.
-            Err(ModalError::Silent { first, .. }) => {
-                Ok(Spectrum { frequencies: Vec::new(), first, residual: 0.0, modes: Vec::new() })
-            }
-            Err(error) => Err(error.into()),
-        }
+        Ok(spectrum(&system, limit)?)
     }
 
     fn system(&self, mesh: &Filled) -> Option<ElasticSystem> {
@@ -387,5 +376,22 @@ impl RefinableDiscretization for VolumeFem<'_> {
         let on_surface = |all: &[DVec3]| -> Vec<DVec3> { kept.iter().map(|n| all[*n as usize]).collect() };
         let surface = ModalSurface { nodes: on_surface(&mesh.mesh.nodes), triangles };
         (surface, modes.iter().take(count).map(|m| on_surface(&m.shape)).collect())
+    }
+}
+
+/// All modes of a system up to a limit \[Hz\].
+pub(super) fn spectrum(system: &ElasticSystem, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalError> {
+    match solve(system, limit) {
+        Ok(found) => Ok(Spectrum {
+            frequencies: found.modes.iter().map(|m| m.frequency).collect(),
+            first: found.modes.first().map_or(f64::INFINITY, |m| m.frequency),
+            residual: found.residual,
+            modes: found.modes,
+        }),
+        // A finer mesh may have modes in the band.
+        Err(ModalError::Silent { first, .. }) => {
+            Ok(Spectrum { frequencies: Vec::new(), first, residual: 0.0, modes: Vec::new() })
+        }
+        Err(error) => Err(error),
     }
 }

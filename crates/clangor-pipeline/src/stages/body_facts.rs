@@ -45,10 +45,10 @@ pub enum ModalDensity {
 }
 
 impl BodyFacts {
-    /// The sizes of a surface; `None` for a half-space.
+    /// The sizes of a surface; `None` for a half-space and an endless plate.
     pub fn of(surface: &Surface) -> Option<Self> {
         match surface {
-            Surface::HalfSpace => None,
+            Surface::HalfSpace | Surface::Plate { .. } => None,
             Surface::Sphere { radius } => Some(BodyFacts {
                 bounds: [DVec3::splat(-radius), DVec3::splat(*radius)],
                 area: 4.0 * PI * radius * radius,

@@ -153,6 +153,11 @@ fn euler_characteristic(triangles: &[[u32; 3]]) -> i64 {
 
 /// Thickness along the inward normal that 98 % of the area exceeds \[m\].
 pub(crate) fn wall_thickness(surface: &TriMesh, tree: &SurfaceTree) -> f64 {
+    wall_quantile(surface, tree, 0.02)
+}
+
+/// Thickness along the inward normal that all but a share of the area exceeds \[m\].
+pub(crate) fn wall_quantile(surface: &TriMesh, tree: &SurfaceTree, share: f64) -> f64 {
     let slack = 1e-6 * surface.diagonal();
     let mut walls: Vec<(f64, f64)> = (0..surface.triangles.len())
         .map(|t| {
@@ -163,7 +168,7 @@ pub(crate) fn wall_thickness(surface: &TriMesh, tree: &SurfaceTree) -> f64 {
         })
         .collect();
     walls.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut rest = 0.02 * walls.iter().map(|w| w.1).sum::<f64>();
+    let mut rest = share * walls.iter().map(|w| w.1).sum::<f64>();
     walls
         .iter()
         .find(|(_, area)| {

@@ -1,0 +1,84 @@
+//! Sharp inner edges where two walls meet, as at the bottom of a box.
+//!
+//! An edge is an inner one if each of its triangles lies in front of the other's plane. Both walls must go on
+//! for some of their thickness: the foot of a bowl or a step in a face is not a wall. Fillets of many small
+//! turns do not count.
+
+use std::collections::HashMap;
+
+use clangor_core::geometry::surface_tree::SurfaceTree;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use glam::DVec3;
+
+/// Cosine of the least turn of a sharp edge: 30°.
+const SHARP: f64 = 0.866;
+
+/// Least length of a wall across the edge, in its thickness, and largest distance of its end from the surface
+/// that counts as on it, in that length.
+const WALL: f64 = 2.0;
+const ON_SURFACE: f64 = 0.25;
+
+/// Length of all sharp inner edges between walls of a thickness \[m\].
+pub(crate) fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
+    let mut sides: HashMap<[u32; 2], usize> = HashMap::with_capacity(3 * mesh.triangles.len());
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        (0..3).for_each(|k| {
+            sides.insert([corners[k], corners[(k + 1) % 3]], t);
+        });
+    }
+    let normal = |t: usize| mesh.area_vector(t).normalize_or(DVec3::ZERO);
+    // Whether a triangle is part of a wall that goes on across its side from a to b.
+    let goes_on = |t: usize, a: DVec3, b: DVec3| {
+        let across = normal(t).cross(b - a).normalize_or_zero();
+        let end = 0.5 * (a + b) + WALL * wall * across;
+        tree.nearest(mesh, end).is_some_and(|n| n.position.distance(end) < ON_SURFACE * WALL * wall)
+    };
+    let mut length = 0.0;
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let [a, b] = [corners[k], corners[(k + 1) % 3]];
+            let Some(other) = sides.get(&[b, a]).filter(|_| a < b) else { continue };
+            let inner = (mesh.centroid(*other) - mesh.centroid(t)).dot(normal(t)) > 0.0;
+            if inner && normal(t).dot(normal(*other)) < SHARP {
+                let [a, b] = [a, b].map(|v| mesh.vertices[v as usize]);
+                if goes_on(t, a, b) && goes_on(*other, b, a) {
+                    length += a.distance(b);
+                }
+            }
+        }
+    }
+    length
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clangor_core::shape::Shape;
+
+    #[test]
+    fn convex_and_smooth_bodies_have_none() {
+        for shape in ["box:0.1x0.2x0.05", "torus:0.03x0.01@0.001", "sphere:0.1@0.01"] {
+            let mesh = Shape::parse(shape).expect("a shape").mesh();
+            assert_eq!(inner_creases(&mesh, &SurfaceTree::new(&mesh), 0.01), 0.0, "{shape}");
+        }
+    }
+
+    #[test]
+    fn a_notched_block_has_one() {
+        // An L of unit depth: six corners, of which the fourth is an inner one.
+        let outline = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        let level = |z: f64| outline.map(|[x, y]| DVec3::new(x, y, z));
+        let mut mesh = TriMesh { vertices: [level(0.0), level(1.0)].concat(), triangles: Vec::new() };
+        for [a, b, c] in [[0, 1, 3], [1, 2, 3], [0, 3, 5], [3, 4, 5]] {
+            mesh.triangles.extend([[a, c, b], [a + 6, b + 6, c + 6]]);
+        }
+        for k in 0..6 {
+            let n = (k + 1) % 6;
+            mesh.triangles.extend([[k, n, n + 6], [k, n + 6, k + 6]]);
+        }
+        let tree = SurfaceTree::new(&mesh);
+        assert!((inner_creases(&mesh, &tree, 0.4) - 1.0).abs() < 1e-15);
+        // Not if its walls are thought to be thicker than they are long.
+        assert_eq!(inner_creases(&mesh, &tree, 1.5), 0.0);
+    }
+}

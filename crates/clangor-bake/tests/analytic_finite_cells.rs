@@ -1,7 +1,5 @@
 //! Thin walls in cells larger than the wall: closed forms, sections, and plates turned against the grid.
 
-mod solids;
-
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -12,11 +10,18 @@ use clangor_bake::geometry_class::solver_choice::ModalChoice;
 use clangor_bake::modal_analysis::{
     ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, modal_analysis, modal_analysis_by,
 };
+use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::material::presets::{CERAMIC, GLASS, Preset, STEEL};
 use clangor_core::shape::Shape;
 use glam::{DQuat, DVec3};
-use solids::shape;
+
+/// A named shape about its centre of mass.
+fn shape(text: &str) -> TriMesh {
+    let mesh = Shape::parse(text).expect("a shape").mesh();
+    let centre = MassProperties::of(&mesh).expect("a solid").centre_of_mass;
+    mesh.relative_to(centre)
+}
 
 fn in_cells(
     mesh: &TriMesh,

@@ -4,6 +4,7 @@ pub mod body_facts;
 mod breakables;
 pub mod collision_parts;
 pub mod event_schedule;
+pub mod find_collision_parts;
 pub mod find_impact_modes;
 pub mod fracture_report;
 pub mod impact_modes;

@@ -10,7 +10,7 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::shape::Shape;
 use clangor_pipeline::formats::mesh_reader::read_mesh;
 use clangor_pipeline::formats::model_cache::ModelCache;
-use clangor_pipeline::stages::collision_parts::find_collision_parts;
+use clangor_pipeline::stages::find_collision_parts::find_collision_parts;
 use clangor_pipeline::stages::load::{LoadError, LoadedScene, load_scene};
 use clangor_sim::decompose::{DecomposeSettings, convex_parts};
 

@@ -4,9 +4,9 @@
 //! collapse of a onto b, if Q_a(x_b) = Σ A_t (distance of x_b from plane t)² / Σ A_t ≤ tolerance²
 //! ```
 //!
-//! over the planes of the triangles of area A_t that a has gathered. Vertices that remain keep their places, so
-//! that they lie on the body. A vertex inherits the planes of those that collapsed onto it. The topology is preserved (link condition),
-//! and no triangle turns over. Shapes of triangles are not improved: the result carries values, it is not for
+//! over the planes of the triangles of area A_t that a has gathered. Vertices that remain keep their places,
+//! so that they lie on the body. A vertex inherits the planes of those that collapsed onto it. The topology is
+//! preserved (link condition), and no triangle turns over. Shapes of triangles are not improved: the result carries values, it is not for
 //! boundary elements, which [`remesh`](super::remesh) serves.
 //!
 //! Source: Garland, Heckbert (1997), "Surface simplification using quadric error metrics", SIGGRAPH.
@@ -55,8 +55,8 @@ impl Quadric {
     }
 }
 
-/// A closed surface with edges of up to `longest` \[m\] where it is flat to within `tolerance` \[m\]. Edges that
-/// are longer stay.
+/// A closed surface with edges of up to `longest` \[m\] where it is flat to within `tolerance` \[m\]. Edges
+/// that are longer stay.
 pub(crate) fn decimate(surface: &TriMesh, longest: f64, tolerance: f64) -> TriMesh {
     let mut mesh = Decimation::new(surface);
     for _ in 0..MOST_PASSES {

@@ -1,4 +1,5 @@
-//! A thin-walled body of any form in cells larger than its walls, by [`finite_cells`](crate::fem::finite_cells).
+//! A thin-walled body of any form in cells larger than its walls, by
+//! [`finite_cells`](crate::fem::finite_cells).
 //!
 //! Cells of order 4 are about half a bending wave long. The error of a frequency is estimated from order 3 on
 //! the same grid: the spaces are nested, so that both are too high, the lower order by more. Where walls meet

@@ -1,7 +1,8 @@
 //! The convex parts with which mesh files collide, found before a scene moves.
 
 use clangor_pipeline::formats::model_cache::ModelCache;
-use clangor_pipeline::stages::collision_parts::{ObtainedParts, find_collision_parts};
+use clangor_pipeline::stages::collision_parts::ObtainedParts;
+use clangor_pipeline::stages::find_collision_parts::find_collision_parts;
 use clangor_pipeline::stages::load::LoadedScene;
 use serde_json::{Value, json};
 

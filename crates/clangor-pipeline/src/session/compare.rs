@@ -26,14 +26,15 @@ use clangor_core::sound_model::modal::model::{ModalMode, ModalModel};
 use clangor_core::synthesis::modal::source::radiation_ratio;
 
 use super::Stage;
+use super::compare_error::CompareError;
 use super::error::Error;
 use super::named_body::NamedSolid;
 use super::progress::Progress;
 use crate::analysis::damping_fit::{DampingFit, Decay, fit_damping};
-use crate::analysis::decaying_tones::{DecayingTone, ToneError, decaying_tones};
+use crate::analysis::decaying_tones::{DecayingTone, decaying_tones};
 use crate::analysis::mode_match::{ModeMatch, Tone, match_modes};
 use crate::formats::model_cache::ModelCache;
-use crate::formats::wav::{WavError, WavReader};
+use crate::formats::wav::WavReader;
 use crate::stages::sound_models::modal_bake::obtain_modes;
 use crate::stages::sound_models::{ModalBake, SoundFile, SoundModelRequest, read_sound_file};
 
@@ -48,54 +49,6 @@ const RADIATED: f64 = 0.02;
 const MOVED: f64 = 2.0;
 /// δ T60.
 const DECAY: f64 = 3.0 * LN_10;
-
-/// Why a recording cannot be compared with a model.
-#[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    /// The recording cannot be read.
-    #[error(transparent)]
-    Wav(#[from] WavError),
-    /// A recording of several channels, none of which is chosen.
-    #[error("{} has {count} channels; choose one of them, from 1 to {count}", path.display())]
-    Channels {
-        /// The file.
-        path: PathBuf,
-        /// Its channels.
-        count: u16,
-    },
-    /// A channel that the recording lacks.
-    #[error("{} has no channel {channel}; it has {count}, from 1 on", path.display())]
-    Channel {
-        /// The file.
-        path: PathBuf,
-        /// The channel that was asked for.
-        channel: u16,
-        /// Its channels.
-        count: u16,
-    },
-    /// The recording has no decaying tones.
-    #[error("{}: {source}", path.display())]
-    Tones {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: ToneError,
-    },
-    /// A sound model without modes.
-    #[error("{} has no modal part; bake one, or name a shape or a mesh", path.display())]
-    NoModalPart {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The model has no modes in the band.
-    #[error("\"{name}\" has no modes below {max_frequency:.0} Hz; raise the highest frequency")]
-    NoModes {
-        /// The model.
-        name: String,
-        /// Highest frequency \[Hz\].
-        max_frequency: f64,
-    },
-}
 
 /// A model to compare recordings with.
 #[derive(Clone, Debug)]

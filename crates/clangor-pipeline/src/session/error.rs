@@ -12,7 +12,7 @@ use clangor_core::synthesis::SynthesisError;
 use clangor_core::synthesis::modal::ModalError;
 use clangor_core::synthesis::strike::StrikeError;
 
-use super::compare::CompareError;
+use super::compare_error::CompareError;
 use crate::formats::atomic_file::OutputError;
 use crate::formats::timeline_file::TimelineError;
 use crate::formats::wav::WavError;

@@ -2,29 +2,23 @@
 //! decomposition.
 //!
 //! Only the dynamics need them. Modes, fields and strikes of a mesh do without, and a scene gets them from
-//! [`find_collision_parts`]. They are made of the mesh as its file has it, so that all scales of a file share
+//! [`find_collision_parts`](mod@super::find_collision_parts). They are made of the mesh as its file has it, so that all scales of a file share
 //! one entry of the cache; the entry is named by the hash of mesh and error.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clangor_core::body::{BodyId, Surface, World};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
 use clangor_core::scene::Scene;
-use clangor_core::scene::diagnostic::{Doubt, Problem, SceneError, SceneErrors, SceneWarning};
+use clangor_core::scene::diagnostic::SceneWarning;
 use clangor_sim::decompose::{
     DecomposeError, DecomposeSettings, Decomposition, convex_parts, convex_parts_within,
 };
-use rayon::prelude::*;
 
-use super::load::{LoadError, LoadedScene};
 use crate::formats::model_cache::{Lookup, ModelCache, collision_parts_key};
-
-/// Parts further off the surface than this fraction of the bounding radius make a warning, unless a scene
-/// asks for another error.
-const DOUBTFUL_DEVIATION: f64 = 0.01;
 
 /// A closed mesh as its file has it, and where the body made of it has its origin.
 #[derive(Clone, Debug)]
@@ -99,7 +93,7 @@ impl CollisionMesh {
     }
 
     /// The surface of a body made of this mesh, with its parts.
-    fn with_parts(&self, surface: &Surface, found: &Decomposition) -> Surface {
+    pub(super) fn with_parts(&self, surface: &Surface, found: &Decomposition) -> Surface {
         let Surface::Mesh(mesh) = surface else { return surface.clone() };
         let parts = found.parts.iter().map(|p| p.relative_to(self.centre_of_mass).scaled(self.scale));
         Surface::Mesh(mesh.clone().with_parts(parts.collect()))
@@ -109,7 +103,7 @@ impl CollisionMesh {
 /// The meshes of a scene that collide, and what was found of them.
 #[derive(Clone, Debug, Default)]
 pub struct Collisions {
-    meshes: Vec<CollidingMesh>,
+    pub(super) meshes: Vec<CollidingMesh>,
     /// One row for each mesh, in the order of its first body; empty before the parts are found.
     pub obtained: Vec<ObtainedParts>,
     /// Parts that are far off the surface.
@@ -120,10 +114,10 @@ pub struct Collisions {
 
 /// A mesh, the largest error of its parts, and the bodies of this mesh and error.
 #[derive(Clone, Debug)]
-struct CollidingMesh {
-    mesh: CollisionMesh,
-    error: Option<f64>,
-    bodies: Vec<BodyId>,
+pub(super) struct CollidingMesh {
+    pub(super) mesh: CollisionMesh,
+    pub(super) error: Option<f64>,
+    pub(super) bodies: Vec<BodyId>,
 }
 
 /// How the convex parts of a mesh were obtained.
@@ -143,7 +137,7 @@ pub struct ObtainedParts {
 
 impl Collisions {
     /// The bodies of a world whose surfaces were read from mesh files.
-    pub(super) fn of_scene(
+    pub(super) fn from_scene(
         scene: &Scene,
         world: &World,
         meshes: impl Iterator<Item = (Arc<Surface>, CollisionMesh)>,
@@ -163,85 +157,5 @@ impl Collisions {
             found[at].bodies.push(id);
         }
         Collisions { meshes: found, ..Collisions::default() }
-    }
-}
-
-/// Gives the bodies of mesh files their convex parts, from the cache or by a decomposition. What has been
-/// found is not sought again.
-///
-/// # Errors
-/// [`LoadError::Scene`] for a mesh without parts, at its place in the file.
-pub fn find_collision_parts(loaded: &mut LoadedScene, cache: Option<&ModelCache>) -> Result<(), LoadError> {
-    if !loaded.collisions.obtained.is_empty() {
-        return Ok(());
-    }
-    let meshes = std::mem::take(&mut loaded.collisions.meshes);
-    let search = |colliding: &CollidingMesh| {
-        let started = Instant::now();
-        (colliding.mesh.parts(colliding.error, cache), started.elapsed())
-    };
-    let found: Vec<_> = meshes.par_iter().map(search).collect();
-    let mut errors = Vec::new();
-    for (colliding, (outcome, time)) in meshes.iter().zip(found) {
-        let first = colliding.bodies[0];
-        let Some(description) = loaded.scene.description_of(first) else { continue };
-        let place = description.geometry_place.clone();
-        let parts = match outcome {
-            Ok(parts) => parts,
-            Err(error) => {
-                let problem = Problem::Geometry {
-                    reference: description.reference(0, 1.0).to_string(),
-                    reason: error.to_string(),
-                    remedy: "simplify the mesh, or build the body from the shape library".into(),
-                };
-                errors.push(SceneError { place, problem });
-                continue;
-            }
-        };
-        let surface_error = colliding.mesh.surface_error(&parts.decomposition);
-        let message = colliding.doubt(&parts.decomposition);
-        let doubt = |message| SceneWarning { place, doubt: Doubt::Geometry { message } };
-        loaded.collisions.warnings.extend(message.map(doubt));
-        loaded.collisions.remarks.extend(parts.remarks);
-        loaded.collisions.obtained.push(ObtainedParts {
-            body: first,
-            parts: parts.decomposition.parts.len(),
-            surface_error,
-            cached: parts.cached,
-            time,
-        });
-        let bare = &loaded.world.bodies[first.index()].surface;
-        let surface = Arc::new(colliding.mesh.with_parts(bare, &parts.decomposition));
-        for id in &colliding.bodies {
-            loaded.world.bodies[id.index()].surface = Arc::clone(&surface);
-        }
-    }
-    loaded.collisions.meshes = meshes;
-    if errors.is_empty() {
-        return Ok(());
-    }
-    loaded.collisions.obtained.clear();
-    let (path, text) = (loaded.path.clone(), loaded.text.clone());
-    Err(LoadError::Scene { path, text, errors: SceneErrors(errors) })
-}
-
-impl CollidingMesh {
-    /// What to say of parts that are farther off the surface than asked for, or than usual.
-    fn doubt(&self, parts: &Decomposition) -> Option<String> {
-        let deviation = self.mesh.deviation(parts);
-        if deviation <= self.error.unwrap_or(DOUBTFUL_DEVIATION) {
-            return None;
-        }
-        let asked = match self.error {
-            Some(error) => format!(", not the {:.1} % of `collision_error`", 100.0 * error),
-            None => String::new(),
-        };
-        Some(format!(
-            "collisions see {} convex parts that are up to {:.2e} m ({:.1} % of its size{asked}) off the \
-             surface",
-            parts.parts.len(),
-            self.mesh.surface_error(parts),
-            deviation * 100.0
-        ))
     }
 }

@@ -37,7 +37,7 @@ pub struct LoadedScene {
     /// [`find_impact_modes`](fn@super::find_impact_modes::find_impact_modes) has found them.
     pub modes: ImpactModes,
     /// Meshes whose convex parts collide; none have parts until
-    /// [`find_collision_parts`](fn@super::collision_parts::find_collision_parts) has found them.
+    /// [`find_collision_parts`](fn@super::find_collision_parts::find_collision_parts) has found them.
     pub collisions: Collisions,
     /// Allowed but probably not meant.
     pub warnings: Vec<SceneWarning>,
@@ -147,7 +147,7 @@ fn loaded(path: &Path, text: String, mut scene: Scene) -> Result<LoadedScene, Lo
     let meshes = geometries
         .into_values()
         .filter_map(|loaded| loaded.ok().and_then(|loaded| Some((loaded.geometry.surface, loaded.mesh?))));
-    let collisions = Collisions::of_scene(&scene, &world, meshes);
+    let collisions = Collisions::from_scene(&scene, &world, meshes);
     let modes = ImpactModes::default();
     Ok(LoadedScene { path: path.into(), text, world, breakables, modes, collisions, scene, warnings })
 }

@@ -1,7 +1,8 @@
 //! Integrals of products of two displacements over one cell, axis by axis (sum factorisation).
 //!
 //! ```text
-//! G_ab(I, J) = ∫ ∂_a N_I ∂_b N_J dV,    K_IJ,ab = λ G_ab + μ (G_ba + δ_ab Σ_c G_cc),    M_IJ = ρ ∫ N_I N_J dV
+//! G_ab(I, J) = ∫ ∂_a N_I ∂_b N_J dV,    M_IJ = ρ ∫ N_I N_J dV
+//! K_IJ,ab = λ G_ab + μ (G_ba + δ_ab Σ_c G_cc)
 //! ```
 //!
 //! Integrals are sums over the Gauss points of the cube, with the weights of the body in the cell. With N_I =

@@ -7,10 +7,10 @@
 //! ```
 //!
 //! by Gauss's theorem, as nothing of the surface is left out. Only triangles are clipped, against planes of
-//! the grid; the faces of the cells do not matter. Above the cell, F does not depend on z: one two-dimensional
-//! moment of each cell, summed down the column, closes it. With Legendre polynomials for f, of degree 2p
-//! along each axis, the moments become weights on the Gauss points of the cube that integrate products of two
-//! displacements exactly. Weights may be negative.
+//! the grid; the faces of the cells do not matter. Above the cell, F does not depend on z: one
+//! two-dimensional moment of each cell, summed down the column, closes it. With Legendre polynomials for f,
+//! of degree 2p along each axis, the moments become weights on the Gauss points of the cube that integrate
+//! products of two displacements exactly. Weights may be negative.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;

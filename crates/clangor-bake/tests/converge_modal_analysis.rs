@@ -70,6 +70,26 @@ fn thin_panes_need_few_nodes() {
     }
 }
 
+/// A steel sheet of half a millimetre was refused, because the residual of its first mode is that of rounding.
+/// Bending is proportional to the thickness.
+#[test]
+fn a_sheet_rings_as_one_of_twice_its_thickness_an_octave_lower() {
+    let constants = ElasticConstants::of(&STEEL.material()).expect("an elastic material");
+    let mut go_on = |_: &_| ControlFlow::Continue(());
+    let mut modes = |thickness: f64, limit: f64| {
+        let geometry = BakeGeometry::RoundedBox { edges: DVec3::new(0.3, thickness, 0.2), round: 0.0 };
+        let options = ModalAnalysisOptions::to(limit);
+        modal_analysis(&geometry, &constants, &options, &mut go_on).expect("modes")
+    };
+    let (thin, thick) = (modes(0.0005, 250.0), modes(0.001, 500.0));
+    println!("{} modes, residuals {:.1e}, {:.1e}", thin.modes.len(), thin.residual, thick.residual);
+    assert_eq!(thin.modes.len(), thick.modes.len());
+    for (thin, thick) in thin.modes.iter().zip(&thick.modes) {
+        let error = 2.0 * thin.frequency / thick.frequency - 1.0;
+        assert!(error.abs() < 2e-3, "{} Hz {error:.1e}", thin.frequency);
+    }
+}
+
 /// A foil needs millions of elements: the error is reported before they are made.
 #[test]
 fn a_foil_is_refused_with_the_size_of_its_mesh() {

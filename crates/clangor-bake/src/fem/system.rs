@@ -233,6 +233,16 @@ impl ElasticSystem {
         }
     }
 
+    /// y += |K| |x|, entry by entry: the size of the forces whose sum is K x.
+    pub(crate) fn add_force_magnitudes(&self, x: &[f64], y: &mut [f64]) {
+        for (row, column, stiffness, _) in self.entries() {
+            y[row] += stiffness.abs() * x[column].abs();
+            if row != column {
+                y[column] += stiffness.abs() * x[row].abs();
+            }
+        }
+    }
+
     fn multiply_lanes(&self, matrix: Matrix<'_>, x: &[f64], y: &mut [f64]) {
         let (starts, rows) = (&self.starts, &self.rows);
         pulp::Arch::new().dispatch(Product { starts, rows, matrix, x, y });

@@ -70,8 +70,8 @@ fn thin_panes_need_few_nodes() {
     }
 }
 
-/// A steel sheet of half a millimetre was refused, because the residual of its first mode is that of rounding.
-/// Bending is proportional to the thickness.
+/// A steel sheet of half a millimetre was refused, because the residual of its first mode is that of
+/// rounding. Bending is proportional to the thickness.
 #[test]
 fn a_sheet_rings_as_one_of_twice_its_thickness_an_octave_lower() {
     let constants = ElasticConstants::of(&STEEL.material()).expect("an elastic material");

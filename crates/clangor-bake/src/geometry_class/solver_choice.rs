@@ -5,7 +5,7 @@
 //! | ellipsoid | patches | section if of revolution about y, else tetrahedra | tetrahedra in a ball |
 //! | rounded box | patches | hexahedra; tetrahedra if rounded | grid of cells |
 //! | axisymmetric | meridian | section | section, revolved |
-//! | mesh | triangles | prisms if a flat plate, cells if thin and smooth inside, else tetrahedra | tetrahedra on a grid |
+//! | mesh | triangles | prisms if flat, cells if thin and smooth, else tetrahedra | tetrahedra on a grid |
 
 use std::borrow::Cow;
 

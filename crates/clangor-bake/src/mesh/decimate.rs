@@ -5,9 +5,9 @@
 //! ```
 //!
 //! over the planes of the triangles of area A_t that a has gathered. Vertices that remain keep their places,
-//! so that they lie on the body. A vertex inherits the planes of those that collapsed onto it. The topology is
-//! preserved (link condition), and no triangle turns over. Shapes of triangles are not improved: the result carries values, it is not for
-//! boundary elements, which [`remesh`](super::remesh) serves.
+//! so that they lie on the body. A vertex inherits the planes of those that collapsed onto it. The topology
+//! is preserved (link condition), and no triangle turns over. Shapes of triangles are not improved: the
+//! result carries values, it is not for boundary elements, which [`remesh`](super::remesh) serves.
 //!
 //! Source: Garland, Heckbert (1997), "Surface simplification using quadric error metrics", SIGGRAPH.
 //! `Differs`: vertices do not move, and edges are taken by length, so that triangles stay of similar size.

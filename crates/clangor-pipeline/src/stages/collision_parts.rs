@@ -2,8 +2,9 @@
 //! decomposition.
 //!
 //! Only the dynamics need them. Modes, fields and strikes of a mesh do without, and a scene gets them from
-//! [`find_collision_parts`](mod@super::find_collision_parts). They are made of the mesh as its file has it, so that all scales of a file share
-//! one entry of the cache; the entry is named by the hash of mesh and error.
+//! [`find_collision_parts`](mod@super::find_collision_parts). They are made of the mesh as its file has it,
+//! so that all scales of a file share one entry of the cache; the entry is named by the hash of mesh and
+//! error.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -9,7 +9,7 @@
 //!
 //! The grid does not follow the surface: no volume mesh is made, and triangles may be of any size and
 //! quality. Displacements are continuous across cells. The integrals over the body inside a cell are exact
-//! (see [`moments`]). The second term, in cut cells only, moves functions that hardly touch the body to
+//! (see `moments`). The second term, in cut cells only, moves functions that hardly touch the body to
 //! frequencies far above the band; it has no mass and leaves rigid motions free of energy. The space is that
 //! of the full grid, so that frequencies converge from above, and fall with p on the same grid.
 //!

@@ -11,7 +11,6 @@ use std::collections::BTreeMap;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::refine::refine_to_edge;
 use clangor_core::geometry::solid::MeshError;
-use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::topology::Topology;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::ModalSurface;
@@ -21,14 +20,13 @@ use super::volume_fem::spectrum;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, expected};
 use crate::fem::{ElasticConstants, ElasticSystem};
-use crate::geometry_class::inner_creases::inner_creases;
-use crate::geometry_class::solver_choice::CREASED;
+use crate::geometry_class::inner_creases::Walls;
 use crate::mesh::decimate::decimate;
-use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, wall_quantile};
+use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::Mode;
 
 /// Edge of the cells in shortest waves for an error of [`WAVE_ERROR`], of eighth order in the edge.
-const CELLS_PER_WAVE: f64 = 0.6;
+const EDGE_IN_WAVES: f64 = 0.6;
 const WAVE_ERROR: f64 = 0.005;
 const WAVE_ORDER: f64 = 8.0;
 /// Least number of cells along the longest extent.
@@ -56,14 +54,11 @@ pub(super) struct ImmersedBody<'a> {
     constants: &'a ElasticConstants,
     /// Longest extent \[m\].
     size: f64,
-    /// Wall that half of the area exceeds \[m\].
-    wall: f64,
+    walls: Walls,
     /// \[m³\]
     volume: f64,
     /// Most nodes of a grid.
     most_nodes: usize,
-    /// Whether walls meet at sharp inner edges.
-    creased: bool,
 }
 
 /// A grid with displacements of one order.
@@ -85,18 +80,16 @@ impl<'a> ImmersedBody<'a> {
             return Err(ModalAnalysisError::LooseParts(parts));
         }
         let (low, high) = surface.bounds();
-        let tree = SurfaceTree::new(&surface);
-        let wall = wall_quantile(&surface, &tree, 0.5);
-        let creased = inner_creases(&surface, &tree, wall) >= CREASED * wall;
+        let walls = Walls::of(&surface);
         let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
         let size = (high - low).max_element();
-        Ok(ImmersedBody { surface, constants, size, wall, volume, most_nodes, creased })
+        Ok(ImmersedBody { surface, constants, size, walls, volume, most_nodes })
     }
 
     fn with(&self, edge: f64, order: Order) -> Result<Immersed, ModalAnalysisError> {
         let [elements, nodes] = expected(self.surface.area(), self.volume, edge);
         if nodes > MOST_EXPECTED * self.most_nodes as f64 {
-            let (wall, most) = (self.wall, self.most_nodes);
+            let (wall, most) = (self.walls.thickness, self.most_nodes);
             return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
         }
         let grid = CellGrid::around(&self.surface, edge);
@@ -106,7 +99,7 @@ impl<'a> ImmersedBody<'a> {
     /// The triangles on which shapes are given: short against waves, and not many more than that needs.
     fn carrier(&self, edge: f64) -> TriMesh {
         let longest = SURFACE_EDGE * edge;
-        decimate(&refine_to_edge(&self.surface, longest), longest, SURFACE_ERROR * self.wall)
+        decimate(&refine_to_edge(&self.surface, longest), longest, SURFACE_ERROR * self.walls.thickness)
     }
 }
 
@@ -130,19 +123,20 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     }
 
     fn convergence(&self) -> f64 {
-        if self.creased { CREASED_CONVERGENCE } else { CONVERGENCE }
+        if self.walls.creased { CREASED_CONVERGENCE } else { CONVERGENCE }
     }
 
     fn first_ratio(&self) -> f64 {
         // From order 3 to order 4 on the same grid.
-        if self.creased { CREASED_RATIO } else { 1.0 }
+        if self.walls.creased { CREASED_RATIO } else { 1.0 }
     }
 
     fn coarse(&self, limit: f64, accuracy: f64) -> Result<Immersed, ModalAnalysisError> {
-        let wave = shortest_wave(self.constants, self.wall, limit);
-        let per_wave = CELLS_PER_WAVE * (accuracy / WAVE_ERROR).min(1.0).powf(WAVE_ORDER.recip());
-        let edge = (per_wave * wave).min(self.size / LEAST_CELLS).min(LONGEST_IN_WALLS * self.wall);
-        let order = if self.creased { Order::Fourth } else { Order::Third };
+        let wave = shortest_wave(self.constants, self.walls.thickness, limit);
+        let edge_in_waves = EDGE_IN_WAVES * (accuracy / WAVE_ERROR).min(1.0).powf(WAVE_ORDER.recip());
+        let edge =
+            (edge_in_waves * wave).min(self.size / LEAST_CELLS).min(LONGEST_IN_WALLS * self.walls.thickness);
+        let order = if self.walls.creased { Order::Fourth } else { Order::Third };
         self.with(edge, order)
     }
 

@@ -24,8 +24,6 @@ use crate::quadrature::gauss_legendre;
 /// Points per direction for a vanishing triangle: the polynomials of a small one vary little, but their high
 /// degrees must not alias.
 const FEWEST_POINTS: f64 = 4.5;
-/// Largest number of moments along an axis.
-const MOST: usize = 9;
 /// Most corners of a clipped triangle.
 const CORNERS: usize = 9;
 
@@ -247,7 +245,7 @@ impl Sums<'_> {
     /// With N moments along an axis, and N² in a plane.
     #[inline(always)]
     fn sum<const N: usize, const PLANE: usize>(self) {
-        const { assert!(N <= MOST && PLANE == N * N) }
+        const { assert!(PLANE == N * N) }
         let full = self.rules.len() - 1;
         let moments = self.moments.as_chunks_mut::<PLANE>().0;
         let column = &mut self.column.as_chunks_mut::<PLANE>().0[0];

@@ -7,6 +7,8 @@
 //! A body whose lowest mode lies above the band is not an error: its model has no modes, and the evidence
 //! gives the lowest frequency.
 
+mod audible_modes;
+
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
@@ -21,13 +23,12 @@ use crate::fem::{ElasticConstants, ElasticError};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
 use crate::modal_analysis::eigensolver::ModalError;
-use crate::modal_analysis::{
-    ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, modal_analysis,
-};
+use crate::modal_analysis::{ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress};
 use crate::modal_radiation::axisymmetric::AxisymmetricModalSolver;
 use crate::modal_radiation::surface_modes::SurfaceModes;
 use crate::modal_radiation::{ModalMotion, ModalSolver};
 use crate::radiation::RadiationError;
+use audible_modes::audible_modes;
 
 /// Settings of a modal bake.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +43,19 @@ pub struct ModalBakeOptions {
     pub most_nodes: usize,
     /// Level error of the transfers.
     pub accuracy: f64,
+    /// How much work the bake may be.
+    pub effort: Effort,
+}
+
+/// How much work a bake may be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Effort {
+    /// As much as the accuracy needs.
+    #[default]
+    Exact,
+    /// A few seconds for any body: about a hundred modes on a coarse mesh, and their sound by a few hundred
+    /// unknowns. Its errors are said, not kept.
+    Draft,
 }
 
 impl ModalBakeOptions {
@@ -53,6 +67,7 @@ impl ModalBakeOptions {
             mesh_error: 0.01,
             most_nodes: ModalAnalysisOptions::MOST_NODES,
             accuracy: 0.01,
+            effort: Effort::Exact,
         }
     }
 }
@@ -135,14 +150,9 @@ pub fn find_modes(
 ) -> Result<(ModalModel, ModalEvidence), ModalBakeError> {
     // Modal analysis.
     let constants = ElasticConstants::of(material)?;
-    let settings = ModalAnalysisOptions {
-        max_frequency: options.max_frequency,
-        accuracy: options.mesh_error,
-        most_nodes: options.most_nodes,
-    };
     let mut on_progress =
         |p: &ModalAnalysisProgress| progress(&BakeProgress { done: p.done, stage: "finding modes" });
-    let found = match modal_analysis(geometry, &constants, &settings, &mut on_progress) {
+    let found = match audible_modes(geometry, (material, &constants), options, &mut on_progress) {
         // No mode in the band: an empty model with the lowest frequency.
         Err(ModalAnalysisError::Modes(ModalError::Silent { first, .. })) => {
             return Ok(silent(geometry, material, options, first));
@@ -221,7 +231,10 @@ fn solver(
         }
     };
     let highest = model.modes.last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
-    let solver = SurfaceModes::try_new(triangles, highest, model.modes.len(), options.accuracy)?;
+    let solver = match options.effort {
+        Effort::Exact => SurfaceModes::try_new(triangles, highest, model.modes.len(), options.accuracy)?,
+        Effort::Draft => SurfaceModes::draft(triangles)?,
+    };
     let method = solver.method();
     Ok((Box::new(solver), method))
 }

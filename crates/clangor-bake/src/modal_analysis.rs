@@ -15,6 +15,7 @@ pub(crate) mod axisymmetric;
 pub mod eigensolver;
 mod immersed_body;
 mod mirrored_box;
+pub mod modal_density;
 mod plate_mesh;
 mod volume_fem;
 
@@ -34,7 +35,7 @@ use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;
-use immersed_body::ImmersedBody;
+use immersed_body::{CellEffort, ImmersedBody};
 use volume_fem::VolumeFem;
 
 /// Settings of a modal analysis.
@@ -192,7 +193,7 @@ pub fn modal_analysis_by(
             refined(&AxisymmetricBody::new(axisymmetry, constants), constants, options, progress)
         }
         ModalChoice::Cells(surface) => {
-            let body = ImmersedBody::new(surface, constants, options.most_nodes)?;
+            let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Accurate)?;
             refined(&body, constants, options, progress)
         }
         ModalChoice::Tetrahedra(surface) => {
@@ -210,7 +211,7 @@ pub fn modal_analysis_by(
                         | StuffingError::Tetrahedra(_),
                     ),
                 ) => refined(
-                    &ImmersedBody::new(surface, constants, options.most_nodes)?,
+                    &ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Accurate)?,
                     constants,
                     options,
                     progress,
@@ -222,6 +223,28 @@ pub fn modal_analysis_by(
             let body = VolumeFem::of(other, constants, options.most_nodes)?;
             refined(&body, constants, options, progress)
         }
+    }
+}
+
+/// A draft of [`modal_analysis()`]: closed surfaces that are neither flat plates nor of revolution in a few
+/// large cells, whatever their walls and creases; the error of each mode says how far off it may be.
+///
+/// # Errors
+/// As [`modal_analysis()`].
+pub fn draft_modal_analysis(
+    geometry: &BakeGeometry,
+    constants: &ElasticConstants,
+    options: &ModalAnalysisOptions,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<ModalAnalysis, ModalAnalysisError> {
+    check(options)?;
+    let choice = geometry.modal_choice().map_err(StuffingError::Input)?;
+    match choice {
+        ModalChoice::Tetrahedra(surface) | ModalChoice::Cells(surface) => {
+            let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Draft)?;
+            refined(&body, constants, options, progress).map(|(analysis, _)| analysis)
+        }
+        other => modal_analysis_by(other, constants, options, progress).map(|(analysis, _)| analysis),
     }
 }
 

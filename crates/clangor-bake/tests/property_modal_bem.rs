@@ -159,7 +159,7 @@ fn false_flux_is_not_heard() {
     let kappa = 0.05;
     let solver = TriangleSolver::try_new(&sphere, kappa, Equation::BurtonMiller).expect("small");
     let power = |loads: Vec<f64>| {
-        let coefficients = solver.radiate(kappa, 4, 1.0, &[loads]).expect("a solution").remove(0);
+        let coefficients = solver.radiate(kappa, 4, 1.0, &[loads], None).expect("a solution").remove(0);
         ModalTransfer { order: 4, coefficients }.power(kappa)
     };
     // U·n is a harmonic of n = 2, with ∫ (U·n)² dΩ = 16π/15.

@@ -46,6 +46,7 @@ use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 mod far;
 pub mod field;
+mod incident_waves;
 pub(crate) mod lanes;
 mod near;
 mod pair_integrals;
@@ -62,6 +63,7 @@ use pair_rules::THREE_POINTS;
 use panels::{Panels, along_curve};
 use parity_classes::ParityClass;
 
+pub use incident_waves::SurfaceHarmonics;
 pub use reception::MOST_ORDER;
 
 /// Most unknowns of a dense system, one for each parity class.
@@ -335,13 +337,23 @@ impl DenseSystem {
 impl ClassSystem {
     /// The unknowns of each motion, one motion after the other.
     fn solve(self) -> Vec<Complex32> {
+        self.solved(Side::Own)
+    }
+
+    /// The same for the transposed matrix.
+    fn solve_transposed(self) -> Vec<Complex32> {
+        self.solved(Side::Transposed)
+    }
+
+    fn solved(self, side: Side) -> Vec<Complex32> {
         let Self { size, mut matrix, mut right } = self;
         let columns = right.len() / size.max(1);
         let mut factors = MatMut::from_column_major_slice_mut(&mut matrix, size, size);
         let unknowns = MatMut::from_column_major_slice_mut(&mut right, size, columns);
         let (mut forward, mut backward) = (vec![0_usize; size], vec![0_usize; size]);
         let need = factor::lu_in_place_scratch::<usize, Complex32>(size, size, Par::Seq, Default::default())
-            .or(solve::solve_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq));
+            .or(solve::solve_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq))
+            .or(solve::solve_transpose_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq));
         let mut buffer = MemBuffer::new(need);
         let (_, permutation) = factor::lu_in_place(
             factors.as_mut(),
@@ -351,10 +363,22 @@ impl ClassSystem {
             MemStack::new(&mut buffer),
             Default::default(),
         );
-        let factors = factors.as_ref();
-        solve::solve_in_place(factors, factors, permutation, unknowns, Par::Seq, MemStack::new(&mut buffer));
+        let (lower, stack) = (factors.as_ref(), MemStack::new(&mut buffer));
+        match side {
+            Side::Own => solve::solve_in_place(lower, lower, permutation, unknowns, Par::Seq, stack),
+            Side::Transposed => {
+                solve::solve_transpose_in_place(lower, lower, permutation, unknowns, Par::Seq, stack);
+            }
+        }
         right
     }
+}
+
+/// Which matrix of a factorisation is solved.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Own,
+    Transposed,
 }
 
 fn narrow(z: Complex64) -> Complex32 {

@@ -52,6 +52,8 @@ const CELLS_PER_FACE: f64 = 0.6;
 /// Order p of the displacements along each axis of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Order {
+    /// p = 2.
+    Second,
     /// p = 3.
     Third,
     /// p = 4.
@@ -61,6 +63,7 @@ pub(crate) enum Order {
 impl Order {
     fn degree(self) -> usize {
         match self {
+            Order::Second => 2,
             Order::Third => 3,
             Order::Fourth => 4,
         }
@@ -104,6 +107,16 @@ pub(crate) struct FiniteCells {
 pub(crate) fn expected(area: f64, volume: f64, edge: f64) -> [f64; 2] {
     let cells = CELLS_PER_FACE * area / (edge * edge) + volume / edge.powi(3);
     [cells, NODES_PER_CELL * cells]
+}
+
+/// Edge of the cells \[m\] of which a body of this area \[m²\] and volume \[m³\] has about so many.
+pub(crate) fn edge_of_cells(area: f64, volume: f64, cells: f64) -> f64 {
+    let [mut low, mut high] = [(CELLS_PER_FACE * area / cells).sqrt(), f64::INFINITY];
+    while !(high - low <= 1e-3 * low) {
+        let middle = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low };
+        *(if expected(area, volume, middle)[0] > cells { &mut low } else { &mut high }) = middle;
+    }
+    high
 }
 
 impl FiniteCells {

@@ -18,7 +18,7 @@ use glam::DVec3;
 
 use super::volume_fem::spectrum;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
-use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, expected};
+use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, edge_of_cells, expected};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::inner_creases::Walls;
 use crate::mesh::decimate::decimate;
@@ -48,6 +48,18 @@ const SURFACE_EDGE: f64 = 0.35;
 /// Largest distance of that surface from the input, in walls.
 const SURFACE_ERROR: f64 = 0.1;
 
+/// Cells of a draft.
+const DRAFT_CELLS: f64 = 90.0;
+
+/// How much work the grids of a body may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum CellEffort {
+    /// Orders 3 and 4 in cells as small as the accuracy needs.
+    Accurate,
+    /// Orders 2 and 3 in a few large cells.
+    Draft,
+}
+
 /// A closed surface, and the lengths that set the size of cells.
 pub(super) struct ImmersedBody<'a> {
     surface: Cow<'a, TriMesh>,
@@ -59,6 +71,7 @@ pub(super) struct ImmersedBody<'a> {
     volume: f64,
     /// Most nodes of a grid.
     most_nodes: usize,
+    effort: CellEffort,
 }
 
 /// A grid with displacements of one order.
@@ -74,6 +87,7 @@ impl<'a> ImmersedBody<'a> {
         surface: Cow<'a, TriMesh>,
         constants: &'a ElasticConstants,
         most_nodes: usize,
+        effort: CellEffort,
     ) -> Result<Self, ModalAnalysisError> {
         let parts = solid_parts(&surface).map_err(StuffingError::Input)?;
         if parts > 1 {
@@ -83,7 +97,20 @@ impl<'a> ImmersedBody<'a> {
         let walls = Walls::of(&surface);
         let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
         let size = (high - low).max_element();
-        Ok(ImmersedBody { surface, constants, size, walls, volume, most_nodes })
+        Ok(ImmersedBody { surface, constants, size, walls, volume, most_nodes, effort })
+    }
+
+    /// Order of all grids but the first.
+    fn last_order(&self) -> Order {
+        match self.effort {
+            CellEffort::Accurate => Order::Fourth,
+            CellEffort::Draft => Order::Third,
+        }
+    }
+
+    /// Whether the second grid is the first with a higher order.
+    fn refines_order(&self) -> bool {
+        self.effort == CellEffort::Draft || !self.walls.creased
     }
 
     fn with(&self, edge: f64, order: Order) -> Result<Immersed, ModalAnalysisError> {
@@ -119,7 +146,10 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     type Modes = Vec<Mode>;
 
     fn method(&self) -> &'static str {
-        "cells of fourth order, cut by the surface"
+        match self.effort {
+            CellEffort::Accurate => "cells of fourth order, cut by the surface",
+            CellEffort::Draft => "a few cells of third order, cut by the surface",
+        }
     }
 
     fn convergence(&self) -> f64 {
@@ -128,7 +158,7 @@ impl RefinableDiscretization for ImmersedBody<'_> {
 
     fn first_ratio(&self) -> f64 {
         // From order 3 to order 4 on the same grid.
-        if self.walls.creased { CREASED_RATIO } else { 1.0 }
+        if self.refines_order() { 1.0 } else { CREASED_RATIO }
     }
 
     fn coarse(&self, limit: f64, accuracy: f64) -> Result<Immersed, ModalAnalysisError> {
@@ -136,23 +166,24 @@ impl RefinableDiscretization for ImmersedBody<'_> {
         let edge_in_waves = EDGE_IN_WAVES * (accuracy / WAVE_ERROR).min(1.0).powf(WAVE_ORDER.recip());
         let edge =
             (edge_in_waves * wave).min(self.size / LEAST_CELLS).min(LONGEST_IN_WALLS * self.walls.thickness);
-        let order = if self.walls.creased { Order::Fourth } else { Order::Third };
-        self.with(edge, order)
+        match self.effort {
+            CellEffort::Draft => {
+                let fewer = edge_of_cells(self.surface.area(), self.volume, DRAFT_CELLS);
+                self.with(edge.max(fewer), Order::Second)
+            }
+            CellEffort::Accurate if self.walls.creased => self.with(edge, Order::Fourth),
+            CellEffort::Accurate => self.with(edge, Order::Third),
+        }
     }
 
     fn finer(&self, than: &Immersed, ratio: f64) -> Result<Immersed, ModalAnalysisError> {
-        let edge = match than.order {
-            Order::Third => than.edge,
-            Order::Fourth => than.edge / ratio,
-        };
-        self.with(edge, Order::Fourth)
+        let last = self.last_order();
+        self.with(if than.order < last { than.edge } else { than.edge / ratio }, last)
     }
 
     fn size(&self, mesh: &Immersed) -> (usize, f64) {
-        let longer = match mesh.order {
-            Order::Third => ORDER_GAIN.powf(CONVERGENCE.recip()),
-            Order::Fourth => 1.0,
-        };
+        let longer =
+            if mesh.order < self.last_order() { ORDER_GAIN.powf(self.convergence().recip()) } else { 1.0 };
         (mesh.cells.node_count(), longer * mesh.edge)
     }
 

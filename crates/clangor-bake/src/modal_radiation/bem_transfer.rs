@@ -37,7 +37,7 @@ use crate::acceleration::has_cavities;
 use crate::bem::triangles::{Equation, MOST_ORDER, TriangleSolver};
 use crate::geometry_class::mirror_symmetry::mirror_planes;
 use crate::mesh::remesh::resolution::resolution;
-use crate::mesh::remesh::{RemeshError, SymmetricMesh, remesh, remesh_symmetric};
+use crate::mesh::remesh::{RemeshError, RemeshOptions, SymmetricMesh, remesh, remesh_symmetric};
 use crate::modal_radiation::normal_velocity_projection::NormalVelocityProjection;
 use crate::radiation::RadiationError;
 
@@ -67,6 +67,12 @@ pub struct BemModalSolver {
     /// Unit of length of the bands \[m\].
     unit: f64,
 }
+
+/// Unknowns of a draft, mirror images included, and spacing in κ of its ladder: 4 % between the rungs.
+const DRAFT_UNKNOWNS: f64 = 700.0;
+const DRAFT_SPACING: f64 = 1.4;
+/// Distance of mirror images in bounding radii up to which a draft is symmetric.
+const DRAFT_SYMMETRY: f64 = 1e-3;
 
 /// A mesh and its band.
 #[derive(Clone, Debug)]
@@ -119,6 +125,31 @@ impl BemModalSolver {
             bands.push((Band { mesh, highest }, fineness.unknowns));
         }
         Ok(BemModalSolver { bands: bands.into_iter().map(|(band, _)| band).collect(), spacing, unit })
+    }
+
+    /// A draft for a body whose centre of mass is at the origin: one mesh of about [`DRAFT_UNKNOWNS`] for all
+    /// modes, and no more systems for cavities. Above two edges per wavelength it says little.
+    ///
+    /// # Errors
+    /// As [`try_new`](Self::try_new).
+    pub fn draft(surface: &TriMesh) -> Result<Self, RemeshError> {
+        let unit = surface.bounding_radius(DVec3::ZERO);
+        let vertices = surface.vertices.iter().map(|x| *x / unit).collect();
+        let surface = &TriMesh { vertices, triangles: surface.triangles.clone() };
+        // Equilateral triangles, two for each vertex.
+        let edge = (2.0 / 3.0_f64.sqrt() * surface.area() / DRAFT_UNKNOWNS).sqrt();
+        let options = RemeshOptions { min_edge: edge, max_edge: edge };
+        let mass = MassProperties::of(surface).map_err(RemeshError::Input)?;
+        let planes = centred_mirrors(surface, &mass, DRAFT_SYMMETRY, 1.0);
+        let mesh = match remesh_symmetric(surface, &planes, &options) {
+            Ok((mesh, _)) if !planes.is_empty() => mesh,
+            _ => whole(remesh(surface, &options)?.0),
+        };
+        Ok(BemModalSolver {
+            bands: vec![Band { mesh, highest: f64::INFINITY }],
+            spacing: DRAFT_SPACING,
+            unit,
+        })
     }
 
     /// With the given triangles, for all modes.
@@ -176,6 +207,8 @@ impl ModalSolver for BemModalSolver {
             let orders: Vec<usize> = wavenumbers.iter().map(|k| order(k * radius)).collect();
             let mut sums: Vec<Vec<Complex64>> =
                 orders.iter().map(|n| vec![Complex64::ZERO; (n + 1) * (n + 1)]).collect();
+            let most = orders.iter().copied().max().unwrap_or(0);
+            let harmonics = solver.surface_harmonics(most, radius);
             let entries = solver.unknowns() * solver.unknowns() * band.mesh.images().len();
             let together = (MEMORY / (entries.max(1) * 8)).clamp(1, rayon::current_num_threads().max(1));
             // Assembly, factorisation and reciprocity, as many systems at once as fit in memory.
@@ -188,7 +221,7 @@ impl ModalSolver for BemModalSolver {
                     .map(|rung| {
                         let highest = rung.uses.iter().map(|(i, _)| orders[*i]).max().unwrap_or(0);
                         let used: Vec<Vec<f64>> = rung.uses.iter().map(|(i, _)| loads[*i].clone()).collect();
-                        solver.radiate(rung.wavenumber, highest, radius, &used)
+                        solver.radiate(rung.wavenumber, highest, radius, &used, harmonics.as_ref())
                     })
                     .collect();
                 // Interpolation in wavenumber.

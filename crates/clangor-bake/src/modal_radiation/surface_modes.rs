@@ -84,6 +84,14 @@ impl SurfaceModes {
         Ok(SurfaceModes::Triangles(BemModalSolver::try_new(surface, highest, accuracy)?))
     }
 
+    /// A draft for any number of modes: boundary elements on few triangles.
+    ///
+    /// # Errors
+    /// [`BakeError`].
+    pub fn draft(surface: &TriMesh) -> Result<Self, BakeError> {
+        Ok(SurfaceModes::Triangles(BemModalSolver::draft(surface)?))
+    }
+
     /// Name of the method.
     pub fn method(&self) -> &'static str {
         match self {

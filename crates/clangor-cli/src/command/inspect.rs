@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
 
+use clangor_bake::modal_analysis::modal_density::ModalDensity;
 use clangor_core::body::{Motion, Surface};
 use clangor_core::geometry::principal_axes::principal_axes;
 use clangor_core::material::Material;
@@ -13,7 +14,7 @@ use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
 use clangor_pipeline::session::named_body::preset;
-use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts, ModalDensity};
+use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts};
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use clangor_sim::choose_solver;

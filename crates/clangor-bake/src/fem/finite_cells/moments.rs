@@ -234,6 +234,7 @@ impl WithSimd for Sums<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         match self.count {
+            5 => self.sum::<5, 25>(),
             7 => self.sum::<7, 49>(),
             9 => self.sum::<9, 81>(),
             other => unreachable!("{other} moments along an axis"),

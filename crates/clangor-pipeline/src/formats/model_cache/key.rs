@@ -2,7 +2,7 @@
 
 use clangor_bake::acceleration::{BakeOptions, Method};
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
-use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal::{Effort, ModalBakeOptions};
 use clangor_bake::soundbank::modal::ModalSoundbankOptions;
 use clangor_core::geometry::meridian::Piece;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -47,10 +47,11 @@ pub fn modal_key(geometry: &BakeGeometry, material: &Material, options: &ModalBa
     inputs.geometry(geometry);
     let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
     [youngs_modulus, poisson_ratio, density].into_iter().for_each(|n| inputs.number(n));
-    let ModalBakeOptions { medium, max_frequency, mesh_error, most_nodes, accuracy } = *options;
+    let ModalBakeOptions { medium, max_frequency, mesh_error, most_nodes, accuracy, effort } = *options;
     let numbers = [medium.density, medium.sound_speed, max_frequency, mesh_error, accuracy];
     numbers.into_iter().for_each(|n| inputs.number(n));
     inputs.whole(most_nodes as u64);
+    inputs.effort(effort);
     format!("{:032x}", inputs.0.finish_128())
 }
 
@@ -61,7 +62,7 @@ pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &Mo
     inputs.whole(modal_file::VERSION.into());
     inputs.whole(MODAL_SOLVERS.into());
     inputs.geometry(geometry);
-    let ModalBakeOptions { medium, accuracy, max_frequency, .. } = *options;
+    let ModalBakeOptions { medium, accuracy, max_frequency, effort, .. } = *options;
     let numbers = [medium.density, medium.sound_speed, max_frequency, accuracy];
     numbers.into_iter().chain([model.density, model.max_frequency]).for_each(|n| inputs.number(n));
     inputs.whole(model.surface.nodes.len() as u64);
@@ -73,6 +74,7 @@ pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &Mo
         inputs.number(mode.frequency);
         mode.shape.iter().flat_map(|u| u.to_array()).for_each(|u| inputs.number(u));
     }
+    inputs.effort(effort);
     format!("{:032x}", inputs.0.finish_128())
 }
 
@@ -125,6 +127,13 @@ impl Inputs {
     fn number(&mut self, number: f64) {
         // −0 is 0.
         self.0.write(&(number + 0.0).to_le_bytes());
+    }
+
+    /// Exact bakes have the keys of before there were drafts.
+    fn effort(&mut self, effort: Effort) {
+        if effort == Effort::Draft {
+            self.text("draft");
+        }
     }
 
     fn geometry(&mut self, geometry: &BakeGeometry) {

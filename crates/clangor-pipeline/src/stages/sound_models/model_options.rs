@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 
 use clangor_bake::acceleration::{BakeOptions, Method};
 use clangor_bake::fdtd::WaveDevice;
-use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal::{Effort, ModalBakeOptions};
 use clangor_core::medium::Medium;
 
 use super::acceleration_plan::AccelerationSettings;
@@ -100,6 +100,7 @@ impl ModelOptions {
             max_frequency: audible.max_frequency.min(band),
             mesh_error: self.accuracy.unwrap_or(self.quality.mesh_error()),
             accuracy: self.accuracy.unwrap_or(self.quality.transfer_error()),
+            effort: if self.quality == Quality::Draft { Effort::Draft } else { Effort::Exact },
             ..audible
         }
     }

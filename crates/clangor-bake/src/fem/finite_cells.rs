@@ -112,7 +112,7 @@ pub(crate) fn expected(area: f64, volume: f64, edge: f64) -> [f64; 2] {
 /// Edge of the cells \[m\] of which a body of this area \[m²\] and volume \[m³\] has about so many.
 pub(crate) fn edge_of_cells(area: f64, volume: f64, cells: f64) -> f64 {
     let [mut low, mut high] = [(CELLS_PER_FACE * area / cells).sqrt(), f64::INFINITY];
-    while !(high - low <= 1e-3 * low) {
+    while high - low > 1e-3 * low {
         let middle = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low };
         *(if expected(area, volume, middle)[0] > cells { &mut low } else { &mut high }) = middle;
     }
